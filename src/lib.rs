@@ -1,0 +1,5 @@
+//! Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
+
+pub mod error;
+pub mod tensor;
+pub mod terms;

@@ -1,0 +1,2 @@
+//! The command `contact-petsc`.
+fn main() {}
