@@ -3,3 +3,5 @@
 pub mod error;
 pub mod tensor;
 pub mod terms;
+#[cfg(test)]
+pub mod taylor;
