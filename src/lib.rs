@@ -1,6 +1,9 @@
 //! Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
 
 pub mod error;
+pub mod lanes;
+pub mod material;
+pub mod square;
 pub mod tensor;
 pub mod terms;
 #[cfg(test)]
