@@ -1,10 +1,15 @@
 //! Meshes: points, elements of any kind, bodies, and named sets of elements, facets and points.
 
 mod boundary;
+mod compact;
+mod generate;
 mod kind;
+#[cfg(test)]
+mod measure;
 mod merge;
 
 pub use boundary::FacetIndex;
+pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use merge::merge;
 
