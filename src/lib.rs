@@ -3,6 +3,7 @@
 pub mod error;
 pub mod lanes;
 pub mod material;
+pub mod mesh;
 pub mod square;
 pub mod tensor;
 pub mod terms;
