@@ -2,5 +2,6 @@
 
 pub mod error;
 pub mod mesh;
+pub mod space;
 pub mod tensor;
 pub mod terms;
