@@ -4,6 +4,7 @@ pub mod error;
 pub mod lanes;
 pub mod material;
 pub mod mesh;
+pub mod space;
 pub mod square;
 pub mod tensor;
 pub mod terms;
