@@ -1,5 +1,12 @@
 //! Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
 
 pub mod error;
+pub mod lanes;
+pub mod material;
+pub mod mesh;
+pub mod space;
+pub mod square;
 pub mod tensor;
 pub mod terms;
+#[cfg(test)]
+pub mod taylor;

@@ -1,0 +1,326 @@
+//! Numbers of which four are computed at once: the struct-of-arrays lanes of the element kernels.
+//!
+//! Kernels and laws are written once over [`Real`]; [`dispatch`] runs them on four elements a time, on AVX2 with
+//! fused multiply-add where the processor has it and on plain arrays elsewhere. Every lane goes through the same
+//! operations, so a result does not depend on which elements share a lane group.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// Elements computed at once.
+pub const WIDTH: usize = 4;
+
+/// What a law computes with: `f64`, lanes, or the dual numbers of a derivative test.
+pub trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+    /// A number of this kind with the value `x` in every lane.
+    #[must_use]
+    fn constant(self, x: f64) -> Self;
+    /// `self * b + c`, fused where that is fast.
+    #[must_use]
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// `1 / self`.
+    #[must_use]
+    fn recip(self) -> Self;
+    /// `ln(1 + self)` without cancellation; NaN below -1.
+    #[must_use]
+    fn ln_1p(self) -> Self;
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn constant(self, x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        // Without the hardware instruction the fused form is a library call.
+        if FUSED { f64::mul_add(self, b, c) } else { self * b + c }
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        1.0 / self
+    }
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        f64::ln_1p(self)
+    }
+}
+
+/// Whether the build target has fused multiply-add unasked.
+const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
+
+/// [`WIDTH`] numbers side by side.
+pub trait Lane: Real {
+    /// The numbers of `values` in lanes.
+    #[must_use]
+    fn load(self, values: [f64; WIDTH]) -> Self;
+    /// The lanes one by one.
+    fn lanes(self) -> [f64; WIDTH];
+    /// Four lane groups as four rows of one element each.
+    #[inline(always)]
+    fn transpose(rows: [Self; WIDTH]) -> [[f64; WIDTH]; WIDTH] {
+        let rows = rows.map(Self::lanes);
+        let mut out = [[0.0; WIDTH]; WIDTH];
+        for lane in 0..WIDTH {
+            for row in 0..WIDTH {
+                out[lane][row] = rows[row][lane];
+            }
+        }
+        out
+    }
+}
+
+/// Lanes as a plain array; the compiler makes of it what the target has.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Portable([f64; WIDTH]);
+
+impl Portable {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        let (a, b) = (self.0, other.0);
+        Self([f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])])
+    }
+}
+
+impl Add for Portable {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}
+impl Sub for Portable {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+}
+impl Mul for Portable {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+}
+impl Neg for Portable {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.zip(self, |a, _| -a)
+    }
+}
+
+impl Real for Portable {
+    #[inline(always)]
+    fn constant(self, x: f64) -> Self {
+        Self([x; WIDTH])
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        if FUSED {
+            let (x, y, z) = (self.0, b.0, c.0);
+            let fused = |i: usize| f64::mul_add(x[i], y[i], z[i]);
+            Self([fused(0), fused(1), fused(2), fused(3)])
+        } else {
+            self * b + c
+        }
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        self.zip(self, |a, _| 1.0 / a)
+    }
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        ln_1p(self)
+    }
+}
+
+impl Lane for Portable {
+    #[inline(always)]
+    fn load(self, values: [f64; WIDTH]) -> Self {
+        Self(values)
+    }
+    #[inline(always)]
+    fn lanes(self) -> [f64; WIDTH] {
+        self.0
+    }
+}
+
+/// `ln(1 + x)` by the series of `2 artanh(x / (2 + x))`, to rounding for `|x| <= 1/4`; the library's beyond.
+///
+/// The choice is made lane by lane, so that neighbours have no influence.
+#[inline(always)]
+fn ln_1p<L: Lane>(x: L) -> L {
+    let s = x * (x + x.constant(2.0)).recip();
+    let z = s * s;
+    let mut sum = x.constant(1.0 / 17.0);
+    for odd in [15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0] {
+        sum = sum.mul_add(z, x.constant(1.0 / odd));
+    }
+    let double = s + s;
+    let near = (double * z).mul_add(sum, double);
+    let far = x.lanes();
+    if far.iter().all(|x| x.abs() <= 0.25) {
+        return near;
+    }
+    let mut out = near.lanes();
+    for (out, x) in out.iter_mut().zip(far) {
+        if !(x.abs() <= 0.25) {
+            *out = far_ln_1p(x);
+        }
+    }
+    x.load(out)
+}
+
+/// Kept out of the kernels: the library's logarithm is large.
+#[inline(never)]
+fn far_ln_1p(x: f64) -> f64 {
+    f64::ln_1p(x)
+}
+
+/// Work to be done in lanes.
+pub trait LaneTask {
+    /// What it returns.
+    type Output;
+    /// Does it; `unit` (ones) is the seed from which all lanes are made. Must be `#[inline(always)]`.
+    fn run<L: Lane>(self, unit: L) -> Self::Output;
+}
+
+/// Runs `task` on the fastest lanes of this processor.
+pub fn dispatch<K: LaneTask>(task: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(v3) = pulp::x86::V3::try_new() {
+        return avx2::run(v3, task);
+    }
+    dispatch_portable(task)
+}
+
+/// Runs `task` on plain arrays; [`dispatch`] falls back to it.
+pub fn dispatch_portable<K: LaneTask>(task: K) -> K::Output {
+    task.run(Portable([1.0; WIDTH]))
+}
+
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use super::{Lane, LaneTask, Real, WIDTH, ln_1p};
+    use pulp::x86::V3;
+    use pulp::{Simd, cast, f64x4};
+    use std::ops::{Add, Mul, Neg, Sub};
+
+    /// Lanes in one register; the first field proves that the processor has AVX2 and FMA.
+    #[derive(Clone, Copy)]
+    #[repr(align(32))]
+    struct Register(V3, f64x4);
+
+    struct Enter<K>(V3, K);
+
+    impl<K: LaneTask> pulp::NullaryFnOnce for Enter<K> {
+        type Output = K::Output;
+        #[inline(always)]
+        fn call(self) -> K::Output {
+            let one = Simd::splat_f64s(self.0, 1.0);
+            self.1.run(Register(self.0, one))
+        }
+    }
+
+    pub fn run<K: LaneTask>(v3: V3, task: K) -> K::Output {
+        v3.vectorize(Enter(v3, task))
+    }
+
+    impl Add for Register {
+        type Output = Self;
+        #[inline(always)]
+        fn add(self, other: Self) -> Self {
+            Self(self.0, Simd::add_f64s(self.0, self.1, other.1))
+        }
+    }
+    impl Sub for Register {
+        type Output = Self;
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            Self(self.0, Simd::sub_f64s(self.0, self.1, other.1))
+        }
+    }
+    impl Mul for Register {
+        type Output = Self;
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            Self(self.0, Simd::mul_f64s(self.0, self.1, other.1))
+        }
+    }
+    impl Neg for Register {
+        type Output = Self;
+        #[inline(always)]
+        fn neg(self) -> Self {
+            Self(self.0, Simd::neg_f64s(self.0, self.1))
+        }
+    }
+
+    impl Real for Register {
+        #[inline(always)]
+        fn constant(self, x: f64) -> Self {
+            Self(self.0, Simd::splat_f64s(self.0, x))
+        }
+        #[inline(always)]
+        fn mul_add(self, b: Self, c: Self) -> Self {
+            Self(self.0, Simd::mul_add_f64s(self.0, self.1, b.1, c.1))
+        }
+        #[inline(always)]
+        fn recip(self) -> Self {
+            Self(self.0, Simd::div_f64s(self.0, Simd::splat_f64s(self.0, 1.0), self.1))
+        }
+        #[inline(always)]
+        fn ln_1p(self) -> Self {
+            ln_1p(self)
+        }
+    }
+
+    impl Lane for Register {
+        #[inline(always)]
+        fn load(self, values: [f64; WIDTH]) -> Self {
+            Self(self.0, cast(values))
+        }
+        #[inline(always)]
+        fn lanes(self) -> [f64; WIDTH] {
+            cast(self.1)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Logarithms([f64; WIDTH]);
+    impl LaneTask for Logarithms {
+        type Output = [f64; WIDTH];
+        #[inline(always)]
+        fn run<L: Lane>(self, unit: L) -> [f64; WIDTH] {
+            unit.load(self.0).ln_1p().lanes()
+        }
+    }
+
+    /// The logarithm of the lanes is the library's to rounding, from the smallest number to infinity, and NaN passes.
+    #[test]
+    fn logarithm_agrees_with_the_library() {
+        for x in [0.0, 1e-300, -1e-16, 1e-9, -0.01, 0.1, -0.24, 0.25, 0.3, -0.9, 50.0, 1e300] {
+            for y in [dispatch(Logarithms([x; WIDTH]))[2], dispatch_portable(Logarithms([x; WIDTH]))[1]] {
+                assert!((y - f64::ln_1p(x)).abs() <= 4.0 * f64::EPSILON * y.abs(), "{x}: {y}");
+            }
+        }
+        assert!(
+            dispatch(Logarithms([-2.0, 1.0, 1.0, f64::NAN])).map(f64::is_nan) == [true, false, false, true]
+        );
+    }
+
+    /// A lane's logarithm does not depend on its neighbours, not in the last bit.
+    #[test]
+    fn lanes_do_not_see_each_other() {
+        let alone = dispatch(Logarithms([0.1; WIDTH]))[0];
+        let beside = dispatch(Logarithms([5.0, 0.1, -0.5, 0.2]))[1];
+        assert_eq!(alone.to_bits(), beside.to_bits());
+    }
+}
