@@ -6,5 +6,6 @@
 mod check;
 pub mod friction;
 pub mod normal;
+pub mod obstacle;
 #[cfg(test)]
 pub(crate) mod testing;
