@@ -4,3 +4,5 @@ pub mod contact;
 pub mod error;
 pub mod tensor;
 pub mod terms;
+#[cfg(test)]
+pub mod taylor;
