@@ -2,6 +2,7 @@
 
 pub mod contact;
 pub mod error;
+pub mod mesh;
 pub mod tensor;
 pub mod terms;
 #[cfg(test)]
