@@ -3,6 +3,7 @@
 pub mod contact;
 pub mod error;
 pub mod mesh;
+pub mod space;
 pub mod tensor;
 pub mod terms;
 #[cfg(test)]

@@ -1,0 +1,199 @@
+//! Degrees of freedom of a rank, and which of them are prescribed (3.1).
+//!
+//! Numbering is node-major: `dof = node * D + component`, local nodes, owned before ghosts. Ghost degrees of freedom are
+//! marked like owned ones, so that columns of prescribed unknowns are known without communication.
+
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+/// A displacement boundary condition as resolved from the case: which components on which set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Boundary<const D: usize> {
+    /// Name in the case file.
+    pub name: String,
+    /// Set of points, facets or elements whose nodes are held.
+    pub set: String,
+    /// Components that are prescribed.
+    pub components: [bool; D],
+}
+
+/// What a displacement boundary condition prescribes on this rank, ghosts included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prescribed {
+    /// Name in the case file.
+    pub name: String,
+    /// Local node and component, sorted.
+    pub entries: Vec<(u32, u8)>,
+}
+
+/// Prescribed displacement [m], velocity [m/s] and acceleration [m/s2] of one component at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// Displacement [m].
+    pub u: f64,
+    /// Velocity [m/s].
+    pub v: f64,
+    /// Acceleration [m/s2].
+    pub a: f64,
+}
+
+/// Local arrays of `u` [m], `v` [m/s] and `a` [m/s2] by degree of freedom.
+#[derive(Debug)]
+pub struct Fields<'a> {
+    /// Displacement [m].
+    pub u: &'a mut [f64],
+    /// Velocity [m/s].
+    pub v: &'a mut [f64],
+    /// Acceleration [m/s2].
+    pub a: &'a mut [f64],
+}
+
+/// The prescribed degrees of freedom of a rank.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DofMap<const D: usize> {
+    /// For each local degree of freedom, ghosts included: is it prescribed?
+    pub constrained: Vec<bool>,
+    /// One entry for each boundary condition, in the given order.
+    pub boundaries: Vec<Prescribed>,
+}
+
+impl<const D: usize> DofMap<D> {
+    /// Resolves the boundary conditions on the local mesh.
+    ///
+    /// # Errors
+    /// When a set does not exist, or two conditions prescribe one degree of freedom, on the ranks that see it: agree on it.
+    pub fn new(mesh: &Mesh<D>, boundaries: &[Boundary<D>]) -> Result<Self> {
+        let mut holder = vec![usize::MAX; mesh.points.len() * D];
+        let mut all = Vec::with_capacity(boundaries.len());
+        for (number, boundary) in boundaries.iter().enumerate() {
+            let entries = entries(mesh, boundary)?;
+            for &(node, component) in &entries {
+                let held = &mut holder[node as usize * D + usize::from(component)];
+                if *held != usize::MAX {
+                    let place = place(&mesh.points[node as usize]);
+                    return Err(conflict([&boundaries[*held].name, &boundary.name], component, &place));
+                }
+                *held = number;
+            }
+            all.push(Prescribed { name: boundary.name.clone(), entries });
+        }
+        Ok(Self { constrained: holder.iter().map(|&held| held != usize::MAX).collect(), boundaries: all })
+    }
+
+    /// Number of local degrees of freedom, ghosts included.
+    pub fn len(&self) -> usize {
+        self.constrained.len()
+    }
+
+    /// Whether the rank holds no node.
+    pub fn is_empty(&self) -> bool {
+        self.constrained.is_empty()
+    }
+
+    /// Writes the prescribed motion into the fields; other entries stay.
+    ///
+    /// `motion` is asked for (boundary, component, reference point [m]).
+    ///
+    /// # Errors
+    /// The first that `motion` returns, named by its boundary.
+    pub fn fill(
+        &self,
+        points: &[[f64; D]],
+        mut motion: impl FnMut(usize, usize, &[f64; D]) -> Result<Motion>,
+        fields: Fields,
+    ) -> Result<()> {
+        for (number, boundary) in self.boundaries.iter().enumerate() {
+            for &(node, component) in &boundary.entries {
+                let component = usize::from(component);
+                let at = motion(number, component, &points[node as usize])
+                    .map_err(|e| e.within(&boundary.name))?;
+                let dof = node as usize * D + component;
+                (fields.u[dof], fields.v[dof], fields.a[dof]) = (at.u, at.v, at.a);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets the prescribed entries of a local array to zero.
+    pub fn clear(&self, values: &mut [f64]) {
+        for (value, _) in values.iter_mut().zip(&self.constrained).filter(|(_, held)| **held) {
+            *value = 0.0;
+        }
+    }
+}
+
+fn entries<const D: usize>(mesh: &Mesh<D>, boundary: &Boundary<D>) -> Result<Vec<(u32, u8)>> {
+    let Some(nodes) = mesh.set_nodes(&boundary.set) else {
+        let message = format!("boundary '{}': there is no set '{}'", boundary.name, boundary.set);
+        return Err(Error::case(message));
+    };
+    let components: Vec<u8> = (0..D as u8).filter(|&k| boundary.components[usize::from(k)]).collect();
+    Ok(nodes.into_iter().flat_map(|node| components.iter().map(move |&k| (node, k))).collect())
+}
+
+fn conflict(names: [&str; 2], component: u8, place: &str) -> Error {
+    let axis = ["x", "y", "z"][usize::from(component)];
+    let [first, second] = names;
+    Error::case(format!("boundaries '{first}' and '{second}' both prescribe u_{axis} of the node at {place}"))
+        .hint(&format!("take {axis} out of one of them, or give one of them a set without this node"))
+}
+
+fn place<const D: usize>(point: &[f64; D]) -> String {
+    let numbers: Vec<String> = point.iter().map(|x| format!("{x}")).collect();
+    format!("({})", numbers.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{ElementKind, Facet};
+
+    /// A unit square of one quad4 with sets left and bottom.
+    fn square() -> Mesh<2> {
+        let mut mesh = Mesh::with_points(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        mesh.push(ElementKind::Quad4, [0, 1, 2, 3]);
+        mesh.facet_sets.insert("left".into(), vec![Facet { element: 0, side: 3 }]);
+        mesh.facet_sets.insert("bottom".into(), vec![Facet { element: 0, side: 0 }]);
+        mesh
+    }
+
+    fn boundary(name: &str, set: &str, components: [bool; 2]) -> Boundary<2> {
+        Boundary { name: name.into(), set: set.into(), components }
+    }
+
+    /// Conditions on different components of a shared corner live together and are filled each with its own values.
+    #[test]
+    fn prescribed_values_reach_their_degrees_of_freedom() {
+        let mesh = square();
+        let map = DofMap::new(
+            &mesh,
+            &[boundary("slide", "left", [true, false]), boundary("lift", "bottom", [false, true])],
+        )
+        .expect("no conflict");
+        assert_eq!(map.constrained, [true, true, false, true, false, false, true, false]);
+        assert_eq!(map.boundaries[1].entries, [(0, 1), (1, 1)]);
+        let (mut u, mut v, mut a) = (vec![9.0; 8], vec![9.0; 8], vec![9.0; 8]);
+        let motion = |boundary: usize, component: usize, x: &[f64; 2]| {
+            let value = 10.0 * boundary as f64 + component as f64 + 0.1 * x[1];
+            Ok(Motion { u: value, v: -value, a: 2.0 * value })
+        };
+        map.fill(&mesh.points, motion, Fields { u: &mut u, v: &mut v, a: &mut a }).expect("filled");
+        assert_eq!(u, [0.0, 11.0, 9.0, 11.0, 9.0, 9.0, 0.1, 9.0]);
+        assert_eq!((v[3], a[3]), (-11.0, 22.0));
+        map.clear(&mut u);
+        assert_eq!(u, [0.0, 0.0, 9.0, 0.0, 9.0, 9.0, 0.0, 9.0]);
+    }
+
+    /// Two conditions on one degree of freedom are refused by their names and the place.
+    #[test]
+    fn conflicts_name_the_point() {
+        let both = [boundary("clamp", "left", [true, true]), boundary("floor", "bottom", [false, true])];
+        let message = DofMap::new(&square(), &both).expect_err("conflict at the corner").message;
+        assert!(
+            message.contains("'clamp' and 'floor' both prescribe u_y of the node at (0, 0)"),
+            "{message}"
+        );
+        let unknown = DofMap::new(&square(), &[boundary("clamp", "leftt", [true, true])]);
+        assert!(unknown.expect_err("no such set").message.contains("'leftt'"));
+    }
+}

@@ -1,0 +1,199 @@
+//! Geometry of a facet: tangents, the outward area vector, their variations, and the curvature of the facet.
+//!
+//! The one place that knows which way out is: in the plane the tangent turned clockwise, in space the product of the two
+//! tangents. [`ElementKind::sides`](crate::mesh::ElementKind::sides) orders the nodes of a facet to suit.
+
+use crate::tensor::{Tensor, Vector};
+
+/// Derivatives `x_,k` of the position with respect to the facet's `D - 1` reference coordinates [m]; in the plane
+/// the second entry is zero.
+pub type Tangents<const D: usize> = [Vector<D>; 2];
+
+/// Tangents of a facet with nodes at `x` (reference or current) [m] and gradients `dn[a * (D - 1) + k]`.
+pub fn facet_tangents<const D: usize>(x: &[Vector<D>], dn: &[f64]) -> Tangents<D> {
+    let mut tangents = [Vector::zeros(); 2];
+    for (x, dn) in x.iter().zip(dn.chunks_exact(D - 1)) {
+        for (tangent, dn) in tangents.iter_mut().zip(dn) {
+            *tangent += x * *dn;
+        }
+    }
+    tangents
+}
+
+/// Outward area vector for a unit of reference measure, `A = |A| n`, so that `da = |A| dxi` [m, m2].
+///
+/// In the plane `(t_y, -t_x)`, in space `x_,1 x x_,2`.
+pub fn facet_normal<const D: usize>(tangents: &Tangents<D>) -> Vector<D> {
+    let [s, t] = tangents;
+    match D {
+        2 => Vector::from_fn(|i, _| if i == 0 { s[1] } else { -s[0] }),
+        3 => cross(s, t),
+        _ => unreachable!("the program works in two or three dimensions"),
+    }
+}
+
+/// Derivative of [`facet_normal`] with respect to the position of a node with gradient `dn[k]`: `dA = W du_a` [1, m].
+///
+/// Row = component of `A`, column = component of `u_a`; skew-symmetric.
+pub fn area_variation<const D: usize>(tangents: &Tangents<D>, dn: &[f64]) -> Tensor<D> {
+    if D == 2 {
+        return Tensor::from_fn(|i, j| match (i, j) {
+            (0, 1) => dn[0],
+            (1, 0) => -dn[0],
+            _ => 0.0,
+        });
+    }
+    // u_,1 x x_,2 + x_,1 x u_,2 = (x_,1 N_,2 - x_,2 N_,1) x u_a.
+    let axis = tangents[0] * dn[1] - tangents[1] * dn[0];
+    Tensor::from_fn(|i, j| match (3 + j - i) % 3 {
+        1 => -axis[3 - i - j],
+        2 => axis[3 - i - j],
+        _ => 0.0,
+    })
+}
+
+/// Second derivatives `x_,kl` of the position from `d2n[(a * (D - 1) + k) * (D - 1) + l]` [m]; entry `[k][l]`, zero where
+/// the facet has no such direction. Their normal part is the curvature of the facet, not scaled by its metric.
+pub fn facet_curvature<const D: usize>(x: &[Vector<D>], d2n: &[f64]) -> [[Vector<D>; 2]; 2] {
+    let dim = D - 1;
+    let mut second = [[Vector::zeros(); 2]; 2];
+    for (x, d2n) in x.iter().zip(d2n.chunks_exact(dim * dim)) {
+        for (kl, d2n) in d2n.iter().enumerate() {
+            second[kl / dim][kl % dim] += x * *d2n;
+        }
+    }
+    second
+}
+
+fn cross<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> Vector<D> {
+    Vector::from_fn(|i, _| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] - a[k] * b[j]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::ElementKind;
+    use crate::space::reference;
+
+    /// Nodes of an element on its own reference domain, a little bent so that nothing is accidentally affine.
+    fn bent<const D: usize>(kind: ElementKind, size: f64) -> Vec<Vector<D>> {
+        let place = |p: &[f64; 3]| {
+            Vector::from_fn(|i, _| p[i] + size * ((1.3 * p[0] - 0.4 * p[1] + 0.7 * p[2] + i as f64).sin()))
+        };
+        reference(kind).node_coordinates().iter().map(place).collect()
+    }
+
+    fn solids(dimension: usize) -> impl Iterator<Item = ElementKind> {
+        ElementKind::ALL
+            .into_iter()
+            .filter(move |kind| kind.dimension() == dimension && !kind.sides().is_empty())
+    }
+
+    /// By the divergence theorem the sides of every element enclose its volume, each pointing outward.
+    fn sides_enclose_the_volume<const D: usize>() {
+        for kind in solids(D) {
+            let x = bent::<D>(kind, 0.05);
+            let element = reference(kind);
+            let facet = reference(kind.facet_kind());
+            let table = element.tabulate(&element.rule(8));
+            let gradients = table.dn.chunks_exact(table.nodes * D);
+            let volume: f64 = gradients.zip(&table.weights).map(|(dn, w)| w * jacobian(dn, &x)).sum();
+            let centre = x.iter().sum::<Vector<D>>() / x.len() as f64;
+            let mut enclosed = 0.0;
+            let on_facet = facet.tabulate(&facet.rule(8));
+            for side in kind.sides() {
+                let nodes: Vec<Vector<D>> = side.iter().map(|&a| x[a as usize]).collect();
+                for q in 0..on_facet.points {
+                    let dn = &on_facet.dn[q * nodes.len() * (D - 1)..(q + 1) * nodes.len() * (D - 1)];
+                    let n = &on_facet.n[q * nodes.len()..(q + 1) * nodes.len()];
+                    let point = nodes.iter().zip(n).map(|(x, n)| x * *n).sum::<Vector<D>>();
+                    let area = facet_normal(&facet_tangents(&nodes, dn));
+                    assert!(area.dot(&(point - centre)) > 0.0, "{kind:?} {side:?}");
+                    enclosed += on_facet.weights[q] * area.dot(&point) / D as f64;
+                }
+            }
+            assert!((enclosed - volume).abs() < 1e-12, "{kind:?}: {enclosed} {volume}");
+        }
+    }
+
+    /// Determinant of `dx / dxi` for gradients `dn[a * D + k]`.
+    fn jacobian<const D: usize>(dn: &[f64], x: &[Vector<D>]) -> f64 {
+        let component = |i, k| x.iter().zip(dn.chunks_exact(D)).map(|(x, dn)| x[i] * dn[k]).sum();
+        nalgebra::DMatrix::<f64>::from_fn(D, D, component).determinant()
+    }
+
+    #[test]
+    fn sides_enclose_the_area_in_the_plane() {
+        sides_enclose_the_volume::<2>();
+    }
+
+    #[test]
+    fn sides_enclose_the_volume_in_space() {
+        sides_enclose_the_volume::<3>();
+    }
+
+    fn facet_kinds(dimension: usize) -> impl Iterator<Item = ElementKind> {
+        ElementKind::ALL.into_iter().filter(move |kind| kind.dimension() + 1 == dimension)
+    }
+
+    /// The area vector is at most quadratic in the positions: a central difference gives its variation exactly.
+    fn area_variation_is_the_derivative<const D: usize>() {
+        for kind in facet_kinds(D) {
+            let x = bent::<D>(kind, 0.3);
+            let mut dn = vec![0.0; x.len() * (D - 1)];
+            reference(kind).gradient(&[0.2, 0.3], &mut dn);
+            let area = |x: &[Vector<D>]| facet_normal(&facet_tangents(x, &dn));
+            for (a, dn_a) in dn.chunks_exact(D - 1).enumerate() {
+                let variation = area_variation(&facet_tangents(&x, &dn), dn_a);
+                for j in 0..D {
+                    let (mut plus, mut minus) = (x.clone(), x.clone());
+                    plus[a][j] += 0.5;
+                    minus[a][j] -= 0.5;
+                    let difference = area(&plus) - area(&minus);
+                    assert!((difference - variation.column(j)).norm() < 1e-14, "{kind:?} node {a}");
+                }
+            }
+        }
+    }
+
+    /// The curvature is the derivative of the tangents along the facet.
+    fn curvature_is_the_derivative_of_the_tangents<const D: usize>() {
+        for kind in facet_kinds(D) {
+            let element = reference(kind);
+            let x = bent::<D>(kind, 0.3);
+            let tangents = |xi: [f64; 2]| {
+                let mut dn = vec![0.0; x.len() * (D - 1)];
+                element.gradient(&xi, &mut dn);
+                facet_tangents(&x, &dn)
+            };
+            let mut d2n = vec![0.0; x.len() * (D - 1) * (D - 1)];
+            element.second_gradient(&[0.2, 0.3], &mut d2n);
+            let second = facet_curvature(&x, &d2n);
+            for l in 0..D - 1 {
+                // Tangents are at most quadratic along one coordinate: exact for any step.
+                let at = |step: f64| {
+                    tangents(std::array::from_fn(|k| [0.2, 0.3][k] + if k == l { step } else { 0.0 }))
+                };
+                let (plus, minus) = (at(0.5), at(-0.5));
+                for k in 0..D - 1 {
+                    assert!((plus[k] - minus[k] - second[k][l]).norm() < 1e-14, "{kind:?} {k} {l}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn variations_and_curvature_in_the_plane() {
+        area_variation_is_the_derivative::<2>();
+        curvature_is_the_derivative_of_the_tangents::<2>();
+    }
+
+    #[test]
+    fn variations_and_curvature_in_space() {
+        area_variation_is_the_derivative::<3>();
+        curvature_is_the_derivative_of_the_tangents::<3>();
+    }
+}

@@ -1,0 +1,158 @@
+//! Which node, and which element, a point of the reference configuration belongs to.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::reference::{ReferenceElement, reference};
+use crate::mesh::Mesh;
+
+/// A node near a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nearest {
+    /// Local node.
+    pub node: u32,
+    /// Its distance from the point [m].
+    pub distance: f64,
+}
+
+/// A point in an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Located {
+    /// Local element.
+    pub element: u32,
+    /// Reference coordinates of the point in it, unused ones zero.
+    pub coordinates: [f64; 3],
+}
+
+/// Newton steps of [`pull_back`]; elements of any quality need fewer than ten.
+const STEPS: usize = 30;
+
+/// How far outside its reference domain a point still counts as in the element. Dimensionless.
+const TOLERANCE: f64 = 1e-10;
+
+/// The nearest of `candidates` (local nodes) to `point` [m], the first of equals; `None` without candidates.
+///
+/// On several ranks: take the smallest distance, among equals the lowest number in the input mesh.
+pub fn nearest_node<const D: usize>(
+    mesh: &Mesh<D>,
+    candidates: impl IntoIterator<Item = u32>,
+    point: &[f64; D],
+) -> Option<Nearest> {
+    let distance = |node: u32| {
+        let to = &mesh.points[node as usize];
+        (0..D).map(|k| (to[k] - point[k]).powi(2)).sum::<f64>().sqrt()
+    };
+    let all = candidates.into_iter().map(|node| Nearest { node, distance: distance(node) });
+    all.reduce(|best, next| if next.distance < best.distance { next } else { best })
+}
+
+/// The first of `elements` that contains `point` [m]; `None` where none does.
+pub fn locate<const D: usize>(
+    mesh: &Mesh<D>,
+    elements: impl IntoIterator<Item = u32>,
+    point: &[f64; D],
+) -> Option<Located> {
+    elements.into_iter().filter(|&element| near(mesh, element, point)).find_map(|element| {
+        let coordinates = pull_back(mesh, element, point)?;
+        let inside = reference(mesh.kinds[element as usize]).contains(&coordinates, TOLERANCE);
+        inside.then_some(Located { element, coordinates })
+    })
+}
+
+/// Reference coordinates of `point` [m] in an element, also where it lies outside; `None` where Newton's method fails.
+pub fn pull_back<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D]) -> Option<[f64; 3]> {
+    let nodes = mesh.element_nodes(element as usize);
+    let kind = reference(mesh.kinds[element as usize]);
+    let (mut n, mut dn) = (vec![0.0; nodes.len()], vec![0.0; nodes.len() * D]);
+    let mut xi = kind.reduced_rule().points[0];
+    for _ in 0..STEPS {
+        kind.shape(&xi, &mut n);
+        kind.gradient(&xi, &mut dn);
+        let mut missing = SVector::<f64, D>::from(*point);
+        let mut slope = SMatrix::<f64, D, D>::zeros();
+        for (a, &node) in nodes.iter().enumerate() {
+            let x = SVector::from(mesh.points[node as usize]);
+            missing -= x * n[a];
+            slope += x * SVector::<f64, D>::from_column_slice(&dn[a * D..(a + 1) * D]).transpose();
+        }
+        let step = slope.try_inverse()? * missing;
+        (0..D).for_each(|k| xi[k] += step[k]);
+        if step.norm() < 1e-13 {
+            return Some(xi);
+        }
+    }
+    None
+}
+
+/// Whether the point lies in the box around the nodes, widened by half its size: curved sides bulge.
+fn near<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D]) -> bool {
+    let nodes = mesh.element_nodes(element as usize);
+    (0..D).all(|k| {
+        let range = nodes.iter().map(|&node| mesh.points[node as usize][k]);
+        let (low, high) = range.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+        let margin = 0.5 * (high - low);
+        (low - margin..=high + margin).contains(&point[k])
+    })
+}
+
+impl ReferenceElement {
+    /// Whether `xi` lies in the reference domain, or outside by at most `tolerance`.
+    pub fn contains(&self, xi: &[f64; 3], tolerance: f64) -> bool {
+        let xi = &xi[..self.dimension()];
+        if self.is_simplex() {
+            return xi.iter().all(|&x| x >= -tolerance) && xi.iter().sum::<f64>() <= 1.0 + tolerance;
+        }
+        xi.iter().all(|x| x.abs() <= 1.0 + tolerance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::ElementKind;
+
+    /// One element on its reference domain, sheared and bent.
+    fn single<const D: usize>(kind: ElementKind) -> Mesh<D> {
+        let place = |p: &[f64; 3]| {
+            std::array::from_fn(|i| {
+                2.0 + p[i] + 0.2 * p[(i + 1) % D] + 0.05 * (p[0] * 1.3 + p[1] - p[2]).sin()
+            })
+        };
+        let mut mesh = Mesh::with_points(reference(kind).node_coordinates().iter().map(place).collect());
+        mesh.push(kind, 0..kind.nodes() as u32);
+        mesh
+    }
+
+    fn round_trip<const D: usize>() {
+        for kind in ElementKind::ALL.into_iter().filter(|kind| kind.dimension() == D) {
+            let mesh = single::<D>(kind);
+            let xi = [0.21, 0.34, 0.27];
+            let mut n = vec![0.0; kind.nodes()];
+            let image = |xi: &[f64; 3], n: &mut [f64]| -> [f64; D] {
+                reference(kind).shape(xi, n);
+                std::array::from_fn(|k| n.iter().zip(&mesh.points).map(|(n, x)| n * x[k]).sum())
+            };
+            let found = locate(&mesh, [0], &image(&xi, &mut n)).expect("inside");
+            for k in 0..D {
+                assert!((found.coordinates[k] - xi[k]).abs() < 1e-12, "{kind:?}");
+            }
+            let outside = [1.1, 0.5, 0.5];
+            assert_eq!(locate(&mesh, [0], &image(&outside, &mut n)), None, "{kind:?}");
+        }
+    }
+
+    /// A point goes to its element and back, for every element; a point outside is in none.
+    #[test]
+    fn points_are_found_where_they_are() {
+        round_trip::<2>();
+        round_trip::<3>();
+    }
+
+    /// The nearest node is found, the first of equals, none without candidates.
+    #[test]
+    fn nearest_node_is_the_nearest() {
+        let mesh = Mesh::<2>::with_points(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+        assert_eq!(nearest_node(&mesh, 0..3, &[0.9, 0.2]).map(|n| n.node), Some(1));
+        assert_eq!(nearest_node(&mesh, 0..3, &[0.5, 0.0]), Some(Nearest { node: 0, distance: 0.5 }));
+        assert_eq!(nearest_node(&mesh, 0..0, &[0.5, 0.0]), None);
+    }
+}

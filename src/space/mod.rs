@@ -1,0 +1,22 @@
+//! Reference elements, quadrature, facet geometry, prescribed degrees of freedom, points in elements.
+//!
+//! A reference element is data: its nodes and, for each shape function, a product of affine factors (see [`shape`]).
+//! Values, gradients and second derivatives follow from the one product rule for every element.
+
+mod dofs;
+mod facet;
+mod hexes;
+mod lines;
+mod locate;
+mod quadrature;
+mod quads;
+mod reference;
+pub mod shape;
+mod tets;
+mod triangles;
+
+pub use dofs::{Boundary, DofMap, Fields, Motion, Prescribed};
+pub use facet::{Tangents, area_variation, facet_curvature, facet_normal, facet_tangents};
+pub use locate::{Located, Nearest, locate, nearest_node, pull_back};
+pub use quadrature::Rule;
+pub use reference::{ReferenceElement, Table, reference};
