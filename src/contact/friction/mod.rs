@@ -1,0 +1,191 @@
+//! Friction: a bound on the tangential traction (one file each, one line in [`FRICTION_LAWS`]), a coefficient
+//! inside it where the law has one, a regularisation around it.
+
+pub mod coefficient;
+mod coulomb;
+mod power_law;
+pub mod regularization;
+pub mod traction;
+
+use super::normal::NormalResponse;
+pub use coulomb::Coulomb;
+pub use power_law::PowerLaw;
+pub use regularization::Regularization;
+
+/// What a friction bound may depend on.
+#[derive(Debug, Clone, Copy)]
+pub struct Pressed {
+    /// The normal law's answer.
+    pub normal: NormalResponse,
+    /// Gap \[m\], negative where pressed.
+    pub gap: f64,
+    /// `|v_T| >= 0` \[m/s\].
+    pub slip_speed: f64,
+}
+
+/// The friction bound with its slopes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Bound {
+    /// `b >= 0` \[Pa\].
+    pub value: f64,
+    /// `db/dg` \[Pa/m\], the way over the normal traction included.
+    pub by_gap: f64,
+    /// `db/d|v_T|` \[Pa s/m\].
+    pub by_speed: f64,
+}
+
+/// A law for the friction bound.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrictionLaw {
+    /// See [`Coulomb`].
+    Coulomb(Coulomb),
+    /// See [`PowerLaw`].
+    PowerLaw(PowerLaw),
+}
+
+/// Slopes beyond this are infinite for every purpose; held here, a product with a zero stays zero.
+const STEEPEST: f64 = 1e200;
+
+impl FrictionLaw {
+    /// Bound and slopes; zero where nothing presses.
+    pub fn bound(&self, at: Pressed) -> Bound {
+        if at.normal.traction <= 0.0 {
+            return Bound::default();
+        }
+        let bound = match self {
+            Self::Coulomb(law) => law.bound(at),
+            Self::PowerLaw(law) => law.bound(at),
+        };
+        Bound { by_gap: bound.by_gap.clamp(-STEEPEST, STEEPEST), ..bound }
+    }
+
+    /// Whether the bound depends on the slip speed, so that `C_mu` exists.
+    pub fn depends_on_speed(&self) -> bool {
+        matches!(self, Self::Coulomb(law) if law.coefficient.depends_on_speed())
+    }
+}
+
+/// Friction of one contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Friction {
+    /// The bound.
+    pub law: FrictionLaw,
+    /// Stick below it.
+    pub regularization: Regularization,
+}
+
+/// A row of [`FRICTION_LAWS`].
+pub struct FrictionEntry {
+    /// Name in the case file.
+    pub name: &'static str,
+    /// One line for `contact-petsc list`.
+    pub summary: &'static str,
+    /// Instances on which every test of derivatives runs.
+    pub samples: fn() -> Vec<FrictionLaw>,
+}
+
+/// Every friction law there is: feeds `list`, the hints in errors and the tests.
+pub const FRICTION_LAWS: &[FrictionEntry] = &[
+    FrictionEntry { name: "none", summary: "no friction: symmetric matrix", samples: Vec::new },
+    FrictionEntry {
+        name: "coulomb",
+        summary: "|t_T| <= mu t_n, (2.7)",
+        samples: || {
+            let coefficients = coefficient::COEFFICIENTS.iter().flat_map(|entry| (entry.samples)());
+            coefficients.map(|coefficient| FrictionLaw::Coulomb(Coulomb { coefficient })).collect()
+        },
+    },
+    FrictionEntry {
+        name: "power_law",
+        summary: "|t_T| <= stiffness <-g>^exponent, (2.9)",
+        samples: || {
+            let pairs = [(3e9, 8.0 / 9.0), (1e15, 16.0 / 9.0)];
+            pairs
+                .into_iter()
+                .filter_map(|(c, m)| PowerLaw::new(c, m).ok())
+                .map(FrictionLaw::PowerLaw)
+                .collect()
+        },
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::coefficient::{Coefficient, GroschSchallamach};
+    use super::*;
+    use crate::contact::normal::{NORMAL_LAWS, NormalLaw, Penalty, PowerLaw as NormalPowerLaw};
+    use crate::contact::testing::taylor_rate;
+
+    fn all() -> Vec<FrictionLaw> {
+        FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()).collect()
+    }
+
+    fn bound(law: &FrictionLaw, normal: &NormalLaw, gap: f64, slip_speed: f64) -> Bound {
+        law.bound(Pressed { normal: normal.evaluate(gap), gap, slip_speed })
+    }
+
+    /// Every friction law over every normal law has slopes by gap and by speed of Taylor order two.
+    #[test]
+    fn bounds_have_taylor_order_two() {
+        for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
+            for law in all() {
+                let (gap, speed) = (-2e-4, 0.03);
+                let f = |x: &[f64]| vec![bound(&law, &normal, x[0], x[1]).value];
+                let at = bound(&law, &normal, gap, speed);
+                let df = |d: &[f64]| vec![at.by_gap * d[0] + at.by_speed * d[1]];
+                assert!(taylor_rate(f, df, &[gap, speed], &[3e-5, 0.01]) > 1.9, "{law:?} {normal:?}");
+                assert!(taylor_rate(f, df, &[gap, speed], &[0.0, 0.01]) > 1.9, "{law:?} {normal:?}");
+            }
+        }
+    }
+
+    /// The free test: with c_N = 1/eps_n, m_N = 1, c_T = c_N^(8/9) E^(1/9), m_T = 8/9 the power law is Grosch(-1/9).
+    #[test]
+    fn power_law_is_grosch_schallamach() {
+        let (modulus, stiffness) = (5e6, 1e10);
+        let grosch = GroschSchallamach::new(1.0, modulus, GroschSchallamach::EXPONENT).unwrap();
+        let coulomb = FrictionLaw::Coulomb(Coulomb { coefficient: Coefficient::GroschSchallamach(grosch) });
+        let tangential = f64::powf(stiffness, 8.0 / 9.0) * f64::powf(modulus, 1.0 / 9.0);
+        let power = FrictionLaw::PowerLaw(PowerLaw::new(tangential, 8.0 / 9.0).unwrap());
+        let penalty = NormalLaw::Penalty(Penalty::new(1.0 / stiffness).unwrap());
+        let linear = NormalLaw::PowerLaw(NormalPowerLaw::new(stiffness, 1.0).unwrap());
+        for gap in [-1e-9, -1e-6, -7e-5, -1e-3] {
+            let (a, b) = (bound(&coulomb, &penalty, gap, 0.1), bound(&power, &linear, gap, 0.1));
+            assert!((a.value / b.value - 1.0).abs() < 1e-12);
+            assert!((a.by_gap / b.by_gap - 1.0).abs() < 1e-12);
+        }
+    }
+
+    /// Bounds vanish where nothing presses and stay finite at vanishing pressure, rest and any speed.
+    #[test]
+    fn finite_at_the_extremes() {
+        for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
+            for law in all() {
+                assert_eq!(bound(&law, &normal, 1e-9, 0.0), Bound::default());
+                assert_eq!(bound(&law, &normal, 0.0, 0.0), Bound::default());
+                for gap in [-5e-324, -1e-310, -1e-300, -1e-150, -1e-9, -1.0] {
+                    for speed in [0.0, 1e-300, 1.0, 1e10] {
+                        let b = bound(&law, &normal, gap, speed);
+                        assert!(b.value >= 0.0 && b.value.is_finite(), "{law:?} {normal:?} {gap} {b:?}");
+                        assert!(
+                            b.by_gap.is_finite() && b.by_speed.is_finite(),
+                            "{law:?} {normal:?} {gap} {b:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// A bound that ignored its parameter would pass every derivative test: it must scale with it.
+    #[test]
+    fn bound_notices_the_coefficient() {
+        let normal = NormalLaw::Penalty(Penalty::new(1e-10).unwrap());
+        let of = |mu| {
+            let coefficient = Coefficient::Constant(coefficient::Constant::new(mu).unwrap());
+            bound(&FrictionLaw::Coulomb(Coulomb { coefficient }), &normal, -1e-5, 0.0).value
+        };
+        assert!((of(0.3) - 0.3e5).abs() < 1e-9);
+        assert!((of(0.6) / of(0.3) - 2.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,133 @@
+//! Normal contact laws: gap -> normal traction. One file each, one line in [`NORMAL_LAWS`].
+
+mod penalty;
+mod power_law;
+
+pub use penalty::Penalty;
+pub use power_law::PowerLaw;
+
+/// What a normal law says at one gap.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct NormalResponse {
+    /// `t_n >= 0`, pressure on the contactor \[Pa\]; 0 at an open point.
+    pub traction: f64,
+    /// `dt_n/dg <= 0` \[Pa/m\]; 0 at an open point.
+    pub derivative: f64,
+    /// `w(g) >= 0` with `t_n = -dw/dg`: energy stored per reference area \[J/m^2\].
+    pub potential: f64,
+}
+
+/// A normal contact law, (2.8) or (2.9).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NormalLaw {
+    /// See [`Penalty`].
+    Penalty(Penalty),
+    /// See [`PowerLaw`].
+    PowerLaw(PowerLaw),
+}
+
+impl NormalLaw {
+    /// Traction, its slope and the potential at `gap` \[m\] (> 0 open).
+    pub fn evaluate(&self, gap: f64) -> NormalResponse {
+        if gap > 0.0 {
+            return NormalResponse::default();
+        }
+        match self {
+            Self::Penalty(law) => law.closed(-gap),
+            Self::PowerLaw(law) => law.closed(-gap),
+        }
+    }
+}
+
+/// A row of [`NORMAL_LAWS`].
+pub struct NormalEntry {
+    /// Name in the case file.
+    pub name: &'static str,
+    /// One line for `contact-petsc list`.
+    pub summary: &'static str,
+    /// Instances on which every test of derivatives runs.
+    pub samples: fn() -> Vec<NormalLaw>,
+}
+
+/// Every normal law there is: feeds `list`, the hints in errors and the tests.
+pub const NORMAL_LAWS: &[NormalEntry] = &[
+    NormalEntry {
+        name: "penalty",
+        summary: "t_n = <-g> / compliance, (2.8)",
+        samples: || {
+            [1e-10, 1e-2].into_iter().filter_map(|c| Penalty::new(c).ok()).map(NormalLaw::Penalty).collect()
+        },
+    },
+    NormalEntry {
+        name: "power_law",
+        summary: "t_n = stiffness <-g>^exponent, (2.9)",
+        samples: || {
+            let pairs = [(1e10, 1.0), (1e14, 2.0), (1e18, 3.0), (1e3, 1.5)];
+            pairs.into_iter().filter_map(|(c, m)| PowerLaw::new(c, m).ok()).map(NormalLaw::PowerLaw).collect()
+        },
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::testing::taylor_rate;
+
+    fn all() -> Vec<NormalLaw> {
+        let laws: Vec<_> = NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()).collect();
+        assert!(laws.len() >= 2 * NORMAL_LAWS.len(), "every law brings samples that its constructor accepts");
+        laws
+    }
+
+    /// In every normal law the slope is the derivative of the traction and the traction that of the potential.
+    #[test]
+    fn derivatives_have_taylor_order_two() {
+        for law in all() {
+            for gap in [-1e-4, -0.3] {
+                let direction = [-0.37 * gap];
+                let f = |x: &[f64]| vec![law.evaluate(x[0]).traction];
+                let df = |d: &[f64]| vec![law.evaluate(gap).derivative * d[0]];
+                assert!(taylor_rate(f, df, &[gap], &direction) > 1.9, "{law:?}");
+                let w = |x: &[f64]| vec![law.evaluate(x[0]).potential];
+                let dw = |d: &[f64]| vec![-law.evaluate(gap).traction * d[0]];
+                assert!(taylor_rate(w, dw, &[gap], &direction) > 1.9, "{law:?}");
+            }
+        }
+    }
+
+    /// Tractions push, stiffen with penetration, vanish when open, and stay finite at any gap.
+    #[test]
+    fn pushes_and_never_pulls() {
+        for law in all() {
+            assert_eq!(law.evaluate(1e-300), NormalResponse::default());
+            for gap in [-0.0, 0.0, -1e-308, -1e-300, -1e-9, -1.0] {
+                let r = law.evaluate(gap);
+                assert!(r.traction >= 0.0 && r.derivative <= 0.0 && r.potential >= 0.0, "{law:?} at {gap}");
+                assert!(r.traction.is_finite() && r.derivative.is_finite() && r.potential.is_finite());
+            }
+        }
+    }
+
+    /// The power law with exponent 1 is the penalty with the inverse compliance.
+    #[test]
+    fn power_law_of_exponent_one_is_the_penalty() {
+        let (penalty, power) = (Penalty::new(1e-10).unwrap(), PowerLaw::new(1e10, 1.0).unwrap());
+        for penetration in [1e-9, 1e-5, 1e-2] {
+            let (a, b) = (penalty.closed(penetration), power.closed(penetration));
+            assert!((a.traction / b.traction - 1.0).abs() < 1e-14);
+            assert!((a.derivative / b.derivative - 1.0).abs() < 1e-14);
+            assert!((a.potential / b.potential - 1.0).abs() < 1e-14);
+        }
+    }
+
+    /// A law that could not push back is refused.
+    #[test]
+    fn refuses_what_is_not_a_law() {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Penalty::new(bad).is_err());
+            assert!(PowerLaw::new(bad, 1.0).is_err());
+            assert!(PowerLaw::new(1e10, bad).is_err());
+        }
+        assert!(PowerLaw::new(1e10, 0.9).is_err(), "an exponent below 1 has an infinite slope at g = 0");
+    }
+}
