@@ -5,7 +5,11 @@
 
 mod check;
 pub mod friction;
+pub mod geometry;
+pub mod history;
 pub mod normal;
 pub mod obstacle;
+pub mod point;
 #[cfg(test)]
-pub(crate) mod testing;
+mod point_tests;
+pub mod projection;

@@ -114,7 +114,7 @@ mod tests {
     use super::coefficient::{Coefficient, GroschSchallamach};
     use super::*;
     use crate::contact::normal::{NORMAL_LAWS, NormalLaw, Penalty, PowerLaw as NormalPowerLaw};
-    use crate::contact::testing::taylor_rate;
+    use crate::taylor::taylor_rate;
 
     fn all() -> Vec<FrictionLaw> {
         FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()).collect()
@@ -132,7 +132,7 @@ mod tests {
                 let (gap, speed) = (-2e-4, 0.03);
                 let f = |x: &[f64]| vec![bound(&law, &normal, x[0], x[1]).value];
                 let at = bound(&law, &normal, gap, speed);
-                let df = |d: &[f64]| vec![at.by_gap * d[0] + at.by_speed * d[1]];
+                let df = |_: &[f64], d: &[f64]| vec![at.by_gap * d[0] + at.by_speed * d[1]];
                 assert!(taylor_rate(f, df, &[gap, speed], &[3e-5, 0.01]) > 1.9, "{law:?} {normal:?}");
                 assert!(taylor_rate(f, df, &[gap, speed], &[0.0, 0.01]) > 1.9, "{law:?} {normal:?}");
             }

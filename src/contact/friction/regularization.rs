@@ -105,7 +105,7 @@ pub const REGULARIZATIONS: &[RegularizationEntry] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::testing::taylor_rate;
+    use crate::taylor::taylor_rate;
 
     /// Both phi have slopes of Taylor order two on both sides of the stick velocity and are finite at rest.
     #[test]
@@ -113,7 +113,7 @@ mod tests {
         for phi in [inverse_slip_speed, smooth_inverse_slip_speed] {
             for speed in [3e-4, 0.2] {
                 let f = |x: &[f64]| vec![phi(x[0], 1e-3).value];
-                let df = |d: &[f64]| vec![phi(speed, 1e-3).derivative * d[0]];
+                let df = |_: &[f64], d: &[f64]| vec![phi(speed, 1e-3).derivative * d[0]];
                 assert!(taylor_rate(f, df, &[speed], &[0.3 * speed]) > 1.9);
             }
             assert_eq!(phi(0.0, 1e-3).value, 1e3);

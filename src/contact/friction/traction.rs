@@ -55,6 +55,22 @@ pub struct FrictionTraction<const D: usize> {
     pub plastic_work: f64,
 }
 
+impl<const D: usize> FrictionTraction<D> {
+    /// A traction that depends on nothing; a point that carries it slips.
+    pub fn dead(traction: Vector<D>) -> Self {
+        Self {
+            traction,
+            slips: true,
+            by_bound: Vector::zeros(),
+            by_velocity: Tensor::zeros(),
+            by_velocity_through_bound: Tensor::zeros(),
+            by_increment: Tensor::zeros(),
+            by_normal: Tensor::zeros(),
+            plastic_work: 0.0,
+        }
+    }
+}
+
 impl Regularization {
     /// Traction and derivatives for a bound that was evaluated at the speed of `slip`.
     pub fn traction<const D: usize>(

@@ -71,7 +71,7 @@ pub const NORMAL_LAWS: &[NormalEntry] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::testing::taylor_rate;
+    use crate::taylor::taylor_rate;
 
     fn all() -> Vec<NormalLaw> {
         let laws: Vec<_> = NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()).collect();
@@ -86,10 +86,10 @@ mod tests {
             for gap in [-1e-4, -0.3] {
                 let direction = [-0.37 * gap];
                 let f = |x: &[f64]| vec![law.evaluate(x[0]).traction];
-                let df = |d: &[f64]| vec![law.evaluate(gap).derivative * d[0]];
+                let df = |_: &[f64], d: &[f64]| vec![law.evaluate(gap).derivative * d[0]];
                 assert!(taylor_rate(f, df, &[gap], &direction) > 1.9, "{law:?}");
                 let w = |x: &[f64]| vec![law.evaluate(x[0]).potential];
-                let dw = |d: &[f64]| vec![-law.evaluate(gap).traction * d[0]];
+                let dw = |_: &[f64], d: &[f64]| vec![-law.evaluate(gap).traction * d[0]];
                 assert!(taylor_rate(w, dw, &[gap], &direction) > 1.9, "{law:?}");
             }
         }

@@ -174,7 +174,7 @@ fn direction<const D: usize>(what: &str, vector: Vector<D>) -> Result<Vector<D>>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::testing::taylor_rate;
+    use crate::taylor::taylor_rate;
 
     fn taylor<const D: usize>(obstacle: &Obstacle<D>) {
         let x = Vector::<D>::from_fn(|i, _| 0.45 + 0.21 * i as f64);
@@ -182,10 +182,11 @@ mod tests {
         let at = |x: &[f64]| obstacle.proximity(&Vector::from_column_slice(x));
         let here = at(x.as_slice());
         let gap = |x: &[f64]| vec![at(x).gap];
-        let by_gap = |d: &[f64]| vec![here.normal.dot(&Vector::from_column_slice(d))];
+        let by_gap = |_: &[f64], d: &[f64]| vec![here.normal.dot(&Vector::from_column_slice(d))];
         assert!(taylor_rate(gap, by_gap, x.as_slice(), d.as_slice()) > 1.9, "{obstacle:?}");
         let normal = |x: &[f64]| at(x).normal.as_slice().to_vec();
-        let by_normal = |d: &[f64]| (here.hessian * Vector::<D>::from_column_slice(d)).as_slice().to_vec();
+        let by_normal =
+            |_: &[f64], d: &[f64]| (here.hessian * Vector::<D>::from_column_slice(d)).as_slice().to_vec();
         assert!(taylor_rate(normal, by_normal, x.as_slice(), d.as_slice()) > 1.9, "{obstacle:?}");
         assert!((here.normal.norm() - 1.0).abs() < 1e-14);
         assert!((here.hessian * here.normal).norm() < 1e-14);

@@ -97,7 +97,7 @@ pub const COEFFICIENTS: &[CoefficientEntry] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::testing::taylor_rate;
+    use crate::taylor::taylor_rate;
 
     fn all() -> impl Iterator<Item = Coefficient> {
         COEFFICIENTS.iter().flat_map(|entry| {
@@ -114,9 +114,9 @@ mod tests {
             for (t, s) in [(7e5, 2e-4), (3.0, 0.07)] {
                 let f = |x: &[f64]| vec![law.evaluate(x[0], x[1]).value];
                 let at = law.evaluate(t, s);
-                let df = |d: &[f64]| vec![at.by_traction / t * d[0] + at.by_speed * d[1]];
+                let df = |_: &[f64], d: &[f64]| vec![at.by_traction / t * d[0] + at.by_speed * d[1]];
                 assert!(taylor_rate(f, df, &[t, s], &[0.3 * t, -0.4 * s]) > 1.9, "{law:?}");
-                let by_speed = |d: &[f64]| vec![at.by_speed * d[1]];
+                let by_speed = |_: &[f64], d: &[f64]| vec![at.by_speed * d[1]];
                 assert!(taylor_rate(f, by_speed, &[t, s], &[0.0, -0.4 * s]) > 1.9, "{law:?}");
                 assert_eq!(at.by_speed != 0.0, law.depends_on_speed());
             }

@@ -1,0 +1,422 @@
+//! The point kernel against its own force: every law, obstacle, facet and regime, and every term by itself.
+
+use super::friction::coefficient::{Coefficient, Constant};
+use super::friction::regularization::REGULARIZATIONS;
+use super::friction::traction::SlipTangent;
+use super::friction::{Coulomb, FRICTION_LAWS, Friction, FrictionLaw, Regularization};
+use super::geometry::{AreaMeasure, FacetPoint, Geometry};
+use super::history::History;
+use super::normal::{NORMAL_LAWS, NormalLaw, Penalty};
+use super::obstacle::{OBSTACLES, Obstacle};
+use super::point::{ContactLaw, Frozen, Manner, Motion, PointState, Selection, Status, respond};
+use super::projection::Projection;
+use crate::mesh::ElementKind;
+use crate::space::{Table, reference};
+use crate::taylor::{scatter, taylor_rate};
+use crate::tensor::Vector;
+use crate::terms::Terms;
+
+const SHIFT: f64 = 3.0;
+const SINGLES: [Terms; 7] = [
+    Terms::NORMAL_CONTACT,
+    Terms::NORMAL_GEOMETRY,
+    Terms::FRICTION_DAMPING,
+    Terms::FRICTION_NORMAL_COUPLING,
+    Terms::COEFFICIENT_CHANGE,
+    Terms::FRICTION_GEOMETRY,
+    Terms::ZONE_CHANGE,
+];
+
+/// What the point is pressed against.
+#[derive(Clone, Debug)]
+enum Target<const D: usize> {
+    Rigid(Obstacle<D>),
+    Facet(ElementKind),
+}
+
+/// One point of a facet with everything that it needs; the target facet's nodes follow the contactor's.
+#[derive(Clone)]
+struct Scene<const D: usize> {
+    target: Target<D>,
+    table: Table,
+    nodes: Vec<Vector<D>>,
+    velocity: Vec<Vector<D>>,
+    increment: Vec<Vector<D>>,
+    history: History<D>,
+    law: ContactLaw,
+    measure: AreaMeasure,
+    manner: Manner<D>,
+}
+
+fn vectors<const D: usize>(count: usize, seed: u32, size: f64) -> Vec<Vector<D>> {
+    scatter(count * D, seed).chunks_exact(D).map(|c| Vector::from_column_slice(c) * size).collect()
+}
+
+/// Nodes of a facet on its reference domain, bent out of the plane, scaled by `size`.
+fn facet_nodes<const D: usize>(kind: ElementKind, size: f64, seed: u32) -> Vec<Vector<D>> {
+    let place = |p: &[f64; 3]| {
+        Vector::<D>::from_fn(|i, _| if i + 1 < D { p[i] } else { 0.1 * p[0] * p[0] - 0.07 * p[1] })
+    };
+    let bend = vectors::<D>(kind.nodes(), seed, 0.05);
+    reference(kind).node_coordinates().iter().zip(bend).map(|(p, b)| (place(p) + b) * size).collect()
+}
+
+impl<const D: usize> Scene<D> {
+    /// A point of the last Gauss point of `kind`, with the given gap.
+    fn new(kind: ElementKind, target: Target<D>, law: ContactLaw, gap: f64) -> Self {
+        let element = reference(kind);
+        let table = element.tabulate(element.gauss_contact_rule());
+        let offset = Vector::from_fn(|i, _| 0.41 + 0.2 * i as f64);
+        let mut nodes: Vec<_> = facet_nodes::<D>(kind, 0.2, 3).into_iter().map(|x| x + offset).collect();
+        if let Target::Facet(kind) = target {
+            // A target with its normal up (D = 3) or down (D = 2) below the point, which projects inside of it.
+            let point = Self::point_of(&table, &nodes);
+            let lowered = facet_nodes::<D>(kind, 1.3, 5);
+            let centre = lowered.iter().sum::<Vector<D>>() / lowered.len() as f64;
+            nodes.extend(lowered.into_iter().map(|y| y - centre * 0.9 + point));
+        }
+        let count = nodes.len();
+        let mut scene = Self {
+            target,
+            table,
+            nodes,
+            velocity: vectors(count, 7, 0.5),
+            increment: vectors(count, 11, 0.01),
+            history: History::default(),
+            law,
+            measure: AreaMeasure::Current,
+            manner: Manner::default(),
+        };
+        let contactors = scene.table.nodes;
+        for _ in 0..3 {
+            let here = scene.geometry();
+            let shift = here.normal * (gap - here.gap);
+            scene.nodes[..contactors].iter_mut().for_each(|x| *x += shift);
+        }
+        assert!((scene.geometry().gap - gap).abs() < 1e-6 * gap.abs());
+        scene
+    }
+
+    fn point_of(table: &Table, nodes: &[Vector<D>]) -> Vector<D> {
+        let shape = &table.n[(table.points - 1) * table.nodes..];
+        nodes.iter().zip(shape).map(|(x, n)| x * *n).sum()
+    }
+
+    fn geometry(&self) -> Geometry<D> {
+        let (last, count) = (self.table.points - 1, self.table.nodes);
+        let point = FacetPoint {
+            shape: &self.table.n[last * count..],
+            gradient: &self.table.dn[last * count * (D - 1)..],
+            weight: self.table.weights[last],
+        };
+        let x = Self::point_of(&self.table, &self.nodes);
+        let mut geometry = Geometry::default();
+        match &self.target {
+            Target::Rigid(obstacle) => geometry.against_obstacle(&point, &obstacle.proximity(&x)),
+            Target::Facet(kind) => {
+                geometry.against_facet(&point, &Projection::of(&x, *kind, &self.nodes[count..]))
+            }
+        }
+        geometry.with_area(&point, &self.nodes[..count], self.measure);
+        geometry
+    }
+
+    fn response(&self) -> super::point::Response<D> {
+        let motion = Motion { velocity: &self.velocity, increment: &self.increment, history: &self.history };
+        respond(&self.law, &self.geometry(), &motion, &self.manner)
+    }
+
+    fn state(&self) -> PointState<D> {
+        self.response().state
+    }
+
+    fn force(&self) -> Vec<f64> {
+        let mut force = vec![0.0; self.nodes.len() * D];
+        self.response().add_force(&self.geometry(), &mut force);
+        force
+    }
+
+    fn stiffness(&self, terms: Terms) -> Vec<f64> {
+        let mut stiffness = vec![0.0; (self.nodes.len() * D).pow(2)];
+        let selection = Selection { terms, velocity_shift: SHIFT };
+        self.response().add_stiffness(&self.geometry(), &selection, &mut stiffness);
+        stiffness
+    }
+
+    /// The dense matrix of some terms.
+    fn matrix(&self, terms: Terms) -> nalgebra::DMatrix<f64> {
+        let (m, k) = (self.nodes.len(), self.stiffness(terms));
+        nalgebra::DMatrix::from_fn(m * D, m * D, |r, c| k[((r / D * m + c / D) * D + r % D) * D + c % D])
+    }
+
+    /// The scene with all nodes moved by `z`, velocities by `SHIFT z`, step increments by `z`.
+    fn moved(&self, z: &[f64]) -> Self {
+        let mut scene = self.clone();
+        for (a, z) in z.chunks_exact(D).enumerate() {
+            let z = Vector::<D>::from_column_slice(z);
+            scene.nodes[a] += z;
+            scene.velocity[a] += z * SHIFT;
+            scene.increment[a] += z;
+        }
+        scene
+    }
+
+    fn rate(&self, terms: Terms) -> f64 {
+        let zero = vec![0.0; self.nodes.len() * D];
+        let direction: Vec<f64> = scatter(zero.len(), 13).iter().map(|d| d * 2e-3).collect();
+        let matrix = self.matrix(terms);
+        let slope =
+            |_: &[f64], d: &[f64]| (-(&matrix * nalgebra::DVector::from_column_slice(d))).as_slice().to_vec();
+        taylor_rate(|z| self.moved(z).force(), slope, &zero, &direction)
+    }
+
+    /// Tunes the regularisation and the history such that the point sticks or slips with margin.
+    fn tuned(mut self, regularization: Regularization, status: Status) -> Self {
+        let Some(friction) = &mut self.law.friction else { return self };
+        friction.regularization = regularization;
+        let state = self.state();
+        let (speed, path, sticks) =
+            (state.slip_velocity.norm(), state.slip_increment.norm(), status == Status::Stick);
+        let Some(friction) = &mut self.law.friction else { return self };
+        friction.regularization = match regularization {
+            Regularization::StickVelocity { .. } => {
+                Regularization::StickVelocity { velocity: if sticks { 3.0 * speed } else { 0.4 * speed } }
+            }
+            Regularization::SmoothStickVelocity { .. } => Regularization::SmoothStickVelocity {
+                velocity: if sticks { 2.0 * speed } else { 0.5 * speed },
+            },
+            Regularization::StickStiffness { .. } => {
+                let stiffness = state.bound / path * if sticks { 0.3 } else { 4.0 };
+                let old_normal = (state.normal + vectors::<D>(1, 17, 0.1)[0]).normalize();
+                let push = vectors::<D>(1, 19, 1.0)[0];
+                let tangential = (push - old_normal * old_normal.dot(&push)).normalize();
+                self.history.normal = old_normal;
+                self.history.friction_traction = tangential * (0.4 * state.bound);
+                Regularization::StickStiffness { stiffness }
+            }
+        };
+        let reached = self.state().status;
+        assert_eq!(reached, status, "{:?}", self.law);
+        self
+    }
+}
+
+fn coulomb(mu: f64, regularization: Regularization) -> Option<Friction> {
+    let coefficient = Coefficient::Constant(Constant::new(mu).unwrap());
+    Some(Friction { law: FrictionLaw::Coulomb(Coulomb { coefficient }), regularization })
+}
+
+fn penalty() -> NormalLaw {
+    NormalLaw::Penalty(Penalty::new(1e-8).unwrap())
+}
+
+fn regularizations() -> Vec<Regularization> {
+    REGULARIZATIONS.iter().flat_map(|entry| (entry.samples)()).collect()
+}
+
+fn facets(dimension: usize) -> impl Iterator<Item = ElementKind> {
+    ElementKind::ALL.into_iter().filter(move |kind| kind.dimension() + 1 == dimension)
+}
+
+/// The consistent tangent has order two, and loses it with any of its terms. Returns the terms that mattered.
+fn check<const D: usize>(scene: &Scene<D>, label: &str) -> Terms {
+    let rate = scene.rate(Terms::ALL);
+    assert!(rate > 1.9, "{label} {:?} {:?}: order {rate}", scene.target, scene.law);
+    let total = scene.matrix(Terms::ALL).norm();
+    let mut seen = Terms::empty();
+    for term in SINGLES {
+        if scene.matrix(term).norm() < 1e-4 * total {
+            continue;
+        }
+        seen |= term;
+        let rate = scene.rate(Terms::ALL - term);
+        assert!(rate < 1.5, "{label} {:?} {:?}: order {rate} without {term:?}", scene.target, scene.law);
+    }
+    seen
+}
+
+fn every_law<const D: usize>(kind: ElementKind, targets: &[Target<D>]) -> Terms {
+    let mut seen = Terms::empty();
+    let normals: Vec<_> = NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()).collect();
+    let frictions: Vec<_> = FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()).collect();
+    for target in targets {
+        for normal in &normals {
+            let frictionless =
+                Scene::new(kind, target.clone(), ContactLaw { normal: *normal, friction: None }, -0.02);
+            seen |= check(&frictionless, "frictionless");
+            for (law, regularization) in
+                frictions.iter().flat_map(|l| regularizations().into_iter().map(move |r| (l, r)))
+            {
+                let law =
+                    ContactLaw { normal: *normal, friction: Some(Friction { law: *law, regularization }) };
+                for status in [Status::Stick, Status::Slip] {
+                    let scene = Scene::new(kind, target.clone(), law, -0.02).tuned(regularization, status);
+                    seen |= check(&scene, "law");
+                }
+            }
+        }
+    }
+    seen
+}
+
+/// In the plane every law in every regime on every obstacle and on a facet has a consistent tangent, term by term.
+#[test]
+fn tangent_is_consistent_for_every_law_in_2d() {
+    let rigid = OBSTACLES.iter().flat_map(|entry| (entry.samples_2d)()).map(Target::Rigid);
+    let targets: Vec<_> = rigid.chain([Target::Facet(ElementKind::Line3)]).collect();
+    assert_eq!(every_law(ElementKind::Line2, &targets), SINGLES.into_iter().collect());
+}
+
+/// In space every law in every regime on every obstacle and on a facet has a consistent tangent, term by term.
+#[test]
+fn tangent_is_consistent_for_every_law_in_3d() {
+    let rigid = OBSTACLES.iter().flat_map(|entry| (entry.samples_3d)()).map(Target::Rigid);
+    let targets: Vec<_> = rigid.chain([Target::Facet(ElementKind::Quad4)]).collect();
+    assert_eq!(every_law(ElementKind::Tri3, &targets), SINGLES.into_iter().collect());
+}
+
+fn every_facet<const D: usize>(obstacle: Obstacle<D>) {
+    for contactor in facets(D) {
+        let targets = facets(D).map(Target::Facet).chain([Target::Rigid(obstacle)]);
+        for target in targets {
+            for (regularization, status) in
+                regularizations().into_iter().zip([Status::Stick, Status::Slip, Status::Slip])
+            {
+                let law = ContactLaw { normal: penalty(), friction: coulomb(0.7, regularization) };
+                let mut scene =
+                    Scene::new(contactor, target.clone(), law, -0.02).tuned(regularization, status);
+                assert!(check(&scene, contactor.name()).contains(Terms::ZONE_CHANGE));
+                scene.measure = AreaMeasure::Reference(0.03);
+                assert!(!check(&scene, contactor.name()).contains(Terms::ZONE_CHANGE));
+            }
+        }
+    }
+}
+
+/// Every facet kind against every facet kind and a round obstacle in the plane, current and reference area.
+#[test]
+fn tangent_is_consistent_for_every_facet_in_2d() {
+    every_facet((OBSTACLES[1].samples_2d)()[0]);
+}
+
+/// Every facet kind against every facet kind and a round obstacle in space, current and reference area.
+#[test]
+fn tangent_is_consistent_for_every_facet_in_3d() {
+    every_facet((OBSTACLES[2].samples_3d)()[0]);
+}
+
+fn open_and_frozen<const D: usize>(kind: ElementKind, obstacle: Obstacle<D>) {
+    let stick = Regularization::stick_velocity(10.0).unwrap();
+    let law = ContactLaw { normal: penalty(), friction: coulomb(0.7, stick) };
+    let open = Scene::new(kind, Target::Rigid(obstacle), law, 0.02);
+    assert_eq!(open.state().status, Status::Open);
+    assert!(open.force().iter().chain(&open.stiffness(Terms::ALL)).all(|f| *f == 0.0));
+    let mut frozen = open.clone();
+    frozen.manner.frozen = Frozen { normal_traction: Some(3e5), bound: Some(2e5), friction_traction: None };
+    assert!(check(&frozen, "stage II").contains(Terms::FRICTION_DAMPING));
+    assert!(frozen.matrix(Terms::NORMAL_CONTACT | Terms::FRICTION_NORMAL_COUPLING).norm() == 0.0);
+    let mut staged = Scene::new(kind, Target::Rigid(obstacle), law, -0.02);
+    let live = staged.force();
+    staged.manner.frozen = Frozen { bound: Some(staged.state().bound), ..Frozen::default() };
+    assert_eq!(staged.force(), live, "frozen at its own value a bound changes nothing");
+    assert!(!check(&staged, "stage I").contains(Terms::FRICTION_NORMAL_COUPLING));
+    staged.manner.frozen =
+        Frozen { friction_traction: Some(vectors::<D>(1, 3, 1e5)[0]), ..Frozen::default() };
+    assert!(!check(&staged, "known friction").contains(Terms::FRICTION_DAMPING));
+    staged.manner.frozen = Frozen::frictionless();
+    assert_eq!(staged.state().friction_traction.norm(), 0.0);
+}
+
+/// Open points cost nothing, and the stages of the two-stage scheme have consistent tangents of their own.
+#[test]
+fn open_and_frozen_points_are_consistent() {
+    open_and_frozen::<2>(ElementKind::Line2, (OBSTACLES[1].samples_2d)()[0]);
+    open_and_frozen::<3>(ElementKind::Quad4, (OBSTACLES[1].samples_3d)()[1]);
+}
+
+fn definite<const D: usize>(kind: ElementKind, obstacle: Obstacle<D>) {
+    let symmetric = |k: &nalgebra::DMatrix<f64>| (k - k.transpose()).norm() <= 1e-12 * k.norm();
+    let lowest = |k: nalgebra::DMatrix<f64>| k.symmetric_eigenvalues().min();
+    for regularization in regularizations() {
+        for (status, tangent) in [
+            (Status::Stick, SlipTangent::Consistent),
+            (Status::Slip, SlipTangent::Consistent),
+            (Status::Slip, SlipTangent::Secant),
+        ] {
+            let law = ContactLaw { normal: penalty(), friction: coulomb(0.7, regularization) };
+            let mut scene =
+                Scene::new(kind, Target::Rigid(obstacle), law, -0.02).tuned(regularization, status);
+            scene.manner.tangent = tangent;
+            for term in [Terms::NORMAL_CONTACT, Terms::FRICTION_DAMPING] {
+                let k = scene.matrix(term);
+                assert!(symmetric(&k), "{term:?} {regularization:?}");
+                assert!(lowest(k.clone()) >= -1e-12 * k.norm(), "{term:?} {regularization:?}");
+            }
+            assert!(symmetric(&scene.matrix(Terms::NORMAL_GEOMETRY)));
+            let damping = scene.matrix(Terms::FRICTION_DAMPING).norm();
+            let clipped = !matches!(regularization, Regularization::SmoothStickVelocity { .. });
+            if D == 2 && status == Status::Slip && tangent == SlipTangent::Consistent && clipped {
+                assert_eq!(damping, 0.0, "in the plane a slipping point has no friction stiffness");
+            } else {
+                assert!(damping > 0.0, "{regularization:?} {status:?} {tangent:?}");
+            }
+            let coupling = scene.matrix(Terms::FRICTION_NORMAL_COUPLING);
+            assert!(coupling.norm() == 0.0 || !symmetric(&coupling));
+        }
+    }
+}
+
+/// K_CN and K_T are symmetric and not negative, the secant too; K_nT is not symmetric; slip in 2D has no K_T.
+#[test]
+fn terms_have_their_symmetries() {
+    definite::<2>(ElementKind::Line3, (OBSTACLES[1].samples_2d)()[0]);
+    definite::<3>(ElementKind::Quad4, (OBSTACLES[2].samples_3d)()[0]);
+}
+
+/// Action and reaction: the forces on contactor and target cancel, and the rows of every term as well.
+#[test]
+fn contactor_and_target_forces_cancel() {
+    let regularization = Regularization::stick_velocity(1e-2).unwrap();
+    let law = ContactLaw { normal: penalty(), friction: coulomb(0.7, regularization) };
+    let scene = Scene::<3>::new(ElementKind::Quad4, Target::Facet(ElementKind::Tri6), law, -0.02);
+    let force = scene.force();
+    let sum: Vector<3> = force.chunks_exact(3).map(Vector::<3>::from_column_slice).sum();
+    assert!(sum.norm() < 1e-12 * nalgebra::DVector::from_vec(force).norm());
+    for term in SINGLES {
+        let k = scene.matrix(term);
+        for column in 0..k.ncols() {
+            for i in 0..3 {
+                let total: f64 = (0..scene.nodes.len()).map(|a| k[(a * 3 + i, column)]).sum();
+                assert!(total.abs() <= 1e-12 * k.norm(), "{term:?}");
+            }
+        }
+    }
+}
+
+/// Section 4 of the formulation, written down for a straight facet: K_CN, K_nT and C in the plane.
+#[test]
+fn matrices_are_those_of_the_formulation() {
+    let floor = super::obstacle::Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0)).unwrap();
+    let (compliance, mu, stick) = (1e-8, 0.7, 2.0);
+    let friction = coulomb(mu, Regularization::stick_velocity(stick).unwrap());
+    let law = ContactLaw { normal: NormalLaw::Penalty(Penalty::new(compliance).unwrap()), friction };
+    let scene = Scene::new(ElementKind::Line2, Target::Rigid(Obstacle::Plane(floor)), law, -0.02);
+    let (geometry, state) = (scene.geometry(), scene.state());
+    let (area, n) = (geometry.area, &scene.table.n[2..4]);
+    let (along, slip) = (Vector::<2>::new(1.0, 0.0), state.slip_velocity[0] / stick);
+    let up = Vector::<2>::new(0.0, 1.0);
+    let product = |left: Vector<2>, right: Vector<2>, scale: f64, (r, c): (usize, usize)| {
+        scale * n[r / 2] * left[r % 2] * n[c / 2] * right[c % 2]
+    };
+    let expected = [
+        (Terms::NORMAL_CONTACT, up, up, area / compliance),
+        (Terms::FRICTION_NORMAL_COUPLING, along, up, -area * mu / compliance * slip),
+        (Terms::FRICTION_DAMPING, along, along, SHIFT * area * mu * state.normal_traction / stick),
+    ];
+    for (term, left, right, scale) in expected {
+        let written = nalgebra::DMatrix::from_fn(4, 4, |r, c| product(left, right, scale, (r, c)));
+        assert!((scene.matrix(term) - &written).norm() < 1e-13 * written.norm(), "{term:?}");
+    }
+    let traction = up * state.normal_traction - along * (mu * state.normal_traction * slip);
+    assert!((state.traction() - traction).norm() < 1e-13 * traction.norm());
+}

@@ -1,0 +1,331 @@
+//! Closest point (2.3) on a facet of a deformable target, with its variations.
+//!
+//! Inside of the facet `(x - y) . a_k = 0` in all surface directions. Beyond an edge the same holds along the
+//! edge alone, beyond a vertex in no direction: the *free directions* of the projection. The normal is the
+//! facet's own at the projected point, and the gap `(x - y) . n`, also beyond an edge; one set of formulas serves.
+
+use super::geometry::NodeVariation;
+use crate::mesh::ElementKind;
+use crate::space::{facet_curvature, facet_normal, facet_tangents, reference};
+use crate::tensor::{Tensor, Vector};
+
+/// Newton steps before a start is given up: curved facets need four to eight.
+const STEPS: usize = 40;
+/// Reference coordinates are found to this.
+const TOLERANCE: f64 = 1e-14;
+/// A point this far (reference coordinates) outside of a facet still counts as on it.
+const SLACK: f64 = 1e-12;
+/// Nodes of the largest facet, quad9.
+const LARGEST: usize = 9;
+
+/// Variation of the projection by one position.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProjectionVariation<const D: usize> {
+    /// `dg` \[-\].
+    pub gap: Vector<D>,
+    /// `dn` \[1/m\].
+    pub normal: Tensor<D>,
+    /// `dxi^k` \[1/m\].
+    pub coordinates: [Vector<D>; 2],
+}
+
+/// A straight line in the reference domain along which a projection may move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Line {
+    start: [f64; 2],
+    end: [f64; 2],
+}
+
+/// Where a point projects onto a facet.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Projection<const D: usize> {
+    /// `theta`: reference coordinates on the facet, the second zero in the plane.
+    pub coordinates: [f64; 2],
+    /// `x_p` \[m\].
+    pub point: Vector<D>,
+    /// `g = (x - x_p) . n` \[m\].
+    pub gap: f64,
+    /// `|x - x_p|` \[m\]; larger than `|g|` beyond an edge.
+    pub distance: f64,
+    /// `n` of the facet at `x_p`, outward from its element.
+    pub normal: Vector<D>,
+    free: [[f64; 2]; 2],
+    frees: usize,
+    facet: FacetState<D>,
+}
+
+/// Everything of the facet at one pair of coordinates.
+#[derive(Debug, Clone, PartialEq)]
+struct FacetState<const D: usize> {
+    nodes: usize,
+    shape: [f64; LARGEST],
+    gradient: [f64; 2 * LARGEST],
+    offset: Vector<D>,
+    tangents: [Vector<D>; 2],
+    second: [[Vector<D>; 2]; 2],
+}
+
+impl<const D: usize> FacetState<D> {
+    fn at(kind: ElementKind, nodes: &[Vector<D>], x: &Vector<D>, xi: &[f64; 2]) -> Self {
+        let element = reference(kind);
+        let mut shape = [0.0; LARGEST];
+        let mut gradient = [0.0; 2 * LARGEST];
+        let mut second = [0.0; 4 * LARGEST];
+        let dim = D - 1;
+        element.shape(&xi[..dim], &mut shape[..nodes.len()]);
+        element.gradient(&xi[..dim], &mut gradient[..nodes.len() * dim]);
+        element.second_gradient(&xi[..dim], &mut second[..nodes.len() * dim * dim]);
+        let point: Vector<D> = nodes.iter().zip(&shape).map(|(y, m)| y * *m).sum();
+        Self {
+            nodes: nodes.len(),
+            shape,
+            gradient,
+            offset: x - point,
+            tangents: facet_tangents(nodes, &gradient[..nodes.len() * dim]),
+            second: facet_curvature(nodes, &second[..nodes.len() * dim * dim]),
+        }
+    }
+
+    /// Tangent along the direction `d` of the reference domain.
+    fn along(&self, d: &[f64; 2]) -> Vector<D> {
+        self.tangents[0] * d[0] + self.tangents[1] * d[1]
+    }
+
+    /// `y_,de`.
+    fn second_along(&self, d: &[f64; 2], e: &[f64; 2]) -> Vector<D> {
+        (0..2).flat_map(|k| (0..2).map(move |l| (k, l))).map(|(k, l)| self.second[k][l] * (d[k] * e[l])).sum()
+    }
+
+    /// `A_de = a_d . a_e - (x - y) . y_,de`, or the metric alone.
+    fn hessian(&self, free: &[[f64; 2]], curvature: f64) -> [[f64; 2]; 2] {
+        let mut a = [[0.0; 2]; 2];
+        for (i, d) in free.iter().enumerate() {
+            for (j, e) in free.iter().enumerate() {
+                let bend = self.offset.dot(&self.second_along(d, e));
+                a[i][j] = self.along(d).dot(&self.along(e)) - curvature * bend;
+            }
+        }
+        a
+    }
+}
+
+/// Solves the 0, 1 or 2 equations of the free directions; None where they are singular or not definite.
+fn solve(a: &[[f64; 2]; 2], b: [f64; 2], count: usize) -> Option<[f64; 2]> {
+    match count {
+        0 => Some([0.0; 2]),
+        1 => (a[0][0] > 0.0).then(|| [b[0] / a[0][0], 0.0]),
+        _ => {
+            let det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+            let definite = a[0][0] > 0.0 && det > 1e-14 * a[0][0] * a[1][1].abs();
+            definite
+                .then(|| [(a[1][1] * b[0] - a[0][1] * b[1]) / det, (a[0][0] * b[1] - a[1][0] * b[0]) / det])
+        }
+    }
+}
+
+/// Newton within the span of the free directions from `xi`; None where it does not converge.
+fn minimise<const D: usize>(
+    facet: &(ElementKind, &[Vector<D>]),
+    x: &Vector<D>,
+    mut xi: [f64; 2],
+    free: &[[f64; 2]],
+) -> Option<[f64; 2]> {
+    for _ in 0..STEPS {
+        let state = FacetState::at(facet.0, facet.1, x, &xi);
+        let mut residual = [0.0; 2];
+        for (r, d) in residual.iter_mut().zip(free) {
+            *r = state.offset.dot(&state.along(d));
+        }
+        // Where the distance is not convex Gauss and Newton's matrix still points downhill.
+        let step = solve(&state.hessian(free, 1.0), residual, free.len())
+            .or_else(|| solve(&state.hessian(free, 0.0), residual, free.len()))?;
+        let size = step[0].abs().max(step[1].abs());
+        let damp = if size > 1.0 { 1.0 / size } else { 1.0 };
+        for (s, d) in step.iter().zip(free) {
+            xi = [xi[0] + damp * s * d[0], xi[1] + damp * s * d[1]];
+        }
+        if size < TOLERANCE {
+            return Some(xi);
+        }
+        if xi.iter().any(|c| c.abs() > 10.0) {
+            return None;
+        }
+    }
+    // Rounding on a large or distant facet may keep the step above the tolerance; the point is found all the same.
+    let state = FacetState::at(facet.0, facet.1, x, &xi);
+    let slack = 1e-8 * state.offset.norm().max(state.tangents[0].norm());
+    free.iter()
+        .all(|d| state.offset.dot(&state.along(d)).abs() <= slack * state.along(d).norm())
+        .then_some(xi)
+}
+
+/// Edges of the reference domain; in the plane its two ends, as lines without length.
+fn border(kind: ElementKind) -> &'static [Line] {
+    const fn line(start: [f64; 2], end: [f64; 2]) -> Line {
+        Line { start, end }
+    }
+    const ENDS: [Line; 2] = [line([-1.0, 0.0], [-1.0, 0.0]), line([1.0, 0.0], [1.0, 0.0])];
+    const TRIANGLE: [Line; 3] =
+        [line([0.0, 0.0], [1.0, 0.0]), line([1.0, 0.0], [0.0, 1.0]), line([0.0, 1.0], [0.0, 0.0])];
+    const SQUARE: [Line; 4] = [
+        line([-1.0, -1.0], [1.0, -1.0]),
+        line([1.0, -1.0], [1.0, 1.0]),
+        line([1.0, 1.0], [-1.0, 1.0]),
+        line([-1.0, 1.0], [-1.0, -1.0]),
+    ];
+    match (kind.dimension(), kind.corners()) {
+        (1, _) => &ENDS,
+        (_, 3) => &TRIANGLE,
+        _ => &SQUARE,
+    }
+}
+
+fn inside(kind: ElementKind, xi: &[f64; 2]) -> bool {
+    match (kind.dimension(), kind.corners()) {
+        (2, 3) => xi[0] >= -SLACK && xi[1] >= -SLACK && xi[0] + xi[1] <= 1.0 + SLACK,
+        _ => xi.iter().all(|c| c.abs() <= 1.0 + SLACK),
+    }
+}
+
+fn centre(kind: ElementKind) -> [f64; 2] {
+    if kind.dimension() == 2 && kind.corners() == 3 { [1.0 / 3.0; 2] } else { [0.0; 2] }
+}
+
+/// Where a projection was found: coordinates and the directions in which it is free to move.
+type Found = ([f64; 2], [[f64; 2]; 2], usize);
+
+fn on_border<const D: usize>(facet: &(ElementKind, &[Vector<D>]), x: &Vector<D>, line: &Line) -> Found {
+    let direction = [0.5 * (line.end[0] - line.start[0]), 0.5 * (line.end[1] - line.start[1])];
+    let length = direction[0].hypot(direction[1]);
+    let distance = |xi: &[f64; 2]| FacetState::at(facet.0, facet.1, x, xi).offset.norm();
+    let nearer_end = if distance(&line.start) <= distance(&line.end) { line.start } else { line.end };
+    let fixed = (nearer_end, [[0.0; 2]; 2], 0);
+    if length == 0.0 {
+        return fixed;
+    }
+    let middle = [line.start[0] + direction[0], line.start[1] + direction[1]];
+    let Some(xi) = minimise(facet, x, middle, &[direction]) else {
+        return fixed;
+    };
+    let along = ((xi[0] - middle[0]) * direction[0] + (xi[1] - middle[1]) * direction[1]) / (length * length);
+    if along.abs() > 1.0 || distance(&xi) > distance(&nearer_end) {
+        return fixed;
+    }
+    (xi, [direction, [0.0; 2]], 1)
+}
+
+impl<const D: usize> Projection<D> {
+    /// Projects `x` \[m\] onto the facet with nodes at `nodes` \[m\] in the order of `kind`; the nearest point found.
+    ///
+    /// Exact for line2 and tri3. A facet without area gives a zero normal and the gap 0.
+    pub fn of(x: &Vector<D>, kind: ElementKind, nodes: &[Vector<D>]) -> Self {
+        let facet = (kind, nodes);
+        let directions = [[1.0, 0.0], [0.0, 1.0]];
+        let interior = minimise(&facet, x, centre(kind), &directions[..D - 1]).filter(|xi| inside(kind, xi));
+        let found: Found = match interior {
+            Some(xi) => (xi, directions, D - 1),
+            None => {
+                let candidates = border(kind).iter().map(|line| on_border(&facet, x, line));
+                let distance = |found: &Found| FacetState::at(kind, nodes, x, &found.0).offset.norm();
+                let nearest = candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+                nearest.unwrap_or((centre(kind), directions, 0))
+            }
+        };
+        Self::assembled(FacetState::at(kind, nodes, x, &found.0), found, x)
+    }
+
+    fn assembled(facet: FacetState<D>, found: Found, x: &Vector<D>) -> Self {
+        let area = facet_normal(&facet.tangents);
+        let size = area.norm();
+        let normal = if size > 0.0 { area / size } else { Vector::zeros() };
+        Self {
+            coordinates: found.0,
+            point: x - facet.offset,
+            gap: facet.offset.dot(&normal),
+            distance: facet.offset.norm(),
+            normal,
+            free: found.1,
+            frees: found.2,
+            facet,
+        }
+    }
+
+    /// Whether the point lies over the facet, rather than beyond an edge or a vertex.
+    pub fn is_interior(&self) -> bool {
+        self.frees == D - 1
+    }
+
+    /// `M_b` at the projected point, one for each node of the facet.
+    pub fn shape(&self) -> &[f64] {
+        &self.facet.shape[..self.facet.nodes]
+    }
+
+    /// Variation by the position of the projected point `x`.
+    pub fn by_contactor(&self) -> ProjectionVariation<D> {
+        self.variation(1.0, [0.0; 2])
+    }
+
+    /// Variation by a node of the facet, as the point kernel wants it.
+    pub fn by_target_node(&self, node: usize) -> NodeVariation<D> {
+        let dim = D - 1;
+        let gradient: [f64; 2] =
+            std::array::from_fn(|k| if k < dim { self.facet.gradient[node * dim + k] } else { 0.0 });
+        let shape = self.facet.shape[node];
+        let variation = self.variation(-shape, gradient);
+        NodeVariation {
+            coefficient: -shape,
+            coefficient_gradient: gradient.map(|m| -m),
+            gap: variation.gap,
+            normal: variation.normal,
+            area: Vector::zeros(),
+            coordinates: variation.coordinates,
+        }
+    }
+
+    /// Variation by a position that moves `x - y` by `coefficient` and the tangents `a_k` by `gradient[k]`.
+    fn variation(&self, coefficient: f64, gradient: [f64; 2]) -> ProjectionVariation<D> {
+        let (facet, offset) = (&self.facet, self.facet.offset);
+        let free = &self.free[..self.frees];
+        let hessian = facet.hessian(free, 1.0);
+        let mut coordinates = [Vector::zeros(); 2];
+        for component in 0..D {
+            let mut right = [0.0; 2];
+            for (r, d) in right.iter_mut().zip(free) {
+                let turn = gradient[0] * d[0] + gradient[1] * d[1];
+                *r = coefficient * facet.along(d)[component] + turn * offset[component];
+            }
+            let moved = solve(&hessian, right, free.len()).unwrap_or([0.0; 2]);
+            for (s, d) in moved.iter().zip(free) {
+                coordinates[0][component] += s * d[0];
+                coordinates[1][component] += s * d[1];
+            }
+        }
+        let normal = self.normal_variation(gradient, &coordinates);
+        ProjectionVariation {
+            gap: self.normal * coefficient + normal.transpose() * offset,
+            normal,
+            coordinates,
+        }
+    }
+
+    /// `dn = -m^kl a_k (n . da_l + h_lm dxi^m)`.
+    fn normal_variation(&self, gradient: [f64; 2], coordinates: &[Vector<D>; 2]) -> Tensor<D> {
+        let facet = &self.facet;
+        let axes = [[1.0, 0.0], [0.0, 1.0]];
+        let metric = facet.hessian(&axes[..D - 1], 0.0);
+        let mut normal = Tensor::zeros();
+        // Turn of each tangent out of the facet: a row vector that acts on the moved position.
+        let turn: [Vector<D>; 2] = std::array::from_fn(|l| {
+            let bend = |m: usize| self.normal.dot(&facet.second[l][m]);
+            self.normal * gradient[l] + coordinates[0] * bend(0) + coordinates[1] * bend(1)
+        });
+        for k in 0..D - 1 {
+            let unit = if k == 0 { [1.0, 0.0] } else { [0.0, 1.0] };
+            let raised = solve(&metric, unit, D - 1).unwrap_or([0.0; 2]);
+            for l in 0..D - 1 {
+                normal -= facet.tangents[k] * turn[l].transpose() * raised[l];
+            }
+        }
+        normal
+    }
+}
