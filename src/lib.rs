@@ -2,6 +2,7 @@
 
 pub mod error;
 pub mod mesh;
+pub mod partition;
 pub mod space;
 pub mod tensor;
 pub mod terms;
