@@ -5,6 +5,7 @@ pub mod error;
 pub mod lanes;
 pub mod material;
 pub mod mesh;
+pub mod partition;
 pub mod space;
 pub mod square;
 pub mod tensor;

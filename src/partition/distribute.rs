@@ -1,0 +1,55 @@
+//! The journey of the mesh from rank 0 to the ranks that own it.
+
+use mpi::traits::CommunicatorCollectives;
+
+use super::extract::Cut;
+use super::message::Message;
+use super::{LocalMesh, Plan, Report};
+use crate::error::{Error, Result, agree};
+use crate::mesh::Mesh;
+
+/// Partitions `mesh`, which rank 0 brings and the others do not, and gives every rank its piece. Collective.
+///
+/// Works on any number of ranks, also with ranks for which nothing is left. The same mesh, plan and number of ranks give
+/// the same pieces. Rank 0 frees the whole mesh.
+///
+/// # Errors
+/// The same on every rank: a mesh that can not be numbered or cut, see [`partition`](super::partition).
+pub fn distribute<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    mesh: Option<Mesh<D>>,
+    plan: &Plan,
+) -> Result<(LocalMesh<D>, Report)> {
+    let cut = agree(world, cut(world, mesh, plan))?;
+    let edge_cut = cut.as_ref().map_or(0, |cut| cut.edge_cut);
+    let local = agree(world, exchange(world, cut))?;
+    let report = Report::gather(world, &local, edge_cut);
+    Ok((local, report))
+}
+
+/// Cuts the mesh on rank 0; nothing elsewhere.
+fn cut<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    mesh: Option<Mesh<D>>,
+    plan: &Plan,
+) -> Result<Option<Cut<D>>> {
+    match (world.rank(), mesh) {
+        (0, Some(mesh)) => Cut::new(mesh, plan, world.size() as usize).map(Some),
+        (0, None) => Err(Error::internal("partition: rank 0 brought no mesh")),
+        _ => Ok(None),
+    }
+}
+
+/// Rank 0 cuts out one piece after the other and sends it; there is never more than one besides the whole.
+fn exchange<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    cut: Option<Cut<D>>,
+) -> Result<LocalMesh<D>> {
+    let Some(mut cut) = cut else {
+        return Message::receive(world).unpack();
+    };
+    for rank in 1..world.size() {
+        Message::pack(&cut.local(rank as u32)).send(world, rank);
+    }
+    Ok(cut.local(0))
+}

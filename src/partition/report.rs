@@ -1,0 +1,89 @@
+//! How evenly the mesh was shared out.
+
+use std::fmt;
+
+use mpi::traits::{CommunicatorCollectives, Root};
+
+use super::LocalMesh;
+
+/// What each rank got; the same on all ranks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Report {
+    /// Elements that belong to each rank.
+    pub elements: Vec<u64>,
+    /// Elements that each rank assembles; more than its own by those that it shares with others.
+    pub assembled: Vec<u64>,
+    /// Nodes that each rank owns.
+    pub owned: Vec<u64>,
+    /// Nodes that each rank holds copies of.
+    pub ghosts: Vec<u64>,
+    /// Sides between elements of different ranks, ties by their weight.
+    pub edge_cut: i64,
+}
+
+impl Report {
+    /// Collects the report. Collective. `edge_cut` counts on rank 0 only.
+    pub(super) fn gather<const D: usize>(
+        world: &impl CommunicatorCollectives,
+        local: &LocalMesh<D>,
+        mut edge_cut: i64,
+    ) -> Self {
+        world.process_at_rank(0).broadcast_into(&mut edge_cut);
+        let own = local.mine.iter().filter(|&&mine| mine).count();
+        let counts = [own, local.assembled, local.index.owned, local.index.ghosts.len()].map(|n| n as u64);
+        let mut all = vec![0; counts.len() * world.size() as usize];
+        world.all_gather_into(&counts[..], &mut all[..]);
+        let column = |k| all.iter().skip(k).step_by(counts.len()).copied().collect();
+        Self { elements: column(0), assembled: column(1), owned: column(2), ghosts: column(3), edge_cut }
+    }
+
+    /// Nodes of the fullest rank over the mean; 1 is perfect.
+    pub fn imbalance(&self) -> f64 {
+        let total: u64 = self.owned.iter().sum();
+        let most = self.owned.iter().max().copied().unwrap_or(0);
+        if total == 0 { 1.0 } else { most as f64 * self.owned.len() as f64 / total as f64 }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let span = |values: &[u64]| {
+            let (low, high) = values.iter().fold((u64::MAX, 0), |(l, h), &v| (l.min(v), h.max(v)));
+            if low == high { format!("{low}") } else { format!("{low} to {high}") }
+        };
+        write!(
+            f,
+            "each of {} ranks: {} elements, {} nodes and {} ghosts; imbalance {:.1} %, {} sides cut",
+            self.owned.len(),
+            span(&self.elements),
+            span(&self.owned),
+            span(&self.ghosts),
+            100.0 * (self.imbalance() - 1.0),
+            self.edge_cut
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The report says how much fuller the fullest rank is, also when there is nothing at all.
+    #[test]
+    fn imbalance_is_that_of_the_fullest_rank() {
+        let report = |owned: &[u64]| Report {
+            elements: vec![2; owned.len()],
+            assembled: vec![2; owned.len()],
+            owned: owned.to_vec(),
+            ghosts: vec![1; owned.len()],
+            edge_cut: 3,
+        };
+        assert_eq!(report(&[6, 4, 2]).imbalance(), 1.5);
+        assert_eq!(report(&[0, 0]).imbalance(), 1.0);
+        let text = report(&[6, 4, 2]).to_string();
+        assert_eq!(
+            text,
+            "each of 3 ranks: 2 elements, 2 to 6 nodes and 1 ghosts; imbalance 50.0 %, 3 sides cut"
+        );
+    }
+}
