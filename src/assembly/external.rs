@@ -1,0 +1,189 @@
+//! External forces: weight, tractions and pressures as the case gives them (3.4).
+
+use super::forces::Solid;
+use super::scatter::{ForceSink, MatrixSink, ScatterMap};
+use super::supports::in_space;
+use crate::case::Function;
+use crate::element::{Configuration, ElementSink, Kinematics, LoadedSurface};
+use crate::error::Result;
+use crate::mesh::{Facet, Mesh};
+use crate::model::{Load, LoadKind};
+use crate::partition::LocalMesh;
+use crate::petsc::{BlockPattern, BlockValues};
+
+/// Facets with one number of nodes under one load.
+struct Patch<const D: usize> {
+    surface: LoadedSurface<D>,
+    map: ScatterMap,
+}
+
+/// One load of the case on this rank.
+struct Applied<const D: usize> {
+    kind: LoadKind<D>,
+    /// Bodies that a body force acts on.
+    bodies: Vec<bool>,
+    patches: Vec<Patch<D>>,
+    /// Pressure follows the surface.
+    follows: bool,
+}
+
+/// Where the loads are resolved.
+pub struct Place<'a, const D: usize> {
+    /// The rank's mesh.
+    pub local: &'a LocalMesh<D>,
+    /// Pattern of the matrix.
+    pub pattern: &'a BlockPattern,
+    /// Prescribed unknowns.
+    pub constrained: &'a [bool],
+    /// Kinematics of each body.
+    pub kinematics: &'a [Kinematics],
+}
+
+/// All loads of a rank.
+pub struct External<const D: usize> {
+    loads: Vec<Applied<D>>,
+    /// Dead loads at one time, kept while time stands still.
+    dead: Vec<f64>,
+    dead_at: Option<f64>,
+}
+
+impl<const D: usize> External<D> {
+    /// Resolves the loads on the rank's mesh.
+    ///
+    /// # Errors
+    /// When a set is not there.
+    pub fn new(loads: &[Load<D>], place: &Place<D>) -> Result<Self> {
+        let loads = loads.iter().map(|load| Applied::new(load, place)).collect::<Result<_>>()?;
+        Ok(Self { loads, dead: Vec::new(), dead_at: None })
+    }
+
+    /// Whether there is no load at all.
+    pub fn is_empty(&self) -> bool {
+        self.loads.is_empty()
+    }
+
+    /// Whether a load depends on the displacement, and so has a (non-symmetric) stiffness.
+    pub fn follows(&self) -> bool {
+        self.loads.iter().any(|load| load.follows)
+    }
+
+    /// Adds `factor F_ext(u, time)` to the owned rows of `force` [N].
+    pub fn add_force(&mut self, at: &Moment, solids: &[Solid<D>], force: &mut [f64]) {
+        self.refresh(at.time, solids, force.len());
+        force.iter_mut().zip(&self.dead).for_each(|(entry, load)| *entry += at.factor * load);
+        let following = self.loads.iter().filter(|load| load.follows);
+        for (load, patch) in following.flat_map(|load| load.patches.iter().map(move |patch| (load, patch))) {
+            let mut sink = ForceSink::<D> { map: &patch.map, force: &mut *force };
+            load.pressure(patch, at, &mut sink);
+        }
+    }
+
+    /// Adds the stiffness of following loads to the matrix.
+    pub fn add_stiffness(&self, at: &Moment, constrained: &[bool], values: &mut BlockValues) {
+        let following = self.loads.iter().filter(|load| load.follows);
+        for (load, patch) in following.flat_map(|load| load.patches.iter().map(move |patch| (load, patch))) {
+            let mut sink = MatrixSink::<D> {
+                map: &patch.map,
+                constrained,
+                values: &mut *values,
+                lift: None,
+                scratch: Vec::new(),
+            };
+            load.pressure(patch, at, &mut sink);
+        }
+    }
+
+    /// Assembles the dead loads anew where they change with time.
+    fn refresh(&mut self, time: f64, solids: &[Solid<D>], rows: usize) {
+        let steady = self.loads.iter().all(|load| load.follows || load.kind.is_constant_in_time());
+        if self.dead_at == Some(time) || (steady && self.dead_at.is_some()) {
+            return;
+        }
+        let mut dead = std::mem::take(&mut self.dead);
+        dead.clear();
+        dead.resize(rows, 0.0);
+        for load in self.loads.iter().filter(|load| !load.follows) {
+            load.add_dead(time, solids, &mut dead);
+        }
+        self.dead = dead;
+        self.dead_at = Some(time);
+    }
+}
+
+/// Instant, displacement and factor at which loads act.
+pub struct Moment<'a> {
+    /// Instant [s].
+    pub time: f64,
+    /// Local displacement [m].
+    pub u: &'a [f64],
+    /// Factor on all loads.
+    pub factor: f64,
+}
+
+impl<const D: usize> Applied<D> {
+    fn new(load: &Load<D>, place: &Place<D>) -> Result<Self> {
+        let mesh = &place.local.mesh;
+        let mut bodies = vec![false; place.kinematics.len()];
+        let mut facets: &[Facet] = &[];
+        if let LoadKind::BodyForce(_) = load.kind {
+            load.bodies.iter().for_each(|&body| bodies[body] = true);
+        } else {
+            facets = mesh.facet_sets.get(&load.set).map_or(&[], Vec::as_slice);
+        }
+        let body = facets.first().map(|facet| usize::from(mesh.body[facet.element as usize]));
+        let finite = load.bodies.first().copied().or(body).is_some_and(|b| place.kinematics[b] == Kinematics::Finite);
+        let follows = matches!(load.kind, LoadKind::Pressure(_)) && finite;
+        Ok(Self { kind: load.kind.clone(), bodies, patches: patches(mesh, facets, place), follows })
+    }
+
+    fn add_dead(&self, time: f64, solids: &[Solid<D>], force: &mut [f64]) {
+        match &self.kind {
+            LoadKind::BodyForce(components) => {
+                let density = |point: &[f64; D]| values(components, point, time);
+                for solid in solids.iter().filter(|solid| self.bodies[solid.body]) {
+                    solid.group.body_force(density, &mut ForceSink::<D> { map: &solid.map, force: &mut *force });
+                }
+            }
+            LoadKind::Traction(components) => {
+                let density = |point: &[f64; D]| values(components, point, time);
+                for patch in &self.patches {
+                    let mut sink = ForceSink::<D> { map: &patch.map, force: &mut *force };
+                    patch.surface.traction(density, &mut sink);
+                }
+            }
+            LoadKind::Pressure(pressure) => {
+                for patch in &self.patches {
+                    let mut sink = ForceSink::<D> { map: &patch.map, force: &mut *force };
+                    let strength = |point: &[f64; D]| pressure.value(in_space(point), time);
+                    patch.surface.pressure(Configuration::Reference, strength, &mut sink);
+                }
+            }
+        }
+    }
+
+    fn pressure(&self, patch: &Patch<D>, at: &Moment, sink: &mut dyn ElementSink) {
+        let LoadKind::Pressure(pressure) = &self.kind else { return };
+        let strength = |point: &[f64; D]| at.factor * pressure.value(in_space(point), at.time);
+        patch.surface.pressure(Configuration::Current(at.u), strength, sink);
+    }
+}
+
+fn values<const D: usize>(components: &[Function; D], point: &[f64; D], time: f64) -> [f64; D] {
+    std::array::from_fn(|i| components[i].value(in_space(point), time))
+}
+
+/// The facets sorted by their number of nodes, each sort with its map.
+fn patches<const D: usize>(mesh: &Mesh<D>, facets: &[Facet], place: &Place<D>) -> Vec<Patch<D>> {
+    let width = |facet: &Facet| mesh.facet_kind(*facet).nodes();
+    let mut widths: Vec<usize> = facets.iter().map(width).collect();
+    widths.sort_unstable();
+    widths.dedup();
+    let patch = |&wanted: &usize| {
+        let of_width: Vec<Facet> = facets.iter().filter(|facet| width(facet) == wanted).copied().collect();
+        let surface = LoadedSurface::new(mesh, &of_width);
+        let nodes = (0..surface.len()).flat_map(|index| surface.nodes(index)).copied().collect();
+        let map = ScatterMap::new::<D>(wanted, nodes, place.pattern, &place.local.index, place.constrained);
+        Patch { surface, map }
+    };
+    widths.iter().map(patch).collect()
+}

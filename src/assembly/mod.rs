@@ -1,0 +1,20 @@
+//! The one place where kernels, contact and PETSc meet: residual and matrix of the whole system (3.5), (3.9).
+//!
+//! Each rank evaluates every element and facet that touches one of its nodes and keeps its own rows, so that
+//! nothing is sent to other ranks while assembling.
+
+mod contact;
+mod energy;
+mod external;
+mod forces;
+mod mass;
+mod pattern;
+mod report;
+mod scatter;
+mod start;
+mod supports;
+mod system;
+
+pub use energy::{Energies, EnergyLedger};
+pub use report::{ContactSummary, PointReport};
+pub use system::{ContactSystem, SystemOptions};

@@ -1,0 +1,54 @@
+//! The sparsity of the system: which nodes meet, by row of the rank's own nodes.
+
+use crate::mesh::Mesh;
+use crate::partition::IndexMap;
+use crate::petsc::BlockPattern;
+
+/// All pairs of nodes that share one of the first `assembled` elements, for the rows that this rank owns.
+pub fn pattern_of_elements<const D: usize>(mesh: &Mesh<D>, assembled: usize, index: &IndexMap) -> BlockPattern {
+    let touching = elements_at_nodes(mesh, assembled, index.owned);
+    let mut row_offsets = Vec::with_capacity(index.owned + 1);
+    let mut columns = Vec::new();
+    let mut row: Vec<i32> = Vec::new();
+    row_offsets.push(0);
+    for node in 0..index.owned {
+        row.clear();
+        row.push(index.global(node as u32));
+        for &element in &touching.elements[touching.offsets[node] as usize..touching.offsets[node + 1] as usize] {
+            row.extend(mesh.element_nodes(element).iter().map(|&other| index.global(other)));
+        }
+        row.sort_unstable();
+        row.dedup();
+        columns.extend_from_slice(&row);
+        row_offsets.push(columns.len() as u32);
+    }
+    BlockPattern { block_size: D, first_row: index.first, row_offsets, columns }
+}
+
+/// For each owned node the elements that use it, in compressed form.
+struct Touching {
+    offsets: Vec<u32>,
+    elements: Vec<u32>,
+}
+
+/// By counting sort.
+fn elements_at_nodes<const D: usize>(mesh: &Mesh<D>, assembled: usize, owned: usize) -> Touching {
+    let nodes_of =
+        |element: u32| mesh.element_nodes(element).iter().map(|&n| n as usize).filter(move |&n| n < owned);
+    let mut offsets = vec![0u32; owned + 1];
+    for element in 0..assembled as u32 {
+        nodes_of(element).for_each(|node| offsets[node + 1] += 1);
+    }
+    for node in 0..owned {
+        offsets[node + 1] += offsets[node];
+    }
+    let mut next = offsets.clone();
+    let mut elements = vec![0u32; offsets[owned] as usize];
+    for element in 0..assembled as u32 {
+        for node in nodes_of(element) {
+            elements[next[node] as usize] = element;
+            next[node] += 1;
+        }
+    }
+    Touching { offsets, elements }
+}

@@ -1,0 +1,142 @@
+//! Where the entries of element and facet matrices go: computed once, so that insertion is an indexed add.
+
+use crate::element::ElementSink;
+use crate::partition::IndexMap;
+use crate::petsc::{BlockPattern, BlockValues, NO_SLOT};
+
+/// Scatter map of pieces (elements or facets) with the same number of nodes.
+pub struct ScatterMap {
+    /// Nodes a piece.
+    pub width: usize,
+    /// Local nodes, piece by piece.
+    nodes: Vec<u32>,
+    /// Slots of all node pairs, piece by piece, row-major; [`NO_SLOT`] in rows of other ranks.
+    slots: Vec<u32>,
+    /// Whether a piece has a prescribed unknown.
+    constrained: Vec<bool>,
+}
+
+impl ScatterMap {
+    /// The map of pieces given by their local nodes, `width` each.
+    pub fn new<const D: usize>(
+        width: usize,
+        nodes: Vec<u32>,
+        pattern: &BlockPattern,
+        index: &IndexMap,
+        constrained: &[bool],
+    ) -> Self {
+        let globals: Vec<i32> = nodes.iter().map(|&node| index.global(node)).collect();
+        let mut slots = Vec::with_capacity(nodes.len() * width);
+        for (piece, columns) in nodes.chunks(width.max(1)).zip(globals.chunks(width.max(1))) {
+            for &row in piece {
+                let owned = index.owns(row);
+                let slot = |&column: &i32| if owned { pattern.slot(row as usize, column) } else { None };
+                slots.extend(columns.iter().map(|column| slot(column).unwrap_or(NO_SLOT)));
+            }
+        }
+        let touches = |piece: &[u32]| piece.iter().any(|&n| (0..D).any(|i| constrained[n as usize * D + i]));
+        let constrained = nodes.chunks(width.max(1)).map(touches).collect();
+        Self { width, nodes, slots, constrained }
+    }
+
+    /// Local nodes of a piece.
+    pub fn nodes(&self, piece: usize) -> &[u32] {
+        &self.nodes[piece * self.width..(piece + 1) * self.width]
+    }
+
+    /// Slots of the node pairs of a piece, row-major.
+    pub fn slots(&self, piece: usize) -> &[u32] {
+        let pairs = self.width * self.width;
+        &self.slots[piece * pairs..(piece + 1) * pairs]
+    }
+}
+
+/// Right side that takes the columns of prescribed unknowns: `rhs -= K_fd change`.
+pub struct LiftTarget<'a> {
+    /// Change of the prescribed unknowns, owned and ghost [m].
+    pub change: &'a [f64],
+    /// Owned rows [N].
+    pub rhs: &'a mut [f64],
+}
+
+/// Takes forces only: owned rows, local node order [N].
+pub struct ForceSink<'a, const D: usize> {
+    /// Map of the group being swept.
+    pub map: &'a ScatterMap,
+    /// Owned rows.
+    pub force: &'a mut [f64],
+}
+
+impl<const D: usize> ElementSink for ForceSink<'_, D> {
+    #[inline]
+    fn element(&mut self, index: usize, force: &[f64], _: Option<&[f64]>) {
+        for (node, part) in self.map.nodes(index).iter().zip(force.chunks_exact(D)) {
+            let row = *node as usize * D;
+            if let Some(entries) = self.force.get_mut(row..row + D) {
+                entries.iter_mut().zip(part).for_each(|(entry, value)| *entry += value);
+            }
+        }
+    }
+}
+
+/// Takes stiffness only; rows and columns of prescribed unknowns are left out and, where asked for, lifted.
+pub struct MatrixSink<'a, 'm, const D: usize> {
+    /// Map of the group being swept.
+    pub map: &'a ScatterMap,
+    /// Prescribed local unknowns.
+    pub constrained: &'a [bool],
+    /// Matrix values.
+    pub values: &'a mut BlockValues<'m>,
+    /// Right side for prescribed changes.
+    pub lift: Option<LiftTarget<'a>>,
+    /// Copy of a piece with prescribed unknowns.
+    pub scratch: Vec<f64>,
+}
+
+impl<const D: usize> ElementSink for MatrixSink<'_, '_, D> {
+    #[inline]
+    fn element(&mut self, index: usize, _: &[f64], stiffness: Option<&[f64]>) {
+        let Some(stiffness) = stiffness else { return };
+        if self.map.constrained[index] {
+            self.lift_columns(index, stiffness);
+            self.scratch.clear();
+            self.scratch.extend_from_slice(stiffness);
+            self.clear_prescribed(index);
+            self.values.add_blocks(self.map.slots(index), &self.scratch);
+        } else {
+            self.values.add_blocks(self.map.slots(index), stiffness);
+        }
+    }
+}
+
+impl<const D: usize> MatrixSink<'_, '_, D> {
+    /// Zeroes rows and columns of prescribed unknowns in the copy.
+    fn clear_prescribed(&mut self, index: usize) {
+        let (nodes, width) = (self.map.nodes(index), self.map.width);
+        let fixed = |a: usize, i: usize| self.constrained[nodes[a] as usize * D + i];
+        for (pair, block) in self.scratch.chunks_exact_mut(D * D).enumerate() {
+            let (a, b) = (pair / width, pair % width);
+            for (ij, entry) in block.iter_mut().enumerate() {
+                if fixed(a, ij / D) || fixed(b, ij % D) {
+                    *entry = 0.0;
+                }
+            }
+        }
+    }
+
+    /// Moves the columns of prescribed unknowns to the right side.
+    fn lift_columns(&mut self, index: usize, stiffness: &[f64]) {
+        let (nodes, width) = (self.map.nodes(index), self.map.width);
+        let Some(lift) = self.lift.as_mut() else { return };
+        for (pair, block) in stiffness.chunks_exact(D * D).enumerate() {
+            let row = nodes[pair / width] as usize * D;
+            if row >= lift.rhs.len() {
+                continue;
+            }
+            let change = &lift.change[nodes[pair % width] as usize * D..][..D];
+            for i in (0..D).filter(|i| !self.constrained[row + i]) {
+                lift.rhs[row + i] -= (0..D).map(|j| block[i * D + j] * change[j]).sum::<f64>();
+            }
+        }
+    }
+}

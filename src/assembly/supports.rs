@@ -1,0 +1,46 @@
+//! Prescribed displacements: their motion in time, and the forces that they exert.
+
+use crate::case::Function;
+use crate::error::{Error, Result};
+use crate::model::Support;
+use crate::space::{DofMap, Fields, Motion};
+
+/// The displacement boundaries of a rank.
+pub struct Supports<const D: usize> {
+    /// Which unknowns are prescribed.
+    pub dofs: DofMap<D>,
+    motions: Vec<[Option<Function>; D]>,
+}
+
+impl<const D: usize> Supports<D> {
+    /// Supports whose unknowns are resolved in `dofs`, in the same order.
+    pub fn new(dofs: DofMap<D>, supports: &[Support<D>]) -> Self {
+        Self { dofs, motions: supports.iter().map(|support| support.components.clone()).collect() }
+    }
+
+    /// Writes prescribed `u`, `v`, `a` at `time`, times `factor`, into the local arrays.
+    ///
+    /// # Errors
+    /// When a prescribed value is not finite.
+    pub fn fill(&self, points: &[[f64; D]], time: f64, factor: f64, fields: Fields) -> Result<()> {
+        let motion = |boundary: usize, component: usize, point: &[f64; D]| {
+            let Some(function) = &self.motions[boundary][component] else {
+                return Err(Error::internal("a support without a function"));
+            };
+            let at = function.motion(in_space(point), time);
+            if ![at.value, at.rate, at.second].iter().all(|value| value.is_finite()) {
+                return Err(Error::case(format!(
+                    "component {} is not finite at t = {time} s, point {point:?}",
+                    ["x", "y", "z"][component]
+                )));
+            }
+            Ok(Motion { u: factor * at.value, v: factor * at.rate, a: factor * at.second })
+        };
+        self.dofs.fill(points, motion, fields)
+    }
+}
+
+/// A point of the plane or of space with all three coordinates.
+pub fn in_space<const D: usize>(point: &[f64; D]) -> [f64; 3] {
+    std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0))
+}

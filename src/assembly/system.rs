@@ -1,0 +1,476 @@
+//! The equations of motion of one rank's share, as solvers and integrators see them.
+
+use std::rc::Rc;
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::{Contact, Place, facets_of, size_of};
+use super::external::{self, External, Moment};
+use super::forces::{BodyPhysics, Solid, solids};
+use super::mass::{Mass, MassKind};
+use super::pattern::pattern_of_elements;
+use super::scatter::LiftTarget;
+use super::start::{Overclosure, resolve_overclosure};
+use super::supports::Supports;
+use crate::contact::point::Selection;
+use crate::contact::rigid::ContactFields;
+use crate::contact::state::{Changes, Hold};
+use crate::dynamics::{ContactCounts, Dynamics, FrictionMode, Lift, Residual, Stage};
+use crate::element::{Inverted, Kinematics};
+use crate::error::{Error, Result, agree};
+use crate::model::Model;
+use crate::partition::LocalMesh;
+use crate::petsc::{BlockPattern, Event, Format, Matrix, Session, Symmetry, Vector};
+use crate::space::{Boundary, DofMap, Fields};
+use crate::terms::Terms;
+
+/// What the system is built for.
+#[derive(Debug, Clone, Copy)]
+pub struct SystemOptions {
+    /// Inertia takes part.
+    pub inertia: bool,
+    /// Storage of the matrix.
+    pub format: Format,
+}
+
+/// Forces on the owned unknowns by origin [N].
+#[derive(Default)]
+pub(super) struct Parts {
+    pub internal: Vec<f64>,
+    pub contact: Vec<f64>,
+    pub external: Vec<f64>,
+}
+
+/// Phases whose time is recorded.
+pub(super) struct Phases {
+    contact: Event,
+    forces: Event,
+    tangent: Event,
+    finish: Event,
+}
+
+/// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
+pub struct ContactSystem<const D: usize> {
+    pub(super) session: Rc<Session>,
+    pub(super) local: LocalMesh<D>,
+    pub(super) solids: Vec<Solid<D>>,
+    pub(super) contacts: Vec<Contact<D>>,
+    pub(super) supports: Supports<D>,
+    pub(super) external: External<D>,
+    pub(super) mass: Option<Mass>,
+    pub(super) parts: Parts,
+    /// `Q - F_ext - F_n - F_T` at the last trial state [N].
+    pub(super) forces: Vector,
+    /// `M a` at the last trial state [N].
+    pub(super) inertia: Vector,
+    overclosures: Vec<Overclosure<D>>,
+    matrix: Matrix,
+    work: Vector,
+    fault: Option<Inverted>,
+    changes: Changes,
+    extent: f64,
+    /// Stiffness of the unit rows of prescribed unknowns [N/m].
+    unit: f64,
+    phases: Phases,
+}
+
+impl<const D: usize> ContactSystem<D> {
+    /// Builds everything that the model names on the rank's share of the mesh. Collective.
+    ///
+    /// # Errors
+    /// When the model does not fit the mesh, the same on all ranks.
+    pub fn new(
+        session: &Rc<Session>,
+        mut local: LocalMesh<D>,
+        model: &Model<D>,
+        options: SystemOptions,
+    ) -> Result<Self> {
+        let world = session.world();
+        let overclosures = model.contacts.iter().map(|contact| resolve_overclosure(world, &mut local, contact));
+        let overclosures = overclosures.collect::<Result<Vec<_>>>()?;
+        let supports = agree(world, supports(&local, model))?;
+        let pattern = Rc::new(pattern_of_elements(&local.mesh, local.assembled, &local.index));
+        let constrained = &supports.dofs.constrained;
+        let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
+        let contacts = contacts(world, &local, model, &pattern, constrained)?;
+        let external = agree(world, loads(&local, model, &pattern, constrained))?;
+        let mass = if options.inertia { Some(Mass::new(session, &pattern, &solids)?) } else { None };
+        let forces = Vector::ghosted(session, local.index.owned, D, &local.index.ghosts)?;
+        let rows = local.index.owned * D;
+        let parts =
+            Parts { internal: vec![0.0; rows], contact: vec![0.0; rows], external: vec![0.0; rows] };
+        let phases = Phases {
+            contact: Event::register(session, "Contact")?,
+            forces: Event::register(session, "ElementForces")?,
+            tangent: Event::register(session, "Tangent")?,
+            finish: Event::register(session, "Insertion")?,
+        };
+        Ok(Self {
+            session: session.clone(),
+            matrix: Matrix::new(session, &pattern, options.format)?,
+            inertia: forces.like()?,
+            work: forces.like()?,
+            forces,
+            extent: extent(world, &local),
+            unit: model.bodies.iter().map(|body| body.young_modulus).fold(0.0, f64::max),
+            local,
+            solids,
+            contacts,
+            supports,
+            external,
+            mass,
+            parts,
+            overclosures,
+            fault: None,
+            changes: Changes::default(),
+            phases,
+        })
+    }
+
+    /// A zero vector of the system's layout: what states are made of.
+    pub fn pattern_vector(&self) -> &Vector {
+        &self.forces
+    }
+
+    /// The rank's share of the mesh.
+    pub fn local(&self) -> &LocalMesh<D> {
+        &self.local
+    }
+
+    /// Gaps and overclosures of the undeformed state.
+    pub fn overclosures(&self) -> &[Overclosure<D>] {
+        &self.overclosures
+    }
+
+    /// Number of unknowns over all ranks, prescribed ones included.
+    pub fn unknowns(&self) -> usize {
+        self.local.index.total as usize * D
+    }
+
+    /// Whether friction takes part anywhere.
+    pub fn has_friction(&self) -> bool {
+        self.contacts.iter().any(|contact| contact.pair.law.friction.is_some())
+    }
+
+    /// Whether there is contact at all.
+    pub fn has_contact(&self) -> bool {
+        !self.contacts.is_empty()
+    }
+
+    /// Gives the matrix the rigid-body modes of its nodes, for multigrid. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn set_rigid_body_modes(&mut self) -> Result<()> {
+        let mut coordinates = Vector::new(&self.session, self.local.index.owned, D)?;
+        for (entry, value) in coordinates.owned_mut().iter_mut().zip(self.local.mesh.points.iter().flatten()) {
+            *entry = *value;
+        }
+        self.matrix.set_near_null_space(&coordinates)
+    }
+
+    /// Adds `shift m_ab` to the matrix, the mass being normalised to a diagonal of about one: holds bodies that
+    /// nothing holds, without changing the solution of the equations. Collective.
+    fn moment<'a>(stage: &Stage, u: &'a [f64]) -> Moment<'a> {
+        Moment { time: stage.trial.time, u, factor: stage.load_factor }
+    }
+
+    /// Fills the three parts of the forces at the trial state; remembers an inverted element.
+    fn sweep(&mut self, stage: &Stage) {
+        self.fault = None;
+        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
+        let Parts { internal, contact, external } = &mut self.parts;
+        {
+            let _running = self.phases.forces.begin();
+            internal.fill(0.0);
+            for solid in &self.solids {
+                if let Err(inverted) = solid.add_force(&u, internal) {
+                    self.fault.get_or_insert(inverted);
+                }
+            }
+            external.fill(0.0);
+            self.external.add_force(&Self::moment(stage, &u), &self.solids, external);
+        }
+        let _running = self.phases.contact.begin();
+        contact.fill(0.0);
+        let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
+        for pair in &mut self.contacts {
+            pair.add_force(&fields, hold(stage), contact);
+        }
+    }
+
+    /// `M (w_0 a_start + w_1 a_end)` into `work`, and nothing where there is no inertia.
+    fn weigh_inertia(&mut self, stage: &Stage) -> Result<()> {
+        let Some(mass) = self.mass.as_ref().filter(|_| stage.inertia) else {
+            self.work.set(0.0);
+            return Ok(());
+        };
+        let [at_start, at_end] = stage.balance.mass;
+        self.inertia.copy_from(&stage.trial.a)?;
+        self.inertia.axpby(at_start, at_end, &stage.start.a)?;
+        mass.multiply(&self.inertia, &mut self.work)
+    }
+
+    /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones [N].
+    ///
+    /// To be called after [`Dynamics::residual`] at the same state. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn imbalance(&mut self, stage: &Stage, out: &mut Vector) -> Result<()> {
+        match self.mass.as_ref().filter(|_| stage.inertia) {
+            Some(mass) => mass.multiply(&stage.trial.a, out)?,
+            None => out.set(0.0),
+        }
+        out.axpy(1.0, &self.forces)
+    }
+
+    /// Ends the step: contact points remember their tractions, the forces become those at the start of the next
+    /// step, the trial state becomes its start.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn accept(&mut self, stage: &mut Stage) -> Result<()> {
+        let dt = stage.dt;
+        self.contacts.iter_mut().for_each(|contact| contact.state.accept(dt));
+        stage.start_forces.copy_from(&self.forces)?;
+        stage.accept();
+        Ok(())
+    }
+}
+
+/// What the contact law is told for this stage.
+fn hold(stage: &Stage) -> Hold {
+    match stage.friction {
+        FrictionMode::AsGiven => Hold::Nothing,
+        FrictionMode::Off => Hold::Frictionless,
+    }
+}
+
+impl<const D: usize> Dynamics for ContactSystem<D> {
+    fn prescribe(&mut self, stage: &mut Stage) -> Result<()> {
+        let (time, factor) = (stage.trial.time, stage.load_factor);
+        let filled = {
+            let (mut u, mut v, mut a) =
+                (stage.trial.u.local_mut(), stage.trial.v.local_mut(), stage.trial.a.local_mut());
+            let fields = Fields { u: &mut u, v: &mut v, a: &mut a };
+            self.supports.fill(&self.local.mesh.points, time, factor, fields)
+        };
+        filled?;
+        stage.trial.u.update_ghosts()?;
+        stage.trial.v.update_ghosts()
+    }
+
+    fn residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
+        self.sweep(stage);
+        self.weigh_inertia(stage)?;
+        let mut sums = [0.0; 5];
+        {
+            let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
+            let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
+            let Parts { internal, contact, external } = &self.parts;
+            let constrained = &self.supports.dofs.constrained;
+            for i in 0..out.len() {
+                forces[i] = internal[i] - external[i] - contact[i];
+                let total = inertia[i] + stage.balance.start_force * start[i] + forces[i];
+                out[i] = if constrained[i] { 0.0 } else { total };
+                let terms = [out[i], internal[i], contact[i], external[i], inertia[i]];
+                sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term * term);
+            }
+        }
+        if self.fault.is_some() {
+            sums[0] = f64::NAN;
+        }
+        let mut total = [0.0; 5];
+        self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
+        let scale = total[1..].iter().copied().fold(0.0, f64::max).sqrt();
+        Ok(Residual { norm: total[0].sqrt(), scale })
+    }
+
+    fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {
+        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
+        let inertia = stage.inertia && terms.contains(Terms::MASS);
+        let mass = self.mass.as_ref().filter(|_| inertia);
+        let (change, mut rhs) = match lift {
+            Some(Lift { change, rhs }) => (Some(change.local()), Some(rhs.owned_mut())),
+            None => (None, None),
+        };
+        let mut target = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
+        let constrained = &self.supports.dofs.constrained;
+        let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
+        let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
+        let phases = &self.phases;
+        let symmetric = symmetric(contacts, external, stage, terms);
+        let finish = phases.finish.begin();
+        let inverted = self.matrix.fill(|values| {
+            let tangent = phases.tangent.begin();
+            values.zero();
+            if let Some(mass) = mass {
+                let factor = weight * shifts.acceleration;
+                for (slot, m) in mass.values.iter().enumerate() {
+                    values.add_isotropic(slot as u32, factor * m);
+                }
+            }
+            let mut inverted = Ok(());
+            for solid in solids {
+                let lift = reborrow(&mut target);
+                inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
+            }
+            external.add_stiffness(&Self::moment(stage, &u), constrained, values);
+            drop(tangent);
+            let _running = phases.contact.begin();
+            let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
+            let selection = Selection { terms, velocity_shift: shifts.velocity };
+            for pair in contacts.iter_mut() {
+                let lift = reborrow(&mut target);
+                pair.add_stiffness(&fields, (selection, hold(stage)), constrained, values, lift);
+            }
+            inverted
+        })?;
+        drop(finish);
+        self.fault = inverted.err();
+        self.matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
+        let _ = unit;
+        Ok(())
+    }
+
+    fn matrix(&self) -> &Matrix {
+        &self.matrix
+    }
+
+    fn is_symmetric(&self, stage: &Stage, terms: Terms) -> bool {
+        symmetric(&self.contacts, &self.external, stage, terms)
+    }
+
+    fn observe(&mut self) -> Result<ContactCounts> {
+        let mut own = Changes::default();
+        let (mut stick, mut slip) = (0, 0);
+        for contact in &mut self.contacts {
+            own += contact.iterate();
+            let summary = contact.pair.summary(&contact.state);
+            stick += summary.stick;
+            slip += summary.slip;
+        }
+        let counts = [own.closed, own.changed, own.alternating, own.flipped, stick, slip].map(|n| n as u64);
+        let mut total = [0u64; 6];
+        self.session.world().all_reduce_into(&counts[..], &mut total[..], SystemOperation::sum());
+        let [closed, changed, alternating, flipped, stick, slip] = total;
+        let usize_of = |n: u64| n as usize;
+        self.changes = Changes {
+            closed: usize_of(closed),
+            changed: usize_of(changed),
+            alternating: usize_of(alternating),
+            flipped: usize_of(flipped),
+        };
+        Ok(ContactCounts { closed, stick, slip, changed, flipped })
+    }
+
+    fn is_cycling(&self) -> bool {
+        self.changes.is_two_cycle()
+    }
+
+    fn rewind(&mut self) {
+        self.contacts.iter_mut().for_each(|contact| contact.state.begin());
+    }
+
+    fn fault(&mut self) -> Option<Error> {
+        let own = self.fault.map(|inverted| self.describe(&inverted));
+        agree(self.session.world(), own.map_or(Ok(()), Err)).err()
+    }
+
+    fn restless_points(&mut self) -> String {
+        match self.changes.changed {
+            0 => String::new(),
+            1 => "1 contact point still changes its status".to_owned(),
+            n => format!("{n} contact points still change their status"),
+        }
+    }
+
+    fn extent(&self) -> f64 {
+        self.extent
+    }
+}
+
+fn reborrow<'a>(target: &'a mut Option<LiftTarget<'_>>) -> Option<LiftTarget<'a>> {
+    target.as_mut().map(|target| LiftTarget { change: target.change, rhs: &mut *target.rhs })
+}
+
+/// Friction, a changing area or a following load make the matrix non-symmetric.
+fn symmetric<const D: usize>(
+    contacts: &[Contact<D>],
+    external: &External<D>,
+    stage: &Stage,
+    terms: Terms,
+) -> bool {
+    let friction = stage.friction == FrictionMode::AsGiven;
+    let coupled = Terms::FRICTION_NORMAL_COUPLING | Terms::FRICTION_GEOMETRY;
+    let contact = |contact: &Contact<D>| {
+        let area = contact.pair.area == crate::contact::rigid::AreaKind::Current;
+        (friction && contact.pair.law.friction.is_some() && terms.intersects(coupled))
+            || (area && terms.contains(Terms::ZONE_CHANGE))
+    };
+    !contacts.iter().any(contact) && !external.follows()
+}
+
+fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
+    let mass = |lumped| if lumped { MassKind::Lumped } else { MassKind::Consistent };
+    let body = |body: &crate::model::Body| BodyPhysics {
+        formulation: body.formulation,
+        mass: mass(body.lumped_mass),
+    };
+    model.bodies.iter().map(body).collect()
+}
+
+fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Result<Supports<D>> {
+    let boundary = |support: &crate::model::Support<D>| Boundary {
+        name: support.name.clone(),
+        set: support.set.clone(),
+        components: std::array::from_fn(|i| support.components[i].is_some()),
+    };
+    let boundaries: Vec<Boundary<D>> = model.supports.iter().map(boundary).collect();
+    Ok(Supports::new(DofMap::new(&local.mesh, &boundaries)?, &model.supports))
+}
+
+fn contacts<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    model: &Model<D>,
+    pattern: &BlockPattern,
+    constrained: &[bool],
+) -> Result<Vec<Contact<D>>> {
+    let place = Place { local, pattern, constrained };
+    let mut contacts = Vec::with_capacity(model.contacts.len());
+    for contact in &model.contacts {
+        let own = agree(world, facets_of(local, &contact.contactor).map(|facets| size_of(local, facets)))?;
+        let mut total = [0.0; 2];
+        world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
+        let facet_size = (total[0] / total[1]).powf(1.0 / (D as f64 - 1.0));
+        contacts.push(agree(world, Contact::new(model, contact, facet_size, &place))?);
+    }
+    Ok(contacts)
+}
+
+fn loads<const D: usize>(
+    local: &LocalMesh<D>,
+    model: &Model<D>,
+    pattern: &BlockPattern,
+    constrained: &[bool],
+) -> Result<External<D>> {
+    let kinematics: Vec<Kinematics> = model.bodies.iter().map(|body| body.formulation.kinematics).collect();
+    External::new(&model.loads, &external::Place { local, pattern, constrained, kinematics: &kinematics })
+}
+
+/// Longest side of the box around all bodies [m].
+fn extent<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
+    let mut bounds = [f64::NEG_INFINITY; 6];
+    for point in &local.mesh.points {
+        for i in 0..D {
+            bounds[i] = bounds[i].max(point[i]);
+            bounds[i + 3] = bounds[i + 3].max(-point[i]);
+        }
+    }
+    let mut all = [0.0; 6];
+    world.all_reduce_into(&bounds[..], &mut all[..], SystemOperation::max());
+    (0..D).map(|i| all[i] + all[i + 3]).fold(0.0, f64::max)
+}

@@ -1,0 +1,230 @@
+//! What solvers and integrators see of the system: states, one stage of a step, residual and tangent.
+//!
+//! Time integration sees only `u`, `v`, `a` and two shifts (the derivatives of `v` and `a` with respect to
+//! `u`); a solver sees a [`Stage`] and asks the [`Dynamics`] for its residual and its matrix. Neither knows
+//! elements, contact or the mesh.
+
+use crate::error::{Error, Result};
+use crate::petsc::{Matrix, Vector};
+use crate::terms::Terms;
+
+/// Displacement, velocity and acceleration of all nodes at one instant: `q`, `q'`, `q''` of the paper.
+///
+/// Ghosted vectors, node-major: entry `node * D + component`; m, m/s, m/s2.
+pub struct State {
+    /// Instant [s].
+    pub time: f64,
+    /// Displacement [m].
+    pub u: Vector,
+    /// Velocity [m/s].
+    pub v: Vector,
+    /// Acceleration [m/s2].
+    pub a: Vector,
+}
+
+impl State {
+    /// The undeformed state at rest, with the layout of `pattern`.
+    ///
+    /// # Errors
+    /// When PETSc can not allocate.
+    pub fn at_rest(pattern: &Vector) -> Result<Self> {
+        Ok(Self { time: 0.0, u: pattern.like()?, v: pattern.like()?, a: pattern.like()? })
+    }
+
+    /// Copies all three fields and the time. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses the copy.
+    pub fn copy_from(&mut self, other: &Self) -> Result<()> {
+        self.time = other.time;
+        self.u.copy_from(&other.u)?;
+        self.v.copy_from(&other.v)?;
+        self.a.copy_from(&other.a)
+    }
+}
+
+/// Derivatives of the rates with respect to the unknown `u` at the end of the step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Shifts {
+    /// `dv/du` [1/s].
+    pub velocity: f64,
+    /// `da/du` [1/s2].
+    pub acceleration: f64,
+}
+
+/// Weights of the balance `M (mass.0 a_start + mass.1 a_end) + start_force r_start + r_end = 0`,
+/// `r = Q - F_ext - F_n - F_T`; scaled so that the forces at the end carry 1 and the tangent needs no factor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Balance {
+    /// Weights of the inertia at the start and the end of the step.
+    pub mass: [f64; 2],
+    /// Weight of the forces at the start of the step.
+    pub start_force: f64,
+}
+
+impl Balance {
+    /// Balance at the end of the step: Newmark, backward Euler, statics.
+    pub const AT_THE_END: Self = Self { mass: [0.0, 1.0], start_force: 0.0 };
+}
+
+/// How the friction law enters a stage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrictionMode {
+    /// As the case says.
+    AsGiven,
+    /// Switched off: the frictionless start of the paper.
+    Off,
+}
+
+/// One step on its way: where it starts, where it is, and how the rates follow from the displacement.
+pub struct Stage {
+    /// The accepted state at the start of the step.
+    pub start: State,
+    /// The iterate at the end of the step.
+    pub trial: State,
+    /// Step [s].
+    pub dt: f64,
+    /// `dv/du`, `da/du`.
+    pub shifts: Shifts,
+    /// Weights of inertia and forces.
+    pub balance: Balance,
+    /// Whether the inertia takes part.
+    pub inertia: bool,
+    /// Friction as given or off.
+    pub friction: FrictionMode,
+    /// Factor on loads and prescribed displacements, 1 but for the increments of a static start.
+    pub load_factor: f64,
+    /// `r = Q - F_ext - F_n - F_T` at the start [N].
+    pub start_forces: Vector,
+    /// `v` at the end if `u` did not change [m/s].
+    pub velocity_base: Vector,
+    /// `a` at the end if `u` did not change [m/s2].
+    pub acceleration_base: Vector,
+}
+
+impl Stage {
+    /// A stage at rest with the layout of `pattern`; an integrator fills it.
+    ///
+    /// # Errors
+    /// When PETSc can not allocate.
+    pub fn at_rest(pattern: &Vector) -> Result<Self> {
+        Ok(Self {
+            start: State::at_rest(pattern)?,
+            trial: State::at_rest(pattern)?,
+            dt: 0.0,
+            shifts: Shifts::default(),
+            balance: Balance::AT_THE_END,
+            inertia: false,
+            friction: FrictionMode::AsGiven,
+            load_factor: 1.0,
+            start_forces: pattern.like()?,
+            velocity_base: pattern.like()?,
+            acceleration_base: pattern.like()?,
+        })
+    }
+
+    /// Sets `v` and `a` of the trial state from its `u`. Prescribed rows are the system's to overwrite.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn update_rates(&mut self) -> Result<()> {
+        let Self { start, trial, shifts, velocity_base, acceleration_base, .. } = self;
+        let (u, start_u) = (trial.u.owned()?, start.u.owned()?);
+        let (v_base, a_base) = (velocity_base.owned()?, acceleration_base.owned()?);
+        let (mut v, mut a) = (trial.v.owned_mut()?, trial.a.owned_mut()?);
+        for i in 0..u.len() {
+            let change = u[i] - start_u[i];
+            v[i] = v_base[i] + shifts.velocity * change;
+            a[i] = a_base[i] + shifts.acceleration * change;
+        }
+        Ok(())
+    }
+
+    /// Makes the trial state the start of the next step.
+    pub fn accept(&mut self) {
+        std::mem::swap(&mut self.start, &mut self.trial);
+    }
+}
+
+/// Size of the residual on the free unknowns, and what it is compared with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residual {
+    /// 2-norm over the free unknowns [N]; not finite where the trial state was rejected.
+    pub norm: f64,
+    /// Largest 2-norm among internal, contact, external and inertia forces [N].
+    pub scale: f64,
+}
+
+/// The contact points of an iterate, counted once each.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ContactCounts {
+    /// Closed points.
+    pub closed: u64,
+    /// Closed points that stick.
+    pub stick: u64,
+    /// Closed points that slip.
+    pub slip: u64,
+    /// Points whose status differs from the iterate before.
+    pub changed: u64,
+    /// Points whose slip direction reversed.
+    pub flipped: u64,
+}
+
+/// A set of prescribed changes that goes to the right side: `rhs -= K_fd change`.
+pub struct Lift<'a> {
+    /// Change of the prescribed unknowns, zero on the free ones [m].
+    pub change: &'a Vector,
+    /// Right side that takes it [N].
+    pub rhs: &'a mut Vector,
+}
+
+/// The equations of motion `M a + Q(u) - F_ext(t) - F_n(u) - F_T(u, v) = 0` (3.9).
+pub trait Dynamics {
+    /// Sets `u`, `v`, `a` of the prescribed unknowns at the trial state's time, times the load factor, and
+    /// refreshes the ghosts of `u` and `v`. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses, or a prescribed value is not finite.
+    fn prescribe(&mut self, stage: &mut Stage) -> Result<()>;
+
+    /// Residual of the balance at the trial state, zero in prescribed rows [N]. Collective.
+    ///
+    /// A rejected trial (det F <= 0) is no error: its norm is not finite and [`Dynamics::fault`] tells why.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    fn residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual>;
+
+    /// Assembles the derivative of the residual, restricted to `terms`, into [`Dynamics::matrix`]. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()>;
+
+    /// The assembled matrix [N/m].
+    fn matrix(&self) -> &Matrix;
+
+    /// Whether the matrix of these terms is symmetric for this case.
+    fn is_symmetric(&self, stage: &Stage, terms: Terms) -> bool;
+
+    /// Compares the contact points with the iterate before and arms the safeguards. Collective.
+    ///
+    /// # Errors
+    /// When a rank failed.
+    fn observe(&mut self) -> Result<ContactCounts>;
+
+    /// Whether the contact points returned to the statuses of two iterates before.
+    fn is_cycling(&self) -> bool;
+
+    /// Forgets the iterates since the start of the step.
+    fn rewind(&mut self);
+
+    /// Why the last residual was not finite, the same on all ranks. Collective.
+    fn fault(&mut self) -> Option<Error>;
+
+    /// The contact points that changed last, as a phrase for a message; empty where there are none. Collective.
+    fn restless_points(&mut self) -> String;
+
+    /// Length of the largest body [m]: what rounding is measured against.
+    fn extent(&self) -> f64;
+}

@@ -1,0 +1,113 @@
+//! Which linear solver comes first, and which follow when it fails.
+
+use super::presets::Preset;
+use crate::error::{Error, Result};
+
+/// What the case asks for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LinearChoice {
+    /// Chosen by size, dimension, inertia and symmetry.
+    Auto,
+    /// A preset by name.
+    Named(&'static str),
+}
+
+/// What the choice depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Problem {
+    /// Unknowns of the whole problem.
+    pub unknowns: usize,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Inertia takes part.
+    pub dynamic: bool,
+    /// The matrix is symmetric.
+    pub symmetric: bool,
+    /// Contact takes part.
+    pub contact: bool,
+}
+
+impl Problem {
+    /// Largest problem that goes to a factorisation first.
+    fn is_small(&self) -> bool {
+        self.unknowns
+            < match (self.dimension, self.dynamic) {
+                (2, true) => 3_000,
+                (2, false) => 500_000,
+                (_, true) => 1_500,
+                (_, false) => 15_000,
+            }
+    }
+
+    fn names(&self) -> &'static [&'static str] {
+        match (self.is_small(), self.symmetric, self.dynamic) {
+            (true, true, _) => &["cholesky", "direct"],
+            (true, false, _) => &["direct"],
+            (false, true, true) => &["cg_icc", "cholesky", "direct"],
+            (false, true, false) if !self.contact => &["cg_amg", "cg_icc", "cholesky", "direct"],
+            (false, true, false) => &["cg_icc", "cholesky", "direct"],
+            (false, false, true) => &["gmres_ilu", "gmres_ilu1", "direct"],
+            (false, false, false) if self.unknowns > 500_000 => &["gmres_ilu", "gmres_amg", "direct"],
+            (false, false, false) => &["gmres_ilu", "gmres_ilu1", "direct"],
+        }
+    }
+}
+
+/// The solvers to try in turn, all with the storage of the first.
+///
+/// # Errors
+/// [`Cause::Case`](crate::error::Cause) when the user names a solver for symmetric matrices and this one is not.
+pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static Preset>> {
+    let names: Vec<&str> = match choice {
+        LinearChoice::Auto => problem.names().to_vec(),
+        LinearChoice::Named("direct") => vec!["direct"],
+        LinearChoice::Named(name) => vec![name, "direct"],
+    };
+    let presets: Vec<&Preset> = names.iter().filter_map(|name| Preset::named(name)).collect();
+    let Some(first) = presets.first() else {
+        return Err(Error::internal("no linear solver is known by that name"));
+    };
+    if first.symmetric && !problem.symmetric {
+        return Err(Error::case(format!(
+            "linear solver '{}' needs a symmetric matrix, and friction makes this one non-symmetric",
+            first.name
+        ))
+        .hint("use gmres_ilu, gmres_amg, direct or auto"));
+    }
+    Ok(presets)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: Problem = Problem { unknowns: 50_000, dimension: 2, dynamic: true, symmetric: false, contact: true };
+
+    /// A solver for symmetric matrices is refused where friction makes the matrix non-symmetric.
+    #[test]
+    fn conjugate_gradients_need_symmetry() {
+        let refused = ladder(&LinearChoice::Named("cg_icc"), &SCENE);
+        assert!(refused.is_err_and(|e| e.message.contains("symmetric")));
+        assert!(ladder(&LinearChoice::Named("cg_icc"), &Problem { symmetric: true, ..SCENE }).is_ok());
+    }
+
+    /// Every ladder ends with a factorisation that takes any matrix.
+    #[test]
+    fn ladders_end_with_a_factorisation() {
+        for unknowns in [100, 50_000, 5_000_000] {
+            for dimension in [2, 3] {
+                for flags in 0..8u8 {
+                    let problem = Problem {
+                        unknowns,
+                        dimension,
+                        dynamic: flags & 1 != 0,
+                        symmetric: flags & 2 != 0,
+                        contact: flags & 4 != 0,
+                    };
+                    let steps = ladder(&LinearChoice::Auto, &problem).unwrap();
+                    assert_eq!(steps.last().map(|p| p.name), Some("direct"));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Linear solves: the presets of a ladder, each checked by the true residual.
+
+use std::rc::Rc;
+
+use super::ladder::{LinearChoice, Problem, ladder};
+use super::presets::Preset;
+use crate::error::{Error, Result};
+use crate::petsc::{Event, Krylov, Matrix, Session, Vector};
+
+/// How a linear solve ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solved {
+    /// Krylov iterations of all attempts.
+    pub iterations: u32,
+    /// True residual over the right side.
+    pub residual: f64,
+    /// The preset that did it.
+    pub preset: &'static str,
+}
+
+/// Solves with the current preset of the ladder and steps up where that fails.
+pub struct LinearSolver {
+    session: Rc<Session>,
+    prefix: String,
+    ladder: Vec<&'static Preset>,
+    solvers: Vec<Option<Krylov>>,
+    /// Current rung.
+    rung: usize,
+    /// Solves since the last step up.
+    calm: u32,
+    symmetric: bool,
+    setup: Event,
+    solve: Event,
+}
+
+impl LinearSolver {
+    /// Iterations after which a preset counts as failed.
+    const MAX_ITERATIONS: u32 = 500;
+    /// Solves on a higher rung before the first is tried again.
+    const CALM: u32 = 50;
+    /// The true residual may miss the tolerance by this factor before the solve counts as failed.
+    const SLACK: f64 = 10.0;
+
+    /// A solver for such problems, with PETSc options under `prefix`.
+    ///
+    /// # Errors
+    /// When the choice does not fit the problem.
+    pub fn new(session: &Rc<Session>, prefix: &str, choice: &LinearChoice, problem: &Problem) -> Result<Self> {
+        let ladder = ladder(choice, problem)?;
+        Ok(Self {
+            session: session.clone(),
+            prefix: prefix.to_owned(),
+            solvers: ladder.iter().map(|_| None).collect(),
+            ladder,
+            rung: 0,
+            calm: 0,
+            symmetric: problem.symmetric,
+            setup: Event::register(session, "SolverSetUp")?,
+            solve: Event::register(session, "Solve")?,
+        })
+    }
+
+    /// The preset in use.
+    pub fn preset(&self) -> &'static Preset {
+        self.ladder[self.rung]
+    }
+
+    /// `x` with `|matrix x - rhs| <= tolerance |rhs|`, or `None` where the last rung failed too. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses, or a user's option asks for a method that the matrix does not allow.
+    pub fn solve(&mut self, matrix: &Matrix, rhs: &Vector, x: &mut Vector, tolerance: f64) -> Result<Option<Solved>> {
+        let mut iterations = 0;
+        self.step_down();
+        loop {
+            let tried = self.attempt(matrix, rhs, x, tolerance)?;
+            iterations += tried.iterations;
+            if tried.residual <= Self::SLACK * tolerance.max(1e-9) {
+                return Ok(Some(Solved { iterations, ..tried }));
+            }
+            if self.rung + 1 == self.ladder.len() {
+                return Ok(None);
+            }
+            self.rung += 1;
+            self.calm = 0;
+        }
+    }
+
+    /// Goes back to the first rung after a calm time.
+    fn step_down(&mut self) {
+        self.calm += 1;
+        if self.rung > 0 && self.calm > Self::CALM {
+            self.rung = 0;
+            self.calm = 0;
+        }
+    }
+
+    fn attempt(&mut self, matrix: &Matrix, rhs: &Vector, x: &mut Vector, tolerance: f64) -> Result<Solved> {
+        let preset = self.preset();
+        let symmetric = self.symmetric;
+        let (setup, solve) = (self.setup.clone(), self.solve.clone());
+        let krylov = self.krylov()?;
+        krylov.set_operators(matrix, matrix)?;
+        krylov.set_tolerances(tolerance, 0.0, Self::MAX_ITERATIONS)?;
+        if !symmetric && krylov.needs_symmetry()? {
+            return Err(Error::case(format!(
+                "KSP type '{}' needs a symmetric matrix, and friction makes this one non-symmetric",
+                krylov.kind()?
+            ))
+            .hint("use -ksp_type gmres or fgmres, or leave the choice to the program"));
+        }
+        let ready = setup.time(|| krylov.set_up())?;
+        if !ready {
+            return Ok(Solved { iterations: 0, residual: f64::INFINITY, preset: preset.name });
+        }
+        x.set(0.0)?;
+        let outcome = solve.time(|| krylov.solve(rhs, x))?;
+        let size = rhs.norm()?;
+        let residual = if outcome.converged() && size > 0.0 {
+            krylov.residual_norm(matrix, rhs, x)? / size
+        } else if outcome.converged() {
+            0.0
+        } else {
+            f64::INFINITY
+        };
+        Ok(Solved { iterations: outcome.iterations, residual, preset: preset.name })
+    }
+
+    /// The Krylov solver of the current rung, made on first use.
+    fn krylov(&mut self) -> Result<&mut Krylov> {
+        let slot = &mut self.solvers[self.rung];
+        if slot.is_none() {
+            let mut krylov = Krylov::new(&self.session, &self.prefix)?;
+            krylov.configure(&self.ladder[self.rung].options_on(self.session.size()))?;
+            *slot = Some(krylov);
+        }
+        slot.as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
+    }
+}

@@ -1,0 +1,249 @@
+//! Newton's method on the full, non-symmetric system (3.10), with the safeguards that contact needs.
+//!
+//! Three things go wrong in contact and each has its answer (formulation, section 7): points that open and
+//! close in turn (line search for the smallest residual), a whole interface that reverses its slip in turn
+//! (secant friction stiffness, armed by [`Dynamics::observe`]), and trial states with det F <= 0 (the
+//! correction is halved).
+
+use std::rc::Rc;
+
+use super::convergence::{IterationReport, Outcome, SolveReport};
+use super::forcing::Forcing;
+use super::linear::LinearSolver;
+use crate::dynamics::{Dynamics, Lift, Residual, Stage};
+use crate::error::Result;
+use crate::petsc::{Session, Vector};
+use crate::terms::Terms;
+
+/// When Newton's method ends, and how it safeguards itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewtonSettings {
+    /// Residual over the largest force at which the balance holds.
+    pub tolerance: f64,
+    /// Most corrections in one solve.
+    pub max_iterations: u32,
+    /// Bounds of the linear tolerances, loosest first.
+    pub linear: [f64; 2],
+}
+
+/// The monolithic strategy.
+pub struct Monolithic {
+    settings: NewtonSettings,
+    forcing: Forcing,
+    linear: LinearSolver,
+    residual: Vector,
+    rhs: Vector,
+    correction: Vector,
+    origin: Vector,
+}
+
+/// Where along a correction the next iterate lies.
+struct Point {
+    length: f64,
+    residual: Residual,
+}
+
+impl Monolithic {
+    /// A full correction is taken while the residual grows by less than this factor.
+    const GROWTH: f64 = 10.0;
+    /// Iterations without line search.
+    const PATIENCE: u32 = 5;
+    /// From then on each iteration shall reduce the residual by this factor, or the line is searched.
+    const REDUCTION: f64 = 3.0;
+    /// Shortest step along a correction is `2^-HALVINGS`.
+    const HALVINGS: i32 = 9;
+
+    /// A solver for states with the layout of `pattern`.
+    ///
+    /// # Errors
+    /// When PETSc can not allocate.
+    pub fn new(settings: NewtonSettings, linear: LinearSolver, pattern: &Vector) -> Result<Self> {
+        Ok(Self {
+            forcing: Forcing::new(settings.linear[0], settings.linear[1]),
+            settings,
+            linear,
+            residual: pattern.like()?,
+            rhs: pattern.like()?,
+            correction: pattern.like()?,
+            origin: pattern.like()?,
+        })
+    }
+
+    /// The linear solver in use.
+    pub fn linear(&self) -> &LinearSolver {
+        &self.linear
+    }
+
+    /// Corrects `stage.trial` until the balance holds. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses; a solve that does not converge is an [`Outcome`].
+    pub fn solve(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &mut Stage,
+        mut watch: impl FnMut(&IterationReport),
+    ) -> Result<Outcome> {
+        let mut report = SolveReport::default();
+        self.forcing.restart();
+        system.rewind();
+        let mut now = self.evaluate(system, stage)?;
+        let mut row = IterationReport {
+            iteration: 0,
+            residual: relative(now),
+            increment: 0.0,
+            krylov: 0,
+            contact: system.observe()?,
+            line_search: 1.0,
+        };
+        loop {
+            watch(&row);
+            report.residual = row.residual;
+            report.contact = row.contact;
+            if !now.norm.is_finite() {
+                return Ok(Outcome::Failed(report, rejected(system)));
+            }
+            if self.converged(now) || (row.iteration > 0 && self.at_rounding(&row, system)) {
+                return Ok(Outcome::Converged(report));
+            }
+            if row.iteration == self.settings.max_iterations {
+                return Ok(Outcome::Failed(report, self.slow(&report, system)));
+            }
+            let Some(krylov) = self.correct(system, stage, now)? else {
+                return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
+            };
+            self.origin.copy_from(&stage.trial.u)?;
+            let search = row.iteration >= Self::PATIENCE || system.is_cycling();
+            let point = self.advance(system, stage, now, search)?;
+            now = point.residual;
+            row = IterationReport {
+                iteration: row.iteration + 1,
+                residual: relative(now),
+                increment: point.length * self.correction.norm()?,
+                krylov,
+                contact: system.observe()?,
+                line_search: point.length,
+            };
+            report.newton += 1;
+            report.krylov += krylov;
+        }
+    }
+
+    /// Moves the prescribed unknowns to their values at the trial instant and the free ones along with them, by
+    /// one linear solve at the state before: `K_ff du_f = -(r_f + K_fd du_d)`. Collective.
+    ///
+    /// Without it a large prescribed increment would invert the first row of elements. Returns `false` where
+    /// the linear solve failed.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
+        system.rewind();
+        self.origin.copy_from(&stage.trial.u)?;
+        stage.update_rates()?;
+        system.prescribe(stage)?;
+        // `correction` holds the prescribed change, the free rows of which are zero.
+        self.correction.waxpy(-1.0, &self.origin, &stage.trial.u)?;
+        stage.trial.u.copy_from(&self.origin)?;
+        self.correction.update_ghosts()?;
+        stage.trial.u.update_ghosts()?;
+        let now = system.residual(stage, &mut self.residual)?;
+        if !now.norm.is_finite() {
+            return Ok(false);
+        }
+        self.rhs.copy_from(&self.residual)?;
+        self.rhs.scale(-1.0)?;
+        let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
+        system.jacobian(stage, Terms::ALL, Some(lift))?;
+        let solved = self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, self.settings.linear[1])?;
+        if solved.is_some() {
+            stage.trial.u.axpy(1.0, &self.correction)?;
+        }
+        Ok(solved.is_some())
+    }
+
+    /// Residual at `stage.trial.u`, after rates and prescribed values were brought up to date.
+    fn evaluate(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<Residual> {
+        stage.update_rates()?;
+        system.prescribe(stage)?;
+        system.residual(stage, &mut self.residual)
+    }
+
+    /// The Newton correction at the current residual; `None` where every linear solver failed.
+    fn correct(&mut self, system: &mut dyn Dynamics, stage: &Stage, now: Residual) -> Result<Option<u32>> {
+        system.jacobian(stage, Terms::ALL, None)?;
+        self.rhs.copy_from(&self.residual)?;
+        self.rhs.scale(-1.0)?;
+        let tolerance = self.forcing.next(now.norm, self.settings.tolerance * now.scale);
+        let solved = self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, tolerance)?;
+        Ok(solved.map(|solved| solved.iterations))
+    }
+
+    /// Takes the correction whole, or the part of it that the safeguards allow.
+    fn advance(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &mut Stage,
+        before: Residual,
+        search: bool,
+    ) -> Result<Point> {
+        let full = self.at(system, stage, 1.0)?;
+        let good = full.norm.is_finite() && full.norm < Self::GROWTH * before.norm;
+        let fast = full.norm * Self::REDUCTION <= before.norm || self.converged(full);
+        if good && (fast || !search) {
+            return Ok(Point { length: 1.0, residual: full });
+        }
+        let mut best = Point { length: 1.0, residual: full };
+        for halving in 1..=Self::HALVINGS {
+            let length = 0.5f64.powi(halving);
+            let residual = self.at(system, stage, length)?;
+            if residual.norm.is_finite() && !(residual.norm >= best.residual.norm) {
+                best = Point { length, residual };
+            }
+            let enough = best.residual.norm.is_finite() && best.residual.norm < Self::GROWTH * before.norm;
+            if enough && !search {
+                return Ok(best);
+            }
+        }
+        let residual = self.at(system, stage, best.length)?;
+        Ok(Point { length: best.length, residual })
+    }
+
+    /// Residual at the origin plus a part of the correction.
+    fn at(&mut self, system: &mut dyn Dynamics, stage: &mut Stage, length: f64) -> Result<Residual> {
+        stage.trial.u.waxpy(length, &self.correction, &self.origin)?;
+        self.evaluate(system, stage)
+    }
+
+    fn converged(&self, now: Residual) -> bool {
+        now.norm <= self.settings.tolerance * now.scale
+    }
+
+    /// The last correction was lost in the rounding of the positions: no iterate can be better.
+    fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> bool {
+        let unknowns = self.correction.global_len() as f64;
+        row.increment <= f64::EPSILON * system.extent() * unknowns.sqrt() && row.line_search == 1.0
+    }
+
+    /// Why the iteration ran out, with figures and the points that do not settle.
+    fn slow(&self, report: &SolveReport, system: &mut dyn Dynamics) -> String {
+        let restless = system.restless_points();
+        format!(
+            "residual {:.1e} > {:.1e} after {} iterations{}{restless}",
+            report.residual,
+            self.settings.tolerance,
+            report.newton,
+            if restless.is_empty() { "" } else { "; " }
+        )
+    }
+}
+
+/// Residual over the largest force; 0 where there is no force at all.
+fn relative(now: Residual) -> f64 {
+    if now.norm == 0.0 { 0.0 } else { now.norm / now.scale }
+}
+
+/// Why a trial state was rejected.
+fn rejected(system: &mut dyn Dynamics) -> String {
+    system.fault().map_or_else(|| "the residual is not a number".to_owned(), |fault| fault.message)
+}

@@ -1,0 +1,171 @@
+//! Linear solvers by name: each a few options of PETSc, which the user's own options override.
+
+use crate::petsc::Format;
+
+/// A linear solver that a user can name.
+#[derive(Debug, PartialEq)]
+pub struct Preset {
+    /// Key in the case file.
+    pub name: &'static str,
+    /// One sentence.
+    pub about: &'static str,
+    /// Needs a symmetric matrix.
+    pub symmetric: bool,
+    /// Solves by iteration; a factorisation meets any tolerance in one go.
+    pub iterative: bool,
+    /// Storage that its preconditioner needs.
+    pub format: Format,
+    /// Options without the prefix, for any number of ranks.
+    pub options: &'static [(&'static str, &'static str)],
+    /// Options that replace some of these on one rank.
+    pub alone: &'static [(&'static str, &'static str)],
+}
+
+const GMRES: [(&str, &str); 3] =
+    [("ksp_type", "gmres"), ("ksp_pc_side", "right"), ("ksp_gmres_restart", "100")];
+
+/// All presets, for `contact-petsc list`, hints and the ladder.
+///
+/// Right preconditioning throughout GMRES: its residual is the true one. Overlap 1: block Jacobi needs an
+/// order of magnitude more iterations where a partition boundary meets the contact zone.
+pub const PRESETS: &[Preset] = &[
+    Preset {
+        name: "direct",
+        about: "LU factorisation by MUMPS: any matrix, memory grows faster than the problem",
+        symmetric: false,
+        iterative: false,
+        format: Format::Baij,
+        options: &[
+            ("ksp_type", "preonly"),
+            ("pc_type", "lu"),
+            ("pc_factor_mat_solver_type", "mumps"),
+            ("mat_mumps_icntl_7", "5"),
+            ("mat_mumps_icntl_14", "50"),
+        ],
+        alone: &[],
+    },
+    Preset {
+        name: "cholesky",
+        about: "symmetric factorisation by MUMPS: half the work of `direct`",
+        symmetric: true,
+        iterative: false,
+        format: Format::Aij,
+        options: &[
+            ("ksp_type", "preonly"),
+            ("pc_type", "cholesky"),
+            ("pc_factor_mat_solver_type", "mumps"),
+            ("mat_mumps_icntl_7", "5"),
+            ("mat_mumps_icntl_14", "50"),
+        ],
+        alone: &[],
+    },
+    Preset {
+        name: "gmres_ilu",
+        about: "GMRES with ILU(0) on overlapping subdomains: best where inertia helps, and for 3D contact",
+        symmetric: false,
+        iterative: true,
+        format: Format::Baij,
+        options: &[
+            GMRES[0],
+            GMRES[1],
+            GMRES[2],
+            ("pc_type", "asm"),
+            ("pc_asm_overlap", "1"),
+            ("sub_pc_type", "ilu"),
+        ],
+        alone: &[("pc_type", "ilu")],
+    },
+    Preset {
+        name: "gmres_ilu1",
+        about: "GMRES with ILU(1) on wider overlaps: half the iterations of `gmres_ilu`, twice the memory",
+        symmetric: false,
+        iterative: true,
+        format: Format::Baij,
+        options: &[
+            GMRES[0],
+            GMRES[1],
+            GMRES[2],
+            ("pc_type", "asm"),
+            ("pc_asm_overlap", "2"),
+            ("sub_pc_type", "ilu"),
+            ("sub_pc_factor_levels", "1"),
+        ],
+        alone: &[("pc_type", "ilu"), ("pc_factor_levels", "1")],
+    },
+    Preset {
+        name: "cg_icc",
+        about: "conjugate gradients with incomplete Cholesky: symmetric problems where inertia helps",
+        symmetric: true,
+        iterative: true,
+        format: Format::Aij,
+        options: &[
+            ("ksp_type", "cg"),
+            ("ksp_norm_type", "unpreconditioned"),
+            ("pc_type", "asm"),
+            ("pc_asm_type", "basic"),
+            ("pc_asm_overlap", "1"),
+            ("sub_pc_type", "icc"),
+        ],
+        alone: &[("pc_type", "icc")],
+    },
+    Preset {
+        name: "cg_amg",
+        about: "conjugate gradients with algebraic multigrid and rigid-body modes: large, symmetric, static",
+        symmetric: true,
+        iterative: true,
+        format: Format::Aij,
+        options: &[("ksp_type", "cg"), ("ksp_norm_type", "unpreconditioned"), ("pc_type", "gamg")],
+        alone: &[],
+    },
+    Preset {
+        name: "gmres_amg",
+        about: "GMRES with multigrid and ILU in turn: large and static with contact",
+        symmetric: false,
+        iterative: true,
+        format: Format::Aij,
+        options: &[
+            ("ksp_type", "fgmres"),
+            ("ksp_gmres_restart", "100"),
+            ("pc_type", "composite"),
+            ("pc_composite_type", "multiplicative"),
+            ("pc_composite_pcs", "gamg,asm"),
+            ("sub_1_pc_asm_overlap", "1"),
+            ("sub_1_sub_pc_type", "ilu"),
+        ],
+        alone: &[("pc_composite_pcs", "gamg,ilu")],
+    },
+];
+
+impl Preset {
+    /// The preset of that name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        PRESETS.iter().find(|preset| preset.name == name)
+    }
+
+    /// Its options on `ranks` ranks.
+    pub fn options_on(&self, ranks: usize) -> Vec<(&'static str, &'static str)> {
+        let replaced = if ranks == 1 { self.alone } else { &[] };
+        let kept = |key: &str| !replaced.iter().any(|(other, _)| *other == key);
+        let unused_alone = |key: &str| {
+            ranks == 1 && !replaced.is_empty() && (key.contains("asm") || key.starts_with("sub_pc") || key.contains("sub_1_sub"))
+        };
+        let shared = self.options.iter().filter(|(key, _)| kept(key) && !unused_alone(key));
+        shared.chain(replaced).copied().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Names are unique and found, and one rank gets no subdomain options where it has a plain preconditioner.
+    #[test]
+    fn presets_are_found_by_name() {
+        for preset in PRESETS {
+            assert_eq!(Preset::named(preset.name), Some(preset));
+        }
+        let alone = Preset::named("gmres_ilu").map(|p| p.options_on(1)).unwrap_or_default();
+        assert!(alone.contains(&("pc_type", "ilu")));
+        assert!(alone.iter().all(|(key, _)| !key.contains("asm") && !key.starts_with("sub_")));
+    }
+}

@@ -1,0 +1,196 @@
+//! Newmark, HHT, generalised-alpha, backward Euler and statics as one family (formulation, section 6).
+
+use crate::dynamics::{Balance, Shifts, Stage};
+use crate::error::Result;
+
+/// A one-step scheme whose only unknown is the displacement at the end of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scheme {
+    /// Displacement and velocity by Newmark's formulas, inertia and forces weighted between start and end.
+    ///
+    /// `a_end = (u_end - u_start - dt v_start) / (beta dt^2) - (1 - 2 beta) / (2 beta) a_start`,
+    /// `v_end = v_start + dt ((1 - gamma) a_start + gamma a_end)`.
+    Newmark {
+        /// The paper's alpha.
+        beta: f64,
+        /// The paper's beta.
+        gamma: f64,
+        /// Weight of the inertia at the start.
+        alpha_m: f64,
+        /// Weight of the forces at the start.
+        alpha_f: f64,
+    },
+    /// `v = du/dt`, `a = dv/dt`: first order, damps strongly.
+    BackwardEuler,
+    /// No inertia; the velocity `du/dt` drives friction alone.
+    Static,
+}
+
+/// A scheme as users know it.
+pub struct SchemeEntry {
+    /// Key in the case file.
+    pub name: &'static str,
+    /// One sentence.
+    pub about: &'static str,
+}
+
+/// All schemes, for `contact-petsc list` and hints.
+pub const SCHEMES: &[SchemeEntry] = &[
+    SchemeEntry {
+        name: "newmark",
+        about: "Newmark by beta and gamma; 1/4 and 1/2 is the paper's average acceleration",
+    },
+    SchemeEntry { name: "hht", about: "Hilber, Hughes, Taylor by the spectral radius at infinity (1/2 to 1)" },
+    SchemeEntry {
+        name: "generalized_alpha",
+        about: "Chung, Hulbert by the spectral radius at infinity (0 to 1): second order, damps ringing",
+    },
+    SchemeEntry { name: "backward_euler", about: "first order, strong damping, the most robust" },
+    SchemeEntry { name: "static", about: "no inertia; time is the load parameter" },
+];
+
+impl Scheme {
+    /// Newmark's method; second order at `gamma = 1/2`.
+    pub fn newmark(beta: f64, gamma: f64) -> Self {
+        Self::Newmark { beta, gamma, alpha_m: 0.0, alpha_f: 0.0 }
+    }
+
+    /// Hilber, Hughes, Taylor by the spectral radius at infinity, in `[1/2, 1]`.
+    pub fn hht(spectral_radius: f64) -> Self {
+        let alpha_f = (1.0 - spectral_radius) / (1.0 + spectral_radius);
+        Self::Newmark { beta: 0.25 * (1.0 + alpha_f).powi(2), gamma: 0.5 + alpha_f, alpha_m: 0.0, alpha_f }
+    }
+
+    /// Chung, Hulbert by the spectral radius at infinity, in `[0, 1]`.
+    pub fn generalized_alpha(spectral_radius: f64) -> Self {
+        let alpha_m = (2.0 * spectral_radius - 1.0) / (spectral_radius + 1.0);
+        let alpha_f = spectral_radius / (spectral_radius + 1.0);
+        let shift = alpha_f - alpha_m;
+        Self::Newmark { beta: 0.25 * (1.0 + shift).powi(2), gamma: 0.5 + shift, alpha_m, alpha_f }
+    }
+
+    /// Whether the scheme has inertia.
+    pub fn has_inertia(self) -> bool {
+        self != Self::Static
+    }
+
+    /// `dv/du` and `da/du` for a step `dt` [s].
+    pub fn shifts(self, dt: f64) -> Shifts {
+        match self {
+            Self::Newmark { beta, gamma, .. } => {
+                Shifts { velocity: gamma / (beta * dt), acceleration: 1.0 / (beta * dt * dt) }
+            }
+            Self::BackwardEuler => Shifts { velocity: 1.0 / dt, acceleration: 1.0 / (dt * dt) },
+            Self::Static => Shifts { velocity: 1.0 / dt, acceleration: 0.0 },
+        }
+    }
+
+    /// Weights of inertia and forces in the balance.
+    pub fn balance(self) -> Balance {
+        match self {
+            Self::Newmark { alpha_m, alpha_f, .. } => {
+                let end = 1.0 - alpha_f;
+                Balance { mass: [alpha_m / end, (1.0 - alpha_m) / end], start_force: alpha_f / end }
+            }
+            Self::BackwardEuler | Self::Static => Balance::AT_THE_END,
+        }
+    }
+
+    /// Prepares a step of `dt` [s] from `stage.start`: shifts, bases, and the start displacement as first guess.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn prepare(self, stage: &mut Stage, dt: f64) -> Result<()> {
+        stage.dt = dt;
+        stage.shifts = self.shifts(dt);
+        stage.balance = self.balance();
+        stage.inertia = self.has_inertia();
+        stage.trial.time = stage.start.time + dt;
+        self.bases(stage)?;
+        stage.trial.u.copy_from(&stage.start.u)
+    }
+
+    /// Moves the first guess along the velocity at the start, `u_start + dt v_start`.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn extrapolate(self, stage: &mut Stage) -> Result<()> {
+        if self.has_inertia() { stage.trial.u.axpy(stage.dt, &stage.start.v) } else { Ok(()) }
+    }
+
+    /// `v` and `a` at the end of the step if the displacement did not change.
+    fn bases(self, stage: &mut Stage) -> Result<()> {
+        let dt = stage.dt;
+        let (v, a) = (stage.start.v.owned()?, stage.start.a.owned()?);
+        let mut v_base = stage.velocity_base.owned_mut()?;
+        let mut a_base = stage.acceleration_base.owned_mut()?;
+        for i in 0..v.len() {
+            (v_base[i], a_base[i]) = match self {
+                Self::Newmark { beta, gamma, .. } => {
+                    let base = -v[i] / (beta * dt) - (0.5 / beta - 1.0) * a[i];
+                    (v[i] + dt * ((1.0 - gamma) * a[i] + gamma * base), base)
+                }
+                Self::BackwardEuler => (0.0, -v[i] / dt),
+                Self::Static => (0.0, 0.0),
+            };
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Advances `m a + c v + k u = 0` by the scheme's own weights and shifts; returns `u` at the end.
+    fn oscillate(scheme: Scheme, steps: usize, end: f64) -> f64 {
+        let (m, k) = (2.0, 18.0);
+        let dt = end / steps as f64;
+        let (shifts, balance) = (scheme.shifts(dt), scheme.balance());
+        let (mut u, mut v, mut a) = (1.0, 0.5, -k / m);
+        for _ in 0..steps {
+            let (v_base, a_base) = match scheme {
+                Scheme::Newmark { beta, gamma, .. } => {
+                    let base = -v / (beta * dt) - (0.5 / beta - 1.0) * a;
+                    (v + dt * ((1.0 - gamma) * a + gamma * base), base)
+                }
+                _ => (0.0, -v / dt),
+            };
+            let stiffness = balance.mass[1] * m * shifts.acceleration + k;
+            let inertia = m * (balance.mass[0] * a + balance.mass[1] * a_base);
+            let residual = inertia + k * (balance.start_force + 1.0) * u;
+            let change = -residual / stiffness;
+            u += change;
+            (v, a) = (v_base + shifts.velocity * change, a_base + shifts.acceleration * change);
+        }
+        u
+    }
+
+    /// Newmark, HHT and generalised-alpha converge with order 2 on an oscillator, backward Euler with order 1.
+    #[test]
+    fn schemes_converge_with_their_order() {
+        let exact = (3.0f64 * 1.0).cos() + 0.5 / 3.0 * (3.0f64 * 1.0).sin();
+        let cases = [
+            (Scheme::newmark(0.25, 0.5), 2.0),
+            (Scheme::hht(0.8), 2.0),
+            (Scheme::generalized_alpha(0.8), 2.0),
+            (Scheme::generalized_alpha(0.0), 2.0),
+            (Scheme::BackwardEuler, 1.0),
+        ];
+        for (scheme, order) in cases {
+            let error = |steps| (oscillate(scheme, steps, 1.0) - exact).abs();
+            let rate = (error(400) / error(800)).log2();
+            assert!((rate - order).abs() < 0.05, "{scheme:?}: rate {rate}");
+        }
+    }
+
+    /// With spectral radius 1 both damped schemes are the average-acceleration method or the midpoint form of it.
+    #[test]
+    fn undamped_limits() {
+        assert_eq!(Scheme::hht(1.0), Scheme::newmark(0.25, 0.5));
+        let Scheme::Newmark { beta, gamma, alpha_m, alpha_f } = Scheme::generalized_alpha(1.0) else {
+            unreachable!()
+        };
+        assert_eq!((beta, gamma, alpha_m, alpha_f), (0.25, 0.5, 0.5, 0.5));
+    }
+}
