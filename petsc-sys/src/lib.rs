@@ -5,7 +5,7 @@
 
 #![allow(non_upper_case_globals, non_camel_case_types, non_snake_case, missing_docs, clippy::all)]
 
-use mpi_sys::*;
+pub use mpi_sys::MPI_Comm;
 
 /// A code that every PETSc function returns, 0 for success.
 ///
@@ -14,6 +14,8 @@ pub type PetscErrorCode = std::ffi::c_int;
 
 include!(concat!(env!("OUT_DIR"), "/bindings.rs"));
 
+/// Lets PETSc work a size out (`PETSC_DECIDE`, `PETSC_DETERMINE`).
+pub const DETERMINE: PetscInt = -1;
 /// No error.
 pub const SUCCESS: PetscErrorCode = 0;
 /// A pivot of an LU factorisation is zero (`PETSC_ERR_MAT_LU_ZRPVT`).
