@@ -1,0 +1,90 @@
+//! Phases of the run: PETSc log events (`-log_view`) that also keep their own wall time.
+
+use super::call::petsc;
+use super::options::text;
+use super::session::Session;
+use crate::error::Result;
+use petsc_sys as sys;
+use std::cell::Cell;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+/// A named phase. Cheap to clone: all clones count together.
+#[derive(Clone)]
+pub struct Event {
+    shared: Rc<Shared>,
+}
+
+struct Shared {
+    name: String,
+    id: sys::PetscLogEvent,
+    seconds: Cell<Duration>,
+    calls: Cell<u64>,
+    depth: Cell<u32>,
+    _session: Rc<Session>,
+}
+
+impl Event {
+    /// A phase under a name that is one word, as in `ElementKernels`.
+    ///
+    /// # Errors
+    /// PETSc can not register it.
+    pub fn register(session: &Rc<Session>, name: &str) -> Result<Self> {
+        let (mut class, mut id) = (0, 0);
+        petsc!(PetscClassIdRegister(c"contact-petsc".as_ptr(), &mut class))?;
+        petsc!(PetscLogEventRegister(text(name)?.as_ptr(), class, &mut id))?;
+        let shared = Shared {
+            name: name.to_owned(),
+            id,
+            seconds: Cell::default(),
+            calls: Cell::default(),
+            depth: Cell::default(),
+            _session: Rc::clone(session),
+        };
+        Ok(Self { shared: Rc::new(shared) })
+    }
+
+    /// Begins the phase; it ends when the returned guard is dropped. A phase within itself counts once.
+    #[must_use = "the phase ends when the guard is dropped"]
+    pub fn begin(&self) -> Running {
+        let shared = Rc::clone(&self.shared);
+        shared.depth.set(shared.depth.get() + 1);
+        // SAFETY: the event is registered. A failure of the log is not worth the run.
+        unsafe { sys::contact_log_begin(shared.id) };
+        Running { shared, since: Instant::now() }
+    }
+
+    /// Name of the phase.
+    pub fn name(&self) -> &str {
+        &self.shared.name
+    }
+
+    /// Wall time spent in the phase on this rank so far [s].
+    pub fn seconds(&self) -> f64 {
+        self.shared.seconds.get().as_secs_f64()
+    }
+
+    /// How often the phase was entered.
+    pub fn calls(&self) -> u64 {
+        self.shared.calls.get()
+    }
+}
+
+/// A phase that is going on.
+pub struct Running {
+    shared: Rc<Shared>,
+    since: Instant,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let shared = &self.shared;
+        // SAFETY: as at the beginning.
+        unsafe { sys::contact_log_end(shared.id) };
+        shared.depth.set(shared.depth.get() - 1);
+        if shared.depth.get() == 0 {
+            shared.seconds.set(shared.seconds.get() + self.since.elapsed());
+            shared.calls.set(shared.calls.get() + 1);
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! A linear solver: Krylov method and preconditioner, chosen by PETSc's options.
+
+use super::call::{check, petsc, take_detail};
+use super::matrix::{Matrix, Operator};
+use super::options::{insert, remove, text};
+use super::session::Session;
+use super::shell::ShellPreconditioner;
+use super::vector::Vector;
+use crate::error::Result;
+use petsc_sys as sys;
+use std::fmt;
+use std::ptr::null_mut;
+use std::rc::Rc;
+
+/// A linear solver under an options prefix.
+///
+/// The program's choices enter PETSc's options database while the solver needs them and leave it again, so solvers of
+/// one prefix do not disturb each other, and what remains in the database is the user's. The user's options win.
+pub struct Krylov {
+    session: Rc<Session>,
+    prefix: String,
+    raw: sys::KSP,
+    defaults: Vec<(String, String)>,
+}
+
+/// Why a linear solve ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Reason {
+    /// The residual fell below the relative tolerance.
+    RelativeTolerance,
+    /// The residual fell below the absolute tolerance.
+    AbsoluteTolerance,
+    /// The preconditioner was applied the number of times asked for, as in a direct solve.
+    Applied,
+    /// The Krylov space holds the exact solution.
+    Exact,
+    /// The iterations ran out.
+    Iterations,
+    /// The residual grew beyond bounds.
+    Growth,
+    /// The method divided by zero.
+    Breakdown,
+    /// The matrix or the preconditioner is not positive definite, as the method needs.
+    Indefinite,
+    /// A value is not a number.
+    NotANumber,
+    /// The preconditioner could not be set up or applied, as with a zero pivot or lack of memory.
+    PreconditionerFailed,
+    /// Another of PETSc's reasons, by its number.
+    Other(i32),
+}
+
+impl Reason {
+    fn new(raw: sys::KSPConvergedReason) -> Self {
+        match raw {
+            sys::KSP_CONVERGED_RTOL | sys::KSP_CONVERGED_RTOL_NORMAL => Self::RelativeTolerance,
+            sys::KSP_CONVERGED_ATOL | sys::KSP_CONVERGED_ATOL_NORMAL => Self::AbsoluteTolerance,
+            sys::KSP_CONVERGED_ITS => Self::Applied,
+            sys::KSP_CONVERGED_HAPPY_BREAKDOWN => Self::Exact,
+            sys::KSP_DIVERGED_ITS => Self::Iterations,
+            sys::KSP_DIVERGED_DTOL => Self::Growth,
+            sys::KSP_DIVERGED_BREAKDOWN | sys::KSP_DIVERGED_BREAKDOWN_BICG => Self::Breakdown,
+            sys::KSP_DIVERGED_INDEFINITE_PC | sys::KSP_DIVERGED_INDEFINITE_MAT => Self::Indefinite,
+            sys::KSP_DIVERGED_NANORINF => Self::NotANumber,
+            sys::KSP_DIVERGED_PC_FAILED => Self::PreconditionerFailed,
+            other => Self::Other(other.0),
+        }
+    }
+
+    /// Whether the solution may be used.
+    pub fn converged(self) -> bool {
+        match self {
+            Self::RelativeTolerance | Self::AbsoluteTolerance | Self::Applied | Self::Exact => true,
+            Self::Other(number) => number > 0,
+            _ => false,
+        }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let words = match self {
+            Self::RelativeTolerance => "relative tolerance reached",
+            Self::AbsoluteTolerance => "absolute tolerance reached",
+            Self::Applied => "preconditioner applied",
+            Self::Exact => "exact solution found",
+            Self::Iterations => "out of iterations",
+            Self::Growth => "residual grows",
+            Self::Breakdown => "breakdown",
+            Self::Indefinite => "matrix or preconditioner not positive definite",
+            Self::NotANumber => "not a number",
+            Self::PreconditionerFailed => "preconditioner failed",
+            Self::Other(number) => return write!(f, "PETSc's reason {number}"),
+        };
+        f.write_str(words)
+    }
+}
+
+/// What became of a linear solve; the same on every rank.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Krylov iterations.
+    pub iterations: usize,
+    /// Why it ended.
+    pub reason: Reason,
+    /// Residual norm as the method sees it; with a preconditioner on the left not the true one.
+    pub residual: f64,
+}
+
+impl Outcome {
+    /// Whether the solution may be used.
+    pub fn converged(&self) -> bool {
+        self.reason.converged()
+    }
+}
+
+impl Krylov {
+    /// A solver that listens to options with the prefix, as in `contact_ksp_type`; empty for the main one. Collective.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn new(session: &Rc<Session>, prefix: &str) -> Result<Self> {
+        let raw = create(session, prefix)?;
+        Ok(Self { session: Rc::clone(session), prefix: prefix.to_owned(), raw, defaults: Vec::new() })
+    }
+
+    /// Starts afresh with these options (names without dash and prefix, as in `("pc_type", "asm")`, empty value for a
+    /// flag), each unless the user gave it. Operators and tolerances must be set again. Collective.
+    ///
+    /// # Errors
+    /// PETSc does not know a value.
+    pub fn configure(&mut self, options: &[(&str, &str)]) -> Result<()> {
+        petsc!(KSPDestroy(&mut self.raw))?;
+        self.raw = create(&self.session, &self.prefix)?;
+        let owned = |&(name, value): &(&str, &str)| (format!("{}{name}", self.prefix), value.to_owned());
+        let mut defaults: Vec<(String, String)> = options.iter().map(owned).collect();
+        defaults.retain(|(name, _)| !self.session.is_given(name));
+        self.defaults = defaults;
+        let raw = self.raw;
+        self.with_defaults(|| petsc!(KSPSetFromOptions(raw)))
+    }
+
+    /// Runs what may read options while the program's choices are in the database.
+    fn with_defaults<R>(&self, run: impl FnOnce() -> Result<R>) -> Result<R> {
+        for (name, value) in &self.defaults {
+            insert(name, value)?;
+        }
+        let answer = run();
+        for (name, _) in &self.defaults {
+            remove(name)?;
+        }
+        answer
+    }
+
+    /// Solves with `operator`, preconditions with `preconditioner`; both are looked at again in the next solve. Collective.
+    ///
+    /// # Errors
+    /// The sizes do not fit.
+    pub fn set_operators(&mut self, operator: &impl Operator, preconditioner: &Matrix) -> Result<()> {
+        petsc!(KSPSetOperators(self.raw, operator.raw(), preconditioner.raw()))
+    }
+
+    /// Relative and absolute tolerance of the residual and the most iterations; what the user gave stays.
+    ///
+    /// # Errors
+    /// A tolerance out of range.
+    pub fn set_tolerances(&mut self, relative: f64, absolute: f64, iterations: usize) -> Result<()> {
+        let (mut rtol, mut atol, mut dtol, mut most) = (0.0, 0.0, 0.0, 0);
+        petsc!(KSPGetTolerances(self.raw, &mut rtol, &mut atol, &mut dtol, &mut most))?;
+        let given = |name: &str| self.session.is_given(&format!("{}{name}", self.prefix));
+        let rtol = if given("ksp_rtol") { rtol } else { relative };
+        let atol = if given("ksp_atol") { atol } else { absolute };
+        let most = if given("ksp_max_it") { most } else { iterations as i32 };
+        petsc!(KSPSetTolerances(self.raw, rtol, atol, dtol, most))
+    }
+
+    /// Builds the preconditioner (factorises) now instead of in the next solve. Collective.
+    ///
+    /// # Errors
+    /// PETSc fails; a zero pivot is no error here, the solve tells of it.
+    pub fn set_up(&mut self) -> Result<()> {
+        self.with_defaults(|| petsc!(KSPSetUp(self.raw)))
+    }
+
+    /// Solves `A x = b`, starting from zero. Collective.
+    ///
+    /// # Errors
+    /// PETSc fails otherwise than by not converging.
+    pub fn solve(&mut self, b: &Vector, x: &mut Vector) -> Result<Outcome> {
+        // SAFETY: all three handles are alive.
+        let code = self.with_defaults(|| Ok(unsafe { sys::KSPSolve(self.raw, b.raw(), x.raw()) }))?;
+        // Some factorisations tell of a zero pivot by code, which for us is a solve that failed.
+        if [sys::ERROR_ZERO_PIVOT_LU, sys::ERROR_ZERO_PIVOT_CHOLESKY].contains(&code) {
+            let _ = take_detail();
+            return Ok(Outcome { iterations: 0, reason: Reason::PreconditionerFailed, residual: f64::NAN });
+        }
+        check("KSPSolve", code)?;
+        let (mut iterations, mut residual, mut reason) = (0, 0.0, sys::KSPConvergedReason(0));
+        petsc!(KSPGetIterationNumber(self.raw, &mut iterations))?;
+        petsc!(KSPGetResidualNorm(self.raw, &mut residual))?;
+        petsc!(KSPGetConvergedReason(self.raw, &mut reason))?;
+        Ok(Outcome { iterations: iterations as usize, reason: Reason::new(reason), residual })
+    }
+
+    /// Keeps the preconditioner although the matrix changes.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn reuse_preconditioner(&mut self, reuse: Reuse) -> Result<()> {
+        let flag = if reuse == Reuse::Keep { sys::PETSC_TRUE } else { sys::PETSC_FALSE };
+        petsc!(KSPSetReusePreconditioner(self.raw, flag))
+    }
+
+    /// Starts from the given `x` instead of zero.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn start_from(&mut self, start: Start) -> Result<()> {
+        let flag = if start == Start::Given { sys::PETSC_TRUE } else { sys::PETSC_FALSE };
+        petsc!(KSPSetInitialGuessNonzero(self.raw, flag))
+    }
+
+    /// Preconditions by `apply(x, y)`, which makes `y` about `A^-1 x`; to be called after `configure`.
+    ///
+    /// The closure runs on all ranks together; if it fails it must fail on all.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn set_shell_preconditioner(
+        &mut self,
+        apply: impl FnMut(&Vector, &mut Vector) -> Result<()> + 'static,
+    ) -> Result<()> {
+        ShellPreconditioner::install(&self.session, self.preconditioner()?, Box::new(apply))
+    }
+
+    /// Frees factors and work vectors; options stay, operators must be set again. Collective.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn reset(&mut self) -> Result<()> {
+        petsc!(KSPReset(self.raw))
+    }
+
+    /// Type of the Krylov method and of the preconditioner, as in `("gmres", "asm")`; empty while not known.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn types(&self) -> Result<(String, String)> {
+        let (mut method, mut kind) = (std::ptr::null(), std::ptr::null());
+        petsc!(KSPGetType(self.raw, &mut method))?;
+        petsc!(PCGetType(self.preconditioner()?, &mut kind))?;
+        // SAFETY: PETSc hands out null or strings that live as long as the objects.
+        Ok(unsafe { (super::call::string(method), super::call::string(kind)) })
+    }
+
+    /// PETSc's preconditioner, alive as long as `self` is not configured anew.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn preconditioner(&self) -> Result<sys::PC> {
+        let mut pc = null_mut();
+        petsc!(KSPGetPC(self.raw, &mut pc))?;
+        Ok(pc)
+    }
+}
+
+/// Whether a preconditioner is kept when the matrix changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reuse {
+    /// The old one serves.
+    Keep,
+    /// A new one is built in the next solve after each change.
+    Renew,
+}
+
+/// Where the iteration starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Start {
+    /// From zero.
+    Zero,
+    /// From what the solution vector holds.
+    Given,
+}
+
+/// The true residual `|b - A x|` (Euclidean), with `work` as scratch space. Collective.
+///
+/// # Errors
+/// The layouts do not fit.
+pub fn residual_norm(operator: &impl Operator, b: &Vector, x: &Vector, work: &mut Vector) -> Result<f64> {
+    operator.multiply(x, work)?;
+    work.aypx(-1.0, b)?;
+    work.norm()
+}
+
+fn create(session: &Session, prefix: &str) -> Result<sys::KSP> {
+    let mut raw = null_mut();
+    petsc!(KSPCreate(session.comm(), &mut raw))?;
+    petsc!(KSPSetOptionsPrefix(raw, text(prefix)?.as_ptr()))?;
+    Ok(raw)
+}
+
+impl Drop for Krylov {
+    fn drop(&mut self) {
+        // SAFETY: the handle is ours, and PETSc runs since we hold the session.
+        unsafe { sys::KSPDestroy(&mut self.raw) };
+    }
+}

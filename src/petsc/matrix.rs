@@ -1,0 +1,430 @@
+//! A distributed block matrix of fixed pattern, filled in place.
+
+use super::call::petsc;
+use super::pattern::BlockPattern;
+use super::scatter::{BlockValues, Scatter};
+use super::session::Session;
+use super::vector::Vector;
+use crate::error::{Error, Result};
+use petsc_sys as sys;
+use std::ffi::CStr;
+use std::ptr::{null, null_mut};
+use std::rc::Rc;
+
+/// How PETSc stores the values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Scalar rows: every preconditioner works, algebraic multigrid among them.
+    Aij,
+    /// Blocks: products and ILU take about half the time; multigrid refuses it.
+    Baij,
+}
+
+/// What a matrix promises about its symmetry; kept while its values change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Symmetry {
+    /// Nothing.
+    None,
+    /// Symmetric, possibly indefinite.
+    Symmetric,
+    /// Symmetric and positive definite.
+    PositiveDefinite,
+}
+
+/// What a Krylov solver can multiply with.
+pub trait Operator {
+    /// PETSc's handle, alive as long as `self` is.
+    fn raw(&self) -> sys::Mat;
+
+    /// `y = A x` on the owned parts. Collective.
+    ///
+    /// # Errors
+    /// The layouts do not fit, or communication fails.
+    fn multiply(&self, x: &Vector, y: &mut Vector) -> Result<()> {
+        petsc!(MatMult(self.raw(), x.raw(), y.raw()))
+    }
+}
+
+/// A square matrix of blocks, distributed by rows as vectors are.
+pub struct Matrix {
+    session: Rc<Session>,
+    raw: sys::Mat,
+    /// Diagonal and off-diagonal part; the latter is null on a single rank. Owned by `raw`.
+    parts: [sys::Mat; 2],
+    format: Format,
+    block_size: usize,
+    pattern: Rc<BlockPattern>,
+    scatter: Scatter,
+}
+
+impl Matrix {
+    /// A zero matrix of the pattern, `pattern.block_size` (1, 2 or 3) values a node. Collective.
+    ///
+    /// # Errors
+    /// A malformed pattern, more than 2^31 values on a rank, no memory.
+    pub fn new(session: &Rc<Session>, pattern: &Rc<BlockPattern>, format: Format) -> Result<Self> {
+        Self::build(session, pattern, pattern.block_size, format)
+    }
+
+    /// A zero AIJ matrix of the pattern with one value a node, whatever the pattern's block size. Collective.
+    ///
+    /// # Errors
+    /// As [`Matrix::new`].
+    pub fn scalar(session: &Rc<Session>, pattern: &Rc<BlockPattern>) -> Result<Self> {
+        Self::build(session, pattern, 1, Format::Aij)
+    }
+
+    fn build(session: &Rc<Session>, pattern: &Rc<BlockPattern>, size: usize, format: Format) -> Result<Self> {
+        pattern.check()?;
+        if !(1..=3).contains(&size) {
+            return Err(Error::internal(format!("a matrix has blocks of size 1 to 3, not {size}")));
+        }
+        let scatter = Scatter::new(pattern, size, format)?;
+        let mut raw = null_mut();
+        petsc!(MatCreate(session.comm(), &mut raw))?;
+        let mut matrix = Self {
+            session: Rc::clone(session),
+            raw,
+            parts: [raw, null_mut()],
+            format,
+            block_size: size,
+            pattern: Rc::clone(pattern),
+            scatter,
+        };
+        matrix.allocate()?;
+        matrix.find_parts()?;
+        Ok(matrix)
+    }
+
+    fn allocate(&mut self) -> Result<()> {
+        let (raw, size) = (self.raw, self.block_size as i32);
+        let rows = self.pattern.rows() as i32 * size;
+        petsc!(MatSetSizes(raw, rows, rows, sys::DETERMINE, sys::DETERMINE))?;
+        petsc!(MatSetBlockSize(raw, size))?;
+        petsc!(MatSetType(raw, type_name(self.format).as_ptr()))?;
+        // Of each pair the call for the other number of ranks does nothing.
+        match self.format {
+            Format::Aij => {
+                let (offsets, columns) = scalar_rows(&self.pattern, self.block_size);
+                petsc!(MatSeqAIJSetPreallocationCSR(raw, offsets.as_ptr(), columns.as_ptr(), null()))?;
+                petsc!(MatMPIAIJSetPreallocationCSR(raw, offsets.as_ptr(), columns.as_ptr(), null()))?;
+            }
+            Format::Baij => {
+                let offsets: Vec<i32> = self.pattern.row_offsets.iter().map(|&at| at as i32).collect();
+                let columns = self.pattern.columns.as_ptr();
+                petsc!(MatSeqBAIJSetPreallocationCSR(raw, size, offsets.as_ptr(), columns, null()))?;
+                petsc!(MatMPIBAIJSetPreallocationCSR(raw, size, offsets.as_ptr(), columns, null()))?;
+            }
+        }
+        // A block outside the pattern is a fault; every rank fills its own rows only.
+        for option in
+            [sys::MAT_NEW_NONZERO_LOCATION_ERR, sys::MAT_KEEP_NONZERO_PATTERN, sys::MAT_NO_OFF_PROC_ENTRIES]
+        {
+            petsc!(MatSetOption(raw, option, sys::PETSC_TRUE))?;
+        }
+        Ok(())
+    }
+
+    /// Finds the two sequential matrices and checks that they hold what the scatter counts on.
+    fn find_parts(&mut self) -> Result<()> {
+        if self.session.size() > 1 {
+            let [diagonal, off_diagonal] = &mut self.parts;
+            match self.format {
+                Format::Aij => petsc!(MatMPIAIJGetSeqAIJ(self.raw, diagonal, off_diagonal, null_mut()))?,
+                Format::Baij => petsc!(MatMPIBAIJGetSeqBAIJ(self.raw, diagonal, off_diagonal, null_mut()))?,
+            }
+        }
+        for (part, expected) in self.parts.into_iter().zip(self.scatter.lengths) {
+            let stored = if part.is_null() { 0 } else { info(part)?.nz_used as usize };
+            if stored != expected {
+                let message = format!("PETSc stores {stored} values of a matrix's part, not {expected}");
+                return Err(Error::internal(message));
+            }
+        }
+        Ok(())
+    }
+
+    /// Changes the values in place, then tells PETSc. Collective: all ranks call it, the closure is each rank's own.
+    ///
+    /// # Errors
+    /// PETSc refuses its arrays or the assembly. What the closure returns is passed on untouched.
+    pub fn fill<R>(&mut self, change: impl FnOnce(&mut BlockValues) -> R) -> Result<R> {
+        let answer = {
+            let [diagonal, off_diagonal] = &mut self.arrays()?;
+            let parts = [diagonal.values(), off_diagonal.values()];
+            change(&mut BlockValues { parts, scatter: &self.scatter, pattern: &self.pattern })
+        };
+        self.assemble()?;
+        Ok(answer)
+    }
+
+    /// Takes over all values of a matrix of the same pattern, block size and format. Collective.
+    ///
+    /// # Errors
+    /// The matrices do not match.
+    pub fn copy_values_from(&mut self, other: &Self) -> Result<()> {
+        self.combine(other, <[f64]>::copy_from_slice)
+    }
+
+    /// `self += alpha other` for a matrix of the same pattern, block size and format. Collective.
+    ///
+    /// # Errors
+    /// The matrices do not match.
+    pub fn axpy_same_pattern(&mut self, alpha: f64, other: &Self) -> Result<()> {
+        self.combine(other, |mine, theirs| mine.iter_mut().zip(theirs).for_each(|(y, x)| *y += alpha * x))
+    }
+
+    fn combine(&mut self, other: &Self, with: impl Fn(&mut [f64], &[f64])) -> Result<()> {
+        let same = Rc::ptr_eq(&self.pattern, &other.pattern) || self.pattern == other.pattern;
+        if !same || self.format != other.format || self.block_size != other.block_size {
+            return Err(Error::internal("two matrices of different patterns were combined"));
+        }
+        {
+            let (mut mine, mut theirs) = (self.arrays()?, other.arrays()?);
+            for (mine, theirs) in mine.iter_mut().zip(&mut theirs) {
+                with(mine.values(), theirs.values());
+            }
+        }
+        self.assemble()
+    }
+
+    fn assemble(&mut self) -> Result<()> {
+        petsc!(MatAssemblyBegin(self.raw, sys::MAT_FINAL_ASSEMBLY))?;
+        petsc!(MatAssemblyEnd(self.raw, sys::MAT_FINAL_ASSEMBLY))
+    }
+
+    fn arrays(&self) -> Result<[PartArray; 2]> {
+        let [diagonal, off_diagonal] = self.scatter.lengths;
+        let diagonal = PartArray::open(self.parts[0], self.format, diagonal)?;
+        Ok([diagonal, PartArray::open(self.parts[1], self.format, off_diagonal)?])
+    }
+
+    /// `y = A^T x` on the owned parts. Collective.
+    ///
+    /// # Errors
+    /// The layouts do not fit, or communication fails.
+    pub fn multiply_transpose(&self, x: &Vector, y: &mut Vector) -> Result<()> {
+        petsc!(MatMultTranspose(self.raw, x.raw(), y.raw()))
+    }
+
+    /// Copies the diagonal into a vector. Collective.
+    ///
+    /// # Errors
+    /// The layout does not fit.
+    pub fn diagonal(&self, into: &mut Vector) -> Result<()> {
+        petsc!(MatGetDiagonal(self.raw, into.raw()))
+    }
+
+    /// Root of the sum of squares of all values. Collective.
+    ///
+    /// # Errors
+    /// Communication fails.
+    pub fn norm_frobenius(&self) -> Result<f64> {
+        let mut norm = 0.0;
+        petsc!(MatNorm(self.raw, sys::NORM_FROBENIUS, &mut norm))?;
+        Ok(norm)
+    }
+
+    /// How far the matrix is from symmetric: `|y.Ax - x.Ay| / (|y||Ax|)`, largest of three irregular pairs. Collective.
+    ///
+    /// About 1e-15 for a symmetric matrix; a test for a solver that needs symmetry, not a proof.
+    ///
+    /// # Errors
+    /// Communication fails.
+    pub fn asymmetry(&self) -> Result<f64> {
+        let mut worst = 0.0_f64;
+        for pair in 0..3 {
+            let (x, y) = (self.irregular(2 * pair)?, self.irregular(2 * pair + 1)?);
+            let (mut ax, mut ay) = (x.like()?, x.like()?);
+            self.multiply(&x, &mut ax)?;
+            self.multiply(&y, &mut ay)?;
+            let scale = (y.norm()? * ax.norm()?).max(f64::MIN_POSITIVE);
+            worst = worst.max((y.dot(&ax)? - x.dot(&ay)?).abs() / scale);
+        }
+        Ok(worst)
+    }
+
+    /// A vector of values in [-1, 1) that depend on the global position alone.
+    fn irregular(&self, seed: u64) -> Result<Vector> {
+        let mut vector = Vector::new(&self.session, self.pattern.rows(), self.block_size)?;
+        let first = self.pattern.first_row as u64 * self.block_size as u64;
+        for (i, value) in vector.owned_mut().iter_mut().enumerate() {
+            let mut bits =
+                (first + i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(seed << 17);
+            bits = (bits ^ (bits >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            bits ^= bits >> 27;
+            *value = (bits >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
+        }
+        Ok(vector)
+    }
+
+    /// Promises PETSc a symmetry, also for values to come; Cholesky and ICC rely on it. Collective.
+    ///
+    /// # Errors
+    /// PETSc refuses the option.
+    pub fn set_symmetry(&mut self, symmetry: Symmetry) -> Result<()> {
+        let truth = |yes: bool| if yes { sys::PETSC_TRUE } else { sys::PETSC_FALSE };
+        let symmetric = truth(symmetry != Symmetry::None);
+        let definite = truth(symmetry == Symmetry::PositiveDefinite);
+        petsc!(MatSetOption(self.raw, sys::MAT_SPD_ETERNAL, definite))?;
+        petsc!(MatSetOption(self.raw, sys::MAT_SPD, definite))?;
+        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRY_ETERNAL, symmetric))?;
+        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRIC, symmetric))
+    }
+
+    /// Gives multigrid the rigid-body modes of nodes at `coordinates` (owned nodes, D values each). Collective.
+    ///
+    /// # Errors
+    /// The vector's block size is not 2 or 3, or PETSc fails.
+    pub fn set_near_null_space(&mut self, coordinates: &Vector) -> Result<()> {
+        let mut modes = null_mut();
+        petsc!(MatNullSpaceCreateRigidBody(coordinates.raw(), &mut modes))?;
+        let set = petsc!(MatSetNearNullSpace(self.raw, modes));
+        petsc!(MatNullSpaceDestroy(&mut modes))?;
+        set
+    }
+
+    /// The matrix `A (x) 1_D` of a scalar matrix A, which it shares: later values of A count. Collective.
+    ///
+    /// # Errors
+    /// The matrix is not scalar, or PETSc fails.
+    pub fn kronecker_identity(&self, dimension: usize) -> Result<Kronecker> {
+        if self.block_size != 1 {
+            return Err(Error::internal("only a matrix with one value a node can be spread over components"));
+        }
+        let mut raw = null_mut();
+        petsc!(MatCreateMAIJ(self.raw, dimension as i32, &mut raw))?;
+        Ok(Kronecker { _session: Rc::clone(&self.session), raw })
+    }
+
+    /// Memory that PETSc holds for the matrix on this rank [bytes].
+    ///
+    /// # Errors
+    /// PETSc does not tell.
+    pub fn bytes(&self) -> Result<u64> {
+        let parts = self.parts.iter().filter(|part| !part.is_null());
+        parts.map(|&part| Ok(info(part)?.memory as u64)).sum()
+    }
+
+    /// The pattern, for slots.
+    pub fn pattern(&self) -> &Rc<BlockPattern> {
+        &self.pattern
+    }
+
+    /// How the values are stored.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Values a node.
+    pub fn block_size(&self) -> usize {
+        self.block_size
+    }
+}
+
+impl Operator for Matrix {
+    fn raw(&self) -> sys::Mat {
+        self.raw
+    }
+}
+
+impl Drop for Matrix {
+    fn drop(&mut self) {
+        // SAFETY: the handle is ours, and PETSc runs since we hold the session.
+        unsafe { sys::MatDestroy(&mut self.raw) };
+    }
+}
+
+/// A scalar matrix that acts on every component alike, see [`Matrix::kronecker_identity`].
+pub struct Kronecker {
+    _session: Rc<Session>,
+    raw: sys::Mat,
+}
+
+impl Operator for Kronecker {
+    fn raw(&self) -> sys::Mat {
+        self.raw
+    }
+}
+
+impl Drop for Kronecker {
+    fn drop(&mut self) {
+        // SAFETY: as for a matrix.
+        unsafe { sys::MatDestroy(&mut self.raw) };
+    }
+}
+
+/// The value array of one part, given back when dropped.
+struct PartArray {
+    part: sys::Mat,
+    format: Format,
+    pointer: *mut f64,
+    length: usize,
+}
+
+impl PartArray {
+    fn open(part: sys::Mat, format: Format, length: usize) -> Result<Self> {
+        let mut pointer = null_mut();
+        if !part.is_null() {
+            match format {
+                Format::Aij => petsc!(MatSeqAIJGetArray(part, &mut pointer))?,
+                Format::Baij => petsc!(MatSeqBAIJGetArray(part, &mut pointer))?,
+            }
+        }
+        Ok(Self { part, format, pointer, length })
+    }
+
+    fn values(&mut self) -> &mut [f64] {
+        if self.length == 0 {
+            return &mut [];
+        }
+        // SAFETY: `find_parts` has checked the length; nobody else has the array while the matrix is borrowed.
+        unsafe { std::slice::from_raw_parts_mut(self.pointer, self.length) }
+    }
+}
+
+impl Drop for PartArray {
+    fn drop(&mut self) {
+        if self.part.is_null() {
+            return;
+        }
+        // SAFETY: gives back what `open` took.
+        unsafe {
+            match self.format {
+                Format::Aij => sys::MatSeqAIJRestoreArray(self.part, &mut self.pointer),
+                Format::Baij => sys::MatSeqBAIJRestoreArray(self.part, &mut self.pointer),
+            };
+        }
+    }
+}
+
+fn type_name(format: Format) -> &'static CStr {
+    match format {
+        Format::Aij => c"aij",
+        Format::Baij => c"baij",
+    }
+}
+
+fn info(matrix: sys::Mat) -> Result<sys::MatInfo> {
+    let mut info = std::mem::MaybeUninit::<sys::MatInfo>::zeroed();
+    petsc!(MatGetInfo(matrix, sys::MAT_LOCAL, info.as_mut_ptr()))?;
+    // SAFETY: plain numbers, zero before PETSc fills them in.
+    Ok(unsafe { info.assume_init() })
+}
+
+/// Offsets and columns of the scalar rows of a block pattern.
+fn scalar_rows(pattern: &BlockPattern, size: usize) -> (Vec<i32>, Vec<i32>) {
+    let mut offsets = Vec::with_capacity(pattern.rows() * size + 1);
+    let mut columns = Vec::with_capacity(pattern.slots() * size * size);
+    offsets.push(0);
+    for row in 0..pattern.rows() {
+        let blocks = &pattern.columns[pattern.row(row)];
+        for _ in 0..size {
+            for &block in blocks {
+                columns.extend((0..size as i32).map(|j| block * size as i32 + j));
+            }
+            offsets.push(columns.len() as i32);
+        }
+    }
+    (offsets, columns)
+}

@@ -1,0 +1,144 @@
+//! PETSc's options database: what the user gave wins over what the program sets.
+
+use super::call::petsc;
+use crate::error::{Error, Result};
+use petsc_sys as sys;
+use std::collections::HashSet;
+use std::ffi::{CString, c_char};
+use std::ptr::null_mut;
+
+/// Options that PETSc reads only when it is finalised; they are never reported as unused.
+const READ_AT_THE_END: [&str; 18] = [
+    "checkfunctionlist",
+    "checkstack",
+    "get_total_flops",
+    "log",
+    "log_all",
+    "log_mpe",
+    "log_summary",
+    "log_trace",
+    "log_view",
+    "log_view_memory",
+    "malloc_dump",
+    "malloc_view",
+    "memory_view",
+    "mpidump",
+    "objects_dump",
+    "options_left",
+    "options_view",
+    "skip_petscrc",
+];
+
+/// The names that the user gave, on the command line or in `PETSC_OPTIONS`; PETSc knows no upper and lower case.
+#[derive(Debug, Default)]
+pub(super) struct Options {
+    given: HashSet<String>,
+}
+
+impl Options {
+    /// Reads the database as PETSc filled it from the user's input; nothing counts as used by that.
+    pub(super) fn snapshot() -> Result<Self> {
+        let mut text: *mut c_char = null_mut();
+        petsc!(PetscOptionsGetAll(null_mut(), &mut text))?;
+        // SAFETY: PETSc has allocated the string, which is freed below.
+        let all = unsafe { super::call::string(text) };
+        petsc!(contact_free(text.cast()))?;
+        let given = all.split_whitespace().filter(|token| is_name(token)).map(key).collect();
+        Ok(Self { given })
+    }
+
+    /// Whether the user gave this option; `name` with or without dash.
+    pub(super) fn is_given(&self, name: &str) -> bool {
+        self.given.contains(&key(name))
+    }
+
+    /// The user's options that nothing has asked for so far, each as `-name value`.
+    pub(super) fn unused(&self) -> Result<Vec<String>> {
+        let (mut count, mut names, mut values) = (0, null_mut(), null_mut());
+        petsc!(PetscOptionsLeftGet(null_mut(), &mut count, &mut names, &mut values))?;
+        // SAFETY: PETSc returns `count` names and values, which live until they are given back below.
+        let pair = |i| unsafe { (super::call::string(*names.add(i)), super::call::string(*values.add(i))) };
+        let left: Vec<(String, String)> = (0..count as usize).map(pair).collect();
+        petsc!(PetscOptionsLeftRestore(null_mut(), &mut count, &mut names, &mut values))?;
+        let counts = |name: &str| self.is_given(name) && !READ_AT_THE_END.contains(&key(name).as_str());
+        let words =
+            |(name, value): (String, String)| format!("-{} {value}", key(&name)).trim_end().to_owned();
+        Ok(left.into_iter().filter(|(name, _)| counts(name)).map(words).collect())
+    }
+}
+
+/// Puts an option into the database; an empty value makes a flag.
+pub(super) fn insert(name: &str, value: &str) -> Result<()> {
+    let value = text(value)?;
+    let pointer = if value.is_empty() { std::ptr::null() } else { value.as_ptr() };
+    petsc!(PetscOptionsSetValue(null_mut(), dashed(name)?.as_ptr(), pointer))
+}
+
+/// Takes an option out of the database.
+pub(super) fn remove(name: &str) -> Result<()> {
+    petsc!(PetscOptionsClearValue(null_mut(), dashed(name)?.as_ptr()))
+}
+
+/// Whether the database has the option, and thereby counts it as used.
+pub(super) fn is_set(name: &str) -> Result<bool> {
+    let mut set = sys::PETSC_FALSE;
+    let name = dashed(name)?;
+    petsc!(PetscOptionsHasName(null_mut(), std::ptr::null(), name.as_ptr(), &mut set))?;
+    Ok(set == sys::PETSC_TRUE)
+}
+
+/// Refuses words among the options meant for PETSc that PETSc would drop without a word.
+///
+/// # Errors
+/// A usage error naming the stray word.
+pub fn validate(arguments: &[String]) -> Result<()> {
+    let mut takes_value = false;
+    for word in arguments {
+        if !is_name(word) && !takes_value {
+            let hint = "PETSc's options stand after `--`, each as `-name` or `-name value`";
+            return Err(Error::usage(format!("`{word}` is no PETSc option")).hint(hint));
+        }
+        takes_value = is_name(word);
+    }
+    Ok(())
+}
+
+/// PETSc's rule: a dash or two, then a letter; `-1e-3` and `-inf` are values.
+fn is_name(word: &str) -> bool {
+    let Some(rest) = word.strip_prefix('-') else { return false };
+    let rest = rest.strip_prefix('-').unwrap_or(rest);
+    rest.starts_with(|first: char| first.is_ascii_alphabetic()) && word.parse::<f64>().is_err()
+}
+
+fn key(name: &str) -> String {
+    name.trim_start_matches('-').to_ascii_lowercase()
+}
+
+fn dashed(name: &str) -> Result<CString> {
+    text(&format!("-{}", name.trim_start_matches('-')))
+}
+
+/// A string for C.
+pub(super) fn text(words: &str) -> Result<CString> {
+    CString::new(words).map_err(|_| Error::usage(format!("{words:?} contains a zero character")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stray words are refused, values of any sign are not.
+    #[test]
+    fn tells_options_from_stray_words() {
+        let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        for good in ["", "-ksp_monitor", "-ksp_rtol 1e-8 -log_view", "-a -1e-3 -b", "--ksp_view -x -inf"] {
+            assert!(validate(&words(good)).is_ok(), "{good}");
+        }
+        for (bad, word) in [("ksp_monitor", "ksp_monitor"), ("-a 1 2 -b", "2"), ("-a - -b", "")] {
+            match validate(&words(bad)) {
+                Err(error) => assert!(error.message.contains(word) && error.exit_code() == 2, "{error}"),
+                Ok(()) => assert!(word.is_empty(), "{bad}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Which blocks of a matrix may be non-zero.
+
+use crate::error::{Error, Result};
+
+/// The block rows that this rank owns, in compressed form; one entry of `columns` is a *slot*.
+///
+/// Rows are the owned nodes in order, columns global nodes. The same pattern serves matrices of `block_size` values a
+/// node and of one value a node.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BlockPattern {
+    /// Values a node.
+    pub block_size: usize,
+    /// Global number of the first owned node.
+    pub first_row: i32,
+    /// Row `i` has the slots `row_offsets[i]..row_offsets[i + 1]`; one more entry than rows.
+    pub row_offsets: Vec<u32>,
+    /// Global node of each slot, ascending within a row; the diagonal is always there.
+    pub columns: Vec<i32>,
+}
+
+impl BlockPattern {
+    /// Number of owned block rows.
+    pub fn rows(&self) -> usize {
+        self.row_offsets.len().saturating_sub(1)
+    }
+
+    /// Number of slots on this rank.
+    pub fn slots(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Global nodes that this rank owns.
+    pub fn owned(&self) -> std::ops::Range<i32> {
+        self.first_row..self.first_row + self.rows() as i32
+    }
+
+    /// Slots of the owned row `row`.
+    pub fn row(&self, row: usize) -> std::ops::Range<usize> {
+        self.row_offsets[row] as usize..self.row_offsets[row + 1] as usize
+    }
+
+    /// Slot of the block (owned row, global column), by search in the row.
+    pub fn slot(&self, row: usize, column: i32) -> Option<u32> {
+        let slots = self.row(row);
+        let found = self.columns[slots.clone()].binary_search(&column).ok()?;
+        Some((slots.start + found) as u32)
+    }
+
+    /// Refuses what is no pattern, before PETSc makes something of it.
+    pub(super) fn check(&self) -> Result<()> {
+        let wrong = |what: &str| Err(Error::internal(format!("pattern of a matrix: {what}")));
+        if self.row_offsets.first() != Some(&0)
+            || self.row_offsets.last() != Some(&(self.columns.len() as u32))
+        {
+            return wrong("the row offsets do not span the columns");
+        }
+        if self.row_offsets.windows(2).any(|pair| pair[0] > pair[1]) {
+            return wrong("the row offsets descend");
+        }
+        for row in 0..self.rows() {
+            if !self.columns[self.row(row)].is_sorted_by(|a, b| a < b) {
+                return wrong(&format!("the columns of row {row} do not ascend"));
+            }
+            if self.slot(row, self.first_row + row as i32).is_none() {
+                return wrong(&format!("row {row} has no diagonal"));
+            }
+        }
+        Ok(())
+    }
+}

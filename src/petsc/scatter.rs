@@ -1,0 +1,218 @@
+//! Blocks go straight to their place in PETSc's value arrays: no search, no copy, no communication.
+//!
+//! A rank's rows consist of two sequential matrices, the *diagonal part* (columns that the rank owns) and the
+//! *off-diagonal part* (the others). Both keep a row's columns in ascending global order, so a slot's address follows
+//! from counting. AIJ stores scalar rows: a block's rows lie one stride apart. BAIJ stores whole blocks, column-major.
+
+use super::matrix::Format;
+use super::pattern::BlockPattern;
+use crate::error::{Error, Result};
+
+/// Stands for a block that this rank does not own; adding to it does nothing.
+pub const NO_SLOT: u32 = u32::MAX;
+
+/// Marks an address in the off-diagonal part.
+const OFF_DIAGONAL: u32 = 1 << 31;
+
+/// Where each slot of a pattern lies in the value arrays.
+pub(super) struct Scatter {
+    format: Format,
+    block_size: usize,
+    /// Position of a slot's first value; the top bit chooses the part.
+    addresses: Vec<u32>,
+    /// AIJ: distance between two rows of a slot's block.
+    strides: Vec<u32>,
+    /// Slot of each row's diagonal block.
+    diagonal: Vec<u32>,
+    /// Number of values in the two parts.
+    pub(super) lengths: [usize; 2],
+}
+
+impl Scatter {
+    pub(super) fn new(pattern: &BlockPattern, block_size: usize, format: Format) -> Result<Self> {
+        let mut scatter = Self {
+            format,
+            block_size,
+            addresses: Vec::with_capacity(pattern.slots()),
+            strides: Vec::with_capacity(if format == Format::Aij { pattern.slots() } else { 0 }),
+            diagonal: Vec::with_capacity(pattern.rows()),
+            lengths: [0; 2],
+        };
+        for row in 0..pattern.rows() {
+            scatter.push_row(pattern, row);
+        }
+        if scatter.lengths.iter().any(|&length| length >= OFF_DIAGONAL as usize) {
+            let message = "a rank's part of the matrix has more than 2^31 values";
+            return Err(Error::internal(message).hint("use more ranks"));
+        }
+        Ok(scatter)
+    }
+
+    fn push_row(&mut self, pattern: &BlockPattern, row: usize) {
+        let owned = pattern.owned();
+        let columns = &pattern.columns[pattern.row(row)];
+        let part_of = |column: &i32| usize::from(!owned.contains(column));
+        let mut counts = [0; 2];
+        for column in columns {
+            counts[part_of(column)] += 1;
+        }
+        let step = self.block_size * if self.format == Format::Aij { 1 } else { self.block_size };
+        let mut next = self.lengths;
+        for column in columns {
+            let part = part_of(column);
+            if *column == owned.start + row as i32 {
+                self.diagonal.push(self.addresses.len() as u32);
+            }
+            // Too large an address is found out at the end, by the lengths.
+            self.addresses.push(next[part] as u32 & !OFF_DIAGONAL | if part == 1 { OFF_DIAGONAL } else { 0 });
+            next[part] += step;
+            if self.format == Format::Aij {
+                self.strides.push((counts[part] * self.block_size) as u32);
+            }
+        }
+        for part in 0..2 {
+            self.lengths[part] += counts[part] * self.block_size * self.block_size;
+        }
+    }
+
+    fn place(&self, slot: u32) -> (usize, usize) {
+        let address = self.addresses[slot as usize];
+        ((address >> 31) as usize, (address & !OFF_DIAGONAL) as usize)
+    }
+
+    /// Part and position of entry (`i`, `j`) of a slot's block.
+    fn entry(&self, slot: u32, i: usize, j: usize) -> (usize, usize) {
+        let (part, start) = self.place(slot);
+        match self.format {
+            Format::Aij => (part, start + i * self.strides[slot as usize] as usize + j),
+            Format::Baij => (part, start + j * self.block_size + i),
+        }
+    }
+}
+
+/// The values of a matrix on this rank, open for change within [`Matrix::fill`](super::Matrix::fill).
+///
+/// Blocks come row-major, `block[i * D + j]`, with D the matrix's block size.
+pub struct BlockValues<'a> {
+    pub(super) parts: [&'a mut [f64]; 2],
+    pub(super) scatter: &'a Scatter,
+    pub(super) pattern: &'a BlockPattern,
+}
+
+impl BlockValues<'_> {
+    /// Every stored value becomes zero.
+    pub fn zero(&mut self) {
+        self.parts.iter_mut().for_each(|part| part.fill(0.0));
+    }
+
+    /// Every stored value is multiplied by `alpha`.
+    pub fn scale(&mut self, alpha: f64) {
+        self.parts.iter_mut().flat_map(|part| part.iter_mut()).for_each(|value| *value *= alpha);
+    }
+
+    /// Adds one block; [`NO_SLOT`] is skipped.
+    #[inline]
+    pub fn add(&mut self, slot: u32, block: &[f64]) {
+        self.add_blocks(&[slot], block);
+    }
+
+    /// Adds one block per slot, as of an element matrix; each [`NO_SLOT`] is skipped.
+    ///
+    /// `blocks` holds them one after the other, in the order of `slots`. This is the fast path.
+    #[inline]
+    pub fn add_blocks(&mut self, slots: &[u32], blocks: &[f64]) {
+        match (self.scatter.format, self.scatter.block_size) {
+            (Format::Aij, 1) => self.add_rows::<1>(slots, blocks),
+            (Format::Aij, 2) => self.add_rows::<2>(slots, blocks),
+            (Format::Aij, _) => self.add_rows::<3>(slots, blocks),
+            (Format::Baij, 1) => self.add_columns::<1>(slots, blocks),
+            (Format::Baij, 2) => self.add_columns::<2>(slots, blocks),
+            (Format::Baij, _) => self.add_columns::<3>(slots, blocks),
+        }
+    }
+
+    fn add_rows<const D: usize>(&mut self, slots: &[u32], blocks: &[f64]) {
+        for (&slot, block) in slots.iter().zip(blocks.chunks_exact(D * D)) {
+            if slot == NO_SLOT {
+                continue;
+            }
+            let (part, start) = self.scatter.place(slot);
+            let stride = self.scatter.strides[slot as usize] as usize;
+            let values = &mut self.parts[part][start..];
+            for i in 0..D {
+                let row = &mut values[i * stride..][..D];
+                for j in 0..D {
+                    row[j] += block[i * D + j];
+                }
+            }
+        }
+    }
+
+    fn add_columns<const D: usize>(&mut self, slots: &[u32], blocks: &[f64]) {
+        for (&slot, block) in slots.iter().zip(blocks.chunks_exact(D * D)) {
+            if slot == NO_SLOT {
+                continue;
+            }
+            let (part, start) = self.scatter.place(slot);
+            let values = &mut self.parts[part][start..][..D * D];
+            for j in 0..D {
+                for i in 0..D {
+                    values[j * D + i] += block[i * D + j];
+                }
+            }
+        }
+    }
+
+    /// Adds `value` times the unit block, as of a mass or a contact spring without direction.
+    #[inline]
+    pub fn add_isotropic(&mut self, slot: u32, value: f64) {
+        if slot == NO_SLOT {
+            return;
+        }
+        for i in 0..self.scatter.block_size {
+            let (part, at) = self.scatter.entry(slot, i, i);
+            self.parts[part][at] += value;
+        }
+    }
+
+    /// Adds to the diagonal entry of the owned unknown `dof` (= owned node * D + component).
+    pub fn add_diagonal(&mut self, dof: usize, value: f64) {
+        let (row, i) = (dof / self.scatter.block_size, dof % self.scatter.block_size);
+        let (part, at) = self.scatter.entry(self.scatter.diagonal[row], i, i);
+        self.parts[part][at] += value;
+    }
+
+    /// The row of the owned unknown `dof` becomes zero but for `value` on the diagonal.
+    pub fn set_identity_row(&mut self, dof: usize, value: f64) {
+        let (row, i) = (dof / self.scatter.block_size, dof % self.scatter.block_size);
+        for slot in self.pattern.row(row) {
+            self.mask(slot as u32, 1 << i, 0);
+        }
+        self.add_diagonal(dof, value);
+    }
+
+    /// Makes rows and columns of one block zero; bit `i` of `rows` or `columns` stands for component `i`.
+    ///
+    /// With the slots that touch prescribed unknowns this keeps a symmetric matrix symmetric.
+    pub fn mask(&mut self, slot: u32, rows: u8, columns: u8) {
+        if slot == NO_SLOT {
+            return;
+        }
+        let size = self.scatter.block_size;
+        for i in 0..size {
+            for j in (0..size).filter(|j| rows >> i & 1 == 1 || columns >> j & 1 == 1) {
+                let (part, at) = self.scatter.entry(slot, i, j);
+                self.parts[part][at] = 0.0;
+            }
+        }
+    }
+
+    /// Copies one block out, row-major.
+    pub fn block(&self, slot: u32, block: &mut [f64]) {
+        let size = self.scatter.block_size;
+        for (k, value) in block.iter_mut().enumerate().take(size * size) {
+            let (part, at) = self.scatter.entry(slot, k / size, k % size);
+            *value = self.parts[part][at];
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! MPI and PETSc from start to end: whoever holds a [`Session`] may use both.
+
+use super::call::{self, petsc, quiet_handler};
+use super::options::{self, Options};
+use crate::error::{Error, Result};
+use mpi::environment::Universe;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{AsRaw, Communicator};
+use petsc_sys as sys;
+use std::ffi::{CString, c_char, c_int};
+use std::io::Write;
+use std::panic::PanicHookInfo;
+use std::ptr::{null, null_mut};
+use std::rc::Rc;
+
+/// Exit code of a fault of the program itself.
+const FAULT: i32 = 70;
+
+/// A process that has started MPI and PETSc; both end, in the right order, when the last owner lets go.
+///
+/// Every vector, matrix and solver holds a reference, so none outlives PETSc.
+pub struct Session {
+    world: SimpleCommunicator,
+    options: Options,
+    /// PETSc keeps pointers to its arguments until the end.
+    _arguments: Arguments,
+    /// Dropped, and MPI with it, after `Drop::drop` has finalised PETSc.
+    _universe: Universe,
+}
+
+impl Session {
+    /// Starts MPI, then PETSc with nothing but `args` (and `PETSC_OPTIONS`), alone or under `mpirun`. Collective.
+    ///
+    /// From here on a panic on any rank ends all ranks with one message and code 70.
+    ///
+    /// # Errors
+    /// A stray word among `args`; a library that can not start; a second session in one process.
+    pub fn start(args: &[String]) -> Result<Rc<Self>> {
+        options::validate(args)?;
+        let again = || Error::internal("MPI is started already: a process has one session");
+        let universe = mpi::initialize().ok_or_else(again)?;
+        std::panic::set_hook(Box::new(report_panic));
+        let world = universe.world();
+        let mut arguments = Arguments::new(args)?;
+        petsc!(PetscInitialize(&mut arguments.count, &mut arguments.pointer, null(), null()))?;
+        petsc!(PetscPushErrorHandler(Some(quiet_handler), null_mut()))?;
+        let session =
+            Self { world, options: Options::snapshot()?, _arguments: arguments, _universe: universe };
+        session.make_mpi_errors_fatal();
+        // Unused options are reported by the program itself, from rank 0 and by name.
+        session.set_default("options_left", "no")?;
+        Ok(Rc::new(session))
+    }
+
+    /// All ranks of the run.
+    pub fn world(&self) -> &SimpleCommunicator {
+        &self.world
+    }
+
+    /// Number of this rank.
+    pub fn rank(&self) -> i32 {
+        self.world.rank()
+    }
+
+    /// Number of ranks.
+    pub fn size(&self) -> i32 {
+        self.world.size()
+    }
+
+    /// Sets a PETSC option (name without dash; empty value for a flag), whatever the user gave.
+    ///
+    /// # Errors
+    /// PETSc refuses the name.
+    pub fn set_option(&self, name: &str, value: &str) -> Result<()> {
+        options::insert(name, value)
+    }
+
+    /// Sets a PETSc option unless the user gave it.
+    ///
+    /// # Errors
+    /// PETSc refuses the name.
+    pub fn set_default(&self, name: &str, value: &str) -> Result<()> {
+        if self.is_given(name) { Ok(()) } else { options::insert(name, value) }
+    }
+
+    /// Whether the user gave the PETSc option `name`; asking does not make it a used one.
+    pub fn is_given(&self, name: &str) -> bool {
+        self.options.is_given(name)
+    }
+
+    /// Whether the PETSc option `name` is set; counts it as used.
+    ///
+    /// # Errors
+    /// PETSc refuses the name.
+    pub fn has_option(&self, name: &str) -> Result<bool> {
+        options::is_set(name)
+    }
+
+    /// The user's PETSc options that nothing on this rank has asked for so far, each as `-name value`.
+    ///
+    /// # Errors
+    /// PETSc can not list its options.
+    pub fn unused_options(&self) -> Result<Vec<String>> {
+        self.options.unused()
+    }
+
+    /// Ends all ranks at once with the exit code `code`; for errors that the other ranks can not know of.
+    pub fn abort(&self, code: i32) -> ! {
+        end_all_ranks(code)
+    }
+
+    /// The communicator as PETSc takes it.
+    pub(super) fn comm(&self) -> sys::MPI_Comm {
+        self.world.as_raw()
+    }
+
+    /// PETSc makes MPI return its errors, but the crate `mpi` does not look at them.
+    fn make_mpi_errors_fatal(&self) {
+        // SAFETY: the communicator is alive; the handler is a constant of MPI.
+        unsafe { mpi::ffi::MPI_Comm_set_errhandler(self.comm(), mpi::ffi::RSMPI_ERRORS_ARE_FATAL) };
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        // MPI goes after PETSc: the field with the universe is dropped after this body.
+        let ended = petsc!(PetscPopErrorHandler()).and_then(|()| petsc!(PetscFinalize()));
+        if let Err(error) = ended {
+            let _ = writeln!(std::io::stderr(), "contact-petsc: {error}");
+        }
+    }
+}
+
+/// Program name and options in the form of C's `main`.
+struct Arguments {
+    count: c_int,
+    pointer: *mut *mut c_char,
+    _array: Vec<*mut c_char>,
+    _texts: Vec<CString>,
+}
+
+impl Arguments {
+    fn new(args: &[String]) -> Result<Self> {
+        // Without the last word PETSc would also read .petscrc files that happen to lie about.
+        let words =
+            ["contact-petsc"].into_iter().chain(args.iter().map(String::as_str)).chain(["-skip_petscrc"]);
+        let texts = words.map(options::text).collect::<Result<Vec<_>>>()?;
+        let mut array: Vec<*mut c_char> = texts.iter().map(|text| text.as_ptr().cast_mut()).collect();
+        array.push(null_mut());
+        let (count, pointer) = (texts.len() as c_int, array.as_mut_ptr());
+        Ok(Self { count, pointer, _array: array, _texts: texts })
+    }
+}
+
+/// PETSc and MPI as the program runs with them, METIS as it was built with; works without a session.
+///
+/// One line each, as in `PETSc 3.18.5`.
+pub fn versions() -> [String; 3] {
+    let [mut major, mut minor, mut patch, mut release] = [0; 4];
+    let known = petsc!(PetscGetVersionNumber(&mut major, &mut minor, &mut patch, &mut release));
+    let petsc = match known {
+        Ok(()) => format!("PETSc {major}.{minor}.{patch}"),
+        Err(_) => format!("PETSc {}", env!("PETSC_BUILD_VERSION")),
+    };
+    let library = mpi::environment::library_version().unwrap_or_default();
+    let words = library.split([',', '\n']).next().unwrap_or_default().trim();
+    let mpi = if words.is_empty() { "MPI".to_owned() } else { words.to_owned() };
+    [petsc, mpi, format!("METIS {}", env!("METIS_VERSION"))]
+}
+
+/// Largest memory that this process has held so far [bytes]; 0 where the system does not tell.
+pub fn peak_memory() -> u64 {
+    status_bytes("VmHWM:")
+}
+
+/// Memory that this process holds now [bytes]; 0 where the system does not tell.
+pub fn memory() -> u64 {
+    status_bytes("VmRSS:")
+}
+
+/// A line of Linux's process status; unlike `getrusage` it does not inherit the peak of the process that started us.
+fn status_bytes(field: &str) -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default();
+    line.split_whitespace().next().and_then(|kilobytes| kilobytes.parse::<u64>().ok()).unwrap_or(0) * 1024
+}
+
+/// Ends all ranks for a fault that leaves no way to go on, with one message.
+pub(super) fn fault(error: &Error) -> ! {
+    let _ = writeln!(std::io::stderr(), "contact-petsc: {error}");
+    end_all_ranks(FAULT)
+}
+
+fn report_panic(info: &PanicHookInfo) {
+    let payload = info.payload();
+    let words = payload.downcast_ref::<&str>().copied();
+    let words = words.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic");
+    let place = info.location().map(|place| format!(" ({}:{})", place.file(), place.line()));
+    let message = format!("contact-petsc: fault of the program: {words}{}\n", place.unwrap_or_default());
+    // One write, so that the messages of two ranks do not mix.
+    let _ = std::io::stderr().write_all(message.as_bytes());
+    end_all_ranks(FAULT)
+}
+
+fn end_all_ranks(code: i32) -> ! {
+    let _ = std::io::stdout().flush();
+    let _ = call::take_detail();
+    let mut running = 0;
+    // SAFETY: both may be called at any time; abort only while MPI runs.
+    unsafe {
+        mpi::ffi::MPI_Finalized(&mut running);
+        if running == 0 {
+            mpi::ffi::MPI_Abort(mpi::ffi::RSMPI_COMM_WORLD, code);
+        }
+    }
+    std::process::exit(code)
+}

@@ -1,0 +1,341 @@
+//! A distributed vector of node values: the owned ones first, then copies of other ranks' ones (ghosts).
+
+use super::call::petsc;
+use super::session::{Session, fault};
+use crate::error::{Error, Result};
+use petsc_sys as sys;
+use std::marker::PhantomData;
+use std::ops::{Deref, DerefMut};
+use std::ptr::null_mut;
+use std::rc::Rc;
+
+/// A distributed vector with `block_size` values a node.
+///
+/// Storage of a rank: `[owned blocks | ghost blocks]`, value = block * `block_size` + component. Algebra (`axpy`,
+/// `norm`, ...) works on the owned part; ghosts follow by [`Vector::update_ghosts`].
+pub struct Vector {
+    session: Rc<Session>,
+    raw: sys::Vec,
+    block_size: usize,
+    owned: usize,
+    local: usize,
+}
+
+impl Vector {
+    /// A zero vector of `owned_blocks` blocks here and copies of the blocks with the global numbers `ghosts`. Collective.
+    ///
+    /// # Errors
+    /// PETSc refuses the sizes or has no memory.
+    pub fn ghosted(
+        session: &Rc<Session>,
+        owned_blocks: usize,
+        block_size: usize,
+        ghosts: &[i32],
+    ) -> Result<Self> {
+        let mut raw = null_mut();
+        petsc!(VecCreateGhostBlock(
+            session.comm(),
+            block_size as i32,
+            (owned_blocks * block_size) as i32,
+            sys::DETERMINE,
+            ghosts.len() as i32,
+            ghosts.as_ptr(),
+            &mut raw,
+        ))?;
+        let owned = owned_blocks * block_size;
+        let local = owned + ghosts.len() * block_size;
+        let mut vector = Self { session: Rc::clone(session), raw, block_size, owned, local };
+        vector.local_mut().fill(0.0);
+        Ok(vector)
+    }
+
+    /// A zero vector without ghosts. Collective.
+    ///
+    /// # Errors
+    /// As [`Vector::ghosted`].
+    pub fn new(session: &Rc<Session>, owned_blocks: usize, block_size: usize) -> Result<Self> {
+        Self::ghosted(session, owned_blocks, block_size, &[])
+    }
+
+    /// A zero vector of the same layout, ghosts included. Collective.
+    ///
+    /// # Errors
+    /// PETSc has no memory.
+    pub fn like(&self) -> Result<Self> {
+        let mut raw = null_mut();
+        petsc!(VecDuplicate(self.raw, &mut raw))?;
+        let session = Rc::clone(&self.session);
+        let mut twin = Self { session, raw, ..*self };
+        twin.local_mut().fill(0.0);
+        Ok(twin)
+    }
+
+    /// A second owner of a vector that PETSc hands to a callback; without ghosts.
+    pub(super) fn share(session: &Rc<Session>, raw: sys::Vec) -> Result<Self> {
+        let (mut owned, mut block_size) = (0, 0);
+        petsc!(VecGetLocalSize(raw, &mut owned))?;
+        petsc!(VecGetBlockSize(raw, &mut block_size))?;
+        petsc!(PetscObjectReference(raw.cast()))?;
+        let owned = owned as usize;
+        Ok(Self { session: Rc::clone(session), raw, block_size: block_size as usize, owned, local: owned })
+    }
+
+    /// Values a block.
+    pub fn block_size(&self) -> usize {
+        self.block_size
+    }
+
+    /// Number of owned values.
+    pub fn owned_len(&self) -> usize {
+        self.owned
+    }
+
+    /// Number of owned and ghost values.
+    pub fn local_len(&self) -> usize {
+        self.local
+    }
+
+    /// The owned values.
+    pub fn owned(&self) -> Values<'_> {
+        Values::new(self, self.owned)
+    }
+
+    /// The owned and then the ghost values.
+    pub fn local(&self) -> Values<'_> {
+        Values::new(self, self.local)
+    }
+
+    /// The owned values, to be changed.
+    pub fn owned_mut(&mut self) -> ValuesMut<'_> {
+        ValuesMut::new(self, self.owned)
+    }
+
+    /// The owned and then the ghost values, to be changed.
+    pub fn local_mut(&mut self) -> ValuesMut<'_> {
+        ValuesMut::new(self, self.local)
+    }
+
+    /// Gives every ghost the value of its owner. Collective.
+    ///
+    /// # Errors
+    /// Communication fails.
+    pub fn update_ghosts(&mut self) -> Result<()> {
+        self.ghosts(sys::INSERT_VALUES, sys::SCATTER_FORWARD)
+    }
+
+    /// Adds every ghost to its owner; the ghosts keep their values. Collective.
+    ///
+    /// # Errors
+    /// Communication fails.
+    pub fn add_ghosts_to_owners(&mut self) -> Result<()> {
+        self.ghosts(sys::ADD_VALUES, sys::SCATTER_REVERSE)
+    }
+
+    fn ghosts(&mut self, insert: sys::InsertMode, direction: sys::ScatterMode) -> Result<()> {
+        if self.session.size() == 1 && self.local == self.owned {
+            return Ok(());
+        }
+        petsc!(VecGhostUpdateBegin(self.raw, insert, direction))?;
+        petsc!(VecGhostUpdateEnd(self.raw, insert, direction))
+    }
+
+    /// `self += alpha x`, owned part.
+    ///
+    /// # Errors
+    /// The layouts differ.
+    pub fn axpy(&mut self, alpha: f64, x: &Self) -> Result<()> {
+        petsc!(VecAXPY(self.raw, alpha, x.raw))
+    }
+
+    /// `self = x + alpha self`, owned part.
+    ///
+    /// # Errors
+    /// The layouts differ.
+    pub fn aypx(&mut self, alpha: f64, x: &Self) -> Result<()> {
+        petsc!(VecAYPX(self.raw, alpha, x.raw))
+    }
+
+    /// `self = alpha x + beta self`, owned part.
+    ///
+    /// # Errors
+    /// The layouts differ.
+    pub fn axpby(&mut self, alpha: f64, beta: f64, x: &Self) -> Result<()> {
+        petsc!(VecAXPBY(self.raw, alpha, beta, x.raw))
+    }
+
+    /// `self = alpha x + y`, owned part.
+    ///
+    /// # Errors
+    /// The layouts differ.
+    pub fn waxpy(&mut self, alpha: f64, x: &Self, y: &Self) -> Result<()> {
+        petsc!(VecWAXPY(self.raw, alpha, x.raw, y.raw))
+    }
+
+    /// `self = alpha self`, owned part.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn scale(&mut self, alpha: f64) -> Result<()> {
+        petsc!(VecScale(self.raw, alpha))
+    }
+
+    /// Every value, ghosts included, becomes `value`.
+    pub fn set(&mut self, value: f64) {
+        self.local_mut().fill(value);
+    }
+
+    /// Copies all values of a vector of the same layout, ghosts included.
+    ///
+    /// # Errors
+    /// The layouts differ.
+    pub fn copy_from(&mut self, x: &Self) -> Result<()> {
+        if (self.owned, self.local) != (x.owned, x.local) {
+            return Err(Error::internal("a vector was copied into one of another layout"));
+        }
+        self.local_mut().copy_from_slice(&x.local());
+        Ok(())
+    }
+
+    /// Euclidean norm over all ranks. Collective.
+    ///
+    /// # Errors
+    /// Communication fails.
+    pub fn norm(&self) -> Result<f64> {
+        let mut norm = 0.0;
+        petsc!(VecNorm(self.raw, sys::NORM_2, &mut norm))?;
+        Ok(norm)
+    }
+
+    /// Largest magnitude over all ranks. Collective.
+    ///
+    /// # Errors
+    /// Communication fails.
+    pub fn max_norm(&self) -> Result<f64> {
+        let mut norm = 0.0;
+        petsc!(VecNorm(self.raw, sys::NORM_INFINITY, &mut norm))?;
+        Ok(norm)
+    }
+
+    /// Scalar product over all ranks. Collective.
+    ///
+    /// # Errors
+    /// The layouts differ, or communication fails.
+    pub fn dot(&self, x: &Self) -> Result<f64> {
+        let mut product = 0.0;
+        petsc!(VecDot(self.raw, x.raw, &mut product))?;
+        Ok(product)
+    }
+
+    /// `self_i = x_i y_i`, owned part.
+    ///
+    /// # Errors
+    /// The layouts differ.
+    pub fn pointwise_multiply(&mut self, x: &Self, y: &Self) -> Result<()> {
+        petsc!(VecPointwiseMult(self.raw, x.raw, y.raw))
+    }
+
+    /// `self_i = x_i / y_i`, owned part; 0 where `y_i` is.
+    ///
+    /// # Errors
+    /// The layouts differ.
+    pub fn pointwise_divide(&mut self, x: &Self, y: &Self) -> Result<()> {
+        petsc!(VecPointwiseDivide(self.raw, x.raw, y.raw))
+    }
+
+    /// PETSc's handle, alive as long as `self` is.
+    pub fn raw(&self) -> sys::Vec {
+        self.raw
+    }
+
+    /// The session that the vector keeps alive.
+    pub fn session(&self) -> &Rc<Session> {
+        &self.session
+    }
+}
+
+impl Drop for Vector {
+    fn drop(&mut self) {
+        // SAFETY: the handle is ours, and PETSc runs since we hold the session.
+        unsafe { sys::VecDestroy(&mut self.raw) };
+    }
+}
+
+/// Values of a vector on this rank, to be read.
+///
+/// The ghosts lie behind the owned values in one array: that is how PETSc documents a ghosted vector.
+pub struct Values<'a> {
+    vector: sys::Vec,
+    pointer: *const f64,
+    length: usize,
+    life: PhantomData<&'a Vector>,
+}
+
+impl<'a> Values<'a> {
+    fn new(vector: &'a Vector, length: usize) -> Self {
+        let mut pointer = std::ptr::null();
+        petsc!(VecGetArrayRead(vector.raw, &mut pointer)).unwrap_or_else(|error| fault(&error));
+        Self { vector: vector.raw, pointer, length, life: PhantomData }
+    }
+}
+
+impl Deref for Values<'_> {
+    type Target = [f64];
+    fn deref(&self) -> &[f64] {
+        if self.length == 0 {
+            return &[];
+        }
+        // SAFETY: PETSc's array has this length and lives until it is given back in `drop`.
+        unsafe { std::slice::from_raw_parts(self.pointer, self.length) }
+    }
+}
+
+impl Drop for Values<'_> {
+    fn drop(&mut self) {
+        // SAFETY: gives back what `new` took; the vector is still borrowed.
+        unsafe { sys::VecRestoreArrayRead(self.vector, &mut self.pointer) };
+    }
+}
+
+/// Values of a vector on this rank, to be changed.
+pub struct ValuesMut<'a> {
+    vector: sys::Vec,
+    pointer: *mut f64,
+    length: usize,
+    life: PhantomData<&'a mut Vector>,
+}
+
+impl<'a> ValuesMut<'a> {
+    fn new(vector: &'a mut Vector, length: usize) -> Self {
+        let mut pointer = null_mut();
+        petsc!(VecGetArray(vector.raw, &mut pointer)).unwrap_or_else(|error| fault(&error));
+        Self { vector: vector.raw, pointer, length, life: PhantomData }
+    }
+}
+
+impl Deref for ValuesMut<'_> {
+    type Target = [f64];
+    fn deref(&self) -> &[f64] {
+        if self.length == 0 {
+            return &[];
+        }
+        // SAFETY: as in `Values`.
+        unsafe { std::slice::from_raw_parts(self.pointer, self.length) }
+    }
+}
+
+impl DerefMut for ValuesMut<'_> {
+    fn deref_mut(&mut self) -> &mut [f64] {
+        if self.length == 0 {
+            return &mut [];
+        }
+        // SAFETY: as in `Values`; the vector is borrowed for us alone.
+        unsafe { std::slice::from_raw_parts_mut(self.pointer, self.length) }
+    }
+}
+
+impl Drop for ValuesMut<'_> {
+    fn drop(&mut self) {
+        // SAFETY: gives back what `new` took, by which PETSc learns that the values changed.
+        unsafe { sys::VecRestoreArray(self.vector, &mut self.pointer) };
+    }
+}
