@@ -3,10 +3,12 @@
 mod boundary;
 mod compact;
 mod generate;
+pub mod gmsh;
 mod kind;
 #[cfg(test)]
 mod measure;
 mod merge;
+pub mod validate;
 
 pub use boundary::FacetIndex;
 pub use generate::BoxShape;

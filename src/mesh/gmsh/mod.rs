@@ -1,1 +1,152 @@
-//! x
+//! Reader of Gmsh meshes, MSH 2.2 and 4.1, as text or binary of either byte order.
+//!
+//! Physical groups become sets: those of the mesh's dimension regions (element sets), those one dimension lower facet
+//! sets, those below point sets. A group without a name goes by its number.
+
+mod build;
+mod input;
+mod msh2;
+mod msh4;
+mod raw;
+mod sets;
+
+use std::path::Path;
+
+use super::Mesh;
+use crate::error::{Error, Result};
+use input::{Encoding, Input, shortened};
+use raw::Raw;
+
+/// The two formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Version {
+    Two,
+    Four,
+}
+
+/// Reads a mesh of `D` dimensions. A chosen `region` keeps its elements and the nodes that they use.
+///
+/// # Errors
+/// The file can not be read, is damaged, truncated or not of a known format; the region does not exist; an element is
+/// unknown, inverted or degenerate; a node is used by no element; a facet of a set does not bound the mesh.
+pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>> {
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| {
+        let cure = "paths of meshes are relative to the folder of the case file";
+        Error::file(format!("the mesh can not be read: {e}")).hint(cure).within(&name)
+    })?;
+    parse(&bytes, region).map_err(|e| e.within(&name))
+}
+
+/// The mesh in the bytes of a file, see [`read`].
+///
+/// # Errors
+/// As [`read`], with a line or byte and without the name of the file.
+pub fn parse<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<Mesh<D>> {
+    let mut input = Input::new(bytes);
+    let version = format(&mut input)?;
+    let raw = sections(&mut input, version)?;
+    build::mesh(&input, &raw, region)
+}
+
+fn format(input: &mut Input) -> Result<Version> {
+    const CURE: &str = "`gmsh old.msh -save -format msh41 -o new.msh` writes a format that is known";
+    let head = input
+        .word("$MeshFormat")
+        .map_err(|_| input.error("this is not a Gmsh mesh: it is empty or binary"))?;
+    if head != "$MeshFormat" {
+        let message =
+            format!("this is not a Gmsh mesh: it begins with '{}', not with $MeshFormat", shortened(head));
+        return Err(input.error(message));
+    }
+    let version = match input.word("the version")? {
+        "2.2" => Version::Two,
+        "4.1" => Version::Four,
+        other => {
+            let message = format!("version '{}' of the MSH format; known are 2.2 and 4.1", shortened(other));
+            return Err(input.error(message).hint(CURE));
+        }
+    };
+    let binary = match input.word("0 for text or 1 for binary")? {
+        "0" => false,
+        "1" => true,
+        other => {
+            return Err(
+                input.error(format!("expected 0 for text or 1 for binary, found '{}'", shortened(other)))
+            );
+        }
+    };
+    let size = input.line("the size of a number")?;
+    if size != "8" {
+        let message = format!("numbers of {} bytes; known is 8", shortened(size));
+        return Err(input.error(message).hint(CURE));
+    }
+    if binary {
+        input.encoding = Encoding::LittleEndian;
+        input.encoding = match input.int("the number 1, which tells the byte order")? {
+            1 => Encoding::LittleEndian,
+            other if other.swap_bytes() == 1 => Encoding::BigEndian,
+            other => return Err(input.error(format!("expected the number 1 in four bytes, found {other}"))),
+        };
+    }
+    input.end_section("MeshFormat")?;
+    Ok(version)
+}
+
+fn sections(input: &mut Input, version: Version) -> Result<Raw> {
+    let mut raw = Raw::default();
+    let mut entities = msh4::Entities::new();
+    let mut seen = [false; 2];
+    while let Some(name) = input.next_section()? {
+        match (name, version) {
+            ("PhysicalNames", _) => names(input, &mut raw)?,
+            ("Entities", Version::Four) => entities = msh4::entities(input, &mut raw)?,
+            ("Nodes", Version::Two) => msh2::nodes(input, &mut raw)?,
+            ("Nodes", Version::Four) => msh4::nodes(input, &mut raw)?,
+            ("Elements", Version::Two) => msh2::elements(input, &mut raw)?,
+            ("Elements", Version::Four) => msh4::elements(input, &mut raw, &entities)?,
+            ("PartitionedEntities", _) => {
+                let message = "the mesh is partitioned; this program partitions by itself";
+                return Err(input.error(message).hint("mesh the geometry again without `-part`"));
+            }
+            _ => {
+                input.skip_section(name)?;
+                continue;
+            }
+        }
+        input.end_section(name)?;
+        seen[0] |= name == "Nodes";
+        seen[1] |= name == "Elements";
+    }
+    for (found, name) in seen.into_iter().zip(["$Nodes", "$Elements"]) {
+        if !found {
+            let message =
+                format!("the file has no section {name}: it is truncated, or was saved without a mesh");
+            return Err(input
+                .error(message)
+                .hint("mesh the geometry (`gmsh -2` or `gmsh -3`) and save it again"));
+        }
+    }
+    Ok(raw)
+}
+
+/// Names of physical groups: text in every format.
+fn names(input: &mut Input, raw: &mut Raw) -> Result<()> {
+    let count = input.line_size("the number of physical names")?;
+    for _ in 0..count {
+        let line = input.line("a physical name")?;
+        let mut parts = line.splitn(3, ' ');
+        let dimension = parts.next().and_then(|word| word.parse().ok()).filter(|&d: &usize| d <= 3);
+        let tag = parts.next().and_then(|word| word.parse::<i32>().ok());
+        let name = parts.next().map(|word| word.trim().trim_matches('"'));
+        let (Some(dimension), Some(tag), Some(name)) = (dimension, tag, name) else {
+            let message = format!("expected a dimension, a number and a name, found '{}'", shortened(line));
+            return Err(input.error(message));
+        };
+        raw.names.insert((dimension, tag.unsigned_abs()), name.to_owned());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,151 @@
+//! What both formats hold: numbered nodes, numbered elements with their physical groups, and names of groups.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::input::Input;
+use crate::error::{Error, Result};
+use crate::mesh::ElementKind;
+
+/// Point element of MSH files.
+const POINT: i32 = 15;
+
+/// As many nodes as 32-bit unknowns allow in 3D.
+const MAX_NODES: usize = i32::MAX as usize / 3;
+
+/// A file's content in the file's own numbers.
+#[derive(Default)]
+pub(super) struct Raw {
+    /// Node number in the file to index.
+    pub number: HashMap<u64, u32>,
+    /// Index to node number in the file.
+    pub node_ids: Vec<u64>,
+    pub points: Vec<[f64; 3]>,
+    /// Where each node stands in the file.
+    pub node_places: Vec<usize>,
+    pub elements: Vec<RawElement>,
+    /// Node numbers of all elements, in Gmsh's order.
+    pub element_nodes: Vec<u64>,
+    /// Distinct lists of physical tags.
+    groups: Vec<Vec<u32>>,
+    group_index: HashMap<Vec<u32>, u32>,
+    /// Names by dimension and physical tag.
+    pub names: BTreeMap<(usize, u32), String>,
+}
+
+/// One element, or point, of any dimension.
+pub(super) struct RawElement {
+    pub id: u64,
+    /// `None` for a point.
+    pub kind: Option<ElementKind>,
+    groups: u32,
+    first: usize,
+    /// Where it stands in the file.
+    pub place: usize,
+}
+
+impl RawElement {
+    pub fn dimension(&self) -> usize {
+        self.kind.map_or(0, ElementKind::dimension)
+    }
+}
+
+impl Raw {
+    /// Calls an element by number and kind, and says where in the file it stands.
+    pub fn error(&self, input: &Input, element: &RawElement, message: impl AsRef<str>) -> Error {
+        let kind = element.kind.map_or("point", ElementKind::name);
+        input.error_at(element.place, format!("element {} ({kind}) {}", element.id, message.as_ref()))
+    }
+
+    /// Indices of an element's nodes, in Gmsh's order.
+    pub fn resolve(&self, input: &Input, element: &RawElement) -> Result<Vec<u32>> {
+        let ids =
+            &self.element_nodes[element.first..element.first + element.kind.map_or(1, ElementKind::nodes)];
+        let mut nodes = Vec::with_capacity(ids.len());
+        for id in ids {
+            let Some(&node) = self.number.get(id) else {
+                let message = format!("uses node {id}, which is not defined");
+                return Err(self
+                    .error(input, element, message)
+                    .hint("save the mesh again: nodes are missing"));
+            };
+            if nodes.contains(&node) {
+                return Err(self.error(input, element, format!("uses node {id} twice")).hint("mesh again"));
+            }
+            nodes.push(node);
+        }
+        Ok(nodes)
+    }
+
+    pub fn groups_of(&self, element: &RawElement) -> &[u32] {
+        &self.groups[element.groups as usize]
+    }
+
+    /// A number for a list of physical tags; 0 stands for no group, and a sign for orientation.
+    pub fn group_list(&mut self, tags: impl IntoIterator<Item = i32>) -> u32 {
+        let mut tags: Vec<u32> = tags.into_iter().map(i32::unsigned_abs).filter(|&tag| tag != 0).collect();
+        tags.sort_unstable();
+        tags.dedup();
+        let next = self.groups.len() as u32;
+        *self.group_index.entry(tags).or_insert_with_key(|tags| {
+            self.groups.push(tags.clone());
+            next
+        })
+    }
+
+    /// Adds the node that `input` has just read.
+    pub fn add_node(&mut self, input: &Input, id: u64, point: [f64; 3]) -> Result<()> {
+        for (value, axis) in point.iter().zip(["x", "y", "z"]) {
+            if !value.is_finite() {
+                return Err(input.error(format!("node {id}: {axis} is {value}, not a finite number")));
+            }
+        }
+        if self.points.len() >= MAX_NODES {
+            return Err(input.error(format!("the mesh has more than {MAX_NODES} nodes")));
+        }
+        if self.number.insert(id, self.points.len() as u32).is_some() {
+            let message = format!("node {id} is defined twice");
+            return Err(input
+                .error(message)
+                .hint("give each node its own number; in Gmsh: `Save` renumbers"));
+        }
+        self.node_ids.push(id);
+        self.node_places.push(input.place());
+        self.points.push(point);
+        Ok(())
+    }
+
+    /// Adds the element whose number `input` has just read; its nodes are then pushed to `element_nodes`.
+    pub fn add_element(&mut self, input: &Input, id: u64, kind: Option<ElementKind>, groups: u32) {
+        let first = self.element_nodes.len();
+        self.elements.push(RawElement { id, kind, groups, first, place: input.place() });
+    }
+}
+
+/// A place as messages write it: `(0.48, 0)`.
+pub(super) fn coordinates(point: &[f64]) -> String {
+    let parts: Vec<String> = point.iter().map(f64::to_string).collect();
+    format!("({})", parts.join(", "))
+}
+
+/// The kind of an MSH element type: `None` is a point. `whose` type it is begins the message where it is unknown.
+pub(super) fn kind_of(input: &Input, whose: std::fmt::Arguments, code: i32) -> Result<Option<ElementKind>> {
+    if code == POINT {
+        return Ok(None);
+    }
+    if let Some(kind) = ElementKind::from_gmsh(code) {
+        return Ok(Some(kind));
+    }
+    let name = match code {
+        6 | 13 | 18 => " (a prism)",
+        7 | 14 | 19 => " (a pyramid)",
+        20..=25 => " (a triangle of third or higher order)",
+        26..=28 => " (a line of third or higher order)",
+        29..=31 => " (a tetrahedron of third or higher order)",
+        36..=38 => " (a quadrilateral of third or higher order)",
+        92..=98 => " (a hexahedron of third or higher order)",
+        _ => "",
+    };
+    let known = ElementKind::ALL.map(ElementKind::name).join(", ");
+    let message = format!("{whose}: unknown type {code}{name}");
+    Err(input.error(message).hint(&format!("known: {known}; `-order 1` or `-order 2` sets Gmsh's order")))
+}
