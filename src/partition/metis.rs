@@ -49,8 +49,9 @@ pub fn partition(graph: &Graph, parts: usize) -> Result<Vec<u32>> {
     let tied = graph.edge_weights.iter().any(|&weight| weight > 1);
     let task = if tied { task.set_option(UFactor(SLACK)) } else { task };
     let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-    let cut = if parts <= RECURSIVE { task.part_recursive(&mut part) } else { task.part_kway(&mut part) };
-    cut.map_err(|e| {
+    let done = if parts <= RECURSIVE { task.part_recursive(&mut part) } else { task.part_kway(&mut part) };
+    drop(turn);
+    done.map_err(|e| {
         Error::internal(format!("METIS can not cut {vertices} elements into {parts} parts: {e}"))
     })?;
     Ok(part.into_iter().map(|p| p as u32).collect())

@@ -4,6 +4,9 @@ use std::collections::BTreeMap;
 
 use super::lists::Lists;
 
+/// Times that the borders are shared out, each time in view of what the other borders gave last time.
+const SWEEPS: usize = 4;
+
 /// The owner of each node, from the elements `touching` it and the `part` of each element (all below `parts`).
 ///
 /// Nodes inside a part belong to it. Nodes on the border of the same parts are shared out in runs, in the order of
@@ -31,14 +34,29 @@ pub(super) fn owners(touching: &Lists<u32>, part: &[u32], parts: usize) -> Vec<u
             },
         }
     }
-    for (around, nodes) in &borders {
-        let shares = shares(around, nodes.len(), &mut load);
+    for (around, nodes, shares) in share_out(&borders, &mut load) {
         let run = around.iter().zip(shares).flat_map(|(&part, share)| std::iter::repeat_n(part, share));
         for (&node, part) in nodes.iter().zip(run) {
             owner[node as usize] = part;
         }
     }
     owner
+}
+
+/// How many of the nodes of each border each of its parts gets.
+fn share_out<'a>(
+    borders: &'a BTreeMap<Vec<u32>, Vec<u32>>,
+    load: &mut [usize],
+) -> impl Iterator<Item = (&'a [u32], &'a [u32], Vec<usize>)> {
+    let mut all: Vec<_> =
+        borders.iter().map(|(around, nodes)| (&around[..], &nodes[..], vec![0; around.len()])).collect();
+    for _ in 0..SWEEPS {
+        for (around, nodes, before) in &mut all {
+            around.iter().zip(before.iter()).for_each(|(&part, share)| load[part as usize] -= share);
+            *before = shares(around, nodes.len(), load);
+        }
+    }
+    all.into_iter()
 }
 
 /// How many of `count` nodes each of `parts` gets, each going to the one that has fewest; adds them to the loads.

@@ -1,0 +1,337 @@
+//! Do the pieces of a mesh fit together on any number of ranks?
+//!
+//! Without the harness: started by cargo, this program starts itself under `mpirun`, once for each number of ranks;
+//! started there, it distributes meshes that every rank also holds whole, and compares.
+
+use std::io::Read;
+use std::process::{Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
+
+use contact_petsc::mesh::{BoxShape, ElementKind, Facet, Mesh, merge};
+use contact_petsc::partition::{LocalMesh, Ordering, Pair, Plan, Report, Weights, distribute};
+use contact_petsc::space::{facet_normal, facet_tangents, reference};
+use contact_petsc::tensor::Vector;
+use mpi::collective::SystemOperation;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{Communicator, CommunicatorCollectives};
+
+/// Seven ranks on the mesh of four elements leave ranks with nothing.
+const RANKS: [u32; 5] = [1, 2, 3, 4, 7];
+const LIMIT: Duration = Duration::from_secs(100);
+const INSIDE: &str = "PARTITION_RANKS_INSIDE";
+
+fn main() -> ExitCode {
+    if std::env::var_os(INSIDE).is_some() {
+        return on_ranks();
+    }
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
+    let name = |ranks: u32| format!("pieces_fit_together_on_{ranks}_ranks");
+    let wanted =
+        |ranks: &u32| filters.is_empty() || filters.iter().any(|part| name(*ranks).contains(part.as_str()));
+    let mut failed = false;
+    for ranks in RANKS.into_iter().filter(wanted) {
+        if arguments.iter().any(|argument| argument == "--list") {
+            println!("{}: test", name(ranks));
+            continue;
+        }
+        let outcome = spawn(ranks);
+        println!("test {} ... {}", name(ranks), if outcome.is_ok() { "ok" } else { "FAILED" });
+        if let Err(output) = outcome {
+            println!("{output}");
+            failed = true;
+        }
+    }
+    ExitCode::from(u8::from(failed))
+}
+
+/// Runs this program on so many ranks; what it wrote, if it fails or takes too long.
+fn spawn(ranks: u32) -> Result<(), String> {
+    let this = std::env::current_exe().map_err(|e| e.to_string())?;
+    let mut child = Command::new("mpirun")
+        .args(["-n", &ranks.to_string()])
+        .arg(this)
+        .env(INSIDE, "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+        .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
+        .env("OMPI_MCA_hwloc_base_binding_policy", "none")
+        .env("OMPI_MCA_mpi_yield_when_idle", "1")
+        .env("MPIEXEC_TIMEOUT", LIMIT.as_secs().to_string())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|e| format!("mpirun: {e}"))?;
+    let output = child.stdout.take().map(collect);
+    let errors = child.stderr.take().map(collect);
+    let start = Instant::now();
+    let status = loop {
+        match child.try_wait().map_err(|e| e.to_string())? {
+            Some(status) => break Some(status),
+            None if start.elapsed() > LIMIT + Duration::from_secs(10) => break None,
+            None => std::thread::sleep(Duration::from_millis(20)),
+        }
+    };
+    if status.is_none() {
+        child.kill().map_err(|e| e.to_string())?;
+    }
+    let text: String =
+        [output, errors].into_iter().flatten().filter_map(|reader| reader.join().ok()).collect();
+    match status {
+        Some(status) if status.success() && text.contains("all pieces fit") => Ok(()),
+        Some(status) => Err(format!("{status}\n{text}")),
+        None => Err(format!("no end after {LIMIT:?}\n{text}")),
+    }
+}
+
+/// Reads a stream to its end beside the program, so that neither waits for the other.
+fn collect(mut stream: impl Read + Send + 'static) -> std::thread::JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut text = Vec::new();
+        let read = stream.read_to_end(&mut text);
+        read.map_or_else(|e| e.to_string(), |_| String::from_utf8_lossy(&text).into_owned())
+    })
+}
+
+fn on_ranks() -> ExitCode {
+    let Some(universe) = mpi::initialize() else { return ExitCode::FAILURE };
+    let world = universe.world();
+    let outcome = std::panic::catch_unwind(|| check_all(&world));
+    if outcome.is_err() {
+        world.abort(1);
+    }
+    if world.rank() == 0 {
+        println!("all pieces fit");
+    }
+    ExitCode::SUCCESS
+}
+
+fn check_all(world: &SimpleCommunicator) {
+    use ElementKind::*;
+    for kind in [Tri3, Tri6, Quad4, Quad8, Quad9] {
+        check(world, &rectangles(kind, [9, 8]), &Plan::default());
+    }
+    for kind in [Tet4, Tet10, Hex8, Hex20, Hex27] {
+        check(world, &cube(kind), &Plan::default());
+    }
+    let order = Plan { ordering: Ordering::ReverseCuthillMckee, ..Plan::default() };
+    check(world, &rectangles(Quad4, [9, 8]), &order);
+    check(world, &rectangles(Quad4, [2, 1]), &Plan::default());
+    check(world, &mixed(), &Plan::default());
+    parts_are_even(world);
+    ties_hold(world);
+    errors_are_shared(world);
+}
+
+fn rectangle(kind: ElementKind, y: [f64; 2], cells: [u32; 2]) -> Mesh<2> {
+    BoxShape { min: [0.0, y[0]], max: [1.0, y[1]], cells, element: kind }.mesh().expect("a box")
+}
+
+/// Two bodies, one above the other, with a gap between them.
+fn rectangles(kind: ElementKind, cells: [u32; 2]) -> Mesh<2> {
+    let lower = ("stratum".to_owned(), rectangle(kind, [-0.5, 0.0], cells));
+    let upper = ("block".to_owned(), rectangle(kind, [0.1, 0.6], cells));
+    merge(vec![lower, upper]).expect("small")
+}
+
+fn cube(kind: ElementKind) -> Mesh<3> {
+    let shape = BoxShape { min: [0.0; 3], max: [1.0, 2.0, 1.5], cells: [3, 4, 3], element: kind };
+    merge(vec![("cube".to_owned(), shape.mesh().expect("a box"))]).expect("small")
+}
+
+/// Quadrilaterals and triangles in one mesh, with a set of points and one of facets in a corner.
+fn mixed() -> Mesh<2> {
+    let mut mesh = Mesh::with_points((0..20).map(|n| [f64::from(n % 5), f64::from(n / 5)]).collect());
+    for y in 0..3 {
+        for x in 0..4 {
+            let n = y * 5 + x;
+            if (x + y) % 2 == 0 {
+                mesh.push(ElementKind::Quad4, [n, n + 1, n + 6, n + 5]);
+            } else {
+                mesh.push(ElementKind::Tri3, [n, n + 1, n + 6]);
+                mesh.push(ElementKind::Tri3, [n, n + 6, n + 5]);
+            }
+        }
+    }
+    mesh.point_sets.insert("spot".into(), vec![7, 19]);
+    mesh.facet_sets.insert("start".into(), vec![Facet { element: 0, side: 0 }]);
+    mesh.element_sets.insert("some".into(), vec![3, 4, 5]);
+    mesh
+}
+
+fn deal<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>, plan: &Plan) -> (LocalMesh<D>, Report) {
+    let mesh = (world.rank() == 0).then(|| whole.clone());
+    distribute(world, mesh, plan).expect("a good mesh is distributed")
+}
+
+/// Everything that must hold of the pieces of a mesh.
+fn check<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>, plan: &Plan) {
+    let (local, report) = deal(world, whole, plan);
+    is_a_piece_of(&local, whole);
+    rows_can_be_assembled(&local, whole);
+    sets_are_complete(&local, whole);
+    numbers_fit_together(world, &local, whole);
+    areas_add_up(world, &local, whole);
+    let (nodes, elements) = (whole.points.len() as u64, whole.element_count() as u64);
+    assert_eq!((report.owned.iter().sum::<u64>(), report.elements.iter().sum::<u64>()), (nodes, elements));
+    assert_eq!(report.ghosts[world.rank() as usize], local.index.ghosts.len() as u64);
+    assert_eq!(deal(world, whole, plan), (local, report), "the same again");
+}
+
+/// Nodes, elements and bodies are those of the whole mesh.
+fn is_a_piece_of<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) {
+    let mesh = &local.mesh;
+    assert_eq!(mesh.points.len(), local.index.local_count());
+    assert_eq!(mesh.points.len(), local.input_node.len());
+    assert_eq!([local.mine.len(), local.input_element.len(), mesh.body.len()], [mesh.element_count(); 3]);
+    for (point, &input) in mesh.points.iter().zip(&local.input_node) {
+        assert_eq!(*point, whole.points[input as usize]);
+    }
+    for (element, &input) in local.input_element.iter().enumerate() {
+        let input = input as usize;
+        let nodes: Vec<u32> =
+            mesh.element_nodes(element).iter().map(|&n| local.input_node[n as usize]).collect();
+        assert_eq!(nodes, whole.element_nodes(input));
+        assert_eq!((mesh.kinds[element], mesh.body[element]), (whole.kinds[input], whole.body[input]));
+    }
+}
+
+/// All elements at owned nodes are there, first, and no others among them; the rest is the rank's own.
+fn rows_can_be_assembled<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) {
+    let owned: Vec<u32> = local.input_node[..local.index.owned].to_vec();
+    let touches = |element: usize| whole.element_nodes(element).iter().any(|node| owned.contains(node));
+    let expected: Vec<u32> = (0..whole.element_count()).filter(|&e| touches(e)).map(|e| e as u32).collect();
+    assert_eq!(local.input_element[..local.assembled], expected);
+    assert!(local.mine[local.assembled..].iter().all(|&mine| mine));
+}
+
+/// Every set is there by name and holds all of its members that are local, the nodes of ghosts included.
+fn sets_are_complete<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) {
+    assert!(local.mesh.facet_sets.keys().eq(whole.facet_sets.keys()));
+    assert!(local.mesh.element_sets.keys().eq(whole.element_sets.keys()));
+    for (name, facets) in &local.mesh.facet_sets {
+        let input =
+            |facet: &Facet| Facet { element: local.input_element[facet.element as usize], side: facet.side };
+        let mut found: Vec<Facet> = facets.iter().map(input).collect();
+        found.sort_unstable();
+        let here = |facet: &&Facet| local.input_element.contains(&facet.element);
+        assert!(found.iter().eq(whole.facet_sets[name].iter().filter(here)), "{name}");
+    }
+    for (name, elements) in &local.mesh.element_sets {
+        let mut found: Vec<u32> = elements.iter().map(|&e| local.input_element[e as usize]).collect();
+        found.sort_unstable();
+        let here = |element: &&u32| local.input_element.contains(element);
+        assert!(found.iter().eq(whole.element_sets[name].iter().filter(here)), "{name}");
+    }
+    for (name, _) in whole.sets() {
+        let nodes = local.mesh.set_nodes(name).expect("every set is known on every rank");
+        let mut found: Vec<u32> = nodes.iter().map(|&n| local.input_node[n as usize]).collect();
+        found.sort_unstable();
+        let all = whole.set_nodes(name).expect("a set of the whole mesh");
+        assert!(found.iter().eq(all.iter().filter(|node| local.input_node.contains(node))), "{name}");
+    }
+}
+
+/// Every node has one owner and one number, ranks number on from each other, every element is one rank's own.
+fn numbers_fit_together<const D: usize>(world: &SimpleCommunicator, local: &LocalMesh<D>, whole: &Mesh<D>) {
+    let index = &local.index;
+    assert_eq!(index.total as usize, whole.points.len());
+    let mut owners = vec![0; whole.points.len()];
+    let mut number = vec![0; whole.points.len()];
+    for node in 0..index.owned as u32 {
+        owners[local.input_node[node as usize] as usize] += 1;
+        number[local.input_node[node as usize] as usize] += index.global(node);
+    }
+    assert!(sum(world, &owners).iter().all(|&n| n == 1), "every node is owned once");
+    let number = sum(world, &number);
+    for node in 0..index.local_count() as u32 {
+        assert_eq!(index.global(node), number[local.input_node[node as usize] as usize]);
+    }
+    assert!(index.ghosts.is_sorted_by(|a, b| a < b));
+    let mut sorted = number;
+    sorted.sort_unstable();
+    assert!(sorted.into_iter().eq(0..index.total));
+    let mut before = 0;
+    let owned = index.owned as i32;
+    world.scan_into(&owned, &mut before, SystemOperation::sum());
+    assert_eq!(index.first, before - owned);
+
+    let mut own = vec![0; whole.element_count()];
+    for (&mine, &input) in local.mine.iter().zip(&local.input_element) {
+        own[input as usize] += i32::from(mine);
+    }
+    assert!(sum(world, &own).iter().all(|&n| n == 1), "every element is one rank's own");
+}
+
+/// Facets of own elements have the same area together as those of the whole mesh.
+fn areas_add_up<const D: usize>(world: &SimpleCommunicator, local: &LocalMesh<D>, whole: &Mesh<D>) {
+    for (name, facets) in &local.mesh.facet_sets {
+        let own: Vec<Facet> =
+            facets.iter().filter(|facet| local.mine[facet.element as usize]).copied().collect();
+        let mine = area(&local.mesh, &own);
+        let mut total = 0.0;
+        world.all_reduce_into(&mine, &mut total, SystemOperation::sum());
+        assert!((total - area(whole, &whole.facet_sets[name])).abs() < 1e-13, "{name}");
+    }
+}
+
+fn area<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> f64 {
+    let (mut nodes, mut total) = (Vec::new(), 0.0);
+    for &facet in facets {
+        mesh.facet_nodes(facet, &mut nodes);
+        let x: Vec<Vector<D>> = nodes.iter().map(|&node| Vector::from(mesh.points[node as usize])).collect();
+        let element = reference(mesh.facet_kind(facet));
+        let table = element.tabulate(element.mass_rule());
+        for (dn, weight) in table.dn.chunks_exact(x.len() * (D - 1)).zip(&table.weights) {
+            total += weight * facet_normal(&facet_tangents(&x, dn)).norm();
+        }
+    }
+    total
+}
+
+/// A mesh that can feed its ranks feeds them evenly.
+fn parts_are_even(world: &SimpleCommunicator) {
+    let (_, report) = deal(world, &rectangle(ElementKind::Quad4, [0.0, 1.0], [40, 40]), &Plan::default());
+    assert!(report.imbalance() < 1.03, "{report}");
+    let most = report.elements.iter().max().copied().unwrap_or(0) as usize;
+    assert!(most * report.elements.len() <= 1600 + 80, "{report}");
+}
+
+/// Facing elements of two bodies that are tied stay together on two ranks, where each body would else have its own.
+fn ties_hold(world: &SimpleCommunicator) {
+    let whole = rectangles(ElementKind::Quad4, [12, 6]);
+    let facing = |x: u32| Pair { elements: [60 + x, 72 + x], weight: 100 };
+    let weights = Weights { elements: None, pairs: (0..12).map(facing).collect() };
+    let plan = Plan { weights, ..Plan::default() };
+    check(world, &whole, &plan);
+    if world.size() != 2 {
+        return;
+    }
+    let parted = |plan: &Plan| {
+        let (local, _) = deal(world, &whole, plan);
+        let mut part = vec![0; whole.element_count()];
+        for (&input, _) in local.input_element.iter().zip(&local.mine).filter(|(_, mine)| **mine) {
+            part[input as usize] = world.rank();
+        }
+        let part = sum(world, &part);
+        (60..72).filter(|&e| part[e] != part[e + 12]).count()
+    };
+    assert_eq!((parted(&plan), parted(&Plan::default())), (0, 12));
+}
+
+/// What rank 0 finds wrong is every rank's error.
+fn errors_are_shared(world: &SimpleCommunicator) {
+    let mut lonely = rectangles(ElementKind::Quad4, [2, 2]);
+    lonely.points.push([7.0, 8.0]);
+    let mesh = (world.rank() == 0).then_some(lonely);
+    let error = distribute(world, mesh, &Plan::default()).expect_err("a node without element");
+    assert!(error.message.contains("node 18 at [7.0, 8.0] belongs to no element"), "{error}");
+    let error = distribute::<3>(world, None, &Plan::default()).expect_err("no mesh at all");
+    assert!(error.message.contains("no mesh"), "{error}");
+}
+
+fn sum(world: &SimpleCommunicator, values: &[i32]) -> Vec<i32> {
+    let mut total = vec![0; values.len()];
+    world.all_reduce_into(values, &mut total[..], SystemOperation::sum());
+    total
+}
