@@ -1,5 +1,6 @@
 //! Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
 
+pub mod case;
 pub mod error;
 pub mod tensor;
 pub mod terms;
