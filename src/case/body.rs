@@ -1,0 +1,237 @@
+//! `bodies`: deformable bodies, their meshes and materials.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::diagnostics::Complaint;
+use super::function::VaryingVelocity;
+use super::place::At;
+use super::quantity::{Density, Length, Number, Pressure};
+use super::tagged::tagged;
+
+/// A deformable body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Mesh: a box, or a region of a Gmsh file.
+    pub mesh: Mesh,
+    /// Hyperelastic law and its constants.
+    pub material: Material,
+    /// Reference density [kg/m3], > 0. Needed in dynamics and under gravity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<Density>,
+    /// finite: Green strain, current contact; linear: small strain.
+    #[serde(default)]
+    pub kinematics: Kinematics,
+    /// Cure for volumetric locking of quad4 and hex8.
+    #[serde(default)]
+    pub locking: Locking,
+    /// Mass matrix.
+    #[serde(default)]
+    pub mass: Mass,
+    /// Velocity at the start [m/s], one entry a direction, expressions in x, y, z; zero if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub initial_velocity: Option<At<Vec<VaryingVelocity>>>,
+}
+
+/// Where a body's mesh comes from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "MeshKeys", into = "MeshKeys")]
+pub enum Mesh {
+    /// Built in.
+    Box(BoxMesh),
+    /// Read from a Gmsh file.
+    File(FileMesh),
+}
+
+/// A box of equal cells; its facets are left, right (x), bottom, top (y in 2D, z in 3D), front, back (y in 3D).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxMesh {
+    /// Corner of smallest coordinates [m].
+    pub min: At<Vec<Length>>,
+    /// Corner of largest coordinates [m].
+    pub max: At<Vec<Length>>,
+    /// Cells in each direction, each >= 1. A cell is one quadrilateral or hexahedron, or what simplices fill it.
+    pub cells: At<Vec<u32>>,
+    /// Element; quad4 in 2D and hex8 in 3D if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<At<Element>>,
+}
+
+/// A region of a Gmsh file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileMesh {
+    /// Path, relative to the case file.
+    pub file: At<String>,
+    /// Physical group that makes the body; the whole mesh if absent.
+    pub region: Option<At<String>>,
+}
+
+/// Mesh: `{ box: {...} }` or `{ file: block.msh, region: rubber }`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct MeshKeys {
+    /// A built-in box of equal cells.
+    #[serde(default, rename = "box", skip_serializing_if = "Option::is_none")]
+    cuboid: Option<BoxMesh>,
+    /// Gmsh file (MSH 2.2 or 4.1), relative to the case file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    file: Option<At<String>>,
+    /// Physical group of the file that makes the body; the whole mesh if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    region: Option<At<String>>,
+}
+
+impl TryFrom<MeshKeys> for Mesh {
+    type Error = Complaint;
+    fn try_from(keys: MeshKeys) -> Result<Self, Complaint> {
+        let wrong = |message: &str, place| Err(Complaint::new(message.into()).at(place));
+        match (keys.cuboid, keys.file, keys.region) {
+            (Some(_), Some(file), _) => wrong("a mesh is a box or a file, not both", file.place),
+            (Some(_), None, Some(region)) => wrong("'region' belongs to a mesh file, not to a box", region.place),
+            (Some(cuboid), None, None) => Ok(Self::Box(cuboid)),
+            (None, Some(file), region) => Ok(Self::File(FileMesh { file, region })),
+            (None, None, _) => Err(Complaint::new("a mesh needs 'box' or 'file'".into())
+                .hint("as in { file: block.msh, region: rubber } or { box: { min: [0, 0], max: [1, 1], cells: [8, 8] } }")),
+        }
+    }
+}
+
+impl From<Mesh> for MeshKeys {
+    fn from(mesh: Mesh) -> Self {
+        match mesh {
+            Mesh::Box(cuboid) => Self { cuboid: Some(cuboid), ..Self::default() },
+            Mesh::File(FileMesh { file, region }) => Self { file: Some(file), region, cuboid: None },
+        }
+    }
+}
+
+impl JsonSchema for Mesh {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Mesh".into()
+    }
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        MeshKeys::json_schema(generator)
+    }
+}
+
+/// Finite elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the names say all")]
+pub enum Element {
+    Tri3,
+    Tri6,
+    Quad4,
+    Quad8,
+    Quad9,
+    Tet4,
+    Tet10,
+    Hex8,
+    Hex20,
+    Hex27,
+}
+
+impl Element {
+    /// The name in the case file, `quad4`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tri3 => "tri3",
+            Self::Tri6 => "tri6",
+            Self::Quad4 => "quad4",
+            Self::Quad8 => "quad8",
+            Self::Quad9 => "quad9",
+            Self::Tet4 => "tet4",
+            Self::Tet10 => "tet10",
+            Self::Hex8 => "hex8",
+            Self::Hex20 => "hex20",
+            Self::Hex27 => "hex27",
+        }
+    }
+
+    /// 2 or 3.
+    pub fn dimension(self) -> usize {
+        match self {
+            Self::Tri3 | Self::Tri6 | Self::Quad4 | Self::Quad8 | Self::Quad9 => 2,
+            Self::Tet4 | Self::Tet10 | Self::Hex8 | Self::Hex20 | Self::Hex27 => 3,
+        }
+    }
+
+    /// Whether selective reduced integration or F-bar applies.
+    pub fn offers_locking_cure(self) -> bool {
+        matches!(self, Self::Quad4 | Self::Hex8)
+    }
+}
+
+/// Hyperelastic law.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "Material")]
+pub enum Material {
+    /// Compressible neo-Hookean, energy mu/2 (tr C - 3 - 2 ln J) + lambda/2 ln^2 J.
+    NeoHookean(Elastic),
+    /// Saint Venant-Kirchhoff, S = lambda tr(E) 1 + 2 mu E: loses stiffness under compression, for moderate strains only.
+    SaintVenantKirchhoff(Elastic),
+}
+tagged!(Material, "material");
+
+impl Material {
+    /// The constants, which all laws share so far.
+    pub fn elastic(&self) -> &Elastic {
+        match self {
+            Self::NeoHookean(elastic) | Self::SaintVenantKirchhoff(elastic) => elastic,
+        }
+    }
+}
+
+/// Elastic constants of the undeformed material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Elastic {
+    /// Young's modulus [Pa], > 0.
+    pub young_modulus: Pressure,
+    /// Poisson's ratio, between -1 and 0.5, both excluded.
+    pub poisson_ratio: Number,
+}
+
+/// Measure of strain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Kinematics")]
+pub enum Kinematics {
+    /// Green strain, finite rotations.
+    #[default]
+    Finite,
+    /// Small strain and small rotation.
+    Linear,
+}
+tagged!(Kinematics, "kinematics");
+
+/// Cure for volumetric locking.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Locking")]
+pub enum Locking {
+    /// Full integration.
+    #[default]
+    None,
+    /// lambda terms at one point, mu terms at all points; quad4 and hex8.
+    SelectiveReduced,
+    /// Mean volume change; quad4 and hex8.
+    FBar,
+}
+tagged!(Locking, "cure for locking");
+
+/// Mass matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Mass")]
+pub enum Mass {
+    /// Integral of rho N_a N_b.
+    #[default]
+    Consistent,
+    /// Diagonal with the same total.
+    Lumped,
+}
+tagged!(Mass, "mass matrix");

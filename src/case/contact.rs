@@ -1,0 +1,184 @@
+//! `contact`: who may touch whom, and by which laws.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::place::At;
+use super::quantity::{Compliance, Length, Number, PowerStiffness, Pressure, Stiffness, Velocity};
+use super::tagged::tagged;
+
+/// A pair of surfaces that may touch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Facets that carry the contact points, as body.set.
+    pub contactor: At<String>,
+    /// An obstacle, or facets of another body as body.set.
+    pub target: At<String>,
+    /// Normal traction as a function of the gap.
+    #[serde(default)]
+    pub normal: Normal,
+    /// Friction traction as a function of normal traction and slip.
+    #[serde(default)]
+    pub friction: Friction,
+    /// Where on a facet contact is evaluated.
+    #[serde(default)]
+    pub quadrature: At<Quadrature>,
+    /// Area on which the tractions act.
+    #[serde(default)]
+    pub area: Area,
+    /// What to do with contact points that penetrate before the start.
+    #[serde(default)]
+    pub initial_overclosure: InitialOverclosure,
+}
+
+/// Normal law.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "Normal")]
+pub enum Normal {
+    /// t_n = penetration / compliance. With neither key the stiffness follows from the softer side's modulus and edge length.
+    Penalty(Penalty),
+    /// t_n = stiffness * penetration^exponent, (2.9).
+    PowerLaw {
+        /// c_N [Pa/m^exponent], > 0.
+        stiffness: PowerStiffness,
+        /// m_N, > 0.
+        exponent: Number,
+    },
+}
+tagged!(Normal, "normal law");
+
+impl Default for Normal {
+    fn default() -> Self {
+        Self::Penalty(Penalty::default())
+    }
+}
+
+/// Penalty: one of the keys, or none.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Penalty {
+    /// Normal compliance [m/Pa], > 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compliance: Option<Compliance>,
+    /// Largest penetration that is acceptable [m], > 0; the compliance is derived from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub penetration: Option<Length>,
+}
+
+/// Friction law.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "Friction")]
+pub enum Friction {
+    /// Frictionless.
+    #[default]
+    None,
+    /// The bound is coefficient * t_n.
+    Coulomb {
+        /// Coefficient of friction, >= 0: a number, or a law of normal traction or slip speed.
+        coefficient: At<Coefficient>,
+        /// How stick is approximated.
+        regularization: Regularization,
+    },
+    /// The bound is stiffness * penetration^exponent, (2.9).
+    PowerLaw {
+        /// c_T [Pa/m^exponent], > 0.
+        stiffness: PowerStiffness,
+        /// m_T, > 0.
+        exponent: Number,
+        /// How stick is approximated.
+        regularization: Regularization,
+    },
+}
+tagged!(Friction, "friction law");
+
+/// Coefficient of friction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "Coefficient")]
+pub enum Coefficient {
+    /// The same everywhere, >= 0.
+    Constant(f64),
+    /// reference * (t_n / modulus)^exponent.
+    GroschSchallamach {
+        /// mu_0, >= 0: the coefficient at t_n = modulus.
+        reference: Number,
+        /// Normal traction at which the coefficient is the reference [Pa], > 0.
+        modulus: Pressure,
+        /// Between -1 and 1, -1 excluded. -1/9 unless given; the paper prints +1/9, against its own constants and measurement.
+        #[serde(default = "grosch_schallamach_exponent")]
+        exponent: Number,
+    },
+    /// kinetic + (static - kinetic) exp(-(slip speed / decay_velocity)).
+    Stribeck {
+        /// Coefficient at rest, >= 0.
+        #[serde(rename = "static")]
+        rest: Number,
+        /// Coefficient at high speed, >= 0.
+        kinetic: Number,
+        /// Speed over which the coefficient falls [m/s], > 0.
+        decay_velocity: Velocity,
+    },
+}
+tagged!(Coefficient, "coefficient of friction");
+
+fn grosch_schallamach_exponent() -> Number {
+    Number::new(-1.0 / 9.0)
+}
+
+/// How stick is approximated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "Regularization")]
+pub enum Regularization {
+    /// Slip speed below which friction is proportional to it [m/s], > 0: a stuck point creeps at most that fast.
+    StickVelocity(Velocity),
+    /// Tangential stiffness of stick [Pa/m], > 0: return map, no creep.
+    StickStiffness(Stiffness),
+}
+tagged!(Regularization, "regularization");
+
+/// Points of a facet at which contact is evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Quadrature")]
+pub enum Quadrature {
+    /// nodal on a plane where the facet has positive nodal weights, gauss otherwise.
+    #[default]
+    Auto,
+    /// The nodes.
+    Nodal,
+    /// Gauss points.
+    Gauss,
+}
+tagged!(Quadrature, "quadrature");
+
+/// Area on which contact tractions act.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Area")]
+pub enum Area {
+    /// Deformed: tractions are Cauchy tractions.
+    #[default]
+    Current,
+    /// Undeformed: tractions are nominal.
+    Reference,
+}
+tagged!(Area, "area");
+
+/// What to do with penetration before the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "InitialOverclosure")]
+pub enum InitialOverclosure {
+    /// End with the place of the worst.
+    #[default]
+    Error,
+    /// Measure the gap from the start.
+    Adjust,
+    /// Take it as it is: it presses.
+    Accept,
+}
+tagged!(InitialOverclosure, "initial overclosure");

@@ -1,0 +1,242 @@
+//! What a user reads when the case file is wrong: place, sentence, the line itself, a cure.
+
+use std::fmt;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use serde_saphyr::Error as Yaml;
+
+use super::place::Place;
+use crate::error::Error;
+
+/// Text of a case file and its name, kept so that later checks can still point into it.
+///
+/// Two sources are always equal: the text does not distinguish two cases that say the same.
+#[derive(Debug, Clone, Default)]
+pub struct Source {
+    /// Name as the user gave it.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+impl PartialEq for Source {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// What is wrong with a piece of the file, where, and what to do about it.
+///
+/// serde carries errors of our own as text only, hence [`fmt::Display`] writes what [`Complaint::from_text`] reads.
+#[derive(Debug, Clone, Default)]
+pub struct Complaint {
+    /// Where; unknown lets the YAML reader's own position stand.
+    pub place: Place,
+    /// Characters from the start of the place to the fault inside it.
+    pub offset: usize,
+    /// One sentence.
+    pub message: String,
+    /// The cure; empty if the sentence says it.
+    pub hint: String,
+}
+
+/// Separates the parts of a complaint in transit; control characters can not stand in YAML.
+const PART: char = '\u{1}';
+
+impl Complaint {
+    /// A complaint without a place.
+    pub fn new(message: String) -> Self {
+        Self { message, ..Self::default() }
+    }
+
+    /// An unknown word among known ones, with the nearest of them.
+    pub fn unknown<'a>(noun: &str, word: &str, known: impl Iterator<Item = &'a str>) -> Self {
+        let known: Vec<&str> = known.collect();
+        let mut hint = match known.as_slice() {
+            [] => format!("there is no {noun} here"),
+            names => format!("known: {}", names.join(", ")),
+        };
+        if let Some(name) = nearest(word, &known) {
+            hint.push_str(&format!("; did you mean '{name}'?"));
+        }
+        Self::new(format!("unknown {noun} '{word}'")).hint(hint)
+    }
+
+    /// The same with its place.
+    #[must_use]
+    pub fn at(mut self, place: Place) -> Self {
+        self.place = place;
+        self
+    }
+
+    /// The same with a cure.
+    #[must_use]
+    pub fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = hint.into();
+        self
+    }
+
+    /// The same with the fault some characters into the place.
+    #[must_use]
+    pub fn offset(mut self, offset: usize) -> Self {
+        self.offset = offset;
+        self
+    }
+
+    fn from_text(text: &str) -> Option<Self> {
+        let parts: Vec<&str> = text.split(PART).collect();
+        let [_, line, column, length, offset, message, hint, ..] = parts[..] else { return None };
+        let place =
+            Place { line: line.parse().ok()?, column: column.parse().ok()?, length: length.parse().ok()? };
+        Some(Self { place, offset: offset.parse().ok()?, message: message.into(), hint: hint.into() })
+    }
+}
+
+impl fmt::Display for Complaint {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Place { line, column, length } = self.place;
+        let (offset, message, hint) = (self.offset, &self.message, &self.hint);
+        write!(
+            f,
+            "{PART}{line}{PART}{column}{PART}{length}{PART}{offset}{PART}{message}{PART}{hint}{PART}"
+        )
+    }
+}
+
+/// The known word that a misspelt one is nearest to, if it is near at all.
+pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let distance = |name: &&str| strsim::damerau_levenshtein(&word.to_lowercase(), name);
+    let limit = (word.chars().count() / 3).max(1);
+    let near = known.iter().copied().min_by_key(distance).filter(|name| distance(name) <= limit);
+    let extends = |name: &&&str| word.len() > 2 && (name.starts_with(word) || name.ends_with(word));
+    near.or_else(|| known.iter().find(extends).copied())
+}
+
+impl Source {
+    /// The error that shows a complaint: `name:line:column: message`, the line, the hint.
+    pub fn error(&self, complaint: &Complaint) -> Error {
+        let mut place = complaint.place;
+        if place.line == 0 {
+            let error = Error::case(format!("{}: {}", self.name, complaint.message));
+            return with_hint(error, &complaint.hint);
+        }
+        if complaint.offset > 0 {
+            let quoted = self.line(place.line).chars().nth(place.column - 1);
+            place.column += complaint.offset + usize::from(matches!(quoted, Some('"' | '\'')));
+            place.length = 1;
+        }
+        let Place { line, column, .. } = place;
+        let snippet = self.snippet(place);
+        let message = format!("{}:{line}:{column}: {}{snippet}", self.name, complaint.message);
+        with_hint(Error::case(message), &complaint.hint)
+    }
+
+    fn line(&self, line: usize) -> &str {
+        self.text.lines().nth(line - 1).unwrap_or_default()
+    }
+
+    fn snippet(&self, place: Place) -> String {
+        let line = self.line(place.line);
+        if line.trim().is_empty() {
+            return String::new();
+        }
+        let byte = |column: usize| line.char_indices().nth(column).map_or(line.len(), |(at, _)| at);
+        let start = byte(place.column - 1);
+        let end = byte(place.column - 1 + place.length.max(1)).max(start);
+        let mark = AnnotationKind::Primary.span(start..end);
+        let source = Snippet::source(line).line_start(place.line).annotation(mark);
+        let report = [Group::with_level(Level::ERROR).element(source)];
+        format!("\n{}", Renderer::plain().term_width(110).render(&report))
+    }
+
+    /// The error that shows what the YAML reader or serde found wrong.
+    pub fn yaml_error(&self, error: &Yaml) -> Error {
+        let error = error.without_snippet();
+        let mut place = error.location().map(Place::from).unwrap_or_default();
+        if place.line == 0 {
+            place = Place { line: 1, column: 1, length: 1 };
+        }
+        let mut complaint = self.sentence(error);
+        if complaint.place.line == 0 {
+            complaint.place = place;
+        }
+        self.error(&complaint)
+    }
+
+    fn sentence(&self, error: &Yaml) -> Complaint {
+        let say = |message: String| Complaint::new(message);
+        match error {
+            Yaml::Message { msg, .. } => Complaint::from_text(msg).unwrap_or_else(|| say(msg.clone())),
+            Yaml::AliasError { error, .. } => self.sentence(error),
+            Yaml::Eof { .. } if self.text.trim().is_empty() => {
+                say("the case is empty".into()).hint("start from a case file in meshes/")
+            }
+            Yaml::Eof { .. } => say("the case ends too early or holds only comments".into()),
+            Yaml::MultipleDocuments { .. } => say("one case a file: a second document begins here".into()),
+            Yaml::SerdeUnknownField { field, expected, .. } => unknown_key(field, expected),
+            Yaml::SerdeUnknownVariant { variant, expected, .. } => {
+                Complaint::unknown("value", variant, expected.iter().copied())
+            }
+            Yaml::SerdeMissingField { field, .. } => say(format!("the key '{field}' is missing here")),
+            Yaml::DuplicateMappingKey { key, .. } => {
+                let key = key.as_deref().unwrap_or("of this mapping");
+                say(format!("the key '{key}' stands twice")).hint("keep one of the two")
+            }
+            Yaml::SerdeInvalidType { unexpected, expected, .. }
+            | Yaml::SerdeInvalidValue { unexpected, expected, .. } => {
+                say(format!("expected {expected}, found {unexpected}"))
+            }
+            Yaml::SerdeInvalidLength { len, expected, .. } => {
+                say(format!("expected {expected}, found {len} entries"))
+            }
+            Yaml::NonFiniteFloat { value, .. } => say(format!("expected a finite number, found {value}")),
+            Yaml::InvalidScalar { ty, .. } => say(format!("expected {}", scalar_name(ty))),
+            Yaml::Unexpected { expected, .. } => say(format!("expected {}", plain_name(expected))),
+            Yaml::Budget { .. }
+            | Yaml::AliasReplayLimitExceeded { .. }
+            | Yaml::AliasExpansionLimitExceeded { .. } => {
+                say(format!("the case is nested or aliased beyond reason: {}", bare(error)))
+            }
+            other => say(bare(other)),
+        }
+    }
+}
+
+fn with_hint(error: Error, hint: &str) -> Error {
+    if hint.is_empty() { error } else { error.hint(hint) }
+}
+
+/// An unknown key; where another block knows it, the hint says which.
+fn unknown_key(key: &str, known: &[&'static str]) -> Complaint {
+    let mut complaint = Complaint::unknown("key", key, known.iter().copied());
+    let owners = super::schema::owners_of(key);
+    if !owners.is_empty() && nearest(key, known).is_none() {
+        complaint.hint.push_str(&format!("; '{key}' belongs to {}", owners.join(", ")));
+    }
+    complaint
+}
+
+fn scalar_name(ty: &str) -> &str {
+    match ty {
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, zero or more",
+        "f32" | "f64" | "floating point" => "a number",
+        "bool" | "boolean" => "true or false",
+        other => other,
+    }
+}
+
+fn plain_name(expected: &str) -> &str {
+    match expected {
+        "mapping start" => "a mapping, `key: value`",
+        "sequence start" => "a list, `[a, b]`",
+        "string scalar" => "a word",
+        other => other,
+    }
+}
+
+/// The library's own sentence without its position.
+fn bare(error: &Yaml) -> String {
+    let text = error.to_string();
+    let first = text.lines().next().unwrap_or_default();
+    first.split(" at line ").next().unwrap_or(first).to_string()
+}

@@ -1,0 +1,260 @@
+//! Values that vary in space and time: a number, an expression in x, y, z, t, or a table over t.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::ops::Deref;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use serde::ser::{SerializeMap, Serializer};
+use serde::{Deserialize, Serialize};
+use serde_saphyr::Spanned;
+
+use super::diagnostics::Complaint;
+pub use super::dual::Motion;
+use super::expression::Expression;
+use super::place::{At, Place};
+use super::quantity::{Quantity, Scalar};
+use super::unit::{self, Dimension};
+
+/// A function of the reference point and of time, in SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Function {
+    form: Form,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Form {
+    Constant(f64),
+    Expression { text: String, parsed: Expression },
+    Table(Vec<[f64; 2]>),
+}
+
+impl Function {
+    /// The same value everywhere and always.
+    pub fn constant(value: f64) -> Self {
+        Self { form: Form::Constant(value) }
+    }
+
+    /// An expression in x, y, z \[m\] and t \[s\].
+    ///
+    /// # Errors
+    /// What is wrong with the expression, with the number of characters before the fault.
+    pub fn expression(text: &str) -> Result<Self, Complaint> {
+        let parsed = Expression::parse(text)?;
+        if !parsed.varies_in_space() && !parsed.varies_in_time() {
+            return Ok(Self::constant(parsed.value([0.0; 3], 0.0)));
+        }
+        Ok(Self { form: Form::Expression { text: text.to_string(), parsed } })
+    }
+
+    /// Linear between rows `[t, value]`, constant before the first and after the last.
+    ///
+    /// # Errors
+    /// No row, or times that do not increase.
+    pub fn table(rows: Vec<[f64; 2]>) -> Result<Self, Complaint> {
+        if rows.is_empty() {
+            return Err(Complaint::new("a table needs at least one row [t, value]".into()));
+        }
+        if let Some(pair) = rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
+            let message = format!("the times of a table must increase: {} after {}", pair[1][0], pair[0][0]);
+            return Err(Complaint::new(message));
+        }
+        Ok(Self { form: Form::Table(rows) })
+    }
+
+    /// Value at a reference point \[m\] (zeros beyond the dimension) and a time \[s\].
+    pub fn value(&self, point: [f64; 3], t: f64) -> f64 {
+        match &self.form {
+            Form::Constant(value) => *value,
+            Form::Expression { parsed, .. } => parsed.value(point, t),
+            Form::Table(rows) => interpolate(rows, t).value,
+        }
+    }
+
+    /// Value and exact first and second time derivatives there.
+    ///
+    /// At a row of a table, and where an expression switches, the derivative is that of what follows; the jump of the
+    /// rate is not in the second derivative.
+    pub fn motion(&self, point: [f64; 3], t: f64) -> Motion {
+        match &self.form {
+            Form::Constant(value) => Motion { value: *value, rate: 0.0, second: 0.0 },
+            Form::Expression { parsed, .. } => parsed.motion(point, t),
+            Form::Table(rows) => interpolate(rows, t),
+        }
+    }
+
+    /// Whether the value never changes in time.
+    pub fn is_constant_in_time(&self) -> bool {
+        match &self.form {
+            Form::Constant(_) => true,
+            Form::Expression { parsed, .. } => !parsed.varies_in_time(),
+            Form::Table(rows) => rows.iter().all(|row| row[1] == rows[0][1]),
+        }
+    }
+
+    /// Whether the value is the same at every point.
+    pub fn is_constant_in_space(&self) -> bool {
+        match &self.form {
+            Form::Constant(_) | Form::Table(_) => true,
+            Form::Expression { parsed, .. } => !parsed.varies_in_space(),
+        }
+    }
+
+    /// Whether the value is zero everywhere and always, as far as that can be seen without evaluating it.
+    pub fn is_zero(&self) -> bool {
+        match &self.form {
+            Form::Constant(value) => *value == 0.0,
+            Form::Expression { .. } => false,
+            Form::Table(rows) => rows.iter().all(|row| row[1] == 0.0),
+        }
+    }
+}
+
+fn interpolate(rows: &[[f64; 2]], t: f64) -> Motion {
+    let after = rows.partition_point(|row| row[0] <= t);
+    if after == 0 || after == rows.len() {
+        let value = rows[after.saturating_sub(1)][1];
+        return Motion { value, rate: 0.0, second: 0.0 };
+    }
+    let ([t0, v0], [t1, v1]) = (rows[after - 1], rows[after]);
+    let rate = (v1 - v0) / (t1 - t0);
+    Motion { value: v0 + rate * (t - t0), rate, second: 0.0 }
+}
+
+/// A [`Function`] whose values have the dimension kg^`KG` m^`M` s^`S`, with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Varying<const KG: i8, const M: i8, const S: i8> {
+    /// The function, in SI units.
+    pub function: Function,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// \[m\]
+pub type VaryingLength = Varying<0, 1, 0>;
+/// \[m/s\]
+pub type VaryingVelocity = Varying<0, 1, -1>;
+/// \[m/s2\]
+pub type VaryingAcceleration = Varying<0, 1, -2>;
+/// \[Pa\]
+pub type VaryingPressure = Varying<1, -1, -2>;
+
+impl<const KG: i8, const M: i8, const S: i8> Deref for Varying<KG, M, S> {
+    type Target = Function;
+    fn deref(&self) -> &Function {
+        &self.function
+    }
+}
+
+impl<'de, const KG: i8, const M: i8, const S: i8> Deserialize<'de> for Varying<KG, M, S> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let raw = Spanned::<Written<KG, M, S>>::deserialize(deserializer)?;
+        let place = raw.referenced.into();
+        let complain = |complaint: Complaint| D::Error::custom(complaint.at(place));
+        let function = match raw.value {
+            Written::Scalar(scalar) => from_scalar(&scalar, Quantity::<KG, M, S>::DIMENSION).map_err(complain)?,
+            Written::Table(rows) => {
+                let rows = rows.iter().map(|(t, value)| [t.si, value.si]).collect();
+                Function::table(rows).map_err(complain)?
+            }
+        };
+        Ok(Self { function, place })
+    }
+}
+
+/// A text is an expression first; a number with a unit is none (`5 mm`), and nothing else is.
+fn from_scalar(scalar: &Scalar, dimension: Dimension) -> Result<Function, Complaint> {
+    let Scalar::Text(text) = scalar else {
+        return scalar.in_dimension(dimension).map(Function::constant);
+    };
+    Function::expression(text).or_else(|complaint| {
+        let bare = text.trim_start();
+        let after = bare[unit::number_length(bare)..].trim_start();
+        let has_unit = after.len() < bare.len() && after.starts_with(char::is_alphabetic);
+        if has_unit { scalar.in_dimension(dimension).map(Function::constant) } else { Err(complaint) }
+    })
+}
+
+/// A table's rows: time and value, each a number or with a unit.
+type Rows<const KG: i8, const M: i8, const S: i8> = Vec<(Quantity<0, 0, 1>, Quantity<KG, M, S>)>;
+
+enum Written<const KG: i8, const M: i8, const S: i8> {
+    Scalar(Scalar),
+    Table(Rows<KG, M, S>),
+}
+
+impl<'de, const KG: i8, const M: i8, const S: i8> Deserialize<'de> for Written<KG, M, S> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AnyWritten)
+    }
+}
+
+struct AnyWritten<const KG: i8, const M: i8, const S: i8>;
+
+impl<'de, const KG: i8, const M: i8, const S: i8> Visitor<'de> for AnyWritten<KG, M, S> {
+    type Value = Written<KG, M, S>;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a number, an expression in x, y, z, t, or { table: [[t, value], ...] }")
+    }
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
+        Ok(Written::Scalar(Scalar::Number(value)))
+    }
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
+        Ok(Written::Scalar(Scalar::Number(value as f64)))
+    }
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Self::Value, E> {
+        Ok(Written::Scalar(Scalar::Number(value as f64)))
+    }
+    fn visit_str<E: Error>(self, value: &str) -> Result<Self::Value, E> {
+        Ok(Written::Scalar(Scalar::Text(value.to_string())))
+    }
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut table = None;
+        while let Some(key) = map.next_key::<At<String>>()? {
+            if key.value != "table" {
+                let complaint = Complaint::unknown("key", &key, ["table"].into_iter());
+                return Err(A::Error::custom(complaint.at(key.place)));
+            }
+            table = Some(map.next_value()?);
+        }
+        let none = || Complaint::new("expected { table: [[t, value], ...] }, found an empty mapping".into());
+        Ok(Written::Table(table.ok_or_else(|| A::Error::custom(none()))?))
+    }
+}
+
+impl<const KG: i8, const M: i8, const S: i8> Serialize for Varying<KG, M, S> {
+    fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        match &self.form {
+            Form::Constant(value) => serializer.serialize_f64(*value),
+            Form::Expression { text, .. } => serializer.serialize_str(text),
+            Form::Table(rows) => {
+                let mut map = serializer.serialize_map(Some(1))?;
+                map.serialize_entry("table", rows)?;
+                map.end()
+            }
+        }
+    }
+}
+
+impl<const KG: i8, const M: i8, const S: i8> JsonSchema for Varying<KG, M, S> {
+    fn inline_schema() -> bool {
+        true
+    }
+    fn schema_name() -> Cow<'static, str> {
+        "Varying".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let value = serde_json::json!({ "type": ["number", "string"] });
+        let row = serde_json::json!({ "type": "array", "items": value, "minItems": 2, "maxItems": 2 });
+        schemars::json_schema!({
+            "anyOf": [value, {
+                "type": "object",
+                "properties": { "table": { "type": "array", "items": row, "minItems": 1 } },
+                "required": ["table"],
+                "additionalProperties": false
+            }]
+        })
+    }
+}

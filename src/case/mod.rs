@@ -1,0 +1,186 @@
+//! What the user writes: plain data with units and ranges, read with positions, checked as far as no mesh is needed.
+//!
+//! The doc comments of the fields are the descriptions in the schema (`contact-petsc schema`), and the defaults stand
+//! here and nowhere else. A physical constant has none.
+
+mod body;
+mod boundary;
+mod check;
+mod contact;
+pub mod diagnostics;
+mod dual;
+mod expression;
+pub mod function;
+mod obstacle;
+mod output;
+mod petsc;
+pub mod place;
+pub mod quantity;
+mod schema;
+mod solver;
+mod start;
+mod tagged;
+mod time;
+pub mod unit;
+
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use body::{Body, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Mesh};
+pub use boundary::{Action, Boundary, Components};
+pub use contact::{
+    Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Quadrature, Regularization,
+};
+pub use function::{Function, Motion};
+pub use obstacle::{Obstacle, Side};
+pub use output::{Checkpoint, Field, Fields, Output, Probe};
+pub use petsc::PetscValue;
+pub use place::{At, Named, Place};
+pub use schema::schema;
+pub use solver::{Krylov, Linear, Newton, Solver, Strategy};
+pub use start::Start;
+pub use time::{Scheme, Time};
+
+use crate::error::{Error, Result};
+use diagnostics::{Complaint, Source};
+
+/// A case as written in `case.yml`, completed with the defaults.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// What the case is, for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// 2: plane strain of unit thickness; 3: solid.
+    pub dimension: At<u32>,
+    /// Deformable bodies by name.
+    pub bodies: At<Named<Body>>,
+    /// Rigid targets by name.
+    #[serde(default)]
+    pub obstacles: Named<Obstacle>,
+    /// Pairs of surfaces that may touch, by name.
+    #[serde(default)]
+    pub contact: Named<Contact>,
+    /// Supports and loads by name.
+    #[serde(default)]
+    pub boundary: Named<Boundary>,
+    /// State at t = 0, in dynamics; rest if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<At<Start>>,
+    /// Time and its discretisation.
+    pub time: Time,
+    /// How the equations of a step are solved.
+    #[serde(default)]
+    pub solver: Solver,
+    /// What is written, and how often.
+    #[serde(default)]
+    pub output: Output,
+    /// PETSc's own options, without the leading dash; those of the command line win.
+    #[serde(default)]
+    pub petsc: Named<PetscValue>,
+    /// The text, for errors that later checks find.
+    #[serde(skip)]
+    source: Source,
+    /// Folder of the case file, which paths in it are relative to.
+    #[serde(skip)]
+    directory: PathBuf,
+}
+
+impl Case {
+    /// Reads, checks and completes a case file.
+    ///
+    /// # Errors
+    /// [`crate::error::Cause::File`] if it can not be read, [`crate::error::Cause::Case`] if it is wrong.
+    pub fn read(path: &Path) -> Result<Self> {
+        let name = path.display().to_string();
+        let unreadable = |why: String| Error::file(format!("{name}: the case file can not be read: {why}"));
+        let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+        let text = String::from_utf8(bytes)
+            .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))?;
+        let mut case = Self::parse(&text, &name)?;
+        case.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        Ok(case)
+    }
+
+    /// Reads, checks and completes the text of a case; the name stands in errors.
+    ///
+    /// # Errors
+    /// What is wrong, as `name:line:column: message`, with the line itself and a hint.
+    pub fn parse(text: &str, name: &str) -> Result<Self> {
+        let source = Source { name: name.to_string(), text: text.to_string() };
+        let options = serde_saphyr::options! { strict_booleans: true };
+        let read = serde_saphyr::from_str_with_options::<Self>(text, options);
+        let mut case = read.map_err(|error| source.yaml_error(&error))?;
+        case.source = source;
+        let mut complaints = check::complaints(&case);
+        if complaints.is_empty() {
+            case.complete();
+            return Ok(case);
+        }
+        complaints.sort_by_key(|complaint| (complaint.place.line, complaint.place.column));
+        let shown: Vec<String> = complaints.iter().take(10).map(|c| case.source.error(c).message).collect();
+        Err(Error::case(shown.join("\n\n")))
+    }
+
+    /// Fills in the defaults that depend on other keys.
+    fn complete(&mut self) {
+        let element = if self.dimension.value == 2 { Element::Quad4 } else { Element::Hex8 };
+        for body in self.bodies.value.values_mut() {
+            if let Mesh::Box(cuboid) = &mut body.mesh {
+                cuboid.element.get_or_insert(element.into());
+            }
+        }
+        match &self.time.scheme.value {
+            Scheme::Static { increments: Some(increments) } => {
+                let step = self.time.end.si / f64::from(increments.value);
+                self.time.step = Some(quantity::Duration::new(step));
+                self.time.scheme.value = Scheme::Static { increments: None };
+            }
+            Scheme::Static { increments: None } => {}
+            _ => {
+                self.start.get_or_insert_with(At::default);
+            }
+        }
+    }
+
+    /// The error that points at a place of the case file, for what only a mesh or a model can find.
+    pub fn error(&self, place: Place, message: impl Into<String>) -> Error {
+        self.source.error(&Complaint::new(message.into()).at(place))
+    }
+
+    /// A path of the case, made relative to the working directory.
+    pub fn resolve(&self, path: &str) -> PathBuf {
+        self.directory.join(path)
+    }
+
+    /// The text of the case file.
+    pub fn text(&self) -> &str {
+        &self.source.text
+    }
+
+    /// Whether the case has no inertia.
+    pub fn is_static(&self) -> bool {
+        matches!(self.time.scheme.value, Scheme::Static { .. })
+    }
+
+    /// The completed case as YAML.
+    ///
+    /// # Errors
+    /// A fault of the program.
+    pub fn to_yaml(&self) -> Result<String> {
+        serde_saphyr::to_string(self).map_err(|error| Error::internal(format!("case to YAML: {error}")))
+    }
+
+    /// The completed case as JSON.
+    ///
+    /// # Errors
+    /// A fault of the program.
+    pub fn to_json(&self) -> Result<serde_json::Value> {
+        serde_json::to_value(self).map_err(|error| Error::internal(format!("case to JSON: {error}")))
+    }
+}
+
+#[cfg(test)]
+mod tests;

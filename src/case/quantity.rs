@@ -1,0 +1,208 @@
+//! Physical quantities: an SI number, or a string with a unit.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
+use serde_saphyr::Spanned;
+
+use super::diagnostics::Complaint;
+use super::place::Place;
+use super::unit::{self, Dimension};
+
+/// A finite number in SI units of dimension kg^`KG` m^`M` s^`S`, with its place.
+///
+/// Written as a number (SI) or as a string with a unit (`"5 MPa"`) of that dimension.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Quantity<const KG: i8, const M: i8, const S: i8> {
+    /// Value [SI].
+    pub si: f64,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// A pure number.
+pub type Number = Quantity<0, 0, 0>;
+/// \[m\]
+pub type Length = Quantity<0, 1, 0>;
+/// \[s\]
+pub type Duration = Quantity<0, 0, 1>;
+/// \[m/s\]
+pub type Velocity = Quantity<0, 1, -1>;
+/// \[kg/m3\]
+pub type Density = Quantity<1, -3, 0>;
+/// \[Pa\]
+pub type Pressure = Quantity<1, -1, -2>;
+/// \[m/Pa\]
+pub type Compliance = Quantity<-1, 2, 2>;
+/// \[Pa/m\]
+pub type Stiffness = Quantity<1, -2, -2>;
+
+impl<const KG: i8, const M: i8, const S: i8> Quantity<KG, M, S> {
+    /// The dimension of this type.
+    pub const DIMENSION: Dimension = Dimension([KG as f64, M as f64, S as f64]);
+
+    /// A value of the program's own, such as a default.
+    pub fn new(si: f64) -> Self {
+        Self { si, place: Place::default() }
+    }
+}
+
+impl<'de, const KG: i8, const M: i8, const S: i8> Deserialize<'de> for Quantity<KG, M, S> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let raw = Spanned::<Scalar>::deserialize(deserializer)?;
+        let place = raw.referenced.into();
+        let si = raw.value.in_dimension(Self::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
+        Ok(Self { si, place })
+    }
+}
+
+impl<const KG: i8, const M: i8, const S: i8> Serialize for Quantity<KG, M, S> {
+    fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        serializer.serialize_f64(self.si)
+    }
+}
+
+impl<const KG: i8, const M: i8, const S: i8> JsonSchema for Quantity<KG, M, S> {
+    fn inline_schema() -> bool {
+        true
+    }
+    fn schema_name() -> Cow<'static, str> {
+        "Quantity".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        schemars::json_schema!({ "type": ["number", "string"] })
+    }
+}
+
+/// Constant of a power law, whose unit depends on the exponent of the law: Pa/m^exponent.
+///
+/// Its dimension is checked once the exponent is known, see [`PowerStiffness::dimension_for`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PowerStiffness {
+    /// Value [Pa/m^exponent].
+    pub si: f64,
+    /// Dimension of the unit, if one was written.
+    pub dimension: Option<Dimension>,
+    /// Where it is written.
+    pub place: Place,
+}
+
+impl PowerStiffness {
+    /// Pa/m^exponent.
+    pub fn dimension_for(exponent: f64) -> Dimension {
+        Dimension([1.0, -1.0 - exponent, -2.0])
+    }
+}
+
+impl<'de> Deserialize<'de> for PowerStiffness {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let raw = Spanned::<Scalar>::deserialize(deserializer)?;
+        let place = raw.referenced.into();
+        let read = match &raw.value {
+            Scalar::Number(si) => Ok((*si, None)),
+            Scalar::Text(text) => unit::parse(text).map(|(si, dimension)| (si, Some(dimension))),
+            Scalar::Other(found) => Err(Complaint::new(format!("expected a stiffness [Pa/m^exponent], found {found}"))),
+        };
+        let (si, dimension) = read.map_err(|c| D::Error::custom(c.at(place)))?;
+        Ok(Self { si, dimension, place })
+    }
+}
+
+impl Serialize for PowerStiffness {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_f64(self.si)
+    }
+}
+
+impl JsonSchema for PowerStiffness {
+    fn inline_schema() -> bool {
+        true
+    }
+    fn schema_name() -> Cow<'static, str> {
+        "PowerStiffness".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        schemars::json_schema!({ "type": ["number", "string"] })
+    }
+}
+
+/// What stands where a number is expected.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Scalar {
+    Number(f64),
+    Text(String),
+    Other(&'static str),
+}
+
+impl Scalar {
+    /// The SI value, if this is a number or a string with a unit of that dimension.
+    pub(super) fn in_dimension(&self, expected: Dimension) -> Result<f64, Complaint> {
+        let (text, found) = match self {
+            Self::Number(si) => return Ok(*si),
+            Self::Text(text) => (text, unit::parse(text)),
+            Self::Other(found) => {
+                return Err(Complaint::new(format!("expected {expected}, found {found}")).hint(expected.examples()));
+            }
+        };
+        let (si, dimension) = found.map_err(|c| Complaint {
+            message: format!("{}; expected {expected}", c.message),
+            hint: if c.hint.is_empty() { expected.examples() } else { c.hint.clone() },
+            ..c
+        })?;
+        if dimension == expected {
+            return Ok(si);
+        }
+        let message = if dimension == Dimension::NONE {
+            format!("missing unit: '{text}'; expected {expected}")
+        } else {
+            format!("'{text}' is {dimension}; expected {expected}")
+        };
+        Err(Complaint::new(message).hint(expected.examples()))
+    }
+}
+
+impl<'de> Deserialize<'de> for Scalar {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AnyScalar)
+    }
+}
+
+struct AnyScalar;
+
+impl<'de> Visitor<'de> for AnyScalar {
+    type Value = Scalar;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a number or a string with a unit")
+    }
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Scalar, E> {
+        Ok(if value.is_finite() { Scalar::Number(value) } else { Scalar::Other("a number that is not finite") })
+    }
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Scalar, E> {
+        Ok(Scalar::Number(value as f64))
+    }
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Scalar, E> {
+        Ok(Scalar::Number(value as f64))
+    }
+    fn visit_str<E: Error>(self, value: &str) -> Result<Scalar, E> {
+        Ok(Scalar::Text(value.to_string()))
+    }
+    fn visit_bool<E: Error>(self, _: bool) -> Result<Scalar, E> {
+        Ok(Scalar::Other("true or false"))
+    }
+    fn visit_unit<E: Error>(self) -> Result<Scalar, E> {
+        Ok(Scalar::Other("nothing"))
+    }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Scalar, A::Error> {
+        while seq.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(Scalar::Other("a list"))
+    }
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Scalar, A::Error> {
+        while map.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
+        Ok(Scalar::Other("a mapping"))
+    }
+}

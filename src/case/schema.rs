@@ -1,0 +1,90 @@
+//! The JSON schema of a case file, for editors; made from the types, so it can not lag behind them.
+
+use schemars::Schema;
+use schemars::generate::SchemaSettings;
+use schemars::transform::{RecursiveTransform, Transform};
+use serde_json::{Map, Value, json};
+
+use super::Case;
+
+/// Draft-07 schema of a case file.
+pub fn schema() -> Value {
+    let settings = SchemaSettings::draft07().for_deserialize();
+    let mut schema = settings.into_generator().into_root_schema_for::<Case>();
+    RecursiveTransform(both_spellings).transform(&mut schema);
+    schema.to_value()
+}
+
+/// Adds the spellings of a law that [`super::tagged`] takes beside the one that serde describes.
+fn both_spellings(schema: &mut Schema) {
+    let Some(Value::Array(variants)) = schema.get_mut("oneOf") else { return };
+    let mut further = Vec::new();
+    for variant in variants.iter() {
+        if let Some(name) = variant.get("const").and_then(Value::as_str) {
+            let nothing = json!({ "type": ["object", "null"], "maxProperties": 0 });
+            further.push(json!({
+                "type": "object", "properties": { name: nothing }, "required": [name], "additionalProperties": false
+            }));
+            continue;
+        }
+        let Some((name, parameters)) = only_property(variant) else { continue };
+        if name == "constant" {
+            further.push(json!({ "type": "number" }));
+        } else if parameters.get("type") == Some(&json!("object")) && parameters.get("required").is_none() {
+            further.push(json!({ "type": "string", "const": name }));
+        }
+    }
+    variants.append(&mut further);
+}
+
+fn only_property(variant: &Value) -> Option<(&String, &Value)> {
+    let properties = variant.get("properties")?.as_object()?;
+    properties.iter().next().filter(|_| properties.len() == 1)
+}
+
+/// Blocks and laws in which a key is known, for the hint to a key that stands in the wrong place.
+pub(super) fn owners_of(key: &str) -> Vec<String> {
+    let mut owners = Vec::new();
+    if let Value::Object(root) = schema() {
+        collect(&root, key, "the case", &mut owners);
+        if let Some(Value::Object(definitions)) = root.get("definitions") {
+            for (name, definition) in definitions {
+                let Value::Object(definition) = definition else { continue };
+                collect(definition, key, &snake(name), &mut owners);
+            }
+        }
+    }
+    owners.dedup();
+    owners
+}
+
+fn collect(schema: &Map<String, Value>, key: &str, owner: &str, owners: &mut Vec<String>) {
+    if let Some(Value::Object(properties)) = schema.get("properties") {
+        // A variant's one property is its name; its parameters belong to it.
+        if properties.contains_key(key) {
+            owners.push(owner.to_string());
+        }
+        for (name, inner) in properties {
+            let Value::Object(inner) = inner else { continue };
+            collect(inner, key, name, owners);
+        }
+    }
+    for list in ["oneOf", "anyOf", "allOf"] {
+        let Some(Value::Array(variants)) = schema.get(list) else { continue };
+        for variant in variants.iter().filter_map(Value::as_object) {
+            collect(variant, key, owner, owners);
+        }
+    }
+}
+
+/// `FileMesh` becomes `file mesh`.
+fn snake(name: &str) -> String {
+    let mut words = String::new();
+    for c in name.chars() {
+        if c.is_uppercase() && !words.is_empty() {
+            words.push(' ');
+        }
+        words.extend(c.to_lowercase());
+    }
+    words
+}

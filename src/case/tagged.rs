@@ -1,0 +1,236 @@
+//! Laws as tagged mappings: `name`, or `name: { parameters }`, or, where the law has a `constant` variant, a number.
+//!
+//! serde alone takes `rest` but not `{ rest: {} }`, and `{ equilibrium: {} }` but not `equilibrium`. A user should not
+//! have to know which of the two a law without parameters wants, so both are taken for every law.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::value::{MapAccessDeserializer, MapDeserializer};
+use serde::de::{
+    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess, Visitor,
+};
+use serde::forward_to_deserialize_any;
+
+use super::diagnostics::Complaint;
+use super::place::At;
+
+/// Makes a `#[serde(remote = "Self")]` enum readable in both spellings; the noun is what errors call it.
+macro_rules! tagged {
+    ($law:ty, $noun:literal) => {
+        impl<'de> serde::Deserialize<'de> for $law {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                <$law>::deserialize($crate::case::tagged::Tagged { inner: deserializer, noun: $noun })
+            }
+        }
+        impl serde::Serialize for $law {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                <$law>::serialize(self, serializer)
+            }
+        }
+    };
+}
+pub(super) use tagged;
+
+/// Deserializer that hands a name or a one-entry mapping to an enum's visitor.
+pub(super) struct Tagged<D> {
+    pub inner: D,
+    pub noun: &'static str,
+}
+
+impl<'de, D: Deserializer<'de>> Deserializer<'de> for Tagged<D> {
+    type Error = D::Error;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
+        self.inner.deserialize_any(visitor)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, D::Error> {
+        self.inner.deserialize_any(Choice { noun: self.noun, variants, visitor })
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit
+        unit_struct newtype_struct seq tuple tuple_struct map struct identifier ignored_any
+    }
+}
+
+struct Choice<V> {
+    noun: &'static str,
+    variants: &'static [&'static str],
+    visitor: V,
+}
+
+impl<V> Choice<V> {
+    fn known(&self, name: &str) -> Result<(), Complaint> {
+        if self.variants.contains(&name) {
+            return Ok(());
+        }
+        Err(Complaint::unknown(self.noun, name, self.variants.iter().copied()))
+    }
+
+    fn constant<'de, E: Error>(self, value: f64) -> Result<V::Value, E>
+    where
+        V: Visitor<'de>,
+    {
+        if !self.variants.contains(&"constant") {
+            let found = Complaint::new(format!("expected a {}, found the number {value}", self.noun))
+                .hint(format!("known: {}", self.variants.join(", ")));
+            return Err(E::custom(found));
+        }
+        let entry = std::iter::once(("constant", value));
+        self.visitor.visit_enum(MapAccessDeserializer::new(MapDeserializer::new(entry)))
+    }
+}
+
+impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
+    type Value = V::Value;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "a {}: one of {}", self.noun, self.variants.join(", "))
+    }
+
+    fn visit_str<E: Error>(self, name: &str) -> Result<Self::Value, E> {
+        if let (true, Ok(number)) = (self.variants.contains(&"constant"), name.parse()) {
+            return self.constant(number);
+        }
+        self.known(name).map_err(E::custom)?;
+        self.visitor.visit_enum(NameAlone(name, PhantomData))
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
+        self.constant(value)
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
+        self.constant(value as f64)
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Self::Value, E> {
+        self.constant(value as f64)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let Some(name) = map.next_key::<At<String>>()? else {
+            let empty = Complaint::new(format!("expected a {}, found an empty mapping", self.noun))
+                .hint(format!("known: {}", self.variants.join(", ")));
+            return Err(A::Error::custom(empty));
+        };
+        self.known(&name).map_err(|complaint| A::Error::custom(complaint.at(name.place)))?;
+        let (noun, first) = (self.noun, name.value.clone());
+        let value = self.visitor.visit_enum(NameAndParameters { name: name.value, map: &mut map })?;
+        if let Some(second) = map.next_key::<At<String>>()? {
+            let both = Complaint::new(format!("one {noun} at a time: '{}' stands beside '{first}'", second.value));
+            return Err(A::Error::custom(both.at(second.place)));
+        }
+        Ok(value)
+    }
+}
+
+/// `name` without parameters.
+struct NameAlone<'a, E>(&'a str, PhantomData<E>);
+
+impl<'de, E: Error> EnumAccess<'de> for NameAlone<'_, E> {
+    type Error = E;
+    type Variant = NoParameters<E>;
+    fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Self::Variant), E> {
+        Ok((seed.deserialize(self.0.into_deserializer())?, NoParameters(PhantomData)))
+    }
+}
+
+struct NoParameters<E>(PhantomData<E>);
+
+impl<'de, E: Error> VariantAccess<'de> for NoParameters<E> {
+    type Error = E;
+    fn unit_variant(self) -> Result<(), E> {
+        Ok(())
+    }
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, E> {
+        seed.deserialize(self)
+    }
+    fn tuple_variant<V: Visitor<'de>>(self, _len: usize, visitor: V) -> Result<V::Value, E> {
+        self.deserialize_any(visitor)
+    }
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, E> {
+        self.deserialize_struct("parameters", fields, visitor)
+    }
+}
+
+impl<'de, E: Error> Deserializer<'de> for NoParameters<E> {
+    type Error = E;
+
+    fn deserialize_any<V: Visitor<'de>>(self, _visitor: V) -> Result<V::Value, E> {
+        Err(E::custom(Complaint::new("this law needs a value, as in `name: value`".into())))
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, E> {
+        visitor.visit_map(MapDeserializer::new(std::iter::empty::<(&str, f64)>()))
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit
+        unit_struct newtype_struct seq tuple tuple_struct map enum identifier ignored_any
+    }
+}
+
+/// `name: { parameters }`.
+struct NameAndParameters<'a, A> {
+    name: String,
+    map: &'a mut A,
+}
+
+impl<'de, A: MapAccess<'de>> EnumAccess<'de> for NameAndParameters<'_, A> {
+    type Error = A::Error;
+    type Variant = Self;
+    fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Self), A::Error> {
+        let variant = seed.deserialize(self.name.as_str().into_deserializer())?;
+        Ok((variant, self))
+    }
+}
+
+impl<'de, A: MapAccess<'de>> VariantAccess<'de> for NameAndParameters<'_, A> {
+    type Error = A::Error;
+    fn unit_variant(self) -> Result<(), A::Error> {
+        #[derive(serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Nothing {}
+        self.map.next_value::<Option<Nothing>>().map(drop)
+    }
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, A::Error> {
+        self.map.next_value_seed(seed)
+    }
+    fn tuple_variant<V: Visitor<'de>>(self, _len: usize, visitor: V) -> Result<V::Value, A::Error> {
+        self.map.next_value_seed(Parameters(visitor, &[]))
+    }
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, A::Error> {
+        self.map.next_value_seed(Parameters(visitor, fields))
+    }
+}
+
+/// Reads the parameters of a variant as a struct, so that errors keep the format's positions.
+struct Parameters<V>(V, &'static [&'static str]);
+
+impl<'de, V: Visitor<'de>> DeserializeSeed<'de> for Parameters<V> {
+    type Value = V::Value;
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<V::Value, D::Error> {
+        deserializer.deserialize_struct("parameters", self.1, self.0)
+    }
+}

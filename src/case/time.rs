@@ -1,0 +1,98 @@
+//! `time`: from when to when, in which steps, by which scheme.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::place::At;
+use super::quantity::{Duration, Number};
+use super::tagged::tagged;
+
+/// Time and its discretisation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// End [s], > 0; the start is 0. In statics time only drives the loads.
+    pub end: Duration,
+    /// Largest step [s], between 0 and end. In statics `increments` of the scheme may say it instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Duration>,
+    /// Integration scheme.
+    #[serde(default)]
+    pub scheme: At<Scheme>,
+    /// How many times a step that fails is halved before the run ends.
+    #[serde(default = "five")]
+    pub cuts: At<u32>,
+    /// Factor by which a cut step grows after a success, >= 1, up to `step`.
+    #[serde(default = "two")]
+    pub growth: Number,
+}
+
+impl Time {
+    /// The largest step \[s\]; the whole time where a case is not completed.
+    pub fn step(&self) -> f64 {
+        self.step.map_or(self.end.si, |step| step.si)
+    }
+}
+
+fn five() -> At<u32> {
+    5.into()
+}
+
+fn two() -> Number {
+    Number::new(2.0)
+}
+
+/// Time integration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "Scheme")]
+pub enum Scheme {
+    /// Newmark; the paper's alpha = 0.25 and beta = 0.5 are beta and gamma.
+    Newmark {
+        /// Between 0 (excluded) and 0.5.
+        #[serde(default = "quarter")]
+        beta: Number,
+        /// Between 0.5 and 1.
+        #[serde(default = "half")]
+        gamma: Number,
+    },
+    /// Hilber, Hughes and Taylor.
+    Hht {
+        /// At infinite frequency, between 0.5 and 1; 1 is Newmark.
+        #[serde(default = "default_radius")]
+        spectral_radius: Number,
+    },
+    /// Chung and Hulbert.
+    GeneralizedAlpha {
+        /// At infinite frequency, between 0 and 1.
+        #[serde(default = "default_radius")]
+        spectral_radius: Number,
+    },
+    /// First order, damps strongly.
+    BackwardEuler,
+    /// No inertia.
+    Static {
+        /// Number of equal load increments, >= 1, in place of `step`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        increments: Option<At<u32>>,
+    },
+}
+tagged!(Scheme, "scheme");
+
+impl Default for Scheme {
+    fn default() -> Self {
+        Self::GeneralizedAlpha { spectral_radius: default_radius() }
+    }
+}
+
+fn quarter() -> Number {
+    Number::new(0.25)
+}
+
+fn half() -> Number {
+    Number::new(0.5)
+}
+
+fn default_radius() -> Number {
+    Number::new(0.8)
+}
