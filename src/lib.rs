@@ -1,5 +1,6 @@
 //! Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
 
+pub mod element;
 pub mod error;
 pub mod lanes;
 pub mod material;
