@@ -1,0 +1,161 @@
+//! Groups of elements of one kind and one material, gathered in lanes.
+
+use super::kinematics::VolumeRule;
+use super::{Kinematics, Locking};
+use crate::error::{Error, Result};
+use crate::lanes::WIDTH;
+use crate::material::{Material, Moduli};
+use crate::mesh::{ElementKind, Mesh};
+use crate::space::{Rule, Table, reference};
+
+/// Physics and discretisation of a group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Formulation {
+    /// The elastic law.
+    pub material: Material,
+    /// Finite or linear.
+    pub kinematics: Kinematics,
+    /// Cure for locking.
+    pub locking: Locking,
+    /// Reference density [kg/m^3], not negative.
+    pub density: f64,
+}
+
+/// Part of the law with the rule that integrates it.
+#[derive(Debug, Clone)]
+pub(super) struct Pass {
+    pub table: Table,
+    pub points: Vec<[f64; 3]>,
+    pub moduli: Moduli<f64>,
+}
+
+impl Pass {
+    fn new(kind: ElementKind, rule: &Rule, moduli: Moduli<f64>) -> Self {
+        Self { table: reference(kind).tabulate(rule), points: rule.points.clone(), moduli }
+    }
+
+    /// Gradients `[a * D + k]` at point `q`.
+    pub fn dn(&self, q: usize) -> &[f64] {
+        let size = self.table.nodes * self.table.dim;
+        &self.table.dn[q * size..(q + 1) * size]
+    }
+}
+
+/// Elements of one kind and one formulation; their connectivity and reference positions lie in lanes of [`WIDTH`].
+#[derive(Debug)]
+pub struct ElementGroup<const D: usize> {
+    pub(super) kind: ElementKind,
+    pub(super) formulation: Formulation,
+    pub(super) elements: Vec<u32>,
+    /// `[batch * N + a]`, one node per lane; the last batch is filled up with copies of the last element.
+    pub(super) nodes: Vec<[u32; WIDTH]>,
+    /// Same layout, `[i][lane]` [m].
+    pub(super) points: Vec<[[f64; WIDTH]; D]>,
+    /// The first is the full rule; a second integrates the volume terms where locking is cured.
+    pub(super) passes: Vec<Pass>,
+}
+
+impl<const D: usize> ElementGroup<D> {
+    /// The elements `elements` (local numbers, all of one kind) of `mesh`.
+    ///
+    /// # Errors
+    /// Kinds that differ or have another dimension, a cure for locking that the kind does not offer, a negative
+    /// density, and an element that is inverted in the reference configuration.
+    pub fn new(mesh: &Mesh<D>, elements: Vec<u32>, formulation: Formulation) -> Result<Self> {
+        let Some(&first) = elements.first() else {
+            return Err(Error::internal("a group of no elements"));
+        };
+        let kind = mesh.kinds[first as usize];
+        if kind.dimension() != D || elements.iter().any(|&e| mesh.kinds[e as usize] != kind) {
+            return Err(Error::internal(format!("a group of {kind} holds elements of another kind or dimension")));
+        }
+        if !(formulation.density >= 0.0 && formulation.density.is_finite()) {
+            return Err(Error::case(format!("density: {} kg/m^3 is negative", formulation.density)));
+        }
+        let passes = passes(kind, &formulation)?;
+        let mut nodes = Vec::with_capacity(elements.len().next_multiple_of(WIDTH) / WIDTH * kind.nodes());
+        for batch in elements.chunks(WIDTH) {
+            for a in 0..kind.nodes() {
+                nodes.push(std::array::from_fn(|lane| {
+                    let element = batch[lane.min(batch.len() - 1)];
+                    mesh.element_nodes(element as usize)[a]
+                }));
+            }
+        }
+        let place = |node: &[u32; WIDTH]| {
+            std::array::from_fn(|i| std::array::from_fn(|lane| mesh.points[node[lane] as usize][i]))
+        };
+        let points = nodes.iter().map(place).collect();
+        let group = Self { kind, formulation, elements, nodes, points, passes };
+        group.check_geometry()?;
+        Ok(group)
+    }
+
+    /// Kind of the elements.
+    pub fn kind(&self) -> ElementKind {
+        self.kind
+    }
+
+    /// What the group was made with.
+    pub fn formulation(&self) -> &Formulation {
+        &self.formulation
+    }
+
+    /// Local numbers of the elements; a sink's `index` points here.
+    pub fn elements(&self) -> &[u32] {
+        &self.elements
+    }
+
+    /// Copies the nodes of the element at `index` into `nodes`.
+    pub(super) fn nodes_of(&self, index: usize, nodes: &mut Vec<u32>) {
+        let count = self.kind.nodes();
+        let batch = &self.nodes[index / WIDTH * count..][..count];
+        nodes.clear();
+        nodes.extend(batch.iter().map(|lanes| lanes[index % WIDTH]));
+    }
+
+    /// Copies the reference positions of the nodes of the element at `index` into `points` [m].
+    pub(super) fn points_of(&self, index: usize, points: &mut Vec<[f64; D]>) {
+        let count = self.kind.nodes();
+        let batch = &self.points[index / WIDTH * count..][..count];
+        points.clear();
+        points.extend(batch.iter().map(|lanes| lanes.map(|coordinate| coordinate[index % WIDTH])));
+    }
+
+    fn check_geometry(&self) -> Result<()> {
+        let mut points = Vec::new();
+        let mut gradients = vec![[0.0; D]; self.kind.nodes()];
+        for (index, element) in self.elements.iter().enumerate() {
+            self.points_of(index, &mut points);
+            for (pass, q) in self.passes.iter().flat_map(|pass| (0..pass.table.points).map(move |q| (pass, q))) {
+                let det = super::kinematics::reference_gradients(&points, pass.dn(q), &mut gradients);
+                if !(det > 0.0) {
+                    let (kind, centre) = (self.kind, centre(&points));
+                    return Err(Error::file(format!(
+                        "{kind} element {element} around {centre:?} is inverted or flat: Jacobian {det:.3e} is not positive"
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn centre<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
+    std::array::from_fn(|i| points.iter().map(|point| point[i]).sum::<f64>() / points.len() as f64)
+}
+
+/// One pass with everything, or one with the shear terms and one with the volume terms.
+fn passes(kind: ElementKind, formulation: &Formulation) -> Result<Vec<Pass>> {
+    let moduli = formulation.material.moduli;
+    let full = reference(kind).full_rule();
+    let volume = match formulation.locking.volume_rule(kind)? {
+        VolumeRule::Full => return Ok(vec![Pass::new(kind, full, moduli)]),
+        VolumeRule::OnePoint => reference(kind).reduced_rule(),
+        VolumeRule::Of(sibling) => reference(sibling).full_rule(),
+    };
+    Ok(vec![
+        Pass::new(kind, full, moduli.shear_part()),
+        Pass::new(kind, volume, moduli.volumetric_part()),
+    ])
+}

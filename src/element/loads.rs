@@ -1,0 +1,183 @@
+//! External forces: body force, dead traction, and pressure that follows the surface.
+
+use super::ElementSink;
+use super::group::ElementGroup;
+use super::kinematics::reference_gradients;
+use crate::mesh::{ElementKind, Facet, Mesh};
+use crate::space::{Table, area_variation, facet_normal, facet_tangents, reference};
+use crate::tensor::Vector;
+
+impl<const D: usize> ElementGroup<D> {
+    /// `F_ext = int rho N^T b dV` of each element [N] for a force `b` per mass [m/s^2] at a reference point [m].
+    pub fn body_force(&self, per_mass: impl Fn(&[f64; D]) -> [f64; D], sink: &mut dyn ElementSink) {
+        let element = reference(self.kind);
+        let table = element.tabulate(element.mass_rule());
+        let (n, size) = (table.nodes, table.nodes * D);
+        let mut points = Vec::new();
+        let mut gradients = vec![[0.0; D]; n];
+        let mut force = vec![0.0; size];
+        for index in 0..self.elements.len() {
+            self.points_of(index, &mut points);
+            force.fill(0.0);
+            for q in 0..table.points {
+                let det = reference_gradients(&points, &table.dn[q * size..(q + 1) * size], &mut gradients);
+                let shape = &table.n[q * n..(q + 1) * n];
+                let density = per_mass(&interpolate(&points, shape));
+                let weight = self.formulation.density * det * table.weights[q];
+                add_density(&mut force, shape, &density.map(|b| b * weight));
+            }
+            sink.element(index, &force, None);
+        }
+    }
+}
+
+fn interpolate<const D: usize>(points: &[[f64; D]], shape: &[f64]) -> [f64; D] {
+    std::array::from_fn(|i| points.iter().zip(shape).map(|(point, n)| point[i] * n).sum())
+}
+
+fn add_density<const D: usize>(force: &mut [f64], shape: &[f64], density: &[f64; D]) {
+    for (force, n) in force.chunks_exact_mut(D).zip(shape) {
+        for (force, density) in force.iter_mut().zip(density) {
+            *force += n * density;
+        }
+    }
+}
+
+/// Where a pressure acts.
+#[derive(Debug, Clone, Copy)]
+pub enum Configuration<'a> {
+    /// On the reference area along the reference normal (linear kinematics); its derivative is zero.
+    Reference,
+    /// On the area deformed by these nodal displacements [m], along its normal.
+    Current(&'a [f64]),
+}
+
+/// A part of the boundary that carries loads.
+#[derive(Debug)]
+pub struct LoadedSurface<const D: usize> {
+    facets: Vec<LoadedFacet<D>>,
+    tables: Vec<(ElementKind, Table)>,
+}
+
+#[derive(Debug)]
+struct LoadedFacet<const D: usize> {
+    table: usize,
+    nodes: Vec<u32>,
+    points: Vec<Vector<D>>,
+}
+
+impl<const D: usize> LoadedSurface<D> {
+    /// The facets `facets` of `mesh`, of any kinds.
+    pub fn new(mesh: &Mesh<D>, facets: &[Facet]) -> Self {
+        let mut tables: Vec<(ElementKind, Table)> = Vec::new();
+        let mut loaded = Vec::with_capacity(facets.len());
+        for &facet in facets {
+            let kind = mesh.facet_kind(facet);
+            let table = tables.iter().position(|(known, _)| *known == kind).unwrap_or_else(|| {
+                let element = reference(kind);
+                tables.push((kind, element.tabulate(element.mass_rule())));
+                tables.len() - 1
+            });
+            let mut nodes = Vec::new();
+            mesh.facet_nodes(facet, &mut nodes);
+            let points = nodes.iter().map(|&node| mesh.points[node as usize].into()).collect();
+            loaded.push(LoadedFacet { table, nodes, points });
+        }
+        Self { facets: loaded, tables }
+    }
+
+    /// Number of facets.
+    pub fn len(&self) -> usize {
+        self.facets.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.facets.is_empty()
+    }
+
+    /// Nodes of the facet at `index`; the forces are in this order.
+    pub fn nodes(&self, index: usize) -> &[u32] {
+        &self.facets[index].nodes
+    }
+
+    /// `F_ext = int N^T p_R dS` of each facet [N] for a traction `p_R` per reference area [Pa] at a reference point [m].
+    pub fn traction(&self, traction: impl Fn(&[f64; D]) -> [f64; D], sink: &mut dyn ElementSink) {
+        let mut force = Vec::new();
+        for (index, facet) in self.facets.iter().enumerate() {
+            force.clear();
+            force.resize(facet.nodes.len() * D, 0.0);
+            for point in self.quadrature(facet) {
+                let area = facet_normal(&facet_tangents(&facet.points, point.dn)).norm();
+                let density = traction(&facet.place(point.n)).map(|t| t * area * point.weight);
+                add_density(&mut force, point.n, &density);
+            }
+            sink.element(index, &force, None);
+        }
+    }
+
+    /// `F_ext = -int p N^T n ds` of each facet [N] for a pressure `p` [Pa], positive against the outward normal, given at
+    /// a reference point [m]; with the stiffness `-dF_ext/du` [N/m] in the current configuration (non-symmetric at
+    /// the rim of the surface).
+    pub fn pressure(
+        &self,
+        on: Configuration<'_>,
+        pressure: impl Fn(&[f64; D]) -> f64,
+        sink: &mut dyn ElementSink,
+    ) {
+        let (mut force, mut stiffness) = (Vec::new(), Vec::new());
+        for (index, facet) in self.facets.iter().enumerate() {
+            let m = facet.nodes.len();
+            force.clear();
+            force.resize(m * D, 0.0);
+            stiffness.clear();
+            stiffness.resize(m * m * D * D, 0.0);
+            let place = facet.displaced(on);
+            for point in self.quadrature(facet) {
+                let strength = pressure(&facet.place(point.n)) * point.weight;
+                let tangents = facet_tangents(&place, point.dn);
+                add_density(&mut force, point.n, &(facet_normal(&tangents) * -strength).into());
+                if matches!(on, Configuration::Reference) {
+                    continue;
+                }
+                for (b, dn) in point.dn.chunks_exact(D - 1).enumerate() {
+                    let variation = area_variation(&tangents, dn) * strength;
+                    for (a, n) in point.n.iter().enumerate() {
+                        let block = &mut stiffness[(a * m + b) * D * D..][..D * D];
+                        for (ij, entry) in block.iter_mut().enumerate() {
+                            *entry += n * variation[(ij / D, ij % D)];
+                        }
+                    }
+                }
+            }
+            sink.element(index, &force, matches!(on, Configuration::Current(_)).then_some(&stiffness));
+        }
+    }
+
+    fn quadrature(&self, facet: &LoadedFacet<D>) -> impl Iterator<Item = FacetPoint<'_>> {
+        let table = &self.tables[facet.table].1;
+        let shapes = table.n.chunks_exact(table.nodes).zip(table.dn.chunks_exact(table.nodes * (D - 1)));
+        shapes.zip(&table.weights).map(|((n, dn), &weight)| FacetPoint { n, dn, weight })
+    }
+}
+
+struct FacetPoint<'a> {
+    n: &'a [f64],
+    dn: &'a [f64],
+    weight: f64,
+}
+
+impl<const D: usize> LoadedFacet<D> {
+    /// Reference position [m] where the shape functions are `n`.
+    fn place(&self, n: &[f64]) -> [f64; D] {
+        self.points.iter().zip(n).map(|(point, n)| point * *n).sum::<Vector<D>>().into()
+    }
+
+    fn displaced(&self, on: Configuration<'_>) -> Vec<Vector<D>> {
+        let Configuration::Current(u) = on else {
+            return self.points.clone();
+        };
+        let moved = |(point, &node): (&Vector<D>, &u32)| point + Vector::from_fn(|i, _| u[node as usize * D + i]);
+        self.points.iter().zip(&self.nodes).map(moved).collect()
+    }
+}

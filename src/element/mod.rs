@@ -1,0 +1,52 @@
+//! Element kernels: internal force and stiffness, mass, loads, stress and energy of groups of equal elements.
+//!
+//! Everything is streamed element by element into an [`ElementSink`]; nothing here knows a matrix format, a global
+//! number or a process.
+
+mod group;
+mod kinematics;
+mod loads;
+mod mass;
+mod solid;
+mod stress;
+#[cfg(test)]
+mod tests;
+
+pub use group::{ElementGroup, Formulation};
+pub use kinematics::{Kinematics, Locking};
+pub use loads::{Configuration, LoadedSurface};
+pub use stress::{Cauchy, CauchyState, ElementStress};
+
+use crate::terms::Terms;
+
+/// What [`ElementGroup::evaluate`] shall compute besides the force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Request {
+    /// The stiffness terms wanted: [`Terms::MATERIAL`] for `K_0 + K_NL`, [`Terms::GEOMETRIC`] for `K_S`; others are ignored.
+    pub stiffness: Option<Terms>,
+}
+
+impl Request {
+    /// The force alone.
+    pub const FORCE: Self = Self { stiffness: None };
+    /// Force and consistent tangent.
+    pub const TANGENT: Self = Self { stiffness: Some(Terms::ALL) };
+}
+
+/// Receives elements (or facets) one by one, in the order of their group.
+pub trait ElementSink {
+    /// `force` is `[a * D + i]` [N]; `stiffness`, where asked for, `[((a * N + b) * D + i) * D + j]` [N/m], the left-hand
+    /// side for rows `(a, i)` and columns `(b, j)`.
+    fn element(&mut self, index: usize, force: &[f64], stiffness: Option<&[f64]>);
+}
+
+/// An element turned inside out (or not a number) in a trial state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inverted {
+    /// Local number in the mesh.
+    pub element: u32,
+    /// Reference coordinates of the quadrature point in the element, unused ones zero.
+    pub point: [f64; 3],
+    /// `det F` there.
+    pub det: f64,
+}

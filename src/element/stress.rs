@@ -1,0 +1,234 @@
+//! What a result file wants of the solid: Cauchy stress, `det F`, and the strain energy.
+
+use nalgebra::DMatrix;
+
+use super::group::{ElementGroup, Pass};
+use super::kinematics::{Kinematics, displacement_gradient, reference_gradients};
+use crate::material::{Hooke, Law, Model, Moduli, NeoHookean, SaintVenantKirchhoff};
+use crate::mesh::ElementKind;
+use crate::space::reference;
+use crate::square::{Square, det_minus_one, plus_one, product, transpose};
+
+/// Cauchy stress [Pa], tension positive: `xx, yy, zz, xy, yz, xz` (in plane strain `zz` is what holds the body flat).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Cauchy(pub [f64; 6]);
+
+impl Cauchy {
+    /// Von Mises equivalent stress [Pa], not negative.
+    pub fn von_mises(&self) -> f64 {
+        let [xx, yy, zz, xy, yz, xz] = self.0;
+        let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
+        (0.5 * normal + 3.0 * (xy * xy + yz * yz + xz * xz)).sqrt()
+    }
+
+    fn add(&mut self, weight: f64, other: &Self) {
+        for (sum, value) in self.0.iter_mut().zip(other.0) {
+            *sum += weight * value;
+        }
+    }
+}
+
+/// Stress and volume ratio at one place.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CauchyState {
+    /// Cauchy stress.
+    pub cauchy: Cauchy,
+    /// `det F` (in linear kinematics `1 + tr(eps)`).
+    pub det_f: f64,
+}
+
+impl CauchyState {
+    fn add(&mut self, weight: f64, other: &Self) {
+        self.cauchy.add(weight, &other.cauchy);
+        self.det_f += weight * other.det_f;
+    }
+}
+
+/// The stress of one element.
+#[derive(Debug, Clone, Default)]
+pub struct ElementStress {
+    /// Reference volume [m^D].
+    pub volume: f64,
+    /// Mean over the reference volume.
+    pub mean: CauchyState,
+    /// At the points of the full rule.
+    pub points: Vec<CauchyState>,
+    /// At the nodes: the linear (quads, hexes: multilinear) least-squares fit of `points`, constant from a single one. Average it over
+    /// the elements of a node, weighted by `volume`.
+    pub nodes: Vec<CauchyState>,
+}
+
+impl<const D: usize> ElementGroup<D> {
+    /// Cauchy stress of each element at the nodal displacements `u` [m], handed to `receive(index, stress)`.
+    ///
+    /// Where volume terms have their own rule, their stress is fitted on that rule and added at every place.
+    pub fn stress(&self, u: &[f64], mut receive: impl FnMut(usize, &ElementStress)) {
+        let fits: Vec<_> = self.passes.iter().map(|pass| Fit::new(self.kind, pass, &self.passes[0])).collect();
+        let mut element = Element::new(self.kind);
+        let mut stress = ElementStress::default();
+        let mut states = Vec::new();
+        for index in 0..self.elements.len() {
+            element.load(self, index, u);
+            stress.points.clear();
+            stress.points.resize(self.passes[0].table.points, CauchyState::default());
+            stress.nodes.clear();
+            stress.nodes.resize(self.kind.nodes(), CauchyState::default());
+            stress.mean = CauchyState::default();
+            for (number, (pass, fit)) in self.passes.iter().zip(&fits).enumerate() {
+                states.clear();
+                let mut volume = 0.0;
+                let mut mean = CauchyState::default();
+                for q in 0..pass.table.points {
+                    let (grad_u, det) = element.gradient(pass, q);
+                    let mut state = self.state(&pass.moduli, &grad_u);
+                    if number > 0 {
+                        // The first pass has told the volume ratio already.
+                        state.det_f = 0.0;
+                    }
+                    let weight = pass.table.weights[q] * det;
+                    mean.add(weight, &state);
+                    volume += weight;
+                    states.push(state);
+                }
+                stress.mean.add(1.0 / volume, &mean);
+                if number == 0 {
+                    stress.volume = volume;
+                }
+                Fit::add(&fit.to_points, &states, &mut stress.points);
+                Fit::add(&fit.to_nodes, &states, &mut stress.nodes);
+            }
+            receive(index, &stress);
+        }
+    }
+
+    /// Strain energy [J] (in 2D per metre of depth) of the elements for which `mine[element]` holds.
+    pub fn strain_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
+        let mut element = Element::new(self.kind);
+        let mut sum = 0.0;
+        for index in (0..self.elements.len()).filter(|&index| mine[self.elements[index] as usize]) {
+            element.load(self, index, u);
+            for pass in &self.passes {
+                for q in 0..pass.table.points {
+                    let (grad_u, det) = element.gradient(pass, q);
+                    sum += pass.table.weights[q] * det * self.energy(&pass.moduli, &grad_u);
+                }
+            }
+        }
+        sum
+    }
+
+    fn energy(&self, moduli: &Moduli<f64>, grad_u: &Square<f64, D>) -> f64 {
+        match (self.formulation.kinematics, self.formulation.material.model) {
+            (Kinematics::Linear, _) => Hooke::energy(moduli, grad_u),
+            (_, Model::SaintVenantKirchhoff) => SaintVenantKirchhoff::energy(moduli, grad_u),
+            (_, Model::NeoHookean) => NeoHookean::energy(moduli, grad_u),
+        }
+    }
+
+    /// `sigma = F S F^T / J` of the solid whose displacement gradient this is, flat in 2D.
+    fn state(&self, moduli: &Moduli<f64>, grad_u: &Square<f64, D>) -> CauchyState {
+        let mut solid = [[0.0; 3]; 3];
+        for (row, given) in solid.iter_mut().zip(grad_u) {
+            row[..D].copy_from_slice(given);
+        }
+        let response = match (self.formulation.kinematics, self.formulation.material.model) {
+            (Kinematics::Linear, _) => {
+                let s = Hooke::respond(moduli, &solid).second_piola;
+                let trace = solid[0][0] + solid[1][1] + solid[2][2];
+                return CauchyState { cauchy: components(&s, 1.0), det_f: 1.0 + trace };
+            }
+            (_, Model::SaintVenantKirchhoff) => SaintVenantKirchhoff::respond(moduli, &solid),
+            (_, Model::NeoHookean) => NeoHookean::respond(moduli, &solid),
+        };
+        let det_f = 1.0 + det_minus_one(&solid);
+        let kirchhoff = product(&response.first_piola, &transpose(&plus_one(&solid)));
+        CauchyState { cauchy: components(&kirchhoff, 1.0 / det_f), det_f }
+    }
+}
+
+fn components(s: &Square<f64, 3>, factor: f64) -> Cauchy {
+    Cauchy([s[0][0], s[1][1], s[2][2], s[0][1], s[1][2], s[0][2]].map(|s| s * factor))
+}
+
+/// One element in plain numbers.
+struct Element<const D: usize> {
+    nodes: Vec<u32>,
+    points: Vec<[f64; D]>,
+    displacements: Vec<[f64; D]>,
+    gradients: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Element<D> {
+    fn new(kind: ElementKind) -> Self {
+        let gradients = vec![[0.0; D]; kind.nodes()];
+        Self { nodes: Vec::new(), points: Vec::new(), displacements: Vec::new(), gradients }
+    }
+
+    fn load(&mut self, group: &ElementGroup<D>, index: usize, u: &[f64]) {
+        group.nodes_of(index, &mut self.nodes);
+        group.points_of(index, &mut self.points);
+        self.displacements.clear();
+        let of_node = |&node: &u32| std::array::from_fn(|i| u[node as usize * D + i]);
+        self.displacements.extend(self.nodes.iter().map(of_node));
+    }
+
+    /// Displacement gradient and `det(dX / dxi)` at point `q` of `pass`.
+    fn gradient(&mut self, pass: &Pass, q: usize) -> (Square<f64, D>, f64) {
+        let det = reference_gradients(&self.points, pass.dn(q), &mut self.gradients);
+        (displacement_gradient(&self.displacements, &self.gradients), det)
+    }
+}
+
+/// Takes values at the points of a rule to other places, by least squares over the shape functions of the corners.
+struct Fit {
+    /// `[place][point of the rule]`
+    to_points: DMatrix<f64>,
+    to_nodes: DMatrix<f64>,
+}
+
+impl Fit {
+    fn new(kind: ElementKind, from: &Pass, points: &Pass) -> Self {
+        let to = |places: &[[f64; 3]]| fit(corner_kind(kind), &from.points, places);
+        Self { to_points: to(&points.points), to_nodes: to(reference(kind).node_coordinates()) }
+    }
+
+    fn add(matrix: &DMatrix<f64>, from: &[CauchyState], out: &mut [CauchyState]) {
+        for (row, out) in out.iter_mut().enumerate() {
+            for (column, from) in from.iter().enumerate() {
+                out.add(matrix[(row, column)], from);
+            }
+        }
+    }
+}
+
+/// Shape functions of the linear element with the same corners.
+fn corner_kind(kind: ElementKind) -> ElementKind {
+    let same = |other: &ElementKind| {
+        other.nodes() == kind.corners() && other.corners() == kind.corners() && other.dimension() == kind.dimension()
+    };
+    ElementKind::ALL.into_iter().find(same).unwrap_or(kind)
+}
+
+fn fit(linear: ElementKind, from: &[[f64; 3]], to: &[[f64; 3]]) -> DMatrix<f64> {
+    let basis = |places: &[[f64; 3]]| {
+        let mut n = vec![0.0; linear.nodes()];
+        DMatrix::from_rows(
+            &places
+                .iter()
+                .map(|place| {
+                    reference(linear).shape(place, &mut n);
+                    nalgebra::RowDVector::from_row_slice(&n)
+                })
+                .collect::<Vec<_>>(),
+        )
+    };
+    let constant = DMatrix::from_element(to.len(), from.len(), 1.0 / from.len() as f64);
+    if from.len() < linear.corners() {
+        return constant;
+    }
+    let at_points = basis(from);
+    match (at_points.transpose() * &at_points).try_inverse() {
+        Some(inverse) => basis(to) * inverse * at_points.transpose(),
+        None => constant,
+    }
+}
