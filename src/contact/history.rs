@@ -31,22 +31,28 @@ impl<const D: usize> Default for History<D> {
 }
 
 impl<const D: usize> History<D> {
-    /// The memory after a step of length `dt` \[s\] that ended in `state`. Pure.
+    /// Work per area that friction turns into heat over a step of length `dt` \[s\] that ends in `state` \[J/m^2\], >= 0.
     ///
     /// Velocity form: power by the trapezoidal rule, exact where friction and deceleration are constant.
     /// Return map: the plastic work of the step.
+    pub fn work_of_step(&self, state: &PointState<D>, dt: f64) -> f64 {
+        if sticks_elastically(state) {
+            return state.plastic_work;
+        }
+        0.5 * dt * (self.friction_power + state.friction_power().max(0.0))
+    }
+
+    /// The memory after a step of length `dt` \[s\] that ended in `state`. Pure.
     #[must_use]
     pub fn advance(&self, state: &PointState<D>, dt: f64) -> Self {
-        let power = state.friction_power().max(0.0);
-        let elastic = state.recoverable > 0.0 || state.plastic_work > 0.0;
-        let work = if elastic { state.plastic_work } else { 0.5 * dt * (self.friction_power + power) };
+        let power = if sticks_elastically(state) { 0.0 } else { state.friction_power().max(0.0) };
         let path = if state.is_closed() { state.slip_increment.norm() } else { 0.0 };
         Self {
             friction_traction: state.friction_traction,
             normal: state.normal,
             slip: self.slip + path,
-            friction_work: self.friction_work + work,
-            friction_power: if elastic { 0.0 } else { power },
+            friction_work: self.friction_work + self.work_of_step(state, dt),
+            friction_power: power,
         }
     }
 
@@ -56,4 +62,9 @@ impl<const D: usize> History<D> {
         let begun = Self::default().advance(state, 0.0);
         Self { slip: 0.0, friction_work: 0.0, ..begun }
     }
+}
+
+/// Whether the return map made this state: its power is not heat, since elastic stick gives it back.
+fn sticks_elastically<const D: usize>(state: &PointState<D>) -> bool {
+    state.recoverable > 0.0 || state.plastic_work > 0.0
 }

@@ -13,3 +13,7 @@ pub mod point;
 #[cfg(test)]
 mod point_tests;
 pub mod projection;
+pub mod rigid;
+pub mod state;
+pub mod surface;
+pub mod zone;

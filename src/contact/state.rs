@@ -1,0 +1,252 @@
+//! Everything that the points of one contact remember: the iterate, the history of accepted steps, and the
+//! safeguards of Newton's method. Clone it to roll back.
+
+use std::ops::AddAssign;
+
+use super::friction::traction::SlipTangent;
+use super::history::History;
+use super::point::{Frozen, Manner, PointState, Status};
+use crate::tensor::Vector;
+
+/// Iterations for which a point keeps the secant after its slip direction flipped.
+const SECANT_ITERATIONS: u8 = 4;
+
+/// How the points changed between two iterates. Sum it over contacts and ranks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Changes {
+    /// Closed points.
+    pub closed: usize,
+    /// Points whose status is not that of the last iterate.
+    pub changed: usize,
+    /// Of these, the points that are back at the status of the iterate before.
+    pub alternating: usize,
+    /// Points whose slip direction flipped and which therefore take the secant.
+    pub flipped: usize,
+}
+
+impl Changes {
+    /// Whether the iteration goes to and fro between two contact states: every change undoes the one before.
+    pub fn is_two_cycle(&self) -> bool {
+        self.changed > 0 && self.alternating == self.changed
+    }
+}
+
+impl AddAssign for Changes {
+    fn add_assign(&mut self, other: Self) {
+        self.closed += other.closed;
+        self.changed += other.changed;
+        self.alternating += other.alternating;
+        self.flipped += other.flipped;
+    }
+}
+
+/// What a stage of the solution holds fixed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Hold {
+    /// Nothing: the monolithic balance.
+    #[default]
+    Nothing,
+    /// Friction is switched off: the static start.
+    Frictionless,
+    /// Stage I (3.6): the friction bound.
+    Bound,
+    /// Stage II (3.7): the friction bound and the normal tractions.
+    BoundAndPressure,
+    /// Stage I, variant: the friction traction itself.
+    FrictionTraction,
+}
+
+/// What the last iterates of a point were.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Track<const D: usize> {
+    /// Status one and two iterates ago.
+    statuses: [Option<Status>; 2],
+    friction_traction: Vector<D>,
+    secant: u8,
+}
+
+impl<const D: usize> Default for Track<D> {
+    fn default() -> Self {
+        Self { statuses: [None; 2], friction_traction: Vector::zeros(), secant: 0 }
+    }
+}
+
+/// Tractions of a point at the last call of [`ContactState::freeze`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Held<const D: usize> {
+    normal_traction: f64,
+    bound: f64,
+    friction_traction: Vector<D>,
+}
+
+/// State of all points of one contact on this rank.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactState<const D: usize> {
+    /// Points at the last evaluation.
+    pub current: Vec<PointState<D>>,
+    /// Memory of the accepted steps.
+    pub history: Vec<History<D>>,
+    track: Vec<Track<D>>,
+    held: Vec<Held<D>>,
+}
+
+impl<const D: usize> ContactState<D> {
+    /// As many open points without a past.
+    pub fn new(points: usize) -> Self {
+        let held = Held { normal_traction: 0.0, bound: 0.0, friction_traction: Vector::zeros() };
+        Self {
+            current: vec![PointState::default(); points],
+            history: vec![History::default(); points],
+            track: vec![Track::default(); points],
+            held: vec![held; points],
+        }
+    }
+
+    /// Forgets iterates and safeguards; call it where a step, or a stage of it, begins.
+    pub fn begin(&mut self) {
+        self.track.fill(Track::default());
+    }
+
+    /// Compares the current points with the last iterate and takes them as the new one; flips arm the secant.
+    ///
+    /// Call it once a Newton iteration, after the evaluation whose tangent comes next. `counts[p]` tells which
+    /// points are counted, see [`super::surface::ContactSurface::representative`].
+    pub fn iterate(&mut self, counts: &[bool]) -> Changes {
+        let mut changes = Changes::default();
+        for ((track, point), counts) in self.track.iter_mut().zip(&self.current).zip(counts) {
+            let [last, before] = track.statuses;
+            let changed = last.is_some_and(|last| last != point.status);
+            let slid = last == Some(Status::Slip) && point.status == Status::Slip;
+            let flipped = slid && track.friction_traction.dot(&point.friction_traction) < 0.0;
+            if *counts {
+                changes.closed += usize::from(point.is_closed());
+                changes.changed += usize::from(changed);
+                changes.alternating += usize::from(changed && before == Some(point.status));
+                changes.flipped += usize::from(flipped);
+            }
+            let secant = if flipped { SECANT_ITERATIONS } else { track.secant.saturating_sub(1) };
+            *track = Track {
+                statuses: [Some(point.status), last],
+                friction_traction: point.friction_traction,
+                secant,
+            };
+        }
+        changes
+    }
+
+    /// Keeps the current tractions as those that [`Hold`] holds.
+    pub fn freeze(&mut self) {
+        for (held, point) in self.held.iter_mut().zip(&self.current) {
+            *held = Held {
+                normal_traction: point.normal_traction,
+                bound: point.bound,
+                friction_traction: point.friction_traction,
+            };
+        }
+    }
+
+    /// Writes the current points into the history: a step of length `dt` \[s\] was accepted.
+    pub fn accept(&mut self, dt: f64) {
+        for (history, point) in self.history.iter_mut().zip(&self.current) {
+            *history = history.advance(point, dt);
+        }
+        self.begin();
+    }
+
+    /// How point `p` is to be evaluated.
+    pub(super) fn manner(&self, p: usize, hold: Hold) -> Manner<D> {
+        let held = &self.held[p];
+        let nothing = Frozen::default();
+        let frozen = match hold {
+            Hold::Nothing => nothing,
+            Hold::Frictionless => Frozen::frictionless(),
+            Hold::Bound => Frozen { bound: Some(held.bound), ..nothing },
+            Hold::BoundAndPressure => {
+                Frozen { bound: Some(held.bound), normal_traction: Some(held.normal_traction), ..nothing }
+            }
+            Hold::FrictionTraction => Frozen { friction_traction: Some(held.friction_traction), ..nothing },
+        };
+        let tangent = if self.track[p].secant > 0 { SlipTangent::Secant } else { SlipTangent::Consistent };
+        Manner { tangent, frozen }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slipping(direction: f64) -> PointState<2> {
+        PointState {
+            status: Status::Slip,
+            friction_traction: Vector::<2>::new(direction, 0.0),
+            ..PointState::default()
+        }
+    }
+
+    fn open() -> PointState<2> {
+        PointState::default()
+    }
+
+    /// A reversed slip direction brings the secant for the next four iterations and no longer.
+    #[test]
+    fn flips_bring_the_secant_for_four_iterations() {
+        let mut state = ContactState::<2>::new(1);
+        state.current[0] = slipping(1.0);
+        assert_eq!(state.iterate(&[true]).flipped, 0);
+        state.current[0] = slipping(-1.0);
+        assert_eq!(state.iterate(&[true]).flipped, 1);
+        for _ in 0..4 {
+            assert_eq!(state.manner(0, Hold::Nothing).tangent, SlipTangent::Secant);
+            state.iterate(&[true]);
+        }
+        assert_eq!(state.manner(0, Hold::Nothing).tangent, SlipTangent::Consistent);
+    }
+
+    /// Points that open and close in turn are a two-cycle; points that settle are not.
+    #[test]
+    fn two_cycles_are_seen() {
+        let mut state = ContactState::<2>::new(2);
+        let mut next = |first, second| {
+            state.current = vec![first, second];
+            state.iterate(&[true, true])
+        };
+        assert_eq!(next(open(), open()).changed, 0);
+        let closing = next(slipping(1.0), open());
+        assert!(closing.changed == 1 && !closing.is_two_cycle());
+        assert!(next(open(), open()).is_two_cycle());
+        assert!(next(slipping(1.0), open()).is_two_cycle());
+        let mixed = next(open(), slipping(1.0));
+        assert_eq!((mixed.closed, mixed.changed, mixed.alternating), (1, 2, 1));
+        assert!(!mixed.is_two_cycle());
+        assert!(!next(open(), slipping(1.0)).is_two_cycle());
+    }
+
+    /// A clone taken before a step brings everything back.
+    #[test]
+    fn rolls_back_as_one_struct() {
+        let mut state = ContactState::<2>::new(1);
+        let saved = state.clone();
+        state.current[0] = slipping(1.0);
+        state.iterate(&[true]);
+        state.freeze();
+        state.accept(1e-3);
+        assert_ne!(state, saved);
+        state.clone_from(&saved);
+        assert_eq!(state, saved);
+    }
+
+    /// Held tractions are those of the last freeze, and each stage holds its own.
+    #[test]
+    fn stages_hold_what_was_frozen() {
+        let mut state = ContactState::<2>::new(1);
+        state.current[0] = PointState { normal_traction: 3.0, bound: 2.0, ..slipping(1.0) };
+        state.freeze();
+        state.current[0] = open();
+        let held = |hold| state.manner(0, hold).frozen;
+        assert_eq!(held(Hold::Nothing), Frozen::default());
+        assert_eq!((held(Hold::Bound).bound, held(Hold::Bound).normal_traction), (Some(2.0), None));
+        assert_eq!(held(Hold::BoundAndPressure).normal_traction, Some(3.0));
+        assert_eq!(held(Hold::FrictionTraction).friction_traction, Some(Vector::<2>::new(1.0, 0.0)));
+        assert_eq!(held(Hold::Frictionless), Frozen::frictionless());
+    }
+}

@@ -1,0 +1,89 @@
+//! Summary of a contact zone: what a step reports, mergeable over facets, contacts and ranks.
+
+use std::ops::AddAssign;
+
+use super::point::{PointState, Status};
+use crate::tensor::Vector;
+
+/// Sums and extremes over the closed points of a zone. Forces act on the contactor, per metre of depth in 2D.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ZoneSummary<const D: usize> {
+    /// Closed points, each node once under nodal quadrature.
+    pub points: usize,
+    /// Of these the sticking ones.
+    pub stick: usize,
+    /// Of these the slipping ones.
+    pub slip: usize,
+    /// Resultant `sum A t` \[N\].
+    pub force: Vector<D>,
+    /// `sum A t_n` \[N\].
+    pub normal_force: f64,
+    /// `sum A t_T` \[N\].
+    pub friction_force: Vector<D>,
+    /// Area of the closed points \[m, m^2\].
+    pub area: f64,
+    /// Largest `-g` \[m\], >= 0.
+    pub max_penetration: f64,
+    /// Largest `t_n` \[Pa\].
+    pub max_pressure: f64,
+    /// `-sum A t_T . v_T` \[W\].
+    pub friction_power: f64,
+}
+
+impl<const D: usize> Default for ZoneSummary<D> {
+    fn default() -> Self {
+        Self {
+            points: 0,
+            stick: 0,
+            slip: 0,
+            force: Vector::zeros(),
+            normal_force: 0.0,
+            friction_force: Vector::zeros(),
+            area: 0.0,
+            max_penetration: 0.0,
+            max_pressure: 0.0,
+            friction_power: 0.0,
+        }
+    }
+}
+
+impl<const D: usize> ZoneSummary<D> {
+    /// Adds the forces of a point; open ones add nothing. Call it for the points of this rank's facets.
+    pub fn add_forces(&mut self, point: &PointState<D>) {
+        if !point.is_closed() {
+            return;
+        }
+        self.force += point.traction() * point.area;
+        self.normal_force += point.normal_traction * point.area;
+        self.friction_force += point.friction_traction * point.area;
+        self.area += point.area;
+        self.max_penetration = self.max_penetration.max(-point.gap);
+        self.max_pressure = self.max_pressure.max(point.normal_traction);
+        self.friction_power += point.friction_power() * point.area;
+    }
+
+    /// Counts a point. Call it for the representative points.
+    pub fn count(&mut self, point: &PointState<D>) {
+        match point.status {
+            Status::Open => return,
+            Status::Stick => self.stick += 1,
+            Status::Slip => self.slip += 1,
+        }
+        self.points += 1;
+    }
+}
+
+impl<const D: usize> AddAssign for ZoneSummary<D> {
+    fn add_assign(&mut self, other: Self) {
+        self.points += other.points;
+        self.stick += other.stick;
+        self.slip += other.slip;
+        self.force += other.force;
+        self.normal_force += other.normal_force;
+        self.friction_force += other.friction_force;
+        self.area += other.area;
+        self.max_penetration = self.max_penetration.max(other.max_penetration);
+        self.max_pressure = self.max_pressure.max(other.max_pressure);
+        self.friction_power += other.friction_power;
+    }
+}
