@@ -2,5 +2,6 @@
 
 pub mod error;
 pub mod output;
+pub mod plot;
 pub mod tensor;
 pub mod terms;

@@ -1,9 +1,63 @@
-//! The cells that a rank writes and the nodes that they use, compacted.
+//! What a rank gives to be written, and the choice from it: its own cells and the nodes that they use, compacted.
 
 use crate::error::{Error, Result};
 
-use super::fields::{Cells, SurfaceFields, VolumeFields};
 use super::vtu::{Array, Piece};
+
+/// Cells on a rank's nodes: the elements of the bodies, or the facets of the contact surfaces.
+///
+/// Nodes are numbered as in the rank's mesh; only those that a chosen cell uses are written.
+#[derive(Debug, Clone, Copy)]
+pub struct Cells<'a, const D: usize> {
+    /// Reference positions of the rank's nodes [m].
+    pub points: &'a [[f64; D]],
+    /// Number of each node in the input mesh, by which the pieces can be sewn together.
+    pub node_number: &'a [u32],
+    /// Where the nodes of cell `e` stand: `nodes[offsets[e]..offsets[e + 1]]`.
+    pub offsets: &'a [u32],
+    /// Nodes of the cells in VTK's order.
+    pub nodes: &'a [u32],
+    /// VTK's number of each cell's kind.
+    pub vtk_types: &'a [u8],
+    /// Cells that this rank writes; each cell of the mesh is written by one rank.
+    pub mine: &'a [bool],
+    /// Index of the body (elements) or of the contact (facets) that a cell belongs to.
+    pub group: &'a [u16],
+}
+
+/// Fields of the bodies: nodal ones for all nodes of the rank, others for all its elements.
+#[derive(Debug, Clone, Copy)]
+pub struct VolumeFields<'a> {
+    /// [m], node-major, `D` components a node.
+    pub displacement: &'a [f64],
+    /// [m/s], likewise; `None` in statics.
+    pub velocity: Option<&'a [f64]>,
+    /// [Pa], six an element: xx, yy, zz, xy, yz, xz, the out-of-plane stress of plane strain included.
+    pub cauchy_stress: &'a [f64],
+    /// Volume ratio of each element.
+    pub det_f: &'a [f64],
+}
+
+/// Fields of the contact surfaces for all nodes of the rank; what stands at nodes off the surfaces is not read.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfaceFields<'a> {
+    /// [m], node-major, `D` components a node.
+    pub displacement: &'a [f64],
+    /// `t_n` [Pa], positive in compression.
+    pub contact_pressure: &'a [f64],
+    /// Friction traction on the contactor [Pa], `D` components a node.
+    pub traction_t: &'a [f64],
+    /// `g_n` [m], positive where open; NaN where no target lies opposite.
+    pub gap: &'a [f64],
+    /// Length of the way slipped so far [m].
+    pub slip: &'a [f64],
+    /// Velocity of the contactor against the target, in the tangent plane [m/s], `D` components a node.
+    pub slip_velocity: &'a [f64],
+    /// [`super::Status`] as its number.
+    pub status: &'a [u8],
+    /// Work dissipated by friction so far, per area [J/m2].
+    pub friction_work: &'a [f64],
+}
 
 /// A part of a rank's mesh, ready to be filled with fields.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use super::console::duration;
+use super::pace::duration;
 use super::record::{Record, Verdict};
 
 /// What a run starts with.
