@@ -1,7 +1,7 @@
 //! One error type by cause, and the rule that one rank's error is every rank's error.
 
-use mpi::traits::{CommunicatorCollectives, Root};
 use mpi::collective::SystemOperation;
+use mpi::traits::{CommunicatorCollectives, Root};
 
 /// Why the program ends; each cause has its exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,272 @@
+//! What a run says. Rank 0 alone speaks: the start-up report and the summary on standard output, progress on standard error.
+//!
+//! A pipe that was closed does not stop a run: failures to speak are ignored.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::iterations::IterationRow;
+use super::pace::{Pace, duration};
+use super::record::Record;
+use super::summary::{StartUp, summary};
+
+/// How much is said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verbosity {
+    /// `-q`: nothing but errors.
+    Silent,
+    /// Reports, and one line a step.
+    Normal,
+    /// `-v`: the Newton table as well.
+    Verbose,
+}
+
+/// What the line of a step tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepLine {
+    /// Number of the step.
+    pub step: u64,
+    /// Time at its end [s].
+    pub time: f64,
+    /// Its length [s].
+    pub dt: f64,
+    /// Newton iterations.
+    pub iterations: u64,
+    /// Krylov iterations of all of them.
+    pub krylov_iterations: u64,
+    /// Contact points that stick.
+    pub stick: u64,
+    /// Contact points that slip.
+    pub slip: u64,
+}
+
+/// Where a nonlinear solve stands; the header of a Newton table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Attempt<'a> {
+    /// Step that is sought.
+    pub step: u64,
+    /// Time at its end [s].
+    pub time: f64,
+    /// Its length [s].
+    pub dt: f64,
+    /// 1 for the first try.
+    pub attempt: u64,
+    /// As in `iterations.csv`.
+    pub stage: &'a str,
+}
+
+/// The voice of a rank; mute on all but rank 0.
+pub struct Console {
+    verbosity: Verbosity,
+    out: Box<dyn Write>,
+    err: Box<dyn Write>,
+    bar: Option<ProgressBar>,
+    pace: Pace,
+    last: Instant,
+    span: [f64; 2],
+}
+
+impl Console {
+    /// The console of a rank.
+    pub fn new(rank: usize, verbosity: Verbosity) -> Self {
+        let verbosity = if rank == 0 { verbosity } else { Verbosity::Silent };
+        Self::speaking_to(verbosity, Box::new(std::io::stdout()), Box::new(std::io::stderr()))
+    }
+
+    fn speaking_to(verbosity: Verbosity, out: Box<dyn Write>, err: Box<dyn Write>) -> Self {
+        let (pace, last) = (Pace::default(), Instant::now());
+        Self { verbosity, out, err, bar: None, pace, last, span: [0.0, 0.0] }
+    }
+
+    /// The start-up report.
+    pub fn start_up(&mut self, report: &StartUp) {
+        if self.verbosity > Verbosity::Silent {
+            let _ = writeln!(self.out, "{report}");
+            let _ = self.out.flush();
+        }
+    }
+
+    /// The march through time begins, from `start` to `end` [s]; a bar appears where standard error is a terminal.
+    pub fn begin(&mut self, start: f64, end: f64) {
+        self.span = [start, end];
+        self.last = Instant::now();
+        if self.verbosity > Verbosity::Silent && std::io::stderr().is_terminal() {
+            let bar = ProgressBar::new(1000);
+            if let Ok(style) = ProgressStyle::with_template("{bar:40.cyan/blue} {percent:>3} %  {msg}") {
+                bar.set_style(style);
+            }
+            self.bar = Some(bar);
+        }
+    }
+
+    /// A step was accepted.
+    pub fn step(&mut self, line: &StepLine) {
+        let wall = self.last.elapsed();
+        self.last = Instant::now();
+        self.pace.advance(wall, line.dt);
+        let to_go = self.pace.time_left(self.span[1] - line.time);
+        self.progress(&step_text(line, to_go));
+        if let Some(bar) = &self.bar {
+            let [start, end] = self.span;
+            bar.set_position(((line.time - start) / (end - start).max(f64::MIN_POSITIVE) * 1000.0) as u64);
+            bar.set_message(to_go.map_or(String::new(), |left| format!("{} to go", duration(left))));
+        }
+    }
+
+    /// A remark, as that a step was cut and why.
+    pub fn note(&mut self, text: &str) {
+        self.progress(text);
+    }
+
+    /// Header of the Newton table of one attempt.
+    pub fn newton_header(&mut self, attempt: &Attempt) {
+        if self.verbosity >= Verbosity::Verbose {
+            let Attempt { step, time, dt, attempt, stage } = attempt;
+            let place = format!("step {step}, t = {time:.6e} s, dt = {dt:.3e} s, attempt {attempt}, {stage}");
+            self.progress(&format!("{place}\n{NEWTON_COLUMNS}"));
+        }
+    }
+
+    /// One row of the Newton table.
+    pub fn newton_row(&mut self, row: &IterationRow) {
+        if self.verbosity >= Verbosity::Verbose {
+            self.progress(&newton_text(row));
+        }
+    }
+
+    /// The bar goes; the summary comes.
+    pub fn finish(&mut self, record: &Record) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+        if self.verbosity > Verbosity::Silent {
+            let _ = writeln!(self.out, "{}", summary(record));
+            let _ = self.out.flush();
+        }
+    }
+
+    fn progress(&mut self, text: &str) {
+        if self.verbosity == Verbosity::Silent {
+            return;
+        }
+        let err = &mut self.err;
+        let mut speak = || {
+            let _ = writeln!(err, "{text}");
+            let _ = err.flush();
+        };
+        match &self.bar {
+            Some(bar) => bar.suspend(speak),
+            None => speak(),
+        }
+    }
+}
+
+const NEWTON_COLUMNS: &str = "   it   residual  increment  krylov  points  changed  line search";
+
+fn newton_text(row: &IterationRow) -> String {
+    let number = |value: Option<f64>| value.map_or("-".to_string(), |value| format!("{value:.3e}"));
+    let factor = row.line_search.map_or("-".to_string(), |value| format!("{value:.3}"));
+    let IterationRow { iteration, krylov_iterations, points, changed, .. } = row;
+    let norms = format!("{:>10} {:>10}", number(row.residual), number(row.increment));
+    format!("  {iteration:>3} {norms} {krylov_iterations:>7} {points:>7} {changed:>8} {factor:>12}")
+}
+
+fn step_text(line: &StepLine, to_go: Option<Duration>) -> String {
+    let StepLine { step, time, dt, iterations, krylov_iterations, stick, slip } = line;
+    let contact = format!("contact {} (stick {stick}, slip {slip})", stick + slip);
+    let solve = format!("newton {iterations:>2}  krylov {krylov_iterations:>4}");
+    let left = to_go.map_or(String::new(), |left| format!("  to go {}", duration(left)));
+    format!("step {step:>5}  t {time:.6e} s  dt {dt:.3e} s  {solve}  {contact}{left}")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+
+    #[derive(Clone, Default)]
+    struct Heard(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Heard {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().unwrap().extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Heard {
+        fn text(&self) -> String {
+            String::from_utf8(self.0.lock().unwrap().clone()).unwrap()
+        }
+    }
+
+    const LINE: StepLine = StepLine {
+        step: 41,
+        time: 0.0205,
+        dt: 5e-4,
+        iterations: 4,
+        krylov_iterations: 31,
+        stick: 40,
+        slip: 9,
+    };
+
+    const ROW: IterationRow = IterationRow {
+        step: 41,
+        time: 0.0205,
+        dt: 5e-4,
+        attempt: 1,
+        stage: "monolithic",
+        iteration: 0,
+        residual: Some(123.4),
+        increment: None,
+        krylov_iterations: 0,
+        points: 49,
+        changed: 3,
+        line_search: None,
+    };
+
+    fn run(verbosity: Verbosity) -> (String, String) {
+        let (out, err) = (Heard::default(), Heard::default());
+        let mut console = Console::speaking_to(verbosity, Box::new(out.clone()), Box::new(err.clone()));
+        console.span = [0.0, 0.07];
+        console.newton_header(&Attempt { step: 41, time: 0.0205, dt: 5e-4, attempt: 1, stage: "monolithic" });
+        console.newton_row(&ROW);
+        console.step(&LINE);
+        console.note("step 42 cut");
+        (out.text(), err.text())
+    }
+
+    /// Silent says nothing, normal one line a step, verbose the table as well; all of it on standard error.
+    #[test]
+    fn speaks_as_much_as_asked() {
+        assert_eq!(run(Verbosity::Silent), (String::new(), String::new()));
+        let (out, normal) = run(Verbosity::Normal);
+        assert!(out.is_empty());
+        assert_eq!(normal.lines().count(), 2);
+        assert!(normal.starts_with("step    41  t 2.050000e-2 s  dt 5.000e-4 s  newton  4  krylov   31  contact 49 (stick 40, slip 9)  to go "));
+        let (_, verbose) = run(Verbosity::Verbose);
+        assert_eq!(verbose.lines().count(), 5);
+    }
+
+    /// Ranks other than the first are mute whatever is asked.
+    #[test]
+    fn other_ranks_are_mute() {
+        assert_eq!(Console::new(1, Verbosity::Verbose).verbosity, Verbosity::Silent);
+        assert_eq!(Console::new(0, Verbosity::Verbose).verbosity, Verbosity::Verbose);
+    }
+
+    /// The rows of the Newton table stand under their headings.
+    #[test]
+    fn newton_rows_are_aligned() {
+        let full = IterationRow { iteration: 12, increment: Some(1e-9), line_search: Some(0.5), ..ROW };
+        for row in [ROW, full] {
+            assert_eq!(newton_text(&row).len(), NEWTON_COLUMNS.len(), "{}", newton_text(&row));
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! The fields for ParaView: the bodies and their contact surfaces, every n-th step.
+//!
+//! ```text
+//! fields.pvd                             both grids of every step (part 0 the bodies, part 1 the contact surfaces)
+//! contact.pvd                            the contact surfaces alone
+//! fields/step_000010/volume.pvtu         index of the pieces, contact.pvtu alike
+//! fields/step_000010/volume_0000.vtu     the piece of rank 0, contact_0000.vtu alike
+//! ```
+//!
+//! Points are reference positions: warp by `displacement` to see the deformed bodies. Stress and det F are constant in each
+//! element, as the element computes them: nothing is smoothed across bodies. A case without contact has no contact grid.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Result;
+
+pub use super::selection::{Cells, SurfaceFields, VolumeFields};
+
+use super::folder::unwritable;
+use super::pvd::{Entry, Series};
+use super::pvtu::{self, Schema};
+use super::selection::Selection;
+use super::vtu;
+
+/// Which rank of how many writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ranks {
+    /// This rank.
+    pub rank: usize,
+    /// All ranks.
+    pub size: usize,
+}
+
+/// A rank's writer of fields: what does not change is kept, compacted to the cells that it writes.
+#[derive(Debug)]
+pub struct FieldWriter<const D: usize> {
+    folder: PathBuf,
+    ranks: Ranks,
+    volume: Selection,
+    surface: Option<Selection>,
+    /// The grids of the last step that was written, which [`Self::publish`] indexes.
+    written: Vec<(Grid, Schema)>,
+    all: Series,
+    contact: Series,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Grid {
+    Volume,
+    Contact,
+}
+
+impl Grid {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Volume => "volume",
+            Self::Contact => "contact",
+        }
+    }
+
+    fn piece(self, rank: usize) -> String {
+        format!("{}_{rank:04}.vtu", self.name())
+    }
+}
+
+impl<const D: usize> FieldWriter<D> {
+    /// Prepares a writer in the results folder; `surface` is given on all ranks where the case has contact, else on none.
+    pub fn new(folder: &Path, ranks: Ranks, volume: Cells<D>, surface: Option<Cells<D>>) -> Self {
+        Self {
+            folder: folder.to_path_buf(),
+            ranks,
+            volume: Selection::new(&volume, "body", ranks.rank),
+            surface: surface.map(|cells| Selection::new(&cells, "contact", ranks.rank)),
+            written: Vec::new(),
+            all: Series::new(&folder.join("fields.pvd")),
+            contact: Series::new(&folder.join("contact.pvd")),
+        }
+    }
+
+    /// Goes on with the series of an earlier run up to `last_time` [s]. Rank 0 only.
+    ///
+    /// # Errors
+    /// A series can not be read.
+    pub fn resume(&mut self, last_time: f64) -> Result<()> {
+        self.all = Series::resume(&self.folder.join("fields.pvd"), last_time)?;
+        self.contact = Series::resume(&self.folder.join("contact.pvd"), last_time)?;
+        Ok(())
+    }
+
+    /// Writes this rank's pieces of a step. Every rank does so, in any order; no rank waits.
+    ///
+    /// # Errors
+    /// A field does not fit the mesh (an internal fault), or the disk refuses.
+    pub fn write(&mut self, step: u64, volume: &VolumeFields, surface: Option<&SurfaceFields>) -> Result<()> {
+        let folder = self.folder.join(step_folder(step));
+        std::fs::create_dir_all(&folder).map_err(|e| unwritable(&folder, &e))?;
+        let mut pieces = vec![(Grid::Volume, self.volume.volume_piece(volume, D)?)];
+        if let (Some(selection), Some(fields)) = (&self.surface, surface) {
+            pieces.push((Grid::Contact, selection.surface_piece(fields, D)?));
+        }
+        for (grid, piece) in &pieces {
+            vtu::write(&folder.join(grid.piece(self.ranks.rank)), piece)?;
+        }
+        self.written = pieces.iter().map(|(grid, piece)| (*grid, Schema::of(piece))).collect();
+        Ok(())
+    }
+
+    /// Makes a step visible: its indices and the series. Rank 0 only, when all ranks have returned from [`Self::write`].
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn publish(&mut self, step: u64, time: f64) -> Result<()> {
+        let mut entries = Vec::new();
+        for (grid, schema) in &self.written {
+            let file = format!("{}/{}.pvtu", step_folder(step), grid.name());
+            let sources: Vec<String> = (0..self.ranks.size).map(|rank| grid.piece(rank)).collect();
+            pvtu::write(&self.folder.join(&file), schema, &sources)?;
+            if *grid == Grid::Contact {
+                self.contact.add([Entry { time, part: 0, file: file.clone() }])?;
+            }
+            entries.push(Entry { time, part: *grid as u32, file });
+        }
+        self.all.add(entries)
+    }
+}
+
+fn step_folder(step: u64) -> String {
+    format!("fields/step_{step:06}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::folder::tests::Scratch;
+    use super::super::vtu::Values;
+    use super::super::vtu_reader::read_piece;
+    use super::super::{pvd, pvtu};
+    use super::*;
+
+    /// Two quadrilaterals side by side, six nodes; the second is written, the first belongs to another rank.
+    fn two_quads(mine: &[bool]) -> Cells<'_, 2> {
+        Cells {
+            points: &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]],
+            node_number: &[10, 11, 12, 13, 14, 15],
+            offsets: &[0, 4, 8],
+            nodes: &[0, 1, 4, 3, 1, 2, 5, 4],
+            vtk_types: &[9, 9],
+            mine,
+            group: &[0, 3],
+        }
+    }
+
+    fn bottom_edges(mine: &[bool]) -> Cells<'_, 2> {
+        Cells { offsets: &[0, 2, 4], nodes: &[0, 1, 1, 2], vtk_types: &[3, 3], ..two_quads(mine) }
+    }
+
+    const U: [f64; 12] = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5];
+    const PER_NODE: [f64; 6] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+
+    fn volume_fields<'a>() -> VolumeFields<'a> {
+        let cauchy_stress = &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
+        VolumeFields { displacement: &U, velocity: Some(&U), cauchy_stress, det_f: &[0.9, 1.1] }
+    }
+
+    fn surface_fields<'a>() -> SurfaceFields<'a> {
+        SurfaceFields {
+            displacement: &U,
+            contact_pressure: &PER_NODE,
+            traction_t: &U,
+            gap: &[f64::NAN; 6],
+            slip: &PER_NODE,
+            slip_velocity: &U,
+            status: &[0, 1, 2, 0, 0, 0],
+            friction_work: &PER_NODE,
+        }
+    }
+
+    fn float(values: &Values) -> &[f64] {
+        match values {
+            Values::Float64(values) => values,
+            _ => panic!("not Float64"),
+        }
+    }
+
+    /// A rank writes its own cells with the nodes that they use, renumbered, each value still at its node.
+    #[test]
+    fn writes_own_cells_with_their_values() {
+        let scratch = Scratch::new("fields");
+        let mine = [false, true];
+        let ranks = Ranks { rank: 1, size: 2 };
+        let mut writer = FieldWriter::new(&scratch.0, ranks, two_quads(&mine), Some(bottom_edges(&mine)));
+        writer.write(10, &volume_fields(), Some(&surface_fields())).unwrap();
+        let volume = read_piece(&scratch.0.join("fields/step_000010/volume_0001.vtu")).unwrap();
+        assert_eq!(volume.points, [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
+        assert_eq!(volume.cell(0), [0, 1, 2, 3]);
+        assert_eq!(volume.point_data["node"].values, Values::Int32(vec![11, 12, 15, 14]));
+        let u = float(&volume.point_data["displacement"].values);
+        assert_eq!(u, [1.0, 1.5, 0.0, 2.0, 2.5, 0.0, 5.0, 5.5, 0.0, 4.0, 4.5, 0.0]);
+        assert_eq!(float(&volume.cell_data["cauchy_stress"].values), [7.0, 8.0, 9.0, 10.0, 11.0, 12.0]);
+        assert_eq!(float(&volume.cell_data["det_f"].values), [1.1]);
+        assert_eq!(volume.cell_data["body"].values, Values::Int32(vec![3]));
+        assert_eq!(volume.cell_data["rank"].values, Values::Int32(vec![1]));
+        let contact = read_piece(&scratch.0.join("fields/step_000010/contact_0001.vtu")).unwrap();
+        assert_eq!(contact.cell(0), [0, 1]);
+        assert_eq!(contact.point_data["status"].values, Values::UInt8(vec![1, 2]));
+        assert_eq!(float(&contact.point_data["slip"].values), [1.0, 2.0]);
+    }
+
+    /// A rank that owns nothing writes an empty piece with the arrays of the others, and the index takes it.
+    #[test]
+    fn a_rank_without_cells_writes_an_empty_piece() {
+        let scratch = Scratch::new("fields-empty");
+        let mine = [[true, true], [false, false]];
+        let mut writers = [0, 1].map(|rank| {
+            let ranks = Ranks { rank, size: 2 };
+            FieldWriter::new(&scratch.0, ranks, two_quads(&mine[rank]), Some(bottom_edges(&mine[rank])))
+        });
+        writers.iter_mut().for_each(|w| w.write(0, &volume_fields(), Some(&surface_fields())).unwrap());
+        writers[0].publish(0, 0.25).unwrap();
+        let folder = scratch.0.join("fields/step_000000");
+        for grid in ["volume", "contact"] {
+            let sources = pvtu::read(&folder.join(format!("{grid}.pvtu"))).unwrap();
+            let pieces: Vec<_> =
+                sources.iter().map(|source| read_piece(&folder.join(source)).unwrap()).collect();
+            assert_eq!((pieces[0].types.len(), pieces[1].types.len()), (2, 0));
+            assert!(pieces[0].point_data.keys().eq(pieces[1].point_data.keys()));
+            assert!(pieces[0].cell_data.keys().eq(pieces[1].cell_data.keys()));
+        }
+        let parts: Vec<_> =
+            pvd::read(&scratch.0.join("fields.pvd")).unwrap().iter().map(|entry| entry.part).collect();
+        assert_eq!(parts, [0, 1]);
+        assert_eq!(pvd::read(&scratch.0.join("contact.pvd")).unwrap().len(), 1);
+    }
+
+    /// Statics has no velocity and a case without contact no contact grid: neither is written.
+    #[test]
+    fn writes_only_what_the_case_has() {
+        let scratch = Scratch::new("fields-static");
+        let mine = [true, true];
+        let mut writer = FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None);
+        writer.write(1, &VolumeFields { velocity: None, ..volume_fields() }, None).unwrap();
+        writer.publish(1, 1.0).unwrap();
+        let index = std::fs::read_to_string(scratch.0.join("fields/step_000001/volume.pvtu")).unwrap();
+        assert!(index.contains("displacement") && !index.contains("velocity"));
+        assert!(!scratch.0.join("contact.pvd").exists());
+        assert!(!scratch.0.join("fields/step_000001/contact.pvtu").exists());
+    }
+
+    /// A field of the wrong length is an error that names it.
+    #[test]
+    fn refuses_a_short_field() {
+        let scratch = Scratch::new("fields-short");
+        let mine = [true, true];
+        let mut writer = FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None);
+        let error = writer.write(1, &VolumeFields { det_f: &[1.0], ..volume_fields() }, None).unwrap_err();
+        assert!(error.message.contains("det_f"), "{error}");
+    }
+}

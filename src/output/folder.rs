@@ -1,0 +1,289 @@
+//! The results folder: where it lies, when it may be replaced, and files that never look whole before they are.
+
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// The value of `program` in `run.json`, by which a results folder is known as ours.
+pub const PROGRAM: &str = "contact-petsc";
+
+/// The run record, which is the marker of a results folder as well.
+pub const RECORD: &str = "run.json";
+
+/// What a run may leave in its folder, apart from [`RECORD`]; only these are removed when a result is replaced.
+const OWN: [&str; 10] = [
+    "probes.csv",
+    "contact.csv",
+    "reactions.csv",
+    "energy.csv",
+    "iterations.csv",
+    "fields.pvd",
+    "contact.pvd",
+    "fields",
+    "figures",
+    "checkpoints",
+];
+
+/// A folder that this program made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ResultsFolder {
+    path: PathBuf,
+}
+
+/// Where the results of a case go unless `--output` says otherwise: `results/<name>` in the working directory, `name` being
+/// the folder of the case for a file called `case.yml` and the stem of the file for any other.
+///
+/// # Errors
+/// The path names no file, or the working directory is gone.
+pub fn default_folder(case_file: &Path) -> Result<PathBuf> {
+    let whole = std::path::absolute(case_file).map_err(|e| trouble(case_file, "resolve", &e))?;
+    let whole = whole.canonicalize().unwrap_or(whole);
+    let stem = whole.file_stem();
+    let folder = whole.parent().and_then(Path::file_name);
+    let name = if stem.is_some_and(|s| s == "case") { folder.or(stem) } else { stem };
+    let name =
+        name.ok_or_else(|| Error::file(format!("{}: not the name of a case file", case_file.display())))?;
+    Ok(Path::new("results").join(name))
+}
+
+impl ResultsFolder {
+    /// Makes the folder, or empties one that an earlier run made. Rank 0 only.
+    ///
+    /// Afterwards a `run.json` with the verdict `running` marks it as ours. Files that no run of ours writes are kept.
+    ///
+    /// # Errors
+    /// The folder holds something that this program did not make, or can not be written.
+    pub fn create(path: &Path) -> Result<Self> {
+        let folder = Self { path: path.to_path_buf() };
+        if is_occupied(path)? && !is_ours(path) {
+            return Err(Error::file(format!(
+                "{}: not empty and not a result of {PROGRAM}; nothing was changed",
+                path.display()
+            ))
+            .hint("give another folder with --output, or empty this one yourself"));
+        }
+        fs::create_dir_all(path).map_err(|e| unwritable(path, &e))?;
+        let marker = format!("{{\n  \"program\": \"{PROGRAM}\",\n  \"verdict\": \"running\"\n}}\n");
+        write_whole(&folder.join(RECORD), marker.as_bytes())?;
+        OWN.iter().try_for_each(|name| remove(&folder.join(name)))?;
+        Ok(folder)
+    }
+
+    /// Opens a folder that a run made, to plot it or to go on in it.
+    ///
+    /// # Errors
+    /// The folder is not there, or holds no `run.json` of this program.
+    pub fn open(path: &Path) -> Result<Self> {
+        if !path.is_dir() {
+            return Err(Error::file(format!("{}: no such folder", path.display()))
+                .hint("give the results folder of a run, as in `contact-petsc plot results/rubber-block`"));
+        }
+        if !is_ours(path) {
+            let text = format!("{}: not a results folder: it has no {RECORD} of {PROGRAM}", path.display());
+            return Err(Error::file(text)
+                .hint("give the results folder of a run, as in `contact-petsc plot results/rubber-block`"));
+        }
+        Ok(Self { path: path.to_path_buf() })
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A file in the folder.
+    pub fn join(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+}
+
+/// Writes a file so that a reader sees the old content or the new, never a part: temporary file, then rename.
+///
+/// # Errors
+/// The file system refuses.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
+    write_whole_with(path, |file| file.write_all(content))
+}
+
+/// As [`write_whole`], the content being streamed by `fill`. Nothing is left behind when `fill` fails.
+///
+/// # Errors
+/// The file system refuses, or `fill` does.
+pub fn write_whole_with<F>(path: &Path, fill: F) -> Result<()>
+where
+    F: FnOnce(&mut std::io::BufWriter<fs::File>) -> std::io::Result<()>,
+{
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    let written = fs::File::create(&part).and_then(|file| {
+        let mut file = std::io::BufWriter::new(file);
+        fill(&mut file)?;
+        file.flush()
+    });
+    written.and_then(|()| fs::rename(&part, path)).map_err(|e| {
+        let _ = fs::remove_file(&part);
+        unwritable(path, &e)
+    })
+}
+
+/// The error for a path that can not be written, with its cure where the cause is known.
+pub(crate) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+    let error_text = trouble(path, "write", error);
+    match error.kind() {
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            error_text.hint("give a folder that you may write with --output")
+        }
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            error_text.hint("free some space, or write fewer field steps (output: fields: every)")
+        }
+        ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
+            error_text.hint("a part of this path is a file")
+        }
+        _ => error_text,
+    }
+}
+
+/// The error for a path on which the operation `what` failed.
+pub(crate) fn trouble(path: &Path, what: &str, error: &std::io::Error) -> Error {
+    Error::file(format!("{}: can not {what}: {error}", path.display()))
+}
+
+fn is_occupied(path: &Path) -> Result<bool> {
+    match fs::read_dir(path) {
+        Ok(mut entries) => Ok(entries.next().is_some()),
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
+        Err(e) if e.kind() == ErrorKind::NotADirectory => {
+            Err(Error::file(format!("{}: a file, not a folder", path.display()))
+                .hint("give another folder with --output"))
+        }
+        Err(e) => Err(trouble(path, "read", &e)),
+    }
+}
+
+fn is_ours(path: &Path) -> bool {
+    let record = fs::read_to_string(path.join(RECORD)).unwrap_or_default();
+    let record: serde_json::Value = serde_json::from_str(&record).unwrap_or_default();
+    record.get("program").is_some_and(|program| program == PROGRAM)
+}
+
+fn remove(path: &Path) -> Result<()> {
+    let removed = match fs::symlink_metadata(path) {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(e) => Err(e),
+        Ok(found) if found.is_dir() => fs::remove_dir_all(path),
+        Ok(_) => fs::remove_file(path),
+    };
+    removed.map_err(|e| unwritable(path, &e))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::error::Cause;
+
+    /// An empty folder of its own for each test, removed when the test ends.
+    pub(crate) struct Scratch(pub PathBuf);
+
+    impl Scratch {
+        pub(crate) fn new(name: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("contact-petsc-{}-{name}", std::process::id()));
+            let _ = fs::remove_dir_all(&path);
+            fs::create_dir_all(&path).unwrap();
+            Self(path)
+        }
+    }
+
+    impl Drop for Scratch {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    /// The folder's name comes from the case's folder for `case.yml` and from the stem for anything else.
+    #[test]
+    fn names_the_folder_after_the_case() {
+        assert_eq!(
+            default_folder(Path::new("meshes/rubber-block/case.yml")).unwrap(),
+            Path::new("results/rubber-block")
+        );
+        assert_eq!(
+            default_folder(Path::new("meshes/rubber-block/power-law-2.yml")).unwrap(),
+            Path::new("results/power-law-2")
+        );
+        let here = std::env::current_dir().unwrap();
+        assert_eq!(
+            default_folder(Path::new("case.yml")).unwrap(),
+            Path::new("results").join(here.file_name().unwrap())
+        );
+        assert_eq!(default_folder(Path::new("/case.yml")).unwrap(), Path::new("results/case"));
+    }
+
+    /// A result of ours is replaced, stale files go, and what a user put beside them stays.
+    #[test]
+    fn replaces_its_own_results_only() {
+        let scratch = Scratch::new("replace");
+        let path = scratch.0.join("deep/results");
+        ResultsFolder::create(&path).unwrap();
+        fs::write(path.join("energy.csv"), "old").unwrap();
+        fs::write(path.join("notes.txt"), "mine").unwrap();
+        fs::create_dir_all(path.join("fields/step_000001")).unwrap();
+        fs::write(path.join(RECORD), r#"{"program": "contact-petsc", "verdict": "completed"}"#).unwrap();
+        let folder = ResultsFolder::create(&path).unwrap();
+        assert!(!folder.join("energy.csv").exists() && !folder.join("fields").exists());
+        assert_eq!(fs::read_to_string(folder.join("notes.txt")).unwrap(), "mine");
+        assert!(fs::read_to_string(folder.join(RECORD)).unwrap().contains("running"));
+        assert_eq!(ResultsFolder::open(&path).unwrap(), folder);
+    }
+
+    /// A folder of somebody else is refused and left untouched; an empty one is welcome.
+    #[test]
+    fn refuses_foreign_folders() {
+        let scratch = Scratch::new("foreign");
+        for record in [None, Some(r#"{"program": "another"}"#), Some("{ not json")] {
+            fs::write(scratch.0.join("energy.csv"), "theirs").unwrap();
+            if let Some(record) = record {
+                fs::write(scratch.0.join(RECORD), record).unwrap();
+            }
+            let error = ResultsFolder::create(&scratch.0).unwrap_err();
+            assert_eq!(error.cause, Cause::File);
+            assert!(error.message.contains("not a result of contact-petsc"), "{error}");
+            assert_eq!(fs::read_to_string(scratch.0.join("energy.csv")).unwrap(), "theirs");
+            assert_eq!(ResultsFolder::open(&scratch.0).unwrap_err().cause, Cause::File);
+        }
+        let empty = Scratch::new("empty");
+        assert!(ResultsFolder::create(&empty.0).is_ok());
+    }
+
+    /// A file in the way is an error of cause `File`, whether it is the folder itself or a part of its path.
+    #[test]
+    fn names_a_file_in_the_way() {
+        let scratch = Scratch::new("in-the-way");
+        fs::write(scratch.0.join("file"), "").unwrap();
+        for path in ["file", "file/below"] {
+            let error = ResultsFolder::create(&scratch.0.join(path)).unwrap_err();
+            assert_eq!(error.cause, Cause::File);
+            assert!(error.message.contains("file") && error.message.contains("hint: "), "{error}");
+        }
+        assert_eq!(ResultsFolder::open(&scratch.0.join("absent")).unwrap_err().cause, Cause::File);
+        let error = ResultsFolder::create(Path::new("/proc/contact-petsc-results")).unwrap_err();
+        assert!(error.cause == Cause::File && error.message.contains("can not write"), "{error}");
+    }
+
+    /// When filling fails, the old content stays and no temporary file is left.
+    #[test]
+    fn a_failed_write_changes_nothing() {
+        let scratch = Scratch::new("atomic");
+        let path = scratch.0.join("a.txt");
+        write_whole(&path, b"first").unwrap();
+        let result = write_whole_with(&path, |file| {
+            file.write_all(b"second, cut sho")?;
+            Err(std::io::Error::other("disk gone"))
+        });
+        assert!(result.unwrap_err().message.contains("disk gone"));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "first");
+        assert_eq!(fs::read_dir(&scratch.0).unwrap().count(), 1);
+    }
+}

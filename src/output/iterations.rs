@@ -1,0 +1,134 @@
+//! `iterations.csv`: how each step was solved, one row an iteration, failed attempts included.
+
+use std::path::Path;
+
+use crate::error::Result;
+
+use super::table::{Cell, Table, named};
+
+const COLUMNS: [&str; 12] = [
+    "step",
+    "time [s]",
+    "dt [s]",
+    "attempt",
+    "stage",
+    "iteration",
+    "residual",
+    "increment",
+    "krylov_iterations",
+    "points",
+    "changed",
+    "line_search",
+];
+
+/// One iteration of a nonlinear solve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IterationRow<'a> {
+    /// Step that is sought.
+    pub step: u64,
+    /// Time at its end [s].
+    pub time: f64,
+    /// Its length [s].
+    pub dt: f64,
+    /// 1 for the first try, one more after each cut.
+    pub attempt: u64,
+    /// What is being solved: `start`, `monolithic`, `normal`, `friction`, ...
+    pub stage: &'a str,
+    /// 0 is the predicted state, before any correction.
+    pub iteration: u64,
+    /// Norm of the residual as the convergence test sees it; `None` where a trial state could not be evaluated.
+    pub residual: Option<f64>,
+    /// Norm of the correction; `None` before the first.
+    pub increment: Option<f64>,
+    /// Iterations of the linear solver for this correction.
+    pub krylov_iterations: u64,
+    /// Contact points with gap <= 0.
+    pub points: u64,
+    /// Contact points whose status changed in this iteration.
+    pub changed: u64,
+    /// Factor on the correction; `None` before the first.
+    pub line_search: Option<f64>,
+}
+
+/// The table of all iterations.
+#[derive(Debug)]
+pub struct IterationTable {
+    table: Table,
+}
+
+impl IterationTable {
+    /// Name of the file in the results folder.
+    pub const FILE: &str = "iterations.csv";
+
+    /// Makes the table in `folder`. Rank 0 only.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn create(folder: &Path) -> Result<Self> {
+        Ok(Self { table: Table::create(&folder.join(Self::FILE), named(&COLUMNS))? })
+    }
+
+    /// Goes on after `last_step`, see [`Table::resume`].
+    ///
+    /// # Errors
+    /// The file is missing, has other columns, or can not be written.
+    pub fn resume(folder: &Path, last_step: u64) -> Result<Self> {
+        Ok(Self { table: Table::resume(&folder.join(Self::FILE), named(&COLUMNS), last_step)? })
+    }
+
+    /// Writes the row of an iteration.
+    ///
+    /// # Errors
+    /// A value is not finite, or the disk refuses.
+    pub fn row(&mut self, row: &IterationRow) -> Result<()> {
+        self.table.row(&[
+            Cell::Count(row.step),
+            Cell::Number(row.time),
+            Cell::Number(row.dt),
+            Cell::Count(row.attempt),
+            Cell::Text(row.stage),
+            Cell::Count(row.iteration),
+            row.residual.into(),
+            row.increment.into(),
+            Cell::Count(row.krylov_iterations),
+            Cell::Count(row.points),
+            Cell::Count(row.changed),
+            row.line_search.into(),
+        ])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::folder::tests::Scratch;
+    use super::*;
+
+    /// Header and rows are the contract's; what is not known yet is an empty field.
+    #[test]
+    fn follows_the_contract() {
+        let scratch = Scratch::new("iterations");
+        let mut table = IterationTable::create(&scratch.0).unwrap();
+        let predicted = IterationRow {
+            step: 1,
+            time: 0.5,
+            dt: 0.25,
+            attempt: 2,
+            stage: "monolithic",
+            iteration: 0,
+            residual: Some(1e-3),
+            increment: None,
+            krylov_iterations: 0,
+            points: 49,
+            changed: 3,
+            line_search: None,
+        };
+        table.row(&predicted).unwrap();
+        let corrected =
+            IterationRow { iteration: 1, increment: Some(2e-5), line_search: Some(1.0), ..predicted };
+        table.row(&IterationRow { krylov_iterations: 8, ..corrected }).unwrap();
+        let text = std::fs::read_to_string(scratch.0.join("iterations.csv")).unwrap();
+        let expected = "step,time [s],dt [s],attempt,stage,iteration,residual,increment,krylov_iterations,points,\
+            changed,line_search\n1,0.5,0.25,2,monolithic,0,0.001,,0,49,3,\n1,0.5,0.25,2,monolithic,1,0.001,2e-5,8,49,3,1\n";
+        assert_eq!(text, expected);
+    }
+}

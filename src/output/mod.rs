@@ -1,0 +1,56 @@
+//! What a run leaves behind: CSV tables, ParaView files, the run record, and what the console says.
+//!
+//! The writers take plain data that is already reduced over the ranks; they know no solver. Rank 0 writes the tables, the
+//! indices and the record, every rank writes its own piece of the fields.
+//!
+//! | File | Written by | When it is whole |
+//! |---|---|---|
+//! | `*.csv` | [`table::Table`] and the row structs beside it | after each row: a row is one write |
+//! | `fields/step_*/` | [`fields::FieldWriter`] | each file appears by renaming |
+//! | `fields.pvd`, `contact.pvd` | [`pvd::Series`] | rewritten by renaming, never names a step that is not there |
+//! | `run.json` | [`record::Record`] | rewritten by renaming; `running` until the end |
+
+pub mod console;
+pub mod contact;
+pub mod energy;
+pub mod fields;
+pub mod folder;
+pub mod iterations;
+mod pace;
+pub mod probes;
+pub mod pvd;
+pub mod pvtu;
+pub mod reactions;
+pub mod record;
+mod selection;
+pub mod summary;
+pub mod table;
+pub mod vtu;
+pub mod vtu_reader;
+pub mod xml;
+
+/// The status of a contact point as it stands in files: `open`, `stick`, `slip`, or 0, 1, 2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Status {
+    /// The gap is positive: no traction.
+    Open = 0,
+    /// In contact, the friction traction is below its bound.
+    Stick = 1,
+    /// In contact, the friction traction is at its bound.
+    Slip = 2,
+}
+
+impl Status {
+    /// The word in `probes.csv`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Stick => "stick",
+            Self::Slip => "slip",
+        }
+    }
+}
+
+/// The last part of a column name for the component `index`: `x`, `y`, `z`.
+const AXES: [&str; 3] = ["x", "y", "z"];

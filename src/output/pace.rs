@@ -1,0 +1,64 @@
+//! Wall time: how it reads, and how much of it a run still needs.
+
+use std::time::Duration;
+
+/// A length of time as one reads it: `0.53 s`, `12.3 s`, `3 min 20 s`, `2 h 05 min`.
+pub fn duration(length: Duration) -> String {
+    let seconds = length.as_secs_f64();
+    let whole = seconds.round() as u64;
+    match seconds {
+        s if s < 9.995 => format!("{s:.2} s"),
+        s if s < 59.95 => format!("{s:.1} s"),
+        _ if whole < 3600 => format!("{} min {:02} s", whole / 60, whole % 60),
+        _ => format!("{} h {:02} min", whole / 3600, whole / 60 % 60),
+    }
+}
+
+/// Wall time per simulated time, the last twenty steps or so counting most.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Pace {
+    wall: f64,
+    simulated: f64,
+}
+
+impl Pace {
+    const MEMORY: f64 = 0.95;
+
+    /// One step took `wall` for a `simulated` time [s].
+    pub(super) fn advance(&mut self, wall: Duration, simulated: f64) {
+        self.wall = Self::MEMORY * self.wall + wall.as_secs_f64();
+        self.simulated = Self::MEMORY * self.simulated + simulated;
+    }
+
+    /// Wall time for what is `left` of the simulated time [s]; `None` before the first step.
+    pub(super) fn time_left(&self, left: f64) -> Option<Duration> {
+        Duration::try_from_secs_f64(self.wall / self.simulated * left.max(0.0)).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The time to go follows the pace of late steps, and is absent before the first.
+    #[test]
+    fn time_to_go_follows_the_pace() {
+        let mut pace = Pace::default();
+        assert_eq!(pace.time_left(1.0), None);
+        (0..200).for_each(|_| pace.advance(Duration::from_secs(1), 0.1));
+        assert!((pace.time_left(1.0).unwrap().as_secs_f64() - 10.0).abs() < 1e-9);
+        (0..200).for_each(|_| pace.advance(Duration::from_secs(2), 0.1));
+        assert!((pace.time_left(1.0).unwrap().as_secs_f64() - 20.0).abs() < 0.01);
+    }
+
+    /// Lengths of time read well at every size.
+    #[test]
+    fn durations_read_well() {
+        let texts =
+            [0.534, 9.999, 12.34, 59.96, 200.0, 3599.7, 7500.0].map(|s| duration(Duration::from_secs_f64(s)));
+        assert_eq!(
+            texts,
+            ["0.53 s", "10.0 s", "12.3 s", "1 min 00 s", "3 min 20 s", "1 h 00 min", "2 h 05 min"]
+        );
+    }
+}

@@ -1,0 +1,109 @@
+//! A time series of grids, what one opens in ParaView.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+use super::folder::{trouble, write_whole};
+use super::xml::{escaped, tags};
+
+/// One grid at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// Time [s].
+    pub time: f64,
+    /// Which of the grids of that time.
+    pub part: u32,
+    /// Index of the pieces, relative to the series.
+    pub file: String,
+}
+
+/// A `.pvd` file that grows; every version of it is whole and names only grids that are there.
+#[derive(Debug)]
+pub struct Series {
+    path: PathBuf,
+    entries: Vec<Entry>,
+}
+
+impl Series {
+    /// An empty series; the file appears with the first entry. Rank 0 only.
+    pub fn new(path: &Path) -> Self {
+        Self { path: path.to_path_buf(), entries: Vec::new() }
+    }
+
+    /// Goes on with a series after a restart, without what comes after `last_time` [s].
+    ///
+    /// # Errors
+    /// The file can not be read.
+    pub fn resume(path: &Path, last_time: f64) -> Result<Self> {
+        let mut entries = if path.exists() { read(path)? } else { Vec::new() };
+        entries.retain(|entry| entry.time <= last_time);
+        Ok(Self { path: path.to_path_buf(), entries })
+    }
+
+    /// Adds grids and rewrites the file.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn add(&mut self, entries: impl IntoIterator<Item = Entry>) -> Result<()> {
+        self.entries.extend(entries);
+        let mut text = String::from(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n",
+        );
+        for Entry { time, part, file } in &self.entries {
+            let file = escaped(file);
+            text.push_str(&format!("<DataSet timestep=\"{time:?}\" part=\"{part}\" file=\"{file}\"/>\n"));
+        }
+        text.push_str("</Collection>\n</VTKFile>\n");
+        write_whole(&self.path, text.as_bytes())
+    }
+}
+
+/// The grids of a series.
+///
+/// # Errors
+/// The file is missing, cut short, or not a series.
+pub fn read(path: &Path) -> Result<Vec<Entry>> {
+    let bytes = std::fs::read(path).map_err(|e| trouble(path, "read", &e))?;
+    let place = path.display().to_string();
+    let tags = tags(&bytes, "/VTKFile").map_err(|e| e.within(&place))?;
+    if tags.first().and_then(|tag| tag.find("type")) != Some("Collection") {
+        return Err(Error::file(format!("{place}: not a time series")));
+    }
+    let entries = tags.iter().filter(|tag| tag.name == "DataSet").map(|tag| {
+        Ok(Entry {
+            time: tag.number("timestep")?,
+            part: tag.number("part")?,
+            file: tag.get("file")?.to_string(),
+        })
+    });
+    entries.collect::<Result<_>>().map_err(|e| e.within(&place))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::folder::tests::Scratch;
+    use super::*;
+
+    fn entry(time: f64, part: u32) -> Entry {
+        Entry { time, part, file: format!("fields/{time}/{part}.pvtu") }
+    }
+
+    /// After each step the file holds all steps so far, times to the last bit, and a restart drops later ones.
+    #[test]
+    fn grows_and_resumes() {
+        let scratch = Scratch::new("pvd");
+        let path = scratch.0.join("a.pvd");
+        let mut series = Series::new(&path);
+        let times = [0.0, 0.1 + 0.2, 1e-7];
+        for (count, time) in times.into_iter().enumerate() {
+            series.add([entry(time, 0), entry(time, 1)]).unwrap();
+            assert_eq!(read(&path).unwrap().len(), 2 * (count + 1));
+        }
+        assert_eq!(read(&path).unwrap()[2], entry(0.1 + 0.2, 0));
+        let mut series = Series::resume(&path, 1e-7).unwrap();
+        series.add([entry(0.5, 0)]).unwrap();
+        let left: Vec<f64> = read(&path).unwrap().iter().map(|entry| entry.time).collect();
+        assert_eq!(left, [0.0, 0.0, 1e-7, 1e-7, 0.5]);
+    }
+}

@@ -1,0 +1,75 @@
+//! `reactions.csv`: the force of each support, one row a step and displacement boundary.
+
+use std::path::Path;
+
+use crate::error::Result;
+
+use super::AXES;
+use super::table::{Cell, Table, named};
+
+/// The force that one support exerts on the bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReactionRow<const D: usize> {
+    /// [N], per metre of depth in 2D; inertia of the driven nodes included.
+    pub force: [f64; D],
+}
+
+/// The table of all displacement boundaries.
+#[derive(Debug)]
+pub struct ReactionTable<const D: usize> {
+    table: Table,
+}
+
+impl<const D: usize> ReactionTable<D> {
+    /// Name of the file in the results folder.
+    pub const FILE: &str = "reactions.csv";
+
+    /// Makes the table in `folder`. Rank 0 only.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn create(folder: &Path) -> Result<Self> {
+        Ok(Self { table: Table::create(&folder.join(Self::FILE), columns::<D>())? })
+    }
+
+    /// Goes on after `last_step`, see [`Table::resume`].
+    ///
+    /// # Errors
+    /// The file is missing, has other columns, or can not be written.
+    pub fn resume(folder: &Path, last_step: u64) -> Result<Self> {
+        Ok(Self { table: Table::resume(&folder.join(Self::FILE), columns::<D>(), last_step)? })
+    }
+
+    /// Writes the row of one boundary at a time [s].
+    ///
+    /// # Errors
+    /// A value is not finite, or the disk refuses.
+    pub fn row(&mut self, step: u64, time: f64, boundary: &str, row: &ReactionRow<D>) -> Result<()> {
+        let mut cells = vec![Cell::Count(step), Cell::Number(time), Cell::Text(boundary)];
+        cells.extend(row.force.map(Cell::Number));
+        self.table.row(&cells)
+    }
+}
+
+fn columns<const D: usize>() -> Vec<String> {
+    let mut columns = named(&["step", "time [s]", "boundary"]);
+    columns.extend(AXES[..D].iter().map(|axis| format!("force_{axis} [N]")));
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::folder::tests::Scratch;
+    use super::*;
+
+    /// Header and rows are the contract's in 2D and 3D.
+    #[test]
+    fn follows_the_contract() {
+        let scratch = Scratch::new("reactions");
+        let mut plane = ReactionTable::<2>::create(&scratch.0).unwrap();
+        plane.row(1, 0.5, "clamp", &ReactionRow { force: [1.0, -2.0] }).unwrap();
+        let text = std::fs::read_to_string(scratch.0.join("reactions.csv")).unwrap();
+        assert_eq!(text, "step,time [s],boundary,force_x [N],force_y [N]\n1,0.5,clamp,1,-2\n");
+        assert_eq!(columns::<3>().join(","), "step,time [s],boundary,force_x [N],force_y [N],force_z [N]");
+    }
+}

@@ -1,0 +1,255 @@
+//! `run.json`: what was run, with what, how it went. Rewritten whole; says `running` until the end.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use sha2::{Digest, Sha256};
+
+use crate::error::{Cause, Error, Result};
+
+use super::folder::{PROGRAM, RECORD, trouble, write_whole};
+
+/// How a run stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    /// Not at its end; also what a run that was killed leaves behind.
+    Running,
+    /// The end time was reached.
+    Completed,
+    /// It ended early.
+    Failed {
+        /// The error as the user read it.
+        reason: String,
+        /// Exit code of the process.
+        code: i32,
+    },
+}
+
+impl Verdict {
+    /// The verdict that goes with an error.
+    pub fn of(error: &Error) -> Self {
+        Self::Failed { reason: error.message.clone(), code: error.exit_code() }
+    }
+}
+
+/// Time and calls of one phase.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Phase {
+    /// Wall time, the largest over ranks [s].
+    pub seconds: f64,
+    /// Calls.
+    pub count: u64,
+}
+
+/// A file that the run read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Input {
+    /// Its path as the user gave it.
+    pub path: String,
+    /// Its SHA-256 in hexadecimal.
+    pub sha256: String,
+}
+
+impl Input {
+    /// Reads and hashes a file.
+    ///
+    /// # Errors
+    /// It can not be read.
+    pub fn of(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|e| trouble(path, "read", &e))?;
+        let sha256 = Sha256::digest(&bytes).iter().fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        });
+        Ok(Self { path: path.display().to_string(), sha256 })
+    }
+}
+
+/// Sums over the run so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Totals {
+    /// Steps that were accepted.
+    pub steps: u64,
+    /// Steps that were rolled back and cut.
+    pub cut_steps: u64,
+    /// Newton iterations, those of failed attempts included.
+    pub newton_iterations: u64,
+    /// Krylov iterations, likewise.
+    pub krylov_iterations: u64,
+}
+
+/// The run record. Rank 0 writes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// The case as completed with its defaults.
+    pub case: Value,
+    /// The case file and the mesh files.
+    pub inputs: Vec<Input>,
+    /// Name and version of the program and of each library.
+    pub versions: Vec<(String, String)>,
+    /// MPI ranks.
+    pub ranks: usize,
+    /// Degrees of freedom.
+    pub unknowns: u64,
+    /// When the run began.
+    pub start: SystemTime,
+    /// Sums so far.
+    pub totals: Totals,
+    /// Time [s] that was reached in the simulation.
+    pub simulated_time: f64,
+    /// Wall time so far [s].
+    pub wall_seconds: f64,
+    /// Seconds and counts in the order to show them: search, element kernels, insertion, solver set-up, solve, output.
+    pub phases: Vec<(String, Phase)>,
+    /// Largest resident memory of each rank [bytes].
+    pub peak_memory: Vec<u64>,
+    /// How it stands.
+    pub verdict: Verdict,
+}
+
+impl Record {
+    /// Writes `run.json` into the results folder, replacing the last one in one go.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(&self.to_json())
+            .map_err(|e| Error::new(Cause::Internal, format!("{RECORD}: {e}")))?;
+        text.push('\n');
+        write_whole(&folder.join(RECORD), text.as_bytes())
+    }
+
+    fn to_json(&self) -> Value {
+        let (verdict, reason, code) = match &self.verdict {
+            Verdict::Running => ("running", None, None),
+            Verdict::Completed => ("completed", None, Some(0)),
+            Verdict::Failed { reason, code } => ("failed", Some(reason), Some(*code)),
+        };
+        let versions: Map<String, Value> =
+            self.versions.iter().map(|(name, version)| (name.clone(), json!(version))).collect();
+        let phases: Map<String, Value> =
+            self.phases.iter().map(|(name, phase)| (name.clone(), json!(phase))).collect();
+        json!({
+            "program": PROGRAM,
+            "verdict": verdict,
+            "reason": reason,
+            "exit_code": code,
+            "start": timestamp(self.start),
+            "wall_seconds": self.wall_seconds,
+            "simulated_time": self.simulated_time,
+            "ranks": self.ranks,
+            "unknowns": self.unknowns,
+            "steps": self.totals.steps,
+            "cut_steps": self.totals.cut_steps,
+            "newton_iterations": self.totals.newton_iterations,
+            "krylov_iterations": self.totals.krylov_iterations,
+            "phases": phases,
+            "peak_memory_bytes": self.peak_memory,
+            "versions": versions,
+            "inputs": self.inputs,
+            "case": self.case,
+        })
+    }
+}
+
+/// Largest resident memory of this process so far [bytes]; 0 where the system does not tell.
+pub fn peak_memory() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|rest| rest.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+    kilobytes.unwrap_or(0) * 1024
+}
+
+/// A time as `2025-01-31T12:00:00Z`, by the calendar arithmetic of H. Hinnant (days to civil date, era of 400 years).
+pub fn timestamp(time: SystemTime) -> String {
+    let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    let (days, clock) = (seconds / 86_400 + 719_468, seconds % 86_400);
+    let (era, day_of_era) = (days / 146_097, days % 146_097);
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
+    let year = era * 400 + year_of_era + u64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z", clock / 3600, clock / 60 % 60, clock % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::super::folder::ResultsFolder;
+    use super::super::folder::tests::Scratch;
+    use super::*;
+
+    fn sample(verdict: Verdict) -> Record {
+        Record {
+            case: json!({"title": "Rubber block", "dimension": 2}),
+            inputs: vec![],
+            versions: vec![("petsc".into(), "3.18.5".into())],
+            ranks: 2,
+            unknowns: 4998,
+            start: UNIX_EPOCH + Duration::from_secs(951_827_696),
+            totals: Totals { steps: 140, cut_steps: 1, newton_iterations: 454, krylov_iterations: 3000 },
+            simulated_time: 0.07,
+            wall_seconds: 9.5,
+            phases: vec![
+                ("search".into(), Phase { seconds: 0.5, count: 454 }),
+                ("solve".into(), Phase::default()),
+            ],
+            peak_memory: vec![1 << 27, 1 << 26],
+            verdict,
+        }
+    }
+
+    /// The record says running until the end, then what came of it with the exit code; a folder with it is ours.
+    #[test]
+    fn tells_how_the_run_stands() {
+        let scratch = Scratch::new("record");
+        let read = |verdict| -> Value {
+            sample(verdict).write(&scratch.0).unwrap();
+            serde_json::from_str(&std::fs::read_to_string(scratch.0.join("run.json")).unwrap()).unwrap()
+        };
+        let running = read(Verdict::Running);
+        assert_eq!((&running["verdict"], &running["exit_code"]), (&json!("running"), &Value::Null));
+        let failed = read(Verdict::of(&Error::guard("element 3 is inverted")));
+        assert_eq!((&failed["verdict"], &failed["exit_code"]), (&json!("failed"), &json!(6)));
+        assert_eq!(failed["reason"], "element 3 is inverted");
+        let completed = read(Verdict::Completed);
+        assert_eq!((&completed["verdict"], &completed["exit_code"]), (&json!("completed"), &json!(0)));
+        assert_eq!(completed["phases"]["search"], json!({"seconds": 0.5, "count": 454}));
+        assert_eq!(completed["case"]["title"], "Rubber block");
+        assert_eq!(completed["peak_memory_bytes"][0], 1 << 27);
+        assert_eq!(std::fs::read_dir(&scratch.0).unwrap().count(), 1);
+        assert!(ResultsFolder::open(&scratch.0).is_ok());
+    }
+
+    /// The hash is SHA-256: the standard's value for "abc".
+    #[test]
+    fn hashes_inputs() {
+        let scratch = Scratch::new("hash");
+        let path = scratch.0.join("abc");
+        std::fs::write(&path, "abc").unwrap();
+        let hash = Input::of(&path).unwrap().sha256;
+        assert_eq!(hash, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        assert_eq!(Input::of(&scratch.0.join("absent")).unwrap_err().cause, Cause::File);
+    }
+
+    /// Dates come out right at the epoch, on a leap day of a century, and at the end of a year.
+    #[test]
+    fn knows_the_calendar() {
+        let at = |seconds| timestamp(UNIX_EPOCH + Duration::from_secs(seconds));
+        assert_eq!(at(0), "1970-01-01T00:00:00Z");
+        assert_eq!(at(951_827_696), "2000-02-29T12:34:56Z");
+        assert_eq!(at(1_767_225_599), "2025-12-31T23:59:59Z");
+    }
+
+    /// This process has used some memory, and less than the machine has.
+    #[test]
+    fn reads_peak_memory() {
+        assert!((1 << 20..1 << 40).contains(&peak_memory()));
+    }
+}

@@ -1,0 +1,200 @@
+//! The two reports of a run: what it starts with, and what it came to.
+
+use std::fmt;
+use std::time::Duration;
+
+use super::pace::duration;
+use super::record::{Record, Verdict};
+
+/// What a run starts with.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StartUp {
+    /// Title of the case.
+    pub title: String,
+    /// Where the results go.
+    pub folder: String,
+    /// Elements and nodes of the whole mesh.
+    pub elements: u64,
+    /// Nodes of the whole mesh.
+    pub nodes: u64,
+    /// Degrees of freedom.
+    pub unknowns: u64,
+    /// MPI ranks.
+    pub ranks: usize,
+    /// Largest load of a rank over the mean, 1 where perfect.
+    pub imbalance: f64,
+    /// Face pairs of elements on different ranks.
+    pub edge_cut: u64,
+    /// How the equations are solved, in words.
+    pub solver: String,
+    /// Contact at the start.
+    pub contacts: Vec<ContactStart>,
+    /// Remarks, one line each.
+    pub remarks: Vec<String>,
+}
+
+/// A contact as the run finds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactStart {
+    /// Name in the case.
+    pub name: String,
+    /// Contact points.
+    pub points: u64,
+    /// Those that are closed at the start.
+    pub closed: u64,
+    /// The deepest overclosure [m] and where [m]; `None` where nothing overlaps.
+    pub overclosure: Option<(f64, Vec<f64>)>,
+}
+
+impl fmt::Display for StartUp {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        writeln!(f, "{}", self.title)?;
+        writeln!(
+            f,
+            "  mesh      {} elements, {} nodes, {} unknowns",
+            self.elements, self.nodes, self.unknowns
+        )?;
+        match self.ranks {
+            1 => writeln!(f, "  ranks     1")?,
+            n => writeln!(f, "  ranks     {n}, imbalance {:.3}, edge cut {}", self.imbalance, self.edge_cut)?,
+        }
+        writeln!(f, "  solver    {}", self.solver)?;
+        for contact in &self.contacts {
+            writeln!(f, "  contact   {contact}")?;
+        }
+        for remark in &self.remarks {
+            writeln!(f, "  note      {remark}")?;
+        }
+        write!(f, "  results   {}", self.folder)
+    }
+}
+
+impl fmt::Display for ContactStart {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}: {} of {} points closed", self.name, self.closed, self.points)?;
+        match &self.overclosure {
+            None => write!(f, ", no overclosure"),
+            Some((depth, at)) => {
+                let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
+                write!(f, ", deepest overclosure {depth:.3e} m at ({})", at.join(", "))
+            }
+        }
+    }
+}
+
+/// What a run came to, as a text without a final line break.
+pub(super) fn summary(record: &Record) -> String {
+    let verdict = match &record.verdict {
+        Verdict::Running => "still running".to_string(),
+        Verdict::Completed => "completed".to_string(),
+        Verdict::Failed { code, .. } => format!("ended early with exit code {code}"),
+    };
+    let totals = record.totals;
+    let wall = duration(Duration::try_from_secs_f64(record.wall_seconds).unwrap_or_default());
+    let largest = record.peak_memory.iter().max().copied().unwrap_or(0) as f64 / f64::from(1 << 20);
+    let mut text = format!("{verdict} at t = {} s after {wall}\n", record.simulated_time);
+    text.push_str(&format!("  steps     {} ({} cut)\n", totals.steps, totals.cut_steps));
+    text.push_str(&format!("  newton    {} iterations\n", totals.newton_iterations));
+    text.push_str(&format!("  krylov    {} iterations\n", totals.krylov_iterations));
+    text.push_str(&format!("  memory    {largest:.0} MiB on the largest of {} ranks", record.ranks));
+    text + &phase_table(record)
+}
+
+fn phase_table(record: &Record) -> String {
+    if record.phases.is_empty() {
+        return String::new();
+    }
+    let other = record.wall_seconds - record.phases.iter().map(|(_, phase)| phase.seconds).sum::<f64>();
+    let width = record.phases.iter().map(|(name, _)| name.len()).max().unwrap_or(0).max("phase".len());
+    let share = |seconds: f64| 100.0 * seconds / record.wall_seconds.max(f64::MIN_POSITIVE);
+    let mut text = format!("\n  {:<width$}  {:>10}  {:>6}  {:>9}", "phase", "seconds", "share", "calls");
+    for (name, phase) in &record.phases {
+        let name = name.replace('_', " ");
+        let seconds = phase.seconds;
+        text.push_str(&format!(
+            "\n  {name:<width$}  {seconds:>10.3}  {:>4.0} %  {:>9}",
+            share(seconds),
+            phase.count
+        ));
+    }
+    if other > 0.0 {
+        text.push_str(&format!(
+            "\n  {:<width$}  {other:>10.3}  {:>4.0} %  {:>9}",
+            "other",
+            share(other),
+            "-"
+        ));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::UNIX_EPOCH;
+
+    use super::super::record::{Phase, Totals};
+    use super::*;
+
+    /// The start-up report tells unknowns, ranks, imbalance and the overclosure with its place.
+    #[test]
+    fn start_up_tells_what_matters() {
+        let report = StartUp {
+            title: "Rubber block".into(),
+            folder: "results/rubber-block".into(),
+            elements: 2400,
+            nodes: 2499,
+            unknowns: 4998,
+            ranks: 2,
+            imbalance: 1.01,
+            edge_cut: 48,
+            solver: "monolithic, GMRES with ILU(0)".into(),
+            contacts: vec![ContactStart {
+                name: "sole".into(),
+                points: 49,
+                closed: 49,
+                overclosure: Some((1.5e-5, vec![0.48, 0.0])),
+            }],
+            remarks: vec![],
+        };
+        let expected = "Rubber block\n  mesh      2400 elements, 2499 nodes, 4998 unknowns\n\
+            \x20 ranks     2, imbalance 1.010, edge cut 48\n  solver    monolithic, GMRES with ILU(0)\n\
+            \x20 contact   sole: 49 of 49 points closed, deepest overclosure 1.500e-5 m at (0.480000, 0.000000)\n\
+            \x20 results   results/rubber-block";
+        assert_eq!(report.to_string(), expected);
+    }
+
+    /// The phases stand in aligned columns, and what they leave over is shown.
+    #[test]
+    fn phases_are_aligned_and_complete() {
+        let record = Record {
+            case: serde_json::Value::Null,
+            inputs: vec![],
+            versions: vec![],
+            ranks: 2,
+            unknowns: 10,
+            start: UNIX_EPOCH,
+            totals: Totals { steps: 140, cut_steps: 1, newton_iterations: 454, krylov_iterations: 3000 },
+            simulated_time: 0.07,
+            wall_seconds: 10.0,
+            phases: vec![
+                ("search".into(), Phase { seconds: 1.0, count: 454 }),
+                ("element_kernels".into(), Phase { seconds: 6.5, count: 12345 }),
+            ],
+            peak_memory: vec![1 << 27, 1 << 26],
+            verdict: Verdict::Failed { reason: "x".into(), code: 5 },
+        };
+        let text = summary(&record);
+        assert!(
+            text.starts_with(
+                "ended early with exit code 5 at t = 0.07 s after 10.0 s\n  steps     140 (1 cut)\n"
+            ),
+            "{text}"
+        );
+        assert!(text.contains("128 MiB on the largest of 2 ranks"));
+        let table: Vec<&str> = text.lines().skip_while(|line| !line.contains("phase")).collect();
+        assert_eq!(table.len(), 4);
+        assert!(table.iter().all(|line| line.len() == table[0].len()), "{text}");
+        assert!(table[2].contains("element kernels") && table[2].contains("65 %"));
+        assert!(table[3].contains("other") && table[3].contains("2.500"));
+    }
+}

@@ -1,0 +1,196 @@
+//! A CSV table that can be read while it grows: a header with units, then one write per row.
+
+use std::fmt::Write as _;
+use std::fs::{File, OpenOptions};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+use super::folder::{trouble, unwritable, write_whole};
+
+/// One entry of a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cell<'a> {
+    /// A count or a step number.
+    Count(u64),
+    /// A quantity; must be finite.
+    Number(f64),
+    /// A name.
+    Text(&'a str),
+    /// Nothing to tell, as the gap of a point with no target opposite: an empty field.
+    Absent,
+}
+
+impl From<Option<f64>> for Cell<'_> {
+    fn from(value: Option<f64>) -> Self {
+        value.map_or(Cell::Absent, Cell::Number)
+    }
+}
+
+/// A CSV file under way. The first column of every table of ours is the step.
+#[derive(Debug)]
+pub struct Table {
+    path: PathBuf,
+    file: File,
+    columns: Vec<String>,
+    line: String,
+}
+
+impl Table {
+    /// Makes the file and writes the header. Rank 0 only.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn create(path: &Path, columns: Vec<String>) -> Result<Self> {
+        write_whole(path, header(&columns).as_bytes())?;
+        Self::at_end(path, columns)
+    }
+
+    /// Goes on with a table after a restart: keeps the rows up to `last_step`, drops what came later or was cut short.
+    ///
+    /// # Errors
+    /// The file is not there, has other columns, or can not be written.
+    pub fn resume(path: &Path, columns: Vec<String>, last_step: u64) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| trouble(path, "read", &e))?;
+        let head = header(&columns);
+        let Some(rows) = text.strip_prefix(&head) else {
+            return Err(Error::file(format!("{}: other columns than this case writes", path.display()))
+                .hint("continue with the case that made the result, or start anew without --restart"));
+        };
+        let is_kept = |row: &&str| {
+            let step = row.split(',').next().and_then(|step| step.parse::<u64>().ok());
+            row.ends_with('\n') && step.is_some_and(|step| step <= last_step)
+        };
+        let kept: String =
+            std::iter::once(head.as_str()).chain(rows.split_inclusive('\n').take_while(is_kept)).collect();
+        write_whole(path, kept.as_bytes())?;
+        Self::at_end(path, columns)
+    }
+
+    fn at_end(path: &Path, columns: Vec<String>) -> Result<Self> {
+        let file = OpenOptions::new().append(true).open(path).map_err(|e| unwritable(path, &e))?;
+        Ok(Self { path: path.to_path_buf(), file, columns, line: String::new() })
+    }
+
+    /// Appends one row and hands it to the system at once, so that it outlives this process.
+    ///
+    /// # Errors
+    /// A number is not finite or the count of cells is wrong (internal faults that name the column), or the disk refuses.
+    pub fn row(&mut self, cells: &[Cell]) -> Result<()> {
+        if cells.len() != self.columns.len() {
+            let text =
+                format!("{}: {} cells for {} columns", self.path.display(), cells.len(), self.columns.len());
+            return Err(Error::internal(text));
+        }
+        self.line.clear();
+        for (cell, column) in cells.iter().zip(&self.columns) {
+            if let Cell::Number(value) = cell
+                && !value.is_finite()
+            {
+                let text = format!("{}: the value {value} in column `{column}`", self.path.display());
+                return Err(Error::internal(text));
+            }
+            push(&mut self.line, cell);
+            self.line.push(',');
+        }
+        self.line.pop();
+        self.line.push('\n');
+        self.file.write_all(self.line.as_bytes()).map_err(|e| unwritable(&self.path, &e))
+    }
+}
+
+fn header(columns: &[String]) -> String {
+    let mut line = String::new();
+    for column in columns {
+        push(&mut line, &Cell::Text(column));
+        line.push(',');
+    }
+    line.pop();
+    line.push('\n');
+    line
+}
+
+/// Numbers are written with the fewest digits that read back as the same number.
+fn push(line: &mut String, cell: &Cell) {
+    let done = match cell {
+        Cell::Count(count) => write!(line, "{count}"),
+        Cell::Number(value) if *value == 0.0 => write!(line, "0"),
+        Cell::Number(value) if (1e-4..1e7).contains(&value.abs()) => write!(line, "{value}"),
+        Cell::Number(value) => write!(line, "{value:e}"),
+        Cell::Text(text) if text.contains([',', '"', '\n', '\r']) => {
+            write!(line, "\"{}\"", text.replace('"', "\"\""))
+        }
+        Cell::Text(text) => write!(line, "{text}"),
+        Cell::Absent => Ok(()),
+    };
+    debug_assert!(done.is_ok(), "writing to a string does not fail");
+}
+
+/// Column names from words.
+pub(super) fn named(columns: &[&str]) -> Vec<String> {
+    columns.iter().map(|&column| column.to_string()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::folder::tests::Scratch;
+    use super::*;
+    use crate::error::Cause;
+
+    /// Every finite number reads back as the same bits.
+    #[test]
+    fn numbers_survive_the_round_trip() {
+        let values =
+            [0.1 + 0.2, 1.0 / 3.0, -1e-300, 5e-324, 1.7976931348623157e308, 12345678.9, 0.0005, -2.5e5, 1e7];
+        for value in values {
+            let mut line = String::new();
+            push(&mut line, &Cell::Number(value));
+            assert_eq!(line.parse::<f64>().unwrap().to_bits(), value.to_bits(), "{line}");
+            assert!(line.len() < 25, "{line}");
+        }
+    }
+
+    /// A row is in the file as soon as it is written, names with commas are quoted, nothing is an empty field.
+    #[test]
+    fn rows_are_there_at_once() {
+        let scratch = Scratch::new("table");
+        let path = scratch.0.join("a.csv");
+        let mut table = Table::create(&path, named(&["step", "name", "gap [m]"])).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,name,gap [m]\n");
+        table.row(&[Cell::Count(1), Cell::Text("a, \"b\""), Cell::Absent]).unwrap();
+        table.row(&[Cell::Count(2), Cell::Text("c"), Cell::Number(1e-10)]).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text, "step,name,gap [m]\n1,\"a, \"\"b\"\"\",\n2,c,1e-10\n");
+    }
+
+    /// NaN and infinity are faults that name the file and the column, and leave no half row behind.
+    #[test]
+    fn refuses_what_is_not_a_number() {
+        let scratch = Scratch::new("nan");
+        let path = scratch.0.join("a.csv");
+        let mut table = Table::create(&path, named(&["step", "gap [m]"])).unwrap();
+        for value in [f64::NAN, f64::INFINITY] {
+            let error = table.row(&[Cell::Count(1), Cell::Number(value)]).unwrap_err();
+            assert_eq!(error.cause, Cause::Internal);
+            assert!(error.message.contains("gap [m]") && error.message.contains("a.csv"), "{error}");
+        }
+        assert_eq!(table.row(&[Cell::Count(1)]).unwrap_err().cause, Cause::Internal);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,gap [m]\n");
+    }
+
+    /// A restart keeps the rows up to its step and drops later ones and a row that was cut short.
+    #[test]
+    fn resumes_at_a_step() {
+        let scratch = Scratch::new("resume");
+        let path = scratch.0.join("a.csv");
+        std::fs::write(&path, "step,a\n0,1\n1,2\n2,3\n3,").unwrap();
+        let mut table = Table::resume(&path, named(&["step", "a"]), 1).unwrap();
+        table.row(&[Cell::Count(2), Cell::Number(7.0)]).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,a\n0,1\n1,2\n2,7\n");
+        std::fs::write(&path, "step,a\n0,1\n1").unwrap();
+        Table::resume(&path, named(&["step", "a"]), 5).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,a\n0,1\n");
+        assert_eq!(Table::resume(&path, named(&["step", "b"]), 1).unwrap_err().cause, Cause::File);
+    }
+}

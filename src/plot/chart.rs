@@ -1,0 +1,174 @@
+//! Figures of curves: a title, a legend in a band of its own, panels below it. Nothing can overlap the data.
+
+use crate::error::Result;
+
+use super::axis::{Axis, Ends, Quantity};
+use super::canvas::{Anchor, Canvas, sheet};
+use super::style::{GREY, INK, LABEL, NUMBER, Stroke, TITLE, fitted, text_width};
+
+/// A line of a panel, in SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Points; what is not finite is a gap.
+    pub points: Vec<[f64; 2]>,
+    /// How it is drawn.
+    pub stroke: Stroke,
+}
+
+/// A pair of axes with curves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// Across.
+    pub x: Quantity,
+    /// Upward.
+    pub y: Quantity,
+    /// What is drawn.
+    pub curves: Vec<Curve>,
+}
+
+/// A figure: panels of one width in rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Above all.
+    pub title: String,
+    /// What the strokes mean; no legend where empty.
+    pub legend: Vec<(String, Stroke)>,
+    /// Row by row.
+    pub panels: Vec<Panel>,
+    /// Panels in a row.
+    pub columns: usize,
+}
+
+/// Rectangle of a sheet: left, top, right, bottom.
+pub(super) type Frame = [f64; 4];
+
+const WIDTH: f64 = 760.0;
+const LEGEND_ROW: f64 = 22.0;
+const SAMPLE: f64 = 38.0;
+
+impl Figure {
+    /// The figure as SVG.
+    ///
+    /// # Errors
+    /// The drawing library fails.
+    pub fn svg(&self) -> Result<String> {
+        let rows = self.panels.len().div_ceil(self.columns);
+        let panel_height = if rows == 1 { 400.0 } else { 270.0 };
+        let head = head_height(&self.legend);
+        sheet([WIDTH, head + panel_height * rows as f64 + 8.0], |canvas| {
+            draw_head(canvas, &self.title, &self.legend, WIDTH)?;
+            let width = (WIDTH - 12.0) / self.columns as f64;
+            for (index, panel) in self.panels.iter().enumerate() {
+                let left = (index % self.columns) as f64 * width;
+                let top = head + (index / self.columns) as f64 * panel_height;
+                panel.draw(canvas, [left, top, left + width, top + panel_height])?;
+            }
+            Ok(())
+        })
+    }
+}
+
+impl Panel {
+    fn draw(&self, canvas: &Canvas, place: Frame) -> Result<()> {
+        let all = |i: usize| {
+            self.curves.iter().flat_map(move |curve| curve.points.iter().map(move |point| point[i]))
+        };
+        let x = Axis::covering(&self.x, all(0), Ends::Data);
+        let y = Axis::covering(&self.y, all(1), Ends::Ticks);
+        let widest = y.ticks.iter().map(|(_, text)| text_width(text, NUMBER)).fold(0.0, f64::max);
+        let [left, top, right, bottom] = place;
+        let frame = [left + widest + 44.0, top + 10.0, right - 8.0, bottom - 48.0];
+        draw_axes(canvas, frame, &x, &y)?;
+        canvas.text(&y.label, [left + 16.0, (frame[1] + frame[3]) / 2.0], LABEL, Anchor::Upward)?;
+        for curve in &self.curves {
+            let points: Vec<_> = curve.points.iter().map(|&point| place_in(frame, [&x, &y], point)).collect();
+            canvas.line(&points, curve.stroke)?;
+        }
+        Ok(())
+    }
+}
+
+/// Where a point in SI lies in a frame.
+pub(super) fn place_in(frame: Frame, axes: [&Axis; 2], point: [f64; 2]) -> [f64; 2] {
+    let share = |i: usize| (point[i] - axes[i].range[0]) / (axes[i].range[1] - axes[i].range[0]);
+    [frame[0] + share(0) * (frame[2] - frame[0]), frame[3] - share(1) * (frame[3] - frame[1])]
+}
+
+/// Frame, grid, numbers, and the label below.
+pub(super) fn draw_axes(canvas: &Canvas, frame: Frame, x: &Axis, y: &Axis) -> Result<()> {
+    let [left, top, right, bottom] = frame;
+    for (at, text) in &x.ticks {
+        let across = place_in(frame, [x, y], [*at, y.range[0]])[0];
+        canvas.line(&[[across, top], [across, bottom + 4.0]], Stroke::thin(GREY))?;
+        canvas.text(text, [across, bottom + 14.0], NUMBER, Anchor::Middle)?;
+    }
+    for (at, text) in &y.ticks {
+        let up = place_in(frame, [x, y], [x.range[0], *at])[1];
+        let stroke = Stroke::thin(if *at == 0.0 { INK } else { GREY });
+        canvas.line(&[[left - 4.0, up], [right, up]], stroke)?;
+        canvas.text(text, [left - 8.0, up], NUMBER, Anchor::End)?;
+    }
+    let corners = [[left, top], [right, top], [right, bottom], [left, bottom], [left, top]];
+    canvas.line(&corners, Stroke::thin(INK))?;
+    canvas.text(&x.label, [(left + right) / 2.0, bottom + 34.0], LABEL, Anchor::Middle)
+}
+
+/// Height of title and legend together.
+pub(super) fn head_height(legend: &[(String, Stroke)]) -> f64 {
+    38.0 + legend_places(legend, WIDTH).last().map_or(0.0, |place| place[1] + LEGEND_ROW)
+}
+
+/// Draws title and legend at the top of the sheet.
+pub(super) fn draw_head(canvas: &Canvas, title: &str, legend: &[(String, Stroke)], width: f64) -> Result<()> {
+    canvas.text(&fitted(title, TITLE, width - 32.0), [16.0, 22.0], TITLE, Anchor::Start)?;
+    for ((text, stroke), [left, top]) in legend.iter().zip(legend_places(legend, width)) {
+        let middle = 38.0 + top + LEGEND_ROW / 2.0;
+        canvas.line(&[[left, middle], [left + SAMPLE, middle]], *stroke)?;
+        let text = fitted(text, LABEL, width - 48.0 - SAMPLE);
+        canvas.text(&text, [left + SAMPLE + 6.0, middle], LABEL, Anchor::Start)?;
+    }
+    Ok(())
+}
+
+/// Left end and top of each entry of the legend, filled row by row.
+fn legend_places(legend: &[(String, Stroke)], width: f64) -> Vec<[f64; 2]> {
+    let (mut left, mut top) = (16.0, 0.0);
+    let mut places = Vec::new();
+    for (text, _) in legend {
+        let needed = SAMPLE + 6.0 + text_width(text, LABEL);
+        if left > 16.0 && left + needed > width - 16.0 {
+            left = 16.0;
+            top += LEGEND_ROW;
+        }
+        places.push([left, top]);
+        left += needed + 18.0;
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Entries of a legend do not overlap and stay on the sheet, however many and long they are.
+    #[test]
+    fn legends_wrap() {
+        let entry = |i: usize| ("x".repeat(5 + 7 * (i % 5)), Stroke::of(i));
+        let legend: Vec<_> = (0..12).map(entry).collect();
+        let places = legend_places(&legend, WIDTH);
+        for (index, pair) in places.windows(2).enumerate() {
+            let end = pair[0][0] + SAMPLE + text_width(&legend[index].0, LABEL);
+            assert!(end <= WIDTH && (pair[1][1] > pair[0][1] || pair[1][0] > end));
+        }
+        assert_eq!(head_height(&[]), 38.0);
+    }
+
+    /// The corners of the axes are the corners of the frame, with y upward.
+    #[test]
+    fn points_land_in_the_frame() {
+        let axis = Axis::covering(&Quantity::new("q", ""), [0.0, 10.0], Ends::Ticks);
+        let frame = [100.0, 10.0, 200.0, 60.0];
+        assert_eq!(place_in(frame, [&axis, &axis], [0.0, 0.0]), [100.0, 60.0]);
+        assert_eq!(place_in(frame, [&axis, &axis], [10.0, 5.0]), [200.0, 35.0]);
+    }
+}

@@ -1,0 +1,125 @@
+//! Reads our tables back, those of a killed or running program included.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::output::folder::trouble;
+
+/// A table as it was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Csv {
+    path: String,
+    columns: Vec<String>,
+    rows: Vec<Vec<String>>,
+    /// The last row was cut short and left out.
+    pub is_cut: bool,
+}
+
+impl Csv {
+    /// Reads a table; `None` where there is none, or not yet its header.
+    ///
+    /// # Errors
+    /// The file can not be read, or a row other than the last does not fit the header.
+    pub fn read(path: &Path) -> Result<Option<Self>> {
+        let text = match std::fs::read(path) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(trouble(path, "read", &e)),
+            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+        };
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let mut lines = text[..whole].lines();
+        let Some(header) = lines.next() else { return Ok(None) };
+        let columns = fields(header);
+        let mut rows = Vec::new();
+        for (index, line) in lines.enumerate() {
+            let row = fields(line);
+            if row.len() != columns.len() {
+                let place = format!("{}: line {}", path.display(), index + 2);
+                return Err(Error::file(format!(
+                    "{place}: {} fields for {} columns",
+                    row.len(),
+                    columns.len()
+                )));
+            }
+            rows.push(row);
+        }
+        Ok(Some(Self { path: path.display().to_string(), columns, rows, is_cut: whole < text.len() }))
+    }
+
+    /// Names of the columns, units included.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// A column of numbers, NaN where a field is empty; `None` where there is no such column.
+    ///
+    /// # Errors
+    /// A field is not a number.
+    pub fn numbers(&self, column: &str) -> Result<Option<Vec<f64>>> {
+        let Some(index) = self.columns.iter().position(|name| name == column) else { return Ok(None) };
+        let number = |(line, row): (usize, &Vec<String>)| match row[index].as_str() {
+            "" => Ok(f64::NAN),
+            text => text.parse().map_err(|_| {
+                Error::file(format!("{}: line {}: `{text}` in column `{column}`", self.path, line + 2))
+            }),
+        };
+        self.rows.iter().enumerate().map(number).collect::<Result<_>>().map(Some)
+    }
+}
+
+/// The fields of a line; quotes hold commas together and a doubled quote is one.
+fn fields(line: &str) -> Vec<String> {
+    let mut fields = vec![String::new()];
+    let mut is_quoted = false;
+    let mut letters = line.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let end = fields.len() - 1;
+        match letter {
+            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => fields[end].push('"'),
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => fields.push(String::new()),
+            _ => fields[end].push(letter),
+        }
+    }
+    fields
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::folder::tests::Scratch;
+
+    /// However much of a table is there, its whole rows are read and a cut last row is left out.
+    #[test]
+    fn reads_every_beginning_of_a_table() {
+        let scratch = Scratch::new("csv");
+        let path = scratch.0.join("a.csv");
+        let text = "step,\"a, b [m]\"\n0,1.5\n1,\n2,-3e-4\n";
+        for end in 0..=text.len() {
+            std::fs::write(&path, &text[..end]).unwrap();
+            let Some(csv) = Csv::read(&path).unwrap() else {
+                assert!(end < 16);
+                continue;
+            };
+            let values = csv.numbers("a, b [m]").unwrap().unwrap();
+            assert_eq!(values.len() + 1, text[..end].matches('\n').count());
+            assert_eq!(csv.is_cut, !text[..end].ends_with('\n'));
+        }
+        let values = Csv::read(&path).unwrap().unwrap().numbers("a, b [m]").unwrap().unwrap();
+        assert!(values[0] == 1.5 && values[1].is_nan() && values[2] == -3e-4);
+        assert_eq!(Csv::read(&scratch.0.join("absent.csv")).unwrap(), None);
+    }
+
+    /// A broken row in the middle and a word among numbers are errors with their line.
+    #[test]
+    fn names_the_broken_line() {
+        let scratch = Scratch::new("csv-broken");
+        let path = scratch.0.join("a.csv");
+        std::fs::write(&path, "step,a\n0,1\n1\n2,3\n").unwrap();
+        assert!(Csv::read(&path).unwrap_err().message.contains("line 3"));
+        std::fs::write(&path, "step,a\n0,1\n1,x\n").unwrap();
+        let csv = Csv::read(&path).unwrap().unwrap();
+        assert!(csv.numbers("a").unwrap_err().message.contains("line 3"));
+        assert_eq!(csv.numbers("b").unwrap(), None);
+    }
+}

@@ -1,0 +1,222 @@
+//! The figures over time: contact stresses, displacement, energy, iterations; of one run, or of several compared.
+
+use crate::error::Result;
+
+use super::axis::Quantity;
+use super::chart::{Curve, Figure, Panel};
+use super::csv::Csv;
+use super::results::Run;
+use super::style::Stroke;
+
+/// A figure and the name of its file, without the ending.
+pub type Named = (String, Figure);
+
+/// All figures over time that the tables of the runs allow.
+///
+/// # Errors
+/// A table has something else than numbers in a column of numbers.
+pub fn figures(runs: &[Run]) -> Result<Vec<Named>> {
+    let mut probes: Vec<String> = Vec::new();
+    for name in runs.iter().flat_map(Run::probe_names) {
+        if !probes.contains(&name) {
+            probes.push(name);
+        }
+    }
+    let mut figures = Vec::new();
+    for probe in &probes {
+        figures.extend(contact_stresses(runs, probe)?);
+        figures.extend(displacement(runs, probe)?);
+    }
+    figures.extend(energy(runs)?);
+    figures.extend(iterations(runs)?);
+    Ok(figures)
+}
+
+/// Normal and tangential contact stress at a probe (Figs 5 and 6): in one panel for one run, in two where runs compare.
+fn contact_stresses(runs: &[Run], probe: &str) -> Result<Option<Named>> {
+    let columns = [format!("{probe}.contact_pressure [Pa]"), format!("{probe}.traction_t [Pa]")];
+    let normal = over_time(runs, |run| run.probes.as_ref(), &columns[0])?;
+    let tangential = over_time(runs, |run| run.probes.as_ref(), &columns[1])?;
+    if is_blank(&normal) {
+        return Ok(None);
+    }
+    let file = format!("contact_stresses_{}", file_name(probe));
+    let [only] = runs else {
+        let panels = vec![panel("normal stress", "Pa", normal), panel("tangential stress", "Pa", tangential)];
+        let title = format!("Contact stresses at {probe}");
+        return Ok(Some((file, Figure { title, legend: legend(runs), panels, columns: 1 })));
+    };
+    let strokes = [0, 1].map(Stroke::of);
+    let curves = normal.into_iter().chain(tangential).zip(strokes);
+    let curves = curves.map(|(curve, stroke)| Curve { stroke, ..curve }).collect();
+    let legend = vec![("normal (pressure)".to_string(), strokes[0]), ("tangential".to_string(), strokes[1])];
+    let title = format!("Contact stresses at {probe}: {}", only.title);
+    Ok(Some((
+        file,
+        Figure { title, legend, panels: vec![panel("contact stress", "Pa", curves)], columns: 1 },
+    )))
+}
+
+/// Horizontal displacement of a probe (Fig. 7).
+fn displacement(runs: &[Run], probe: &str) -> Result<Option<Named>> {
+    let curves = over_time(runs, |run| run.probes.as_ref(), &format!("{probe}.u_x [m]"))?;
+    let panels = vec![panel("horizontal displacement", "m", curves)];
+    let title = titled(runs, &format!("Horizontal displacement of {probe}"));
+    Ok(filled((
+        format!("displacement_{}", file_name(probe)),
+        Figure { title, legend: legend(runs), panels, columns: 1 },
+    )))
+}
+
+const ENERGIES: [&str; 8] = [
+    "kinetic",
+    "strain",
+    "contact",
+    "friction_dissipated",
+    "damping_dissipated",
+    "external_work",
+    "numerical",
+    "total",
+];
+
+/// The ledger: all energies of one run in one panel, or a panel for each energy where runs compare.
+///
+/// An energy that is zero throughout in all runs, such as that of a damping that no case has, is left out.
+fn energy(runs: &[Run]) -> Result<Option<Named>> {
+    let mut shown = Vec::new();
+    for name in ENERGIES {
+        let curves = over_time(runs, |run| run.energy.as_ref(), &format!("{name} [J]"))?;
+        if curves.iter().flat_map(|curve| &curve.points).any(|point| point[1] != 0.0) {
+            shown.push((name.replace('_', " "), curves));
+        }
+    }
+    let title = titled(runs, "Energy");
+    if runs.len() > 1 {
+        let panels = shown.into_iter().map(|(name, curves)| panel(&format!("{name} energy"), "J", curves));
+        let panels = panels.map(|mut panel| {
+            panel.y.name =
+                panel.y.name.replace("dissipated energy", "dissipation").replace("work energy", "work");
+            panel
+        });
+        return Ok(filled((
+            "energy".into(),
+            Figure { title, legend: legend(runs), panels: panels.collect(), columns: 2 },
+        )));
+    }
+    let strokes = (0..).map(Stroke::of);
+    let names: Vec<_> = shown.iter().map(|(name, _)| name.clone()).zip(strokes).collect();
+    let curves = shown.into_iter().zip(&names).flat_map(|((_, curves), (_, stroke))| {
+        curves.into_iter().map(|curve| Curve { stroke: *stroke, ..curve })
+    });
+    let panels = vec![panel("energy", "J", curves.collect())];
+    Ok(filled(("energy".into(), Figure { title, legend: names, panels, columns: 1 })))
+}
+
+/// Newton iterations of each step, failed attempts included, and their sum.
+fn iterations(runs: &[Run]) -> Result<Option<Named>> {
+    let (mut each, mut sum) = (Vec::new(), Vec::new());
+    for (index, run) in runs.iter().enumerate() {
+        let Some(counts) = run.iterations.as_ref().map(count_by_step).transpose()? else { continue };
+        let stroke = Stroke::of(index);
+        let stairs = counts
+            .windows(2)
+            .flat_map(|pair| [pair[0], [pair[1][0], pair[0][1]]])
+            .chain(counts.last().copied());
+        each.push(Curve { points: stairs.collect(), stroke: Stroke { width: 1.3, ..stroke } });
+        let total = counts.iter().scan(0.0, |total, [time, count]| {
+            *total += count;
+            Some([*time, *total])
+        });
+        sum.push(Curve { points: total.collect(), stroke });
+    }
+    let panels = vec![panel("Newton iterations a step", "", each), panel("iterations so far", "", sum)];
+    let title = titled(runs, "Iterations");
+    Ok(filled(("iterations".into(), Figure { title, legend: legend(runs), panels, columns: 1 })))
+}
+
+/// Time [s] and number of iterations of each step; iteration 0 is the prediction, which costs no solve.
+fn count_by_step(csv: &Csv) -> Result<Vec<[f64; 2]>> {
+    let column = |name| Ok::<_, crate::error::Error>(csv.numbers(name)?.unwrap_or_default());
+    let (steps, times, iterations) = (column("step")?, column("time [s]")?, column("iteration")?);
+    let mut counts: Vec<(f64, [f64; 2])> = Vec::new();
+    for ((step, time), iteration) in steps.into_iter().zip(times).zip(iterations) {
+        match counts.last_mut() {
+            Some((last, count)) if *last == step => *count = [time, count[1] + f64::from(iteration > 0.0)],
+            _ => counts.push((step, [time, f64::from(iteration > 0.0)])),
+        }
+    }
+    Ok(counts.into_iter().map(|(_, count)| count).collect())
+}
+
+/// A column of each run against its time; a run without it has no curve, yet keeps its stroke.
+fn over_time<'a>(
+    runs: &'a [Run],
+    table: impl Fn(&'a Run) -> Option<&'a Csv>,
+    column: &str,
+) -> Result<Vec<Curve>> {
+    let mut curves = Vec::new();
+    for (index, run) in runs.iter().enumerate() {
+        let Some(csv) = table(run) else { continue };
+        if let (Some(times), Some(values)) = (csv.numbers("time [s]")?, csv.numbers(column)?) {
+            let points = times.into_iter().zip(values).map(|(time, value)| [time, value]).collect();
+            curves.push(Curve { points, stroke: Stroke::of(index) });
+        }
+    }
+    Ok(curves)
+}
+
+fn panel(name: &str, unit: &'static str, curves: Vec<Curve>) -> Panel {
+    Panel { x: Quantity::new("time", "s"), y: Quantity::new(name, unit), curves }
+}
+
+fn legend(runs: &[Run]) -> Vec<(String, Stroke)> {
+    match runs {
+        [_] => Vec::new(),
+        _ => runs.iter().enumerate().map(|(index, run)| (run.title.clone(), Stroke::of(index))).collect(),
+    }
+}
+
+fn titled(runs: &[Run], what: &str) -> String {
+    match runs {
+        [only] => format!("{what}: {}", only.title),
+        _ => what.to_string(),
+    }
+}
+
+fn filled(named: Named) -> Option<Named> {
+    let is_empty = named.1.panels.iter().all(|panel| is_blank(&panel.curves));
+    (!is_empty).then_some(named)
+}
+
+fn is_blank(curves: &[Curve]) -> bool {
+    !curves.iter().flat_map(|curve| &curve.points).any(|point| point[1].is_finite())
+}
+
+/// A probe's name made fit for a file's name.
+fn file_name(probe: &str) -> String {
+    probe.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::folder::tests::Scratch;
+
+    /// Iterations are counted by step over all attempts, the prediction left out.
+    #[test]
+    fn counts_iterations_by_step() {
+        let scratch = Scratch::new("count");
+        let path = scratch.0.join("iterations.csv");
+        let text = "step,time [s],attempt,iteration\n1,0.1,1,0\n1,0.1,1,1\n1,0.05,2,0\n1,0.05,2,1\n1,0.05,2,2\n2,0.2,1,0\n2,0.2,1,1\n";
+        std::fs::write(&path, text).unwrap();
+        let csv = Csv::read(&path).unwrap().unwrap();
+        assert_eq!(count_by_step(&csv).unwrap(), [[0.05, 3.0], [0.2, 1.0]]);
+    }
+
+    /// A name that could leave the folder can not.
+    #[test]
+    fn file_names_are_tame() {
+        assert_eq!(file_name("../a b/c"), "___a_b_c");
+        assert_eq!(file_name("node_50"), "node_50");
+    }
+}

@@ -1,0 +1,151 @@
+//! The deformed bodies at the end (Fig. 4), coloured by von Mises stress or by contact pressure; several runs on one scale.
+
+use crate::error::Result;
+
+use super::axis::{Axis, Ends, Quantity};
+use super::canvas::{Anchor, Canvas, sheet};
+use super::chart::{Frame, draw_axes, place_in};
+use super::colour::{bar_width, colour, draw_bar};
+use super::grid::Shot;
+use super::scene::{Face, Scene, Shown};
+use super::style::{GREY, INK, LABEL, PALE, Stroke, TITLE, fitted};
+
+const WIDTH: f64 = 860.0;
+const HEAD: f64 = 40.0;
+/// Above so many faces on a panel the lines between them would hide the colours.
+const MOST_RIMS: usize = 6000;
+
+/// The figure of the runs' shots as SVG, each under its title; `None` where no shot has what is to be shown.
+///
+/// # Errors
+/// The drawing library fails.
+pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> {
+    let scenes: Vec<(String, Scene)> =
+        shots.iter().map(|(title, shot)| (caption(title, shot), Scene::of(shot, shown))).collect();
+    let values = || scenes.iter().flat_map(|(_, scene)| scene.faces.iter().filter_map(|face| face.value));
+    if values().next().is_none() {
+        return Ok(None);
+    }
+    let (name, title) = match shown {
+        Shown::VonMises => ("von Mises stress", "Deformed mesh, von Mises stress"),
+        Shown::Pressure => ("contact pressure", "Deformed mesh, contact pressure"),
+    };
+    let scale = Axis::covering(&Quantity::new(name, "Pa"), values(), Ends::Ticks);
+    let columns = if scenes.len() == 1 { 1 } else { 2 };
+    let width = (WIDTH - bar_width(&scale) - 24.0) / columns as f64;
+    let height = panel_height(&scenes, width);
+    let rows = scenes.len().div_ceil(columns);
+    let total = HEAD + height * rows as f64 + 8.0;
+    let svg = sheet([WIDTH, total], |canvas| {
+        canvas.text(title, [16.0, 22.0], TITLE, Anchor::Start)?;
+        for (index, (caption, scene)) in scenes.iter().enumerate() {
+            let left = 8.0 + (index % columns) as f64 * width;
+            let top = HEAD + (index / columns) as f64 * height;
+            draw_panel(canvas, [left, top, left + width, top + height], caption, (scene, &scale))?;
+        }
+        let left = WIDTH - bar_width(&scale) - 4.0;
+        draw_bar(canvas, [left, HEAD + 30.0, WIDTH, (HEAD + height - 48.0).min(HEAD + 430.0)], &scale)
+    });
+    svg.map(Some)
+}
+
+fn caption(title: &str, shot: &Shot) -> String {
+    let time = Axis::covering(&Quantity::new("t", "s"), [0.0, shot.time], Ends::Data);
+    let unit = time.label.trim_start_matches("t (").trim_end_matches(')').to_string();
+    let factor = [("ns", 1e9), ("µs", 1e6), ("ms", 1e3), ("s", 1.0), ("ks", 1e-3)];
+    let factor = factor.iter().find(|(name, _)| *name == unit).map_or(1.0, |(_, factor)| *factor);
+    let number = (shot.time * factor * 1e4).round() / 1e4;
+    format!("{title}, t = {number} {unit}")
+}
+
+/// Height of a panel of that width that the flattest scene fills, within bounds.
+fn panel_height(scenes: &[(String, Scene)], width: f64) -> f64 {
+    let slimness = scenes.iter().map(|(_, scene)| {
+        let [x, y] = extent(scene);
+        (y[1] - y[0]) / (x[1] - x[0]).max(f64::MIN_POSITIVE)
+    });
+    let tallest = slimness.fold(0.0, f64::max);
+    ((width - 80.0) * tallest + 90.0).clamp(230.0, 620.0)
+}
+
+fn extent(scene: &Scene) -> [[f64; 2]; 2] {
+    let span = |i: usize| {
+        let along = scene.points().map(|point| point[i]).filter(|x| x.is_finite());
+        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+    };
+    [span(0), span(1)]
+}
+
+fn draw_panel(canvas: &Canvas, place: Frame, caption: &str, (scene, scale): (&Scene, &Axis)) -> Result<()> {
+    let [left, top, right, bottom] = place;
+    let caption = fitted(caption, LABEL, right - left - 60.0);
+    canvas.text(&caption, [(left + right) / 2.0 + 20.0, top + 10.0], LABEL, Anchor::Middle)?;
+    let is_plane = !scene.outline.is_empty();
+    let frame = if is_plane {
+        [left + 60.0, top + 26.0, right - 12.0, bottom - 50.0]
+    } else {
+        [left, top + 26.0, right - 12.0, bottom - 8.0]
+    };
+    let [x, y] = equal_axes(frame, extent(scene));
+    if is_plane {
+        draw_axes(canvas, frame, &x, &y)?;
+        canvas.text(&y.label, [left + 14.0, (frame[1] + frame[3]) / 2.0], LABEL, Anchor::Upward)?;
+    }
+    let rim = (scene.faces.len() < MOST_RIMS).then_some(Stroke { width: 0.35, ..Stroke::thin(INK) });
+    for face in &scene.faces {
+        draw_face(canvas, face, |point| place_in(frame, [&x, &y], point), (scale, rim))?;
+    }
+    for ends in &scene.outline {
+        canvas.line(&ends.map(|point| place_in(frame, [&x, &y], point)), Stroke::thin(INK))?;
+    }
+    Ok(())
+}
+
+fn draw_face(
+    canvas: &Canvas,
+    face: &Face,
+    place: impl Fn([f64; 2]) -> [f64; 2],
+    style: (&Axis, Option<Stroke>),
+) -> Result<()> {
+    let (scale, rim) = style;
+    let corners: Vec<_> = face.corners.iter().map(|&point| place(point)).collect();
+    let fill = face.value.map_or(PALE, |value| colour(scale, value));
+    if face.is_line {
+        return canvas.line(&corners, Stroke { colour: fill, dash: &[], width: 6.0 });
+    }
+    let rim = match face.value {
+        Some(_) => rim,
+        None => rim.map(|rim| Stroke { colour: GREY, ..rim }),
+    };
+    canvas.polygon(&corners, fill, rim)
+}
+
+/// Axes of equal scale that show the whole extent with a little room in the middle of the frame.
+fn equal_axes(frame: Frame, extent: [[f64; 2]; 2]) -> [Axis; 2] {
+    let size = [frame[2] - frame[0], frame[3] - frame[1]];
+    let span = |i: usize| (extent[i][1] - extent[i][0]) * 1.06;
+    let metres = (span(0) / size[0]).max(span(1) / size[1]).max(f64::MIN_POSITIVE);
+    let axis = |i: usize, name: &str| {
+        let middle = (extent[i][0] + extent[i][1]) / 2.0;
+        let half = metres * size[i] / 2.0;
+        Axis::covering(&Quantity::new(name, "m"), [middle - half, middle + half], Ends::Data)
+    };
+    [axis(0, "x"), axis(1, "y")]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A metre is as long across as upward.
+    #[test]
+    fn scales_are_equal() {
+        let frame = [10.0, 20.0, 410.0, 220.0];
+        for extent in [[[0.0, 1.0], [0.0, 0.1]], [[-1.0, 1.0], [0.0, 9.0]]] {
+            let [x, y] = equal_axes(frame, extent);
+            let scale = [400.0 / (x.range[1] - x.range[0]), 200.0 / (y.range[1] - y.range[0])];
+            assert!((scale[0] - scale[1]).abs() < 1e-9 * scale[0]);
+            assert!(x.range[0] < extent[0][0] && y.range[1] > extent[1][1]);
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! The fields of the last step of a run, the pieces of all ranks sewn together.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::output::vtu::Values;
+use crate::output::vtu_reader::{Field, ReadPiece, read_piece};
+use crate::output::{pvd, pvtu};
+
+/// A grid of all ranks.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Grid {
+    /// Reference positions [m].
+    pub points: Vec<[f64; 3]>,
+    /// Displacements [m].
+    pub displacement: Vec<[f64; 3]>,
+    /// Points of each cell.
+    pub cells: Vec<Vec<usize>>,
+    /// VTK's number of each cell's kind.
+    pub types: Vec<u8>,
+    /// The scalar to be shown: von Mises stress of each cell of the bodies, pressure at each point of a surface [Pa].
+    pub values: Vec<f64>,
+}
+
+/// The bodies and their contact surfaces at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shot {
+    /// Time [s].
+    pub time: f64,
+    /// The bodies, a value a cell.
+    pub bodies: Grid,
+    /// The contact surfaces, a value a point; `None` where the case has none.
+    pub surfaces: Option<Grid>,
+}
+
+/// Reads the last step whose files are all there and whole; `None` where there is none. Notes say what was left out.
+pub fn last_shot(folder: &Path, notes: &mut Vec<String>) -> Option<Shot> {
+    let entries = match pvd::read(&folder.join("fields.pvd")) {
+        Ok(entries) => entries,
+        Err(e) => {
+            notes.push(format!("{e}; the deformed mesh is left out"));
+            return None;
+        }
+    };
+    for bodies in entries.iter().rev().filter(|entry| entry.part == 0) {
+        let surface = entries.iter().find(|entry| entry.part == 1 && entry.time == bodies.time);
+        match read_shot(folder, bodies, surface) {
+            Ok(shot) => return Some(shot),
+            Err(e) => notes.push(format!("{e}; the step before is drawn")),
+        }
+    }
+    None
+}
+
+fn read_shot(folder: &Path, bodies: &pvd::Entry, surfaces: Option<&pvd::Entry>) -> Result<Shot> {
+    let read = |entry: &pvd::Entry, value: Value| read_grid(&folder.join(&entry.file), value);
+    let surfaces = surfaces.map(|entry| read(entry, Value::Pressure)).transpose()?;
+    Ok(Shot { time: bodies.time, bodies: read(bodies, Value::VonMises)?, surfaces })
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Value {
+    VonMises,
+    Pressure,
+}
+
+fn read_grid(index: &Path, value: Value) -> Result<Grid> {
+    let folder = index.parent().unwrap_or(Path::new("."));
+    let mut grid = Grid::default();
+    let mut sewn = BTreeMap::new();
+    for source in pvtu::read(index)? {
+        let path = folder.join(source);
+        let piece = read_piece(&path)?;
+        add(&mut grid, &mut sewn, &piece, value).map_err(|e| e.within(&path.display().to_string()))?;
+    }
+    Ok(grid)
+}
+
+/// Adds a piece; points with the number of one that is there already are that one.
+fn add(grid: &mut Grid, sewn: &mut BTreeMap<i32, usize>, piece: &ReadPiece, value: Value) -> Result<()> {
+    let numbers = match piece.point_data.get("node").map(|field| &field.values) {
+        Some(Values::Int32(numbers)) => numbers,
+        _ => return Err(Error::file("no Int32 array `node`")),
+    };
+    let displacement = floats(&piece.point_data, "displacement", 3)?;
+    let (name, components) =
+        if value == Value::Pressure { ("contact_pressure", 1) } else { ("cauchy_stress", 6) };
+    let data = if value == Value::Pressure { &piece.point_data } else { &piece.cell_data };
+    let shown = floats(data, name, components)?;
+    let mut place = Vec::with_capacity(numbers.len());
+    for (local, number) in numbers.iter().enumerate() {
+        let next = grid.points.len();
+        let index = *sewn.entry(*number).or_insert(next);
+        if index == next {
+            let u = &displacement[3 * local..3 * local + 3];
+            grid.points.push(piece.points[local]);
+            grid.displacement.push([u[0], u[1], u[2]]);
+            if value == Value::Pressure {
+                grid.values.push(shown[local]);
+            }
+        }
+        place.push(index);
+    }
+    if value == Value::VonMises {
+        grid.values.extend(shown.chunks_exact(6).map(von_mises));
+    }
+    let cells = (0..piece.types.len())
+        .map(|cell| piece.cell(cell).iter().map(|&point| place[point as usize]).collect());
+    grid.cells.extend(cells);
+    grid.types.extend(&piece.types);
+    Ok(())
+}
+
+fn floats<'a>(data: &'a BTreeMap<String, Field>, name: &str, components: usize) -> Result<&'a [f64]> {
+    match data.get(name) {
+        Some(Field { components: found, values: Values::Float64(values) }) if *found == components => {
+            Ok(values)
+        }
+        _ => Err(Error::file(format!("no Float64 array `{name}` of {components} components"))),
+    }
+}
+
+/// Von Mises stress of a symmetric tensor xx, yy, zz, xy, yz, xz; same unit.
+fn von_mises(stress: &[f64]) -> f64 {
+    let [xx, yy, zz, xy, yz, xz] = [0, 1, 2, 3, 4, 5].map(|i| stress[i]);
+    let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
+    (0.5 * normal + 3.0 * (xy * xy + yz * yz + xz * xz)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Uniaxial tension has its own size, pure shear its size times the root of three, pressure none.
+    #[test]
+    fn von_mises_of_known_states() {
+        assert_eq!(von_mises(&[-3.0, 0.0, 0.0, 0.0, 0.0, 0.0]), 3.0);
+        assert!((von_mises(&[0.0, 0.0, 0.0, 0.0, 2.0, 0.0]) - 2.0 * 3f64.sqrt()).abs() < 1e-15);
+        assert_eq!(von_mises(&[5.0, 5.0, 5.0, 0.0, 0.0, 0.0]), 0.0);
+    }
+}

@@ -1,0 +1,84 @@
+//! Figures from results folders: `contact-petsc plot RESULTS... [--output DIR]`.
+//!
+//! | File | What it shows |
+//! |---|---|
+//! | `contact_stresses_PROBE.svg` | normal and tangential stress (Figs 5 and 6) |
+//! | `displacement_PROBE.svg` | horizontal displacement (Fig. 7) |
+//! | `deformed_von_mises.svg`, `deformed_pressure.svg` | the bodies at the last field step (Fig. 4) |
+//! | `energy.svg`, `iterations.svg` | the ledger; Newton iterations a step |
+//!
+//! Several folders are drawn in the same figures with a legend of the runs' titles. What is not there is left out with a
+//! note, so that a run can be looked at while it goes.
+
+mod axis;
+mod canvas;
+mod chart;
+mod colour;
+mod csv;
+mod curves;
+mod deformed;
+mod grid;
+mod results;
+mod scene;
+mod shapes;
+mod style;
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::output::folder::{unwritable, write_whole};
+
+use results::{Run, distinguish};
+use scene::Shown;
+
+/// What came of plotting.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Plotted {
+    /// The figures.
+    pub files: Vec<PathBuf>,
+    /// What was missing or left out, one line each.
+    pub notes: Vec<String>,
+}
+
+/// Draws all figures that the results allow into `output`: by default `RESULTS/figures` for one folder, `figures` in the
+/// working directory for several.
+///
+/// # Errors
+/// A folder is not a result of ours, a table is broken, nothing can be drawn, or the figures can not be written.
+pub fn plot(results: &[PathBuf], output: Option<&Path>) -> Result<Plotted> {
+    let mut notes = Vec::new();
+    let mut runs = results.iter().map(|path| Run::read(path, &mut notes)).collect::<Result<Vec<_>>>()?;
+    distinguish(&mut runs);
+    let folder = match (output, runs.as_slice()) {
+        (_, []) => return Err(Error::usage("no results folder given")),
+        (Some(folder), _) => folder.to_path_buf(),
+        (None, [only]) => only.folder.join("figures"),
+        (None, _) => PathBuf::from("figures"),
+    };
+    let mut drawings = Vec::new();
+    for (name, figure) in curves::figures(&runs)? {
+        drawings.push((name, figure.svg()?));
+    }
+    let shots: Vec<_> = runs
+        .iter()
+        .filter_map(|run| Some((run.title.clone(), grid::last_shot(run.folder.path(), &mut notes)?)))
+        .collect();
+    for (name, shown) in [("deformed_von_mises", Shown::VonMises), ("deformed_pressure", Shown::Pressure)] {
+        drawings.extend(deformed::figure(&shots, shown)?.map(|svg| (name.to_string(), svg)));
+    }
+    if drawings.is_empty() {
+        let text = format!("{}: nothing to draw yet\n{}", results[0].display(), notes.join("\n"));
+        return Err(Error::file(text).hint("wait until the run has written its first steps"));
+    }
+    std::fs::create_dir_all(&folder).map_err(|e| unwritable(&folder, &e))?;
+    let mut files = Vec::new();
+    for (name, svg) in drawings {
+        let path = folder.join(format!("{name}.svg"));
+        write_whole(&path, svg.as_bytes())?;
+        files.push(path);
+    }
+    Ok(Plotted { files, notes })
+}
+
+#[cfg(test)]
+mod tests;

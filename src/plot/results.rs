@@ -1,0 +1,131 @@
+//! A results folder as the figures see it: titles, tables, whatever of them is there.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::error::Result;
+use crate::output::folder::{RECORD, ResultsFolder, trouble};
+
+use super::csv::Csv;
+
+/// One run.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// Its folder.
+    pub folder: ResultsFolder,
+    /// Title of its case, or the folder's name.
+    pub title: String,
+    /// `probes.csv`.
+    pub probes: Option<Csv>,
+    /// `energy.csv`.
+    pub energy: Option<Csv>,
+    /// `iterations.csv`.
+    pub iterations: Option<Csv>,
+}
+
+impl Run {
+    /// Reads a run; remarks on what is missing go to `notes`.
+    ///
+    /// # Errors
+    /// The folder is not one of ours, or a table in it is broken (a last row cut short is not).
+    pub fn read(path: &Path, notes: &mut Vec<String>) -> Result<Self> {
+        let folder = ResultsFolder::open(path)?;
+        let record = std::fs::read_to_string(folder.join(RECORD)).map_err(|e| trouble(path, "read", &e))?;
+        let record: Value = serde_json::from_str(&record).unwrap_or_default();
+        if record["verdict"] != "completed" {
+            let verdict = record["verdict"].as_str().unwrap_or("unknown");
+            notes.push(format!(
+                "{}: the run has not completed (verdict: {verdict}); drawn is what is there",
+                path.display()
+            ));
+        }
+        let mut table = |name: &str| -> Result<Option<Csv>> {
+            let file = folder.join(name);
+            let csv = Csv::read(&file)?;
+            match &csv {
+                None => notes.push(format!("{}: not there, its figures are left out", file.display())),
+                Some(csv) if csv.is_cut => {
+                    notes.push(format!("{}: the last row is cut short and left out", file.display()))
+                }
+                Some(_) => {}
+            }
+            Ok(csv)
+        };
+        let (probes, energy, iterations) =
+            (table("probes.csv")?, table("energy.csv")?, table("iterations.csv")?);
+        let title = record["case"]["title"].as_str().filter(|title| !title.is_empty());
+        let title = title.map_or_else(|| folder_name(path), str::to_string);
+        Ok(Self { folder, title, probes, energy, iterations })
+    }
+
+    /// Names of the probes, in the order of the file.
+    pub fn probe_names(&self) -> Vec<String> {
+        let columns = self.probes.iter().flat_map(Csv::columns);
+        columns.filter_map(|column| column.strip_suffix(".u_x [m]")).map(str::to_string).collect()
+    }
+}
+
+/// Makes titles that occur twice distinct by the names of the folders, or by their whole paths.
+pub fn distinguish(runs: &mut [Run]) {
+    type Name = fn(&Path) -> String;
+    let names: [Name; 2] = [folder_name, |path| path.display().to_string()];
+    for name in names {
+        let titles: Vec<String> = runs.iter().map(|run| run.title.clone()).collect();
+        for run in runs.iter_mut() {
+            if titles.iter().filter(|title| **title == run.title).count() > 1 {
+                run.title = format!("{} ({})", run.title, name(run.folder.path()));
+            }
+        }
+    }
+}
+
+fn folder_name(path: &Path) -> String {
+    let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    whole.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::folder::tests::Scratch;
+
+    fn run_in(path: &Path, title: &str) -> Run {
+        std::fs::create_dir_all(path).unwrap();
+        let record = format!(
+            r#"{{"program": "contact-petsc", "verdict": "completed", "case": {{"title": "{title}"}}}}"#
+        );
+        std::fs::write(path.join(RECORD), record).unwrap();
+        Run::read(path, &mut Vec::new()).unwrap()
+    }
+
+    /// Equal titles are told apart by folder, and by path where the folders' names are equal too.
+    #[test]
+    fn titles_are_distinct() {
+        let scratch = Scratch::new("titles");
+        let mut runs = ["a/x", "b/x", "b/y", "b/z"].map(|name| run_in(&scratch.0.join(name), "Block"));
+        runs[3].title = "Other".into();
+        distinguish(&mut runs);
+        let titles: Vec<&str> = runs.iter().map(|run| run.title.as_str()).collect();
+        assert_eq!(titles[2..], ["Block (y)", "Other"]);
+        assert!(titles[0] != titles[1] && titles[0].starts_with("Block (x) ("), "{titles:?}");
+    }
+
+    /// A killed run is read as far as it goes, and the notes say so.
+    #[test]
+    fn a_killed_run_is_read_with_notes() {
+        let scratch = Scratch::new("killed");
+        let folder = ResultsFolder::create(&scratch.0).unwrap();
+        std::fs::write(
+            folder.join("probes.csv"),
+            "step,time [s],dt [s],p.u_x [m],p.u_y [m]\n0,0,0,1,2\n1,0.",
+        )
+        .unwrap();
+        let mut notes = Vec::new();
+        let run = Run::read(&scratch.0, &mut notes).unwrap();
+        assert_eq!(run.probe_names(), ["p"]);
+        assert_eq!(run.probes.unwrap().numbers("p.u_y [m]").unwrap().unwrap(), [2.0]);
+        assert!(notes[0].contains("not completed") && notes[1].contains("cut short"), "{notes:?}");
+        assert_eq!(notes.len(), 4);
+    }
+}

@@ -1,0 +1,69 @@
+//! Outlines of VTK's cells: the polygon of a flat cell, the faces of a solid one, mid-side nodes included.
+
+/// Line2 and line3.
+const LINES: [u8; 2] = [3, 21];
+
+const TETRA_4: [&[u8]; 4] = [&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]];
+const TETRA_10: [&[u8]; 4] =
+    [&[0, 6, 2, 5, 1, 4], &[0, 4, 1, 8, 3, 7], &[1, 5, 2, 9, 3, 8], &[2, 6, 0, 7, 3, 9]];
+const HEXA_8: [&[u8]; 6] =
+    [&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
+const HEXA_20: [&[u8]; 6] = [
+    &[0, 11, 3, 10, 2, 9, 1, 8],
+    &[4, 12, 5, 13, 6, 14, 7, 15],
+    &[0, 8, 1, 17, 5, 12, 4, 16],
+    &[1, 9, 2, 18, 6, 13, 5, 17],
+    &[2, 10, 3, 19, 7, 14, 6, 18],
+    &[3, 11, 0, 16, 4, 15, 7, 19],
+];
+
+/// The polygons that bound a cell of VTK's kind, as places in its node list: one for a flat cell, one a face for a solid
+/// one, two or three points for a line; none for an unknown kind.
+pub fn polygons(vtk_type: u8) -> &'static [&'static [u8]] {
+    match vtk_type {
+        3 => &[&[0, 1]],
+        21 => &[&[0, 2, 1]],
+        5 => &[&[0, 1, 2]],
+        22 => &[&[0, 3, 1, 4, 2, 5]],
+        9 => &[&[0, 1, 2, 3]],
+        23 | 28 => &[&[0, 4, 1, 5, 2, 6, 3, 7]],
+        10 => &TETRA_4,
+        24 => &TETRA_10,
+        12 => &HEXA_8,
+        25 | 29 => &HEXA_20,
+        _ => &[],
+    }
+}
+
+/// The cell fills a volume.
+pub fn is_solid(vtk_type: u8) -> bool {
+    [10, 12, 24, 25, 29].contains(&vtk_type)
+}
+
+/// The cell is a line, the contact facet of the plane.
+pub fn is_line(vtk_type: u8) -> bool {
+    LINES.contains(&vtk_type)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    /// The faces of a solid close: each edge, mid-side node included, belongs to two faces that run it in opposite ways.
+    #[test]
+    fn solids_are_closed() {
+        for (vtk_type, edges) in [(10, 6), (24, 12), (12, 12), (25, 24), (29, 24)] {
+            let mut count: BTreeMap<(u8, u8), i32> = BTreeMap::new();
+            for face in polygons(vtk_type) {
+                for (i, &a) in face.iter().enumerate() {
+                    let b = face[(i + 1) % face.len()];
+                    *count.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { 10 };
+                }
+            }
+            assert_eq!(count.len(), edges, "kind {vtk_type}");
+            assert!(count.values().all(|&n| n == 11), "kind {vtk_type}: {count:?}");
+        }
+    }
+}

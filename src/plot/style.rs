@@ -1,0 +1,105 @@
+//! Colours, dashes and letters: what makes curves distinct in colour, in grey and for the colour-blind.
+
+use plotters::style::RGBColor;
+
+/// Colours of Okabe and Ito without yellow, which is too light for a line on white.
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0x00, 0x72, 0xB2),
+    RGBColor(0xD5, 0x5E, 0x00),
+    RGBColor(0x00, 0x9E, 0x73),
+    RGBColor(0xCC, 0x79, 0xA7),
+    RGBColor(0xE6, 0x9F, 0x00),
+    RGBColor(0x56, 0xB4, 0xE9),
+    RGBColor(0x00, 0x00, 0x00),
+];
+
+/// Drawn and left-out lengths in turn; empty is a solid line.
+const DASHES: [&[f64]; 6] =
+    [&[], &[7.0, 3.0], &[2.0, 2.5], &[8.0, 2.5, 2.0, 2.5], &[13.0, 4.0], &[8.0, 2.5, 2.0, 2.5, 2.0, 2.5]];
+
+/// Almost black, for letters and axes.
+pub const INK: RGBColor = RGBColor(0x20, 0x20, 0x20);
+/// For grids and outlines that stand back.
+pub const GREY: RGBColor = RGBColor(0xD8, 0xD8, 0xD8);
+/// For bodies that carry no colour.
+pub const PALE: RGBColor = RGBColor(0xEE, 0xEE, 0xEA);
+
+/// Height of letters of titles, labels and numbers.
+pub const TITLE: f64 = 16.0;
+/// Axis labels and legends.
+pub const LABEL: f64 = 13.0;
+/// Numbers on axes.
+pub const NUMBER: f64 = 12.0;
+
+/// How a curve is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// Colour of the line.
+    pub colour: RGBColor,
+    /// Drawn and left-out lengths in turn; empty is a solid line.
+    pub dash: &'static [f64],
+    /// Width of the line.
+    pub width: f64,
+}
+
+impl Stroke {
+    /// The stroke of the curve `index`: distinct by colour and, below 42 curves, by colour and dash together.
+    pub fn of(index: usize) -> Self {
+        Self { colour: COLOURS[index % COLOURS.len()], dash: DASHES[index % DASHES.len()], width: 1.8 }
+    }
+
+    /// A thin solid line.
+    pub fn thin(colour: RGBColor) -> Self {
+        Self { colour, dash: &[], width: 0.7 }
+    }
+}
+
+/// Width of a text, estimated from letter classes of the usual sans-serif fonts, on the wide side.
+pub fn text_width(text: &str, size: f64) -> f64 {
+    let em = |letter: char| match letter {
+        'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' => 0.34,
+        'f' | 't' | 'r' | ' ' | '(' | ')' | '[' | ']' | '/' | '-' => 0.43,
+        'm' | 'w' | 'M' | 'W' | '%' | '@' => 0.99,
+        letter if letter.is_uppercase() => 0.74,
+        _ => 0.65,
+    };
+    text.chars().map(em).sum::<f64>() * size
+}
+
+/// The text, cut with an ellipsis where it is wider than `width`.
+pub fn fitted(text: &str, size: f64, width: f64) -> String {
+    if text_width(text, size) <= width {
+        return text.to_string();
+    }
+    let mut cut = text.to_string();
+    while !cut.is_empty() && text_width(&cut, size) + 0.99 * size > width {
+        cut.pop();
+    }
+    cut.trim_end().to_string() + "…"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Neighbouring curves differ in colour and in dash, and none is repeated among the first forty-two.
+    #[test]
+    fn strokes_are_distinct() {
+        for (a, b) in (0..42).flat_map(|a| (0..a).map(move |b| (a, b))) {
+            assert_ne!(Stroke::of(a), Stroke::of(b), "{a} and {b}");
+            if a == b + 1 {
+                assert!(
+                    Stroke::of(a).colour != Stroke::of(b).colour && Stroke::of(a).dash != Stroke::of(b).dash
+                );
+            }
+        }
+    }
+
+    /// Long texts are cut to fit, short ones are left alone, letters beyond ASCII included.
+    #[test]
+    fn texts_fit() {
+        assert_eq!(fitted("µ = 1", 12.0, 100.0), "µ = 1");
+        let cut = fitted(&"µ".repeat(100), 12.0, 100.0);
+        assert!(cut.ends_with('…') && text_width(&cut, 12.0) <= 105.0);
+    }
+}
