@@ -1,7 +1,7 @@
 //! From the file's content to a checked mesh: elements, the chosen region, its points.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
 
 use super::input::Input;
 use super::raw::{Raw, coordinates};
@@ -26,7 +26,9 @@ pub(super) fn mesh<const D: usize>(input: &Input, raw: &Raw, region: Option<&str
     if region.is_none() {
         check_dangling(input, raw)?;
     }
-    solids.mesh.facet_sets = sets::facets(input, raw, &solids.mesh, kept.as_deref())?;
+    let index = FacetIndex::new(&solids.mesh);
+    check_sides(input, raw, &solids, (&index, kept.as_deref()))?;
+    solids.mesh.facet_sets = sets::facets(input, raw, &solids.mesh, (&index, kept.as_deref()))?;
     solids.mesh.point_sets = sets::points(input, raw, &solids.mesh, region.is_some())?;
     if let Some(kept) = kept {
         restrict(&mut solids, &kept);
@@ -63,7 +65,8 @@ fn check_dimension<const D: usize>(input: &Input, raw: &Raw) -> Result<()> {
 fn solids<const D: usize>(input: &Input, raw: &Raw) -> Result<Solids<D>> {
     let mut mesh = Mesh::with_points(raw.points.iter().map(|x| std::array::from_fn(|k| x[k])).collect());
     let mut origin: Vec<usize> = Vec::new();
-    let mut known: HashMap<[u32; 8], u32> = HashMap::new();
+    let mut known: HashMap<[u32; 8], u32> = HashMap::with_capacity(raw.elements.len());
+    let mut regions: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (index, element) in raw.elements.iter().enumerate() {
         let Some(kind) = element.kind.filter(|kind| kind.dimension() == D) else { continue };
         let nodes = raw.resolve(input, element)?;
@@ -91,8 +94,11 @@ fn solids<const D: usize>(input: &Input, raw: &Raw) -> Result<Solids<D>> {
             }
         };
         for &tag in raw.groups_of(element) {
-            mesh.element_sets.entry(sets::label(raw, D, tag)).or_default().push(number);
+            regions.entry(tag).or_default().push(number);
         }
+    }
+    for (tag, members) in regions {
+        mesh.element_sets.entry(sets::label(raw, D, tag)).or_default().extend(members);
     }
     for members in mesh.element_sets.values_mut() {
         members.sort_unstable();
@@ -104,7 +110,7 @@ fn solids<const D: usize>(input: &Input, raw: &Raw) -> Result<Solids<D>> {
 fn check_dangling(input: &Input, raw: &Raw) -> Result<()> {
     let mut used = vec![false; raw.points.len()];
     for id in &raw.element_nodes {
-        if let Some(&node) = raw.number.get(id) {
+        if let Some(node) = raw.node(*id) {
             used[node as usize] = true;
         }
     }
@@ -172,15 +178,27 @@ fn check_shape<const D: usize>(input: &Input, raw: &Raw, solids: &Solids<D>) -> 
         };
         return Err(raw.error(input, &raw.elements[solids.origin[bad.element]], reason).hint(cure));
     }
-    if let Some(crowd) = FacetIndex::new(mesh).overcrowded().next() {
-        let ids: Vec<String> = crowd
-            .iter()
-            .map(|facet| raw.elements[solids.origin[facet.element as usize]].id.to_string())
-            .collect();
-        let last = crowd.last().map_or(0, |facet| facet.element as usize);
-        let message = format!("shares one side with two or more others: {}", ids.join(", "));
-        let hint = "bodies that overlap or meet at one face belong into regions of their own";
-        return Err(raw.error(input, &raw.elements[solids.origin[last]], message).hint(hint));
+    Ok(())
+}
+
+/// No side has three elements of those that are kept.
+fn check_sides<const D: usize>(
+    input: &Input,
+    raw: &Raw,
+    solids: &Solids<D>,
+    (index, kept): (&FacetIndex, Option<&[bool]>),
+) -> Result<()> {
+    for mut crowd in index.overcrowded() {
+        crowd.retain(|facet| kept.is_none_or(|kept| kept[facet.element as usize]));
+        let elements = crowd.iter().map(|facet| &raw.elements[solids.origin[facet.element as usize]]);
+        if crowd.len() > 2
+            && let Some(last) = elements.clone().next_back()
+        {
+            let ids: Vec<String> = elements.map(|element| element.id.to_string()).collect();
+            let message = format!("shares one side with two or more others: {}", ids.join(", "));
+            let cure = "bodies that overlap or meet at one face belong into regions of their own";
+            return Err(raw.error(input, last, message).hint(cure));
+        }
     }
     Ok(())
 }

@@ -15,8 +15,8 @@ const MAX_NODES: usize = i32::MAX as usize / 3;
 /// A file's content in the file's own numbers.
 #[derive(Default)]
 pub(super) struct Raw {
-    /// Node number in the file to index.
-    pub number: HashMap<u64, u32>,
+    /// Indices of nodes that break the row of numbers that the first node begins; most files have none.
+    strays: HashMap<u64, u32>,
     /// Index to node number in the file.
     pub node_ids: Vec<u64>,
     pub points: Vec<[f64; 3]>,
@@ -61,8 +61,8 @@ impl Raw {
         let ids =
             &self.element_nodes[element.first..element.first + element.kind.map_or(1, ElementKind::nodes)];
         let mut nodes = Vec::with_capacity(ids.len());
-        for id in ids {
-            let Some(&node) = self.number.get(id) else {
+        for &id in ids {
+            let Some(node) = self.node(id) else {
                 let message = format!("uses node {id}, which is not defined");
                 return Err(self
                     .error(input, element, message)
@@ -92,6 +92,12 @@ impl Raw {
         })
     }
 
+    /// Index of a node by its number in the file.
+    pub fn node(&self, id: u64) -> Option<u32> {
+        let row = usize::try_from(id.wrapping_sub(*self.node_ids.first()?)).ok()?;
+        if self.node_ids.get(row) == Some(&id) { Some(row as u32) } else { self.strays.get(&id).copied() }
+    }
+
     /// Adds the node that `input` has just read.
     pub fn add_node(&mut self, input: &Input, id: u64, point: [f64; 3]) -> Result<()> {
         for (value, axis) in point.iter().zip(["x", "y", "z"]) {
@@ -102,11 +108,14 @@ impl Raw {
         if self.points.len() >= MAX_NODES {
             return Err(input.error(format!("the mesh has more than {MAX_NODES} nodes")));
         }
-        if self.number.insert(id, self.points.len() as u32).is_some() {
+        if self.node(id).is_some() {
             let message = format!("node {id} is defined twice");
             return Err(input
                 .error(message)
                 .hint("give each node its own number; in Gmsh: `Save` renumbers"));
+        }
+        if self.node_ids.first().is_some_and(|first| first.wrapping_add(self.node_ids.len() as u64) != id) {
+            self.strays.insert(id, self.node_ids.len() as u32);
         }
         self.node_ids.push(id);
         self.node_places.push(input.place());

@@ -45,16 +45,15 @@ pub(super) fn facets<const D: usize>(
     input: &Input,
     raw: &Raw,
     mesh: &Mesh<D>,
-    kept: Option<&[bool]>,
+    (index, kept): (&FacetIndex, Option<&[bool]>),
 ) -> Result<BTreeMap<String, Vec<Facet>>> {
-    let index = FacetIndex::new(mesh);
     let mut sets: BTreeMap<String, Vec<Facet>> = BTreeMap::new();
     for element in raw.elements.iter().filter(|element| element.dimension() + 1 == D) {
         let groups = raw.groups_of(element);
         let Some(&first) = groups.first() else { continue };
         let set = label(raw, D - 1, first);
         let nodes = raw.resolve(input, element)?;
-        let sides = matching_sides(mesh, &index, element, &nodes)
+        let sides = matching_sides(mesh, index, element, &nodes)
             .map_err(|reason| raw.error(input, element, format!("of set '{set}' {reason}")).hint(MATCH))?;
         let ours: Vec<Facet> =
             sides.into_iter().filter(|f| kept.is_none_or(|k| k[f.element as usize])).collect();

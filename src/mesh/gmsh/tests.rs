@@ -255,6 +255,32 @@ fn broken_meshes_are_refused_with_place_and_reason() {
     }
 }
 
+/// Node numbers may have gaps and any order; the same number far from the first is still found to be twice.
+#[test]
+fn node_numbers_may_have_gaps_and_any_order() {
+    let expected: Mesh<2> = parse(SMALL.as_bytes(), None).unwrap();
+    let numbers = ["50", "51", "7", "1000000007", "8", "52"];
+    let renumbered = |line: &str, places: &[usize]| -> String {
+        let mut words: Vec<&str> = line.split(' ').collect();
+        for &place in places {
+            words[place] = numbers[words[place].parse::<usize>().unwrap() - 1];
+        }
+        words.join(" ") + "\n"
+    };
+    let lines = SMALL.lines().enumerate().map(|(index, line)| match index + 1 {
+        12..=17 => renumbered(line, &[0]),
+        21 => renumbered(line, &[5]),
+        22 => renumbered(line, &[5, 6]),
+        23 | 24 => renumbered(line, &[5, 6, 7, 8]),
+        _ => format!("{line}\n"),
+    });
+    let text: String = lines.collect();
+    assert_eq!(parse::<2>(text.as_bytes(), None).unwrap(), expected, "{text}");
+    let twice = text.replace("\n8 1 1 0\n", "\n7 1 1 0\n");
+    let error = parse::<2>(twice.as_bytes(), None).unwrap_err().message;
+    assert!(error.contains("line 16: node 7 is defined twice"), "{error}");
+}
+
 /// A node of a point set must belong to the body, unless a region is chosen: then it is another body's.
 #[test]
 fn point_of_a_set_must_belong_to_the_body() {
