@@ -25,8 +25,9 @@ impl Ordering {
 
 /// Breadth-first search over the nodes of one rank, joined where they share an element.
 struct Sweep<'a, const D: usize> {
-    /// Ascending.
     nodes: &'a [u32],
+    /// For each node of the mesh: its place in `nodes`, or [`NOWHERE`].
+    place: Vec<u32>,
     mesh: &'a Mesh<D>,
     touching: &'a Lists<u32>,
     /// For each of `nodes`: the number of the last search that reached it.
@@ -37,9 +38,14 @@ struct Sweep<'a, const D: usize> {
 /// Marks nodes that have found their place.
 const PLACED: u32 = u32::MAX;
 
+/// Marks nodes of other ranks.
+const NOWHERE: u32 = u32::MAX;
+
 impl<'a, const D: usize> Sweep<'a, D> {
     fn new(nodes: &'a [u32], mesh: &'a Mesh<D>, touching: &'a Lists<u32>) -> Self {
-        Self { nodes, mesh, touching, reached: vec![0; nodes.len()], search: 0 }
+        let mut place = vec![NOWHERE; mesh.points.len()];
+        (0..).zip(nodes).for_each(|(at, &node)| place[node as usize] = at);
+        Self { nodes, place, mesh, touching, reached: vec![0; nodes.len()], search: 0 }
     }
 
     /// Connected pieces one after the other, each from an end of it, and all of it reversed.
@@ -80,11 +86,14 @@ impl<'a, const D: usize> Sweep<'a, D> {
     fn visit_neighbours(&mut self, place: usize, found: &mut Vec<usize>) {
         for &element in self.touching.get(self.nodes[place]) {
             for node in self.mesh.element_nodes(element as usize) {
-                let Ok(neighbour) = self.nodes.binary_search(node) else { continue };
-                if self.reached[neighbour] < self.search {
-                    self.reached[neighbour] = self.search;
-                    found.push(neighbour);
-                }
+                // Beyond the end for nodes of other ranks.
+                let neighbour = self.place[*node as usize] as usize;
+                let Some(reached) = self.reached.get_mut(neighbour).filter(|reached| **reached < self.search)
+                else {
+                    continue;
+                };
+                *reached = self.search;
+                found.push(neighbour);
             }
         }
     }

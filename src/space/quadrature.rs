@@ -236,7 +236,7 @@ mod tests {
     /// Tensor rules integrate every monomial up to their degree in each direction, and not one degree more.
     #[test]
     fn tensor_rules_are_exact_to_their_degree() {
-        let line = |p: usize| if p % 2 == 0 { 2.0 / (p + 1) as f64 } else { 0.0 };
+        let line = |p: usize| if p.is_multiple_of(2) { 2.0 / (p + 1) as f64 } else { 0.0 };
         for dim in 1..=3 {
             for degree in 0..=9 {
                 let rule = Rule::tensor(dim, degree);
