@@ -92,6 +92,9 @@ pub struct Stage {
     pub inertia: bool,
     /// Friction as given or off.
     pub friction: FrictionMode,
+    /// Spring on every free unknown, relative to a typical diagonal entry, that is in the matrix and not in the
+    /// residual: holds bodies that nothing holds without changing the equilibrium that is found.
+    pub holding: f64,
     /// Factor on loads and prescribed displacements, 1 but for the increments of a static start.
     pub load_factor: f64,
     /// `r = Q - F_ext - F_n - F_T` at the start [N].
@@ -116,6 +119,7 @@ impl Stage {
             balance: Balance::AT_THE_END,
             inertia: false,
             friction: FrictionMode::AsGiven,
+            holding: 0.0,
             load_factor: 1.0,
             start_forces: pattern.like()?,
             velocity_base: pattern.like()?,
@@ -129,9 +133,9 @@ impl Stage {
     /// When PETSc refuses.
     pub fn update_rates(&mut self) -> Result<()> {
         let Self { start, trial, shifts, velocity_base, acceleration_base, .. } = self;
-        let (u, start_u) = (trial.u.owned()?, start.u.owned()?);
-        let (v_base, a_base) = (velocity_base.owned()?, acceleration_base.owned()?);
-        let (mut v, mut a) = (trial.v.owned_mut()?, trial.a.owned_mut()?);
+        let (u, start_u) = (trial.u.owned(), start.u.owned());
+        let (v_base, a_base) = (velocity_base.owned(), acceleration_base.owned());
+        let (mut v, mut a) = (trial.v.owned_mut(), trial.a.owned_mut());
         for i in 0..u.len() {
             let change = u[i] - start_u[i];
             v[i] = v_base[i] + shifts.velocity * change;

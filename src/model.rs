@@ -248,6 +248,7 @@ fn body(name: &str, body: &case::Body) -> Result<Body> {
             case::Kinematics::Linear => Kinematics::Linear,
         },
         locking: match body.locking {
+            case::Locking::FBar => return Err(Error::case(format!("{name}: f_bar is not offered"))),
             case::Locking::None => Locking::None,
             case::Locking::SelectiveReduced => Locking::SelectiveReduced,
         },
@@ -268,12 +269,12 @@ fn body_index(bodies: &[Body], name: &str) -> Result<usize> {
     found.ok_or_else(|| Error::case(format!("there is no body '{name}'")))
 }
 
-fn lengths<const D: usize>(values: &[case::Length]) -> [f64; D] {
+fn lengths<const D: usize>(values: &[case::quantity::Length]) -> [f64; D] {
     std::array::from_fn(|i| values.get(i).map_or(0.0, |value| value.si))
 }
 
 fn vector<const D: usize, const KG: i8, const M: i8, const S: i8>(
-    values: &[case::Quantity<KG, M, S>],
+    values: &[case::quantity::Quantity<KG, M, S>],
 ) -> Vector<D> {
     Vector::from_fn(|i, _| values.get(i).map_or(0.0, |value| value.si))
 }
@@ -350,12 +351,12 @@ pub fn read_mesh<const D: usize>(case: &Case, folder: &std::path::Path) -> Resul
             case::Mesh::Box(shape) => box_mesh(shape).map_err(|e| e.within(&format!("body '{}'", name.value)))?,
             case::Mesh::File(file) => {
                 let region = file.region.as_ref().map(|region| region.value.as_str());
-                crate::mesh::read(&folder.join(&file.file.value), region)?
+                crate::mesh::gmsh::read(&folder.join(&file.file.value), region)?
             }
         };
         bodies.push((name.value.clone(), mesh));
     }
-    Ok(merge(bodies))
+    merge(bodies)
 }
 
 fn box_mesh<const D: usize>(shape: &case::BoxMesh) -> Result<Mesh<D>> {

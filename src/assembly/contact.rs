@@ -1,6 +1,7 @@
 //! Contacts of a rank: surfaces with the places of their entries, evaluated into the system.
 
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
+use crate::contact::obstacle::Obstacle;
 use crate::contact::point::{ContactLaw, Selection};
 use crate::contact::rigid::{AreaKind, ContactFields, ContactRequest, ContactSink, RigidContact};
 use crate::contact::state::{Changes, ContactState, Hold};
@@ -40,6 +41,12 @@ pub struct Place<'a, const D: usize> {
     pub pattern: &'a BlockPattern,
     /// Prescribed unknowns.
     pub constrained: &'a [bool],
+    /// Every facet of the contactor, on whichever rank, has a rule of points at its nodes.
+    pub nodal: bool,
+}
+
+fn flat<const D: usize>(contact: &model::Contact<D>) -> bool {
+    matches!(contact.obstacle, Obstacle::Plane(_))
 }
 
 /// Facets of a named set.
@@ -51,6 +58,11 @@ pub fn facets_of<'a, const D: usize>(local: &'a LocalMesh<D>, set: &str) -> Resu
         let known: Vec<&str> = local.mesh.facet_sets.keys().map(String::as_str).collect();
         Error::case(format!("there is no surface '{set}'")).hint(&format!("known: {}", known.join(", ")))
     })
+}
+
+/// Whether all these facets have points at their nodes.
+pub fn have_nodal_rule<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> bool {
+    facets.iter().all(|&facet| crate::space::reference(local.mesh.facet_kind(facet)).nodal_rule().is_some())
 }
 
 /// Undeformed area and number of the facets that this rank reports.
@@ -88,7 +100,8 @@ impl<const D: usize> Contact<D> {
         };
         let quadrature = match contact.quadrature {
             model::Quadrature::Nodal => Quadrature::Nodal,
-            model::Quadrature::Gauss => Quadrature::Gauss,
+            model::Quadrature::Auto if flat(contact) && place.nodal => Quadrature::Nodal,
+            model::Quadrature::Gauss | model::Quadrature::Auto => Quadrature::Gauss,
         };
         let facets = facets_of(local, &contact.contactor)?;
         let surface = ContactSurface::new(&local.mesh, facets, &ownership, quadrature)?;

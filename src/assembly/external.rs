@@ -1,5 +1,6 @@
 //! External forces: weight, tractions and pressures as the case gives them (3.4).
 
+use super::contact::facets_of;
 use super::forces::Solid;
 use super::scatter::{ForceSink, MatrixSink, ScatterMap};
 use super::supports::in_space;
@@ -126,12 +127,11 @@ impl<const D: usize> Applied<D> {
         let mut bodies = vec![false; place.kinematics.len()];
         let mut facets: &[Facet] = &[];
         if let LoadKind::BodyForce(_) = load.kind {
-            load.bodies.iter().for_each(|&body| bodies[body] = true);
+            bodies[load.body] = true;
         } else {
-            facets = mesh.facet_sets.get(&load.set).map_or(&[], Vec::as_slice);
+            facets = facets_of(place.local, &load.set)?;
         }
-        let body = facets.first().map(|facet| usize::from(mesh.body[facet.element as usize]));
-        let finite = load.bodies.first().copied().or(body).is_some_and(|b| place.kinematics[b] == Kinematics::Finite);
+        let finite = place.kinematics[load.body] == Kinematics::Finite;
         let follows = matches!(load.kind, LoadKind::Pressure(_)) && finite;
         Ok(Self { kind: load.kind.clone(), bodies, patches: patches(mesh, facets, place), follows })
     }

@@ -48,7 +48,7 @@ pub fn solids<const D: usize>(
     }
     let mut solids = Vec::with_capacity(groups.len());
     for ((body, kind), elements) in groups {
-        let nodes = elements.iter().flat_map(|&e| local.mesh.element_nodes(e)).copied().collect();
+        let nodes = elements.iter().flat_map(|&e| local.mesh.element_nodes(e as usize)).copied().collect();
         let map = ScatterMap::new::<D>(kind.nodes(), nodes, pattern, &local.index, constrained);
         let physics = &bodies[usize::from(body)];
         let group = ElementGroup::new(&local.mesh, elements, physics.formulation)?;

@@ -4,7 +4,8 @@ use std::rc::Rc;
 
 use super::forces::Solid;
 use crate::error::Result;
-use crate::petsc::{BlockPattern, Kronecker, Matrix, Operator, Session, Vector};
+use crate::partition::IndexMap;
+use crate::petsc::{BlockPattern, BlockValues, Kronecker, Matrix, Operator, Session, Vector};
 
 /// How the mass is spread over the nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +19,9 @@ pub enum MassKind {
 /// `M` of (3.5).
 pub struct Mass {
     /// `m_ab` of each slot [kg, per metre of depth in 2D].
-    pub values: Vec<f64>,
+    values: Vec<f64>,
+    /// Slots that touch prescribed unknowns, with the components of row and column.
+    masked: Vec<(u32, u8, u8)>,
     operator: Kronecker,
     _nodes: Matrix,
 }
@@ -32,6 +35,7 @@ impl Mass {
         session: &Rc<Session>,
         pattern: &Rc<BlockPattern>,
         solids: &[Solid<D>],
+        supported: &Supported,
     ) -> Result<Self> {
         let mut values = vec![0.0; pattern.slots()];
         for solid in solids {
@@ -44,7 +48,18 @@ impl Mass {
             entries.add_blocks(&slots, &values);
         })?;
         let operator = nodes.kronecker_identity(D)?;
-        Ok(Self { values, operator, _nodes: nodes })
+        let masked = masked::<D>(pattern, supported);
+        Ok(Self { values, masked, operator, _nodes: nodes })
+    }
+
+    /// Adds `factor M` to a matrix of the same pattern, without the rows and columns of prescribed unknowns.
+    pub fn add_to(&self, factor: f64, values: &mut BlockValues) {
+        for (slot, m) in self.values.iter().enumerate() {
+            values.add_isotropic(slot as u32, factor * m);
+        }
+        for &(slot, rows, columns) in &self.masked {
+            values.mask(slot, rows, columns);
+        }
     }
 
     /// `out = M a` [N]. Collective.
@@ -55,6 +70,31 @@ impl Mass {
         self.operator.multiply(a, out)
     }
 
+}
+
+/// The prescribed unknowns as the pattern sees them.
+pub struct Supported<'a> {
+    /// Prescribed local unknowns.
+    pub constrained: &'a [bool],
+    /// Numbers of the nodes.
+    pub index: &'a IndexMap,
+}
+
+fn masked<const D: usize>(pattern: &BlockPattern, supported: &Supported) -> Vec<(u32, u8, u8)> {
+    let components = |node: usize| {
+        (0..D).filter(|i| supported.constrained[node * D + i]).fold(0u8, |bits, i| bits | 1 << i)
+    };
+    let mut masked = Vec::new();
+    for row in 0..pattern.rows() {
+        let rows = components(row);
+        for slot in pattern.row(row) {
+            let column = supported.index.local(pattern.columns[slot]).map_or(0, |node| components(node as usize));
+            if rows != 0 || column != 0 {
+                masked.push((slot as u32, rows, column));
+            }
+        }
+    }
+    masked
 }
 
 fn add_solid<const D: usize>(solid: &Solid<D>, values: &mut [f64]) {

@@ -6,6 +6,7 @@
 mod contact;
 mod energy;
 mod external;
+mod fields;
 mod forces;
 mod mass;
 mod pattern;
@@ -16,5 +17,7 @@ mod supports;
 mod system;
 
 pub use energy::{Energies, EnergyLedger};
-pub use report::{ContactSummary, PointReport};
+pub use fields::{ContactFields, StressFields, SurfaceCells};
+pub use report::{ContactSummary, NodalContact, PointReport, Watched};
+pub use start::Overclosure;
 pub use system::{ContactSystem, SystemOptions};

@@ -15,7 +15,7 @@ pub fn pattern_of_elements<const D: usize>(mesh: &Mesh<D>, assembled: usize, ind
         row.clear();
         row.push(index.global(node as u32));
         for &element in &touching.elements[touching.offsets[node] as usize..touching.offsets[node + 1] as usize] {
-            row.extend(mesh.element_nodes(element).iter().map(|&other| index.global(other)));
+            row.extend(mesh.element_nodes(element as usize).iter().map(|&other| index.global(other)));
         }
         row.sort_unstable();
         row.dedup();
@@ -34,7 +34,7 @@ struct Touching {
 /// By counting sort.
 fn elements_at_nodes<const D: usize>(mesh: &Mesh<D>, assembled: usize, owned: usize) -> Touching {
     let nodes_of =
-        |element: u32| mesh.element_nodes(element).iter().map(|&n| n as usize).filter(move |&n| n < owned);
+        |element: u32| mesh.element_nodes(element as usize).iter().map(|&n| n as usize).filter(move |&n| n < owned);
     let mut offsets = vec![0u32; owned + 1];
     for element in 0..assembled as u32 {
         nodes_of(element).for_each(|node| offsets[node + 1] += 1);

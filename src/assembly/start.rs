@@ -1,7 +1,7 @@
 //! Points that penetrate before the start: counted, refused, or moved out.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+use mpi::traits::{CommunicatorCollectives, Root};
 
 use super::contact::facets_of;
 use crate::contact::obstacle::Obstacle;

@@ -5,10 +5,10 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::{Contact, Place, facets_of, size_of};
+use super::contact::{Contact, Place, facets_of, have_nodal_rule, size_of};
 use super::external::{self, External, Moment};
 use super::forces::{BodyPhysics, Solid, solids};
-use super::mass::{Mass, MassKind};
+use super::mass::{Mass, MassKind, Supported};
 use super::pattern::pattern_of_elements;
 use super::scatter::LiftTarget;
 use super::start::{Overclosure, resolve_overclosure};
@@ -95,8 +95,12 @@ impl<const D: usize> ContactSystem<D> {
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
         let contacts = contacts(world, &local, model, &pattern, constrained)?;
         let external = agree(world, loads(&local, model, &pattern, constrained))?;
-        let mass = if options.inertia { Some(Mass::new(session, &pattern, &solids)?) } else { None };
+        let mass = if options.inertia { 
+            let supported = Supported { constrained, index: &local.index };
+            Some(Mass::new(session, &pattern, &solids, &supported)?)
+         } else { None };
         let forces = Vector::ghosted(session, local.index.owned, D, &local.index.ghosts)?;
+        let extent = extent(world, &local);
         let rows = local.index.owned * D;
         let parts =
             Parts { internal: vec![0.0; rows], contact: vec![0.0; rows], external: vec![0.0; rows] };
@@ -112,8 +116,8 @@ impl<const D: usize> ContactSystem<D> {
             inertia: forces.like()?,
             work: forces.like()?,
             forces,
-            extent: extent(world, &local),
-            unit: model.bodies.iter().map(|body| body.young_modulus).fold(0.0, f64::max),
+            extent,
+            unit: unit(model, extent, &local),
             local,
             solids,
             contacts,
@@ -170,8 +174,6 @@ impl<const D: usize> ContactSystem<D> {
         self.matrix.set_near_null_space(&coordinates)
     }
 
-    /// Adds `shift m_ab` to the matrix, the mass being normalised to a diagonal of about one: holds bodies that
-    /// nothing holds, without changing the solution of the equations. Collective.
     fn moment<'a>(stage: &Stage, u: &'a [f64]) -> Moment<'a> {
         Moment { time: stage.trial.time, u, factor: stage.load_factor }
     }
@@ -224,6 +226,14 @@ impl<const D: usize> ContactSystem<D> {
             None => out.set(0.0),
         }
         out.axpy(1.0, &self.forces)
+    }
+
+    /// The inverted element in words: number, place, determinant.
+    fn describe(&self, inverted: &Inverted) -> Error {
+        let mesh = &self.local.mesh;
+        let centre = mesh.element_centre(inverted.element as usize);
+        let number = self.local.input_element[inverted.element as usize];
+        Error::guard(format!("element {number} at {centre:?} is turned inside out (det F = {:.3e})", inverted.det))
     }
 
     /// Ends the step: contact points remember their tractions, the forces become those at the start of the next
@@ -300,6 +310,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let constrained = &self.supports.dofs.constrained;
         let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
         let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
+        let (rows, holding) = (self.local.index.owned * D, stage.holding);
         let phases = &self.phases;
         let symmetric = symmetric(contacts, external, stage, terms);
         let finish = phases.finish.begin();
@@ -307,9 +318,11 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             let tangent = phases.tangent.begin();
             values.zero();
             if let Some(mass) = mass {
-                let factor = weight * shifts.acceleration;
-                for (slot, m) in mass.values.iter().enumerate() {
-                    values.add_isotropic(slot as u32, factor * m);
+                mass.add_to(weight * shifts.acceleration, values);
+            }
+            for (dof, held) in constrained[..rows].iter().enumerate() {
+                if *held || holding > 0.0 {
+                    values.add_diagonal(dof, if *held { unit } else { holding * unit });
                 }
             }
             let mut inverted = Ok(());
@@ -331,7 +344,6 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         drop(finish);
         self.fault = inverted.err();
         self.matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
-        let _ = unit;
         Ok(())
     }
 
@@ -439,13 +451,20 @@ fn contacts<const D: usize>(
     pattern: &BlockPattern,
     constrained: &[bool],
 ) -> Result<Vec<Contact<D>>> {
-    let place = Place { local, pattern, constrained };
     let mut contacts = Vec::with_capacity(model.contacts.len());
     for contact in &model.contacts {
-        let own = agree(world, facets_of(local, &contact.contactor).map(|facets| size_of(local, facets)))?;
-        let mut total = [0.0; 2];
+        let facets = agree(world, facets_of(local, &contact.contactor))?;
+        let own = size_of(local, facets);
+        let missing = u8::from(!have_nodal_rule(local, facets));
+        let mut without = 0;
+        world.all_reduce_into(&missing, &mut without, SystemOperation::max());
+        let mut total = [0.0f64; 2];
         world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
         let facet_size = (total[0] / total[1]).powf(1.0 / (D as f64 - 1.0));
+        if total[1] == 0.0 {
+            return Err(Error::case(format!("contact '{}': the surface '{}' has no facet", contact.name, contact.contactor)));
+        }
+        let place = Place { local, pattern, constrained, nodal: without == 0 };
         contacts.push(agree(world, Contact::new(model, contact, facet_size, &place))?);
     }
     Ok(contacts)
@@ -459,6 +478,13 @@ fn loads<const D: usize>(
 ) -> Result<External<D>> {
     let kinematics: Vec<Kinematics> = model.bodies.iter().map(|body| body.formulation.kinematics).collect();
     External::new(&model.loads, &external::Place { local, pattern, constrained, kinematics: &kinematics })
+}
+
+/// A typical diagonal entry of the stiffness, `E h^(D - 2)` [N/m].
+fn unit<const D: usize>(model: &Model<D>, extent: f64, local: &LocalMesh<D>) -> f64 {
+    let stiffest = model.bodies.iter().map(|body| body.young_modulus).fold(0.0, f64::max);
+    let size = extent / f64::from(local.index.total.max(1)).powf(1.0 / D as f64);
+    stiffest * size.powi(D as i32 - 2)
 }
 
 /// Longest side of the box around all bodies [m].

@@ -54,6 +54,12 @@ impl Event {
         Running { shared, since: Instant::now() }
     }
 
+    /// Runs `work` as the phase.
+    pub fn time<R>(&self, work: impl FnOnce() -> R) -> R {
+        let _running = self.begin();
+        work()
+    }
+
     /// Name of the phase.
     pub fn name(&self) -> &str {
         &self.shared.name

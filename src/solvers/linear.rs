@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::ladder::{LinearChoice, Problem, ladder};
 use super::presets::Preset;
 use crate::error::{Error, Result};
-use crate::petsc::{Event, Krylov, Matrix, Session, Vector};
+use crate::petsc::{Event, Krylov, Matrix, Session, Vector, residual_norm};
 
 /// How a linear solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,23 +29,25 @@ pub struct LinearSolver {
     /// Solves since the last step up.
     calm: u32,
     symmetric: bool,
+    work: Vector,
     setup: Event,
     solve: Event,
 }
 
 impl LinearSolver {
     /// Iterations after which a preset counts as failed.
-    const MAX_ITERATIONS: u32 = 500;
+    const MAX_ITERATIONS: usize = 500;
     /// Solves on a higher rung before the first is tried again.
     const CALM: u32 = 50;
     /// The true residual may miss the tolerance by this factor before the solve counts as failed.
     const SLACK: f64 = 10.0;
 
-    /// A solver for such problems, with PETSc options under `prefix`.
+    /// A solver for such problems with vectors like `pattern` and PETSc options under `prefix`.
     ///
     /// # Errors
     /// When the choice does not fit the problem.
-    pub fn new(session: &Rc<Session>, prefix: &str, choice: &LinearChoice, problem: &Problem) -> Result<Self> {
+    pub fn new(pattern: &Vector, prefix: &str, choice: &LinearChoice, problem: &Problem) -> Result<Self> {
+        let session = pattern.session();
         let ladder = ladder(choice, problem)?;
         Ok(Self {
             session: session.clone(),
@@ -55,6 +57,7 @@ impl LinearSolver {
             rung: 0,
             calm: 0,
             symmetric: problem.symmetric,
+            work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
             solve: Event::register(session, "Solve")?,
         })
@@ -102,28 +105,18 @@ impl LinearSolver {
         let krylov = self.krylov()?;
         krylov.set_operators(matrix, matrix)?;
         krylov.set_tolerances(tolerance, 0.0, Self::MAX_ITERATIONS)?;
-        if !symmetric && krylov.needs_symmetry()? {
-            return Err(Error::case(format!(
-                "KSP type '{}' needs a symmetric matrix, and friction makes this one non-symmetric",
-                krylov.kind()?
-            ))
-            .hint("use -ksp_type gmres or fgmres, or leave the choice to the program"));
+        if !symmetric {
+            refuse_symmetric_method(krylov)?;
         }
-        let ready = setup.time(|| krylov.set_up())?;
-        if !ready {
-            return Ok(Solved { iterations: 0, residual: f64::INFINITY, preset: preset.name });
-        }
-        x.set(0.0)?;
+        setup.time(|| krylov.set_up())?;
         let outcome = solve.time(|| krylov.solve(rhs, x))?;
         let size = rhs.norm()?;
-        let residual = if outcome.converged() && size > 0.0 {
-            krylov.residual_norm(matrix, rhs, x)? / size
-        } else if outcome.converged() {
-            0.0
-        } else {
-            f64::INFINITY
+        let residual = match outcome.converged() {
+            true if size > 0.0 => residual_norm(matrix, rhs, x, &mut self.work)? / size,
+            true => 0.0,
+            false => f64::INFINITY,
         };
-        Ok(Solved { iterations: outcome.iterations, residual, preset: preset.name })
+        Ok(Solved { iterations: outcome.iterations as u32, residual, preset: preset.name })
     }
 
     /// The Krylov solver of the current rung, made on first use.
@@ -131,9 +124,22 @@ impl LinearSolver {
         let slot = &mut self.solvers[self.rung];
         if slot.is_none() {
             let mut krylov = Krylov::new(&self.session, &self.prefix)?;
-            krylov.configure(&self.ladder[self.rung].options_on(self.session.size()))?;
+            krylov.configure(&self.ladder[self.rung].options_on(self.session.size() as usize))?;
             *slot = Some(krylov);
         }
         slot.as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
     }
+}
+
+/// Methods of PETSc that rely on a symmetric operator.
+const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "cgne", "nash"];
+
+/// The user may have chosen a method by PETSc's options that this matrix does not allow.
+fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
+    let (method, _) = krylov.types()?;
+    if !SYMMETRIC_METHODS.contains(&method.as_str()) {
+        return Ok(());
+    }
+    let message = format!("KSP type '{method}' needs a symmetric matrix, and friction makes this one non-symmetric");
+    Err(Error::case(message).hint("use -ksp_type gmres or fgmres, or leave the choice to the program"))
 }

@@ -5,14 +5,12 @@
 //! (secant friction stiffness, armed by [`Dynamics::observe`]), and trial states with det F <= 0 (the
 //! correction is halved).
 
-use std::rc::Rc;
-
 use super::convergence::{IterationReport, Outcome, SolveReport};
 use super::forcing::Forcing;
 use super::linear::LinearSolver;
 use crate::dynamics::{Dynamics, Lift, Residual, Stage};
 use crate::error::Result;
-use crate::petsc::{Session, Vector};
+use crate::petsc::Vector;
 use crate::terms::Terms;
 
 /// When Newton's method ends, and how it safeguards itself.
@@ -221,8 +219,7 @@ impl Monolithic {
 
     /// The last correction was lost in the rounding of the positions: no iterate can be better.
     fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> bool {
-        let unknowns = self.correction.global_len() as f64;
-        row.increment <= f64::EPSILON * system.extent() * unknowns.sqrt() && row.line_search == 1.0
+        row.increment <= f64::EPSILON * system.extent() && row.line_search == 1.0
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.

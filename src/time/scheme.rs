@@ -121,9 +121,9 @@ impl Scheme {
     /// `v` and `a` at the end of the step if the displacement did not change.
     fn bases(self, stage: &mut Stage) -> Result<()> {
         let dt = stage.dt;
-        let (v, a) = (stage.start.v.owned()?, stage.start.a.owned()?);
-        let mut v_base = stage.velocity_base.owned_mut()?;
-        let mut a_base = stage.acceleration_base.owned_mut()?;
+        let (v, a) = (stage.start.v.owned(), stage.start.a.owned());
+        let mut v_base = stage.velocity_base.owned_mut();
+        let mut a_base = stage.acceleration_base.owned_mut();
         for i in 0..v.len() {
             (v_base[i], a_base[i]) = match self {
                 Self::Newmark { beta, gamma, .. } => {

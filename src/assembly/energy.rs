@@ -1,0 +1,126 @@
+//! The energy ledger: where energy is, where it went, and what the integration leaves over.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::system::ContactSystem;
+use crate::dynamics::Stage;
+use crate::error::Result;
+use crate::petsc::Vector;
+
+/// Energies of one instant and sums since the start [J, per metre of depth in 2D].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energies {
+    /// `v . M v / 2`.
+    pub kinetic: f64,
+    /// Stored in the solids.
+    pub strain: f64,
+    /// Stored by the contact laws.
+    pub contact: f64,
+    /// Turned into heat by friction since the start.
+    pub friction_dissipated: f64,
+    /// Work of loads and supports since the start.
+    pub external_work: f64,
+    /// What was lost without a cause since the start: work done less energy gained less heat.
+    pub numerical: f64,
+}
+
+impl Energies {
+    /// Kinetic, strain and contact energy.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.strain + self.contact
+    }
+}
+
+/// Sums up work and heat from step to step.
+pub struct EnergyLedger {
+    /// Loads and reactions at the start of the step [N].
+    drive: Vec<f64>,
+    at_start: f64,
+    now: Energies,
+    reactions: Vector,
+}
+
+impl EnergyLedger {
+    /// A ledger that begins at the start of `stage`, where `reactions` act on the supports. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn begin<const D: usize>(
+        system: &mut ContactSystem<D>,
+        stage: &mut Stage,
+        reactions: Vector,
+    ) -> Result<Self> {
+        let drive = vec![0.0; reactions.owned_len()];
+        let mut ledger = Self { drive, at_start: 0.0, now: Energies::default(), reactions };
+        let [kinetic, strain, contact, ..] = ledger.step(system, stage, 0.0)?;
+        ledger.now = Energies { kinetic, strain, contact, ..Energies::default() };
+        ledger.at_start = ledger.now.total();
+        Ok(ledger)
+    }
+
+    /// Energies at the end of the step in `stage`; to be called before it is accepted. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn advance<const D: usize>(&mut self, system: &mut ContactSystem<D>, stage: &mut Stage) -> Result<Energies> {
+        let dt = stage.dt;
+        let [kinetic, strain, contact, heat, work] = self.step(system, stage, dt)?;
+        let friction_dissipated = self.now.friction_dissipated + heat;
+        let external_work = self.now.external_work + work;
+        let gained = kinetic + strain + contact - self.at_start;
+        let numerical = external_work - gained - friction_dissipated;
+        self.now = Energies { kinetic, strain, contact, friction_dissipated, external_work, numerical };
+        Ok(self.now)
+    }
+
+    /// The energies of the last step.
+    pub fn now(&self) -> &Energies {
+        &self.now
+    }
+
+    /// Reactions of the supports at the end of the last step, owned unknowns [N].
+    pub fn reactions(&self) -> &Vector {
+        &self.reactions
+    }
+
+    /// Kinetic, strain, contact energy; heat and work of the step.
+    fn step<const D: usize>(
+        &mut self,
+        system: &mut ContactSystem<D>,
+        stage: &mut Stage,
+        dt: f64,
+    ) -> Result<[f64; 5]> {
+        system.imbalance(stage, &mut self.reactions)?;
+        let kinetic = system.kinetic_energy(stage)?;
+        let mut own = [kinetic, 0.0, 0.0, 0.0, 0.0];
+        let u = stage.trial.u.local();
+        own[1] = system.solids.iter().map(|solid| solid.group.strain_energy(&u, &system.local.mine)).sum();
+        for contact in &system.contacts {
+            let energy = contact.pair.energy(&contact.state, dt);
+            own[2] += energy.stored;
+            own[3] += energy.heat_of_step;
+        }
+        let (reactions, before) = (self.reactions.owned(), stage.start.u.owned());
+        let constrained = &system.supports.dofs.constrained;
+        for (i, drive) in self.drive.iter_mut().enumerate() {
+            let reaction = if constrained[i] { reactions[i] } else { 0.0 };
+            let now = system.parts.external[i] + reaction;
+            own[4] += 0.5 * (*drive + now) * (u[i] - before[i]);
+            *drive = now;
+        }
+        let mut total = [0.0; 5];
+        system.session.world().all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
+        Ok(total)
+    }
+}
+
+impl<const D: usize> ContactSystem<D> {
+    /// This rank's share of `v . M v / 2` at the trial state [J]. Collective.
+    fn kinetic_energy(&mut self, stage: &Stage) -> Result<f64> {
+        let Some(mass) = &self.mass else { return Ok(0.0) };
+        mass.multiply(&stage.trial.v, &mut self.inertia)?;
+        let (v, momentum) = (stage.trial.v.owned(), self.inertia.owned());
+        Ok(0.5 * v.iter().zip(momentum.iter()).map(|(v, p)| v * p).sum::<f64>())
+    }
+}

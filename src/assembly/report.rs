@@ -1,0 +1,283 @@
+//! What a step reports: contact zones, reactions, and the points that probes watch.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+
+use super::contact::Contact;
+use super::system::ContactSystem;
+use crate::contact::point::{PointState, Status};
+use crate::contact::zone::ZoneSummary;
+use crate::error::{Error, Result};
+use crate::model::Probe;
+use crate::petsc::Vector;
+use crate::tensor::Vector as Point;
+
+/// Contact as seen at a node: averages over its points, weighted by area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NodalContact {
+    /// `t_n` [Pa].
+    pub normal_traction: f64,
+    /// In the plane the component of `t_T` along the tangent, in space its magnitude [Pa].
+    pub friction_traction: f64,
+    /// `g_n` [m].
+    pub gap: f64,
+    /// Like the friction traction [m/s].
+    pub slip_velocity: f64,
+    /// The status of most of the area.
+    pub status: Status,
+}
+
+/// A node that is watched.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Watched<const D: usize> {
+    /// Name of the probe.
+    pub name: String,
+    /// Rank that owns the node.
+    pub rank: i32,
+    /// Its local number there.
+    pub node: u32,
+    /// Reference position of the node [m].
+    pub place: [f64; D],
+    /// The contact whose surface holds the node, where there is one.
+    pub contact: Option<usize>,
+}
+
+/// Motion and contact of a watched node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointReport<const D: usize> {
+    /// Displacement [m].
+    pub u: [f64; D],
+    /// Velocity [m/s].
+    pub v: [f64; D],
+    /// Contact, where the node lies on a contactor.
+    pub contact: Option<NodalContact>,
+}
+
+/// What a contact reports each step; the same on all ranks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactSummary<const D: usize> {
+    /// Name of the contact.
+    pub name: String,
+    /// Forces, area, counts, extremes.
+    pub zone: ZoneSummary<D>,
+}
+
+/// Direction along which scalars are reported in the plane: the normal turned back by a right angle, so that
+/// `n = (-t_y, t_x)`.
+fn along<const D: usize>(normal: &Point<D>, vector: &Point<D>) -> f64 {
+    if D == 2 { vector[0] * normal[1] - vector[1] * normal[0] } else { vector.norm() }
+}
+
+/// Nodal values of one contact: area-weighted sums at local nodes.
+pub struct NodalSums {
+    /// `[node * FIELDS + k]`: as in [`NodalContact`], then the closed and the slipping share, the path slid, the
+    /// friction work, friction traction and slip velocity in space.
+    pub sums: Vec<f64>,
+    /// Area of each node.
+    pub weights: Vec<f64>,
+}
+
+impl NodalSums {
+    /// Values a node.
+    pub const FIELDS: usize = 14;
+
+    /// Gathers all points of a contact; complete at owned nodes.
+    pub fn of<const D: usize>(contact: &Contact<D>, nodes: usize) -> Self {
+        let mut gathered = Self { sums: vec![0.0; nodes * Self::FIELDS], weights: vec![0.0; nodes] };
+        let history = &contact.state.history;
+        let value = |p: usize, point: &PointState<D>| {
+            let closed = f64::from(u8::from(point.is_closed()));
+            let slips = f64::from(u8::from(point.status == Status::Slip));
+            let component = |vector: &Point<D>, i: usize| vector.get(i).copied().unwrap_or(0.0);
+            let (t, v) = (&point.friction_traction, &point.slip_velocity);
+            [
+                point.normal_traction,
+                along(&point.normal, &point.friction_traction),
+                point.gap,
+                along(&point.normal, &point.slip_velocity),
+                closed,
+                slips,
+                history[p].slip,
+                history[p].friction_work,
+                component(t, 0),
+                component(t, 1),
+                component(t, 2),
+                component(v, 0),
+                component(v, 1),
+                component(v, 2),
+            ]
+        };
+        contact.pair.gather_nodal(&contact.state, value, (&mut gathered.sums, &mut gathered.weights));
+        gathered
+    }
+
+    /// The averages at a node; `None` off the surface.
+    pub fn at(&self, node: u32) -> Option<(NodalContact, [f64; 2])> {
+        let node = node as usize;
+        let weight = self.weights[node];
+        if weight <= 0.0 {
+            return None;
+        }
+        let mean = |k: usize| self.sums[node * Self::FIELDS + k] / weight;
+        let status = match (mean(4) < 0.5, mean(5) < 0.5 * mean(4)) {
+            (true, _) => Status::Open,
+            (false, true) => Status::Stick,
+            (false, false) => Status::Slip,
+        };
+        let contact = NodalContact {
+            normal_traction: mean(0),
+            friction_traction: mean(1),
+            gap: mean(2),
+            slip_velocity: mean(3),
+            status,
+        };
+        Some((contact, [mean(6), mean(7)]))
+    }
+}
+
+impl<const D: usize> ContactSystem<D> {
+    /// The nodes nearest to the probes: on all ranks the same. Collective.
+    ///
+    /// # Errors
+    /// When a body has no node at all.
+    pub fn watch(&self, probes: &[Probe<D>]) -> Result<Vec<Watched<D>>> {
+        let sums: Vec<NodalSums> =
+            self.contacts.iter().map(|contact| NodalSums::of(contact, self.local.mesh.points.len())).collect();
+        probes.iter().map(|probe| self.nearest(probe, &sums)).collect()
+    }
+
+    fn nearest(&self, probe: &Probe<D>, contacts: &[NodalSums]) -> Result<Watched<D>> {
+        let world = self.session.world();
+        let mut on_body = vec![probe.body.is_none(); self.local.mesh.points.len()];
+        for element in (0..self.local.mesh.element_count()).filter(|_| probe.body.is_some()) {
+            if Some(usize::from(self.local.mesh.body[element])) == probe.body {
+                self.local.mesh.element_nodes(element).iter().for_each(|&n| on_body[n as usize] = true);
+            }
+        }
+        let distance = |node: u32| {
+            (Point::<D>::from(self.local.mesh.points[node as usize]) - Point::from(probe.at)).norm()
+        };
+        let owned = (0..self.local.index.owned as u32).filter(|&node| on_body[node as usize]);
+        let own = owned.map(|node| (distance(node), self.local.input_node[node as usize], node));
+        let own = own.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mine = own.map_or(f64::INFINITY, |(distance, ..)| distance);
+        let mut least = 0.0;
+        world.all_reduce_into(&mine, &mut least, SystemOperation::min());
+        let candidate = own.filter(|(distance, ..)| *distance == least).map_or(u32::MAX, |(_, input, _)| input);
+        let mut chosen = 0;
+        world.all_reduce_into(&candidate, &mut chosen, SystemOperation::min());
+        if chosen == u32::MAX {
+            return Err(Error::case(format!("probe '{}' finds no node", probe.name)));
+        }
+        let holder = if candidate == chosen { world.rank() } else { i32::MAX };
+        let mut rank = 0;
+        world.all_reduce_into(&holder, &mut rank, SystemOperation::min());
+        let node = own.filter(|_| world.rank() == rank).map_or(0, |(_, _, node)| node);
+        let mut place = self.local.mesh.points.get(node as usize).copied().unwrap_or([0.0; D]);
+        let contact = contacts.iter().position(|sums| world.rank() == rank && sums.at(node).is_some());
+        let mut number = contact.map_or(-1, |index| index as i32);
+        world.process_at_rank(rank).broadcast_into(&mut place[..]);
+        world.process_at_rank(rank).broadcast_into(&mut number);
+        let contact = usize::try_from(number).ok();
+        Ok(Watched { name: probe.name.clone(), rank, node, place, contact })
+    }
+
+    /// Motion and contact at the watched nodes; the same on all ranks. Collective.
+    ///
+    /// # Errors
+    /// None of its own.
+    pub fn points(&self, watched: &[Watched<D>], u: &Vector, v: &Vector) -> Result<Vec<PointReport<D>>> {
+        let world = self.session.world();
+        let width = 2 * D + 5;
+        let mut own = vec![0.0; watched.len() * width];
+        let (u, v) = (u.owned(), v.owned());
+        let here = |point: &Watched<D>| point.rank == world.rank();
+        let mut sums: Vec<Option<NodalSums>> = self.contacts.iter().map(|_| None).collect();
+        for (point, row) in watched.iter().zip(own.chunks_mut(width)).filter(|(point, _)| here(point)) {
+            let start = point.node as usize * D;
+            row[..D].copy_from_slice(&u[start..start + D]);
+            row[D..2 * D].copy_from_slice(&v[start..start + D]);
+            let Some(index) = point.contact else { continue };
+            let nodes = self.local.mesh.points.len();
+            let gathered = sums[index].get_or_insert_with(|| NodalSums::of(&self.contacts[index], nodes));
+            if let Some((contact, _)) = gathered.at(point.node) {
+                let status = f64::from(contact.status as u8);
+                let values = [
+                    contact.normal_traction,
+                    contact.friction_traction,
+                    contact.gap,
+                    contact.slip_velocity,
+                    status,
+                ];
+                row[2 * D..].copy_from_slice(&values);
+            }
+        }
+        let mut all = vec![0.0; own.len()];
+        world.all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        let reports = watched.iter().zip(all.chunks(width)).map(|(point, row)| PointReport {
+            u: std::array::from_fn(|i| row[i]),
+            v: std::array::from_fn(|i| row[D + i]),
+            contact: point.contact.map(|_| nodal_contact(&row[2 * D..])),
+        });
+        Ok(reports.collect())
+    }
+
+    /// Zones of all contacts; the same on all ranks. Collective.
+    pub fn contact_summaries(&self) -> Vec<ContactSummary<D>> {
+        let world = self.session.world();
+        let reduce = |contact: &Contact<D>| {
+            let own = contact.pair.summary(&contact.state);
+            let mut sums = vec![own.normal_force, own.area, own.friction_power];
+            sums.extend(own.force.iter().chain(own.friction_force.iter()));
+            sums.extend([own.points, own.stick, own.slip].map(|n| n as f64));
+            let peaks = [own.max_penetration, own.max_pressure];
+            let (mut total, mut top) = (vec![0.0; sums.len()], [0.0; 2]);
+            world.all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
+            world.all_reduce_into(&peaks[..], &mut top[..], SystemOperation::max());
+            let count = |k: usize| total[3 + 2 * D + k] as usize;
+            ZoneSummary {
+                points: count(0),
+                stick: count(1),
+                slip: count(2),
+                force: Point::from_fn(|i, _| total[3 + i]),
+                friction_force: Point::from_fn(|i, _| total[3 + D + i]),
+                normal_force: total[0],
+                area: total[1],
+                friction_power: total[2],
+                max_penetration: top[0],
+                max_pressure: top[1],
+            }
+        };
+        self.contacts
+            .iter()
+            .map(|contact| ContactSummary { name: contact.name.clone(), zone: reduce(contact) })
+            .collect()
+    }
+
+    /// Name of each support and the force that it exerts, from the reactions [N]; the same on all ranks. Collective.
+    pub fn reactions(&self, imbalance: &Vector) -> Vec<(String, [f64; D])> {
+        let imbalance = imbalance.owned();
+        let boundaries = &self.supports.dofs.boundaries;
+        let mut own = vec![0.0; boundaries.len() * D];
+        for (boundary, sums) in boundaries.iter().zip(own.chunks_mut(D)) {
+            for &(node, component) in boundary.entries.iter().filter(|(node, _)| self.local.index.owns(*node)) {
+                sums[usize::from(component)] += imbalance[node as usize * D + usize::from(component)];
+            }
+        }
+        let mut all = vec![0.0; own.len()];
+        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        let row = |sums: &[f64]| std::array::from_fn(|i| sums[i]);
+        boundaries.iter().zip(all.chunks(D)).map(|(b, sums)| (b.name.clone(), row(sums))).collect()
+    }
+}
+
+fn nodal_contact(row: &[f64]) -> NodalContact {
+    let status = [Status::Open, Status::Stick, Status::Slip][(row[4] as usize).min(2)];
+    NodalContact {
+        normal_traction: row[0],
+        friction_traction: row[1],
+        gap: row[2],
+        slip_velocity: row[3],
+        status,
+    }
+}
