@@ -1,4 +1,5 @@
-//! The figures over time: contact stresses, displacement, energy, iterations; of one run, or of several compared.
+//! The figures over time: contact stresses, displacement, energy, iterations; of one run, or of several
+//! compared.
 
 use crate::error::Result;
 
@@ -32,7 +33,8 @@ pub fn figures(runs: &[Run]) -> Result<Vec<Named>> {
     Ok(figures)
 }
 
-/// Normal and tangential contact stress at a probe (Figs 5 and 6): in one panel for one run, in two where runs compare.
+/// Normal and tangential contact stress at a probe (Figs 5 and 6): in one panel for one run, in two where
+/// runs compare.
 fn contact_stresses(runs: &[Run], probe: &str) -> Result<Option<Named>> {
     let columns = [format!("{probe}.contact_pressure [Pa]"), format!("{probe}.traction_t [Pa]")];
     let normal = over_time(runs, |run| run.probes.as_ref(), &columns[0])?;

@@ -1,4 +1,5 @@
-//! The deformed bodies at the end (Fig. 4), coloured by von Mises stress or by contact pressure; several runs on one scale.
+//! The deformed bodies at the end (Fig. 4), coloured by von Mises stress or by contact pressure; several runs
+//! on one scale.
 
 use crate::error::Result;
 
