@@ -1,4 +1,5 @@
-//! What a run says. Rank 0 alone speaks: the start-up report and the summary on standard output, progress on standard error.
+//! What a run says. Rank 0 alone speaks: the start-up report and the summary on standard output, progress on
+//! standard error.
 //!
 //! A pipe that was closed does not stop a run: failures to speak are ignored.
 
@@ -88,7 +89,8 @@ impl Console {
         }
     }
 
-    /// The march through time begins, from `start` to `end` [s]; a bar appears where standard error is a terminal.
+    /// The march through time begins, from `start` to `end` [s]; a bar appears where standard error is a
+    /// terminal.
     pub fn begin(&mut self, start: f64, end: f64) {
         self.span = [start, end];
         self.last = Instant::now();

@@ -7,8 +7,9 @@
 //! fields/step_000010/volume_0000.vtu     the piece of rank 0, contact_0000.vtu alike
 //! ```
 //!
-//! Points are reference positions: warp by `displacement` to see the deformed bodies. Stress and det F are constant in each
-//! element, as the element computes them: nothing is smoothed across bodies. A case without contact has no contact grid.
+//! Points are reference positions: warp by `displacement` to see the deformed bodies. Stress and det F are
+//! constant in each element, as the element computes them: nothing is smoothed across bodies. A case without
+//! contact has no contact grid.
 
 use std::path::{Path, PathBuf};
 
@@ -64,7 +65,8 @@ impl Grid {
 }
 
 impl<const D: usize> FieldWriter<D> {
-    /// Prepares a writer in the results folder; `surface` is given on all ranks where the case has contact, else on none.
+    /// Prepares a writer in the results folder; `surface` is given on all ranks where the case has contact,
+    /// else on none.
     pub fn new(folder: &Path, ranks: Ranks, volume: Cells<D>, surface: Option<Cells<D>>) -> Self {
         Self {
             folder: folder.to_path_buf(),
@@ -105,7 +107,8 @@ impl<const D: usize> FieldWriter<D> {
         Ok(())
     }
 
-    /// Makes a step visible: its indices and the series. Rank 0 only, when all ranks have returned from [`Self::write`].
+    /// Makes a step visible: its indices and the series. Rank 0 only, when all ranks have returned from
+    /// [`Self::write`].
     ///
     /// # Errors
     /// The disk refuses.

@@ -1,4 +1,5 @@
-//! The results folder: where it lies, when it may be replaced, and files that never look whole before they are.
+//! The results folder: where it lies, when it may be replaced, and files that never look whole before they
+//! are.
 
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -12,7 +13,8 @@ pub const PROGRAM: &str = "contact-petsc";
 /// The run record, which is the marker of a results folder as well.
 pub const RECORD: &str = "run.json";
 
-/// What a run may leave in its folder, apart from [`RECORD`]; only these are removed when a result is replaced.
+/// What a run may leave in its folder, apart from [`RECORD`]; only these are removed when a result is
+/// replaced.
 const OWN: [&str; 10] = [
     "probes.csv",
     "contact.csv",
@@ -32,8 +34,9 @@ pub struct ResultsFolder {
     path: PathBuf,
 }
 
-/// Where the results of a case go unless `--output` says otherwise: `results/<name>` in the working directory, `name` being
-/// the folder of the case for a file called `case.yml` and the stem of the file for any other.
+/// Where the results of a case go unless `--output` says otherwise: `results/<name>` in the working
+/// directory, `name` being the folder of the case for a file called `case.yml` and the stem of the file for
+/// any other.
 ///
 /// # Errors
 /// The path names no file, or the working directory is gone.
@@ -51,7 +54,8 @@ pub fn default_folder(case_file: &Path) -> Result<PathBuf> {
 impl ResultsFolder {
     /// Makes the folder, or empties one that an earlier run made. Rank 0 only.
     ///
-    /// Afterwards a `run.json` with the verdict `running` marks it as ours. Files that no run of ours writes are kept.
+    /// Afterwards a `run.json` with the verdict `running` marks it as ours. Files that no run of ours writes
+    /// are kept.
     ///
     /// # Errors
     /// The folder holds something that this program did not make, or can not be written.

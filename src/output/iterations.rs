@@ -36,7 +36,8 @@ pub struct IterationRow<'a> {
     pub stage: &'a str,
     /// 0 is the predicted state, before any correction.
     pub iteration: u64,
-    /// Norm of the residual as the convergence test sees it; `None` where a trial state could not be evaluated.
+    /// Norm of the residual as the convergence test sees it; `None` where a trial state could not be
+    /// evaluated.
     pub residual: Option<f64>,
     /// Norm of the correction; `None` before the first.
     pub increment: Option<f64>,

@@ -1,7 +1,7 @@
 //! What a run leaves behind: CSV tables, ParaView files, the run record, and what the console says.
 //!
-//! The writers take plain data that is already reduced over the ranks; they know no solver. Rank 0 writes the tables, the
-//! indices and the record, every rank writes its own piece of the fields.
+//! The writers take plain data that is already reduced over the ranks; they know no solver. Rank 0 writes the
+//! tables, the indices and the record, every rank writes its own piece of the fields.
 //!
 //! | File | Written by | When it is whole |
 //! |---|---|---|

@@ -71,7 +71,8 @@ impl<const D: usize> ProbeTable<D> {
         Ok(Self { table, probes })
     }
 
-    /// Writes the row of a step: time and length of the step [s], and the probes in the order of [`Self::create`].
+    /// Writes the row of a step: time and length of the step [s], and the probes in the order of
+    /// [`Self::create`].
     ///
     /// # Errors
     /// A value is not finite, the count of probes is wrong, or the disk refuses.

@@ -89,7 +89,8 @@ mod tests {
         Entry { time, part, file: format!("fields/{time}/{part}.pvtu") }
     }
 
-    /// After each step the file holds all steps so far, times to the last bit, and a restart drops later ones.
+    /// After each step the file holds all steps so far, times to the last bit, and a restart drops later
+    /// ones.
     #[test]
     fn grows_and_resumes() {
         let scratch = Scratch::new("pvd");

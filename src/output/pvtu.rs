@@ -24,7 +24,8 @@ impl Schema {
     }
 }
 
-/// Writes the index; `sources` are the files of all pieces relative to it. Rank 0 only, when the pieces are there.
+/// Writes the index; `sources` are the files of all pieces relative to it. Rank 0 only, when the pieces are
+/// there.
 ///
 /// # Errors
 /// The disk refuses.

@@ -102,7 +102,8 @@ pub struct Record {
     pub simulated_time: f64,
     /// Wall time so far [s].
     pub wall_seconds: f64,
-    /// Seconds and counts in the order to show them: search, element kernels, insertion, solver set-up, solve, output.
+    /// Seconds and counts in the order to show them: search, element kernels, insertion, solver set-up,
+    /// solve, output.
     pub phases: Vec<(String, Phase)>,
     /// Largest resident memory of each rank [bytes].
     pub peak_memory: Vec<u64>,
@@ -163,7 +164,8 @@ pub fn peak_memory() -> u64 {
     kilobytes.unwrap_or(0) * 1024
 }
 
-/// A time as `2025-01-31T12:00:00Z`, by the calendar arithmetic of H. Hinnant (days to civil date, era of 400 years).
+/// A time as `2025-01-31T12:00:00Z`, by the calendar arithmetic of H. Hinnant (days to civil date, era of 400
+/// years).
 pub fn timestamp(time: SystemTime) -> String {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let (days, clock) = (seconds / 86_400 + 719_468, seconds % 86_400);
@@ -205,7 +207,8 @@ mod tests {
         }
     }
 
-    /// The record says running until the end, then what came of it with the exit code; a folder with it is ours.
+    /// The record says running until the end, then what came of it with the exit code; a folder with it is
+    /// ours.
     #[test]
     fn tells_how_the_run_stands() {
         let scratch = Scratch::new("record");

@@ -1,4 +1,5 @@
-//! What a rank gives to be written, and the choice from it: its own cells and the nodes that they use, compacted.
+//! What a rank gives to be written, and the choice from it: its own cells and the nodes that they use,
+//! compacted.
 
 use crate::error::{Error, Result};
 
@@ -38,7 +39,8 @@ pub struct VolumeFields<'a> {
     pub det_f: &'a [f64],
 }
 
-/// Fields of the contact surfaces for all nodes of the rank; what stands at nodes off the surfaces is not read.
+/// Fields of the contact surfaces for all nodes of the rank; what stands at nodes off the surfaces is not
+/// read.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceFields<'a> {
     /// [m], node-major, `D` components a node.

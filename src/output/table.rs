@@ -47,7 +47,8 @@ impl Table {
         Self::at_end(path, columns)
     }
 
-    /// Goes on with a table after a restart: keeps the rows up to `last_step`, drops what came later or was cut short.
+    /// Goes on with a table after a restart: keeps the rows up to `last_step`, drops what came later or was
+    /// cut short.
     ///
     /// # Errors
     /// The file is not there, has other columns, or can not be written.
@@ -76,7 +77,8 @@ impl Table {
     /// Appends one row and hands it to the system at once, so that it outlives this process.
     ///
     /// # Errors
-    /// A number is not finite or the count of cells is wrong (internal faults that name the column), or the disk refuses.
+    /// A number is not finite or the count of cells is wrong (internal faults that name the column), or the
+    /// disk refuses.
     pub fn row(&mut self, cells: &[Cell]) -> Result<()> {
         if cells.len() != self.columns.len() {
             let text =
@@ -151,7 +153,8 @@ mod tests {
         }
     }
 
-    /// A row is in the file as soon as it is written, names with commas are quoted, nothing is an empty field.
+    /// A row is in the file as soon as it is written, names with commas are quoted, nothing is an empty
+    /// field.
     #[test]
     fn rows_are_there_at_once() {
         let scratch = Scratch::new("table");

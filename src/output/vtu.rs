@@ -1,4 +1,5 @@
-//! One piece of an unstructured grid as VTK's XML with appended raw data: little endian, 64-bit block headers.
+//! One piece of an unstructured grid as VTK's XML with appended raw data: little endian, 64-bit block
+//! headers.
 
 use std::io::{BufWriter, Write};
 use std::path::Path;

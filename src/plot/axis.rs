@@ -5,7 +5,7 @@
 pub struct Quantity {
     /// Its name.
     pub name: String,
-    /// Its SI unit without a prefix; empty for a pure number.
+    /// Its SI unit without a prefix; empty for a count, whose ticks are whole.
     pub unit: &'static str,
 }
 
@@ -28,12 +28,19 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// An axis that holds all finite `values`, with its ends at ticks where `Ends::Ticks` asks so.
-    pub fn covering(quantity: &Quantity, values: impl IntoIterator<Item = f64>, ends: Ends) -> Self {
+    /// An axis that holds all finite `values`, with about as many ticks as there is `room` for.
+    pub fn covering(
+        quantity: &Quantity,
+        values: impl IntoIterator<Item = f64>,
+        ends: Ends,
+        room: f64,
+    ) -> Self {
         let [low, high] = spread(values);
-        let step = round_step((high - low) / 5.0);
+        let step = round_step((high - low) / room.clamp(2.0, 8.0));
+        let step = if quantity.unit.is_empty() { round_step(step.max(1.0).ceil()) } else { step };
         let range = match ends {
             Ends::Data => [low, high],
+            Ends::Padded => [low - 0.04 * (high - low), high + 0.04 * (high - low)],
             Ends::Ticks => [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step],
         };
         let [first, last] = [(range[0] / step - 1e-9).ceil(), (range[1] / step + 1e-9).floor()];
@@ -50,6 +57,8 @@ impl Axis {
 pub enum Ends {
     /// At the outermost data.
     Data,
+    /// A little beyond them, so that no curve runs along the frame.
+    Padded,
     /// At the ticks beyond them.
     Ticks,
 }
@@ -133,7 +142,7 @@ mod tests {
     use super::*;
 
     fn axis(unit: &'static str, values: &[f64], ends: Ends) -> (Axis, Vec<String>) {
-        let axis = Axis::covering(&Quantity::new("q", unit), values.iter().copied(), ends);
+        let axis = Axis::covering(&Quantity::new("q", unit), values.iter().copied(), ends, 5.0);
         let texts = axis.ticks.iter().map(|(_, text)| text.clone()).collect();
         (axis, texts)
     }
@@ -148,7 +157,9 @@ mod tests {
         assert_eq!((stress.label.as_str(), stress.range), ("q (MPa)", [-2e5, 6e5]));
         assert_eq!(texts, ["−0.2", "0.0", "0.2", "0.4", "0.6"]);
         assert_eq!(axis("m", &[0.0, 0.5], Ends::Ticks).1, ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
-        assert_eq!(axis("", &[0.0, 12.0], Ends::Ticks).1, ["0.0", "2.5", "5.0", "7.5", "10.0", "12.5"]);
+        assert_eq!(axis("Pa", &[0.0, 12.0], Ends::Ticks).1, ["0.0", "2.5", "5.0", "7.5", "10.0", "12.5"]);
+        assert_eq!(axis("", &[0.0, 3.0], Ends::Ticks).1, ["0", "1", "2", "3"]);
+        assert_eq!(axis("m", &[0.0, 0.5], Ends::Padded).0.range, [-0.02, 0.52]);
     }
 
     /// Constant, absent and tiny data give an axis all the same, and all data lie within it.

@@ -71,7 +71,8 @@ impl Canvas<'_> {
         self.area.draw(&PathElement::new(points, style)).map_err(fault)
     }
 
-    /// A filled polygon; its rim is drawn in `rim`, or in its own colour, lest the background shines through between two.
+    /// A filled polygon; its rim is drawn in `rim`, or in its own colour, lest the background shines through
+    /// between two.
     ///
     /// # Errors
     /// The drawing library fails.

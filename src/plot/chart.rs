@@ -24,6 +24,8 @@ pub struct Panel {
     pub y: Quantity,
     /// What is drawn.
     pub curves: Vec<Curve>,
+    /// Values that the upward axis shows in any case.
+    pub at_least: Vec<f64>,
 }
 
 /// A figure: panels of one width in rows.
@@ -55,13 +57,15 @@ impl Figure {
         let rows = self.panels.len().div_ceil(self.columns);
         let panel_height = if rows == 1 { 400.0 } else { 270.0 };
         let head = head_height(&self.legend);
+        let margin =
+            self.panels.iter().map(|panel| panel.number_width(panel_height)).fold(0.0, f64::max) + 44.0;
         sheet([WIDTH, head + panel_height * rows as f64 + 8.0], |canvas| {
             draw_head(canvas, &self.title, &self.legend, WIDTH)?;
             let width = (WIDTH - 12.0) / self.columns as f64;
             for (index, panel) in self.panels.iter().enumerate() {
                 let left = (index % self.columns) as f64 * width;
                 let top = head + (index / self.columns) as f64 * panel_height;
-                panel.draw(canvas, [left, top, left + width, top + panel_height])?;
+                panel.draw(canvas, [left, top, left + width, top + panel_height], margin)?;
             }
             Ok(())
         })
@@ -69,15 +73,25 @@ impl Figure {
 }
 
 impl Panel {
-    fn draw(&self, canvas: &Canvas, place: Frame) -> Result<()> {
-        let all = |i: usize| {
-            self.curves.iter().flat_map(move |curve| curve.points.iter().map(move |point| point[i]))
-        };
-        let x = Axis::covering(&self.x, all(0), Ends::Data);
-        let y = Axis::covering(&self.y, all(1), Ends::Ticks);
-        let widest = y.ticks.iter().map(|(_, text)| text_width(text, NUMBER)).fold(0.0, f64::max);
+    fn all(&self, i: usize) -> impl Iterator<Item = f64> {
+        self.curves.iter().flat_map(move |curve| curve.points.iter().map(move |point| point[i]))
+    }
+
+    fn upward(&self, height: f64) -> Axis {
+        let values = self.all(1).chain(self.at_least.iter().copied());
+        Axis::covering(&self.y, values, Ends::Padded, height / 50.0)
+    }
+
+    fn number_width(&self, height: f64) -> f64 {
+        let widths = self.upward(height).ticks.into_iter().map(|(_, text)| text_width(&text, NUMBER));
+        widths.fold(0.0, f64::max)
+    }
+
+    fn draw(&self, canvas: &Canvas, place: Frame, margin: f64) -> Result<()> {
         let [left, top, right, bottom] = place;
-        let frame = [left + widest + 44.0, top + 10.0, right - 8.0, bottom - 48.0];
+        let frame = [left + margin, top + 10.0, right - 8.0, bottom - 48.0];
+        let x = Axis::covering(&self.x, self.all(0), Ends::Data, (frame[2] - frame[0]) / 70.0);
+        let y = self.upward(bottom - top);
         draw_axes(canvas, frame, &x, &y)?;
         canvas.text(&y.label, [left + 16.0, (frame[1] + frame[3]) / 2.0], LABEL, Anchor::Upward)?;
         for curve in &self.curves {
@@ -166,7 +180,7 @@ mod tests {
     /// The corners of the axes are the corners of the frame, with y upward.
     #[test]
     fn points_land_in_the_frame() {
-        let axis = Axis::covering(&Quantity::new("q", ""), [0.0, 10.0], Ends::Ticks);
+        let axis = Axis::covering(&Quantity::new("q", ""), [0.0, 10.0], Ends::Ticks, 5.0);
         let frame = [100.0, 10.0, 200.0, 60.0];
         assert_eq!(place_in(frame, [&axis, &axis], [0.0, 0.0]), [100.0, 60.0]);
         assert_eq!(place_in(frame, [&axis, &axis], [10.0, 5.0]), [200.0, 35.0]);

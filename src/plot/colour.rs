@@ -50,9 +50,10 @@ pub fn draw_bar(canvas: &Canvas, frame: Frame, axis: &Axis) -> Result<()> {
     let [low, high] = axis.range;
     let height = |share: f64| bottom - share * (bottom - top);
     for stripe in 0..STRIPES {
-        let [from, to] = [stripe, stripe + 1].map(|s| s as f64 / STRIPES as f64);
-        let fill = colour(axis, low + (high - low) * (from + to) / 2.0);
-        let [y0, y1] = [height(from), height(to)];
+        let from = stripe as f64 / STRIPES as f64;
+        let fill = colour(axis, low + (high - low) * (from + 0.5 / STRIPES as f64));
+        // Each stripe reaches to the top and the next covers it, so that no line shows between two.
+        let [y0, y1] = [height(from), top];
         canvas.polygon(&[[left, y0], [right, y0], [right, y1], [left, y1]], fill, None)?;
     }
     canvas.line(
@@ -76,7 +77,7 @@ mod tests {
     /// Brightness grows along the scale, so that it reads in grey; ends are held.
     #[test]
     fn brightness_grows() {
-        let axis = Axis::covering(&Quantity::new("q", ""), [0.0, 1.0], Ends::Ticks);
+        let axis = Axis::covering(&Quantity::new("q", ""), [0.0, 1.0], Ends::Ticks, 5.0);
         let grey = |value: f64| {
             let RGBColor(r, g, b) = colour(&axis, value);
             0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)

@@ -1,4 +1,5 @@
-//! The figures over time: contact stresses, displacement, energy, iterations; of one run, or of several compared.
+//! The figures over time: contact stresses, displacement, energy, iterations; of one run, or of several
+//! compared.
 
 use crate::error::Result;
 
@@ -32,7 +33,8 @@ pub fn figures(runs: &[Run]) -> Result<Vec<Named>> {
     Ok(figures)
 }
 
-/// Normal and tangential contact stress at a probe (Figs 5 and 6): in one panel for one run, in two where runs compare.
+/// Normal and tangential contact stress at a probe (Figs 5 and 6): in one panel for one run, in two where
+/// runs compare.
 fn contact_stresses(runs: &[Run], probe: &str) -> Result<Option<Named>> {
     let columns = [format!("{probe}.contact_pressure [Pa]"), format!("{probe}.traction_t [Pa]")];
     let normal = over_time(runs, |run| run.probes.as_ref(), &columns[0])?;
@@ -94,6 +96,7 @@ fn energy(runs: &[Run]) -> Result<Option<Named>> {
     if runs.len() > 1 {
         let panels = shown.into_iter().map(|(name, curves)| panel(&format!("{name} energy"), "J", curves));
         let panels = panels.map(|mut panel| {
+            panel.at_least.clear();
             panel.y.name =
                 panel.y.name.replace("dissipated energy", "dissipation").replace("work energy", "work");
             panel
@@ -112,9 +115,9 @@ fn energy(runs: &[Run]) -> Result<Option<Named>> {
     Ok(filled(("energy".into(), Figure { title, legend: names, panels, columns: 1 })))
 }
 
-/// Newton iterations of each step, failed attempts included, and their sum.
+/// Newton iterations of each step, failed attempts included, in a panel for each run; and their sums.
 fn iterations(runs: &[Run]) -> Result<Option<Named>> {
-    let (mut each, mut sum) = (Vec::new(), Vec::new());
+    let (mut each, mut sums) = (Vec::new(), Vec::new());
     for (index, run) in runs.iter().enumerate() {
         let Some(counts) = run.iterations.as_ref().map(count_by_step).transpose()? else { continue };
         let stroke = Stroke::of(index);
@@ -122,16 +125,21 @@ fn iterations(runs: &[Run]) -> Result<Option<Named>> {
             .windows(2)
             .flat_map(|pair| [pair[0], [pair[1][0], pair[0][1]]])
             .chain(counts.last().copied());
-        each.push(Curve { points: stairs.collect(), stroke: Stroke { width: 1.3, ..stroke } });
-        let total = counts.iter().scan(0.0, |total, [time, count]| {
-            *total += count;
-            Some([*time, *total])
+        each.push(Curve { points: stairs.collect(), stroke: Stroke { dash: &[], width: 1.2, ..stroke } });
+        let sum = counts.iter().scan(0.0, |sum, [time, count]| {
+            *sum += count;
+            Some([*time, *sum])
         });
-        sum.push(Curve { points: total.collect(), stroke });
+        sums.push(Curve { points: sum.collect(), stroke });
     }
-    let panels = vec![panel("Newton iterations a step", "", each), panel("iterations so far", "", sum)];
-    let title = titled(runs, "Iterations");
-    Ok(filled(("iterations".into(), Figure { title, legend: legend(runs), panels, columns: 1 })))
+    let most = each.iter().flat_map(|curve| &curve.points).map(|point| point[1]).fold(0.0, f64::max);
+    let mut panels: Vec<Panel> =
+        each.into_iter().map(|curve| panel("iterations a step", "", vec![curve])).collect();
+    panels.iter_mut().for_each(|panel| panel.at_least = vec![0.0, most]);
+    panels.push(panel("iterations so far", "", sums));
+    let title = titled(runs, "Newton iterations");
+    let columns = if runs.len() == 1 { 1 } else { 2 };
+    Ok(filled(("iterations".into(), Figure { title, legend: legend(runs), panels, columns })))
 }
 
 /// Time [s] and number of iterations of each step; iteration 0 is the prediction, which costs no solve.
@@ -166,7 +174,7 @@ fn over_time<'a>(
 }
 
 fn panel(name: &str, unit: &'static str, curves: Vec<Curve>) -> Panel {
-    Panel { x: Quantity::new("time", "s"), y: Quantity::new(name, unit), curves }
+    Panel { x: Quantity::new("time", "s"), y: Quantity::new(name, unit), curves, at_least: vec![0.0] }
 }
 
 fn legend(runs: &[Run]) -> Vec<(String, Stroke)> {

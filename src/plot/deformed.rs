@@ -1,4 +1,5 @@
-//! The deformed bodies at the end (Fig. 4), coloured by von Mises stress or by contact pressure; several runs on one scale.
+//! The deformed bodies at the end (Fig. 4), coloured by von Mises stress or by contact pressure; several runs
+//! on one scale.
 
 use crate::error::Result;
 
@@ -8,7 +9,7 @@ use super::chart::{Frame, draw_axes, place_in};
 use super::colour::{bar_width, colour, draw_bar};
 use super::grid::Shot;
 use super::scene::{Face, Scene, Shown};
-use super::style::{GREY, INK, LABEL, PALE, Stroke, TITLE, fitted};
+use super::style::{FAINT, INK, LABEL, PALE, Stroke, TITLE, fitted};
 
 const WIDTH: f64 = 860.0;
 const HEAD: f64 = 40.0;
@@ -30,7 +31,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
         Shown::VonMises => ("von Mises stress", "Deformed mesh, von Mises stress"),
         Shown::Pressure => ("contact pressure", "Deformed mesh, contact pressure"),
     };
-    let scale = Axis::covering(&Quantity::new(name, "Pa"), values(), Ends::Ticks);
+    let scale = Axis::covering(&Quantity::new(name, "Pa"), values(), Ends::Ticks, 5.0);
     let columns = if scenes.len() == 1 { 1 } else { 2 };
     let width = (WIDTH - bar_width(&scale) - 24.0) / columns as f64;
     let height = panel_height(&scenes, width);
@@ -50,7 +51,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
 }
 
 fn caption(title: &str, shot: &Shot) -> String {
-    let time = Axis::covering(&Quantity::new("t", "s"), [0.0, shot.time], Ends::Data);
+    let time = Axis::covering(&Quantity::new("t", "s"), [0.0, shot.time], Ends::Data, 5.0);
     let unit = time.label.trim_start_matches("t (").trim_end_matches(')').to_string();
     let factor = [("ns", 1e9), ("µs", 1e6), ("ms", 1e3), ("s", 1.0), ("ks", 1e-3)];
     let factor = factor.iter().find(|(name, _)| *name == unit).map_or(1.0, |(_, factor)| *factor);
@@ -92,13 +93,11 @@ fn draw_panel(canvas: &Canvas, place: Frame, caption: &str, (scene, scale): (&Sc
         canvas.text(&y.label, [left + 14.0, (frame[1] + frame[3]) / 2.0], LABEL, Anchor::Upward)?;
     }
     let rim = (scene.faces.len() < MOST_RIMS).then_some(Stroke { width: 0.35, ..Stroke::thin(INK) });
-    for face in &scene.faces {
-        draw_face(canvas, face, |point| place_in(frame, [&x, &y], point), (scale, rim))?;
-    }
     for ends in &scene.outline {
         canvas.line(&ends.map(|point| place_in(frame, [&x, &y], point)), Stroke::thin(INK))?;
     }
-    Ok(())
+    let place = |point| place_in(frame, [&x, &y], point);
+    scene.faces.iter().try_for_each(|face| draw_face(canvas, face, place, (scale, rim)))
 }
 
 fn draw_face(
@@ -115,7 +114,7 @@ fn draw_face(
     }
     let rim = match face.value {
         Some(_) => rim,
-        None => rim.map(|rim| Stroke { colour: GREY, ..rim }),
+        None => rim.map(|rim| Stroke { colour: FAINT, ..rim }),
     };
     canvas.polygon(&corners, fill, rim)
 }
@@ -128,7 +127,7 @@ fn equal_axes(frame: Frame, extent: [[f64; 2]; 2]) -> [Axis; 2] {
     let axis = |i: usize, name: &str| {
         let middle = (extent[i][0] + extent[i][1]) / 2.0;
         let half = metres * size[i] / 2.0;
-        Axis::covering(&Quantity::new(name, "m"), [middle - half, middle + half], Ends::Data)
+        Axis::covering(&Quantity::new(name, "m"), [middle - half, middle + half], Ends::Data, size[i] / 70.0)
     };
     [axis(0, "x"), axis(1, "y")]
 }

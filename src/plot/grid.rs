@@ -19,7 +19,8 @@ pub struct Grid {
     pub cells: Vec<Vec<usize>>,
     /// VTK's number of each cell's kind.
     pub types: Vec<u8>,
-    /// The scalar to be shown: von Mises stress of each cell of the bodies, pressure at each point of a surface [Pa].
+    /// The scalar to be shown: von Mises stress of each cell of the bodies, pressure at each point of a
+    /// surface [Pa].
     pub values: Vec<f64>,
 }
 
@@ -34,7 +35,8 @@ pub struct Shot {
     pub surfaces: Option<Grid>,
 }
 
-/// Reads the last step whose files are all there and whole; `None` where there is none. Notes say what was left out.
+/// Reads the last step whose files are all there and whole; `None` where there is none. Notes say what was
+/// left out.
 pub fn last_shot(folder: &Path, notes: &mut Vec<String>) -> Option<Shot> {
     let entries = match pvd::read(&folder.join("fields.pvd")) {
         Ok(entries) => entries,

@@ -7,8 +7,8 @@
 //! | `deformed_von_mises.svg`, `deformed_pressure.svg` | the bodies at the last field step (Fig. 4) |
 //! | `energy.svg`, `iterations.svg` | the ledger; Newton iterations a step |
 //!
-//! Several folders are drawn in the same figures with a legend of the runs' titles. What is not there is left out with a
-//! note, so that a run can be looked at while it goes.
+//! Several folders are drawn in the same figures with a legend of the runs' titles. What is not there is left
+//! out with a note, so that a run can be looked at while it goes.
 
 mod axis;
 mod canvas;
@@ -40,11 +40,12 @@ pub struct Plotted {
     pub notes: Vec<String>,
 }
 
-/// Draws all figures that the results allow into `output`: by default `RESULTS/figures` for one folder, `figures` in the
-/// working directory for several.
+/// Draws all figures that the results allow into `output`: by default `RESULTS/figures` for one folder,
+/// `figures` in the working directory for several.
 ///
 /// # Errors
-/// A folder is not a result of ours, a table is broken, nothing can be drawn, or the figures can not be written.
+/// A folder is not a result of ours, a table is broken, nothing can be drawn, or the figures can not be
+/// written.
 pub fn plot(results: &[PathBuf], output: Option<&Path>) -> Result<Plotted> {
     let mut notes = Vec::new();
     let mut runs = results.iter().map(|path| Run::read(path, &mut notes)).collect::<Result<Vec<_>>>()?;

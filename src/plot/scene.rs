@@ -68,8 +68,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Looks at a shot: the plane from the front, space from above for stresses and from below for pressures, since what
-    /// rests on something is in contact at its lower side.
+    /// Looks at a shot: the plane from the front, space from above for stresses and from below for pressures,
+    /// since what rests on something is in contact at its lower side.
     pub fn of(shot: &Shot, shown: Shown) -> Self {
         let is_space = shot.bodies.types.iter().any(|&kind| is_solid(kind));
         let view = match (is_space, shown) {
@@ -204,7 +204,8 @@ mod tests {
         assert!(body.unwrap() < facet);
     }
 
-    /// Up is up, right is right, and the three directions are a right-handed frame, from above and from below.
+    /// Up is up, right is right, and the three directions are a right-handed frame, from above and from
+    /// below.
     #[test]
     fn views_are_frames() {
         for elevation in [0.42, -0.42] {

@@ -17,8 +17,8 @@ const HEXA_20: [&[u8]; 6] = [
     &[3, 11, 0, 16, 4, 15, 7, 19],
 ];
 
-/// The polygons that bound a cell of VTK's kind, as places in its node list: one for a flat cell, one a face for a solid
-/// one, two or three points for a line; none for an unknown kind.
+/// The polygons that bound a cell of VTK's kind, as places in its node list: one for a flat cell, one a face
+/// for a solid one, two or three points for a line; none for an unknown kind.
 pub fn polygons(vtk_type: u8) -> &'static [&'static [u8]] {
     match vtk_type {
         3 => &[&[0, 1]],
@@ -51,7 +51,8 @@ mod tests {
 
     use super::*;
 
-    /// The faces of a solid close: each edge, mid-side node included, belongs to two faces that run it in opposite ways.
+    /// The faces of a solid close: each edge, mid-side node included, belongs to two faces that run it in
+    /// opposite ways.
     #[test]
     fn solids_are_closed() {
         for (vtk_type, edges) in [(10, 6), (24, 12), (12, 12), (25, 24), (29, 24)] {

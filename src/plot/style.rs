@@ -21,6 +21,8 @@ const DASHES: [&[f64]; 6] =
 pub const INK: RGBColor = RGBColor(0x20, 0x20, 0x20);
 /// For grids and outlines that stand back.
 pub const GREY: RGBColor = RGBColor(0xD8, 0xD8, 0xD8);
+/// For the mesh of bodies that carry no colour.
+pub const FAINT: RGBColor = RGBColor(0xA8, 0xA8, 0xA8);
 /// For bodies that carry no colour.
 pub const PALE: RGBColor = RGBColor(0xEE, 0xEE, 0xEA);
 

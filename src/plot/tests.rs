@@ -1,4 +1,5 @@
-//! The whole way: results written by our writers, drawn, and looked into. Set `FIGURES` to a folder to keep the pictures.
+//! The whole way: results written by our writers, drawn, and looked into. Set `FIGURES` to a folder to keep
+//! the pictures.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -99,7 +100,8 @@ fn iteration_row(step: u32, time: f64, iteration: u32) -> IterationRow<'static> 
     }
 }
 
-/// A box of `cells` cells a side (the last twice as many along x), its right half on rank 1; the bottom is in contact.
+/// A box of `cells` cells a side (the last twice as many along x), its right half on rank 1; the bottom is in
+/// contact.
 fn write_fields<const D: usize>(path: &Path, rank: usize) {
     let cells = if D == 2 { 24 } else { 8 };
     let side: usize = cells + 1;
@@ -265,7 +267,7 @@ fn a_killed_run_is_drawn_as_far_as_it_goes() {
     let bytes = fs::read(&piece).unwrap();
     fs::write(&piece, &bytes[..bytes.len() / 2]).unwrap();
     fs::remove_file(path.join("iterations.csv")).unwrap();
-    let plotted = plot(&[path.clone()], None).unwrap();
+    let plotted = plot(std::slice::from_ref(&path), None).unwrap();
     assert_eq!(figures_in(&path.join("figures"), &plotted.files), ALL[..5]);
     let notes = plotted.notes.join("\n");
     for part in [
