@@ -13,6 +13,8 @@ pub mod point;
 #[cfg(test)]
 mod point_tests;
 pub mod projection;
+#[cfg(test)]
+mod projection_tests;
 pub mod rigid;
 pub mod state;
 pub mod surface;
