@@ -16,6 +16,8 @@ pub mod projection;
 #[cfg(test)]
 mod projection_tests;
 pub mod rigid;
+#[cfg(test)]
+mod rigid_tests;
 pub mod state;
 pub mod surface;
 pub mod zone;

@@ -178,3 +178,26 @@ fn agrees_with_dual_numbers() {
         }
     }
 }
+
+/// The secant is b / |v_T| (return map k_T b / |t_trial|) in the whole tangent plane, and leaves the force alone.
+#[test]
+fn secant_replaces_the_flat_slope() {
+    let normal = Vector::<2>::new(0.0, 1.0);
+    let (b, w) = (1e5, Vector::<2>::new(0.5, 0.2));
+    let cases = [
+        (Regularization::stick_velocity(1e-2).unwrap(), b / 0.5),
+        (Regularization::stick_stiffness(1e9).unwrap(), 1e9 * b / (1e9 * 0.5)),
+    ];
+    for (law, expected) in cases {
+        let zero = Vector::<2>::zeros();
+        let slip =
+            Slip { normal: &normal, velocity: &w, increment: &w, old_traction: &zero, old_normal: &normal };
+        let flat = law.traction(&bound(b), &slip, SlipTangent::Consistent);
+        let secant = law.traction(&bound(b), &slip, SlipTangent::Secant);
+        assert!(flat.slips && flat.traction == secant.traction);
+        assert_eq!((flat.by_velocity + flat.by_increment).norm(), 0.0);
+        let slope = secant.by_velocity + secant.by_increment;
+        assert!((slope[(0, 0)] / -expected - 1.0).abs() < 1e-14, "{law:?}");
+        assert_eq!(slope[(1, 1)], 0.0);
+    }
+}
