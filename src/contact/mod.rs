@@ -10,11 +10,7 @@ pub mod history;
 pub mod normal;
 pub mod obstacle;
 pub mod point;
-#[cfg(test)]
-mod point_tests;
 pub mod projection;
-#[cfg(test)]
-mod projection_tests;
 pub mod rigid;
 #[cfg(test)]
 mod rigid_tests;

@@ -1,6 +1,6 @@
 //! Closest points on facets of every kind, inside, beyond edges and beyond vertices.
 
-use super::projection::Projection;
+use super::Projection;
 use crate::mesh::ElementKind;
 use crate::space::reference;
 use crate::taylor::{scatter, taylor_rate};
