@@ -10,10 +10,10 @@ pub mod history;
 pub mod normal;
 pub mod obstacle;
 pub mod point;
-#[cfg(test)]
-mod point_tests;
 pub mod projection;
 pub mod rigid;
+#[cfg(test)]
+mod rigid_tests;
 pub mod state;
 pub mod surface;
 pub mod zone;

@@ -6,6 +6,8 @@ mod coulomb;
 mod power_law;
 pub mod regularization;
 pub mod traction;
+#[cfg(test)]
+mod traction_tests;
 
 use super::normal::NormalResponse;
 pub use coulomb::Coulomb;

@@ -1,15 +1,15 @@
 //! The point kernel against its own force: every law, obstacle, facet and regime, and every term by itself.
 
-use super::friction::coefficient::{Coefficient, Constant};
-use super::friction::regularization::REGULARIZATIONS;
-use super::friction::traction::SlipTangent;
-use super::friction::{Coulomb, FRICTION_LAWS, Friction, FrictionLaw, Regularization};
-use super::geometry::{AreaMeasure, FacetPoint, Geometry};
-use super::history::History;
-use super::normal::{NORMAL_LAWS, NormalLaw, Penalty};
-use super::obstacle::{OBSTACLES, Obstacle};
-use super::point::{ContactLaw, Frozen, Manner, Motion, PointState, Selection, Status, respond};
-use super::projection::Projection;
+use super::{ContactLaw, Frozen, Manner, Motion, PointState, Selection, Status, respond};
+use crate::contact::friction::coefficient::{Coefficient, Constant};
+use crate::contact::friction::regularization::REGULARIZATIONS;
+use crate::contact::friction::traction::SlipTangent;
+use crate::contact::friction::{Coulomb, FRICTION_LAWS, Friction, FrictionLaw, Regularization};
+use crate::contact::geometry::{AreaMeasure, FacetPoint, Geometry};
+use crate::contact::history::History;
+use crate::contact::normal::{NORMAL_LAWS, NormalLaw, Penalty};
+use crate::contact::obstacle::{OBSTACLES, Obstacle};
+use crate::contact::projection::Projection;
 use crate::mesh::ElementKind;
 use crate::space::{Table, reference};
 use crate::taylor::{scatter, taylor_rate};
@@ -121,7 +121,7 @@ impl<const D: usize> Scene<D> {
         geometry
     }
 
-    fn response(&self) -> super::point::Response<D> {
+    fn response(&self) -> super::Response<D> {
         let motion = Motion { velocity: &self.velocity, increment: &self.increment, history: &self.history };
         respond(&self.law, &self.geometry(), &motion, &self.manner)
     }
@@ -396,7 +396,8 @@ fn contactor_and_target_forces_cancel() {
 /// Section 4 of the formulation, written down for a straight facet: K_CN, K_nT and C in the plane.
 #[test]
 fn matrices_are_those_of_the_formulation() {
-    let floor = super::obstacle::Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0)).unwrap();
+    let floor =
+        crate::contact::obstacle::Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0)).unwrap();
     let (compliance, mu, stick) = (1e-8, 0.7, 2.0);
     let friction = coulomb(mu, Regularization::stick_velocity(stick).unwrap());
     let law = ContactLaw { normal: NormalLaw::Penalty(Penalty::new(compliance).unwrap()), friction };

@@ -1,0 +1,80 @@
+//! State of a contact point: what is reported, compared between iterates, and frozen.
+
+use crate::tensor::Vector;
+
+/// Open, or closed and stuck or slipping. A frictionless closed point slips.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum Status {
+    /// No contact.
+    #[default]
+    Open,
+    /// Closed, on the stick branch of the regularised law.
+    Stick,
+    /// Closed, on the slip branch.
+    Slip,
+}
+
+/// State of a contact point in one iterate: what is reported, compared and frozen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointState<const D: usize> {
+    /// `g_n` \[m\], > 0 open.
+    pub gap: f64,
+    /// `n`, unit, outward from the target.
+    pub normal: Vector<D>,
+    /// `t_n >= 0`, pressure on the contactor \[Pa\].
+    pub normal_traction: f64,
+    /// `t_T` on the contactor \[Pa\].
+    pub friction_traction: Vector<D>,
+    /// `b` \[Pa\], bound of `|t_T|`.
+    pub bound: f64,
+    /// `v_T` \[m/s\].
+    pub slip_velocity: Vector<D>,
+    /// `P d`, slip since the start of the step \[m\].
+    pub slip_increment: Vector<D>,
+    /// Open, stick or slip.
+    pub status: Status,
+    /// `A` \[m, m^2\].
+    pub area: f64,
+    /// `w(g)` \[J/m^2\]: times the reference area, the energy stored by the normal law.
+    pub potential: f64,
+    /// Energy stored in elastic stick \[J/m^2\]; zero in the velocity form.
+    pub recoverable: f64,
+    /// Heat of the step by the return map \[J/m^2\]; zero in the velocity form, whose power is [`friction_power`](Self::friction_power).
+    pub plastic_work: f64,
+}
+
+impl<const D: usize> Default for PointState<D> {
+    fn default() -> Self {
+        Self {
+            gap: f64::INFINITY,
+            normal: Vector::zeros(),
+            normal_traction: 0.0,
+            friction_traction: Vector::zeros(),
+            bound: 0.0,
+            slip_velocity: Vector::zeros(),
+            slip_increment: Vector::zeros(),
+            status: Status::Open,
+            area: 0.0,
+            potential: 0.0,
+            recoverable: 0.0,
+            plastic_work: 0.0,
+        }
+    }
+}
+
+impl<const D: usize> PointState<D> {
+    /// `-t_T . v_T` per area \[W/m^2\]: what friction takes out of the motion, >= 0 in the velocity form.
+    pub fn friction_power(&self) -> f64 {
+        -self.friction_traction.dot(&self.slip_velocity)
+    }
+
+    /// Whether the point is closed.
+    pub fn is_closed(&self) -> bool {
+        self.status != Status::Open
+    }
+
+    /// `t = t_n n + t_T` \[Pa\], on the contactor.
+    pub fn traction(&self) -> Vector<D> {
+        self.normal * self.normal_traction + self.friction_traction
+    }
+}
