@@ -16,7 +16,8 @@ use std::rc::Rc;
 pub enum Format {
     /// Scalar rows: every preconditioner works, algebraic multigrid among them.
     Aij,
-    /// Blocks: products and ILU take about half the time; multigrid refuses it.
+    /// Blocks: products and ILU take about half the time. Multigrid and MUMPS's Cholesky refuse it, and ICC crashes on a
+    /// rank without rows (3.18); ILU(0), which is symmetric for a symmetric matrix, stands in for ICC.
     Baij,
 }
 
@@ -266,10 +267,14 @@ impl Matrix {
         let truth = |yes: bool| if yes { sys::PETSC_TRUE } else { sys::PETSC_FALSE };
         let symmetric = truth(symmetry != Symmetry::None);
         let definite = truth(symmetry == Symmetry::PositiveDefinite);
-        petsc!(MatSetOption(self.raw, sys::MAT_SPD_ETERNAL, definite))?;
-        petsc!(MatSetOption(self.raw, sys::MAT_SPD, definite))?;
-        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRY_ETERNAL, symmetric))?;
-        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRIC, symmetric))
+        // PETSc wants to know a property before it hears that the property will last. Distributed BAIJ has no word for
+        // definiteness, nor a method that would ask for it.
+        if self.format == Format::Aij {
+            petsc!(MatSetOption(self.raw, sys::MAT_SPD, definite))?;
+            petsc!(MatSetOption(self.raw, sys::MAT_SPD_ETERNAL, definite))?;
+        }
+        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRIC, symmetric))?;
+        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRY_ETERNAL, symmetric))
     }
 
     /// Gives multigrid the rigid-body modes of nodes at `coordinates` (owned nodes, D values each). Collective.
@@ -297,13 +302,14 @@ impl Matrix {
         Ok(Kronecker { _session: Rc::clone(&self.session), raw })
     }
 
-    /// Memory that PETSc holds for the matrix on this rank [bytes].
-    ///
-    /// # Errors
-    /// PETSc does not tell.
-    pub fn bytes(&self) -> Result<u64> {
-        let parts = self.parts.iter().filter(|part| !part.is_null());
-        parts.map(|&part| Ok(info(part)?.memory as u64)).sum()
+    /// Memory of values and indices on this rank, the map of the scatter included [bytes]; the pattern is shared.
+    pub fn bytes(&self) -> usize {
+        let values: usize = self.scatter.lengths.iter().sum();
+        let indices = match self.format {
+            Format::Aij => values + self.pattern.rows() * self.block_size,
+            Format::Baij => self.pattern.slots() + self.pattern.rows(),
+        };
+        values * size_of::<f64>() + indices * size_of::<i32>() + self.scatter.bytes()
     }
 
     /// The pattern, for slots.

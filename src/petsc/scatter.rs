@@ -75,6 +75,10 @@ impl Scatter {
         }
     }
 
+    pub(super) fn bytes(&self) -> usize {
+        (self.addresses.len() + self.strides.len() + self.diagonal.len()) * size_of::<u32>()
+    }
+
     fn place(&self, slot: u32) -> (usize, usize) {
         let address = self.addresses[slot as usize];
         ((address >> 31) as usize, (address & !OFF_DIAGONAL) as usize)
