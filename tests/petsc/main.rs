@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 
 const CASE: &str = "CONTACT_PETSC_TEST_CASE";
 
-/// Most time that a run may take: a hang is a failure too.
-const LIMIT: Duration = Duration::from_secs(120);
+/// Most time that a run may take, generous for a loaded machine: a hang is a failure too.
+const LIMIT: Duration = Duration::from_secs(60);
 
 /// A case, the number of ranks (0: started without `mpirun`), the exit code and a text to be printed.
 type Run = (&'static str, u32, i32, &'static str);

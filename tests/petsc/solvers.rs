@@ -174,7 +174,7 @@ fn failures_are_outcomes(session: &Rc<Session>, local: &Local) {
         assert_eq!((outcome.reason, outcome.iterations), (Reason::Iterations, 2));
 
         let unknowns = local.pattern.rows() * local.lattice.dimension;
-        let tilt = |dof: usize| if dof % 2 == 0 { -50.0 } else { 0.0 };
+        let tilt = |dof: usize| if dof.is_multiple_of(2) { -50.0 } else { 0.0 };
         matrix.fill(|values| (0..unknowns).for_each(|dof| values.add_diagonal(dof, tilt(dof)))).unwrap();
         let mut krylov = configured(session, &matrix, &[CG, &[("pc_type", "none")]].concat());
         let (outcome, _) = solve(session, local, &mut krylov, &matrix);
