@@ -6,7 +6,7 @@ use std::{env, fs, process};
 const MISSING_METIS: &str = "METIS is not found: install the Debian package libmetis-dev";
 
 /// Source whose preprocessed form carries METIS's version numbers.
-const PROBE: &str = "#include <metis.h>\nversion METIS_VER_MAJOR METIS_VER_MINOR METIS_VER_SUBMINOR\n";
+const PROBE: &str = "#include <metis.h>\nmetis_version METIS_VER_MAJOR METIS_VER_MINOR METIS_VER_SUBMINOR\n";
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
@@ -31,6 +31,13 @@ fn metis_version() -> Result<String, String> {
         .try_expand()
         .map_err(|_| MISSING_METIS.to_owned())?;
     let text = String::from_utf8_lossy(&expanded);
-    let line = text.lines().rev().find_map(|line| line.strip_prefix("version ")).ok_or(MISSING_METIS)?;
-    Ok(line.split_whitespace().collect::<Vec<_>>().join("."))
+    // The compiler breaks the line around macros of a system header; its line markers begin with `#`.
+    let words = text.lines().filter(|line| !line.starts_with('#')).flat_map(str::split_whitespace);
+    let numbers: Vec<&str> = words.skip_while(|&word| word != "metis_version").skip(1).take(3).collect();
+    if numbers.iter().all(|number| number.parse::<u32>().is_ok()) {
+        Ok(numbers.join("."))
+    } else {
+        Err("METIS does not tell its version: install the Debian package libmetis-dev (5.1 or newer)"
+            .to_owned())
+    }
 }

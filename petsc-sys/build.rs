@@ -50,9 +50,12 @@ fn bind() -> Result<(), String> {
     }
     let petsc = ["PETSc", "petsc"]
         .iter()
-        .find_map(|name| pkg_config::Config::new().cargo_metadata(false).probe(name).ok())
+        .find_map(|name| pkg_config::Config::new().cargo_metadata(false).env_metadata(true).probe(name).ok())
         .ok_or(MISSING)?;
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo did not set OUT_DIR")?);
+    for header in petsc.include_paths.iter().map(|path| path.join("petscversion.h")) {
+        println!("cargo::rerun-if-changed={}", header.display());
+    }
     let facts = facts(&petsc.include_paths, &out)?;
     if let Some(sentence) = facts.refusal() {
         return Err(sentence);

@@ -33,18 +33,19 @@ fact version PETSC_VERSION_MAJOR PETSC_VERSION_MINOR PETSC_VERSION_SUBMINOR
 const OLDEST: [u32; 2] = [3, 18];
 
 impl Facts {
-    /// Reads the `fact` lines of the preprocessed [`PROBE`].
+    /// Reads what follows each word `fact` in the preprocessed [`PROBE`].
     pub fn parse(preprocessed: &str) -> Option<Self> {
-        let facts: Vec<&str> =
-            preprocessed.lines().filter_map(|line| line.trim().strip_prefix("fact ")).collect();
-        let has = |name: &str| facts.iter().any(|fact| fact.trim() == name);
-        let version = facts.iter().find_map(|fact| fact.strip_prefix("version "))?;
-        let numbers: Vec<u32> = version.split_whitespace().filter_map(|part| part.parse().ok()).collect();
+        // A compiler may break a line around a macro of a system header; only its line markers begin with `#`.
+        let lines = preprocessed.lines().filter(|line| !line.starts_with('#'));
+        let words: Vec<&str> = lines.flat_map(str::split_whitespace).collect();
+        let fact = |name: &str| words.windows(2).position(|pair| pair == ["fact", name]).map(|at| at + 2);
+        let start = fact("version")?;
+        let version: Vec<u32> = words[start..].iter().take(3).filter_map(|word| word.parse().ok()).collect();
         Some(Self {
-            version: numbers.try_into().ok()?,
-            complex: has("complex"),
-            double: has("double"),
-            wide_indices: has("wide_indices"),
+            version: version.try_into().ok()?,
+            complex: fact("complex").is_some(),
+            double: fact("double").is_some(),
+            wide_indices: fact("wide_indices").is_some(),
         })
     }
 

@@ -13,8 +13,10 @@ fn facts(text: &str) -> Facts {
 #[test]
 fn accepts_real_double_releases() {
     for version in ["3 18 5", "3 22 5", "4 0 0"] {
-        let found = facts(&format!("# 1 \"probe.c\"\n\nfact double\nfact version {version}\n"));
-        assert_eq!(found.refusal(), None, "{version}");
+        for marker in ["", "\n# 2 \"probe.c\" 3 4\n     "] {
+            let found = facts(&format!("# 1 \"probe.c\"\n\nfact double\nfact version {marker}{version}\n"));
+            assert_eq!(found.refusal(), None, "{version}");
+        }
     }
 }
 

@@ -1,14 +1,15 @@
 //! A linear solver: Krylov method and preconditioner, chosen by PETSc's options.
 
 use super::call::{check, petsc, take_detail};
-use super::matrix::{Matrix, Operator};
+use super::matrix::Matrix;
+use super::operator::Operator;
 use super::options::{insert, remove, text};
+use super::outcome::{Outcome, Reason, Reuse, Start};
 use super::session::Session;
 use super::shell::ShellPreconditioner;
 use super::vector::Vector;
 use crate::error::Result;
 use petsc_sys as sys;
-use std::fmt;
 use std::ptr::null_mut;
 use std::rc::Rc;
 
@@ -21,97 +22,6 @@ pub struct Krylov {
     prefix: String,
     raw: sys::KSP,
     defaults: Vec<(String, String)>,
-}
-
-/// Why a linear solve ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Reason {
-    /// The residual fell below the relative tolerance.
-    RelativeTolerance,
-    /// The residual fell below the absolute tolerance.
-    AbsoluteTolerance,
-    /// The preconditioner was applied the number of times asked for, as in a direct solve.
-    Applied,
-    /// The Krylov space holds the exact solution.
-    Exact,
-    /// The iterations ran out.
-    Iterations,
-    /// The residual grew beyond bounds.
-    Growth,
-    /// The method divided by zero.
-    Breakdown,
-    /// The matrix or the preconditioner is not positive definite, as the method needs.
-    Indefinite,
-    /// A value is not a number.
-    NotANumber,
-    /// The preconditioner could not be set up or applied, as with a zero pivot or lack of memory.
-    PreconditionerFailed,
-    /// Another of PETSc's reasons, by its number.
-    Other(i32),
-}
-
-impl Reason {
-    fn new(raw: sys::KSPConvergedReason) -> Self {
-        match raw {
-            sys::KSP_CONVERGED_RTOL | sys::KSP_CONVERGED_RTOL_NORMAL => Self::RelativeTolerance,
-            sys::KSP_CONVERGED_ATOL | sys::KSP_CONVERGED_ATOL_NORMAL => Self::AbsoluteTolerance,
-            sys::KSP_CONVERGED_ITS => Self::Applied,
-            sys::KSP_CONVERGED_HAPPY_BREAKDOWN => Self::Exact,
-            sys::KSP_DIVERGED_ITS => Self::Iterations,
-            sys::KSP_DIVERGED_DTOL => Self::Growth,
-            sys::KSP_DIVERGED_BREAKDOWN | sys::KSP_DIVERGED_BREAKDOWN_BICG => Self::Breakdown,
-            sys::KSP_DIVERGED_INDEFINITE_PC | sys::KSP_DIVERGED_INDEFINITE_MAT => Self::Indefinite,
-            sys::KSP_DIVERGED_NANORINF => Self::NotANumber,
-            sys::KSP_DIVERGED_PC_FAILED => Self::PreconditionerFailed,
-            other => Self::Other(other.0),
-        }
-    }
-
-    /// Whether the solution may be used.
-    pub fn converged(self) -> bool {
-        match self {
-            Self::RelativeTolerance | Self::AbsoluteTolerance | Self::Applied | Self::Exact => true,
-            Self::Other(number) => number > 0,
-            _ => false,
-        }
-    }
-}
-
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let words = match self {
-            Self::RelativeTolerance => "relative tolerance reached",
-            Self::AbsoluteTolerance => "absolute tolerance reached",
-            Self::Applied => "preconditioner applied",
-            Self::Exact => "exact solution found",
-            Self::Iterations => "out of iterations",
-            Self::Growth => "residual grows",
-            Self::Breakdown => "breakdown",
-            Self::Indefinite => "matrix or preconditioner not positive definite",
-            Self::NotANumber => "not a number",
-            Self::PreconditionerFailed => "preconditioner failed",
-            Self::Other(number) => return write!(f, "PETSc's reason {number}"),
-        };
-        f.write_str(words)
-    }
-}
-
-/// What became of a linear solve; the same on every rank.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome {
-    /// Krylov iterations.
-    pub iterations: usize,
-    /// Why it ended.
-    pub reason: Reason,
-    /// Residual norm as the method sees it; with a preconditioner on the left not the true one.
-    pub residual: f64,
-}
-
-impl Outcome {
-    /// Whether the solution may be used.
-    pub fn converged(&self) -> bool {
-        self.reason.converged()
-    }
 }
 
 impl Krylov {
@@ -262,34 +172,6 @@ impl Krylov {
         petsc!(KSPGetPC(self.raw, &mut pc))?;
         Ok(pc)
     }
-}
-
-/// Whether a preconditioner is kept when the matrix changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reuse {
-    /// The old one serves.
-    Keep,
-    /// A new one is built in the next solve after each change.
-    Renew,
-}
-
-/// Where the iteration starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Start {
-    /// From zero.
-    Zero,
-    /// From what the solution vector holds.
-    Given,
-}
-
-/// The true residual `|b - A x|` (Euclidean), with `work` as scratch space. Collective.
-///
-/// # Errors
-/// The layouts do not fit.
-pub fn residual_norm(operator: &impl Operator, b: &Vector, x: &Vector, work: &mut Vector) -> Result<f64> {
-    operator.multiply(x, work)?;
-    work.aypx(-1.0, b)?;
-    work.norm()
 }
 
 fn create(session: &Session, prefix: &str) -> Result<sys::KSP> {

@@ -1,24 +1,16 @@
 //! A distributed block matrix of fixed pattern, filled in place.
 
 use super::call::petsc;
+use super::operator::{Kronecker, Operator};
 use super::pattern::BlockPattern;
 use super::scatter::{BlockValues, Scatter};
 use super::session::Session;
+use super::storage::{Format, PartArray, info, scalar_rows, type_name};
 use super::vector::Vector;
 use crate::error::{Error, Result};
 use petsc_sys as sys;
-use std::ffi::CStr;
 use std::ptr::{null, null_mut};
 use std::rc::Rc;
-
-/// How PETSc stores the values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Format {
-    /// Scalar rows: every preconditioner works, algebraic multigrid among them.
-    Aij,
-    /// Blocks: products and ILU take about half the time; multigrid refuses it.
-    Baij,
-}
 
 /// What a matrix promises about its symmetry; kept while its values change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -29,20 +21,6 @@ pub enum Symmetry {
     Symmetric,
     /// Symmetric and positive definite.
     PositiveDefinite,
-}
-
-/// What a Krylov solver can multiply with.
-pub trait Operator {
-    /// PETSc's handle, alive as long as `self` is.
-    fn raw(&self) -> sys::Mat;
-
-    /// `y = A x` on the owned parts. Collective.
-    ///
-    /// # Errors
-    /// The layouts do not fit, or communication fails.
-    fn multiply(&self, x: &Vector, y: &mut Vector) -> Result<()> {
-        petsc!(MatMult(self.raw(), x.raw(), y.raw()))
-    }
 }
 
 /// A square matrix of blocks, distributed by rows as vectors are.
@@ -266,10 +244,14 @@ impl Matrix {
         let truth = |yes: bool| if yes { sys::PETSC_TRUE } else { sys::PETSC_FALSE };
         let symmetric = truth(symmetry != Symmetry::None);
         let definite = truth(symmetry == Symmetry::PositiveDefinite);
-        petsc!(MatSetOption(self.raw, sys::MAT_SPD_ETERNAL, definite))?;
-        petsc!(MatSetOption(self.raw, sys::MAT_SPD, definite))?;
-        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRY_ETERNAL, symmetric))?;
-        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRIC, symmetric))
+        // PETSc wants to know a property before it hears that the property will last. Distributed BAIJ has no word for
+        // definiteness, nor a method that would ask for it.
+        if self.format == Format::Aij {
+            petsc!(MatSetOption(self.raw, sys::MAT_SPD, definite))?;
+            petsc!(MatSetOption(self.raw, sys::MAT_SPD_ETERNAL, definite))?;
+        }
+        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRIC, symmetric))?;
+        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRY_ETERNAL, symmetric))
     }
 
     /// Gives multigrid the rigid-body modes of nodes at `coordinates` (owned nodes, D values each). Collective.
@@ -292,18 +274,17 @@ impl Matrix {
         if self.block_size != 1 {
             return Err(Error::internal("only a matrix with one value a node can be spread over components"));
         }
-        let mut raw = null_mut();
-        petsc!(MatCreateMAIJ(self.raw, dimension as i32, &mut raw))?;
-        Ok(Kronecker { _session: Rc::clone(&self.session), raw })
+        Kronecker::new(&self.session, self.raw, dimension)
     }
 
-    /// Memory that PETSc holds for the matrix on this rank [bytes].
-    ///
-    /// # Errors
-    /// PETSc does not tell.
-    pub fn bytes(&self) -> Result<u64> {
-        let parts = self.parts.iter().filter(|part| !part.is_null());
-        parts.map(|&part| Ok(info(part)?.memory as u64)).sum()
+    /// Memory of values and indices on this rank, the map of the scatter included [bytes]; the pattern is shared.
+    pub fn bytes(&self) -> usize {
+        let values: usize = self.scatter.lengths.iter().sum();
+        let indices = match self.format {
+            Format::Aij => values + self.pattern.rows() * self.block_size,
+            Format::Baij => self.pattern.slots() + self.pattern.rows(),
+        };
+        values * size_of::<f64>() + indices * size_of::<i32>() + self.scatter.bytes()
     }
 
     /// The pattern, for slots.
@@ -333,98 +314,4 @@ impl Drop for Matrix {
         // SAFETY: the handle is ours, and PETSc runs since we hold the session.
         unsafe { sys::MatDestroy(&mut self.raw) };
     }
-}
-
-/// A scalar matrix that acts on every component alike, see [`Matrix::kronecker_identity`].
-pub struct Kronecker {
-    _session: Rc<Session>,
-    raw: sys::Mat,
-}
-
-impl Operator for Kronecker {
-    fn raw(&self) -> sys::Mat {
-        self.raw
-    }
-}
-
-impl Drop for Kronecker {
-    fn drop(&mut self) {
-        // SAFETY: as for a matrix.
-        unsafe { sys::MatDestroy(&mut self.raw) };
-    }
-}
-
-/// The value array of one part, given back when dropped.
-struct PartArray {
-    part: sys::Mat,
-    format: Format,
-    pointer: *mut f64,
-    length: usize,
-}
-
-impl PartArray {
-    fn open(part: sys::Mat, format: Format, length: usize) -> Result<Self> {
-        let mut pointer = null_mut();
-        if !part.is_null() {
-            match format {
-                Format::Aij => petsc!(MatSeqAIJGetArray(part, &mut pointer))?,
-                Format::Baij => petsc!(MatSeqBAIJGetArray(part, &mut pointer))?,
-            }
-        }
-        Ok(Self { part, format, pointer, length })
-    }
-
-    fn values(&mut self) -> &mut [f64] {
-        if self.length == 0 {
-            return &mut [];
-        }
-        // SAFETY: `find_parts` has checked the length; nobody else has the array while the matrix is borrowed.
-        unsafe { std::slice::from_raw_parts_mut(self.pointer, self.length) }
-    }
-}
-
-impl Drop for PartArray {
-    fn drop(&mut self) {
-        if self.part.is_null() {
-            return;
-        }
-        // SAFETY: gives back what `open` took.
-        unsafe {
-            match self.format {
-                Format::Aij => sys::MatSeqAIJRestoreArray(self.part, &mut self.pointer),
-                Format::Baij => sys::MatSeqBAIJRestoreArray(self.part, &mut self.pointer),
-            };
-        }
-    }
-}
-
-fn type_name(format: Format) -> &'static CStr {
-    match format {
-        Format::Aij => c"aij",
-        Format::Baij => c"baij",
-    }
-}
-
-fn info(matrix: sys::Mat) -> Result<sys::MatInfo> {
-    let mut info = std::mem::MaybeUninit::<sys::MatInfo>::zeroed();
-    petsc!(MatGetInfo(matrix, sys::MAT_LOCAL, info.as_mut_ptr()))?;
-    // SAFETY: plain numbers, zero before PETSc fills them in.
-    Ok(unsafe { info.assume_init() })
-}
-
-/// Offsets and columns of the scalar rows of a block pattern.
-fn scalar_rows(pattern: &BlockPattern, size: usize) -> (Vec<i32>, Vec<i32>) {
-    let mut offsets = Vec::with_capacity(pattern.rows() * size + 1);
-    let mut columns = Vec::with_capacity(pattern.slots() * size * size);
-    offsets.push(0);
-    for row in 0..pattern.rows() {
-        let blocks = &pattern.columns[pattern.row(row)];
-        for _ in 0..size {
-            for &block in blocks {
-                columns.extend((0..size as i32).map(|j| block * size as i32 + j));
-            }
-            offsets.push(columns.len() as i32);
-        }
-    }
-    (offsets, columns)
 }

@@ -4,8 +4,8 @@
 //! *off-diagonal part* (the others). Both keep a row's columns in ascending global order, so a slot's address follows
 //! from counting. AIJ stores scalar rows: a block's rows lie one stride apart. BAIJ stores whole blocks, column-major.
 
-use super::matrix::Format;
 use super::pattern::BlockPattern;
+use super::storage::Format;
 use crate::error::{Error, Result};
 
 /// Stands for a block that this rank does not own; adding to it does nothing.
@@ -73,6 +73,10 @@ impl Scatter {
         for part in 0..2 {
             self.lengths[part] += counts[part] * self.block_size * self.block_size;
         }
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        (self.addresses.len() + self.strides.len() + self.diagonal.len()) * size_of::<u32>()
     }
 
     fn place(&self, slot: u32) -> (usize, usize) {

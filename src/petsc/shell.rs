@@ -1,7 +1,8 @@
 //! Operators and preconditioners given as closures, which PETSc calls back.
 
 use super::call::{keep_detail, petsc};
-use super::matrix::{Matrix, Operator};
+use super::matrix::Matrix;
+use super::operator::Operator;
 use super::session::Session;
 use super::vector::Vector;
 use crate::error::{Error, Result};

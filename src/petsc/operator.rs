@@ -1,0 +1,60 @@
+//! What has a product with a vector.
+
+use super::call::petsc;
+use super::session::Session;
+use super::vector::Vector;
+use crate::error::Result;
+use petsc_sys as sys;
+use std::ptr::null_mut;
+use std::rc::Rc;
+
+/// What a Krylov solver can multiply with.
+pub trait Operator {
+    /// PETSc's handle, alive as long as `self` is.
+    fn raw(&self) -> sys::Mat;
+
+    /// `y = A x` on the owned parts. Collective.
+    ///
+    /// # Errors
+    /// The layouts do not fit, or communication fails.
+    fn multiply(&self, x: &Vector, y: &mut Vector) -> Result<()> {
+        petsc!(MatMult(self.raw(), x.raw(), y.raw()))
+    }
+}
+
+/// The true residual `|b - A x|` (Euclidean), with `work` as scratch space. Collective.
+///
+/// # Errors
+/// The layouts do not fit.
+pub fn residual_norm(operator: &impl Operator, b: &Vector, x: &Vector, work: &mut Vector) -> Result<f64> {
+    operator.multiply(x, work)?;
+    work.aypx(-1.0, b)?;
+    work.norm()
+}
+
+/// A scalar matrix that acts on every component alike, see [`Matrix::kronecker_identity`](super::Matrix::kronecker_identity).
+pub struct Kronecker {
+    _session: Rc<Session>,
+    raw: sys::Mat,
+}
+
+impl Kronecker {
+    pub(super) fn new(session: &Rc<Session>, scalar: sys::Mat, dimension: usize) -> Result<Self> {
+        let mut raw = null_mut();
+        petsc!(MatCreateMAIJ(scalar, dimension as i32, &mut raw))?;
+        Ok(Self { _session: Rc::clone(session), raw })
+    }
+}
+
+impl Operator for Kronecker {
+    fn raw(&self) -> sys::Mat {
+        self.raw
+    }
+}
+
+impl Drop for Kronecker {
+    fn drop(&mut self) {
+        // SAFETY: as for a matrix.
+        unsafe { sys::MatDestroy(&mut self.raw) };
+    }
+}
