@@ -15,6 +15,7 @@ pub mod output;
 pub mod partition;
 pub mod petsc;
 pub mod plot;
+pub mod simulation;
 pub mod solvers;
 pub mod space;
 pub mod square;

@@ -344,14 +344,14 @@ fn coefficient(coefficient: &case::Coefficient) -> Result<Coefficient> {
 ///
 /// # Errors
 /// When a mesh can not be read or is no good, with file and place.
-pub fn read_mesh<const D: usize>(case: &Case, folder: &std::path::Path) -> Result<Mesh<D>> {
+pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
     let mut bodies = Vec::with_capacity(case.bodies.len());
     for (name, body) in case.bodies.iter() {
         let mesh = match &body.mesh {
             case::Mesh::Box(shape) => box_mesh(shape).map_err(|e| e.within(&format!("body '{}'", name.value)))?,
             case::Mesh::File(file) => {
                 let region = file.region.as_ref().map(|region| region.value.as_str());
-                crate::mesh::gmsh::read(&folder.join(&file.file.value), region)?
+                crate::mesh::gmsh::read(&case.resolve(&file.file.value), region)?
             }
         };
         bodies.push((name.value.clone(), mesh));

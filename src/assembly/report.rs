@@ -62,12 +62,6 @@ pub struct ContactSummary<const D: usize> {
     pub zone: ZoneSummary<D>,
 }
 
-/// Direction along which scalars are reported in the plane: the normal turned back by a right angle, so that
-/// `n = (-t_y, t_x)`.
-fn along<const D: usize>(normal: &Point<D>, vector: &Point<D>) -> f64 {
-    if D == 2 { vector[0] * normal[1] - vector[1] * normal[0] } else { vector.norm() }
-}
-
 /// Nodal values of one contact: area-weighted sums at local nodes.
 pub struct NodalSums {
     /// `[node * FIELDS + k]`: as in [`NodalContact`], then the closed and the slipping share, the path slid, the
@@ -92,9 +86,9 @@ impl NodalSums {
             let (t, v) = (&point.friction_traction, &point.slip_velocity);
             [
                 point.normal_traction,
-                along(&point.normal, &point.friction_traction),
+                point.along(&point.friction_traction),
                 point.gap,
-                along(&point.normal, &point.slip_velocity),
+                point.along(&point.slip_velocity),
                 closed,
                 slips,
                 history[p].slip,
@@ -227,23 +221,24 @@ impl<const D: usize> ContactSystem<D> {
         let world = self.session.world();
         let reduce = |contact: &Contact<D>| {
             let own = contact.pair.summary(&contact.state);
-            let mut sums = vec![own.normal_force, own.area, own.friction_power];
+            let mut sums = vec![own.normal_force, own.area, own.friction_power, own.tangential_force];
             sums.extend(own.force.iter().chain(own.friction_force.iter()));
             sums.extend([own.points, own.stick, own.slip].map(|n| n as f64));
             let peaks = [own.max_penetration, own.max_pressure];
             let (mut total, mut top) = (vec![0.0; sums.len()], [0.0; 2]);
             world.all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
             world.all_reduce_into(&peaks[..], &mut top[..], SystemOperation::max());
-            let count = |k: usize| total[3 + 2 * D + k] as usize;
+            let count = |k: usize| total[4 + 2 * D + k] as usize;
             ZoneSummary {
                 points: count(0),
                 stick: count(1),
                 slip: count(2),
-                force: Point::from_fn(|i, _| total[3 + i]),
-                friction_force: Point::from_fn(|i, _| total[3 + D + i]),
+                force: Point::from_fn(|i, _| total[4 + i]),
+                friction_force: Point::from_fn(|i, _| total[4 + D + i]),
                 normal_force: total[0],
                 area: total[1],
                 friction_power: total[2],
+                tangential_force: total[3],
                 max_penetration: top[0],
                 max_pressure: top[1],
             }

@@ -22,6 +22,8 @@ pub struct Overclosure<const D: usize> {
     pub place: [f64; D],
     /// Number of nodes that penetrate.
     pub nodes: u64,
+    /// Number of nodes that may touch.
+    pub candidates: u64,
 }
 
 /// Looks for contactor nodes behind the target and treats them as the case says. Collective.
@@ -77,19 +79,20 @@ fn worst<const D: usize>(
         let point = local.mesh.points[node as usize];
         (contact.obstacle.gap(&Vector::from(point)), point)
     });
-    let (mut smallest, mut place, mut count) = (f64::INFINITY, [0.0; D], 0u64);
+    let (mut smallest, mut place, mut count) = (f64::INFINITY, [0.0; D], [0u64; 2]);
     for (gap, point) in gaps {
-        count += u64::from(gap < 0.0);
+        count[0] += u64::from(gap < 0.0);
+        count[1] += 1;
         if gap < smallest {
             (smallest, place) = (gap, point);
         }
     }
-    let (mut least, mut total) = (0.0, 0);
+    let (mut least, mut total) = (0.0, [0u64; 2]);
     world.all_reduce_into(&smallest, &mut least, SystemOperation::min());
-    world.all_reduce_into(&count, &mut total, SystemOperation::sum());
+    world.all_reduce_into(&count[..], &mut total[..], SystemOperation::sum());
     let holder = if smallest == least { world.rank() } else { i32::MAX };
     let mut first = 0;
     world.all_reduce_into(&holder, &mut first, SystemOperation::min());
     world.process_at_rank(first).broadcast_into(&mut place[..]);
-    Overclosure { contact: contact.name.clone(), smallest_gap: least, place, nodes: total }
+    Overclosure { contact: contact.name.clone(), smallest_gap: least, place, nodes: total[0], candidates: total[1] }
 }

@@ -12,7 +12,7 @@ use super::mass::{Mass, MassKind, Supported};
 use super::pattern::pattern_of_elements;
 use super::scatter::LiftTarget;
 use super::start::{Overclosure, resolve_overclosure};
-use super::supports::Supports;
+use super::supports::{Supports, in_space};
 use crate::contact::point::Selection;
 use crate::contact::rigid::ContactFields;
 use crate::contact::state::{Changes, Hold};
@@ -70,6 +70,7 @@ pub struct ContactSystem<const D: usize> {
     fault: Option<Inverted>,
     changes: Changes,
     extent: f64,
+    free_bodies: Vec<String>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     unit: f64,
     phases: Phases,
@@ -117,6 +118,7 @@ impl<const D: usize> ContactSystem<D> {
             work: forces.like()?,
             forces,
             extent,
+            free_bodies: free_bodies(world, &local, model, &supports),
             unit: unit(model, extent, &local),
             local,
             solids,
@@ -150,6 +152,64 @@ impl<const D: usize> ContactSystem<D> {
     /// Number of unknowns over all ranks, prescribed ones included.
     pub fn unknowns(&self) -> usize {
         self.local.index.total as usize * D
+    }
+
+    /// Whether a load follows the surface, which makes the matrix non-symmetric.
+    pub fn has_following_loads(&self) -> bool {
+        self.external.follows()
+    }
+
+    /// Whether the system was built with inertia.
+    pub fn is_dynamic(&self) -> bool {
+        self.mass.is_some()
+    }
+
+    /// Whether supports hold every body in every direction.
+    pub fn is_held(&self) -> bool {
+        self.free_bodies.is_empty()
+    }
+
+    /// Bodies that no support holds in some direction, as `body (along x, y)`.
+    pub fn free_bodies(&self) -> Vec<String> {
+        self.free_bodies.clone()
+    }
+
+    /// Sets the start velocity of the bodies; prescribed components follow their supports.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn set_velocity(&mut self, stage: &mut Stage, model: &Model<D>) -> Result<()> {
+        let mesh = &self.local.mesh;
+        {
+            let mut v = stage.start.v.local_mut();
+            v.fill(0.0);
+            for element in 0..mesh.element_count() {
+                let functions = &model.bodies[usize::from(mesh.body[element])].initial_velocity;
+                for &node in mesh.element_nodes(element) {
+                    for (i, function) in functions.iter().enumerate().take(D) {
+                        let point = in_space(&mesh.points[node as usize]);
+                        v[node as usize * D + i] = function.value(point, 0.0);
+                    }
+                }
+            }
+        }
+        stage.start.a.set(0.0);
+        stage.start.v.update_ghosts()
+    }
+
+    /// Takes contact tractions and forces of the trial state as those at the start of the motion.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn remember_start(&mut self, stage: &mut Stage) -> Result<()> {
+        for contact in &mut self.contacts {
+            let state = &mut contact.state;
+            for (history, point) in state.history.iter_mut().zip(&state.current) {
+                *history = crate::contact::history::History::start(point);
+            }
+            state.begin();
+        }
+        stage.start_forces.copy_from(&self.forces)
     }
 
     /// Whether friction takes part anywhere.
@@ -478,6 +538,27 @@ fn loads<const D: usize>(
 ) -> Result<External<D>> {
     let kinematics: Vec<Kinematics> = model.bodies.iter().map(|body| body.formulation.kinematics).collect();
     External::new(&model.loads, &external::Place { local, pattern, constrained, kinematics: &kinematics })
+}
+
+/// Bodies that lack a support in some direction; the same on all ranks. Collective.
+fn free_bodies<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    model: &Model<D>,
+    supports: &Supports<D>,
+) -> Vec<String> {
+    let mut own = vec![0u8; model.bodies.len() * D];
+    for element in 0..local.mesh.element_count() {
+        let body = usize::from(local.mesh.body[element]);
+        for (node, i) in local.mesh.element_nodes(element).iter().flat_map(|&n| (0..D).map(move |i| (n, i))) {
+            own[body * D + i] |= u8::from(supports.dofs.constrained[node as usize * D + i]);
+        }
+    }
+    let mut held = vec![0u8; own.len()];
+    world.all_reduce_into(&own[..], &mut held[..], SystemOperation::max());
+    let free = |body: usize| (0..D).filter(|i| held[body * D + i] == 0).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>();
+    let named = model.bodies.iter().enumerate().map(|(k, body)| (free(k), &body.name));
+    named.filter(|(free, _)| !free.is_empty()).map(|(free, name)| format!("'{name}' along {}", free.join(", "))).collect()
 }
 
 /// A typical diagonal entry of the stiffness, `E h^(D - 2)` [N/m].

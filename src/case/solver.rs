@@ -76,6 +76,19 @@ pub enum Linear {
 tagged!(Linear, "linear solver");
 
 impl Linear {
+    /// The name in the case file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Direct => "direct",
+            Self::GmresAsmIlu => "gmres_asm_ilu",
+            Self::GmresAmg => "gmres_amg",
+            Self::Cholesky => "cholesky",
+            Self::CgIcc => "cg_icc",
+            Self::CgAmg => "cg_amg",
+        }
+    }
+
     /// Whether the method needs a symmetric matrix, hence no friction and no follower load.
     pub fn needs_symmetry(self) -> bool {
         matches!(self, Self::Cholesky | Self::CgIcc | Self::CgAmg)

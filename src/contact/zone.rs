@@ -20,6 +20,8 @@ pub struct ZoneSummary<const D: usize> {
     pub normal_force: f64,
     /// `sum A t_T` \[N\].
     pub friction_force: Vector<D>,
+    /// `sum A t_T` along the tangents, see [`PointState::along`] \[N\].
+    pub tangential_force: f64,
     /// Area of the closed points \[m, m^2\].
     pub area: f64,
     /// Largest `-g` \[m\], >= 0.
@@ -39,6 +41,7 @@ impl<const D: usize> Default for ZoneSummary<D> {
             force: Vector::zeros(),
             normal_force: 0.0,
             friction_force: Vector::zeros(),
+            tangential_force: 0.0,
             area: 0.0,
             max_penetration: 0.0,
             max_pressure: 0.0,
@@ -56,6 +59,7 @@ impl<const D: usize> ZoneSummary<D> {
         self.force += point.traction() * point.area;
         self.normal_force += point.normal_traction * point.area;
         self.friction_force += point.friction_traction * point.area;
+        self.tangential_force += point.along(&point.friction_traction) * point.area;
         self.area += point.area;
         self.max_penetration = self.max_penetration.max(-point.gap);
         self.max_pressure = self.max_pressure.max(point.normal_traction);
@@ -81,6 +85,7 @@ impl<const D: usize> AddAssign for ZoneSummary<D> {
         self.force += other.force;
         self.normal_force += other.normal_force;
         self.friction_force += other.friction_force;
+        self.tangential_force += other.tangential_force;
         self.area += other.area;
         self.max_penetration = self.max_penetration.max(other.max_penetration);
         self.max_pressure = self.max_pressure.max(other.max_pressure);

@@ -13,23 +13,28 @@ use std::time::{Duration, Instant};
 #[derive(Clone)]
 pub struct Event {
     shared: Rc<Shared>,
+    _session: Rc<Session>,
 }
 
-struct Shared {
+/// What all events of one name count together; the session keeps them.
+pub(super) struct Shared {
     name: String,
     id: sys::PetscLogEvent,
     seconds: Cell<Duration>,
     calls: Cell<u64>,
     depth: Cell<u32>,
-    _session: Rc<Session>,
 }
 
 impl Event {
-    /// A phase under a name that is one word, as in `ElementKernels`.
+    /// The phase of that name, one word as in `ElementKernels`; all events of one name count together.
     ///
     /// # Errors
     /// PETSc can not register it.
     pub fn register(session: &Rc<Session>, name: &str) -> Result<Self> {
+        let own = |shared: &Rc<Shared>| Self { shared: Rc::clone(shared), _session: Rc::clone(session) };
+        if let Some(known) = session.events().borrow().iter().find(|shared| shared.name == name) {
+            return Ok(own(known));
+        }
         let (mut class, mut id) = (0, 0);
         petsc!(PetscClassIdRegister(c"contact-petsc".as_ptr(), &mut class))?;
         petsc!(PetscLogEventRegister(text(name)?.as_ptr(), class, &mut id))?;
@@ -39,9 +44,10 @@ impl Event {
             seconds: Cell::default(),
             calls: Cell::default(),
             depth: Cell::default(),
-            _session: Rc::clone(session),
         };
-        Ok(Self { shared: Rc::new(shared) })
+        let shared = Rc::new(shared);
+        session.events().borrow_mut().push(Rc::clone(&shared));
+        Ok(own(&shared))
     }
 
     /// Begins the phase; it ends when the returned guard is dropped. A phase within itself counts once.
@@ -58,6 +64,13 @@ impl Event {
     pub fn time<R>(&self, work: impl FnOnce() -> R) -> R {
         let _running = self.begin();
         work()
+    }
+
+    /// Wall time on this rank [s] and calls of the phase of that name; zero where there is none.
+    pub fn totals(session: &Session, name: &str) -> (f64, u64) {
+        let events = session.events().borrow();
+        let found = events.iter().find(|shared| shared.name == name);
+        found.map_or((0.0, 0), |shared| (shared.seconds.get().as_secs_f64(), shared.calls.get()))
     }
 
     /// Name of the phase.

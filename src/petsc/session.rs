@@ -11,7 +11,10 @@ use std::ffi::{CString, c_char, c_int};
 use std::io::Write;
 use std::panic::PanicHookInfo;
 use std::ptr::{null, null_mut};
+use std::cell::RefCell;
 use std::rc::Rc;
+
+use super::events::Shared;
 
 /// Exit code of a fault of the program itself.
 const FAULT: i32 = 70;
@@ -22,6 +25,7 @@ const FAULT: i32 = 70;
 pub struct Session {
     world: SimpleCommunicator,
     options: Options,
+    events: RefCell<Vec<Rc<Shared>>>,
     /// PETSc keeps pointers to its arguments until the end.
     _arguments: Arguments,
     /// Dropped, and MPI with it, after `Drop::drop` has finalised PETSc.
@@ -45,11 +49,16 @@ impl Session {
         petsc!(PetscInitialize(&mut arguments.count, &mut arguments.pointer, null(), null()))?;
         petsc!(PetscPushErrorHandler(Some(quiet_handler), null_mut()))?;
         let session =
-            Self { world, options: Options::snapshot()?, _arguments: arguments, _universe: universe };
+            Self { world, options: Options::snapshot()?, events: RefCell::default(), _arguments: arguments, _universe: universe };
         session.make_mpi_errors_fatal();
         // Unused options are reported by the program itself, from rank 0 and by name.
         session.set_default("options_left", "no")?;
         Ok(Rc::new(session))
+    }
+
+    /// Phases that count their time.
+    pub(super) fn events(&self) -> &RefCell<Vec<Rc<Shared>>> {
+        &self.events
     }
 
     /// All ranks of the run.

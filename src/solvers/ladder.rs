@@ -46,9 +46,9 @@ impl Problem {
             (false, true, true) => &["cg_icc", "cholesky", "direct"],
             (false, true, false) if !self.contact => &["cg_amg", "cg_icc", "cholesky", "direct"],
             (false, true, false) => &["cg_icc", "cholesky", "direct"],
-            (false, false, true) => &["gmres_ilu", "gmres_ilu1", "direct"],
-            (false, false, false) if self.unknowns > 500_000 => &["gmres_ilu", "gmres_amg", "direct"],
-            (false, false, false) => &["gmres_ilu", "gmres_ilu1", "direct"],
+            (false, false, true) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
+            (false, false, false) if self.unknowns > 500_000 => &["gmres_asm_ilu", "gmres_amg", "direct"],
+            (false, false, false) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
         }
     }
 }
@@ -72,7 +72,7 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
             "linear solver '{}' needs a symmetric matrix, and friction makes this one non-symmetric",
             first.name
         ))
-        .hint("use gmres_ilu, gmres_amg, direct or auto"));
+        .hint("use gmres_asm_ilu, gmres_amg, direct or auto"));
     }
     Ok(presets)
 }

@@ -63,6 +63,11 @@ impl LinearSolver {
         })
     }
 
+    /// The presets in the order in which they are tried.
+    pub fn describe(&self) -> String {
+        self.ladder.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", then ")
+    }
+
     /// The preset in use.
     pub fn preset(&self) -> &'static Preset {
         self.ladder[self.rung]

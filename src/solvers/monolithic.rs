@@ -22,6 +22,10 @@ pub struct NewtonSettings {
     pub max_iterations: u32,
     /// Bounds of the linear tolerances, loosest first.
     pub linear: [f64; 2],
+    /// Search along a correction that does not reduce the residual.
+    pub line_search: bool,
+    /// Terms of the tangent.
+    pub terms: Terms,
 }
 
 /// The monolithic strategy.
@@ -111,7 +115,8 @@ impl Monolithic {
                 return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
             };
             self.origin.copy_from(&stage.trial.u)?;
-            let search = row.iteration >= Self::PATIENCE || system.is_cycling();
+            let stuck = row.iteration >= Self::PATIENCE || system.is_cycling();
+            let search = stuck && self.settings.line_search;
             let point = self.advance(system, stage, now, search)?;
             now = point.residual;
             row = IterationReport {
@@ -152,7 +157,7 @@ impl Monolithic {
         self.rhs.copy_from(&self.residual)?;
         self.rhs.scale(-1.0)?;
         let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
-        system.jacobian(stage, Terms::ALL, Some(lift))?;
+        system.jacobian(stage, self.settings.terms, Some(lift))?;
         let solved = self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, self.settings.linear[1])?;
         if solved.is_some() {
             stage.trial.u.axpy(1.0, &self.correction)?;
@@ -169,7 +174,7 @@ impl Monolithic {
 
     /// The Newton correction at the current residual; `None` where every linear solver failed.
     fn correct(&mut self, system: &mut dyn Dynamics, stage: &Stage, now: Residual) -> Result<Option<u32>> {
-        system.jacobian(stage, Terms::ALL, None)?;
+        system.jacobian(stage, self.settings.terms, None)?;
         self.rhs.copy_from(&self.residual)?;
         self.rhs.scale(-1.0)?;
         let tolerance = self.forcing.next(now.norm, self.settings.tolerance * now.scale);

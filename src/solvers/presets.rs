@@ -60,7 +60,7 @@ pub const PRESETS: &[Preset] = &[
         alone: &[],
     },
     Preset {
-        name: "gmres_ilu",
+        name: "gmres_asm_ilu",
         about: "GMRES with ILU(0) on overlapping subdomains: best where inertia helps, and for 3D contact",
         symmetric: false,
         iterative: true,
@@ -76,8 +76,8 @@ pub const PRESETS: &[Preset] = &[
         alone: &[("pc_type", "ilu")],
     },
     Preset {
-        name: "gmres_ilu1",
-        about: "GMRES with ILU(1) on wider overlaps: half the iterations of `gmres_ilu`, twice the memory",
+        name: "gmres_asm_ilu1",
+        about: "GMRES with ILU(1) on wider overlaps: half the iterations of `gmres_asm_ilu`, twice the memory",
         symmetric: false,
         iterative: true,
         format: Format::Baij,
@@ -164,7 +164,7 @@ mod tests {
         for preset in PRESETS {
             assert_eq!(Preset::named(preset.name), Some(preset));
         }
-        let alone = Preset::named("gmres_ilu").map(|p| p.options_on(1)).unwrap_or_default();
+        let alone = Preset::named("gmres_asm_ilu").map(|p| p.options_on(1)).unwrap_or_default();
         assert!(alone.contains(&("pc_type", "ilu")));
         assert!(alone.iter().all(|(key, _)| !key.contains("asm") && !key.starts_with("sub_")));
     }

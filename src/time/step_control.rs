@@ -60,6 +60,12 @@ impl StepControl {
         self.start + self.nominal * (self.done as f64 + within)
     }
 
+    /// Instant at the end of the next step [s].
+    pub fn end_of_step(&self) -> f64 {
+        let within = (self.position + 1) as f64 / (1u64 << self.depth) as f64;
+        self.start + self.nominal * (self.done as f64 + within)
+    }
+
     /// Completed part of the interval, between 0 and 1.
     pub fn fraction(&self) -> f64 {
         (self.time() - self.start) / (self.nominal * self.steps as f64)

@@ -68,6 +68,13 @@ impl<const D: usize> PointState<D> {
         -self.friction_traction.dot(&self.slip_velocity)
     }
 
+    /// A tangential vector as one number: in the plane its component along the tangent, which is the normal turned
+    /// clockwise by a right angle; in space its length.
+    pub fn along(&self, vector: &Vector<D>) -> f64 {
+        let n = &self.normal;
+        if D == 2 { vector[0] * n[1] - vector[1] * n[0] } else { vector.norm() }
+    }
+
     /// Whether the point is closed.
     pub fn is_closed(&self) -> bool {
         self.status != Status::Open

@@ -1,0 +1,381 @@
+//! What a run writes down: rank 0 keeps tables, record and console, every rank its piece of the fields.
+
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::{Instant, SystemTime};
+
+use super::tables::Tables;
+use crate::assembly::{ContactSystem, Energies, EnergyLedger, SurfaceCells, Watched};
+use crate::case::{Case, Mesh};
+use crate::dynamics::Stage;
+use crate::error::{Result, agree};
+use crate::model::Model;
+use crate::output::console::{Attempt, Console, StepLine, Verbosity};
+use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
+use crate::output::folder::ResultsFolder;
+use crate::output::iterations::IterationRow;
+use crate::output::record::{Input, Record, Totals, Verdict};
+use crate::output::summary::{ContactStart, StartUp};
+use crate::partition::Report;
+use crate::petsc::{Event, Session};
+use crate::solvers::{IterationReport, Monolithic, SolveReport};
+use crate::time::StepControl;
+
+/// Where a run comes from and where it goes.
+#[derive(Debug, Clone)]
+pub struct Place {
+    /// The case file.
+    pub case_file: PathBuf,
+    /// The results folder.
+    pub folder: PathBuf,
+    /// How much the console says.
+    pub verbosity: Verbosity,
+}
+
+/// The journal of a run.
+pub struct Journal<const D: usize> {
+    session: Rc<Session>,
+    console: Console,
+    folder: PathBuf,
+    tables: Option<Tables<D>>,
+    fields: Option<FieldWriter<D>>,
+    /// Fields are written every so many steps; 0: never.
+    every: u64,
+    model: Model<D>,
+    watched: Vec<Watched<D>>,
+    record: Record,
+    began: Instant,
+    step: u64,
+    now: At,
+    output: Event,
+}
+
+/// Which solve the iterations belong to.
+#[derive(Debug, Clone, Copy, Default)]
+struct At {
+    time: f64,
+    dt: f64,
+    attempt: u64,
+    stage: &'static str,
+}
+
+impl<const D: usize> Journal<D> {
+    /// Makes the results folder. Collective.
+    ///
+    /// # Errors
+    /// When it can not be made, or holds what another program wrote.
+    pub fn open(session: &Rc<Session>, case: &Case, model: &Model<D>, place: &Place) -> Result<Self> {
+        let rank = session.rank() as usize;
+        let own = if rank == 0 { prepare::<D>(case, place) } else { Ok((None, Vec::new())) };
+        let (tables, inputs) = agree(session.world(), own)?;
+        let record = Record {
+            case: case.to_json()?,
+            inputs,
+            versions: versions(),
+            ranks: session.size() as usize,
+            unknowns: 0,
+            start: SystemTime::now(),
+            totals: Totals::default(),
+            simulated_time: 0.0,
+            wall_seconds: 0.0,
+            phases: Vec::new(),
+            peak_memory: Vec::new(),
+            verdict: Verdict::Running,
+        };
+        Ok(Self {
+            session: session.clone(),
+            console: Console::new(rank, place.verbosity),
+            folder: place.folder.clone(),
+            tables,
+            fields: None,
+            every: u64::from(case.output.fields.every.value),
+            model: model.clone(),
+            watched: Vec::new(),
+            record,
+            began: Instant::now(),
+            step: 0,
+            now: At::default(),
+            output: Event::register(session, "Output")?,
+        })
+    }
+
+    /// The start-up report, and everything that the results need to know of the mesh. Collective.
+    ///
+    /// # Errors
+    /// When a probe finds no node or a file can not be made.
+    pub fn start_up(&mut self, system: &ContactSystem<D>, partition: &Report, strategy: &Monolithic) -> Result<()> {
+        self.watched = system.watch(&self.model.probes)?;
+        self.record.unknowns = system.unknowns() as u64;
+        let own = self.tables.as_mut().map_or(Ok(()), |tables| tables.watch(&self.folder, &self.watched));
+        agree(self.session.world(), own)?;
+        self.fields = Some(self.field_writer(system));
+        let contacts = system.overclosures().iter().map(|found| ContactStart {
+            name: found.contact.clone(),
+            points: found.candidates,
+            closed: found.nodes,
+            overclosure: (found.smallest_gap < 0.0).then(|| (-found.smallest_gap, found.place.to_vec())),
+        });
+        let report = StartUp {
+            title: self.record.case["title"].as_str().unwrap_or("untitled").to_owned(),
+            folder: self.folder.display().to_string(),
+            elements: partition.elements.iter().sum(),
+            nodes: partition.owned.iter().sum(),
+            unknowns: self.record.unknowns,
+            ranks: self.record.ranks,
+            imbalance: partition.imbalance(),
+            edge_cut: partition.edge_cut.unsigned_abs(),
+            solver: strategy.linear().describe(),
+            contacts: contacts.collect(),
+            remarks: remarks(system),
+        };
+        self.console.start_up(&report);
+        Ok(())
+    }
+
+    fn field_writer(&self, system: &ContactSystem<D>) -> FieldWriter<D> {
+        let local = system.local();
+        let types: Vec<u8> = local.mesh.kinds.iter().map(|kind| kind.vtk_type()).collect();
+        let volume = Cells {
+            points: &local.mesh.points,
+            node_number: &local.input_node,
+            offsets: &local.mesh.offsets,
+            nodes: &local.mesh.nodes,
+            vtk_types: &types,
+            mine: &local.mine,
+            group: &local.mesh.body,
+        };
+        let SurfaceCells { offsets, nodes, vtk_types, mine, contact } = system.surface_cells();
+        let surface = Cells {
+            points: &local.mesh.points,
+            node_number: &local.input_node,
+            offsets: &offsets,
+            nodes: &nodes,
+            vtk_types: &vtk_types,
+            mine: &mine,
+            group: &contact,
+        };
+        let ranks = Ranks { rank: self.session.rank() as usize, size: self.session.size() as usize };
+        FieldWriter::new(&self.folder, ranks, volume, system.has_contact().then_some(surface))
+    }
+
+    /// A load level of the static start begins.
+    pub fn start_attempt(&mut self, factor: f64) {
+        self.header(At { time: 0.0, dt: 0.0, attempt: 1, stage: "start" });
+        if factor == 1.0 {
+            self.console.note("static start at full load");
+        }
+    }
+
+    /// A load level of the static start was reached.
+    pub fn pressed(&mut self, report: &SolveReport) {
+        self.count(report);
+    }
+
+    /// A solve of the next step begins.
+    pub fn attempt(&mut self, stage: &Stage) {
+        let attempt = self.now.attempt + 1;
+        self.header(At { time: stage.trial.time, dt: stage.dt, attempt, stage: "monolithic" });
+    }
+
+    fn header(&mut self, at: At) {
+        self.now = at;
+        let step = if at.stage == "start" { 0 } else { self.step + 1 };
+        let At { time, dt, attempt, stage } = at;
+        self.console.newton_header(&Attempt { step, time, dt, attempt, stage });
+    }
+
+    /// One Newton iteration. Rank 0 writes; an unwritable table is found at the end of the step.
+    pub fn iteration(&mut self, report: &IterationReport) {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let row = IterationRow {
+            step: if self.now.stage == "start" { 0 } else { self.step + 1 },
+            time: self.now.time,
+            dt: self.now.dt,
+            attempt: self.now.attempt,
+            stage: self.now.stage,
+            iteration: u64::from(report.iteration),
+            residual: finite(report.residual),
+            increment: finite(report.increment),
+            krylov_iterations: u64::from(report.krylov),
+            points: report.contact.closed,
+            changed: report.contact.changed,
+            line_search: finite(report.line_search),
+        };
+        self.console.newton_row(&row);
+        if let Some(tables) = &mut self.tables {
+            tables.iteration(&row);
+        }
+    }
+
+    /// An attempt failed.
+    pub fn failed(&mut self, report: &SolveReport, reason: &str, control: &StepControl) {
+        self.count(report);
+        self.record.totals.cut_steps += 1;
+        self.console.note(&format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt()));
+    }
+
+    fn count(&mut self, report: &SolveReport) {
+        self.record.totals.newton_iterations += u64::from(report.newton);
+        self.record.totals.krylov_iterations += u64::from(report.krylov);
+    }
+
+    /// The rows of the start. Collective.
+    ///
+    /// # Errors
+    /// When a file can not be written, the same on all ranks.
+    pub fn begin(
+        &mut self,
+        system: &ContactSystem<D>,
+        stage: &Stage,
+        ledger: &EnergyLedger,
+        control: &StepControl,
+    ) -> Result<()> {
+        self.now = At::default();
+        self.console.begin(control.time(), control.time() + control.dt() * control.nominal_steps() as f64);
+        self.rows(system, stage, (ledger, ledger.now()), 0.0)?;
+        if self.every > 0 {
+            self.write_fields(system, stage)?;
+        }
+        self.write_record(stage.trial.time)
+    }
+
+    /// The rows of a step that is done, before it is accepted. Collective.
+    ///
+    /// # Errors
+    /// When a file can not be written, the same on all ranks.
+    pub fn record(
+        &mut self,
+        system: &ContactSystem<D>,
+        stage: &Stage,
+        energy: (&EnergyLedger, &Energies),
+        report: &SolveReport,
+    ) -> Result<()> {
+        let output = self.output.clone();
+        let _running = output.begin();
+        self.step += 1;
+        self.count(report);
+        self.record.totals.steps = self.step;
+        self.rows(system, stage, energy, stage.dt)?;
+        if self.every > 0 && self.step.is_multiple_of(self.every) {
+            self.write_fields(system, stage)?;
+            self.write_record(stage.trial.time)?;
+        }
+        self.record.simulated_time = stage.trial.time;
+        self.console.step(&StepLine {
+            step: self.step,
+            time: stage.trial.time,
+            dt: stage.dt,
+            iterations: u64::from(report.newton),
+            krylov_iterations: u64::from(report.krylov),
+            stick: report.contact.stick,
+            slip: report.contact.slip,
+        });
+        self.now = At::default();
+        Ok(())
+    }
+
+    fn rows(
+        &mut self,
+        system: &ContactSystem<D>,
+        stage: &Stage,
+        (ledger, energies): (&EnergyLedger, &Energies),
+        dt: f64,
+    ) -> Result<()> {
+        let points = system.points(&self.watched, &stage.trial.u, &stage.trial.v)?;
+        let zones = system.contact_summaries();
+        let reactions = system.reactions(ledger.reactions());
+        let own = self.tables.as_mut().map_or(Ok(()), |tables| {
+            tables.begin_row(self.step, stage.trial.time, dt);
+            tables.probes(&points)?;
+            tables.contacts(&zones)?;
+            tables.reactions(&reactions)?;
+            tables.energies(energies)
+        });
+        agree(self.session.world(), own)
+    }
+
+    fn write_fields(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Result<()> {
+        let Some(writer) = &mut self.fields else { return Ok(()) };
+        let stress = system.stress_fields(&stage.trial.u);
+        let contact = system.contact_fields()?;
+        let (u, v) = (stage.trial.u.local(), stage.trial.v.local());
+        let volume = VolumeFields {
+            displacement: &u,
+            velocity: Some(&v),
+            cauchy_stress: &stress.cauchy_stress,
+            det_f: &stress.det_f,
+        };
+        let surface = SurfaceFields {
+            displacement: &u,
+            contact_pressure: &contact.contact_pressure,
+            traction_t: &contact.traction_t,
+            gap: &contact.gap,
+            slip: &contact.slip,
+            slip_velocity: &contact.slip_velocity,
+            status: &contact.status,
+            friction_work: &contact.friction_work,
+        };
+        let written = writer.write(self.step, &volume, system.has_contact().then_some(&surface));
+        agree(self.session.world(), written)?;
+        let published = match self.session.rank() {
+            0 => writer.publish(self.step, stage.trial.time),
+            _ => Ok(()),
+        };
+        agree(self.session.world(), published)
+    }
+
+    /// Brings `run.json` up to date. Collective.
+    fn write_record(&mut self, time: f64) -> Result<()> {
+        self.record.simulated_time = time;
+        self.measure();
+        let own = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
+        agree(self.session.world(), own)
+    }
+
+    /// Times and memory of all ranks. Collective.
+    fn measure(&mut self) {
+        self.record.wall_seconds = self.began.elapsed().as_secs_f64();
+        self.record.phases = super::measure::phases(&self.session);
+        self.record.peak_memory = super::measure::peak_memory(&self.session);
+    }
+
+    /// Ends the journal with the verdict. Collective.
+    ///
+    /// # Errors
+    /// When the record can not be written.
+    pub fn close(&mut self, outcome: &Result<()>) -> Result<()> {
+        self.measure();
+        self.record.verdict = outcome.as_ref().map_or_else(Verdict::of, |()| Verdict::Completed);
+        let written = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
+        if outcome.is_ok() {
+            self.console.finish(&self.record);
+            return agree(self.session.world(), written);
+        }
+        Ok(())
+    }
+}
+
+fn prepare<const D: usize>(case: &Case, place: &Place) -> Result<(Option<Tables<D>>, Vec<Input>)> {
+    let mut inputs = vec![Input::of(&place.case_file)?];
+    for body in case.bodies.values() {
+        if let Mesh::File(file) = &body.mesh {
+            inputs.push(Input::of(&case.resolve(&file.file.value))?);
+        }
+    }
+    let folder = ResultsFolder::create(&place.folder)?;
+    Ok((Some(Tables::create(folder.path())?), inputs))
+}
+
+fn versions() -> Vec<(String, String)> {
+    let own = ("contact-petsc".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
+    let split = |text: String| {
+        let (name, version) = text.split_once(' ').map_or((text.as_str(), ""), |parts| parts);
+        (name.to_owned(), version.to_owned())
+    };
+    std::iter::once(own).chain(crate::petsc::versions().into_iter().map(split)).collect()
+}
+
+fn remarks<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
+    let free = system.free_bodies();
+    if free.is_empty() { Vec::new() } else { vec![format!("no support holds {}", free.join("; "))] }
+}

@@ -1,0 +1,37 @@
+//! Seconds and memory of all ranks, for the run record.
+
+use std::rc::Rc;
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use crate::output::record::Phase;
+use crate::petsc::{Event, Session, peak_memory as own_peak_memory};
+
+/// Phases in the order of the record: name there, name of the event.
+const PHASES: [(&str, &str); 7] = [
+    ("contact", "Contact"),
+    ("element_forces", "ElementForces"),
+    ("element_tangents_and_insertion", "Tangent"),
+    ("matrix_assembly", "Insertion"),
+    ("solver_set_up", "SolverSetUp"),
+    ("solve", "Solve"),
+    ("output", "Output"),
+];
+
+/// The largest wall time of each phase over the ranks, and the calls. Collective.
+pub fn phases(session: &Rc<Session>) -> Vec<(String, Phase)> {
+    let events = PHASES.map(|(_, event)| Event::totals(session, event));
+    let own = events.map(|(seconds, _)| seconds);
+    let mut most = [0.0; PHASES.len()];
+    session.world().all_reduce_into(&own[..], &mut most[..], SystemOperation::max());
+    let phase = |k: usize| (PHASES[k].0.to_owned(), Phase { seconds: most[k], count: events[k].1 });
+    (0..PHASES.len()).map(phase).collect()
+}
+
+/// Largest resident memory of each rank [bytes]. Collective.
+pub fn peak_memory(session: &Rc<Session>) -> Vec<u64> {
+    let mut all = vec![0; session.size() as usize];
+    session.world().all_gather_into(&own_peak_memory(), &mut all[..]);
+    all
+}

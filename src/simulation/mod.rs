@@ -1,0 +1,131 @@
+//! A run from the case to its results, in the order of the paper's section 3.
+
+mod journal;
+mod measure;
+mod options;
+mod start;
+mod tables;
+
+use std::rc::Rc;
+
+use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
+use crate::case::Case;
+use crate::dynamics::Stage;
+use crate::error::{Error, Result, agree};
+use crate::model::{Model, read_mesh};
+use crate::partition::{Plan, distribute};
+use crate::petsc::Session;
+use crate::solvers::{LinearSolver, Monolithic, Outcome};
+use crate::time::{Retry, Scheme, StepControl};
+
+pub use journal::{Journal, Place};
+pub use options::scheme;
+
+/// Runs the case in `D` dimensions and keeps the journal. Collective.
+///
+/// # Errors
+/// The same on all ranks; what was computed before is kept.
+pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
+    let world = session.world();
+    let model = Model::<D>::new(case)?;
+    let mesh = if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) };
+    let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?; // METIS
+    let scheme = options::scheme(&case.time);
+    let linear = options::linear(case);
+    let options = SystemOptions { inertia: scheme.has_inertia(), format: options::format(case, &local, &linear)? };
+    let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
+    let mut stage = Stage::at_rest(system.pattern_vector())?;
+    let problem = options::problem::<D>(&system, scheme.has_inertia());
+    let solver = LinearSolver::new(system.pattern_vector(), "", &linear, &problem)?;
+    let terms = options::terms(&system);
+    let mut strategy = Monolithic::new(options::newton(case, terms), solver, system.pattern_vector())?;
+    let mut journal = Journal::open(session, case, &model, place)?;
+    let outcome = journal.start_up(&system, &partition, &strategy).and_then(|()| {
+        start::at_equilibrium(&mut system, &mut stage, case, &model, &mut journal)?; // B_0
+        march(&mut system, &mut stage, &mut strategy, case, &mut journal)
+    });
+    journal.close(&outcome)?;
+    outcome
+}
+
+/// From configuration to configuration until the end.
+fn march<const D: usize>(
+    system: &mut ContactSystem<D>,
+    stage: &mut Stage,
+    strategy: &mut Monolithic,
+    case: &Case,
+    journal: &mut Journal<D>,
+) -> Result<()> {
+    let scheme = options::scheme(&case.time);
+    let mut control = StepControl::new(0.0, case.time.end.si, case.time.step(), case.time.cuts.value);
+    let mut ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
+    journal.begin(system, stage, &ledger, &control)?;
+    while !control.finished() {
+        let attempt = Attempt { scheme, control: &control };
+        match attempt.solve(system, stage, strategy, journal)? {
+            Outcome::Converged(report) => {
+                let energies = ledger.advance(system, stage)?;
+                journal.record(system, stage, (&ledger, &energies), &report)?;
+                system.accept(stage)?; // B_N -> B_N+1
+                control.succeed();
+            }
+            Outcome::Failed(report, reason) => {
+                journal.failed(&report, &reason, &control);
+                if control.fail() == Retry::GiveUp {
+                    return Err(give_up(system, &reason, stage, &control));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// One step of the length that the control offers.
+struct Attempt<'a> {
+    scheme: Scheme,
+    control: &'a StepControl,
+}
+
+impl Attempt<'_> {
+    /// Tries from the extrapolated state, then from the state at the start of the step.
+    fn solve<const D: usize>(
+        &self,
+        system: &mut ContactSystem<D>,
+        stage: &mut Stage,
+        strategy: &mut Monolithic,
+        journal: &mut Journal<D>,
+    ) -> Result<Outcome> {
+        self.scheme.prepare(stage, self.control.dt())?;
+        stage.trial.time = self.control.end_of_step();
+        journal.attempt(stage);
+        let moved = match self.scheme.has_inertia() {
+            true => self.scheme.extrapolate(stage).map(|()| true)?,
+            false => strategy.follow_prescribed(system, stage)?,
+        };
+        if moved {
+            let outcome = strategy.solve(system, stage, |row| journal.iteration(row))?;
+            if matches!(outcome, Outcome::Converged(_)) {
+                return Ok(outcome);
+            }
+        }
+        stage.trial.u.copy_from(&stage.start.u)?;
+        journal.attempt(stage);
+        strategy.solve(system, stage, |row| journal.iteration(row))
+    }
+}
+
+/// The error that ends a run whose step can not be cut further.
+fn give_up<const D: usize>(
+    system: &mut ContactSystem<D>,
+    reason: &str,
+    stage: &Stage,
+    control: &StepControl,
+) -> Error {
+    use crate::dynamics::Dynamics;
+    let place = format!("t = {:.6e} s, step cut to {:.3e} s", stage.start.time, control.dt());
+    match system.fault() {
+        Some(fault) => fault.within(&place),
+        None => Error::not_converged(reason.to_owned()).within(&place),
+    }
+    .hint("results up to this time are kept; try a smaller step, a softer penalty or generalized_alpha")
+}

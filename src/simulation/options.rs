@@ -1,0 +1,73 @@
+//! What the case says about time and solvers, in their terms.
+
+use crate::assembly::ContactSystem;
+use crate::case::{self, Case};
+use crate::error::Result;
+use crate::partition::LocalMesh;
+use crate::petsc::Format;
+use crate::solvers::{LinearChoice, NewtonSettings, Preset, Problem, ladder};
+use crate::terms::Terms;
+use crate::time::Scheme;
+
+/// The time integration scheme.
+pub fn scheme(time: &case::Time) -> Scheme {
+    match &time.scheme.value {
+        case::Scheme::Newmark { beta, gamma } => Scheme::newmark(beta.si, gamma.si),
+        case::Scheme::Hht { spectral_radius } => Scheme::hht(spectral_radius.si),
+        case::Scheme::GeneralizedAlpha { spectral_radius } => Scheme::generalized_alpha(spectral_radius.si),
+        case::Scheme::BackwardEuler => Scheme::BackwardEuler,
+        case::Scheme::Static { .. } => Scheme::Static,
+    }
+}
+
+/// The linear solver that the case names.
+pub fn linear(case: &Case) -> LinearChoice {
+    Preset::named(case.solver.linear.value.name()).map_or(LinearChoice::Auto, |p| LinearChoice::Named(p.name))
+}
+
+/// What the linear solver has to deal with.
+pub fn problem<const D: usize>(system: &ContactSystem<D>, dynamic: bool) -> Problem {
+    Problem {
+        unknowns: system.unknowns(),
+        dimension: D,
+        dynamic,
+        symmetric: !system.has_friction() && !system.has_following_loads(),
+        contact: system.has_contact(),
+    }
+}
+
+/// Storage of the matrix that the first linear solver wants.
+///
+/// # Errors
+/// When the case names a linear solver that does not fit.
+pub fn format<const D: usize>(case: &Case, local: &LocalMesh<D>, choice: &LinearChoice) -> Result<Format> {
+    let friction = case.contact.values().any(|contact| contact.friction != case::Friction::None);
+    let problem = Problem {
+        unknowns: local.index.total as usize * D,
+        dimension: D,
+        dynamic: !case.is_static(),
+        symmetric: !friction,
+        contact: !case.contact.is_empty(),
+    };
+    let presets = ladder(choice, &problem)?;
+    Ok(if presets.iter().any(|preset| preset.format == Format::Aij) { Format::Aij } else { Format::Baij })
+}
+
+/// Terms of the tangent: all of them with friction; without it the small change of the contact area, the only
+/// non-symmetric term left, is dropped so that the matrix is symmetric.
+pub fn terms<const D: usize>(system: &ContactSystem<D>) -> Terms {
+    if system.has_friction() { Terms::ALL } else { Terms::ALL - Terms::ZONE_CHANGE }
+}
+
+/// Newton's method as the case wants it.
+pub fn newton(case: &Case, terms: Terms) -> NewtonSettings {
+    let (newton, krylov) = (&case.solver.newton, &case.solver.krylov);
+    let tightest = krylov.tolerance.si;
+    NewtonSettings {
+        tolerance: newton.tolerance.si,
+        max_iterations: newton.max_iterations.value,
+        linear: [if newton.inexact { tightest.max(1e-2) } else { tightest }, tightest],
+        line_search: newton.line_search,
+        terms,
+    }
+}

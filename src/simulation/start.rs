@@ -1,0 +1,168 @@
+//! The state at the start: static equilibrium without friction where the case wants it, then velocities and the
+//! acceleration that balances the forces (formulation, sections 6 and 7C).
+
+use super::journal::Journal;
+use super::options;
+use crate::assembly::ContactSystem;
+use crate::case::{Case, Start};
+use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
+use crate::error::{Error, Result};
+use crate::model::Model;
+use crate::solvers::{LinearChoice, LinearSolver, Monolithic, Outcome, Problem};
+use crate::terms::Terms;
+use crate::time::Scheme;
+
+/// Spring that holds free bodies in the static start, relative to a typical diagonal entry.
+const HOLDING: f64 = 1e-7;
+
+/// Brings `stage.start` to the start of the motion. Collective.
+///
+/// # Errors
+/// When no equilibrium is found.
+pub fn at_equilibrium<const D: usize>(
+    system: &mut ContactSystem<D>,
+    stage: &mut Stage,
+    case: &Case,
+    model: &Model<D>,
+    journal: &mut Journal<D>,
+) -> Result<()> {
+    if case.is_static() {
+        stage.holding = if system.is_held() { 0.0 } else { HOLDING };
+        return begin(system, stage);
+    }
+    if let Some(Start::Equilibrium { friction, increments }) = case.start.as_ref().map(|start| &start.value) {
+        stage.friction = if *friction { FrictionMode::AsGiven } else { FrictionMode::Off };
+        press(system, stage, case, *increments, journal)?;
+        stage.friction = FrictionMode::AsGiven;
+    }
+    system.set_velocity(stage, model)?;
+    begin(system, stage)?;
+    accelerate(system, stage, case)
+}
+
+/// Static equilibrium at t = 0, loads and prescribed displacements growing in equal increments.
+fn press<const D: usize>(
+    system: &mut ContactSystem<D>,
+    stage: &mut Stage,
+    case: &Case,
+    increments: u32,
+    journal: &mut Journal<D>,
+) -> Result<()> {
+    let problem = options::problem::<D>(system, false);
+    let friction = stage.friction == FrictionMode::AsGiven;
+    let terms = options::terms(system);
+    let linear = LinearSolver::new(system.pattern_vector(), "start_", &LinearChoice::Auto, &problem)?;
+    let mut strategy = Monolithic::new(options::newton(case, terms), linear, system.pattern_vector())?;
+    stage.holding = if system.is_held() { 0.0 } else { HOLDING };
+    let mut level = Levels::new(increments.max(1));
+    while let Some(factor) = level.next() {
+        Scheme::Static.prepare(stage, 1.0)?;
+        stage.shifts = if friction { stage.shifts } else { Shifts::default() };
+        stage.trial.time = 0.0;
+        stage.load_factor = factor;
+        journal.start_attempt(factor);
+        let moved = strategy.follow_prescribed(system, stage)?;
+        let outcome = match moved {
+            true => strategy.solve(system, stage, |row| journal.iteration(row))?,
+            false => Outcome::Failed(Default::default(), "the prescribed displacement can not be followed".into()),
+        };
+        match outcome {
+            Outcome::Converged(report) => {
+                journal.pressed(&report);
+                system.accept(stage)?;
+                level.succeed();
+            }
+            Outcome::Failed(_, reason) if !level.cut() => return Err(no_equilibrium(system, &reason, factor)),
+            Outcome::Failed(..) => {}
+        }
+    }
+    stage.load_factor = 1.0;
+    stage.holding = 0.0;
+    Ok(())
+}
+
+/// Load factors from 0 to 1; a failed one is approached by half of the step.
+struct Levels {
+    reached: f64,
+    step: f64,
+    smallest: f64,
+}
+
+impl Levels {
+    fn new(increments: u32) -> Self {
+        let step = 1.0 / f64::from(increments);
+        Self { reached: 0.0, step, smallest: step / 64.0 }
+    }
+
+    fn next(&self) -> Option<f64> {
+        (self.reached < 1.0).then(|| if self.reached + self.step > 1.0 - 1e-9 { 1.0 } else { self.reached + self.step })
+    }
+
+    fn succeed(&mut self) {
+        self.reached = self.next().unwrap_or(1.0);
+    }
+
+    fn cut(&mut self) -> bool {
+        self.step *= 0.5;
+        self.step >= self.smallest
+    }
+}
+
+fn no_equilibrium<const D: usize>(system: &mut ContactSystem<D>, reason: &str, factor: f64) -> Error {
+    let free = system.free_bodies();
+    let place = format!("static start at {:.0} % of the loads", 100.0 * factor);
+    let error = system.fault().unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
+    match free.is_empty() {
+        true => error.hint("use more increments, or start: { rest: {} }"),
+        false => error.hint(&format!(
+            "no support holds {}: without friction its loads must balance along every free direction",
+            free.join(", ")
+        )),
+    }
+}
+
+/// Prescribed values, contact and forces of the start state.
+fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage) -> Result<()> {
+    stage.dt = 0.0;
+    stage.shifts = Shifts::default();
+    stage.balance = Balance::AT_THE_END;
+    stage.inertia = false;
+    stage.trial.copy_from(&stage.start)?;
+    stage.trial.time = 0.0;
+    stage.load_factor = if system.is_dynamic() { 1.0 } else { 0.0 };
+    system.prescribe(stage)?;
+    stage.load_factor = 1.0;
+    let mut residual = system.pattern_vector().like()?;
+    let state = system.residual(stage, &mut residual)?;
+    if !state.norm.is_finite() {
+        let fault = system.fault();
+        return Err(fault.unwrap_or_else(|| Error::internal("the forces at the start are not numbers")));
+    }
+    system.remember_start(stage)?;
+    stage.start.copy_from(&stage.trial)
+}
+
+/// `M_ff a_f = -(Q - F_ext - F_n - F_T)_f - M_fd a_d`.
+fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, case: &Case) -> Result<()> {
+    if !system.is_dynamic() {
+        return Ok(());
+    }
+    stage.inertia = true;
+    stage.shifts = Shifts { velocity: 0.0, acceleration: 1.0 };
+    stage.trial.copy_from(&stage.start)?;
+    let mut rhs = system.pattern_vector().like()?;
+    let mut change = system.pattern_vector().like()?;
+    system.residual(stage, &mut rhs)?;
+    rhs.scale(-1.0)?;
+    system.jacobian(stage, Terms::MASS, None)?;
+    let problem = Problem { symmetric: true, contact: false, ..options::problem::<D>(system, true) };
+    let choice = LinearChoice::Named("cg_icc");
+    let mut linear = LinearSolver::new(system.pattern_vector(), "mass_", &choice, &problem)?;
+    let tolerance = case.solver.krylov.tolerance.si.min(1e-10);
+    if linear.solve(system.matrix(), &rhs, &mut change, tolerance)?.is_none() {
+        return Err(Error::not_converged("the initial acceleration: the mass matrix can not be solved with")
+            .hint("a body needs a density above zero in dynamics"));
+    }
+    stage.start.a.axpy(1.0, &change)?;
+    stage.start.a.update_ghosts()
+}

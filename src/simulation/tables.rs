@@ -1,0 +1,150 @@
+//! The tables of a run, on rank 0: what the system reports, put into rows.
+
+use std::path::Path;
+
+use crate::assembly::{ContactSummary, Energies, NodalContact, PointReport, Watched};
+use crate::contact::point::Status as PointStatus;
+use crate::error::{Error, Result};
+use crate::output::Status;
+use crate::output::contact::{ContactRow, ContactTable};
+use crate::output::energy::{EnergyRow, EnergyTable};
+use crate::output::iterations::{IterationRow, IterationTable};
+use crate::output::probes::{Probe, ProbeContact, ProbeRow, ProbeTable};
+use crate::output::reactions::{ReactionRow, ReactionTable};
+
+/// The open tables.
+pub struct Tables<const D: usize> {
+    probes: Option<ProbeTable<D>>,
+    contact: ContactTable<D>,
+    reactions: ReactionTable<D>,
+    energy: EnergyTable,
+    iterations: IterationTable,
+    /// An iteration that could not be written; told at the end of the step, where all ranks listen.
+    trouble: Option<Error>,
+    step: u64,
+    time: f64,
+    dt: f64,
+}
+
+impl<const D: usize> Tables<D> {
+    /// Creates the tables that need no probe.
+    ///
+    /// # Errors
+    /// When a file can not be made.
+    pub fn create(folder: &Path) -> Result<Self> {
+        Ok(Self {
+            probes: None,
+            contact: ContactTable::create(folder)?,
+            reactions: ReactionTable::create(folder)?,
+            energy: EnergyTable::create(folder)?,
+            iterations: IterationTable::create(folder)?,
+            trouble: None,
+            step: 0,
+            time: 0.0,
+            dt: 0.0,
+        })
+    }
+
+    /// Creates the table of the probes.
+    ///
+    /// # Errors
+    /// When the file can not be made.
+    pub fn watch(&mut self, folder: &Path, watched: &[Watched<D>]) -> Result<()> {
+        let probe =
+            |point: &Watched<D>| Probe { name: point.name.clone(), on_contact: point.contact.is_some() };
+        self.probes = Some(ProbeTable::create(folder, watched.iter().map(probe).collect())?);
+        Ok(())
+    }
+
+    /// The rows that follow belong to this step.
+    pub fn begin_row(&mut self, step: u64, time: f64, dt: f64) {
+        (self.step, self.time, self.dt) = (step, time, dt);
+    }
+
+    /// One row for all probes.
+    ///
+    /// # Errors
+    /// When the file can not be written.
+    pub fn probes(&mut self, points: &[PointReport<D>]) -> Result<()> {
+        let row = |point: &PointReport<D>| ProbeRow { u: point.u, v: point.v, contact: point.contact.map(probe_contact) };
+        let rows: Vec<ProbeRow<D>> = points.iter().map(row).collect();
+        let (step, time, dt) = (self.step, self.time, self.dt);
+        self.probes.as_mut().map_or(Ok(()), |table| table.row(step, time, dt, &rows))
+    }
+
+    /// One row for each contact.
+    ///
+    /// # Errors
+    /// When the file can not be written.
+    pub fn contacts(&mut self, summaries: &[ContactSummary<D>]) -> Result<()> {
+        for ContactSummary { name, zone } in summaries {
+            let row = ContactRow {
+                force_n: zone.normal_force,
+                force: zone.force.into(),
+                force_t: if D == 2 { zone.tangential_force } else { zone.friction_force.norm() },
+                area: zone.area,
+                points: zone.points as u64,
+                stick: zone.stick as u64,
+                slip: zone.slip as u64,
+                max_penetration: zone.max_penetration,
+                max_pressure: zone.max_pressure,
+                friction_power: zone.friction_power,
+            };
+            self.contact.row(self.step, self.time, name, &row)?;
+        }
+        Ok(())
+    }
+
+    /// One row for each support.
+    ///
+    /// # Errors
+    /// When the file can not be written.
+    pub fn reactions(&mut self, reactions: &[(String, [f64; D])]) -> Result<()> {
+        for (name, force) in reactions {
+            self.reactions.row(self.step, self.time, name, &ReactionRow { force: *force })?;
+        }
+        Ok(())
+    }
+
+    /// One row of energies; also tells of an iteration that could not be written.
+    ///
+    /// # Errors
+    /// When a file can not be written.
+    pub fn energies(&mut self, energies: &Energies) -> Result<()> {
+        if let Some(trouble) = self.trouble.take() {
+            return Err(trouble);
+        }
+        let row = EnergyRow {
+            kinetic: energies.kinetic,
+            strain: energies.strain,
+            contact: energies.contact,
+            friction_dissipated: energies.friction_dissipated,
+            damping_dissipated: 0.0,
+            external_work: energies.external_work,
+            numerical: energies.numerical,
+            total: energies.total(),
+        };
+        self.energy.row(self.step, self.time, &row)
+    }
+
+    /// One row of an iteration.
+    pub fn iteration(&mut self, row: &IterationRow) {
+        if let Err(error) = self.iterations.row(row) {
+            self.trouble.get_or_insert(error);
+        }
+    }
+}
+
+fn probe_contact(contact: NodalContact) -> ProbeContact {
+    ProbeContact {
+        contact_pressure: contact.normal_traction,
+        traction_t: contact.friction_traction,
+        gap: Some(contact.gap),
+        slip_velocity: contact.slip_velocity,
+        status: match contact.status {
+            PointStatus::Open => Status::Open,
+            PointStatus::Stick => Status::Stick,
+            PointStatus::Slip => Status::Slip,
+        },
+    }
+}
