@@ -78,15 +78,15 @@ impl Check<'_> {
             self.say(case.bodies.place, "a case needs at least one body");
         }
         let mut all: Vec<(&str, &At<String>)> = Vec::new();
-        all.extend(case.bodies.iter().map(|(name, _)| ("body", name)));
-        all.extend(case.obstacles.iter().map(|(name, _)| ("obstacle", name)));
+        all.extend(case.bodies.iter().map(|(name, _)| ("bodies", name)));
+        all.extend(case.obstacles.iter().map(|(name, _)| ("obstacles", name)));
         all.extend(case.contact.iter().map(|(name, _)| ("contact", name)));
         all.extend(case.boundary.iter().map(|(name, _)| ("boundary", name)));
-        all.extend(case.output.probes.iter().map(|(name, _)| ("probe", name)));
-        for (kind, name) in all {
+        all.extend(case.output.probes.iter().map(|(name, _)| ("probes", name)));
+        for (block, name) in all {
             let fits = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || !name.chars().all(fits) {
-                self.say(name.place, format!("'{}' can not name a {kind}", name.value));
+                self.say(name.place, format!("'{}' can not be a name in `{block}`", name.value));
                 self.cure("names consist of letters, digits, '_' and '-'");
             }
         }
@@ -105,7 +105,9 @@ impl Check<'_> {
     fn body(&mut self, name: &At<String>, body: &Body) {
         match &body.mesh {
             Mesh::Box(cuboid) => self.cuboid(cuboid, body.locking),
-            Mesh::File(mesh) => self.require(!mesh.file.is_empty(), mesh.file.place, "the mesh file has no name"),
+            Mesh::File(mesh) => {
+                self.require(!mesh.file.is_empty(), mesh.file.place, "the mesh file has no name")
+            }
         }
         let elastic = body.material.elastic();
         self.positive("Young's modulus", elastic.young_modulus);
@@ -129,13 +131,17 @@ impl Check<'_> {
             self.require(moves, velocity.place, "an initial velocity has no meaning with the static scheme");
         }
         if self.case.is_static() && !self.is_held(name) {
-            self.say(name.place, format!("nothing holds the body '{}', and the static scheme has no inertia", name.value));
+            self.say(
+                name.place,
+                format!("nothing holds the body '{}', and the static scheme has no inertia", name.value),
+            );
             self.cure("add a displacement boundary or a contact, or use a dynamic scheme");
         }
     }
 
     fn missing_density(&mut self, name: &At<String>) {
-        let weighs = |(_, boundary): (_, &Boundary)| boundary.gravity.is_some() && boundary.on.value == name.value;
+        let weighs =
+            |(_, boundary): (_, &Boundary)| boundary.gravity.is_some() && boundary.on.value == name.value;
         if !self.case.is_static() || self.case.boundary.iter().any(weighs) {
             self.say(name.place, format!("the body '{}' needs a density", name.value));
             self.cure("add `density:` in kg/m3; only statics without gravity does without");
@@ -159,11 +165,20 @@ impl Check<'_> {
         }
         let cells = cuboid.cells.iter().map(|count| u64::from(*count)).fold(1u64, u64::saturating_mul);
         self.require(cells > 0, cuboid.cells.place, "a box needs at least one cell in each direction");
-        self.require(cells < 1 << 27, cuboid.cells.place, format!("{cells} cells are more than a box can have"));
+        self.require(
+            cells < 1 << 27,
+            cuboid.cells.place,
+            format!("{cells} cells are more than a box can have"),
+        );
         let default = if self.dimension == 2 { Element::Quad4 } else { Element::Hex8 };
-        let (element, place) = cuboid.element.as_ref().map_or((default, cuboid.cells.place), |e| (e.value, e.place));
+        let (element, place) =
+            cuboid.element.as_ref().map_or((default, cuboid.cells.place), |e| (e.value, e.place));
         let (name, its) = (element.name(), element.dimension());
-        self.require(its == self.dimension, place, format!("{name} is an element of {its}D, the case has {}D", self.dimension));
+        self.require(
+            its == self.dimension,
+            place,
+            format!("{name} is an element of {its}D, the case has {}D", self.dimension),
+        );
         if locking != Locking::None && !element.offers_locking_cure() {
             self.say(place, format!("{name} offers no cure for locking"));
             self.cure("selective_reduced and f_bar are for quad4 and hex8; write `locking: none`, or change the element");
@@ -200,7 +215,10 @@ impl Check<'_> {
 
     fn contact(&mut self, contact: &Contact) {
         if self.case.obstacles.get(&contact.contactor).is_some() {
-            self.say(contact.contactor.place, format!("'{}' is an obstacle; the contactor is a body's surface", contact.contactor.value));
+            self.say(
+                contact.contactor.place,
+                format!("'{}' is an obstacle; the contactor is a body's surface", contact.contactor.value),
+            );
             self.cure("exchange contactor and target");
         } else {
             self.surface("a contactor", &contact.contactor);
@@ -211,7 +229,10 @@ impl Check<'_> {
         match &contact.normal {
             Normal::Penalty(penalty) => {
                 if let (Some(_), Some(penetration)) = (&penalty.compliance, &penalty.penetration) {
-                    self.say(penetration.place, "a penalty is given by its compliance or by a penetration, not by both");
+                    self.say(
+                        penetration.place,
+                        "a penalty is given by its compliance or by a penetration, not by both",
+                    );
                 }
                 penalty.compliance.into_iter().for_each(|value| self.positive("the compliance", value));
                 penalty.penetration.into_iter().for_each(|value| self.positive("the penetration", value));
@@ -245,11 +266,16 @@ impl Check<'_> {
     }
 
     fn power_law(&mut self, stiffness: &PowerStiffness, exponent: super::quantity::Number) {
-        self.require(stiffness.si > 0.0, stiffness.place, format!("the stiffness must be > 0, found {}", stiffness.si));
+        self.require(
+            stiffness.si > 0.0,
+            stiffness.place,
+            format!("the stiffness must be > 0, found {}", stiffness.si),
+        );
         self.positive("the exponent", exponent);
         let expected = PowerStiffness::dimension_for(exponent.si);
         if let Some(found) = stiffness.dimension.filter(|found| *found != expected) {
-            let message = format!("the stiffness is {found}; expected {expected}, which is Pa/m^{}", exponent.si);
+            let message =
+                format!("the stiffness is {found}; expected {expected}, which is Pa/m^{}", exponent.si);
             self.say(stiffness.place, message);
             self.cure(&format!("write a number in Pa/m^{0}, or as in \"1 MPa/m^{0}\"", exponent.si));
         }
@@ -283,7 +309,10 @@ impl Check<'_> {
                 let sought = self.case.start.as_ref().map(|start| &start.value);
                 let in_start = matches!(sought, Some(Start::Equilibrium { friction: true, .. }));
                 if self.case.is_static() || in_start {
-                    self.say(velocity.place, "statics knows no slip velocity, so `stick_velocity` would be no friction");
+                    self.say(
+                        velocity.place,
+                        "statics knows no slip velocity, so `stick_velocity` would be no friction",
+                    );
                     self.cure("use `stick_stiffness`");
                 }
             }
@@ -314,8 +343,9 @@ impl Check<'_> {
         let sets = ["left", "right", "bottom", "top", "front", "back"];
         let sets = &sets[..2 * self.dimension];
         if matches!(body.mesh, Mesh::Box(_)) && !sets.contains(&set) {
-            let complaint = Complaint::unknown(&format!("set of the box '{name}'"), set, sets.iter().copied());
-            self.found.push(complaint.at(on.place));
+            let mut complaint = Complaint::unknown("set", set, sets.iter().copied()).at(on.place);
+            complaint.message = format!("the box '{name}' has no set '{set}'");
+            self.found.push(complaint);
         }
         true
     }
@@ -336,7 +366,11 @@ impl Check<'_> {
                 Action::Gravity(components) => {
                     components.iter().for_each(|component| self.finite(component));
                     boundary.gravity.iter().for_each(|gravity| self.size("gravity", gravity));
-                    self.require(whole || !known, on.place, "gravity acts on a whole body, not on a set of it");
+                    self.require(
+                        whole || !known,
+                        on.place,
+                        "gravity acts on a whole body, not on a set of it",
+                    );
                 }
                 Action::Traction(components) => {
                     self.components(name, components);
@@ -390,7 +424,10 @@ impl Check<'_> {
                 let entry = (boundary.on.value.as_str(), direction);
                 if seen.contains(&entry) {
                     let axis = ["x", "y", "z"][direction];
-                    self.say(component.place, format!("the displacement {axis} of '{}' is prescribed twice", entry.0));
+                    self.say(
+                        component.place,
+                        format!("the displacement {axis} of '{}' is prescribed twice", entry.0),
+                    );
                 }
                 seen.push(entry);
             }
@@ -405,15 +442,29 @@ impl Check<'_> {
             let message = format!("the step {} is longer than the whole time {}", step.si, time.end.si);
             self.require(step.si <= time.end.si || time.end.si <= 0.0, step.place, message);
         }
-        self.require(time.cuts.value <= 30, time.cuts.place, format!("a step can be halved 30 times at most, not {}", time.cuts.value));
-        self.require(time.growth.si >= 1.0, time.growth.place, format!("the growth must be >= 1, found {}", time.growth.si));
+        self.require(
+            time.cuts.value <= 30,
+            time.cuts.place,
+            format!("a step can be halved 30 times at most, not {}", time.cuts.value),
+        );
+        self.require(
+            time.growth.si >= 1.0,
+            time.growth.place,
+            format!("the growth must be >= 1, found {}", time.growth.si),
+        );
         match &time.scheme.value {
             Scheme::Newmark { beta, gamma } => {
                 self.within("beta", beta, [0.0, 0.5]);
-                self.require(beta.si != 0.0, beta.place, "beta = 0 is an explicit scheme, which this program has not");
+                self.require(
+                    beta.si != 0.0,
+                    beta.place,
+                    "beta = 0 is an explicit scheme, which this program has not",
+                );
                 self.within("gamma", gamma, [0.5, 1.0]);
             }
-            Scheme::Hht { spectral_radius } => self.within("the spectral radius of hht", spectral_radius, [0.5, 1.0]),
+            Scheme::Hht { spectral_radius } => {
+                self.within("the spectral radius of hht", spectral_radius, [0.5, 1.0])
+            }
             Scheme::GeneralizedAlpha { spectral_radius } => {
                 self.within("the spectral radius", spectral_radius, [0.0, 1.0]);
             }
@@ -428,7 +479,9 @@ impl Check<'_> {
     fn increments(&mut self, increments: Option<&At<u32>>) {
         let time = &self.case.time;
         match (time.step, increments) {
-            (Some(_), Some(increments)) => self.say(increments.place, "statics takes 'step' or 'increments', not both"),
+            (Some(_), Some(increments)) => {
+                self.say(increments.place, "statics takes 'step' or 'increments', not both")
+            }
             (None, None) => {
                 self.say(time.scheme.place, "the static scheme needs 'increments', or a 'step' beside 'end'");
                 self.cure("as in scheme: { static: { increments: 4 } }");
@@ -467,7 +520,10 @@ impl Check<'_> {
         let linear = &self.case.solver.linear;
         let rubs = |contact: &Contact| contact.friction != Friction::None;
         if linear.needs_symmetry() && self.case.contact.values().any(rubs) {
-            self.say(linear.place, "this linear solver needs a symmetric matrix, and friction makes it non-symmetric");
+            self.say(
+                linear.place,
+                "this linear solver needs a symmetric matrix, and friction makes it non-symmetric",
+            );
             self.cure("write `linear: auto`, or a GMRES preset, or direct");
         }
     }
@@ -485,4 +541,3 @@ impl Check<'_> {
         }
     }
 }
-

@@ -205,7 +205,11 @@ impl<'a> Parser<'a> {
     }
 
     fn expect(&mut self, symbol: &str) -> Result<(), Complaint> {
-        if self.take(symbol) { Ok(()) } else { Err(self.wrong(format!("expected '{symbol}' in the expression"))) }
+        if self.take(symbol) {
+            Ok(())
+        } else {
+            Err(self.wrong(format!("expected '{symbol}' in the expression")))
+        }
     }
 
     fn one_of(&mut self, symbols: &[(&str, Operator)]) -> Option<Operator> {
@@ -282,7 +286,8 @@ impl<'a> Parser<'a> {
             self.at += digits;
             return Ok(Node::Number(value));
         }
-        let length = self.rest().find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(self.rest().len());
+        let length =
+            self.rest().find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(self.rest().len());
         let name = &self.rest()[..length];
         if name.is_empty() {
             return Err(match self.rest().chars().next() {

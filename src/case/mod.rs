@@ -83,9 +83,6 @@ pub struct Case {
     /// The text, for errors that later checks find.
     #[serde(skip)]
     source: Source,
-    /// Folder of the case file, which paths in it are relative to.
-    #[serde(skip)]
-    directory: PathBuf,
 }
 
 impl Case {
@@ -100,7 +97,7 @@ impl Case {
         let text = String::from_utf8(bytes)
             .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))?;
         let mut case = Self::parse(&text, &name)?;
-        case.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        case.source.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
         Ok(case)
     }
 
@@ -109,7 +106,7 @@ impl Case {
     /// # Errors
     /// What is wrong, as `name:line:column: message`, with the line itself and a hint.
     pub fn parse(text: &str, name: &str) -> Result<Self> {
-        let source = Source { name: name.to_string(), text: text.to_string() };
+        let source = Source { name: name.to_string(), text: text.to_string(), directory: PathBuf::new() };
         let options = serde_saphyr::options! { strict_booleans: true };
         let read = serde_saphyr::from_str_with_options::<Self>(text, options);
         let mut case = read.map_err(|error| source.yaml_error(&error))?;
@@ -152,7 +149,7 @@ impl Case {
 
     /// A path of the case, made relative to the working directory.
     pub fn resolve(&self, path: &str) -> PathBuf {
-        self.directory.join(path)
+        self.source.directory.join(path)
     }
 
     /// The text of the case file.
