@@ -30,7 +30,7 @@ impl PartialEq for Source {
 
 /// What is wrong with a piece of the file, where, and what to do about it.
 ///
-/// serde carries errors of our own as text only, hence [`fmt::Display`] writes what [`Complaint::from_text`] reads.
+/// serde carries errors of our own as text only, hence `Display` writes what `Complaint::from_text` reads.
 #[derive(Debug, Clone, Default)]
 pub struct Complaint {
     /// Where; unknown lets the YAML reader's own position stand.

@@ -96,17 +96,17 @@ impl Case {
         let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
         let text = String::from_utf8(bytes)
             .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))?;
-        let mut case = Self::parse(&text, &name)?;
-        case.source.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        Ok(case)
+        Self::parse(&text, &name)
     }
 
-    /// Reads, checks and completes the text of a case; the name stands in errors.
+    /// Reads, checks and completes the text of a case; the name, a path, stands in errors and says what paths are
+    /// relative to.
     ///
     /// # Errors
     /// What is wrong, as `name:line:column: message`, with the line itself and a hint.
     pub fn parse(text: &str, name: &str) -> Result<Self> {
-        let source = Source { name: name.to_string(), text: text.to_string(), directory: PathBuf::new() };
+        let directory = Path::new(name).parent().map(Path::to_path_buf).unwrap_or_default();
+        let source = Source { name: name.to_string(), text: text.to_string(), directory };
         let options = serde_saphyr::options! { strict_booleans: true };
         let read = serde_saphyr::from_str_with_options::<Self>(text, options);
         let mut case = read.map_err(|error| source.yaml_error(&error))?;

@@ -16,7 +16,7 @@ pub fn schema() -> Value {
     schema.to_value()
 }
 
-/// Adds the spellings of a law that [`super::tagged`] takes beside the one that serde describes.
+/// Adds the spellings of a law that `tagged` takes beside the one that serde describes.
 fn both_spellings(schema: &mut Schema, definitions: &Value) {
     let Some(Value::Array(variants)) = schema.get_mut("oneOf") else { return };
     let mut further = Vec::new();

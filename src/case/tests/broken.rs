@@ -12,7 +12,6 @@ type Broken = (&'static str, &'static str, &'static str, &'static [&'static str]
 const TIME: &str = "time: { end: \"70 ms\", step: 5.0e-4, scheme: { newmark: { beta: 0.25, gamma: 0.5 } } }";
 const FRICTION: &str =
     "friction: { coulomb: { coefficient: 1.0, regularization: { stick_velocity: \"1 mm/s\" } } }";
-const START: &str = "start: { equilibrium: { friction: false, increments: 4 } }\n";
 const MESH: &str = "mesh: { box: { min: [0, 0], max: [1, 1], cells: [4, 4], element: quad4 } }";
 
 const BROKEN: &[Broken] = &[

@@ -289,8 +289,7 @@ fn everything_survives_the_round_trip() {
             "plane: { point: [0, 0], normal: [0, 1] }",
             "sphere: { center: [0, 0], radius: 3, side: inside }",
         ),
-        with("newmark: { beta: 0.25, gamma: 0.5 }", "hht: { spectral_radius: 0.9 }")
-            .replace("contact:\n", "contact:\n"),
+        with("newmark: { beta: 0.25, gamma: 0.5 }", "hht: { spectral_radius: 0.9 }"),
         with("y: -0.05", "y: { table: [[0, 0], [0.01, 8.0e-4], [0.02, 0]] }"),
         with(
             "fields: { every: 10 }",
