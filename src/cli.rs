@@ -1,1 +1,311 @@
-//! Command line.
+//! The command line: `contact-petsc case.yml`, its sisters, and what they take.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap_complete::Shell;
+
+use crate::error::{Error, Result};
+
+const EXAMPLES: &str = "\
+Examples:
+  contact-petsc meshes/rubber-block/case.yml
+  mpirun -n 2 contact-petsc meshes/rubber-block/case.yml --output results/block
+  contact-petsc check case.yml
+  contact-petsc case.yml -v -- -log_view
+  contact-petsc plot results/block results/block-power-law
+
+Exit codes: 0 done, 2 usage, 3 invalid case, 4 mesh or file, 5 not converged (results up to the last good step are
+kept), 6 physics guard, 7 stopped by a time limit, 70 internal fault.";
+
+/// Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
+#[derive(Debug, Parser)]
+#[command(name = "contact-petsc", after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
+#[command(subcommand_negates_reqs = true, arg_required_else_help = true, infer_subcommands = false)]
+#[command(
+    override_usage = "contact-petsc [run] CASE [OPTIONS] [-- PETSC OPTIONS]\n       contact-petsc COMMAND ..."
+)]
+struct Line {
+    #[command(flatten)]
+    run: Option<RunArguments>,
+    #[command(subcommand)]
+    command: Option<Sub>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Sub {
+    /// Compute a case; the word may be left out
+    Run(RunArguments),
+    /// Parse, mesh and pair a case, print it completed with derived numbers, solve nothing
+    Check {
+        /// Case file
+        case: PathBuf,
+        /// PETSc's own options, after `--`
+        #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
+        petsc: Vec<String>,
+    },
+    /// List what a case can name: elements, materials, laws, schemes, solvers
+    List,
+    /// Print the JSON schema (draft-07) of a case file, for editors
+    Schema,
+    /// Draw figures (SVG) of one result, or of several in common figures
+    Plot {
+        /// Results folders
+        #[arg(required = true)]
+        results: Vec<PathBuf>,
+        /// Folder of the figures; the first results folder unless given
+        #[arg(short, long, value_name = "DIR")]
+        output: Option<PathBuf>,
+    },
+    /// Print completions for a shell, to be sourced or saved where the shell looks
+    Completions {
+        /// Shell
+        shell: Shell,
+    },
+}
+
+/// What a run takes.
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct RunArguments {
+    /// Case file
+    pub case: PathBuf,
+    /// Results folder; `results/` and the name of the case's folder or file unless given
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Continue from the last checkpoint
+    #[arg(long)]
+    pub restart: bool,
+    /// Print the Newton table (-v), and the linear solvers' iterations (-vv)
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// PETSc's own options, after `--`; they win over those of the case
+    #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
+    pub petsc: Vec<String>,
+}
+
+/// How much a run says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verbosity {
+    /// Errors only.
+    Quiet,
+    /// One line a step.
+    Normal,
+    /// The Newton table.
+    Newton,
+    /// The linear solvers, too.
+    Linear,
+}
+
+impl RunArguments {
+    /// How much the run says.
+    pub fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, 0) => Verbosity::Normal,
+            (false, 1) => Verbosity::Newton,
+            (false, _) => Verbosity::Linear,
+        }
+    }
+}
+
+/// What the user asks for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Command {
+    /// Compute a case.
+    Run(RunArguments),
+    /// Check a case without solving it.
+    Check {
+        /// Case file.
+        case: PathBuf,
+        /// PETSc's own options.
+        petsc: Vec<String>,
+    },
+    /// List what a case can name.
+    List,
+    /// Print the schema of a case file.
+    Schema,
+    /// Draw figures.
+    Plot {
+        /// Results folders, at least one.
+        results: Vec<PathBuf>,
+        /// Folder of the figures.
+        output: Option<PathBuf>,
+    },
+    /// Print completions.
+    Completions(Shell),
+    /// Print this text and end well: `--help`, `--version`.
+    Print(String),
+}
+
+/// Reads a command line, the program's name first. `versions` are the lines that `--version` shows below its own.
+///
+/// # Errors
+/// [`crate::error::Cause::Usage`] with what is wrong and how it is used.
+pub fn parse<I, T>(arguments: I, versions: &str) -> Result<Command>
+where
+    I: IntoIterator<Item = T>,
+    T: Into<OsString> + Clone,
+{
+    let version = format!("{}\n{versions}", env!("CARGO_PKG_VERSION"));
+    let command =
+        Line::command().version(env!("CARGO_PKG_VERSION")).long_version(version.trim_end().to_string());
+    let line = command.try_get_matches_from(arguments).and_then(|matches| Line::from_arg_matches(&matches));
+    let line = match line {
+        Ok(line) => line,
+        Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            return Ok(Command::Print(error.render().to_string()));
+        }
+        Err(error) => return Err(usage(&error)),
+    };
+    match (line.command, line.run) {
+        (None, Some(run)) | (Some(Sub::Run(run)), _) => Ok(Command::Run(run)),
+        (Some(Sub::Check { case, petsc }), _) => Ok(Command::Check { case, petsc }),
+        (Some(Sub::List), _) => Ok(Command::List),
+        (Some(Sub::Schema), _) => Ok(Command::Schema),
+        (Some(Sub::Plot { results, output }), _) => Ok(Command::Plot { results, output }),
+        (Some(Sub::Completions { shell }), _) => Ok(Command::Completions(shell)),
+        (None, None) => Err(Error::usage("no case is given").hint("contact-petsc --help")),
+    }
+}
+
+/// clap's own text, whose first word this program adds itself.
+fn usage(error: &clap::Error) -> Error {
+    let text = error.render().to_string();
+    Error::usage(text.trim().trim_start_matches("error: ").to_string())
+}
+
+/// The completions script of a shell.
+pub fn completions(shell: Shell) -> String {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Line::command(), "contact-petsc", &mut script);
+    String::from_utf8_lossy(&script).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Cause;
+
+    const VERSIONS: &str = "PETSc 3.18.5\nOpen MPI 4.1.4\nMETIS 5.1.0\n";
+
+    fn read(line: &str) -> Result<Command> {
+        parse(std::iter::once("contact-petsc").chain(line.split_whitespace()), VERSIONS)
+    }
+
+    fn run(line: &str) -> RunArguments {
+        match read(line) {
+            Ok(Command::Run(run)) => run,
+            other => panic!("{line}: {other:?}"),
+        }
+    }
+
+    fn printed(line: &str) -> String {
+        match read(line) {
+            Ok(Command::Print(text)) => text,
+            other => panic!("{line}: {other:?}"),
+        }
+    }
+
+    /// The definition is consistent in clap's own eyes.
+    #[test]
+    fn the_definition_is_sound() {
+        Line::command().debug_assert();
+    }
+
+    /// A first argument that is no command is a case.
+    #[test]
+    fn a_case_alone_is_a_run() {
+        let plain = RunArguments {
+            case: "case.yml".into(),
+            output: None,
+            restart: false,
+            verbose: 0,
+            quiet: false,
+            petsc: Vec::new(),
+        };
+        assert_eq!(run("case.yml"), plain);
+        assert_eq!(run("run case.yml"), plain);
+        assert_eq!(run("run run").case, PathBuf::from("run"));
+        assert_eq!(run("./check").case, PathBuf::from("./check"));
+    }
+
+    /// Options stand before and after the case, PETSc's after `--`, whatever they look like.
+    #[test]
+    fn options_reach_the_run() {
+        for line in ["case.yml -vv --output out --restart", "run --restart -o out -v -v case.yml"] {
+            let run = run(&format!("{line} -- -ksp_monitor -pc_type lu -v --help"));
+            assert_eq!((run.output, run.restart), (Some("out".into()), true));
+            assert_eq!(run.petsc, ["-ksp_monitor", "-pc_type", "lu", "-v", "--help"]);
+        }
+        let levels = [("", Verbosity::Normal), ("-q", Verbosity::Quiet), ("-v", Verbosity::Newton)];
+        for (flag, level) in
+            levels.into_iter().chain([("-vv", Verbosity::Linear), ("-vvv", Verbosity::Linear)])
+        {
+            assert_eq!(run(&format!("case.yml {flag}")).verbosity(), level);
+        }
+    }
+
+    /// The other commands read their arguments.
+    #[test]
+    fn commands_are_read() {
+        let petsc = vec!["-info".to_string()];
+        assert_eq!(
+            read("check case.yml -- -info").unwrap(),
+            Command::Check { case: "case.yml".into(), petsc }
+        );
+        assert_eq!(read("list").unwrap(), Command::List);
+        assert_eq!(read("schema").unwrap(), Command::Schema);
+        let results = vec![PathBuf::from("a"), PathBuf::from("b")];
+        assert_eq!(read("plot a b -o c").unwrap(), Command::Plot { results, output: Some("c".into()) });
+        assert_eq!(read("completions bash").unwrap(), Command::Completions(Shell::Bash));
+    }
+
+    /// A wrong line is a usage error, exit code 2, that says what is wrong.
+    #[test]
+    fn wrong_lines_are_usage_errors() {
+        for (line, words) in [
+            ("", "Usage"),
+            ("run", "CASE"),
+            ("case.yml other.yml", "other.yml"),
+            ("case.yml --outptu x", "--outptu"),
+            ("case.yml -q -v", "--quiet"),
+            ("case.yml --output", "--output"),
+            ("case.yml -ksp_monitor", "-k"),
+            ("plot", "RESULTS"),
+            ("completions tcsh", "bash"),
+            ("list more", "more"),
+        ] {
+            let error = read(line).map(|command| panic!("{line}: {command:?}")).unwrap_err();
+            assert_eq!((error.cause, error.exit_code()), (Cause::Usage, 2), "{line}");
+            assert!(
+                error.message.contains(words) && !error.message.starts_with("error"),
+                "{line}: {}",
+                error.message
+            );
+        }
+    }
+
+    /// Help has an example, the version names the libraries.
+    #[test]
+    fn help_and_version_inform() {
+        for words in ["mpirun -n 2 contact-petsc", "--restart", "plot", "Exit codes", "-- -log_view"] {
+            assert!(printed("--help").contains(words), "{words}: {}", printed("--help"));
+        }
+        assert!(printed("plot --help").contains("RESULTS"));
+        assert!(printed("--version").contains("PETSc 3.18.5\nOpen MPI 4.1.4\nMETIS 5.1.0"));
+        assert_eq!(printed("-V").trim(), format!("contact-petsc {}", env!("CARGO_PKG_VERSION")));
+    }
+
+    /// Completions know the commands.
+    #[test]
+    fn completions_know_the_commands() {
+        for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
+            assert!(completions(shell).contains("schema"), "{shell}");
+        }
+    }
+}

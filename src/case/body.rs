@@ -118,7 +118,8 @@ impl JsonSchema for Mesh {
 
 /// Finite elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Element")]
 #[expect(missing_docs, reason = "the names say all")]
 pub enum Element {
     Tri3,
@@ -132,6 +133,7 @@ pub enum Element {
     Hex20,
     Hex27,
 }
+tagged!(Element, "element");
 
 impl Element {
     /// The name in the case file, `quad4`.

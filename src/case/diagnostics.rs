@@ -1,6 +1,7 @@
 //! What a user reads when the case file is wrong: place, sentence, the line itself, a cure.
 
 use std::fmt;
+use std::path::PathBuf;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_saphyr::Error as Yaml;
@@ -17,6 +18,8 @@ pub struct Source {
     pub name: String,
     /// The whole text.
     pub text: String,
+    /// Folder of the file, which paths in it are relative to.
+    pub directory: PathBuf,
 }
 
 impl PartialEq for Source {
@@ -27,7 +30,7 @@ impl PartialEq for Source {
 
 /// What is wrong with a piece of the file, where, and what to do about it.
 ///
-/// serde carries errors of our own as text only, hence [`fmt::Display`] writes what [`Complaint::from_text`] reads.
+/// serde carries errors of our own as text only, hence `Display` writes what `Complaint::from_text` reads.
 #[derive(Debug, Clone, Default)]
 pub struct Complaint {
     /// Where; unknown lets the YAML reader's own position stand.
@@ -96,10 +99,7 @@ impl fmt::Display for Complaint {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Place { line, column, length } = self.place;
         let (offset, message, hint) = (self.offset, &self.message, &self.hint);
-        write!(
-            f,
-            "{PART}{line}{PART}{column}{PART}{length}{PART}{offset}{PART}{message}{PART}{hint}{PART}"
-        )
+        write!(f, "{PART}{line}{PART}{column}{PART}{length}{PART}{offset}{PART}{message}{PART}{hint}{PART}")
     }
 }
 
@@ -160,6 +160,9 @@ impl Source {
         if complaint.place.line == 0 {
             complaint.place = place;
         }
+        if let (true, Some(hint)) = (complaint.hint.is_empty(), self.tab_hint(complaint.place)) {
+            complaint = complaint.hint(hint);
+        }
         self.error(&complaint)
     }
 
@@ -189,6 +192,7 @@ impl Source {
             Yaml::SerdeInvalidLength { len, expected, .. } => {
                 say(format!("expected {expected}, found {len} entries"))
             }
+            Yaml::InvalidBooleanStrict { .. } => say("expected true or false".into()),
             Yaml::NonFiniteFloat { value, .. } => say(format!("expected a finite number, found {value}")),
             Yaml::InvalidScalar { ty, .. } => say(format!("expected {}", scalar_name(ty))),
             Yaml::Unexpected { expected, .. } => say(format!("expected {}", plain_name(expected))),
@@ -199,6 +203,13 @@ impl Source {
             }
             other => say(bare(other)),
         }
+    }
+
+    /// Editors show a tab as blanks, and YAML's complaint about it speaks of anything but tabs.
+    fn tab_hint(&self, place: Place) -> Option<&'static str> {
+        let line = self.line(place.line);
+        let indent = &line[..line.len() - line.trim_start().len()];
+        indent.contains('\t').then_some("YAML is indented with spaces; this line begins with a tab")
     }
 }
 

@@ -4,12 +4,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What an expression can be evaluated in.
 pub(super) trait Scalar:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// A constant.
     fn constant(value: f64) -> Self;
@@ -122,7 +117,11 @@ impl Div for Motion {
     type Output = Self;
     fn div(self, b: Self) -> Self {
         if b.is_constant() {
-            return Self { value: self.value / b.value, rate: self.rate / b.value, second: self.second / b.value };
+            return Self {
+                value: self.value / b.value,
+                rate: self.rate / b.value,
+                second: self.second / b.value,
+            };
         }
         let x = b.value;
         self * b.chain(1.0 / x, -1.0 / (x * x), 2.0 / (x * x * x))

@@ -153,7 +153,9 @@ impl<'de, const KG: i8, const M: i8, const S: i8> Deserialize<'de> for Varying<K
         let place = raw.referenced.into();
         let complain = |complaint: Complaint| D::Error::custom(complaint.at(place));
         let function = match raw.value {
-            Written::Scalar(scalar) => from_scalar(&scalar, Quantity::<KG, M, S>::DIMENSION).map_err(complain)?,
+            Written::Scalar(scalar) => {
+                from_scalar(&scalar, Quantity::<KG, M, S>::DIMENSION).map_err(complain)?
+            }
             Written::Table(rows) => {
                 let rows = rows.iter().map(|(t, value)| [t.si, value.si]).collect();
                 Function::table(rows).map_err(complain)?

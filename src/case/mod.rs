@@ -83,9 +83,6 @@ pub struct Case {
     /// The text, for errors that later checks find.
     #[serde(skip)]
     source: Source,
-    /// Folder of the case file, which paths in it are relative to.
-    #[serde(skip)]
-    directory: PathBuf,
 }
 
 impl Case {
@@ -99,17 +96,17 @@ impl Case {
         let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
         let text = String::from_utf8(bytes)
             .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))?;
-        let mut case = Self::parse(&text, &name)?;
-        case.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        Ok(case)
+        Self::parse(&text, &name)
     }
 
-    /// Reads, checks and completes the text of a case; the name stands in errors.
+    /// Reads, checks and completes the text of a case; the name, a path, stands in errors and says what paths are
+    /// relative to.
     ///
     /// # Errors
     /// What is wrong, as `name:line:column: message`, with the line itself and a hint.
     pub fn parse(text: &str, name: &str) -> Result<Self> {
-        let source = Source { name: name.to_string(), text: text.to_string() };
+        let directory = Path::new(name).parent().map(Path::to_path_buf).unwrap_or_default();
+        let source = Source { name: name.to_string(), text: text.to_string(), directory };
         let options = serde_saphyr::options! { strict_booleans: true };
         let read = serde_saphyr::from_str_with_options::<Self>(text, options);
         let mut case = read.map_err(|error| source.yaml_error(&error))?;
@@ -152,7 +149,7 @@ impl Case {
 
     /// A path of the case, made relative to the working directory.
     pub fn resolve(&self, path: &str) -> PathBuf {
-        self.directory.join(path)
+        self.source.directory.join(path)
     }
 
     /// The text of the case file.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::place::{At, Named};
 use super::quantity::Length;
+use super::tagged::tagged;
 
 /// What is written beside the histories, which are always written every step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -37,7 +38,8 @@ impl Default for Fields {
 
 /// A field for ParaView.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Field")]
 pub enum Field {
     /// Displacement [m] of the nodes.
     Displacement,
@@ -50,6 +52,8 @@ pub enum Field {
     /// Everything on contact surfaces: contact_pressure, traction_t, gap, slip, slip_velocity, status, friction_work.
     Contact,
 }
+
+tagged!(Field, "field");
 
 impl Field {
     /// All fields.

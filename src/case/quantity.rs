@@ -105,7 +105,9 @@ impl<'de> Deserialize<'de> for PowerStiffness {
         let read = match &raw.value {
             Scalar::Number(si) => Ok((*si, None)),
             Scalar::Text(text) => unit::parse(text).map(|(si, dimension)| (si, Some(dimension))),
-            Scalar::Other(found) => Err(Complaint::new(format!("expected a stiffness [Pa/m^exponent], found {found}"))),
+            Scalar::Other(found) => {
+                Err(Complaint::new(format!("expected a stiffness [Pa/m^exponent], found {found}")))
+            }
         };
         let (si, dimension) = read.map_err(|c| D::Error::custom(c.at(place)))?;
         Ok(Self { si, dimension, place })
@@ -145,7 +147,9 @@ impl Scalar {
             Self::Number(si) => return Ok(*si),
             Self::Text(text) => (text, unit::parse(text)),
             Self::Other(found) => {
-                return Err(Complaint::new(format!("expected {expected}, found {found}")).hint(expected.examples()));
+                return Err(
+                    Complaint::new(format!("expected {expected}, found {found}")).hint(expected.examples())
+                );
             }
         };
         let (si, dimension) = found.map_err(|c| Complaint {
@@ -180,7 +184,11 @@ impl<'de> Visitor<'de> for AnyScalar {
         f.write_str("a number or a string with a unit")
     }
     fn visit_f64<E: Error>(self, value: f64) -> Result<Scalar, E> {
-        Ok(if value.is_finite() { Scalar::Number(value) } else { Scalar::Other("a number that is not finite") })
+        Ok(if value.is_finite() {
+            Scalar::Number(value)
+        } else {
+            Scalar::Other("a number that is not finite")
+        })
     }
     fn visit_i64<E: Error>(self, value: i64) -> Result<Scalar, E> {
         Ok(Scalar::Number(value as f64))

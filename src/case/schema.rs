@@ -11,12 +11,13 @@ use super::Case;
 pub fn schema() -> Value {
     let settings = SchemaSettings::draft07().for_deserialize();
     let mut schema = settings.into_generator().into_root_schema_for::<Case>();
-    RecursiveTransform(both_spellings).transform(&mut schema);
+    let definitions = schema.get("definitions").cloned().unwrap_or_default();
+    RecursiveTransform(|schema: &mut Schema| both_spellings(schema, &definitions)).transform(&mut schema);
     schema.to_value()
 }
 
-/// Adds the spellings of a law that [`super::tagged`] takes beside the one that serde describes.
-fn both_spellings(schema: &mut Schema) {
+/// Adds the spellings of a law that `tagged` takes beside the one that serde describes.
+fn both_spellings(schema: &mut Schema, definitions: &Value) {
     let Some(Value::Array(variants)) = schema.get_mut("oneOf") else { return };
     let mut further = Vec::new();
     for variant in variants.iter() {
@@ -30,11 +31,18 @@ fn both_spellings(schema: &mut Schema) {
         let Some((name, parameters)) = only_property(variant) else { continue };
         if name == "constant" {
             further.push(json!({ "type": "number" }));
-        } else if parameters.get("type") == Some(&json!("object")) && parameters.get("required").is_none() {
+        } else if may_be_empty(parameters, definitions) {
             further.push(json!({ "type": "string", "const": name }));
         }
     }
     variants.append(&mut further);
+}
+
+fn may_be_empty(parameters: &Value, definitions: &Value) -> bool {
+    let reference = parameters.get("$ref").and_then(Value::as_str);
+    let name = reference.and_then(|path| path.strip_prefix("#/definitions/"));
+    let parameters = name.and_then(|name| definitions.get(name)).unwrap_or(parameters);
+    parameters.get("type") == Some(&json!("object")) && parameters.get("required").is_none()
 }
 
 fn only_property(variant: &Value) -> Option<(&String, &Value)> {

@@ -125,7 +125,8 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
         let (noun, first) = (self.noun, name.value.clone());
         let value = self.visitor.visit_enum(NameAndParameters { name: name.value, map: &mut map })?;
         if let Some(second) = map.next_key::<At<String>>()? {
-            let both = Complaint::new(format!("one {noun} at a time: '{}' stands beside '{first}'", second.value));
+            let both =
+                Complaint::new(format!("one {noun} at a time: '{}' stands beside '{first}'", second.value));
             return Err(A::Error::custom(both.at(second.place)));
         }
         Ok(value)

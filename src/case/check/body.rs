@@ -1,0 +1,90 @@
+//! Checks of `bodies`.
+
+use super::super::place::At;
+use super::super::{Body, Boundary, BoxMesh, Contact, Element, Locking, Mesh};
+use super::Check;
+
+impl Check<'_> {
+    pub(super) fn body(&mut self, name: &At<String>, body: &Body) {
+        match &body.mesh {
+            Mesh::Box(cuboid) => self.cuboid(cuboid, body.locking),
+            Mesh::File(mesh) => {
+                self.require(!mesh.file.is_empty(), mesh.file.place, "the mesh file has no name")
+            }
+        }
+        let elastic = body.material.elastic();
+        self.positive("Young's modulus", elastic.young_modulus);
+        let ratio = elastic.poisson_ratio;
+        if !(ratio.si > -1.0 && ratio.si < 0.5) {
+            self.say(ratio.place, format!("Poisson's ratio must be > -1 and < 0.5, found {}", ratio.si));
+            self.cure("an almost incompressible solid is written as 0.49 or 0.499, with `locking: selective_reduced`");
+        }
+        match body.density {
+            Some(density) => self.positive("the density", density),
+            None => self.missing_density(name),
+        }
+        if let Some(velocity) = &body.initial_velocity {
+            self.size("an initial velocity", velocity);
+            for component in velocity.iter() {
+                let constant = component.is_constant_in_time();
+                self.require(constant, component.place, "an initial velocity can not depend on t");
+                self.finite(component);
+            }
+            let moves = !self.case.is_static();
+            self.require(moves, velocity.place, "an initial velocity has no meaning with the static scheme");
+        }
+        if self.case.is_static() && !self.is_held(name) {
+            self.say(
+                name.place,
+                format!("nothing holds the body '{}', and the static scheme has no inertia", name.value),
+            );
+            self.cure("add a displacement boundary or a contact, or use a dynamic scheme");
+        }
+    }
+
+    fn missing_density(&mut self, name: &At<String>) {
+        let weighs =
+            |(_, boundary): (_, &Boundary)| boundary.gravity.is_some() && boundary.on.value == name.value;
+        if !self.case.is_static() || self.case.boundary.iter().any(weighs) {
+            self.say(name.place, format!("the body '{}' needs a density", name.value));
+            self.cure("add `density:` in kg/m3; only statics without gravity does without");
+        }
+    }
+
+    fn is_held(&self, body: &str) -> bool {
+        let of_body = |set: &str| set.split('.').next() == Some(body);
+        let supported = |boundary: &Boundary| boundary.displacement.is_some() && of_body(&boundary.on);
+        let touches = |contact: &Contact| of_body(&contact.contactor) || of_body(&contact.target);
+        self.case.boundary.values().any(supported) || self.case.contact.values().any(touches)
+    }
+
+    fn cuboid(&mut self, cuboid: &BoxMesh, locking: Locking) {
+        self.size("the corner 'min'", &cuboid.min);
+        self.size("the corner 'max'", &cuboid.max);
+        self.size("'cells'", &cuboid.cells);
+        for (axis, (min, max)) in ["x", "y", "z"].iter().zip(cuboid.min.iter().zip(cuboid.max.iter())) {
+            let message = format!("the box has no extent along {axis}: max {} <= min {}", max.si, min.si);
+            self.require(max.si > min.si, max.place, message);
+        }
+        let cells = cuboid.cells.iter().map(|count| u64::from(*count)).fold(1u64, u64::saturating_mul);
+        self.require(cells > 0, cuboid.cells.place, "a box needs at least one cell in each direction");
+        self.require(
+            cells < 1 << 27,
+            cuboid.cells.place,
+            format!("{cells} cells are more than a box can have"),
+        );
+        let default = if self.dimension == 2 { Element::Quad4 } else { Element::Hex8 };
+        let (element, place) =
+            cuboid.element.as_ref().map_or((default, cuboid.cells.place), |e| (e.value, e.place));
+        let (name, its) = (element.name(), element.dimension());
+        self.require(
+            its == self.dimension,
+            place,
+            format!("{name} is an element of {its}D, the case has {}D", self.dimension),
+        );
+        if locking != Locking::None && !element.offers_locking_cure() {
+            self.say(place, format!("{name} offers no cure for locking"));
+            self.cure("selective_reduced and f_bar are for quad4 and hex8; write `locking: none`, or change the element");
+        }
+    }
+}

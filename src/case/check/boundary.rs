@@ -1,0 +1,76 @@
+//! Checks of `boundary`.
+
+use super::super::function::Varying;
+use super::super::place::At;
+use super::super::{Action, Boundary};
+use super::Check;
+
+impl Check<'_> {
+    pub(super) fn boundary(&mut self, name: &At<String>, boundary: &Boundary) {
+        let on = &boundary.on;
+        let known = self.body_of(on);
+        let actions: Vec<Action> = boundary.actions().collect();
+        if actions.len() != 1 {
+            let does = if actions.is_empty() { "does nothing" } else { "does more than one thing" };
+            self.say(name.place, format!("the boundary '{}' {does}", name.value));
+            self.cure("give it one of displacement, gravity, traction, pressure");
+        }
+        let whole = !on.contains('.');
+        for action in &actions {
+            match action {
+                Action::Displacement(components) => self.components(name, components),
+                Action::Gravity(components) => {
+                    components.iter().for_each(|component| self.finite(component));
+                    boundary.gravity.iter().for_each(|gravity| self.size("gravity", gravity));
+                    self.require(
+                        whole || !known,
+                        on.place,
+                        "gravity acts on a whole body, not on a set of it",
+                    );
+                }
+                Action::Traction(components) => {
+                    self.components(name, components);
+                    self.require(!whole || !known, on.place, "a traction acts on a surface, as body.set");
+                }
+                Action::Pressure(pressure) => {
+                    self.finite(pressure);
+                    self.require(!whole || !known, on.place, "a pressure acts on a surface, as body.set");
+                }
+            }
+        }
+    }
+
+    fn components<const KG: i8, const M: i8, const S: i8>(
+        &mut self,
+        name: &At<String>,
+        components: &[Option<&Varying<KG, M, S>>; 3],
+    ) {
+        if components.iter().all(Option::is_none) {
+            self.say(name.place, format!("the boundary '{}' names no direction", name.value));
+            self.cure("as in { x: 0, y: \"1.0 * t\" }");
+        }
+        if let (2, Some(z)) = (self.dimension, components[2]) {
+            self.say(z.place, "a case in 2D has no z");
+        }
+        components.iter().flatten().for_each(|component| self.finite(component));
+    }
+
+    pub(super) fn doubly_prescribed(&mut self) {
+        let mut seen: Vec<(&str, usize)> = Vec::new();
+        for boundary in self.case.boundary.values() {
+            let Some(displacement) = &boundary.displacement else { continue };
+            for (direction, component) in displacement.as_array().into_iter().enumerate() {
+                let Some(component) = component else { continue };
+                let entry = (boundary.on.value.as_str(), direction);
+                if seen.contains(&entry) {
+                    let axis = ["x", "y", "z"][direction];
+                    self.say(
+                        component.place,
+                        format!("the displacement {axis} of '{}' is prescribed twice", entry.0),
+                    );
+                }
+                seen.push(entry);
+            }
+        }
+    }
+}

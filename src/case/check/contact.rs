@@ -1,0 +1,151 @@
+//! Checks of `obstacles` and `contact`.
+
+use super::super::diagnostics::Complaint;
+use super::super::place::At;
+use super::super::quantity::{Number, PowerStiffness};
+use super::super::{Coefficient, Contact, Friction, Normal, Obstacle, Regularization, Start};
+use super::Check;
+
+impl Check<'_> {
+    pub(super) fn obstacle(&mut self, obstacle: &Obstacle) {
+        match obstacle {
+            Obstacle::Plane { point, normal } => {
+                self.size("the point of a plane", point);
+                self.direction("the normal of a plane", normal);
+            }
+            Obstacle::Sphere { center, radius, .. } => {
+                self.size("the centre of a sphere", center);
+                self.positive("the radius", *radius);
+            }
+            Obstacle::Cylinder { point, axis, radius, .. } if self.dimension == 3 => {
+                self.size("the point of a cylinder", point);
+                self.direction("the axis of a cylinder", axis);
+                self.positive("the radius", *radius);
+            }
+            Obstacle::Cylinder { point, .. } => {
+                self.say(point.place, "a cylinder is an obstacle of 3D");
+                self.cure("in 2D a `sphere` is a disc");
+            }
+        }
+    }
+
+    fn direction(&mut self, what: &str, direction: &At<Vec<Number>>) {
+        self.size(what, direction);
+        let length = direction.iter().map(|component| component.si.powi(2)).sum::<f64>();
+        self.require(length > 0.0, direction.place, format!("{what} is zero"));
+    }
+
+    pub(super) fn contact(&mut self, contact: &Contact) {
+        if self.case.obstacles.get(&contact.contactor).is_some() {
+            self.say(
+                contact.contactor.place,
+                format!("'{}' is an obstacle; the contactor is a body's surface", contact.contactor.value),
+            );
+            self.cure("exchange contactor and target");
+        } else {
+            self.surface("a contactor", &contact.contactor);
+        }
+        if self.case.obstacles.get(&contact.target).is_none() {
+            self.target(contact);
+        }
+        match &contact.normal {
+            Normal::Penalty(penalty) => {
+                if let (Some(_), Some(penetration)) = (&penalty.compliance, &penalty.penetration) {
+                    self.say(
+                        penetration.place,
+                        "a penalty is given by its compliance or by a penetration, not by both",
+                    );
+                }
+                penalty.compliance.into_iter().for_each(|value| self.positive("the compliance", value));
+                penalty.penetration.into_iter().for_each(|value| self.positive("the penetration", value));
+            }
+            Normal::PowerLaw { stiffness, exponent } => self.power_law(stiffness, *exponent),
+        }
+        match &contact.friction {
+            Friction::None => {}
+            Friction::Coulomb { coefficient, regularization } => {
+                self.coefficient(coefficient);
+                self.regularization(regularization);
+            }
+            Friction::PowerLaw { stiffness, exponent, regularization } => {
+                self.power_law(stiffness, *exponent);
+                self.regularization(regularization);
+            }
+        }
+    }
+
+    fn target(&mut self, contact: &Contact) {
+        let target = &contact.target;
+        if target.value == contact.contactor.value {
+            self.say(target.place, format!("'{}' can not be its own target", target.value));
+        } else if target.contains('.') || self.case.bodies.get(target).is_some() {
+            self.surface("a target", target);
+        } else {
+            let known = self.case.obstacles.names().chain(self.case.bodies.names());
+            let complaint = Complaint::unknown("target", target, known);
+            self.found.push(complaint.at(target.place));
+        }
+    }
+
+    fn power_law(&mut self, stiffness: &PowerStiffness, exponent: Number) {
+        self.require(
+            stiffness.si > 0.0,
+            stiffness.place,
+            format!("the stiffness must be > 0, found {}", stiffness.si),
+        );
+        self.positive("the exponent", exponent);
+        let expected = PowerStiffness::dimension_for(exponent.si);
+        if let Some(found) = stiffness.dimension.filter(|found| *found != expected) {
+            let message =
+                format!("the stiffness is {found}; expected {expected}, which is Pa/m^{}", exponent.si);
+            self.say(stiffness.place, message);
+            self.cure(&format!("write a number in Pa/m^{0}, or as in \"1 MPa/m^{0}\"", exponent.si));
+        }
+    }
+
+    fn coefficient(&mut self, coefficient: &At<Coefficient>) {
+        match &coefficient.value {
+            Coefficient::Constant(value) => {
+                self.not_negative("the coefficient of friction", *value, coefficient.place);
+            }
+            Coefficient::GroschSchallamach { reference, modulus, exponent } => {
+                self.not_negative("the reference coefficient", reference.si, reference.place);
+                self.positive("the modulus", *modulus);
+                let fits = exponent.si > -1.0 && exponent.si <= 1.0;
+                let message = format!("the exponent must be > -1 and <= 1, found {}", exponent.si);
+                self.require(fits, exponent.place, message);
+            }
+            Coefficient::Stribeck { rest, kinetic, decay_velocity } => {
+                self.not_negative("the static coefficient", rest.si, rest.place);
+                self.not_negative("the kinetic coefficient", kinetic.si, kinetic.place);
+                self.positive("the decay velocity", *decay_velocity);
+            }
+        }
+    }
+
+    fn regularization(&mut self, regularization: &Regularization) {
+        match regularization {
+            Regularization::StickStiffness(stiffness) => self.positive("the stick stiffness", *stiffness),
+            Regularization::StickVelocity(velocity) => {
+                self.positive("the stick velocity", *velocity);
+                let sought = self.case.start.as_ref().map(|start| &start.value);
+                let in_start = matches!(sought, Some(Start::Equilibrium { friction: true, .. }));
+                if self.case.is_static() || in_start {
+                    self.say(
+                        velocity.place,
+                        "statics knows no slip velocity, so `stick_velocity` would be no friction",
+                    );
+                    self.cure("use `stick_stiffness`");
+                }
+            }
+        }
+    }
+
+    /// `body.set`; for a box the sets are known.
+    fn surface(&mut self, what: &str, on: &At<String>) {
+        if self.body_of(on) && !on.contains('.') {
+            self.say(on.place, format!("{what} is a surface, '{}' is a whole body", on.value));
+            self.cure(&format!("name a set of it, as in {}.bottom", on.value));
+        }
+    }
+}

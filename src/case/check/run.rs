@@ -1,0 +1,115 @@
+//! Checks of `time`, `start`, `solver` and `output`.
+
+use super::super::place::At;
+use super::super::quantity::Number;
+use super::super::{Contact, Friction, Scheme, Start};
+use super::Check;
+
+impl Check<'_> {
+    pub(super) fn time(&mut self) {
+        let time = &self.case.time;
+        self.positive("the end", time.end);
+        if let Some(step) = time.step {
+            self.positive("the step", step);
+            let message = format!("the step {} is longer than the whole time {}", step.si, time.end.si);
+            self.require(step.si <= time.end.si || time.end.si <= 0.0, step.place, message);
+        }
+        self.require(
+            time.cuts.value <= 30,
+            time.cuts.place,
+            format!("a step can be halved 30 times at most, not {}", time.cuts.value),
+        );
+        self.require(
+            time.growth.si >= 1.0,
+            time.growth.place,
+            format!("the growth must be >= 1, found {}", time.growth.si),
+        );
+        match &time.scheme.value {
+            Scheme::Newmark { beta, gamma } => {
+                self.within("beta", beta, [0.0, 0.5]);
+                self.require(
+                    beta.si != 0.0,
+                    beta.place,
+                    "beta = 0 is an explicit scheme, which this program has not",
+                );
+                self.within("gamma", gamma, [0.5, 1.0]);
+            }
+            Scheme::Hht { spectral_radius } => {
+                self.within("the spectral radius of hht", spectral_radius, [0.5, 1.0])
+            }
+            Scheme::GeneralizedAlpha { spectral_radius } => {
+                self.within("the spectral radius", spectral_radius, [0.0, 1.0]);
+            }
+            Scheme::BackwardEuler => {}
+            Scheme::Static { increments } => self.increments(increments.as_ref()),
+        }
+        if time.step.is_none() && !self.case.is_static() {
+            self.say(time.end.place, "the key 'step' is missing beside 'end'");
+        }
+    }
+
+    fn increments(&mut self, increments: Option<&At<u32>>) {
+        let time = &self.case.time;
+        match (time.step, increments) {
+            (Some(_), Some(increments)) => {
+                self.say(increments.place, "statics takes 'step' or 'increments', not both")
+            }
+            (None, None) => {
+                self.say(time.scheme.place, "the static scheme needs 'increments', or a 'step' beside 'end'");
+                self.cure("as in scheme: { static: { increments: 4 } }");
+            }
+            (None, Some(increments)) => self.at_least_one("'increments'", increments),
+            (Some(_), None) => {}
+        }
+    }
+
+    fn within(&mut self, what: &str, value: &Number, [low, high]: [f64; 2]) {
+        let message = format!("{what} must be between {low} and {high}, found {}", value.si);
+        self.require((low..=high).contains(&value.si), value.place, message);
+    }
+
+    pub(super) fn start(&mut self) {
+        let Some(start) = &self.case.start else { return };
+        if self.case.is_static() {
+            self.say(start.place, "a static case has no start: it begins undeformed and seeks equilibrium");
+            self.cure("leave out `start`");
+        }
+        if let Start::Equilibrium { increments: 0, .. } = start.value {
+            self.say(start.place, "the equilibrium needs at least one increment");
+        }
+    }
+
+    pub(super) fn solver(&mut self) {
+        let (newton, krylov) = (&self.case.solver.newton, &self.case.solver.krylov);
+        for (what, tolerance) in [("Newton", newton.tolerance), ("Krylov", krylov.tolerance)] {
+            let fits = tolerance.si > 0.0 && tolerance.si < 1.0;
+            let message = format!("the {what} tolerance must be > 0 and < 1, found {}", tolerance.si);
+            self.require(fits, tolerance.place, message);
+        }
+        self.at_least_one("'max_iterations'", &newton.max_iterations);
+        self.at_least_one("'max_iterations'", &krylov.max_iterations);
+        self.at_least_one("'restart'", &krylov.restart);
+        let linear = &self.case.solver.linear;
+        let rubs = |contact: &Contact| contact.friction != Friction::None;
+        if linear.needs_symmetry() && self.case.contact.values().any(rubs) {
+            self.say(
+                linear.place,
+                "this linear solver needs a symmetric matrix, and friction makes it non-symmetric",
+            );
+            self.cure("write `linear: auto`, or a GMRES preset, or direct");
+        }
+    }
+
+    pub(super) fn output(&mut self) {
+        let output = &self.case.output;
+        self.at_least_one("'every'", &output.fields.every);
+        output.checkpoint.iter().for_each(|checkpoint| self.at_least_one("'every'", &checkpoint.every));
+        for probe in output.probes.values() {
+            self.size("the position of a probe", &probe.at);
+            let Some(on) = &probe.on else { continue };
+            if self.body_of(on) {
+                self.require(!on.contains('.'), on.place, "a probe lies on a body, not on a set of it");
+            }
+        }
+    }
+}

@@ -1,0 +1,369 @@
+//! Broken cases: each is refused with the position of the fault, the words that explain it, and never a panic.
+
+use proptest::prelude::*;
+
+use super::super::Case;
+use super::{GOOD, message, with};
+use crate::error::Cause;
+
+/// What replaces what, where the error points, what it says.
+type Broken = (&'static str, &'static str, &'static str, &'static [&'static str]);
+
+const TIME: &str = "time: { end: \"70 ms\", step: 5.0e-4, scheme: { newmark: { beta: 0.25, gamma: 0.5 } } }";
+const FRICTION: &str =
+    "friction: { coulomb: { coefficient: 1.0, regularization: { stick_velocity: \"1 mm/s\" } } }";
+const MESH: &str = "mesh: { box: { min: [0, 0], max: [1, 1], cells: [4, 4], element: quad4 } }";
+
+const BROKEN: &[Broken] = &[
+    // Keys and laws.
+    ("title: A", "tittle: A", "1:1", &["unknown key 'tittle'", "did you mean 'title'?"]),
+    ("density:", "densty:", "7:5", &["unknown key 'densty'", "'density'"]),
+    (
+        "coulomb:",
+        "coulumb:",
+        "18:17",
+        &["unknown friction law 'coulumb'", "known: none, coulomb, power_law", "did you mean 'coulomb'?"],
+    ),
+    (
+        "friction: { coulomb:",
+        "friction: coulumb #",
+        "18:15",
+        &["unknown friction law 'coulumb'", "did you mean 'coulomb'?"],
+    ),
+    (FRICTION, "friction: coulomb", "18:5", &["'coefficient' is missing"]),
+    (FRICTION, "friction: 0.3", "18:15", &["expected a friction law", "number 0.3", "coulomb"]),
+    (FRICTION, "friction: {}", "18:15", &["friction law", "empty", "power_law"]),
+    (
+        FRICTION,
+        "friction: { none: {}, coulomb: {} }",
+        "18:27",
+        &["one friction law at a time", "'coulomb' stands beside 'none'"],
+    ),
+    (FRICTION, "friction: { none: { coefficient: 1 } }", "18:25", &["coefficient"]),
+    (
+        "coefficient: 1.0",
+        "coefficient: { stribek: 1 }",
+        "18:43",
+        &["unknown coefficient of friction 'stribek'", "'stribeck'"],
+    ),
+    (
+        "stick_velocity: \"1 mm/s\"",
+        "stick_velocity: 1, stick_stiffness: 1",
+        "18:83",
+        &["one regularization at a time"],
+    ),
+    ("beta: 0.25", "spectral_radius: 0.8", "25:58", &["unknown key 'spectral_radius'", "belongs to hht"]),
+    ("newmark: { beta", "newmrk: { beta", "25:47", &["unknown scheme 'newmrk'", "'newmark'"]),
+    (
+        "strategy: monolithic",
+        "strategy: staggered",
+        "26:21",
+        &["unknown strategy 'staggered'", "known: monolithic"],
+    ),
+    ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
+    ("element: quad4", "element: quad5", "5:70", &["unknown element 'quad5'", "'quad4'"]),
+    ("finite", "nonlinear", "8:17", &["unknown kinematics 'nonlinear'", "finite, linear"]),
+    ("quadrature: nodal", "quadrature: nodal\n    quadrature: gauss", "20:5", &["'quadrature' stands twice"]),
+    (
+        "  floor:",
+        "  floor: { plane: { point: [0, 0], normal: [0, 1] } }\n  floor:",
+        "13:3",
+        &["'floor' stands twice"],
+    ),
+    ("dimension: 2\n", "", "30:1", &["'dimension' is missing"]),
+    (", poisson_ratio: 0.45", "", "6:32", &["'poisson_ratio' is missing"]),
+    (MESH, "mesh: { region: rubber }", "5:11", &["a mesh needs 'box' or 'file'"]),
+    (
+        MESH,
+        "mesh: { file: b.msh, box: { min: [0, 0], max: [1, 1], cells: [4, 4] } }",
+        "5:19",
+        &["a box or a file, not both"],
+    ),
+    // Types and units.
+    ("dimension: 2", "dimension: two", "2:12", &["expected a whole number"]),
+    ("dimension: 2", "dimension: 4", "2:12", &["2 or 3, not 4"]),
+    ("\"5 MPa\"", "\"5\"", "6:47", &["missing unit: '5'", "a pressure [Pa]", "\"5 MPa\""]),
+    ("\"5 MPa\"", "5 mm", "6:47", &["'5 mm' is a length [m]", "expected a pressure [Pa]"]),
+    ("\"5 MPa\"", "\"5 MPz\"", "6:47", &["unknown unit 'MPz'", "known: m, g, s"]),
+    ("\"5 MPa\"", "five", "6:47", &["'five' is not a number with a unit"]),
+    ("\"5 MPa\"", "[5]", "6:47", &["expected a pressure [Pa], found a list"]),
+    ("\"5 MPa\"", "yes", "6:47", &["'yes'", "a pressure [Pa]"]),
+    ("\"5 MPa\"", "true", "6:47", &["expected a pressure [Pa], found true or false"]),
+    ("\"5 MPa\"", ".nan", "6:47", &["finite number", ".nan"]),
+    ("\"5 MPa\"", "1e999", "6:47", &["finite number", "1e999"]),
+    ("\"5 MPa\"", "\"1e300 GPa\"", "6:47", &["not a finite number"]),
+    ("0.45", "\"0.45 m\"", "6:71", &["'0.45 m' is a length [m]; expected a pure number"]),
+    ("friction: false", "friction: 3", "24:35", &["true or false"]),
+    ("[0, 0], max", "7, max", "5:25", &["expected a list"]),
+    ("cells: [4, 4]", "cells: [4, -4]", "5:57", &["whole number, zero or more"]),
+    ("{ every: 10 }", "10", "28:11", &["expected a mapping"]),
+    // Ranges.
+    ("\"1700 kg/m3\"", "-1700", "7:14", &["the density must be > 0, found -1700"]),
+    ("    density: \"1700 kg/m3\"\n", "", "4:3", &["'block' needs a density"]),
+    ("0.45", "0.5", "6:71", &["Poisson's ratio", "< 0.5", "0.49"]),
+    ("0.45", "-1", "6:71", &["Poisson's ratio", "> -1"]),
+    ("\"5 MPa\"", "0", "6:47", &["Young's modulus must be > 0"]),
+    ("step: 5.0e-4", "step: 0", "25:29", &["the step must be > 0, found 0"]),
+    ("step: 5.0e-4, ", "", "25:14", &["'step' is missing"]),
+    ("end: \"70 ms\"", "end: 1e-4", "25:26", &["longer than the whole time 0.0001"]),
+    ("end: \"70 ms\"", "end: -1", "25:14", &["the end must be > 0"]),
+    ("beta: 0.25", "beta: 0", "25:64", &["explicit"]),
+    ("gamma: 0.5", "gamma: 0.4", "25:77", &["gamma must be between 0.5 and 1, found 0.4"]),
+    (
+        "newmark: { beta: 0.25, gamma: 0.5 }",
+        "hht: { spectral_radius: 0.3 }",
+        "25:71",
+        &["hht must be between 0.5 and 1"],
+    ),
+    (
+        "newmark: { beta: 0.25, gamma: 0.5 }",
+        "generalized_alpha: { spectral_radius: 1.1 }",
+        "25:85",
+        &["between 0 and 1, found 1.1"],
+    ),
+    ("coefficient: 1.0", "coefficient: -0.1", "18:41", &["coefficient of friction must be >= 0, found -0.1"]),
+    ("\"1 mm/s\"", "0", "18:80", &["stick velocity must be > 0"]),
+    ("\"1e-10 m/Pa\"", "-1e-10", "17:38", &["compliance must be > 0"]),
+    ("compliance: \"1e-10 m/Pa\"", "compliance: 1e-10, penetration: 1e-4", "17:58", &["not by both"]),
+    (
+        "penalty: { compliance: \"1e-10 m/Pa\" }",
+        "power_law: { stiffness: 1e14, exponent: 0 }",
+        "17:55",
+        &["the exponent must be > 0"],
+    ),
+    (
+        "penalty: { compliance: \"1e-10 m/Pa\" }",
+        "power_law: { stiffness: \"1 MPa/m\", exponent: 2 }",
+        "17:39",
+        &["a stiffness per area [Pa/m]", "Pa/m^2"],
+    ),
+    ("max: [1, 1]", "max: [1, 0]", "5:42", &["no extent along y: max 0 <= min 0"]),
+    ("cells: [4, 4]", "cells: [4, 0]", "5:53", &["at least one cell"]),
+    ("cells: [4, 4]", "cells: [100000, 100000]", "5:53", &["10000000000 cells"]),
+    ("every: 10", "every: 0", "28:20", &["'every' must be >= 1"]),
+    ("increments: 4", "increments: 0", "24:8", &["at least one increment"]),
+    ("linear: auto", "newton: { tolerance: 2 }", "26:54", &["Newton tolerance must be > 0 and < 1, found 2"]),
+    ("scheme: {", "cuts: 99, scheme: {", "25:43", &["halved 30 times"]),
+    ("scheme: {", "growth: 0.5, scheme: {", "25:45", &["growth must be >= 1"]),
+    // Dimensions and names.
+    ("element: quad4", "element: hex8", "5:70", &["hex8 is an element of 3D, the case has 2D"]),
+    ("element: quad4", "element: quad8", "5:70", &["quad8 offers no cure for locking"]),
+    ("min: [0, 0]", "min: [0, 0, 0]", "5:25", &["2 entries in 2D, found 3"]),
+    ("normal: [0, 1]", "normal: [0, 0]", "12:44", &["normal of a plane is zero"]),
+    (
+        "plane: { point: [0, 0], normal: [0, 1] }",
+        "cylinder: { point: [0, 0], axis: [0, 1], radius: 1 }",
+        "12:31",
+        &["3D", "`sphere` is a disc"],
+    ),
+    (
+        "plane: { point: [0, 0], normal: [0, 1] }",
+        "sphere: { center: [0, 0], radius: -1 }",
+        "12:46",
+        &["radius must be > 0"],
+    ),
+    (
+        "plane: { point: [0, 0], normal: [0, 1] }",
+        "sphere: { center: [0, 0], radius: 1, side: inner }",
+        "12:55",
+        &["unknown side 'inner'", "outside, inside"],
+    ),
+    ("target: floor", "target: flor", "16:13", &["unknown target 'flor'", "did you mean 'floor'?"]),
+    ("target: floor", "target: block", "16:13", &["a surface", "whole body", "block.bottom"]),
+    ("target: floor", "target: block.bottom", "16:13", &["can not be its own target"]),
+    ("contactor: block.bottom", "contactor: blok.bottom", "15:16", &["unknown body 'blok'", "'block'"]),
+    (
+        "contactor: block.bottom",
+        "contactor: block.botom",
+        "15:16",
+        &["the box 'block' has no set 'botom'", "did you mean 'bottom'"],
+    ),
+    (
+        "contactor: block.bottom",
+        "contactor: block.front",
+        "15:16",
+        &["no set 'front'", "left, right, bottom, top"],
+    ),
+    ("contactor: block.bottom", "contactor: floor", "15:16", &["'floor' is an obstacle", "exchange"]),
+    ("on: block.top", "on: block.tip", "23:16", &["'tip'", "'top'"]),
+    ("on: block.top", "on: floor", "23:16", &["'floor' is an obstacle, a body is needed"]),
+    ("on: block }", "on: floor }", "30:31", &["is an obstacle"]),
+    ("at: [0, 0]", "at: [0]", "30:19", &["2 entries in 2D, found 1"]),
+    ("floor: {", "block: {", "12:3", &["'block' names a body and an obstacle"]),
+    ("  floor:", "  \"the.floor\":", "12:3", &["can not be a name in `obstacles`"]),
+    ("ksp_monitor", "-ksp_monitor", "31:10", &["PETSc option", "leading dash"]),
+    // Boundaries and functions.
+    (", displacement: { x: \"1.0 * t\", y: -0.05 }", "", "23:3", &["'clamp' does nothing"]),
+    ("displacement: {", "pressure: 1, displacement: {", "23:3", &["more than one thing"]),
+    ("displacement: { x: \"1.0 * t\", y: -0.05 }", "displacement: {}", "23:3", &["names no direction"]),
+    ("y: -0.05", "z: -0.05", "23:60", &["2D has no z"]),
+    (
+        "displacement: { x: \"1.0 * t\", y: -0.05 }",
+        "gravity: [0, -9.81]",
+        "23:16",
+        &["gravity acts on a whole body"],
+    ),
+    (
+        "on: block.top, displacement: { x: \"1.0 * t\", y: -0.05 }",
+        "on: block, gravity: [0]",
+        "23:32",
+        &["gravity needs 2 entries"],
+    ),
+    (
+        "on: block.top, displacement: { x: \"1.0 * t\", y: -0.05 }",
+        "on: block, pressure: 1",
+        "23:16",
+        &["acts on a surface"],
+    ),
+    (
+        "  clamp:",
+        "  other: { on: block.top, displacement: { x: 0 } }\n  clamp:",
+        "24:46",
+        &["displacement x of 'block.top' is prescribed twice"],
+    ),
+    ("\"1.0 * t\"", "\"1.0 * q\"", "23:53", &["unknown name 'q'", "known: x y z t"]),
+    ("\"1.0 * t\"", "\"1.0 * (t\"", "23:55", &["expected ')'"]),
+    ("\"1.0 * t\"", "\"1.0 * \"", "23:53", &["ends where a value should follow"]),
+    ("\"1.0 * t\"", "1.0 * t 2", "23:54", &["unexpected '2'"]),
+    ("\"1.0 * t\"", "5 MPa", "23:46", &["'5 MPa' is a pressure [Pa]", "expected a length"]),
+    ("\"1.0 * t\"", "sin(t, 2)", "23:51", &["expected ')'"]),
+    ("\"1.0 * t\"", "log(t)", "23:46", &["the value is not finite at t = 0"]),
+    ("\"1.0 * t\"", "sqrt(t)", "23:46", &["the derivative is not finite at t = 0"]),
+    ("\"1.0 * t\"", "{ table: [[0, 0], [0, 1]] }", "23:46", &["times of a table must increase: 0 after 0"]),
+    ("\"1.0 * t\"", "{ table: [[0, 0], [1, .nan]] }", "23:68", &["finite number"]),
+    ("\"1.0 * t\"", "{ table: [] }", "23:46", &["at least one row"]),
+    ("\"1.0 * t\"", "{ tabel: [[0, 0]] }", "23:48", &["unknown key 'tabel'", "'table'"]),
+    ("\"0.1 * y\"", "\"0.1 * t\"", "10:24", &["can not depend on t"]),
+    // Statics.
+    (TIME, "time: { end: 1, step: 0.1, scheme: static }", "24:8", &["a static case has no start"]),
+    (TIME, "time: { end: 1, scheme: { static: {} } }", "25:25", &["needs 'increments'"]),
+    (
+        TIME,
+        "time: { end: 1, step: 1, scheme: { static: { increments: 4 } } }",
+        "25:58",
+        &["'step' or 'increments', not both"],
+    ),
+    (
+        TIME,
+        "time: { end: 1, step: 1, scheme: static }",
+        "18:80",
+        &["no slip velocity", "use `stick_stiffness`"],
+    ),
+    (TIME, "time: { end: 1, step: 1, scheme: static }", "10:23", &["no meaning with the static scheme"]),
+    ("friction: false", "friction: true", "18:80", &["no slip velocity"]),
+    ("linear: auto", "linear: cg_icc", "26:41", &["friction makes it non-symmetric", "auto"]),
+    // YAML itself.
+    ("[0, 0], max", "[0, 0, max", "5:32", &[]),
+    ("density:", "\tdensity:", "7:6", &["begins with a tab"]),
+    ("title: A", "title: 'A", "2:1", &["quoted"]),
+    ("dimension: 2", "dimension: *two", "2:12", &["anchor"]),
+    ("petsc:", "---\npetsc:", "32:1", &["one case a file"]),
+];
+
+/// Each broken case is refused with position, key words, and the line that is wrong.
+#[test]
+fn broken_cases_are_refused_with_position_and_reason() {
+    let mut failures = Vec::new();
+    for (from, to, position, words) in BROKEN {
+        let text = with(from, to);
+        let message = message(&text);
+        let pointed = message.contains(&format!("case.yml:{position}: "));
+        let missing: Vec<&&str> = words.iter().filter(|word| !message.contains(**word)).collect();
+        if !pointed || !missing.is_empty() || !message.contains('^') {
+            failures.push(format!("{to}\n  expected at {position}: {words:?}\n  got: {message}"));
+        }
+    }
+    assert!(failures.is_empty(), "{} of {}:\n{}", failures.len(), BROKEN.len(), failures.join("\n\n"));
+}
+
+/// The error of the contract, to the letter.
+#[test]
+fn the_message_shows_place_line_and_cure() {
+    let text = with("coulomb:", "coulumb:");
+    let expected = "\
+case.yml:18:17: unknown friction law 'coulumb'
+   |
+18 |     friction: { coulumb: { coefficient: 1.0, regularization: { stick_velocity: \"1 mm/s\" } } }
+   |                 ^^^^^^^
+hint: known: none, coulomb, power_law; did you mean 'coulomb'?";
+    assert_eq!(message(&text), expected);
+}
+
+/// Several faults are shown together, in the order of the file.
+#[test]
+fn all_semantic_faults_are_shown() {
+    let text = with("\"1700 kg/m3\"", "-1").replace("every: 10", "every: 0");
+    let message = message(&text);
+    let (first, second) = (message.find(":7:14:"), message.find(":28:20:"));
+    assert!(first.is_some() && first < second, "{message}");
+}
+
+/// What is not a case at all is refused, too.
+#[test]
+fn documents_that_are_no_case_are_refused() {
+    for (text, words) in [
+        ("", "the case is empty"),
+        ("  \n", "the case is empty"),
+        ("# nothing\n", "holds only comments"),
+        ("---\n", "missing"),
+        ("just words", "expected a mapping"),
+        ("[1, 2]", "expected a mapping"),
+        ("bodies: {}\ndimension: 2\ntime: { end: 1, step: 1 }", "at least one body"),
+    ] {
+        let message = message(text);
+        assert!(message.contains(words) && message.starts_with("case.yml:"), "{text:?}: {message}");
+    }
+}
+
+/// Nesting and aliases that explode end in an error, quickly and without exhausting the stack.
+#[test]
+fn nesting_and_alias_bombs_are_refused() {
+    let deep = format!("title: {}{}", "[".repeat(100_000), "]".repeat(100_000));
+    let mut bomb = String::from("a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n");
+    for level in 1..12 {
+        let alias = format!("*a{}, ", level - 1).repeat(10);
+        bomb.push_str(&format!("a{level}: &a{level} [{alias}]\n"));
+    }
+    let aliased = with("\"1.0 * t\"", "*deep").replace("title: A", "title: &deep A");
+    let parentheses = with("\"1.0 * t\"", &format!("\"{}t{}\"", "(".repeat(5000), ")".repeat(5000)));
+    let signs = with("\"1.0 * t\"", &format!("\"{}t\"", "-".repeat(5000)));
+    let sum = with("\"1.0 * t\"", &format!("\"{}t\"", "t+".repeat(5000)));
+    for text in [deep, bomb, aliased, parentheses, signs, sum] {
+        assert!(message(&text).starts_with("case.yml:"));
+    }
+}
+
+/// A file that is not there is a file error, one that is not text a case error.
+#[test]
+fn unreadable_files_have_their_cause() {
+    let missing = Case::read(std::path::Path::new("no/such/case.yml")).map_err(|error| error.cause);
+    assert_eq!(missing, Err(Cause::File));
+    let binary = std::env::temp_dir().join(format!("contact-petsc-binary-{}.yml", std::process::id()));
+    std::fs::write(&binary, [0xff, 0xfe, 0x00]).unwrap();
+    let refused = Case::read(&binary).map_err(|error| error.cause);
+    std::fs::remove_file(&binary).unwrap();
+    assert_eq!(refused, Err(Cause::Case));
+}
+
+proptest! {
+    /// No text makes the reader panic.
+    #[test]
+    fn arbitrary_text_never_panics(text in "\\PC*") {
+        let _ = Case::parse(&text, "case.yml");
+    }
+
+    /// Nor does a good case with a piece replaced by anything.
+    #[test]
+    fn a_damaged_case_never_panics(start in 0..GOOD.len(), length in 0..40usize, to in "[ -~\n\tµ€]{0,12}") {
+        let mut text = GOOD.to_string();
+        text.replace_range(start..(start + length).min(GOOD.len()), &to);
+        let _ = Case::parse(&text, "case.yml");
+    }
+
+    /// Nor does any expression or unit.
+    #[test]
+    fn arbitrary_expressions_and_units_never_panic(text in "[-+*/^().,<>=!a-z0-9 µ€]{0,40}") {
+        let _ = crate::case::Function::expression(&text).map(|function| function.motion([0.1, 0.2, 0.3], 0.4));
+        let _ = crate::case::unit::parse(&text);
+    }
+}
