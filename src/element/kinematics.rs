@@ -21,8 +21,11 @@ pub enum Locking {
     /// Full integration of everything.
     #[default]
     None,
-    /// Terms with `mu` by the full rule, terms with `lambda` by the rule one lower in each direction (one point for quad4 and
-    /// hex8). Variational, so the tangent stays symmetric.
+    /// Terms with `mu` by the full rule, terms with `lambda` by one less in each direction. Variational, so the tangent
+    /// stays symmetric.
+    ///
+    /// On quad4 and hex8 the one value is taken at the mean of the gradient over the element. On every quad4 and on hex8
+    /// with parallel sides that is the value at the centroid; on other hex8 the centroid would fail the patch test.
     SelectiveReduced,
 }
 
@@ -33,7 +36,7 @@ impl Locking {
         (
             Self::SelectiveReduced,
             "selective_reduced",
-            "shear terms fully integrated, volume terms with one point less in each direction (quads and hexes)",
+            "shear terms fully integrated, volume terms by one point less in each direction (quads and hexes)",
         ),
     ];
 
@@ -46,7 +49,7 @@ impl Locking {
     pub(super) fn volume_rule(self, kind: ElementKind) -> Result<VolumeRule> {
         match (self, kind) {
             (Self::None, _) => Ok(VolumeRule::Full),
-            (Self::SelectiveReduced, ElementKind::Quad4 | ElementKind::Hex8) => Ok(VolumeRule::OnePoint),
+            (Self::SelectiveReduced, ElementKind::Quad4 | ElementKind::Hex8) => Ok(VolumeRule::Mean),
             (Self::SelectiveReduced, ElementKind::Quad8 | ElementKind::Quad9) => {
                 Ok(VolumeRule::Of(ElementKind::Quad4))
             }
@@ -71,8 +74,8 @@ impl Locking {
 pub(super) enum VolumeRule {
     /// The element's full rule, together with the shear terms.
     Full,
-    /// The centroid.
-    OnePoint,
+    /// One value, at the mean gradient.
+    Mean,
     /// The full rule of the linear sibling.
     Of(ElementKind),
 }

@@ -9,7 +9,7 @@
 
 use std::marker::PhantomData;
 
-use super::group::{ElementGroup, Pass};
+use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::{Kinematics, displacement_gradient, reference_gradients};
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
@@ -75,9 +75,9 @@ impl<P: Law, const D: usize> LaneTask for Solid<'_, P, D> {
             let mut point = 0;
             for pass in &group.passes {
                 let moduli = pass.moduli.in_lanes(unit);
-                for q in 0..pass.table.points {
-                    let weight = unit.constant(pass.table.weights[q]);
-                    let det_f = work.add_point::<P>(pass.dn(q), weight, &moduli, wanted);
+                for q in 0..pass.samples() {
+                    let volume = work.locate(unit, pass, q);
+                    let det_f = work.add_law::<P>(volume, &moduli, wanted);
                     work.det_f[point] = det_f.lanes();
                     point += 1;
                 }
@@ -112,6 +112,10 @@ struct Workspace<L, const D: usize> {
     /// `h_a`.
     mapped: Vec<Row<L, D>>,
     force: Vec<Row<L, D>>,
+    /// Integral of the gradients over the points so far, where a pass wants their mean.
+    mean: Vec<Row<L, D>>,
+    /// Volume of the points so far.
+    volume: L,
     /// Blocks `(a, b)`, `b >= a`, row by row.
     upper: Vec<Square<L, D>>,
     /// For each quadrature point of all passes.
@@ -132,8 +136,14 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             gradients: rows(),
             mapped: rows(),
             force: rows(),
+            mean: if group.passes.iter().any(|pass| pass.sampling == Sampling::Mean) {
+                rows()
+            } else {
+                Vec::new()
+            },
+            volume: zero,
             upper: vec![[[zero; D]; D]; n * (n + 1) / 2],
-            det_f: vec![[0.0; WIDTH]; group.passes.iter().map(|pass| pass.table.points).sum()],
+            det_f: vec![[0.0; WIDTH]; group.passes.iter().map(Pass::samples).sum()],
             force_out: vec![0.0; WIDTH * n * D],
             stiffness_out: vec![0.0; WIDTH * n * n * D * D],
         }
@@ -155,15 +165,37 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             self.force[a] = [zero; D];
         }
         self.upper.fill([[zero; D]; D]);
+        self.mean.fill([zero; D]);
+        self.volume = zero;
     }
 
-    /// Adds one quadrature point; returns `det F` there.
+    /// Sets the gradients to those of a sample and returns its volume.
     #[inline(always)]
-    fn add_point<P: Law>(&mut self, dn: &[f64], weight: L, moduli: &Moduli<L>, wanted: Option<Wanted<L>>) -> L {
-        let det = reference_gradients(&self.points, dn, &mut self.gradients);
+    fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> L {
+        if pass.sampling == Sampling::Mean {
+            let inverse = self.volume.recip();
+            for (gradient, mean) in self.gradients.iter_mut().zip(&self.mean) {
+                *gradient = scale(mean, inverse);
+            }
+            return self.volume;
+        }
+        let det = reference_gradients(&self.points, pass.dn(q), &mut self.gradients);
+        let volume = unit.constant(pass.table.weights[q]) * det;
+        self.volume = self.volume + volume;
+        // Empty where nothing asks for the mean.
+        for (mean, gradient) in self.mean.iter_mut().zip(&self.gradients) {
+            for i in 0..D {
+                mean[i] = gradient[i].mul_add(volume, mean[i]);
+            }
+        }
+        volume
+    }
+
+    /// Adds one sample; returns `det F` there.
+    #[inline(always)]
+    fn add_law<P: Law>(&mut self, volume: L, moduli: &Moduli<L>, wanted: Option<Wanted<L>>) -> L {
         let grad_u = displacement_gradient(&self.displacements, &self.gradients);
         let response = P::respond(moduli, &grad_u);
-        let volume = weight * det;
         let mut piola = response.first_piola;
         for row in &mut piola {
             *row = scale(row, volume);
@@ -186,14 +218,17 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         let scalar = scalar_metric::<L, P, D>(response, q, volume * wanted.geometric);
         let pushed = outer_gram(&response.gradient_map);
         for (mapped, gradient) in self.mapped.iter_mut().zip(&self.gradients) {
-            *mapped = if P::METRIC == Metric::Linear { *gradient } else { apply(&response.gradient_map, gradient) };
+            *mapped =
+                if P::METRIC == Metric::Linear { *gradient } else { apply(&response.gradient_map, gradient) };
         }
         let mut blocks = self.upper.iter_mut();
         for a in 0..self.gradients.len() {
             let (g_a, h_a) = (&self.gradients[a], &self.mapped[a]);
             let (lam_h, q_h, q_g) = (scale(h_a, lam), scale(h_a, q), scale(g_a, q));
             let scalar_g = apply(&scalar, g_a);
-            for (block, (g_b, h_b)) in blocks.by_ref().zip(self.gradients[a..].iter().zip(&self.mapped[a..])) {
+            // The finite iterator goes first: a zip asks its first half once more than its second.
+            let partners = self.gradients[a..].iter().zip(&self.mapped[a..]);
+            for ((g_b, h_b), block) in partners.zip(blocks.by_ref()) {
                 let isotropic = dot(&scalar_g, g_b);
                 let metric = dot(&q_g, g_b);
                 for i in 0..D {
@@ -261,7 +296,11 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
 
 /// `q m + S` (times volumes and switches), as far as it multiplies the identity.
 #[inline(always)]
-fn scalar_metric<L: Lane, P: Law, const D: usize>(response: &Response<L, D>, q: L, geometric: L) -> Square<L, D> {
+fn scalar_metric<L: Lane, P: Law, const D: usize>(
+    response: &Response<L, D>,
+    q: L,
+    geometric: L,
+) -> Square<L, D> {
     match P::METRIC {
         Metric::Linear => diagonal(q),
         Metric::Reference => {
