@@ -206,14 +206,14 @@ pub fn dispatch_portable<K: LaneTask>(task: K) -> K::Output {
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{Lane, LaneTask, Real, WIDTH, ln_1p};
+    use pulp::cast;
     use pulp::x86::V3;
-    use pulp::{Simd, cast, f64x4};
+    use std::arch::x86_64::__m256d;
     use std::ops::{Add, Mul, Neg, Sub};
 
     /// Lanes in one register; the first field proves that the processor has AVX2 and FMA.
     #[derive(Clone, Copy)]
-    #[repr(align(32))]
-    struct Register(V3, f64x4);
+    struct Register(V3, __m256d);
 
     struct Enter<K>(V3, K);
 
@@ -221,7 +221,7 @@ mod avx2 {
         type Output = K::Output;
         #[inline(always)]
         fn call(self) -> K::Output {
-            let one = Simd::splat_f64s(self.0, 1.0);
+            let one = self.0.avx._mm256_set1_pd(1.0);
             self.1.run(Register(self.0, one))
         }
     }
@@ -234,43 +234,45 @@ mod avx2 {
         type Output = Self;
         #[inline(always)]
         fn add(self, other: Self) -> Self {
-            Self(self.0, Simd::add_f64s(self.0, self.1, other.1))
+            Self(self.0, self.0.avx._mm256_add_pd(self.1, other.1))
         }
     }
     impl Sub for Register {
         type Output = Self;
         #[inline(always)]
         fn sub(self, other: Self) -> Self {
-            Self(self.0, Simd::sub_f64s(self.0, self.1, other.1))
+            Self(self.0, self.0.avx._mm256_sub_pd(self.1, other.1))
         }
     }
     impl Mul for Register {
         type Output = Self;
         #[inline(always)]
         fn mul(self, other: Self) -> Self {
-            Self(self.0, Simd::mul_f64s(self.0, self.1, other.1))
+            Self(self.0, self.0.avx._mm256_mul_pd(self.1, other.1))
         }
     }
     impl Neg for Register {
         type Output = Self;
         #[inline(always)]
         fn neg(self) -> Self {
-            Self(self.0, Simd::neg_f64s(self.0, self.1))
+            let sign = self.0.avx._mm256_set1_pd(-0.0);
+            Self(self.0, self.0.avx._mm256_xor_pd(self.1, sign))
         }
     }
 
     impl Real for Register {
         #[inline(always)]
         fn constant(self, x: f64) -> Self {
-            Self(self.0, Simd::splat_f64s(self.0, x))
+            Self(self.0, self.0.avx._mm256_set1_pd(x))
         }
         #[inline(always)]
         fn mul_add(self, b: Self, c: Self) -> Self {
-            Self(self.0, Simd::mul_add_f64s(self.0, self.1, b.1, c.1))
+            Self(self.0, self.0.fma._mm256_fmadd_pd(self.1, b.1, c.1))
         }
         #[inline(always)]
         fn recip(self) -> Self {
-            Self(self.0, Simd::div_f64s(self.0, Simd::splat_f64s(self.0, 1.0), self.1))
+            let one = self.0.avx._mm256_set1_pd(1.0);
+            Self(self.0, self.0.avx._mm256_div_pd(one, self.1))
         }
         #[inline(always)]
         fn ln_1p(self) -> Self {
@@ -286,6 +288,21 @@ mod avx2 {
         #[inline(always)]
         fn lanes(self) -> [f64; WIDTH] {
             cast(self.1)
+        }
+        #[inline(always)]
+        fn transpose(rows: [Self; WIDTH]) -> [[f64; WIDTH]; WIDTH] {
+            let avx = rows[0].0.avx;
+            let [a, b, c, d] = rows.map(|row| row.1);
+            let (ab_even, ab_odd) = (avx._mm256_unpacklo_pd(a, b), avx._mm256_unpackhi_pd(a, b));
+            let (cd_even, cd_odd) = (avx._mm256_unpacklo_pd(c, d), avx._mm256_unpackhi_pd(c, d));
+            const LOW: i32 = 0x20;
+            const HIGH: i32 = 0x31;
+            [
+                cast(avx._mm256_permute2f128_pd::<LOW>(ab_even, cd_even)),
+                cast(avx._mm256_permute2f128_pd::<LOW>(ab_odd, cd_odd)),
+                cast(avx._mm256_permute2f128_pd::<HIGH>(ab_even, cd_even)),
+                cast(avx._mm256_permute2f128_pd::<HIGH>(ab_odd, cd_odd)),
+            ]
         }
     }
 }
@@ -314,6 +331,25 @@ mod tests {
         assert!(
             dispatch(Logarithms([-2.0, 1.0, 1.0, f64::NAN])).map(f64::is_nan) == [true, false, false, true]
         );
+    }
+
+    struct Transposed;
+    impl LaneTask for Transposed {
+        type Output = [[f64; WIDTH]; WIDTH];
+        #[inline(always)]
+        fn run<L: Lane>(self, unit: L) -> Self::Output {
+            let row = |i: usize| unit.load(std::array::from_fn(|j| (10 * i + j) as f64));
+            L::transpose([row(0), row(1), row(2), row(3)])
+        }
+    }
+
+    /// Rows become lanes on either kind of lanes.
+    #[test]
+    fn transposes() {
+        let expected: [[f64; WIDTH]; WIDTH] =
+            std::array::from_fn(|i| std::array::from_fn(|j| (10 * j + i) as f64));
+        assert_eq!(dispatch(Transposed), expected);
+        assert_eq!(dispatch_portable(Transposed), expected);
     }
 
     /// A lane's logarithm does not depend on its neighbours, not in the last bit.

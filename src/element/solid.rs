@@ -10,11 +10,14 @@
 use std::marker::PhantomData;
 
 use super::group::{ElementGroup, Pass, Sampling};
-use super::kinematics::{Kinematics, displacement_gradient, reference_gradients};
+use super::kinematics::{Kinematics, gradient_of, reference_map};
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{Hooke, Law, Metric, Model, Moduli, NeoHookean, Response, SaintVenantKirchhoff};
-use crate::square::{Row, Square, apply, diagonal, dot, inner_gram, outer_gram, scale};
+use crate::square::{
+    Row, Square, apply, apply_add, congruent, diagonal, dot, inner_gram, outer_gram, product,
+    product_transposed, scale, scale_add, scale_all, transpose,
+};
 use crate::terms::Terms;
 
 /// One evaluation of a group.
@@ -73,13 +76,17 @@ impl<P: Law, const D: usize> LaneTask for Solid<'_, P, D> {
         for (batch, ((elements, nodes), points)) in batches.zip(group.points.chunks_exact(n)).enumerate() {
             work.gather(unit, nodes, points, u);
             let mut point = 0;
-            for pass in &group.passes {
+            for (number, pass) in group.passes.iter().enumerate() {
                 let moduli = pass.moduli.in_lanes(unit);
+                let form = if number == 0 { first_form::<P>() } else { Form::Sum };
                 for q in 0..pass.samples() {
-                    let volume = work.locate(unit, pass, q);
-                    let det_f = work.add_law::<P>(volume, &moduli, wanted);
+                    let sample = work.locate(unit, pass, q);
+                    let det_f = work.add_law::<P>(&sample, &moduli, wanted, form);
                     work.det_f[point] = det_f.lanes();
                     point += 1;
+                }
+                if wanted.is_some() && form == Form::Factored {
+                    work.unfold(&moduli);
                 }
             }
             work.check(elements, &group.passes)?;
@@ -104,11 +111,84 @@ impl<L: Lane> Wanted<L> {
     }
 }
 
+/// How the stiffness of a pass is summed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    /// As it is.
+    Sum,
+    /// As the factor `P` of `lambda P + mu P^T`.
+    Factored,
+}
+
+/// The factored form needs constant moduli and a sum that begins empty.
+const fn first_form<P: Law>() -> Form {
+    match P::METRIC {
+        Metric::Current => Form::Sum,
+        Metric::Reference | Metric::Linear => Form::Factored,
+    }
+}
+
+/// Geometry and displacement at one sample.
+struct Sample<L, const D: usize> {
+    /// Reference volume that it stands for [m^D].
+    volume: L,
+    /// Takes the slopes to reference gradients [1/m].
+    map: Square<L, D>,
+    grad_u: Square<L, D>,
+}
+
+/// The tangent at one sample in terms of the slopes `s_a`, volumes and switches included:
+/// `K_ab = lam h_a h_b^T + q h_b h_a^T + (s_a . metric s_b) pushed + (s_a . isotropic s_b) 1`.
+struct Tangent<L, const D: usize> {
+    lam: L,
+    q: L,
+    /// `h_a = map s_a`.
+    map: Square<L, D>,
+    isotropic: Square<L, D>,
+    /// This and `pushed` only with [`Metric::Reference`]; where `F m F^T = 1` the metric is part of `isotropic`.
+    metric: Square<L, D>,
+    pushed: Square<L, D>,
+}
+
+impl<L: Lane, const D: usize> Tangent<L, D> {
+    #[inline(always)]
+    fn new<P: Law>(response: &Response<L, D>, sample: &Sample<L, D>, wanted: Wanted<L>) -> Self {
+        let material = sample.volume * wanted.material;
+        let (lam, q) = (response.lam * material, response.q * material);
+        let stress = scale_all(&response.second_piola, sample.volume * wanted.geometric);
+        let reference = scale_all(&inner_gram(&sample.map), q);
+        let (map, isotropic) = match P::METRIC {
+            Metric::Linear => (sample.map, reference),
+            Metric::Reference => {
+                (product(&response.gradient_map, &sample.map), congruent(&stress, &sample.map))
+            }
+            Metric::Current => {
+                let mut sum = inner_gram(&response.gradient_map);
+                for i in 0..D {
+                    for j in 0..D {
+                        sum[i][j] = sum[i][j].mul_add(q, stress[i][j]);
+                    }
+                }
+                (product(&response.gradient_map, &sample.map), congruent(&sum, &sample.map))
+            }
+        };
+        Self { lam, q, map, isotropic, metric: reference, pushed: outer_gram(&response.gradient_map) }
+    }
+
+    /// With the terms symmetric in `i, j` times `factor`.
+    #[inline(always)]
+    fn over(self, factor: L) -> Self {
+        let (isotropic, metric) = (scale_all(&self.isotropic, factor), scale_all(&self.metric, factor));
+        Self { isotropic, metric, ..self }
+    }
+}
+
 /// Everything that the loop over a group writes to; allocated once per evaluation.
 struct Workspace<L, const D: usize> {
     points: Vec<Row<L, D>>,
     displacements: Vec<Row<L, D>>,
-    gradients: Vec<Row<L, D>>,
+    /// `dN_a/dxi` of the current sample, or mean gradients.
+    slopes: Vec<Row<L, D>>,
     /// `h_a`.
     mapped: Vec<Row<L, D>>,
     force: Vec<Row<L, D>>,
@@ -133,7 +213,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         Self {
             points: rows(),
             displacements: rows(),
-            gradients: rows(),
+            slopes: rows(),
             mapped: rows(),
             force: rows(),
             mean: if group.passes.iter().any(|pass| pass.sampling == Sampling::Mean) {
@@ -169,78 +249,138 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         self.volume = zero;
     }
 
-    /// Sets the gradients to those of a sample and returns its volume.
+    /// Goes to a sample: sets the slopes and returns what depends on geometry and displacement there.
     #[inline(always)]
-    fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> L {
+    fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> Sample<L, D> {
         if pass.sampling == Sampling::Mean {
             let inverse = self.volume.recip();
-            for (gradient, mean) in self.gradients.iter_mut().zip(&self.mean) {
-                *gradient = scale(mean, inverse);
+            for (slope, mean) in self.slopes.iter_mut().zip(&self.mean) {
+                *slope = scale(mean, inverse);
             }
-            return self.volume;
+            let grad_u = gradient_of(&self.displacements, &self.slopes);
+            return Sample { volume: self.volume, map: diagonal(unit), grad_u };
         }
-        let det = reference_gradients(&self.points, pass.dn(q), &mut self.gradients);
+        for (slope, dn) in self.slopes.iter_mut().zip(pass.dn(q).as_chunks::<D>().0) {
+            for k in 0..D {
+                slope[k] = unit.constant(dn[k]);
+            }
+        }
+        let (det, map) = reference_map(&gradient_of(&self.points, &self.slopes));
+        let grad_u = product_transposed(&gradient_of(&self.displacements, &self.slopes), &map);
         let volume = unit.constant(pass.table.weights[q]) * det;
-        self.volume = self.volume + volume;
-        // Empty where nothing asks for the mean.
-        for (mean, gradient) in self.mean.iter_mut().zip(&self.gradients) {
-            for i in 0..D {
-                mean[i] = gradient[i].mul_add(volume, mean[i]);
+        if !self.mean.is_empty() {
+            self.volume = self.volume + volume;
+            let weighted = scale_all(&map, volume);
+            for (mean, slope) in self.mean.iter_mut().zip(&self.slopes) {
+                *mean = apply_add(&weighted, slope, mean);
             }
         }
-        volume
+        Sample { volume, map, grad_u }
     }
 
     /// Adds one sample; returns `det F` there.
     #[inline(always)]
-    fn add_law<P: Law>(&mut self, volume: L, moduli: &Moduli<L>, wanted: Option<Wanted<L>>) -> L {
-        let grad_u = displacement_gradient(&self.displacements, &self.gradients);
-        let response = P::respond(moduli, &grad_u);
-        let mut piola = response.first_piola;
-        for row in &mut piola {
-            *row = scale(row, volume);
-        }
-        for (force, gradient) in self.force.iter_mut().zip(&self.gradients) {
-            for i in 0..D {
-                force[i] = force[i] + dot(&piola[i], gradient);
-            }
+    fn add_law<P: Law>(
+        &mut self,
+        sample: &Sample<L, D>,
+        moduli: &Moduli<L>,
+        wanted: Option<Wanted<L>>,
+        form: Form,
+    ) -> L {
+        let response = P::respond(moduli, &sample.grad_u);
+        let flux = scale_all(&product(&response.first_piola, &sample.map), sample.volume);
+        for (force, slope) in self.force.iter_mut().zip(&self.slopes) {
+            *force = apply_add(&flux, slope, force);
         }
         if let Some(wanted) = wanted {
-            self.add_stiffness::<P>(&response, volume, wanted);
+            let tangent = Tangent::new::<P>(&response, sample, wanted);
+            match form {
+                Form::Sum => self.add_stiffness(&tangent, P::METRIC),
+                Form::Factored => {
+                    let inverse = (moduli.lambda + moduli.mu).recip();
+                    self.add_factored(&tangent.over(inverse), sample.volume * wanted.material, P::METRIC);
+                }
+            }
         }
         response.det_f
     }
 
+    /// Adds `P_ab = weight h_a h_b^T` and, scaled by `1 / (lambda + mu)`, the terms symmetric in `i, j`: with constant moduli
+    /// the stiffness is `lambda P + mu P^T`, and a third of the work at the points is gone.
     #[inline(always)]
-    fn add_stiffness<P: Law>(&mut self, response: &Response<L, D>, volume: L, wanted: Wanted<L>) {
-        let lam = response.lam * volume * wanted.material;
-        let q = response.q * volume * wanted.material;
-        let scalar = scalar_metric::<L, P, D>(response, q, volume * wanted.geometric);
-        let pushed = outer_gram(&response.gradient_map);
-        for (mapped, gradient) in self.mapped.iter_mut().zip(&self.gradients) {
-            *mapped =
-                if P::METRIC == Metric::Linear { *gradient } else { apply(&response.gradient_map, gradient) };
+    fn add_factored(&mut self, tangent: &Tangent<L, D>, weight: L, metric: Metric) {
+        for (mapped, slope) in self.mapped.iter_mut().zip(&self.slopes) {
+            *mapped = apply(&tangent.map, slope);
         }
         let mut blocks = self.upper.iter_mut();
-        for a in 0..self.gradients.len() {
-            let (g_a, h_a) = (&self.gradients[a], &self.mapped[a]);
-            let (lam_h, q_h, q_g) = (scale(h_a, lam), scale(h_a, q), scale(g_a, q));
-            let scalar_g = apply(&scalar, g_a);
+        for a in 0..self.slopes.len() {
+            let h_a = scale(&self.mapped[a], weight);
+            let isotropic_a = apply(&tangent.isotropic, &self.slopes[a]);
+            let metric_a = apply(&tangent.metric, &self.slopes[a]);
             // The finite iterator goes first: a zip asks its first half once more than its second.
-            let partners = self.gradients[a..].iter().zip(&self.mapped[a..]);
-            for ((g_b, h_b), block) in partners.zip(blocks.by_ref()) {
-                let isotropic = dot(&scalar_g, g_b);
-                let metric = dot(&q_g, g_b);
+            let partners = self.slopes[a..].iter().zip(&self.mapped[a..]);
+            for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
+                let isotropic = dot(&isotropic_a, slope_b);
+                let strength = dot(&metric_a, slope_b);
+                let mut sum = *block;
                 for i in 0..D {
-                    for j in 0..D {
-                        let mut entry = lam_h[i].mul_add(h_b[j], block[i][j]);
-                        entry = h_b[i].mul_add(q_h[j], entry);
-                        if P::METRIC == Metric::Reference {
-                            entry = metric.mul_add(pushed[i][j], entry);
-                        }
-                        block[i][j] = if i == j { entry + isotropic } else { entry };
+                    sum[i][i] = sum[i][i] + isotropic;
+                    sum[i] = scale_add(h_b, h_a[i], &sum[i]);
+                    if metric == Metric::Reference {
+                        sum[i] = scale_add(&tangent.pushed[i], strength, &sum[i]);
                     }
                 }
+                *block = sum;
+            }
+        }
+    }
+
+    /// Ends a factored sum: `lambda P + mu P^T`.
+    #[inline(always)]
+    fn unfold(&mut self, moduli: &Moduli<L>) {
+        for block in &mut self.upper {
+            let factor = *block;
+            for i in 0..D {
+                for j in 0..D {
+                    block[i][j] = moduli.lambda.mul_add(factor[i][j], moduli.mu * factor[j][i]);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_stiffness(&mut self, tangent: &Tangent<L, D>, metric: Metric) {
+        for (mapped, slope) in self.mapped.iter_mut().zip(&self.slopes) {
+            *mapped = apply(&tangent.map, slope);
+        }
+        let both = tangent.lam + tangent.q;
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..self.slopes.len() {
+            let h_a = &self.mapped[a];
+            let (lam_h, q_h, both_h) = (scale(h_a, tangent.lam), scale(h_a, tangent.q), scale(h_a, both));
+            let isotropic_a = apply(&tangent.isotropic, &self.slopes[a]);
+            let metric_a = apply(&tangent.metric, &self.slopes[a]);
+            // The finite iterator goes first: a zip asks its first half once more than its second.
+            let partners = self.slopes[a..].iter().zip(&self.mapped[a..]);
+            for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
+                let isotropic = dot(&isotropic_a, slope_b);
+                let mut sum = *block;
+                for i in 0..D {
+                    for j in 0..D {
+                        sum[i][j] = if i == j {
+                            both_h[i].mul_add(h_b[i], sum[i][i] + isotropic)
+                        } else {
+                            h_b[i].mul_add(q_h[j], lam_h[i].mul_add(h_b[j], sum[i][j]))
+                        };
+                    }
+                }
+                if metric == Metric::Reference {
+                    let strength = dot(&metric_a, slope_b);
+                    for i in 0..D {
+                        sum[i] = scale_add(&tangent.pushed[i], strength, &sum[i]);
+                    }
+                }
+                *block = sum;
             }
         }
     }
@@ -280,69 +420,55 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     /// Upper blocks in lanes to full matrices, one after the other.
     #[inline(always)]
     fn spread(&mut self) {
+        // Blocks as arrays: their size must be known for the copies to become vector moves.
+        match D {
+            2 => self.spread_blocks::<4>(),
+            _ => self.spread_blocks::<9>(),
+        }
+    }
+
+    #[inline(always)]
+    fn spread_blocks<const SIZE: usize>(&mut self) {
         let n = self.force.len();
-        let mut blocks = self.upper.iter();
+        let (blocks, _) = self.stiffness_out.as_chunks_mut::<SIZE>();
+        let (front, back) = blocks.split_at_mut(2 * n * n);
+        let ((first, second), (third, fourth)) = (front.split_at_mut(n * n), back.split_at_mut(n * n));
+        let mut matrices = [first, second, third, fourth];
+        let mut upper = self.upper.iter();
         for a in 0..n {
-            for (b, block) in (a..n).zip(blocks.by_ref()) {
-                let mirrored = crate::square::transpose(block);
-                write_block(block, (a * n + b) * D * D, n * n * D * D, &mut self.stiffness_out);
+            for (b, block) in (a..n).zip(upper.by_ref()) {
+                write_block(block, a * n + b, &mut matrices);
                 if a != b {
-                    write_block(&mirrored, (b * n + a) * D * D, n * n * D * D, &mut self.stiffness_out);
+                    write_block(&transpose(block), b * n + a, &mut matrices);
                 }
             }
         }
     }
 }
 
-/// `q m + S` (times volumes and switches), as far as it multiplies the identity.
+/// Writes a block as number `at` of each lane's matrix.
 #[inline(always)]
-fn scalar_metric<L: Lane, P: Law, const D: usize>(
-    response: &Response<L, D>,
-    q: L,
-    geometric: L,
-) -> Square<L, D> {
-    match P::METRIC {
-        Metric::Linear => diagonal(q),
-        Metric::Reference => {
-            let mut stress = response.second_piola;
-            for row in &mut stress {
-                *row = scale(row, geometric);
-            }
-            stress
-        }
-        Metric::Current => {
-            let mut sum = inner_gram(&response.gradient_map);
-            for i in 0..D {
-                for j in 0..D {
-                    sum[i][j] = response.second_piola[i][j].mul_add(geometric, sum[i][j] * q);
-                }
-            }
-            sum
+fn write_block<L: Lane, const D: usize, const SIZE: usize>(
+    block: &Square<L, D>,
+    at: usize,
+    matrices: &mut [&mut [[f64; SIZE]]; WIDTH],
+) {
+    let entries = block.as_flattened();
+    let mut rows = [[0.0; SIZE]; WIDTH];
+    for first in (0..SIZE / WIDTH * WIDTH).step_by(WIDTH) {
+        let four = L::transpose([entries[first], entries[first + 1], entries[first + 2], entries[first + 3]]);
+        for lane in 0..WIDTH {
+            rows[lane][first..first + WIDTH].copy_from_slice(&four[lane]);
         }
     }
-}
-
-/// Writes a block to `at` of each lane's matrix of `size` numbers.
-#[inline(always)]
-fn write_block<L: Lane, const D: usize>(block: &Square<L, D>, at: usize, size: usize, out: &mut [f64]) {
-    let mut entries = [block[0][0]; 9];
-    for i in 0..D {
-        for j in 0..D {
-            entries[i * D + j] = block[i][j];
-        }
-    }
-    let whole = D * D / WIDTH * WIDTH;
-    for first in (0..whole).step_by(WIDTH) {
-        let rows = L::transpose([entries[first], entries[first + 1], entries[first + 2], entries[first + 3]]);
-        for (lane, row) in rows.iter().enumerate() {
-            out[lane * size + at + first..][..WIDTH].copy_from_slice(row);
-        }
-    }
-    for rest in whole..D * D {
+    for rest in SIZE / WIDTH * WIDTH..SIZE {
         let lanes = entries[rest].lanes();
-        for (lane, value) in lanes.into_iter().enumerate() {
-            out[lane * size + at + rest] = value;
+        for lane in 0..WIDTH {
+            rows[lane][rest] = lanes[lane];
         }
+    }
+    for (matrix, row) in matrices.iter_mut().zip(rows) {
+        matrix[at] = row;
     }
 }
 

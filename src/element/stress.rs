@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::group::{ElementGroup, Pass, Sampling};
-use super::kinematics::{Kinematics, displacement_gradient, reference_gradients};
+use super::kinematics::{Kinematics, gradient_of, reference_gradients};
 use crate::material::{Hooke, Law, Model, Moduli, NeoHookean, SaintVenantKirchhoff};
 use crate::mesh::ElementKind;
 use crate::space::reference;
@@ -192,7 +192,7 @@ impl<const D: usize> Element<D> {
 
     fn gradient_at(&mut self, pass: &Pass, q: usize) -> (Square<f64, D>, f64) {
         let det = reference_gradients(&self.points, pass.dn(q), &mut self.gradients);
-        (displacement_gradient(&self.displacements, &self.gradients), pass.table.weights[q] * det)
+        (gradient_of(&self.displacements, &self.gradients), pass.table.weights[q] * det)
     }
 }
 
