@@ -7,7 +7,7 @@ pub mod material;
 pub mod mesh;
 pub mod space;
 pub mod square;
-pub mod tensor;
-pub mod terms;
 #[cfg(test)]
 pub mod taylor;
+pub mod tensor;
+pub mod terms;

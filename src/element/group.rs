@@ -98,7 +98,7 @@ impl<const D: usize> ElementGroup<D> {
             return Err(Error::case(format!("density: {} kg/m^3 is negative", formulation.density)));
         }
         let passes = passes(kind, &formulation)?;
-        let mut nodes = Vec::with_capacity(elements.len().next_multiple_of(WIDTH) / WIDTH * kind.nodes());
+        let mut nodes = Vec::with_capacity(elements.len().div_ceil(WIDTH) * kind.nodes());
         for batch in elements.chunks(WIDTH) {
             for a in 0..kind.nodes() {
                 nodes.push(std::array::from_fn(|lane| {
@@ -156,7 +156,7 @@ impl<const D: usize> ElementGroup<D> {
                 self.passes.iter().flat_map(|pass| (0..pass.table.points).map(move |q| (pass, q)))
             {
                 let det = super::kinematics::reference_gradients(&points, pass.dn(q), &mut gradients);
-                if !(det > 0.0) {
+                if det <= 0.0 || det.is_nan() {
                     let (kind, centre) = (self.kind, centre(&points));
                     return Err(Error::file(format!(
                         "{kind} element {element} around {centre:?} is inverted or flat: Jacobian {det:.3e} is not positive"

@@ -11,14 +11,11 @@ use std::marker::PhantomData;
 
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, reference_map};
+use super::tangent::{Form, Tangent, Wanted, first_form};
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
-use crate::material::{Hooke, Law, Metric, Model, Moduli, NeoHookean, Response, SaintVenantKirchhoff};
-use crate::square::{
-    Row, Square, apply, apply_add, congruent, diagonal, dot, inner_gram, outer_gram, product,
-    product_transposed, scale, scale_add, scale_all, transpose,
-};
-use crate::terms::Terms;
+use crate::material::{Hooke, Law, Model, Moduli, NeoHookean, SaintVenantKirchhoff};
+use crate::square::{Row, Square, apply_add, diagonal, product, product_transposed, scale, scale_all};
 
 /// One evaluation of a group.
 pub(super) struct Job<'a, const D: usize> {
@@ -96,112 +93,34 @@ impl<P: Law, const D: usize> LaneTask for Solid<'_, P, D> {
     }
 }
 
-/// One or zero in lanes: which parts of the stiffness are wanted.
-#[derive(Clone, Copy)]
-struct Wanted<L> {
-    material: L,
-    geometric: L,
-}
-
-impl<L: Lane> Wanted<L> {
-    #[inline(always)]
-    fn new(unit: L, terms: Terms) -> Self {
-        let switch = |term| unit.constant(if terms.contains(term) { 1.0 } else { 0.0 });
-        Self { material: switch(Terms::MATERIAL), geometric: switch(Terms::GEOMETRIC) }
-    }
-}
-
-/// How the stiffness of a pass is summed.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Form {
-    /// As it is.
-    Sum,
-    /// As the factor `P` of `lambda P + mu P^T`.
-    Factored,
-}
-
-/// The factored form needs constant moduli and a sum that begins empty.
-const fn first_form<P: Law>() -> Form {
-    match P::METRIC {
-        Metric::Current => Form::Sum,
-        Metric::Reference | Metric::Linear => Form::Factored,
-    }
-}
-
 /// Geometry and displacement at one sample.
-struct Sample<L, const D: usize> {
+pub(super) struct Sample<L, const D: usize> {
     /// Reference volume that it stands for [m^D].
-    volume: L,
+    pub volume: L,
     /// Takes the slopes to reference gradients [1/m].
-    map: Square<L, D>,
+    pub map: Square<L, D>,
     grad_u: Square<L, D>,
 }
 
-/// The tangent at one sample in terms of the slopes `s_a`, volumes and switches included:
-/// `K_ab = lam h_a h_b^T + q h_b h_a^T + (s_a . metric s_b) pushed + (s_a . isotropic s_b) 1`.
-struct Tangent<L, const D: usize> {
-    lam: L,
-    q: L,
-    /// `h_a = map s_a`.
-    map: Square<L, D>,
-    isotropic: Square<L, D>,
-    /// This and `pushed` only with [`Metric::Reference`]; where `F m F^T = 1` the metric is part of `isotropic`.
-    metric: Square<L, D>,
-    pushed: Square<L, D>,
-}
-
-impl<L: Lane, const D: usize> Tangent<L, D> {
-    #[inline(always)]
-    fn new<P: Law>(response: &Response<L, D>, sample: &Sample<L, D>, wanted: Wanted<L>) -> Self {
-        let material = sample.volume * wanted.material;
-        let (lam, q) = (response.lam * material, response.q * material);
-        let stress = scale_all(&response.second_piola, sample.volume * wanted.geometric);
-        let reference = scale_all(&inner_gram(&sample.map), q);
-        let (map, isotropic) = match P::METRIC {
-            Metric::Linear => (sample.map, reference),
-            Metric::Reference => {
-                (product(&response.gradient_map, &sample.map), congruent(&stress, &sample.map))
-            }
-            Metric::Current => {
-                let mut sum = inner_gram(&response.gradient_map);
-                for i in 0..D {
-                    for j in 0..D {
-                        sum[i][j] = sum[i][j].mul_add(q, stress[i][j]);
-                    }
-                }
-                (product(&response.gradient_map, &sample.map), congruent(&sum, &sample.map))
-            }
-        };
-        Self { lam, q, map, isotropic, metric: reference, pushed: outer_gram(&response.gradient_map) }
-    }
-
-    /// With the terms symmetric in `i, j` times `factor`.
-    #[inline(always)]
-    fn over(self, factor: L) -> Self {
-        let (isotropic, metric) = (scale_all(&self.isotropic, factor), scale_all(&self.metric, factor));
-        Self { isotropic, metric, ..self }
-    }
-}
-
 /// Everything that the loop over a group writes to; allocated once per evaluation.
-struct Workspace<L, const D: usize> {
+pub(super) struct Workspace<L, const D: usize> {
     points: Vec<Row<L, D>>,
     displacements: Vec<Row<L, D>>,
     /// `dN_a/dxi` of the current sample, or mean gradients.
-    slopes: Vec<Row<L, D>>,
+    pub slopes: Vec<Row<L, D>>,
     /// `h_a`.
-    mapped: Vec<Row<L, D>>,
-    force: Vec<Row<L, D>>,
+    pub mapped: Vec<Row<L, D>>,
+    pub force: Vec<Row<L, D>>,
     /// Integral of the gradients over the points so far, where a pass wants their mean.
     mean: Vec<Row<L, D>>,
     /// Volume of the points so far.
     volume: L,
     /// Blocks `(a, b)`, `b >= a`, row by row.
-    upper: Vec<Square<L, D>>,
+    pub upper: Vec<Square<L, D>>,
     /// For each quadrature point of all passes.
     det_f: Vec<[f64; WIDTH]>,
     force_out: Vec<f64>,
-    stiffness_out: Vec<f64>,
+    pub stiffness_out: Vec<f64>,
 }
 
 impl<L: Lane, const D: usize> Workspace<L, D> {
@@ -305,86 +224,6 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         response.det_f
     }
 
-    /// Adds `P_ab = weight h_a h_b^T` and, scaled by `1 / (lambda + mu)`, the terms symmetric in `i, j`: with constant moduli
-    /// the stiffness is `lambda P + mu P^T`, and a third of the work at the points is gone.
-    #[inline(always)]
-    fn add_factored(&mut self, tangent: &Tangent<L, D>, weight: L, metric: Metric) {
-        for (mapped, slope) in self.mapped.iter_mut().zip(&self.slopes) {
-            *mapped = apply(&tangent.map, slope);
-        }
-        let mut blocks = self.upper.iter_mut();
-        for a in 0..self.slopes.len() {
-            let h_a = scale(&self.mapped[a], weight);
-            let isotropic_a = apply(&tangent.isotropic, &self.slopes[a]);
-            let metric_a = apply(&tangent.metric, &self.slopes[a]);
-            // The finite iterator goes first: a zip asks its first half once more than its second.
-            let partners = self.slopes[a..].iter().zip(&self.mapped[a..]);
-            for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
-                let isotropic = dot(&isotropic_a, slope_b);
-                let strength = dot(&metric_a, slope_b);
-                let mut sum = *block;
-                for i in 0..D {
-                    sum[i][i] = sum[i][i] + isotropic;
-                    sum[i] = scale_add(h_b, h_a[i], &sum[i]);
-                    if metric == Metric::Reference {
-                        sum[i] = scale_add(&tangent.pushed[i], strength, &sum[i]);
-                    }
-                }
-                *block = sum;
-            }
-        }
-    }
-
-    /// Ends a factored sum: `lambda P + mu P^T`.
-    #[inline(always)]
-    fn unfold(&mut self, moduli: &Moduli<L>) {
-        for block in &mut self.upper {
-            let factor = *block;
-            for i in 0..D {
-                for j in 0..D {
-                    block[i][j] = moduli.lambda.mul_add(factor[i][j], moduli.mu * factor[j][i]);
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn add_stiffness(&mut self, tangent: &Tangent<L, D>, metric: Metric) {
-        for (mapped, slope) in self.mapped.iter_mut().zip(&self.slopes) {
-            *mapped = apply(&tangent.map, slope);
-        }
-        let both = tangent.lam + tangent.q;
-        let mut blocks = self.upper.iter_mut();
-        for a in 0..self.slopes.len() {
-            let h_a = &self.mapped[a];
-            let (lam_h, q_h, both_h) = (scale(h_a, tangent.lam), scale(h_a, tangent.q), scale(h_a, both));
-            let isotropic_a = apply(&tangent.isotropic, &self.slopes[a]);
-            let metric_a = apply(&tangent.metric, &self.slopes[a]);
-            // The finite iterator goes first: a zip asks its first half once more than its second.
-            let partners = self.slopes[a..].iter().zip(&self.mapped[a..]);
-            for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
-                let isotropic = dot(&isotropic_a, slope_b);
-                let mut sum = *block;
-                for i in 0..D {
-                    for j in 0..D {
-                        sum[i][j] = if i == j {
-                            both_h[i].mul_add(h_b[i], sum[i][i] + isotropic)
-                        } else {
-                            h_b[i].mul_add(q_h[j], lam_h[i].mul_add(h_b[j], sum[i][j]))
-                        };
-                    }
-                }
-                if metric == Metric::Reference {
-                    let strength = dot(&metric_a, slope_b);
-                    for i in 0..D {
-                        sum[i] = scale_add(&tangent.pushed[i], strength, &sum[i]);
-                    }
-                }
-                *block = sum;
-            }
-        }
-    }
-
     /// Finds the first element of the batch that is inverted at a quadrature point.
     #[inline(always)]
     fn check(&self, elements: &[u32], passes: &[Pass]) -> std::result::Result<(), Inverted> {
@@ -416,60 +255,6 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             sink.element(first + lane, force, stiffness.then_some(matrix));
         }
     }
-
-    /// Upper blocks in lanes to full matrices, one after the other.
-    #[inline(always)]
-    fn spread(&mut self) {
-        // Blocks as arrays: their size must be known for the copies to become vector moves.
-        match D {
-            2 => self.spread_blocks::<4>(),
-            _ => self.spread_blocks::<9>(),
-        }
-    }
-
-    #[inline(always)]
-    fn spread_blocks<const SIZE: usize>(&mut self) {
-        let n = self.force.len();
-        let (blocks, _) = self.stiffness_out.as_chunks_mut::<SIZE>();
-        let (front, back) = blocks.split_at_mut(2 * n * n);
-        let ((first, second), (third, fourth)) = (front.split_at_mut(n * n), back.split_at_mut(n * n));
-        let mut matrices = [first, second, third, fourth];
-        let mut upper = self.upper.iter();
-        for a in 0..n {
-            for (b, block) in (a..n).zip(upper.by_ref()) {
-                write_block(block, a * n + b, &mut matrices);
-                if a != b {
-                    write_block(&transpose(block), b * n + a, &mut matrices);
-                }
-            }
-        }
-    }
-}
-
-/// Writes a block as number `at` of each lane's matrix.
-#[inline(always)]
-fn write_block<L: Lane, const D: usize, const SIZE: usize>(
-    block: &Square<L, D>,
-    at: usize,
-    matrices: &mut [&mut [[f64; SIZE]]; WIDTH],
-) {
-    let entries = block.as_flattened();
-    let mut rows = [[0.0; SIZE]; WIDTH];
-    for first in (0..SIZE / WIDTH * WIDTH).step_by(WIDTH) {
-        let four = L::transpose([entries[first], entries[first + 1], entries[first + 2], entries[first + 3]]);
-        for lane in 0..WIDTH {
-            rows[lane][first..first + WIDTH].copy_from_slice(&four[lane]);
-        }
-    }
-    for rest in SIZE / WIDTH * WIDTH..SIZE {
-        let lanes = entries[rest].lanes();
-        for lane in 0..WIDTH {
-            rows[lane][rest] = lanes[lane];
-        }
-    }
-    for (matrix, row) in matrices.iter_mut().zip(rows) {
-        matrix[at] = row;
-    }
 }
 
 /// The lowest element of the batch with a point that is not positive, and its first such point.
@@ -477,7 +262,7 @@ fn write_block<L: Lane, const D: usize, const SIZE: usize>(
 fn inverted(det_f: &[[f64; WIDTH]], elements: &[u32], passes: &[Pass]) -> std::result::Result<(), Inverted> {
     let points = || passes.iter().flat_map(|pass| &pass.points).zip(det_f);
     for (lane, &element) in elements.iter().enumerate() {
-        if let Some((&point, det)) = points().find(|(_, det)| !(det[lane] > 0.0)) {
+        if let Some((&point, det)) = points().find(|(_, det)| det[lane] <= 0.0 || det[lane].is_nan()) {
             return Err(Inverted { element, point, det: det[lane] });
         }
     }
