@@ -37,8 +37,9 @@ fn variants<const D: usize>(kind: ElementKind) {
         ("neo_hookean", Kinematics::Finite),
         ("neo_hookean", Kinematics::Linear),
     ];
-    for ((law, kinematics), locking) in
-        laws.into_iter().flat_map(|law| [Locking::None, Locking::SelectiveReduced].map(|locking| (law, locking)))
+    for ((law, kinematics), locking) in laws
+        .into_iter()
+        .flat_map(|law| [Locking::None, Locking::SelectiveReduced].map(|locking| (law, locking)))
     {
         if !locking.offered(kind) {
             continue;

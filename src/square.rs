@@ -40,6 +40,38 @@ pub fn apply<T: Real, const D: usize>(a: &Square<T, D>, b: &Row<T, D>) -> Row<T,
     out
 }
 
+/// `a b + c` for a matrix and vectors.
+#[inline(always)]
+pub fn apply_add<T: Real, const D: usize>(a: &Square<T, D>, b: &Row<T, D>, c: &Row<T, D>) -> Row<T, D> {
+    let mut out = *c;
+    for i in 0..D {
+        for j in 0..D {
+            out[i] = a[i][j].mul_add(b[j], out[i]);
+        }
+    }
+    out
+}
+
+/// `a x + c`, each component.
+#[inline(always)]
+pub fn scale_add<T: Real, const D: usize>(a: &Row<T, D>, x: T, c: &Row<T, D>) -> Row<T, D> {
+    let mut out = *c;
+    for i in 0..D {
+        out[i] = x.mul_add(a[i], out[i]);
+    }
+    out
+}
+
+/// `a x`, each entry.
+#[inline(always)]
+pub fn scale_all<T: Real, const D: usize>(a: &Square<T, D>, x: T) -> Square<T, D> {
+    let mut out = *a;
+    for i in 0..D {
+        out[i] = scale(&out[i], x);
+    }
+    out
+}
+
 /// `a x`, each component.
 #[inline(always)]
 pub fn scale<T: Real, const D: usize>(a: &Row<T, D>, x: T) -> Row<T, D> {
@@ -65,10 +97,31 @@ pub fn transpose<T: Real, const D: usize>(a: &Square<T, D>) -> Square<T, D> {
 /// `a b`.
 #[inline(always)]
 pub fn product<T: Real, const D: usize>(a: &Square<T, D>, b: &Square<T, D>) -> Square<T, D> {
-    let columns = transpose(b);
+    product_transposed(a, &transpose(b))
+}
+
+/// `a b^T`.
+#[inline(always)]
+pub fn product_transposed<T: Real, const D: usize>(a: &Square<T, D>, b: &Square<T, D>) -> Square<T, D> {
     let mut out = *a;
     for i in 0..D {
-        out[i] = apply(&columns, &a[i]);
+        out[i] = apply(b, &a[i]);
+    }
+    out
+}
+
+/// `b^T a b` for a symmetric `a`; symmetric in every bit.
+#[inline(always)]
+pub fn congruent<T: Real, const D: usize>(a: &Square<T, D>, b: &Square<T, D>) -> Square<T, D> {
+    let columns = transpose(b);
+    let half = product_transposed(a, &columns);
+    let halves = transpose(&half);
+    let mut out = *a;
+    for i in 0..D {
+        for j in i..D {
+            out[i][j] = dot(&columns[i], &halves[j]);
+            out[j][i] = out[i][j];
+        }
     }
     out
 }
@@ -198,6 +251,9 @@ mod tests {
         };
         same(&green_strain(&h), &tensor::green_strain(&matrix));
         same(&product(&h, &transpose(&h)), &(matrix * matrix.transpose()));
+        let twice = product(&transpose(&h), &product(&outer_gram(&h), &h));
+        same(&congruent(&outer_gram(&h), &h), &Tensor::<D>::from_fn(|i, j| twice[i][j]));
+        assert!((apply_add(&h, &h[0], &h[1])[0] - apply(&h, &h[0])[0] - h[1][0]).abs() < 1e-15);
         same(&outer_gram(&h), &(matrix * matrix.transpose()));
         same(&inner_gram(&h), &(matrix.transpose() * matrix));
         same(&small_strain(&h), &((matrix + matrix.transpose()) * 0.5));

@@ -18,8 +18,12 @@ pub fn taylor_rate(
     let scale = norm(&value).max(norm(&slope));
     let remainder = |h: f64| {
         let moved: Vec<f64> = x.iter().zip(d).map(|(x, d)| x + h * d).collect();
-        let rest: Vec<f64> =
-            f(&moved).iter().zip(&value).zip(&slope).map(|((new, old), slope)| new - old - h * slope).collect();
+        let rest: Vec<f64> = f(&moved)
+            .iter()
+            .zip(&value)
+            .zip(&slope)
+            .map(|((new, old), slope)| new - old - h * slope)
+            .collect();
         norm(&rest)
     };
     let mut rate = f64::INFINITY;

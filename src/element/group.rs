@@ -21,20 +21,43 @@ pub struct Formulation {
     pub density: f64,
 }
 
+/// Where a pass evaluates its part of the law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sampling {
+    /// At each point of the rule.
+    Points,
+    /// Once, at the mean over the rule (which is the first pass's) of the gradient.
+    Mean,
+}
+
 /// Part of the law with the rule that integrates it.
 #[derive(Debug, Clone)]
 pub(super) struct Pass {
+    pub sampling: Sampling,
     pub table: Table,
+    /// Reference coordinates of the samples.
     pub points: Vec<[f64; 3]>,
     pub moduli: Moduli<f64>,
 }
 
 impl Pass {
     fn new(kind: ElementKind, rule: &Rule, moduli: Moduli<f64>) -> Self {
-        Self { table: reference(kind).tabulate(rule), points: rule.points.clone(), moduli }
+        let table = reference(kind).tabulate(rule);
+        Self { sampling: Sampling::Points, table, points: rule.points.clone(), moduli }
     }
 
-    /// Gradients `[a * D + k]` at point `q`.
+    fn mean(kind: ElementKind, moduli: Moduli<f64>) -> Self {
+        let element = reference(kind);
+        let table = element.tabulate(element.full_rule());
+        Self { sampling: Sampling::Mean, table, points: element.reduced_rule().points.clone(), moduli }
+    }
+
+    /// How often the law is evaluated.
+    pub fn samples(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Gradients `[a * D + k]` at point `q` of the rule.
     pub fn dn(&self, q: usize) -> &[f64] {
         let size = self.table.nodes * self.table.dim;
         &self.table.dn[q * size..(q + 1) * size]
@@ -67,13 +90,15 @@ impl<const D: usize> ElementGroup<D> {
         };
         let kind = mesh.kinds[first as usize];
         if kind.dimension() != D || elements.iter().any(|&e| mesh.kinds[e as usize] != kind) {
-            return Err(Error::internal(format!("a group of {kind} holds elements of another kind or dimension")));
+            return Err(Error::internal(format!(
+                "a group of {kind} holds elements of another kind or dimension"
+            )));
         }
         if !(formulation.density >= 0.0 && formulation.density.is_finite()) {
             return Err(Error::case(format!("density: {} kg/m^3 is negative", formulation.density)));
         }
         let passes = passes(kind, &formulation)?;
-        let mut nodes = Vec::with_capacity(elements.len().next_multiple_of(WIDTH) / WIDTH * kind.nodes());
+        let mut nodes = Vec::with_capacity(elements.len().div_ceil(WIDTH) * kind.nodes());
         for batch in elements.chunks(WIDTH) {
             for a in 0..kind.nodes() {
                 nodes.push(std::array::from_fn(|lane| {
@@ -127,9 +152,11 @@ impl<const D: usize> ElementGroup<D> {
         let mut gradients = vec![[0.0; D]; self.kind.nodes()];
         for (index, element) in self.elements.iter().enumerate() {
             self.points_of(index, &mut points);
-            for (pass, q) in self.passes.iter().flat_map(|pass| (0..pass.table.points).map(move |q| (pass, q))) {
+            for (pass, q) in
+                self.passes.iter().flat_map(|pass| (0..pass.table.points).map(move |q| (pass, q)))
+            {
                 let det = super::kinematics::reference_gradients(&points, pass.dn(q), &mut gradients);
-                if !(det > 0.0) {
+                if det <= 0.0 || det.is_nan() {
                     let (kind, centre) = (self.kind, centre(&points));
                     return Err(Error::file(format!(
                         "{kind} element {element} around {centre:?} is inverted or flat: Jacobian {det:.3e} is not positive"
@@ -149,13 +176,11 @@ fn centre<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
 fn passes(kind: ElementKind, formulation: &Formulation) -> Result<Vec<Pass>> {
     let moduli = formulation.material.moduli;
     let full = reference(kind).full_rule();
-    let volume = match formulation.locking.volume_rule(kind)? {
+    let volume = |rule| Pass::new(kind, rule, moduli.volumetric_part());
+    let second = match formulation.locking.volume_rule(kind)? {
         VolumeRule::Full => return Ok(vec![Pass::new(kind, full, moduli)]),
-        VolumeRule::OnePoint => reference(kind).reduced_rule(),
-        VolumeRule::Of(sibling) => reference(sibling).full_rule(),
+        VolumeRule::Mean => Pass::mean(kind, moduli.volumetric_part()),
+        VolumeRule::Of(sibling) => volume(reference(sibling).full_rule()),
     };
-    Ok(vec![
-        Pass::new(kind, full, moduli.shear_part()),
-        Pass::new(kind, volume, moduli.volumetric_part()),
-    ])
+    Ok(vec![Pass::new(kind, full, moduli.shear_part()), second])
 }

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::lanes::Real;
 use crate::mesh::ElementKind;
-use crate::square::{Row, Square, apply, cofactor, dot, scale};
+use crate::square::{Row, Square, apply, cofactor, dot, scale_all};
 
 /// How strain is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,8 +21,11 @@ pub enum Locking {
     /// Full integration of everything.
     #[default]
     None,
-    /// Terms with `mu` by the full rule, terms with `lambda` by the rule one lower in each direction (one point for quad4 and
-    /// hex8). Variational, so the tangent stays symmetric.
+    /// Terms with `mu` by the full rule, terms with `lambda` by one less in each direction. Variational, so the tangent
+    /// stays symmetric.
+    ///
+    /// On quad4 and hex8 the one value is taken at the mean of the gradient over the element. On every quad4 and on hex8
+    /// with parallel sides that is the value at the centroid; on other hex8 the centroid would fail the patch test.
     SelectiveReduced,
 }
 
@@ -33,7 +36,7 @@ impl Locking {
         (
             Self::SelectiveReduced,
             "selective_reduced",
-            "shear terms fully integrated, volume terms with one point less in each direction (quads and hexes)",
+            "shear terms fully integrated, volume terms by one point less in each direction (quads and hexes)",
         ),
     ];
 
@@ -46,7 +49,7 @@ impl Locking {
     pub(super) fn volume_rule(self, kind: ElementKind) -> Result<VolumeRule> {
         match (self, kind) {
             (Self::None, _) => Ok(VolumeRule::Full),
-            (Self::SelectiveReduced, ElementKind::Quad4 | ElementKind::Hex8) => Ok(VolumeRule::OnePoint),
+            (Self::SelectiveReduced, ElementKind::Quad4 | ElementKind::Hex8) => Ok(VolumeRule::Mean),
             (Self::SelectiveReduced, ElementKind::Quad8 | ElementKind::Quad9) => {
                 Ok(VolumeRule::Of(ElementKind::Quad4))
             }
@@ -71,60 +74,48 @@ impl Locking {
 pub(super) enum VolumeRule {
     /// The element's full rule, together with the shear terms.
     Full,
-    /// The centroid.
-    OnePoint,
+    /// One value, at the mean gradient.
+    Mean,
     /// The full rule of the linear sibling.
     Of(ElementKind),
 }
 
-/// Reference gradients `dN_a / dX` [1/m] into `gradients` and `det(dX / dxi)` [m^D], from node positions and the gradients
-/// `dn[a * D + k]` in reference coordinates.
+/// `sum_a v_a (x) s_a`: with the slopes `dN_a/dxi` and node positions `dX/dxi` [m], with gradients `dN_a/dX` and
+/// displacements the displacement gradient. Row = component of `v`, column = of `s`.
 #[inline(always)]
-pub(super) fn reference_gradients<T: Real, const D: usize>(
-    points: &[Row<T, D>],
-    dn: &[f64],
-    gradients: &mut [Row<T, D>],
-) -> T {
-    let unit = points[0][0];
-    let (dn, _) = dn.as_chunks::<D>();
-    let mut jacobian = [[unit.constant(0.0); D]; D];
-    for (point, dn) in points.iter().zip(dn) {
-        for k in 0..D {
-            let slope = unit.constant(dn[k]);
-            for i in 0..D {
-                jacobian[i][k] = point[i].mul_add(slope, jacobian[i][k]);
-            }
-        }
-    }
-    let mut map = cofactor(&jacobian);
-    let det = dot(&jacobian[0], &map[0]);
-    let inverse = det.recip();
-    for row in &mut map {
-        *row = scale(row, inverse);
-    }
-    for (gradient, dn) in gradients.iter_mut().zip(dn) {
-        let mut slopes = [unit; D];
-        for k in 0..D {
-            slopes[k] = unit.constant(dn[k]);
-        }
-        *gradient = apply(&map, &slopes);
-    }
-    det
-}
-
-/// `H = sum_a u_a (x) dN_a/dX`, dimensionless; row = component, column = reference direction.
-#[inline(always)]
-pub(super) fn displacement_gradient<T: Real, const D: usize>(
-    displacements: &[Row<T, D>],
-    gradients: &[Row<T, D>],
+pub(super) fn gradient_of<T: Real, const D: usize>(
+    values: &[Row<T, D>],
+    slopes: &[Row<T, D>],
 ) -> Square<T, D> {
-    let mut grad_u = [[displacements[0][0].constant(0.0); D]; D];
-    for (u, gradient) in displacements.iter().zip(gradients) {
+    let mut sum = [[values[0][0].constant(0.0); D]; D];
+    for (value, slope) in values.iter().zip(slopes) {
         for i in 0..D {
             for k in 0..D {
-                grad_u[i][k] = u[i].mul_add(gradient[k], grad_u[i][k]);
+                sum[i][k] = value[i].mul_add(slope[k], sum[i][k]);
             }
         }
     }
-    grad_u
+    sum
+}
+
+/// `det(dX/dxi)` [m^D] and the map `(dX/dxi)^-T` [1/m] that takes `dN_a/dxi` to `dN_a/dX`.
+#[inline(always)]
+pub(super) fn reference_map<T: Real, const D: usize>(jacobian: &Square<T, D>) -> (T, Square<T, D>) {
+    let cofactors = cofactor(jacobian);
+    let det = dot(&jacobian[0], &cofactors[0]);
+    (det, scale_all(&cofactors, det.recip()))
+}
+
+/// Reference gradients `dN_a/dX` [1/m] into `gradients`, and `det(dX/dxi)` [m^D], from node positions and `dn[a * D + k]`.
+pub(super) fn reference_gradients<const D: usize>(
+    points: &[[f64; D]],
+    dn: &[f64],
+    gradients: &mut [[f64; D]],
+) -> f64 {
+    let (slopes, _) = dn.as_chunks::<D>();
+    let (det, map) = reference_map(&gradient_of(points, slopes));
+    for (gradient, slope) in gradients.iter_mut().zip(slopes) {
+        *gradient = apply(&map, slope);
+    }
+    det
 }

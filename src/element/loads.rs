@@ -177,7 +177,8 @@ impl<const D: usize> LoadedFacet<D> {
         let Configuration::Current(u) = on else {
             return self.points.clone();
         };
-        let moved = |(point, &node): (&Vector<D>, &u32)| point + Vector::from_fn(|i, _| u[node as usize * D + i]);
+        let moved =
+            |(point, &node): (&Vector<D>, &u32)| point + Vector::from_fn(|i, _| u[node as usize * D + i]);
         self.points.iter().zip(&self.nodes).map(moved).collect()
     }
 }

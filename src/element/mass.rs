@@ -23,7 +23,7 @@ impl<const D: usize> ElementGroup<D> {
                 let shape = &table.n[q * n..(q + 1) * n];
                 for (row, n_a) in mass.chunks_exact_mut(n).zip(shape) {
                     for (entry, n_b) in row.iter_mut().zip(shape) {
-                        *entry += weight * n_a * n_b;
+                        *entry += weight * (n_a * n_b);
                     }
                 }
             }

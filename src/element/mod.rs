@@ -9,6 +9,7 @@ mod loads;
 mod mass;
 mod solid;
 mod stress;
+mod tangent;
 #[cfg(test)]
 mod tests;
 

@@ -9,13 +9,13 @@
 
 use std::marker::PhantomData;
 
-use super::group::{ElementGroup, Pass};
-use super::kinematics::{Kinematics, displacement_gradient, reference_gradients};
+use super::group::{ElementGroup, Pass, Sampling};
+use super::kinematics::{Kinematics, gradient_of, reference_map};
+use super::tangent::{Form, Tangent, Wanted, first_form};
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
-use crate::material::{Hooke, Law, Metric, Model, Moduli, NeoHookean, Response, SaintVenantKirchhoff};
-use crate::square::{Row, Square, apply, diagonal, dot, inner_gram, outer_gram, scale};
-use crate::terms::Terms;
+use crate::material::{Hooke, Law, Model, Moduli, NeoHookean, SaintVenantKirchhoff};
+use crate::square::{Row, Square, apply_add, diagonal, product, product_transposed, scale, scale_all};
 
 /// One evaluation of a group.
 pub(super) struct Job<'a, const D: usize> {
@@ -73,13 +73,17 @@ impl<P: Law, const D: usize> LaneTask for Solid<'_, P, D> {
         for (batch, ((elements, nodes), points)) in batches.zip(group.points.chunks_exact(n)).enumerate() {
             work.gather(unit, nodes, points, u);
             let mut point = 0;
-            for pass in &group.passes {
+            for (number, pass) in group.passes.iter().enumerate() {
                 let moduli = pass.moduli.in_lanes(unit);
-                for q in 0..pass.table.points {
-                    let weight = unit.constant(pass.table.weights[q]);
-                    let det_f = work.add_point::<P>(pass.dn(q), weight, &moduli, wanted);
+                let form = if number == 0 { first_form::<P>() } else { Form::Sum };
+                for q in 0..pass.samples() {
+                    let sample = work.locate(unit, pass, q);
+                    let det_f = work.add_law::<P>(&sample, &moduli, wanted, form);
                     work.det_f[point] = det_f.lanes();
                     point += 1;
+                }
+                if wanted.is_some() && form == Form::Factored {
+                    work.unfold(&moduli);
                 }
             }
             work.check(elements, &group.passes)?;
@@ -89,35 +93,34 @@ impl<P: Law, const D: usize> LaneTask for Solid<'_, P, D> {
     }
 }
 
-/// One or zero in lanes: which parts of the stiffness are wanted.
-#[derive(Clone, Copy)]
-struct Wanted<L> {
-    material: L,
-    geometric: L,
-}
-
-impl<L: Lane> Wanted<L> {
-    #[inline(always)]
-    fn new(unit: L, terms: Terms) -> Self {
-        let switch = |term| unit.constant(if terms.contains(term) { 1.0 } else { 0.0 });
-        Self { material: switch(Terms::MATERIAL), geometric: switch(Terms::GEOMETRIC) }
-    }
+/// Geometry and displacement at one sample.
+pub(super) struct Sample<L, const D: usize> {
+    /// Reference volume that it stands for [m^D].
+    pub volume: L,
+    /// Takes the slopes to reference gradients [1/m].
+    pub map: Square<L, D>,
+    grad_u: Square<L, D>,
 }
 
 /// Everything that the loop over a group writes to; allocated once per evaluation.
-struct Workspace<L, const D: usize> {
+pub(super) struct Workspace<L, const D: usize> {
     points: Vec<Row<L, D>>,
     displacements: Vec<Row<L, D>>,
-    gradients: Vec<Row<L, D>>,
+    /// `dN_a/dxi` of the current sample, or mean gradients.
+    pub slopes: Vec<Row<L, D>>,
     /// `h_a`.
-    mapped: Vec<Row<L, D>>,
-    force: Vec<Row<L, D>>,
+    pub mapped: Vec<Row<L, D>>,
+    pub force: Vec<Row<L, D>>,
+    /// Integral of the gradients over the points so far, where a pass wants their mean.
+    mean: Vec<Row<L, D>>,
+    /// Volume of the points so far.
+    volume: L,
     /// Blocks `(a, b)`, `b >= a`, row by row.
-    upper: Vec<Square<L, D>>,
+    pub upper: Vec<Square<L, D>>,
     /// For each quadrature point of all passes.
     det_f: Vec<[f64; WIDTH]>,
     force_out: Vec<f64>,
-    stiffness_out: Vec<f64>,
+    pub stiffness_out: Vec<f64>,
 }
 
 impl<L: Lane, const D: usize> Workspace<L, D> {
@@ -129,11 +132,17 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         Self {
             points: rows(),
             displacements: rows(),
-            gradients: rows(),
+            slopes: rows(),
             mapped: rows(),
             force: rows(),
+            mean: if group.passes.iter().any(|pass| pass.sampling == Sampling::Mean) {
+                rows()
+            } else {
+                Vec::new()
+            },
+            volume: zero,
             upper: vec![[[zero; D]; D]; n * (n + 1) / 2],
-            det_f: vec![[0.0; WIDTH]; group.passes.iter().map(|pass| pass.table.points).sum()],
+            det_f: vec![[0.0; WIDTH]; group.passes.iter().map(Pass::samples).sum()],
             force_out: vec![0.0; WIDTH * n * D],
             stiffness_out: vec![0.0; WIDTH * n * n * D * D],
         }
@@ -155,59 +164,64 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             self.force[a] = [zero; D];
         }
         self.upper.fill([[zero; D]; D]);
+        self.mean.fill([zero; D]);
+        self.volume = zero;
     }
 
-    /// Adds one quadrature point; returns `det F` there.
+    /// Goes to a sample: sets the slopes and returns what depends on geometry and displacement there.
     #[inline(always)]
-    fn add_point<P: Law>(&mut self, dn: &[f64], weight: L, moduli: &Moduli<L>, wanted: Option<Wanted<L>>) -> L {
-        let det = reference_gradients(&self.points, dn, &mut self.gradients);
-        let grad_u = displacement_gradient(&self.displacements, &self.gradients);
-        let response = P::respond(moduli, &grad_u);
-        let volume = weight * det;
-        let mut piola = response.first_piola;
-        for row in &mut piola {
-            *row = scale(row, volume);
+    fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> Sample<L, D> {
+        if pass.sampling == Sampling::Mean {
+            let inverse = self.volume.recip();
+            for (slope, mean) in self.slopes.iter_mut().zip(&self.mean) {
+                *slope = scale(mean, inverse);
+            }
+            let grad_u = gradient_of(&self.displacements, &self.slopes);
+            return Sample { volume: self.volume, map: diagonal(unit), grad_u };
         }
-        for (force, gradient) in self.force.iter_mut().zip(&self.gradients) {
-            for i in 0..D {
-                force[i] = force[i] + dot(&piola[i], gradient);
+        for (slope, dn) in self.slopes.iter_mut().zip(pass.dn(q).as_chunks::<D>().0) {
+            for k in 0..D {
+                slope[k] = unit.constant(dn[k]);
             }
         }
-        if let Some(wanted) = wanted {
-            self.add_stiffness::<P>(&response, volume, wanted);
+        let (det, map) = reference_map(&gradient_of(&self.points, &self.slopes));
+        let grad_u = product_transposed(&gradient_of(&self.displacements, &self.slopes), &map);
+        let volume = unit.constant(pass.table.weights[q]) * det;
+        if !self.mean.is_empty() {
+            self.volume = self.volume + volume;
+            let weighted = scale_all(&map, volume);
+            for (mean, slope) in self.mean.iter_mut().zip(&self.slopes) {
+                *mean = apply_add(&weighted, slope, mean);
+            }
         }
-        response.det_f
+        Sample { volume, map, grad_u }
     }
 
+    /// Adds one sample; returns `det F` there.
     #[inline(always)]
-    fn add_stiffness<P: Law>(&mut self, response: &Response<L, D>, volume: L, wanted: Wanted<L>) {
-        let lam = response.lam * volume * wanted.material;
-        let q = response.q * volume * wanted.material;
-        let scalar = scalar_metric::<L, P, D>(response, q, volume * wanted.geometric);
-        let pushed = outer_gram(&response.gradient_map);
-        for (mapped, gradient) in self.mapped.iter_mut().zip(&self.gradients) {
-            *mapped = if P::METRIC == Metric::Linear { *gradient } else { apply(&response.gradient_map, gradient) };
+    fn add_law<P: Law>(
+        &mut self,
+        sample: &Sample<L, D>,
+        moduli: &Moduli<L>,
+        wanted: Option<Wanted<L>>,
+        form: Form,
+    ) -> L {
+        let response = P::respond(moduli, &sample.grad_u);
+        let flux = scale_all(&product(&response.first_piola, &sample.map), sample.volume);
+        for (force, slope) in self.force.iter_mut().zip(&self.slopes) {
+            *force = apply_add(&flux, slope, force);
         }
-        let mut blocks = self.upper.iter_mut();
-        for a in 0..self.gradients.len() {
-            let (g_a, h_a) = (&self.gradients[a], &self.mapped[a]);
-            let (lam_h, q_h, q_g) = (scale(h_a, lam), scale(h_a, q), scale(g_a, q));
-            let scalar_g = apply(&scalar, g_a);
-            for (block, (g_b, h_b)) in blocks.by_ref().zip(self.gradients[a..].iter().zip(&self.mapped[a..])) {
-                let isotropic = dot(&scalar_g, g_b);
-                let metric = dot(&q_g, g_b);
-                for i in 0..D {
-                    for j in 0..D {
-                        let mut entry = lam_h[i].mul_add(h_b[j], block[i][j]);
-                        entry = h_b[i].mul_add(q_h[j], entry);
-                        if P::METRIC == Metric::Reference {
-                            entry = metric.mul_add(pushed[i][j], entry);
-                        }
-                        block[i][j] = if i == j { entry + isotropic } else { entry };
-                    }
+        if let Some(wanted) = wanted {
+            let tangent = Tangent::new::<P>(&response, sample, wanted);
+            match form {
+                Form::Sum => self.add_stiffness(&tangent, P::METRIC),
+                Form::Factored => {
+                    let inverse = (moduli.lambda + moduli.mu).recip();
+                    self.add_factored(&tangent.over(inverse), sample.volume * wanted.material, P::METRIC);
                 }
             }
         }
+        response.det_f
     }
 
     /// Finds the first element of the batch that is inverted at a quadrature point.
@@ -241,70 +255,6 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             sink.element(first + lane, force, stiffness.then_some(matrix));
         }
     }
-
-    /// Upper blocks in lanes to full matrices, one after the other.
-    #[inline(always)]
-    fn spread(&mut self) {
-        let n = self.force.len();
-        let mut blocks = self.upper.iter();
-        for a in 0..n {
-            for (b, block) in (a..n).zip(blocks.by_ref()) {
-                let mirrored = crate::square::transpose(block);
-                write_block(block, (a * n + b) * D * D, n * n * D * D, &mut self.stiffness_out);
-                if a != b {
-                    write_block(&mirrored, (b * n + a) * D * D, n * n * D * D, &mut self.stiffness_out);
-                }
-            }
-        }
-    }
-}
-
-/// `q m + S` (times volumes and switches), as far as it multiplies the identity.
-#[inline(always)]
-fn scalar_metric<L: Lane, P: Law, const D: usize>(response: &Response<L, D>, q: L, geometric: L) -> Square<L, D> {
-    match P::METRIC {
-        Metric::Linear => diagonal(q),
-        Metric::Reference => {
-            let mut stress = response.second_piola;
-            for row in &mut stress {
-                *row = scale(row, geometric);
-            }
-            stress
-        }
-        Metric::Current => {
-            let mut sum = inner_gram(&response.gradient_map);
-            for i in 0..D {
-                for j in 0..D {
-                    sum[i][j] = response.second_piola[i][j].mul_add(geometric, sum[i][j] * q);
-                }
-            }
-            sum
-        }
-    }
-}
-
-/// Writes a block to `at` of each lane's matrix of `size` numbers.
-#[inline(always)]
-fn write_block<L: Lane, const D: usize>(block: &Square<L, D>, at: usize, size: usize, out: &mut [f64]) {
-    let mut entries = [block[0][0]; 9];
-    for i in 0..D {
-        for j in 0..D {
-            entries[i * D + j] = block[i][j];
-        }
-    }
-    let whole = D * D / WIDTH * WIDTH;
-    for first in (0..whole).step_by(WIDTH) {
-        let rows = L::transpose([entries[first], entries[first + 1], entries[first + 2], entries[first + 3]]);
-        for (lane, row) in rows.iter().enumerate() {
-            out[lane * size + at + first..][..WIDTH].copy_from_slice(row);
-        }
-    }
-    for rest in whole..D * D {
-        let lanes = entries[rest].lanes();
-        for (lane, value) in lanes.into_iter().enumerate() {
-            out[lane * size + at + rest] = value;
-        }
-    }
 }
 
 /// The lowest element of the batch with a point that is not positive, and its first such point.
@@ -312,7 +262,7 @@ fn write_block<L: Lane, const D: usize>(block: &Square<L, D>, at: usize, size: u
 fn inverted(det_f: &[[f64; WIDTH]], elements: &[u32], passes: &[Pass]) -> std::result::Result<(), Inverted> {
     let points = || passes.iter().flat_map(|pass| &pass.points).zip(det_f);
     for (lane, &element) in elements.iter().enumerate() {
-        if let Some((&point, det)) = points().find(|(_, det)| !(det[lane] > 0.0)) {
+        if let Some((&point, det)) = points().find(|(_, det)| det[lane] <= 0.0 || det[lane].is_nan()) {
             return Err(Inverted { element, point, det: det[lane] });
         }
     }

@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use super::group::{ElementGroup, Pass};
-use super::kinematics::{Kinematics, displacement_gradient, reference_gradients};
+use super::group::{ElementGroup, Pass, Sampling};
+use super::kinematics::{Kinematics, gradient_of, reference_gradients};
 use crate::material::{Hooke, Law, Model, Moduli, NeoHookean, SaintVenantKirchhoff};
 use crate::mesh::ElementKind;
 use crate::space::reference;
@@ -63,7 +63,8 @@ impl<const D: usize> ElementGroup<D> {
     ///
     /// Where volume terms have their own rule, their stress is fitted on that rule and added at every place.
     pub fn stress(&self, u: &[f64], mut receive: impl FnMut(usize, &ElementStress)) {
-        let fits: Vec<_> = self.passes.iter().map(|pass| Fit::new(self.kind, pass, &self.passes[0])).collect();
+        let fits: Vec<_> =
+            self.passes.iter().map(|pass| Fit::new(self.kind, pass, &self.passes[0])).collect();
         let mut element = Element::new(self.kind);
         let mut stress = ElementStress::default();
         let mut states = Vec::new();
@@ -78,14 +79,13 @@ impl<const D: usize> ElementGroup<D> {
                 states.clear();
                 let mut volume = 0.0;
                 let mut mean = CauchyState::default();
-                for q in 0..pass.table.points {
-                    let (grad_u, det) = element.gradient(pass, q);
+                for q in 0..pass.samples() {
+                    let (grad_u, weight) = element.gradient(pass, q);
                     let mut state = self.state(&pass.moduli, &grad_u);
                     if number > 0 {
                         // The first pass has told the volume ratio already.
                         state.det_f = 0.0;
                     }
-                    let weight = pass.table.weights[q] * det;
                     mean.add(weight, &state);
                     volume += weight;
                     states.push(state);
@@ -108,9 +108,9 @@ impl<const D: usize> ElementGroup<D> {
         for index in (0..self.elements.len()).filter(|&index| mine[self.elements[index] as usize]) {
             element.load(self, index, u);
             for pass in &self.passes {
-                for q in 0..pass.table.points {
-                    let (grad_u, det) = element.gradient(pass, q);
-                    sum += pass.table.weights[q] * det * self.energy(&pass.moduli, &grad_u);
+                for q in 0..pass.samples() {
+                    let (grad_u, weight) = element.gradient(pass, q);
+                    sum += weight * self.energy(&pass.moduli, &grad_u);
                 }
             }
         }
@@ -172,10 +172,27 @@ impl<const D: usize> Element<D> {
         self.displacements.extend(self.nodes.iter().map(of_node));
     }
 
-    /// Displacement gradient and `det(dX / dxi)` at point `q` of `pass`.
+    /// Displacement gradient and volume of sample `q` of `pass`.
     fn gradient(&mut self, pass: &Pass, q: usize) -> (Square<f64, D>, f64) {
+        match pass.sampling {
+            Sampling::Points => self.gradient_at(pass, q),
+            Sampling::Mean => {
+                let (mut mean, mut volume) = ([[0.0; D]; D], 0.0);
+                for q in 0..pass.table.points {
+                    let (grad_u, weight) = self.gradient_at(pass, q);
+                    volume += weight;
+                    for (mean, value) in mean.as_flattened_mut().iter_mut().zip(grad_u.as_flattened()) {
+                        *mean += weight * value;
+                    }
+                }
+                (mean.map(|row| row.map(|value| value / volume)), volume)
+            }
+        }
+    }
+
+    fn gradient_at(&mut self, pass: &Pass, q: usize) -> (Square<f64, D>, f64) {
         let det = reference_gradients(&self.points, pass.dn(q), &mut self.gradients);
-        (displacement_gradient(&self.displacements, &self.gradients), det)
+        (gradient_of(&self.displacements, &self.gradients), pass.table.weights[q] * det)
     }
 }
 
@@ -204,7 +221,9 @@ impl Fit {
 /// Shape functions of the linear element with the same corners.
 fn corner_kind(kind: ElementKind) -> ElementKind {
     let same = |other: &ElementKind| {
-        other.nodes() == kind.corners() && other.corners() == kind.corners() && other.dimension() == kind.dimension()
+        other.nodes() == kind.corners()
+            && other.corners() == kind.corners()
+            && other.dimension() == kind.dimension()
     };
     ElementKind::ALL.into_iter().find(same).unwrap_or(kind)
 }

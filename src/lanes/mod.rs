@@ -4,6 +4,9 @@
 //! fused multiply-add where the processor has it and on plain arrays elsewhere. Every lane goes through the same
 //! operations, so a result does not depend on which elements share a lane group.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// Elements computed at once.
@@ -168,7 +171,8 @@ fn ln_1p<L: Lane>(x: L) -> L {
     }
     let mut out = near.lanes();
     for (out, x) in out.iter_mut().zip(far) {
-        if !(x.abs() <= 0.25) {
+        // NaN goes to the library as well.
+        if x.abs() > 0.25 || x.is_nan() {
             *out = far_ln_1p(x);
         }
     }
@@ -203,93 +207,6 @@ pub fn dispatch_portable<K: LaneTask>(task: K) -> K::Output {
     task.run(Portable([1.0; WIDTH]))
 }
 
-#[cfg(target_arch = "x86_64")]
-mod avx2 {
-    use super::{Lane, LaneTask, Real, WIDTH, ln_1p};
-    use pulp::x86::V3;
-    use pulp::{Simd, cast, f64x4};
-    use std::ops::{Add, Mul, Neg, Sub};
-
-    /// Lanes in one register; the first field proves that the processor has AVX2 and FMA.
-    #[derive(Clone, Copy)]
-    #[repr(align(32))]
-    struct Register(V3, f64x4);
-
-    struct Enter<K>(V3, K);
-
-    impl<K: LaneTask> pulp::NullaryFnOnce for Enter<K> {
-        type Output = K::Output;
-        #[inline(always)]
-        fn call(self) -> K::Output {
-            let one = Simd::splat_f64s(self.0, 1.0);
-            self.1.run(Register(self.0, one))
-        }
-    }
-
-    pub fn run<K: LaneTask>(v3: V3, task: K) -> K::Output {
-        v3.vectorize(Enter(v3, task))
-    }
-
-    impl Add for Register {
-        type Output = Self;
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            Self(self.0, Simd::add_f64s(self.0, self.1, other.1))
-        }
-    }
-    impl Sub for Register {
-        type Output = Self;
-        #[inline(always)]
-        fn sub(self, other: Self) -> Self {
-            Self(self.0, Simd::sub_f64s(self.0, self.1, other.1))
-        }
-    }
-    impl Mul for Register {
-        type Output = Self;
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            Self(self.0, Simd::mul_f64s(self.0, self.1, other.1))
-        }
-    }
-    impl Neg for Register {
-        type Output = Self;
-        #[inline(always)]
-        fn neg(self) -> Self {
-            Self(self.0, Simd::neg_f64s(self.0, self.1))
-        }
-    }
-
-    impl Real for Register {
-        #[inline(always)]
-        fn constant(self, x: f64) -> Self {
-            Self(self.0, Simd::splat_f64s(self.0, x))
-        }
-        #[inline(always)]
-        fn mul_add(self, b: Self, c: Self) -> Self {
-            Self(self.0, Simd::mul_add_f64s(self.0, self.1, b.1, c.1))
-        }
-        #[inline(always)]
-        fn recip(self) -> Self {
-            Self(self.0, Simd::div_f64s(self.0, Simd::splat_f64s(self.0, 1.0), self.1))
-        }
-        #[inline(always)]
-        fn ln_1p(self) -> Self {
-            ln_1p(self)
-        }
-    }
-
-    impl Lane for Register {
-        #[inline(always)]
-        fn load(self, values: [f64; WIDTH]) -> Self {
-            Self(self.0, cast(values))
-        }
-        #[inline(always)]
-        fn lanes(self) -> [f64; WIDTH] {
-            cast(self.1)
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -314,6 +231,25 @@ mod tests {
         assert!(
             dispatch(Logarithms([-2.0, 1.0, 1.0, f64::NAN])).map(f64::is_nan) == [true, false, false, true]
         );
+    }
+
+    struct Transposed;
+    impl LaneTask for Transposed {
+        type Output = [[f64; WIDTH]; WIDTH];
+        #[inline(always)]
+        fn run<L: Lane>(self, unit: L) -> Self::Output {
+            let row = |i: usize| unit.load(std::array::from_fn(|j| (10 * i + j) as f64));
+            L::transpose([row(0), row(1), row(2), row(3)])
+        }
+    }
+
+    /// Rows become lanes on either kind of lanes.
+    #[test]
+    fn transposes() {
+        let expected: [[f64; WIDTH]; WIDTH] =
+            std::array::from_fn(|i| std::array::from_fn(|j| (10 * j + i) as f64));
+        assert_eq!(dispatch(Transposed), expected);
+        assert_eq!(dispatch_portable(Transposed), expected);
     }
 
     /// A lane's logarithm does not depend on its neighbours, not in the last bit.

@@ -1,0 +1,225 @@
+//! The stiffness of a batch: its terms at one sample, their sum over the samples, and its way out.
+//!
+//! Only blocks `b >= a` are summed; the others are mirrored on the way out.
+
+use super::solid::{Sample, Workspace};
+use crate::lanes::{Lane, WIDTH};
+use crate::material::{Law, Metric, Moduli, Response};
+use crate::square::{
+    Square, apply, congruent, dot, inner_gram, outer_gram, product, scale, scale_add, scale_all, transpose,
+};
+use crate::terms::Terms;
+
+/// One or zero in lanes: which parts of the stiffness are wanted.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted<L> {
+    pub material: L,
+    geometric: L,
+}
+
+impl<L: Lane> Wanted<L> {
+    #[inline(always)]
+    pub fn new(unit: L, terms: Terms) -> Self {
+        let switch = |term| unit.constant(if terms.contains(term) { 1.0 } else { 0.0 });
+        Self { material: switch(Terms::MATERIAL), geometric: switch(Terms::GEOMETRIC) }
+    }
+}
+
+/// How the stiffness of a pass is summed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// As it is.
+    Sum,
+    /// As the factor `P` of `lambda P + mu P^T`.
+    Factored,
+}
+
+/// The factored form needs constant moduli and a sum that begins empty.
+pub(super) const fn first_form<P: Law>() -> Form {
+    match P::METRIC {
+        Metric::Current => Form::Sum,
+        Metric::Reference | Metric::Linear => Form::Factored,
+    }
+}
+
+/// The tangent at one sample in terms of the slopes `s_a`, volumes and switches included:
+/// `K_ab = lam h_a h_b^T + q h_b h_a^T + (s_a . metric s_b) pushed + (s_a . isotropic s_b) 1`.
+pub(super) struct Tangent<L, const D: usize> {
+    lam: L,
+    q: L,
+    /// `h_a = map s_a`.
+    map: Square<L, D>,
+    isotropic: Square<L, D>,
+    /// This and `pushed` only with [`Metric::Reference`]; where `F m F^T = 1` the metric is part of `isotropic`.
+    metric: Square<L, D>,
+    pushed: Square<L, D>,
+}
+
+impl<L: Lane, const D: usize> Tangent<L, D> {
+    #[inline(always)]
+    pub fn new<P: Law>(response: &Response<L, D>, sample: &Sample<L, D>, wanted: Wanted<L>) -> Self {
+        let material = sample.volume * wanted.material;
+        let (lam, q) = (response.lam * material, response.q * material);
+        let stress = scale_all(&response.second_piola, sample.volume * wanted.geometric);
+        let reference = scale_all(&inner_gram(&sample.map), q);
+        let (map, isotropic) = match P::METRIC {
+            Metric::Linear => (sample.map, reference),
+            Metric::Reference => {
+                (product(&response.gradient_map, &sample.map), congruent(&stress, &sample.map))
+            }
+            Metric::Current => {
+                let mut sum = inner_gram(&response.gradient_map);
+                for i in 0..D {
+                    for j in 0..D {
+                        sum[i][j] = sum[i][j].mul_add(q, stress[i][j]);
+                    }
+                }
+                (product(&response.gradient_map, &sample.map), congruent(&sum, &sample.map))
+            }
+        };
+        Self { lam, q, map, isotropic, metric: reference, pushed: outer_gram(&response.gradient_map) }
+    }
+
+    /// With the terms symmetric in `i, j` times `factor`.
+    #[inline(always)]
+    pub fn over(self, factor: L) -> Self {
+        let (isotropic, metric) = (scale_all(&self.isotropic, factor), scale_all(&self.metric, factor));
+        Self { isotropic, metric, ..self }
+    }
+}
+
+impl<L: Lane, const D: usize> Workspace<L, D> {
+    /// Adds `P_ab = weight h_a h_b^T` and, scaled by `1 / (lambda + mu)`, the terms symmetric in `i, j`: with constant moduli
+    /// the stiffness is `lambda P + mu P^T`, and a third of the work at the points is gone.
+    #[inline(always)]
+    pub(super) fn add_factored(&mut self, tangent: &Tangent<L, D>, weight: L, metric: Metric) {
+        for (mapped, slope) in self.mapped.iter_mut().zip(&self.slopes) {
+            *mapped = apply(&tangent.map, slope);
+        }
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..self.slopes.len() {
+            let h_a = scale(&self.mapped[a], weight);
+            let isotropic_a = apply(&tangent.isotropic, &self.slopes[a]);
+            let metric_a = apply(&tangent.metric, &self.slopes[a]);
+            // The finite iterator goes first: a zip asks its first half once more than its second.
+            let partners = self.slopes[a..].iter().zip(&self.mapped[a..]);
+            for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
+                let isotropic = dot(&isotropic_a, slope_b);
+                let strength = dot(&metric_a, slope_b);
+                let mut sum = *block;
+                for i in 0..D {
+                    sum[i][i] = sum[i][i] + isotropic;
+                    sum[i] = scale_add(h_b, h_a[i], &sum[i]);
+                    if metric == Metric::Reference {
+                        sum[i] = scale_add(&tangent.pushed[i], strength, &sum[i]);
+                    }
+                }
+                *block = sum;
+            }
+        }
+    }
+
+    /// Ends a factored sum: `lambda P + mu P^T`.
+    #[inline(always)]
+    pub(super) fn unfold(&mut self, moduli: &Moduli<L>) {
+        for block in &mut self.upper {
+            let factor = *block;
+            for i in 0..D {
+                for j in 0..D {
+                    block[i][j] = moduli.lambda.mul_add(factor[i][j], moduli.mu * factor[j][i]);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn add_stiffness(&mut self, tangent: &Tangent<L, D>, metric: Metric) {
+        for (mapped, slope) in self.mapped.iter_mut().zip(&self.slopes) {
+            *mapped = apply(&tangent.map, slope);
+        }
+        let both = tangent.lam + tangent.q;
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..self.slopes.len() {
+            let h_a = &self.mapped[a];
+            let (lam_h, q_h, both_h) = (scale(h_a, tangent.lam), scale(h_a, tangent.q), scale(h_a, both));
+            let isotropic_a = apply(&tangent.isotropic, &self.slopes[a]);
+            let metric_a = apply(&tangent.metric, &self.slopes[a]);
+            // The finite iterator goes first: a zip asks its first half once more than its second.
+            let partners = self.slopes[a..].iter().zip(&self.mapped[a..]);
+            for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
+                let isotropic = dot(&isotropic_a, slope_b);
+                let mut sum = *block;
+                for i in 0..D {
+                    for j in 0..D {
+                        sum[i][j] = if i == j {
+                            both_h[i].mul_add(h_b[i], sum[i][i] + isotropic)
+                        } else {
+                            h_b[i].mul_add(q_h[j], lam_h[i].mul_add(h_b[j], sum[i][j]))
+                        };
+                    }
+                }
+                if metric == Metric::Reference {
+                    let strength = dot(&metric_a, slope_b);
+                    for i in 0..D {
+                        sum[i] = scale_add(&tangent.pushed[i], strength, &sum[i]);
+                    }
+                }
+                *block = sum;
+            }
+        }
+    }
+
+    /// Upper blocks in lanes to full matrices, one after the other.
+    #[inline(always)]
+    pub(super) fn spread(&mut self) {
+        // Blocks as arrays: their size must be known for the copies to become vector moves.
+        match D {
+            2 => self.spread_blocks::<4>(),
+            _ => self.spread_blocks::<9>(),
+        }
+    }
+
+    #[inline(always)]
+    fn spread_blocks<const SIZE: usize>(&mut self) {
+        let n = self.force.len();
+        let (blocks, _) = self.stiffness_out.as_chunks_mut::<SIZE>();
+        let (front, back) = blocks.split_at_mut(2 * n * n);
+        let ((first, second), (third, fourth)) = (front.split_at_mut(n * n), back.split_at_mut(n * n));
+        let mut matrices = [first, second, third, fourth];
+        let mut upper = self.upper.iter();
+        for a in 0..n {
+            for (b, block) in (a..n).zip(upper.by_ref()) {
+                write_block(block, a * n + b, &mut matrices);
+                if a != b {
+                    write_block(&transpose(block), b * n + a, &mut matrices);
+                }
+            }
+        }
+    }
+}
+
+/// Writes a block as number `at` of each lane's matrix.
+#[inline(always)]
+fn write_block<L: Lane, const D: usize, const SIZE: usize>(
+    block: &Square<L, D>,
+    at: usize,
+    matrices: &mut [&mut [[f64; SIZE]]; WIDTH],
+) {
+    let entries = block.as_flattened();
+    let mut rows = [[0.0; SIZE]; WIDTH];
+    for first in (0..SIZE / WIDTH * WIDTH).step_by(WIDTH) {
+        let four = L::transpose([entries[first], entries[first + 1], entries[first + 2], entries[first + 3]]);
+        for lane in 0..WIDTH {
+            rows[lane][first..first + WIDTH].copy_from_slice(&four[lane]);
+        }
+    }
+    for rest in SIZE / WIDTH * WIDTH..SIZE {
+        let lanes = entries[rest].lanes();
+        for lane in 0..WIDTH {
+            rows[lane][rest] = lanes[lane];
+        }
+    }
+    for (matrix, row) in matrices.iter_mut().zip(rows) {
+        matrix[at] = row;
+    }
+}

@@ -1,0 +1,112 @@
+//! Lanes against lanes, inverted elements, and groups that make no sense.
+
+use super::super::solid::{Job, Solid};
+use super::*;
+use crate::lanes::dispatch_portable;
+
+fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
+    let u = random(mesh, 0.02, 24);
+    for formulation in variants(kind) {
+        let whole = group(mesh, formulation);
+        let together = collect(&whole, &u);
+        for index in 0..mesh.element_count() {
+            let alone = ElementGroup::new(mesh, vec![index as u32], formulation).unwrap();
+            assert!(collect(&alone, &u)[0] == together[index], "{kind}: lanes see each other");
+        }
+        for (plain, fast) in collect_portable(&whole, &u).iter().zip(&together) {
+            let largest = fast.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let apart = plain.iter().zip(fast).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+            assert!(apart < 1e-14 * largest, "{kind} {formulation:?}: {apart}");
+        }
+    }
+}
+
+#[derive(Default)]
+struct Rows(Vec<Vec<f64>>);
+
+impl ElementSink for Rows {
+    fn element(&mut self, index: usize, force: &[f64], stiffness: Option<&[f64]>) {
+        assert_eq!(index, self.0.len());
+        self.0.push([force, stiffness.unwrap_or_default()].concat());
+    }
+}
+
+fn collect<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<Vec<f64>> {
+    let mut rows = Rows::default();
+    group.evaluate(u, Request::TANGENT, &mut rows).unwrap();
+    rows.0
+}
+
+fn collect_portable<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<Vec<f64>> {
+    let mut rows = Rows::default();
+    let job = Job { group, u, request: Request::TANGENT, sink: &mut rows };
+    let formulation = group.formulation();
+    match (formulation.kinematics, formulation.material.model) {
+        (Kinematics::Linear, _) => dispatch_portable(Solid::<Hooke, D>::new(job)),
+        (_, Model::NeoHookean) => dispatch_portable(Solid::<NeoHookean, D>::new(job)),
+        (_, Model::SaintVenantKirchhoff) => dispatch_portable(Solid::<SaintVenantKirchhoff, D>::new(job)),
+    }
+    .unwrap();
+    rows.0
+}
+
+/// An element's numbers are the same bits alone and in any company, and the plain lanes agree with the fast ones.
+#[test]
+fn lanes_do_not_change_the_answer() {
+    for_every_kind!(lanes);
+}
+
+fn inversions<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
+    // Two reversed elements: the lower one must be named, whatever the lanes.
+    let count = mesh.element_count();
+    let victims = [count - 1, count / 2];
+    let mut u = vec![0.0; mesh.points.len() * D];
+    for victim in victims {
+        for &node in mesh.element_nodes(victim) {
+            u[node as usize * D] = -3.0 * mesh.points[node as usize][0];
+        }
+    }
+    for formulation in variants(kind) {
+        let result = group(mesh, formulation).evaluate(&u, Request::FORCE, &mut Rows::default());
+        if formulation.kinematics == Kinematics::Linear {
+            assert!(result.is_ok(), "{kind}: linear kinematics can not invert");
+            let mut broken = u.clone();
+            let node = mesh.element_nodes(count - 1)[0] as usize;
+            broken[node * D + 1] = f64::NAN;
+            let found = group(mesh, formulation).evaluate(&broken, Request::FORCE, &mut Rows::default());
+            assert!(found.unwrap_err().det.is_nan());
+            continue;
+        }
+        let found = result.unwrap_err();
+        assert!(found.det <= 0.0, "{kind}: {found:?}");
+        let first = (0..count as u32)
+            .find(|&e| {
+                let alone = ElementGroup::new(mesh, vec![e], formulation).unwrap();
+                alone.evaluate(&u, Request::TANGENT, &mut Rows::default()).is_err()
+            })
+            .unwrap();
+        assert_eq!(found.element, first, "{kind}");
+        assert!(found.point.iter().all(|x| x.abs() <= 1.0));
+    }
+}
+
+/// An element turned inside out is reported, the first of the group, with the place; so is a NaN.
+#[test]
+fn inverted_elements_are_reported() {
+    for_every_kind!(inversions);
+}
+
+/// Groups that make no sense are refused with a sentence.
+#[test]
+fn wrong_groups_are_refused() {
+    let neo = |locking| formulation(Model::NeoHookean, Kinematics::Finite, locking);
+    let mut mesh = distorted::<2>(ElementKind::Tri3);
+    let locked = ElementGroup::new(&mesh, vec![0], neo(Locking::SelectiveReduced)).unwrap_err();
+    assert!(locked.message.contains("does not exist for tri3"), "{locked}");
+    let weightless = Formulation { density: -1.0, ..neo(Locking::None) };
+    assert!(ElementGroup::new(&mesh, vec![0], weightless).is_err());
+    assert!(ElementGroup::new(&mesh, vec![], neo(Locking::None)).is_err());
+    mesh.nodes.swap(0, 1);
+    let flipped = ElementGroup::new(&mesh, vec![0], neo(Locking::None)).unwrap_err();
+    assert!(flipped.message.contains("element 0") && flipped.message.contains("inverted"), "{flipped}");
+}

@@ -1,0 +1,125 @@
+//! The element kernels against energies, differences, exact solutions and each other, for all elements.
+
+mod consistency;
+mod exactness;
+mod lanes;
+mod loads;
+
+use super::*;
+use crate::material::{Hooke, MATERIALS, Material, Model, Moduli, NeoHookean, SaintVenantKirchhoff};
+use crate::mesh::{BoxShape, ElementKind, Facet, Mesh};
+use crate::taylor::{scatter, taylor_rate};
+use nalgebra::{DMatrix, DVector};
+
+const MODULI: Moduli<f64> = Moduli { lambda: 1.7, mu: 0.6 };
+
+/// A sink that assembles dense.
+struct Dense<'a, const D: usize> {
+    nodes: &'a dyn Fn(usize) -> Vec<u32>,
+    force: DVector<f64>,
+    stiffness: DMatrix<f64>,
+}
+
+impl<'a, const D: usize> Dense<'a, D> {
+    fn new(mesh: &Mesh<D>, nodes: &'a dyn Fn(usize) -> Vec<u32>) -> Self {
+        let size = mesh.points.len() * D;
+        Self { nodes, force: DVector::zeros(size), stiffness: DMatrix::zeros(size, size) }
+    }
+}
+
+impl<const D: usize> ElementSink for Dense<'_, D> {
+    fn element(&mut self, index: usize, force: &[f64], stiffness: Option<&[f64]>) {
+        let nodes = (self.nodes)(index);
+        let n = nodes.len();
+        assert_eq!(force.len(), n * D);
+        let dof = |a: usize, i: usize| nodes[a] as usize * D + i;
+        for (a, i) in (0..n * D).map(|k| (k / D, k % D)) {
+            self.force[dof(a, i)] += force[a * D + i];
+            for (b, j) in (0..n * D).map(|k| (k / D, k % D)) {
+                if let Some(stiffness) = stiffness {
+                    assert_eq!(stiffness.len(), n * n * D * D);
+                    self.stiffness[(dof(a, i), dof(b, j))] += stiffness[((a * n + b) * D + i) * D + j];
+                }
+            }
+        }
+    }
+}
+
+/// A box of few elements with all nodes pushed about; quadratic elements end up curved.
+fn distorted<const D: usize>(kind: ElementKind) -> Mesh<D> {
+    let cells = std::array::from_fn(|i| {
+        if D == 2 || kind == ElementKind::Hex8 || i == 0 && kind.nodes() < 20 { 2 } else { 1 }
+    });
+    let mut mesh = BoxShape { min: [0.0; D], max: [1.0; D], cells, element: kind }.mesh().unwrap();
+    let jitter = scatter(mesh.points.len() * D, 11);
+    for (point, jitter) in mesh.points.iter_mut().zip(jitter.chunks(D)) {
+        for (x, jitter) in point.iter_mut().zip(jitter) {
+            *x += 0.03 * jitter;
+        }
+    }
+    mesh
+}
+
+fn formulation(model: Model, kinematics: Kinematics, locking: Locking) -> Formulation {
+    Formulation { material: Material { model, moduli: MODULI }, kinematics, locking, density: 3.0 }
+}
+
+fn group<const D: usize>(mesh: &Mesh<D>, formulation: Formulation) -> ElementGroup<D> {
+    ElementGroup::new(mesh, (0..mesh.element_count() as u32).collect(), formulation).unwrap()
+}
+
+fn variants(kind: ElementKind) -> Vec<Formulation> {
+    let mut all = Vec::new();
+    for (locking, ..) in Locking::ALL.into_iter().filter(|(locking, ..)| locking.offered(kind)) {
+        all.extend(MATERIALS.iter().map(|entry| formulation(entry.model, Kinematics::Finite, locking)));
+        all.push(formulation(Model::NeoHookean, Kinematics::Linear, locking));
+    }
+    all
+}
+
+fn assemble<const D: usize>(
+    mesh: &Mesh<D>,
+    group: &ElementGroup<D>,
+    u: &[f64],
+    terms: Terms,
+) -> (DVector<f64>, DMatrix<f64>) {
+    let nodes = |index| mesh.element_nodes(group.elements()[index] as usize).to_vec();
+    let mut sink = Dense::new(mesh, &nodes);
+    group.evaluate(u, Request { stiffness: Some(terms) }, &mut sink).unwrap();
+    (sink.force, sink.stiffness)
+}
+
+fn plain(v: DVector<f64>) -> Vec<f64> {
+    v.data.into()
+}
+
+fn random<const D: usize>(mesh: &Mesh<D>, size: f64, seed: u32) -> Vec<f64> {
+    scatter(mesh.points.len() * D, seed).into_iter().map(|x| size * x).collect()
+}
+
+fn every_kind(test_2d: impl Fn(ElementKind, Mesh<2>), test_3d: impl Fn(ElementKind, Mesh<3>)) {
+    for kind in ElementKind::SOLIDS {
+        match kind.dimension() {
+            2 => test_2d(kind, distorted(kind)),
+            _ => test_3d(kind, distorted(kind)),
+        }
+    }
+}
+
+macro_rules! for_every_kind {
+    ($test:ident) => {
+        every_kind(|kind, mesh| $test::<2>(kind, &mesh), |kind, mesh| $test::<3>(kind, &mesh))
+    };
+}
+use for_every_kind;
+
+/// Nodal displacements of `x -> a x`.
+fn affine<const D: usize>(mesh: &Mesh<D>, a: &[[f64; D]; D]) -> Vec<f64> {
+    let place = |p: &[f64; D]| -> [f64; D] { std::array::from_fn(|i| (0..D).map(|k| a[i][k] * p[k]).sum()) };
+    mesh.points.iter().flat_map(place).collect()
+}
+
+fn surface<const D: usize>(mesh: &Mesh<D>, sets: &[&str]) -> LoadedSurface<D> {
+    let facets: Vec<Facet> = sets.iter().flat_map(|set| mesh.facet_sets[*set].clone()).collect();
+    LoadedSurface::new(mesh, &facets)
+}

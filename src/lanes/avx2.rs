@@ -1,0 +1,104 @@
+//! Lanes in AVX2 registers with fused multiply-add.
+//!
+//! Safe throughout: `pulp` hands out its token only where the processor has the instructions.
+
+use super::{Lane, LaneTask, Real, WIDTH, ln_1p};
+use pulp::cast;
+use pulp::x86::V3;
+use std::arch::x86_64::__m256d;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// Lanes in one register; the first field proves that the processor has AVX2 and FMA.
+#[derive(Clone, Copy)]
+struct Register(V3, __m256d);
+
+struct Enter<K>(V3, K);
+
+impl<K: LaneTask> pulp::NullaryFnOnce for Enter<K> {
+    type Output = K::Output;
+    #[inline(always)]
+    fn call(self) -> K::Output {
+        let one = self.0.avx._mm256_set1_pd(1.0);
+        self.1.run(Register(self.0, one))
+    }
+}
+
+pub fn run<K: LaneTask>(v3: V3, task: K) -> K::Output {
+    v3.vectorize(Enter(v3, task))
+}
+
+impl Add for Register {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0, self.0.avx._mm256_add_pd(self.1, other.1))
+    }
+}
+impl Sub for Register {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0, self.0.avx._mm256_sub_pd(self.1, other.1))
+    }
+}
+impl Mul for Register {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(self.0, self.0.avx._mm256_mul_pd(self.1, other.1))
+    }
+}
+impl Neg for Register {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        let sign = self.0.avx._mm256_set1_pd(-0.0);
+        Self(self.0, self.0.avx._mm256_xor_pd(self.1, sign))
+    }
+}
+
+impl Real for Register {
+    #[inline(always)]
+    fn constant(self, x: f64) -> Self {
+        Self(self.0, self.0.avx._mm256_set1_pd(x))
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Self(self.0, self.0.fma._mm256_fmadd_pd(self.1, b.1, c.1))
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        let one = self.0.avx._mm256_set1_pd(1.0);
+        Self(self.0, self.0.avx._mm256_div_pd(one, self.1))
+    }
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        ln_1p(self)
+    }
+}
+
+impl Lane for Register {
+    #[inline(always)]
+    fn load(self, values: [f64; WIDTH]) -> Self {
+        Self(self.0, cast(values))
+    }
+    #[inline(always)]
+    fn lanes(self) -> [f64; WIDTH] {
+        cast(self.1)
+    }
+    #[inline(always)]
+    fn transpose(rows: [Self; WIDTH]) -> [[f64; WIDTH]; WIDTH] {
+        let avx = rows[0].0.avx;
+        let [a, b, c, d] = rows.map(|row| row.1);
+        let (ab_even, ab_odd) = (avx._mm256_unpacklo_pd(a, b), avx._mm256_unpackhi_pd(a, b));
+        let (cd_even, cd_odd) = (avx._mm256_unpacklo_pd(c, d), avx._mm256_unpackhi_pd(c, d));
+        const LOW: i32 = 0x20;
+        const HIGH: i32 = 0x31;
+        [
+            cast(avx._mm256_permute2f128_pd::<LOW>(ab_even, cd_even)),
+            cast(avx._mm256_permute2f128_pd::<LOW>(ab_odd, cd_odd)),
+            cast(avx._mm256_permute2f128_pd::<HIGH>(ab_even, cd_even)),
+            cast(avx._mm256_permute2f128_pd::<HIGH>(ab_odd, cd_odd)),
+        ]
+    }
+}
