@@ -3,6 +3,7 @@
 pub mod assembly;
 pub mod case;
 pub mod cli;
+pub mod commands;
 pub mod contact;
 pub mod dynamics;
 pub mod element;

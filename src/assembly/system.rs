@@ -154,8 +154,6 @@ impl<const D: usize> ContactSystem<D> {
         self.local.index.total as usize * D
     }
 
-    /// DEBUG
-    pub fn constrained_flags(&self) -> Vec<bool> { self.supports.dofs.constrained.clone() }
     /// Whether a load follows the surface, which makes the matrix non-symmetric.
     pub fn has_following_loads(&self) -> bool {
         self.external.follows()

@@ -91,12 +91,19 @@ impl Case {
     /// # Errors
     /// [`crate::error::Cause::File`] if it can not be read, [`crate::error::Cause::Case`] if it is wrong.
     pub fn read(path: &Path) -> Result<Self> {
-        let name = path.display().to_string();
-        let unreadable = |why: String| Error::file(format!("{name}: the case file can not be read: {why}"));
-        let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
-        let text = String::from_utf8(bytes)
-            .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))?;
-        Self::parse(&text, &name)
+        Self::parse(&Self::load(path)?, &path.display().to_string())
+    }
+
+    /// The text of a case file.
+    ///
+    /// # Errors
+    /// [`crate::error::Cause::File`] if it can not be read, [`crate::error::Cause::Case`] if it is no text.
+    pub fn load(path: &Path) -> Result<String> {
+        let name = path.display();
+        let bytes = std::fs::read(path)
+            .map_err(|error| Error::file(format!("{name}: the case file can not be read: {error}")))?;
+        String::from_utf8(bytes)
+            .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))
     }
 
     /// Reads, checks and completes the text of a case; the name, a path, stands in errors and says what paths are

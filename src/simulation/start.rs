@@ -61,7 +61,6 @@ fn press<const D: usize>(
         stage.trial.time = 0.0;
         stage.load_factor = factor;
         journal.start_attempt(factor);
-        debug(system, stage)?; stage.trial.u.copy_from(&stage.start.u)?;
         let moved = strategy.follow_prescribed(system, stage)?;
         let outcome = match moved {
             true => strategy.solve(system, stage, |row| journal.iteration(row))?,
@@ -166,27 +165,4 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     }
     stage.start.a.axpy(1.0, &change)?;
     stage.start.a.update_ghosts()
-}
-
-/// DEBUG
-pub fn debug<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage) -> Result<()> {
-    use crate::petsc::Operator;
-    let mut d = system.pattern_vector().like()?;
-    for (i, e) in d.owned_mut().iter_mut().enumerate() { *e = ((i * 7919 % 101) as f64 / 101.0 - 0.5) * 1e-6; }
-    {
-        let c = system.constrained_flags();
-        for (i, e) in d.owned_mut().iter_mut().enumerate() { if c[i] { *e = 0.0; } }
-    }
-    let mut r0 = d.like()?; let mut r1 = d.like()?; let mut jd = d.like()?;
-    stage.trial.u.axpy(30.0, &d)?; stage.trial.u.update_ghosts()?;
-    system.residual(stage, &mut r0)?;
-    system.jacobian(stage, Terms::ALL, None)?;
-    system.matrix().multiply(&d, &mut jd)?;
-    stage.trial.u.axpy(1.0, &d)?; stage.trial.u.update_ghosts()?;
-    system.residual(stage, &mut r1)?;
-    r1.axpy(-1.0, &r0)?;
-    let n = r1.norm()?;
-    r1.axpy(-1.0, &jd)?;
-    eprintln!("FD {} err {} jd {}", n, r1.norm()?, jd.norm()?);
-    Ok(())
 }

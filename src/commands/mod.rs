@@ -1,0 +1,47 @@
+//! The commands of the program: each a few calls of what the other modules offer.
+
+mod run;
+
+use std::io::Write;
+
+use crate::case;
+use crate::cli::{self, Command};
+use crate::error::{Error, Result};
+use crate::plot;
+
+/// Does what the command line says. Collective for the commands that compute.
+///
+/// # Errors
+/// The same on all ranks.
+pub fn execute(command: Command) -> Result<()> {
+    match command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Schema => print(&serde_json::to_string_pretty(&case::schema()).map_err(fault)?),
+        Command::Completions(shell) => print(&cli::completions(shell)),
+        Command::Print(text) => print(text.trim_end()),
+        Command::Plot { results, output } => {
+            let plotted = plot::plot(&results, output.as_deref())?;
+            plotted.notes.iter().for_each(|note| eprintln!("note: {note}"));
+            let files: Vec<String> = plotted.files.iter().map(|file| file.display().to_string()).collect();
+            print(&files.join("\n"))
+        }
+        Command::Check { .. } | Command::List => Err(Error::usage("not yet")),
+    }
+}
+
+/// Whether this process may speak: alone, or rank 0 under Open MPI, also before MPI has started.
+pub fn speaks() -> bool {
+    std::env::var("OMPI_COMM_WORLD_RANK").map_or(true, |rank| rank == "0")
+}
+
+/// Prints to standard output; a reader that went away is no error.
+fn print(text: &str) -> Result<()> {
+    if speaks() {
+        let _ = writeln!(std::io::stdout(), "{text}");
+    }
+    Ok(())
+}
+
+fn fault(error: serde_json::Error) -> Error {
+    Error::internal(error.to_string())
+}
