@@ -170,7 +170,8 @@ impl<const D: usize> Model<D> {
     pub fn new(case: &Case) -> Result<Self> {
         let bodies: Vec<Body> = case.bodies.iter().map(|(name, b)| body(name, b)).collect::<Result<_>>()?;
         let contacts = case.contact.iter().map(|(name, contact)| {
-            Self::contact(case, &bodies, name, contact).map_err(|e| e.within(&format!("contact.{}", name.value)))
+            Self::contact(case, &bodies, name, contact)
+                .map_err(|e| e.within(&format!("contact.{}", name.value)))
         });
         let contacts = contacts.collect::<Result<_>>()?;
         let mut model =
@@ -198,9 +199,9 @@ impl<const D: usize> Model<D> {
                 self.supports.push(Support { name, set, components });
                 return Ok(());
             }
-            Action::Gravity(g) => {
-                LoadKind::BodyForce(std::array::from_fn(|i| g.get(i).map_or_else(zero, |f| f.function.clone())))
-            }
+            Action::Gravity(g) => LoadKind::BodyForce(std::array::from_fn(|i| {
+                g.get(i).map_or_else(zero, |f| f.function.clone())
+            })),
             Action::Traction(t) => {
                 LoadKind::Traction(std::array::from_fn(|i| t[i].map_or_else(zero, |f| f.function.clone())))
             }
@@ -285,7 +286,9 @@ fn obstacle<const D: usize>(obstacle: &case::Obstacle) -> Result<Obstacle<D>> {
         case::Side::Inside => Side::Inside,
     };
     Ok(match obstacle {
-        case::Obstacle::Plane { point, normal } => Obstacle::Plane(Plane::new(vector(point), vector(normal))?),
+        case::Obstacle::Plane { point, normal } => {
+            Obstacle::Plane(Plane::new(vector(point), vector(normal))?)
+        }
         case::Obstacle::Sphere { center, radius, side: on } => {
             Obstacle::Sphere(Sphere::new(vector(center), radius.si, side(on))?)
         }
@@ -298,7 +301,9 @@ fn obstacle<const D: usize>(obstacle: &case::Obstacle) -> Result<Obstacle<D>> {
 fn normal(normal: &case::Normal, young_modulus: f64) -> Result<(NormalChoice, Option<f64>)> {
     Ok(match normal {
         case::Normal::Penalty(penalty) => match (penalty.compliance, penalty.penetration) {
-            (Some(compliance), _) => (NormalChoice::Law(NormalLaw::Penalty(Penalty::new(compliance.si)?)), None),
+            (Some(compliance), _) => {
+                (NormalChoice::Law(NormalLaw::Penalty(Penalty::new(compliance.si)?)), None)
+            }
             (None, Some(penetration)) => {
                 let compliance = penetration.si / (REFERENCE_PRESSURE * young_modulus);
                 (NormalChoice::Law(NormalLaw::Penalty(Penalty::new(compliance)?)), Some(penetration.si))
@@ -348,7 +353,9 @@ pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
     let mut bodies = Vec::with_capacity(case.bodies.len());
     for (name, body) in case.bodies.iter() {
         let mesh = match &body.mesh {
-            case::Mesh::Box(shape) => box_mesh(shape).map_err(|e| e.within(&format!("body '{}'", name.value)))?,
+            case::Mesh::Box(shape) => {
+                box_mesh(shape).map_err(|e| e.within(&format!("body '{}'", name.value)))?
+            }
             case::Mesh::File(file) => {
                 let region = file.region.as_ref().map(|region| region.value.as_str());
                 crate::mesh::gmsh::read(&case.resolve(&file.file.value), region)?

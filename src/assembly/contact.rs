@@ -91,7 +91,12 @@ impl<const D: usize> Contact<D> {
     ///
     /// # Errors
     /// When the set, the quadrature or a derived law is no good.
-    pub fn new(model: &Model<D>, contact: &model::Contact<D>, facet_size: f64, place: &Place<D>) -> Result<Self> {
+    pub fn new(
+        model: &Model<D>,
+        contact: &model::Contact<D>,
+        facet_size: f64,
+        place: &Place<D>,
+    ) -> Result<Self> {
         let local = place.local;
         let ownership = Ownership {
             owned_nodes: local.index.owned,

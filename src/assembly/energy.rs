@@ -63,7 +63,11 @@ impl EnergyLedger {
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn advance<const D: usize>(&mut self, system: &mut ContactSystem<D>, stage: &mut Stage) -> Result<Energies> {
+    pub fn advance<const D: usize>(
+        &mut self,
+        system: &mut ContactSystem<D>,
+        stage: &mut Stage,
+    ) -> Result<Energies> {
         let dt = stage.dt;
         let [kinetic, strain, contact, heat, work] = self.step(system, stage, dt)?;
         let friction_dissipated = self.now.friction_dissipated + heat;

@@ -141,7 +141,9 @@ impl<const D: usize> Applied<D> {
             LoadKind::BodyForce(components) => {
                 let density = |point: &[f64; D]| values(components, point, time);
                 for solid in solids.iter().filter(|solid| self.bodies[solid.body]) {
-                    solid.group.body_force(density, &mut ForceSink::<D> { map: &solid.map, force: &mut *force });
+                    solid
+                        .group
+                        .body_force(density, &mut ForceSink::<D> { map: &solid.map, force: &mut *force });
                 }
             }
             LoadKind::Traction(components) => {

@@ -69,7 +69,6 @@ impl Mass {
     pub fn multiply(&self, a: &Vector, out: &mut Vector) -> Result<()> {
         self.operator.multiply(a, out)
     }
-
 }
 
 /// The prescribed unknowns as the pattern sees them.
@@ -88,7 +87,8 @@ fn masked<const D: usize>(pattern: &BlockPattern, supported: &Supported) -> Vec<
     for row in 0..pattern.rows() {
         let rows = components(row);
         for slot in pattern.row(row) {
-            let column = supported.index.local(pattern.columns[slot]).map_or(0, |node| components(node as usize));
+            let column =
+                supported.index.local(pattern.columns[slot]).map_or(0, |node| components(node as usize));
             if rows != 0 || column != 0 {
                 masked.push((slot as u32, rows, column));
             }

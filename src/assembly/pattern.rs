@@ -5,7 +5,11 @@ use crate::partition::IndexMap;
 use crate::petsc::BlockPattern;
 
 /// All pairs of nodes that share one of the first `assembled` elements, for the rows that this rank owns.
-pub fn pattern_of_elements<const D: usize>(mesh: &Mesh<D>, assembled: usize, index: &IndexMap) -> BlockPattern {
+pub fn pattern_of_elements<const D: usize>(
+    mesh: &Mesh<D>,
+    assembled: usize,
+    index: &IndexMap,
+) -> BlockPattern {
     let touching = elements_at_nodes(mesh, assembled, index.owned);
     let mut row_offsets = Vec::with_capacity(index.owned + 1);
     let mut columns = Vec::new();
@@ -14,7 +18,9 @@ pub fn pattern_of_elements<const D: usize>(mesh: &Mesh<D>, assembled: usize, ind
     for node in 0..index.owned {
         row.clear();
         row.push(index.global(node as u32));
-        for &element in &touching.elements[touching.offsets[node] as usize..touching.offsets[node + 1] as usize] {
+        for &element in
+            &touching.elements[touching.offsets[node] as usize..touching.offsets[node + 1] as usize]
+        {
             row.extend(mesh.element_nodes(element as usize).iter().map(|&other| index.global(other)));
         }
         row.sort_unstable();
@@ -33,8 +39,9 @@ struct Touching {
 
 /// By counting sort.
 fn elements_at_nodes<const D: usize>(mesh: &Mesh<D>, assembled: usize, owned: usize) -> Touching {
-    let nodes_of =
-        |element: u32| mesh.element_nodes(element as usize).iter().map(|&n| n as usize).filter(move |&n| n < owned);
+    let nodes_of = |element: u32| {
+        mesh.element_nodes(element as usize).iter().map(|&n| n as usize).filter(move |&n| n < owned)
+    };
     let mut offsets = vec![0u32; owned + 1];
     for element in 0..assembled as u32 {
         nodes_of(element).for_each(|node| offsets[node + 1] += 1);

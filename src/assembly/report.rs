@@ -135,8 +135,11 @@ impl<const D: usize> ContactSystem<D> {
     /// # Errors
     /// When a body has no node at all.
     pub fn watch(&self, probes: &[Probe<D>]) -> Result<Vec<Watched<D>>> {
-        let sums: Vec<NodalSums> =
-            self.contacts.iter().map(|contact| NodalSums::of(contact, self.local.mesh.points.len())).collect();
+        let sums: Vec<NodalSums> = self
+            .contacts
+            .iter()
+            .map(|contact| NodalSums::of(contact, self.local.mesh.points.len()))
+            .collect();
         probes.iter().map(|probe| self.nearest(probe, &sums)).collect()
     }
 
@@ -157,7 +160,8 @@ impl<const D: usize> ContactSystem<D> {
         let mine = own.map_or(f64::INFINITY, |(distance, ..)| distance);
         let mut least = 0.0;
         world.all_reduce_into(&mine, &mut least, SystemOperation::min());
-        let candidate = own.filter(|(distance, ..)| *distance == least).map_or(u32::MAX, |(_, input, _)| input);
+        let candidate =
+            own.filter(|(distance, ..)| *distance == least).map_or(u32::MAX, |(_, input, _)| input);
         let mut chosen = 0;
         world.all_reduce_into(&candidate, &mut chosen, SystemOperation::min());
         if chosen == u32::MAX {
@@ -255,7 +259,8 @@ impl<const D: usize> ContactSystem<D> {
         let boundaries = &self.supports.dofs.boundaries;
         let mut own = vec![0.0; boundaries.len() * D];
         for (boundary, sums) in boundaries.iter().zip(own.chunks_mut(D)) {
-            for &(node, component) in boundary.entries.iter().filter(|(node, _)| self.local.index.owns(*node)) {
+            for &(node, component) in boundary.entries.iter().filter(|(node, _)| self.local.index.owns(*node))
+            {
                 sums[usize::from(component)] += imbalance[node as usize * D + usize::from(component)];
             }
         }

@@ -94,5 +94,11 @@ fn worst<const D: usize>(
     let mut first = 0;
     world.all_reduce_into(&holder, &mut first, SystemOperation::min());
     world.process_at_rank(first).broadcast_into(&mut place[..]);
-    Overclosure { contact: contact.name.clone(), smallest_gap: least, place, nodes: total[0], candidates: total[1] }
+    Overclosure {
+        contact: contact.name.clone(),
+        smallest_gap: least,
+        place,
+        nodes: total[0],
+        candidates: total[1],
+    }
 }

@@ -88,7 +88,8 @@ impl<const D: usize> ContactSystem<D> {
         options: SystemOptions,
     ) -> Result<Self> {
         let world = session.world();
-        let overclosures = model.contacts.iter().map(|contact| resolve_overclosure(world, &mut local, contact));
+        let overclosures =
+            model.contacts.iter().map(|contact| resolve_overclosure(world, &mut local, contact));
         let overclosures = overclosures.collect::<Result<Vec<_>>>()?;
         let supports = agree(world, supports(&local, model))?;
         let pattern = Rc::new(pattern_of_elements(&local.mesh, local.assembled, &local.index));
@@ -96,15 +97,16 @@ impl<const D: usize> ContactSystem<D> {
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
         let contacts = contacts(world, &local, model, &pattern, constrained)?;
         let external = agree(world, loads(&local, model, &pattern, constrained))?;
-        let mass = if options.inertia { 
+        let mass = if options.inertia {
             let supported = Supported { constrained, index: &local.index };
             Some(Mass::new(session, &pattern, &solids, &supported)?)
-         } else { None };
+        } else {
+            None
+        };
         let forces = Vector::ghosted(session, local.index.owned, D, &local.index.ghosts)?;
         let extent = extent(world, &local);
         let rows = local.index.owned * D;
-        let parts =
-            Parts { internal: vec![0.0; rows], contact: vec![0.0; rows], external: vec![0.0; rows] };
+        let parts = Parts { internal: vec![0.0; rows], contact: vec![0.0; rows], external: vec![0.0; rows] };
         let phases = Phases {
             contact: Event::register(session, "Contact")?,
             forces: Event::register(session, "ElementForces")?,
@@ -228,7 +230,8 @@ impl<const D: usize> ContactSystem<D> {
     /// When PETSc refuses.
     pub fn set_rigid_body_modes(&mut self) -> Result<()> {
         let mut coordinates = Vector::new(&self.session, self.local.index.owned, D)?;
-        for (entry, value) in coordinates.owned_mut().iter_mut().zip(self.local.mesh.points.iter().flatten()) {
+        for (entry, value) in coordinates.owned_mut().iter_mut().zip(self.local.mesh.points.iter().flatten())
+        {
             *entry = *value;
         }
         self.matrix.set_near_null_space(&coordinates)
@@ -293,7 +296,10 @@ impl<const D: usize> ContactSystem<D> {
         let mesh = &self.local.mesh;
         let centre = mesh.element_centre(inverted.element as usize);
         let number = self.local.input_element[inverted.element as usize];
-        Error::guard(format!("element {number} at {centre:?} is turned inside out (det F = {:.3e})", inverted.det))
+        Error::guard(format!(
+            "element {number} at {centre:?} is turned inside out (det F = {:.3e})",
+            inverted.det
+        ))
     }
 
     /// Ends the step: contact points remember their tractions, the forces become those at the start of the next
@@ -522,7 +528,10 @@ fn contacts<const D: usize>(
         world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
         let facet_size = (total[0] / total[1]).powf(1.0 / (D as f64 - 1.0));
         if total[1] == 0.0 {
-            return Err(Error::case(format!("contact '{}': the surface '{}' has no facet", contact.name, contact.contactor)));
+            return Err(Error::case(format!(
+                "contact '{}': the surface '{}' has no facet",
+                contact.name, contact.contactor
+            )));
         }
         let place = Place { local, pattern, constrained, nodal: without == 0 };
         contacts.push(agree(world, Contact::new(model, contact, facet_size, &place))?);
@@ -556,9 +565,14 @@ fn free_bodies<const D: usize>(
     }
     let mut held = vec![0u8; own.len()];
     world.all_reduce_into(&own[..], &mut held[..], SystemOperation::max());
-    let free = |body: usize| (0..D).filter(|i| held[body * D + i] == 0).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>();
+    let free = |body: usize| {
+        (0..D).filter(|i| held[body * D + i] == 0).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>()
+    };
     let named = model.bodies.iter().enumerate().map(|(k, body)| (free(k), &body.name));
-    named.filter(|(free, _)| !free.is_empty()).map(|(free, name)| format!("'{name}' along {}", free.join(", "))).collect()
+    named
+        .filter(|(free, _)| !free.is_empty())
+        .map(|(free, name)| format!("'{name}' along {}", free.join(", ")))
+        .collect()
 }
 
 /// A typical diagonal entry of the stiffness, `E h^(D - 2)` [N/m].

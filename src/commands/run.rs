@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::rc::Rc;
 
-use mpi::traits::{CommunicatorCollectives, Root};
+use mpi::traits::{Communicator, Root};
 
 use crate::case::Case;
 use crate::cli::{self, RunArguments};

@@ -7,11 +7,11 @@ use mpi::environment::Universe;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator};
 use petsc_sys as sys;
+use std::cell::RefCell;
 use std::ffi::{CString, c_char, c_int};
 use std::io::Write;
 use std::panic::PanicHookInfo;
 use std::ptr::{null, null_mut};
-use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::events::Shared;
@@ -48,8 +48,13 @@ impl Session {
         let mut arguments = Arguments::new(args)?;
         petsc!(PetscInitialize(&mut arguments.count, &mut arguments.pointer, null(), null()))?;
         petsc!(PetscPushErrorHandler(Some(quiet_handler), null_mut()))?;
-        let session =
-            Self { world, options: Options::snapshot()?, events: RefCell::default(), _arguments: arguments, _universe: universe };
+        let session = Self {
+            world,
+            options: Options::snapshot()?,
+            events: RefCell::default(),
+            _arguments: arguments,
+            _universe: universe,
+        };
         session.make_mpi_errors_fatal();
         // Unused options are reported by the program itself, from rank 0 and by name.
         session.set_default("options_left", "no")?;

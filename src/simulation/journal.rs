@@ -103,7 +103,12 @@ impl<const D: usize> Journal<D> {
     ///
     /// # Errors
     /// When a probe finds no node or a file can not be made.
-    pub fn start_up(&mut self, system: &ContactSystem<D>, partition: &Report, strategy: &Monolithic) -> Result<()> {
+    pub fn start_up(
+        &mut self,
+        system: &ContactSystem<D>,
+        partition: &Report,
+        strategy: &Monolithic,
+    ) -> Result<()> {
         self.watched = system.watch(&self.model.probes)?;
         self.record.unknowns = system.unknowns() as u64;
         let own = self.tables.as_mut().map_or(Ok(()), |tables| tables.watch(&self.folder, &self.watched));

@@ -32,7 +32,8 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?; // METIS
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
-    let options = SystemOptions { inertia: scheme.has_inertia(), format: options::format(case, &local, &linear)? };
+    let options =
+        SystemOptions { inertia: scheme.has_inertia(), format: options::format(case, &local, &linear)? };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
     let mut stage = Stage::at_rest(system.pattern_vector())?;
     let problem = options::problem::<D>(&system, scheme.has_inertia());

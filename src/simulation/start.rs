@@ -64,7 +64,9 @@ fn press<const D: usize>(
         let moved = strategy.follow_prescribed(system, stage)?;
         let outcome = match moved {
             true => strategy.solve(system, stage, |row| journal.iteration(row))?,
-            false => Outcome::Failed(Default::default(), "the prescribed displacement can not be followed".into()),
+            false => {
+                Outcome::Failed(Default::default(), "the prescribed displacement can not be followed".into())
+            }
         };
         match outcome {
             Outcome::Converged(report) => {
@@ -72,7 +74,9 @@ fn press<const D: usize>(
                 system.accept(stage)?;
                 level.succeed();
             }
-            Outcome::Failed(_, reason) if !level.cut() => return Err(no_equilibrium(system, &reason, factor)),
+            Outcome::Failed(_, reason) if !level.cut() => {
+                return Err(no_equilibrium(system, &reason, factor));
+            }
             Outcome::Failed(..) => {}
         }
     }
@@ -95,7 +99,8 @@ impl Levels {
     }
 
     fn next(&self) -> Option<f64> {
-        (self.reached < 1.0).then(|| if self.reached + self.step > 1.0 - 1e-9 { 1.0 } else { self.reached + self.step })
+        (self.reached < 1.0)
+            .then(|| if self.reached + self.step > 1.0 - 1e-9 { 1.0 } else { self.reached + self.step })
     }
 
     fn succeed(&mut self) {

@@ -66,7 +66,11 @@ impl<const D: usize> Tables<D> {
     /// # Errors
     /// When the file can not be written.
     pub fn probes(&mut self, points: &[PointReport<D>]) -> Result<()> {
-        let row = |point: &PointReport<D>| ProbeRow { u: point.u, v: point.v, contact: point.contact.map(probe_contact) };
+        let row = |point: &PointReport<D>| ProbeRow {
+            u: point.u,
+            v: point.v,
+            contact: point.contact.map(probe_contact),
+        };
         let rows: Vec<ProbeRow<D>> = points.iter().map(row).collect();
         let (step, time, dt) = (self.step, self.time, self.dt);
         self.probes.as_mut().map_or(Ok(()), |table| table.row(step, time, dt, &rows))

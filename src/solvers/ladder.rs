@@ -81,7 +81,8 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
 mod tests {
     use super::*;
 
-    const SCENE: Problem = Problem { unknowns: 50_000, dimension: 2, dynamic: true, symmetric: false, contact: true };
+    const SCENE: Problem =
+        Problem { unknowns: 50_000, dimension: 2, dynamic: true, symmetric: false, contact: true };
 
     /// A solver for symmetric matrices is refused where friction makes the matrix non-symmetric.
     #[test]

@@ -77,7 +77,13 @@ impl LinearSolver {
     ///
     /// # Errors
     /// When PETSc refuses, or a user's option asks for a method that the matrix does not allow.
-    pub fn solve(&mut self, matrix: &Matrix, rhs: &Vector, x: &mut Vector, tolerance: f64) -> Result<Option<Solved>> {
+    pub fn solve(
+        &mut self,
+        matrix: &Matrix,
+        rhs: &Vector,
+        x: &mut Vector,
+        tolerance: f64,
+    ) -> Result<Option<Solved>> {
         let mut iterations = 0;
         self.step_down();
         loop {
@@ -145,6 +151,7 @@ fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
     if !SYMMETRIC_METHODS.contains(&method.as_str()) {
         return Ok(());
     }
-    let message = format!("KSP type '{method}' needs a symmetric matrix, and friction makes this one non-symmetric");
+    let message =
+        format!("KSP type '{method}' needs a symmetric matrix, and friction makes this one non-symmetric");
     Err(Error::case(message).hint("use -ksp_type gmres or fgmres, or leave the choice to the program"))
 }

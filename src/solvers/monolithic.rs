@@ -158,7 +158,8 @@ impl Monolithic {
         self.rhs.scale(-1.0)?;
         let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
         system.jacobian(stage, self.settings.terms, Some(lift))?;
-        let solved = self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, self.settings.linear[1])?;
+        let solved =
+            self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, self.settings.linear[1])?;
         if solved.is_some() {
             stage.trial.u.axpy(1.0, &self.correction)?;
         }

@@ -147,7 +147,9 @@ impl Preset {
         let replaced = if ranks == 1 { self.alone } else { &[] };
         let kept = |key: &str| !replaced.iter().any(|(other, _)| *other == key);
         let unused_alone = |key: &str| {
-            ranks == 1 && !replaced.is_empty() && (key.contains("asm") || key.starts_with("sub_pc") || key.contains("sub_1_sub"))
+            ranks == 1
+                && !replaced.is_empty()
+                && (key.contains("asm") || key.starts_with("sub_pc") || key.contains("sub_1_sub"))
         };
         let shared = self.options.iter().filter(|(key, _)| kept(key) && !unused_alone(key));
         shared.chain(replaced).copied().collect()

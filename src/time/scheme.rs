@@ -40,7 +40,10 @@ pub const SCHEMES: &[SchemeEntry] = &[
         name: "newmark",
         about: "Newmark by beta and gamma; 1/4 and 1/2 is the paper's average acceleration",
     },
-    SchemeEntry { name: "hht", about: "Hilber, Hughes, Taylor by the spectral radius at infinity (1/2 to 1)" },
+    SchemeEntry {
+        name: "hht",
+        about: "Hilber, Hughes, Taylor by the spectral radius at infinity (1/2 to 1)",
+    },
     SchemeEntry {
         name: "generalized_alpha",
         about: "Chung, Hulbert by the spectral radius at infinity (0 to 1): second order, damps ringing",
