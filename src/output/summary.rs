@@ -96,6 +96,10 @@ pub(super) fn summary(record: &Record) -> String {
     text.push_str(&format!("  steps     {} ({} cut)\n", totals.steps, totals.cut_steps));
     text.push_str(&format!("  newton    {} iterations\n", totals.newton_iterations));
     text.push_str(&format!("  krylov    {} iterations\n", totals.krylov_iterations));
+    if totals.linear_fallbacks > 0 {
+        let fallbacks = totals.linear_fallbacks;
+        text.push_str(&format!("  fallbacks {fallbacks} of the linear solver to a stronger one\n"));
+    }
     text.push_str(&format!("  memory    {largest:.0} MiB on the largest of {} ranks", record.ranks));
     text + &phase_table(record)
 }
@@ -173,7 +177,13 @@ mod tests {
             ranks: 2,
             unknowns: 10,
             start: UNIX_EPOCH,
-            totals: Totals { steps: 140, cut_steps: 1, newton_iterations: 454, krylov_iterations: 3000 },
+            totals: Totals {
+                steps: 140,
+                cut_steps: 1,
+                newton_iterations: 454,
+                krylov_iterations: 3000,
+                linear_fallbacks: 2,
+            },
             simulated_time: 0.07,
             wall_seconds: 10.0,
             phases: vec![
@@ -190,6 +200,7 @@ mod tests {
             ),
             "{text}"
         );
+        assert!(text.contains("\n  fallbacks 2 of the linear solver"), "{text}");
         assert!(text.contains("128 MiB on the largest of 2 ranks"));
         let table: Vec<&str> = text.lines().skip_while(|line| !line.contains("phase")).collect();
         assert_eq!(table.len(), 4);

@@ -32,12 +32,15 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?; // METIS
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
-    let options =
-        SystemOptions { inertia: scheme.has_inertia(), format: options::format(case, &local, &linear)? };
+    let format = options::format(session, case, &local, &linear.choice)?;
+    let options = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
     let mut stage = Stage::at_rest(system.pattern_vector())?;
     let problem = options::problem::<D>(&system, scheme.has_inertia());
     let solver = LinearSolver::new(system.pattern_vector(), "", &linear, &problem)?;
+    if solver.wants_rigid_body_modes() {
+        system.set_rigid_body_modes()?;
+    }
     let terms = options::terms(&system);
     let mut strategy = Monolithic::new(options::newton(case, terms), solver, system.pattern_vector())?;
     let mut journal = Journal::open(session, case, &model, place)?;
@@ -63,7 +66,9 @@ fn march<const D: usize>(
     journal.begin(system, stage, &ledger, &control)?;
     while !control.finished() {
         let attempt = Attempt { scheme, control: &control };
-        match attempt.solve(system, stage, strategy, journal)? {
+        let outcome = attempt.solve(system, stage, strategy, journal)?;
+        journal.fallbacks(&strategy.take_fallbacks());
+        match outcome {
             Outcome::Converged(report) => {
                 let energies = ledger.advance(system, stage)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;

@@ -8,7 +8,7 @@ use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
 use crate::error::{Error, Result};
 use crate::model::Model;
-use crate::solvers::{LinearChoice, LinearSolver, Monolithic, Outcome, Problem};
+use crate::solvers::{LinearChoice, LinearSettings, LinearSolver, Monolithic, Outcome, Problem};
 use crate::terms::Terms;
 use crate::time::Scheme;
 
@@ -51,7 +51,11 @@ fn press<const D: usize>(
     let problem = options::problem::<D>(system, false);
     let friction = stage.friction == FrictionMode::AsGiven;
     let terms = options::terms(system);
-    let linear = LinearSolver::new(system.pattern_vector(), "start_", &LinearChoice::Auto, &problem)?;
+    let settings = LinearSettings { choice: LinearChoice::Auto, ..options::linear(case) };
+    let linear = LinearSolver::new(system.pattern_vector(), "start_", &settings, &problem)?;
+    if linear.wants_rigid_body_modes() {
+        system.set_rigid_body_modes()?;
+    }
     let mut strategy = Monolithic::new(options::newton(case, terms), linear, system.pattern_vector())?;
     stage.holding = if system.is_held() { 0.0 } else { HOLDING };
     let mut level = Levels::new(increments.max(1));
@@ -68,6 +72,7 @@ fn press<const D: usize>(
                 Outcome::Failed(Default::default(), "the prescribed displacement can not be followed".into())
             }
         };
+        journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
             Outcome::Converged(report) => {
                 journal.pressed(&report);
@@ -161,8 +166,8 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     rhs.scale(-1.0)?;
     system.jacobian(stage, Terms::MASS, None)?;
     let problem = Problem { symmetric: true, contact: false, ..options::problem::<D>(system, true) };
-    let choice = LinearChoice::Named("cg_icc");
-    let mut linear = LinearSolver::new(system.pattern_vector(), "mass_", &choice, &problem)?;
+    let settings = LinearSettings { choice: LinearChoice::Named("cg_jacobi"), ..options::linear(case) };
+    let mut linear = LinearSolver::new(system.pattern_vector(), "mass_", &settings, &problem)?;
     let tolerance = case.solver.krylov.tolerance.si.min(1e-10);
     if linear.solve(system.matrix(), &rhs, &mut change, tolerance)?.is_none() {
         return Err(Error::not_converged("the initial acceleration: the mass matrix can not be solved with")

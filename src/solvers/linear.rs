@@ -7,6 +7,17 @@ use super::presets::Preset;
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Krylov, Matrix, Session, Vector, residual_norm};
 
+/// What the case says about linear solves.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LinearSettings {
+    /// The first solver.
+    pub choice: LinearChoice,
+    /// Iterations after which a preset counts as failed.
+    pub max_iterations: usize,
+    /// Iterations after which GMRES restarts.
+    pub restart: usize,
+}
+
 /// How a linear solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
@@ -18,49 +29,79 @@ pub struct Solved {
     pub preset: &'static str,
 }
 
+/// A preset failed and the next one took over.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fallback {
+    /// The preset that failed.
+    pub from: &'static str,
+    /// The preset that took over.
+    pub to: &'static str,
+    /// How it failed, in words.
+    pub why: String,
+}
+
+/// What became of the preset on one rung.
+struct Tried {
+    iterations: u32,
+    residual: f64,
+    /// Residual that was asked for: the user's option where there is one.
+    tolerance: f64,
+    /// PETSc's word on how it ended.
+    reason: String,
+}
+
 /// Solves with the current preset of the ladder and steps up where that fails.
 pub struct LinearSolver {
     session: Rc<Session>,
     prefix: String,
+    settings: LinearSettings,
     ladder: Vec<&'static Preset>,
     solvers: Vec<Option<Krylov>>,
     /// Current rung.
     rung: usize,
     /// Solves since the last step up.
     calm: u32,
+    /// Solves on a higher rung before the first is tried again.
+    patience: u32,
     symmetric: bool,
+    fallbacks: Vec<Fallback>,
     work: Vector,
     setup: Event,
     solve: Event,
 }
 
 impl LinearSolver {
-    /// Iterations after which a preset counts as failed.
-    const MAX_ITERATIONS: usize = 500;
-    /// Solves on a higher rung before the first is tried again.
-    const CALM: u32 = 50;
+    /// Solves on a higher rung before the first is tried again, for the first time; twice as many each time after.
+    const PATIENCE: u32 = 25;
     /// The true residual may miss the tolerance by this factor before the solve counts as failed.
     const SLACK: f64 = 10.0;
+    /// No true residual is asked to be smaller: a factorisation can not do better on a stiff contact.
+    const ROUNDING: f64 = 1e-9;
 
-    /// A solver for such problems with vectors like `pattern` and PETSc options under `prefix`.
+    /// A solver for such problems with vectors like `pattern` and PETSc options under `prefix`. Collective.
     ///
     /// # Errors
-    /// When the choice does not fit the problem.
-    pub fn new(pattern: &Vector, prefix: &str, choice: &LinearChoice, problem: &Problem) -> Result<Self> {
+    /// When the choice, or a method that the user's options name, does not fit the problem.
+    pub fn new(pattern: &Vector, prefix: &str, settings: &LinearSettings, problem: &Problem) -> Result<Self> {
         let session = pattern.session();
-        let ladder = ladder(choice, problem)?;
-        Ok(Self {
+        let ladder = ladder(&settings.choice, problem)?;
+        let mut solver = Self {
             session: session.clone(),
             prefix: prefix.to_owned(),
+            settings: settings.clone(),
             solvers: ladder.iter().map(|_| None).collect(),
             ladder,
             rung: 0,
             calm: 0,
+            patience: Self::PATIENCE,
             symmetric: problem.symmetric,
+            fallbacks: Vec::new(),
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
             solve: Event::register(session, "Solve")?,
-        })
+        };
+        solver.krylov()?;
+        Ok(solver)
     }
 
     /// The presets in the order in which they are tried.
@@ -73,10 +114,21 @@ impl LinearSolver {
         self.ladder[self.rung]
     }
 
+    /// Whether a multigrid is on the ladder, or one that the user chose by options.
+    pub fn wants_rigid_body_modes(&self) -> bool {
+        let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
+        chosen || self.ladder.iter().any(|preset| preset.multigrid)
+    }
+
+    /// What failed since the last call.
+    pub fn take_fallbacks(&mut self) -> Vec<Fallback> {
+        std::mem::take(&mut self.fallbacks)
+    }
+
     /// `x` with `|matrix x - rhs| <= tolerance |rhs|`, or `None` where the last rung failed too. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses, or a user's option asks for a method that the matrix does not allow.
+    /// When PETSc refuses.
     pub fn solve(
         &mut self,
         matrix: &Matrix,
@@ -89,36 +141,46 @@ impl LinearSolver {
         loop {
             let tried = self.attempt(matrix, rhs, x, tolerance)?;
             iterations += tried.iterations;
-            if tried.residual <= Self::SLACK * tolerance.max(1e-9) {
-                return Ok(Some(Solved { iterations, ..tried }));
+            let enough = Self::SLACK * tried.tolerance.max(Self::ROUNDING);
+            if tried.residual <= enough {
+                let (residual, preset) = (tried.residual, self.preset().name);
+                return Ok(Some(Solved { iterations, residual, preset }));
             }
             if self.rung + 1 == self.ladder.len() {
                 return Ok(None);
             }
-            self.rung += 1;
-            self.calm = 0;
+            self.step_up(&tried);
         }
+    }
+
+    fn step_up(&mut self, tried: &Tried) {
+        let why = match tried.residual.is_finite() {
+            true => format!("true residual {:.1e} > {:.1e}", tried.residual, tried.tolerance),
+            false => format!("{} after {} iterations", tried.reason, tried.iterations),
+        };
+        let from = self.preset().name;
+        self.rung += 1;
+        self.calm = 0;
+        self.fallbacks.push(Fallback { from, to: self.preset().name, why });
     }
 
     /// Goes back to the first rung after a calm time.
     fn step_down(&mut self) {
         self.calm += 1;
-        if self.rung > 0 && self.calm > Self::CALM {
+        if self.rung > 0 && self.calm > self.patience {
             self.rung = 0;
             self.calm = 0;
+            self.patience = self.patience.saturating_mul(2);
         }
     }
 
-    fn attempt(&mut self, matrix: &Matrix, rhs: &Vector, x: &mut Vector, tolerance: f64) -> Result<Solved> {
-        let preset = self.preset();
-        let symmetric = self.symmetric;
+    fn attempt(&mut self, matrix: &Matrix, rhs: &Vector, x: &mut Vector, tolerance: f64) -> Result<Tried> {
+        let most = self.settings.max_iterations;
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
         let krylov = self.krylov()?;
         krylov.set_operators(matrix, matrix)?;
-        krylov.set_tolerances(tolerance, 0.0, Self::MAX_ITERATIONS)?;
-        if !symmetric {
-            refuse_symmetric_method(krylov)?;
-        }
+        krylov.set_tolerances(tolerance, 0.0, most)?;
+        let tolerance = krylov.tolerance()?;
         setup.time(|| krylov.set_up())?;
         let outcome = solve.time(|| krylov.solve(rhs, x))?;
         let size = rhs.norm()?;
@@ -127,7 +189,8 @@ impl LinearSolver {
             true => 0.0,
             false => f64::INFINITY,
         };
-        Ok(Solved { iterations: outcome.iterations as u32, residual, preset: preset.name })
+        let iterations = outcome.iterations as u32;
+        Ok(Tried { iterations, residual, tolerance, reason: outcome.reason.to_string() })
     }
 
     /// The Krylov solver of the current rung, made on first use.
@@ -135,15 +198,24 @@ impl LinearSolver {
         let slot = &mut self.solvers[self.rung];
         if slot.is_none() {
             let mut krylov = Krylov::new(&self.session, &self.prefix)?;
-            krylov.configure(&self.ladder[self.rung].options_on(self.session.size() as usize))?;
+            let restart = self.settings.restart.to_string();
+            let mut options = self.ladder[self.rung].options_on(self.session.size() as usize);
+            options.iter_mut().filter(|(key, _)| *key == RESTART).for_each(|(_, value)| *value = &restart);
+            krylov.configure(&options)?;
+            if !self.symmetric {
+                refuse_symmetric_method(&krylov)?;
+            }
             *slot = Some(krylov);
         }
         slot.as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
     }
 }
 
+/// Option that the case's `krylov.restart` replaces.
+const RESTART: &str = "ksp_gmres_restart";
+
 /// Methods of PETSc that rely on a symmetric operator.
-const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "cgne", "nash"];
+const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "nash", "stcg"];
 
 /// The user may have chosen a method by PETSc's options that this matrix does not allow.
 fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
@@ -151,7 +223,8 @@ fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
     if !SYMMETRIC_METHODS.contains(&method.as_str()) {
         return Ok(());
     }
-    let message =
-        format!("KSP type '{method}' needs a symmetric matrix, and friction makes this one non-symmetric");
+    let message = format!(
+        "KSP type '{method}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric"
+    );
     Err(Error::case(message).hint("use -ksp_type gmres or fgmres, or leave the choice to the program"))
 }
