@@ -19,15 +19,19 @@ use crate::simulation::{self, Place};
 /// The same on all ranks.
 pub fn run(arguments: &RunArguments) -> Result<()> {
     let session = Session::start(&arguments.petsc)?;
-    let case = read(&session, &arguments.case)?;
+    compute(&session, arguments).map_err(|error| session.tell(&error))
+}
+
+fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {
+    let case = read(session, &arguments.case)?;
     for (name, value) in case.petsc.iter() {
         session.set_default(&name.value, value.0.as_deref().unwrap_or_default())?;
     }
     let folder = arguments.output.clone().map_or_else(|| default_folder(&arguments.case), Ok)?;
     let place = Place { case_file: arguments.case.clone(), folder, verbosity: verbosity(arguments) };
     match case.dimension.value {
-        2 => simulation::run::<2>(&session, &case, &place),
-        _ => simulation::run::<3>(&session, &case, &place),
+        2 => simulation::run::<2>(session, &case, &place),
+        _ => simulation::run::<3>(session, &case, &place),
     }
 }
 

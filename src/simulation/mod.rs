@@ -48,6 +48,9 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
         start::at_equilibrium(&mut system, &mut stage, case, &model, &mut journal)?; // B_0
         march(&mut system, &mut stage, &mut strategy, case, &mut journal)
     });
+    if let Err(error) = &outcome {
+        session.meet(error);
+    }
     journal.close(&outcome)?;
     outcome
 }

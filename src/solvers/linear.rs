@@ -137,9 +137,10 @@ impl LinearSolver {
         tolerance: f64,
     ) -> Result<Option<Solved>> {
         let mut iterations = 0;
+        let size = rhs.norm()?;
         self.step_down();
         loop {
-            let tried = self.attempt(matrix, rhs, x, tolerance)?;
+            let tried = self.attempt(matrix, (rhs, size), x, tolerance)?;
             iterations += tried.iterations;
             let enough = Self::SLACK * tried.tolerance.max(Self::ROUNDING);
             if tried.residual <= enough {
@@ -174,7 +175,14 @@ impl LinearSolver {
         }
     }
 
-    fn attempt(&mut self, matrix: &Matrix, rhs: &Vector, x: &mut Vector, tolerance: f64) -> Result<Tried> {
+    /// One solve on the current rung; `rhs` comes with its norm.
+    fn attempt(
+        &mut self,
+        matrix: &Matrix,
+        (rhs, size): (&Vector, f64),
+        x: &mut Vector,
+        tolerance: f64,
+    ) -> Result<Tried> {
         let most = self.settings.max_iterations;
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
         let krylov = self.krylov()?;
@@ -183,7 +191,6 @@ impl LinearSolver {
         let tolerance = krylov.tolerance()?;
         setup.time(|| krylov.set_up())?;
         let outcome = solve.time(|| krylov.solve(rhs, x))?;
-        let size = rhs.norm()?;
         let residual = match outcome.converged() {
             true if size > 0.0 => residual_norm(matrix, rhs, x, &mut self.work)? / size,
             true => 0.0,
