@@ -199,6 +199,16 @@ pub trait Dynamics {
     /// When PETSc refuses.
     fn residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual>;
 
+    /// Whether the next correction is better computed from [`Dynamics::predicted_residual`].
+    fn predicts(&self) -> bool;
+
+    /// The residual with stick assumed where the slip direction flipped: the right side of the next correction,
+    /// whose matrix [`Dynamics::jacobian`] always is. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    fn predicted_residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual>;
+
     /// Assembles the derivative of the residual, restricted to `terms`, into [`Dynamics::matrix`]. Collective.
     ///
     /// # Errors

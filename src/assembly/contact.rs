@@ -4,7 +4,7 @@ use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
 use crate::contact::obstacle::Obstacle;
 use crate::contact::point::{ContactLaw, Selection};
 use crate::contact::rigid::{AreaKind, ContactFields, ContactRequest, ContactSink, RigidContact};
-use crate::contact::state::{Changes, ContactState, Hold};
+use crate::contact::state::{Branches, Changes, ContactState, Hold};
 use crate::contact::surface::{ContactSurface, Ownership, Quadrature};
 use crate::element::ElementSink;
 use crate::error::{Error, Result};
@@ -122,8 +122,13 @@ impl<const D: usize> Contact<D> {
     }
 
     /// Adds the contact forces to the owned rows of `force` [N].
-    pub fn add_force(&mut self, fields: &ContactFields, hold: Hold, force: &mut [f64]) {
-        let request = ContactRequest { stiffness: None, hold };
+    pub fn add_force(
+        &mut self,
+        fields: &ContactFields,
+        (hold, branches): (Hold, Branches),
+        force: &mut [f64],
+    ) {
+        let request = ContactRequest { stiffness: None, hold, branches };
         let mut sink = Forces::<D> { maps: &self.maps, force };
         self.pair.evaluate(fields, &request, &mut self.state, &mut sink);
     }
@@ -137,7 +142,8 @@ impl<const D: usize> Contact<D> {
         values: &mut BlockValues,
         lift: Option<LiftTarget>,
     ) {
-        let request = ContactRequest { stiffness: Some(wanted.0), hold: wanted.1 };
+        let request =
+            ContactRequest { stiffness: Some(wanted.0), hold: wanted.1, branches: Branches::Predicted };
         let mut sink = Stiffness::<D> { maps: &self.maps, constrained, values, lift };
         self.pair.evaluate(fields, &request, &mut self.state, &mut sink);
     }

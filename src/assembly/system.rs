@@ -15,7 +15,7 @@ use super::start::{Overclosure, resolve_overclosure};
 use super::supports::{Supports, in_space};
 use crate::contact::point::Selection;
 use crate::contact::rigid::ContactFields;
-use crate::contact::state::{Changes, Hold};
+use crate::contact::state::{Branches, Changes, Hold};
 use crate::dynamics::{ContactCounts, Dynamics, FrictionMode, Lift, Residual, Stage};
 use crate::element::{Inverted, Kinematics};
 use crate::error::{Error, Result, agree};
@@ -242,7 +242,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Fills the three parts of the forces at the trial state; remembers an inverted element.
-    fn sweep(&mut self, stage: &Stage) {
+    fn sweep(&mut self, stage: &Stage, branches: Branches) {
         self.fault = None;
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
         let Parts { internal, contact, external } = &mut self.parts;
@@ -261,7 +261,7 @@ impl<const D: usize> ContactSystem<D> {
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
         for pair in &mut self.contacts {
-            pair.add_force(&fields, hold(stage), contact);
+            pair.add_force(&fields, (hold(stage), branches), contact);
         }
     }
 
@@ -275,6 +275,33 @@ impl<const D: usize> ContactSystem<D> {
         self.inertia.copy_from(&stage.trial.a)?;
         self.inertia.axpby(at_start, at_end, &stage.start.a)?;
         mass.multiply(&self.inertia, &mut self.work)
+    }
+
+    /// Residual on the free unknowns with the branches of the friction law as given.
+    fn balance(&mut self, stage: &Stage, branches: Branches, out: &mut Vector) -> Result<Residual> {
+        self.sweep(stage, branches);
+        self.weigh_inertia(stage)?;
+        let mut sums = [0.0; 5];
+        {
+            let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
+            let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
+            let Parts { internal, contact, external } = &self.parts;
+            let constrained = &self.supports.dofs.constrained;
+            for i in 0..out.len() {
+                forces[i] = internal[i] - external[i] - contact[i];
+                let total = inertia[i] + stage.balance.start_force * start[i] + forces[i];
+                out[i] = if constrained[i] { 0.0 } else { total };
+                let terms = [out[i], internal[i], contact[i], external[i], inertia[i]];
+                sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term * term);
+            }
+        }
+        if self.fault.is_some() {
+            sums[0] = f64::NAN;
+        }
+        let mut total = [0.0; 5];
+        self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
+        let scale = total[1..].iter().copied().fold(0.0, f64::max).sqrt();
+        Ok(Residual { norm: total[0].sqrt(), scale })
     }
 
     /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones [N].
@@ -339,29 +366,15 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
-        self.sweep(stage);
-        self.weigh_inertia(stage)?;
-        let mut sums = [0.0; 5];
-        {
-            let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
-            let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
-            let Parts { internal, contact, external } = &self.parts;
-            let constrained = &self.supports.dofs.constrained;
-            for i in 0..out.len() {
-                forces[i] = internal[i] - external[i] - contact[i];
-                let total = inertia[i] + stage.balance.start_force * start[i] + forces[i];
-                out[i] = if constrained[i] { 0.0 } else { total };
-                let terms = [out[i], internal[i], contact[i], external[i], inertia[i]];
-                sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term * term);
-            }
-        }
-        if self.fault.is_some() {
-            sums[0] = f64::NAN;
-        }
-        let mut total = [0.0; 5];
-        self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
-        let scale = total[1..].iter().copied().fold(0.0, f64::max).sqrt();
-        Ok(Residual { norm: total[0].sqrt(), scale })
+        self.balance(stage, Branches::Actual, out)
+    }
+
+    fn predicts(&self) -> bool {
+        self.changes.flipped > 0
+    }
+
+    fn predicted_residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
+        self.balance(stage, Branches::Predicted, out)
     }
 
     fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {

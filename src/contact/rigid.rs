@@ -3,7 +3,7 @@
 use super::geometry::{AreaMeasure, Geometry};
 use super::obstacle::Obstacle;
 use super::point::{ContactLaw, Motion, PointState, Selection, respond};
-use super::state::{ContactState, Hold};
+use super::state::{Branches, ContactState, Hold};
 use super::surface::{ContactSurface, SurfaceFacet};
 use super::zone::ZoneSummary;
 use crate::tensor::Vector;
@@ -43,6 +43,8 @@ pub struct ContactRequest {
     pub stiffness: Option<Selection>,
     /// What is held fixed.
     pub hold: Hold,
+    /// Branches of the friction law.
+    pub branches: Branches,
 }
 
 /// Energies of a contact on this rank \[J\].
@@ -118,7 +120,12 @@ impl<const D: usize> RigidContact<D> {
                     increment: &motion.increment,
                     history: &state.history[point],
                 };
-                let response = respond(&self.law, &geometry, &of_point, &state.manner(point, request.hold));
+                let response = respond(
+                    &self.law,
+                    &geometry,
+                    &of_point,
+                    &state.manner(point, request.hold, request.branches),
+                );
                 state.current[point] = response.state;
                 if !response.state.is_closed() {
                     continue;

@@ -3,13 +3,10 @@
 
 use std::ops::AddAssign;
 
-use super::friction::traction::SlipTangent;
+use super::friction::traction::Branch;
 use super::history::History;
 use super::point::{Frozen, Manner, PointState, Status};
 use crate::tensor::Vector;
-
-/// Iterations for which a point keeps the secant after its slip direction flipped.
-const SECANT_ITERATIONS: u8 = 4;
 
 /// How the points changed between two iterates. Sum it over contacts and ranks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -20,7 +17,7 @@ pub struct Changes {
     pub changed: usize,
     /// Of these, the points that are back at the status of the iterate before.
     pub alternating: usize,
-    /// Points whose slip direction flipped and which therefore take the secant.
+    /// Points whose slip direction flipped and for which the next correction therefore assumes stick.
     pub flipped: usize,
 }
 
@@ -56,18 +53,29 @@ pub enum Hold {
     FrictionTraction,
 }
 
+/// Which branches of the friction law an evaluation takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Branches {
+    /// Those that the slip asks for: the balance itself.
+    #[default]
+    Actual,
+    /// Stick at points whose slip direction flipped: what the next correction is computed from.
+    Predicted,
+}
+
 /// What the last iterates of a point were.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Track<const D: usize> {
     /// Status one and two iterates ago.
     statuses: [Option<Status>; 2],
     friction_traction: Vector<D>,
-    secant: u8,
+    /// The slip direction flipped: the next correction assumes stick.
+    flipped: bool,
 }
 
 impl<const D: usize> Default for Track<D> {
     fn default() -> Self {
-        Self { statuses: [None; 2], friction_traction: Vector::zeros(), secant: 0 }
+        Self { statuses: [None; 2], friction_traction: Vector::zeros(), flipped: false }
     }
 }
 
@@ -107,7 +115,8 @@ impl<const D: usize> ContactState<D> {
         self.track.fill(Track::default());
     }
 
-    /// Compares the current points with the last iterate and takes them as the new one; flips arm the secant.
+    /// Compares the current points with the last iterate and takes them as the new one; a flip makes the next
+    /// correction assume stick.
     ///
     /// Call it once a Newton iteration, after the evaluation whose tangent comes next. `counts[p]` tells which
     /// points are counted, see [`super::surface::ContactSurface::representative`].
@@ -124,11 +133,10 @@ impl<const D: usize> ContactState<D> {
                 changes.alternating += usize::from(changed && before == Some(point.status));
                 changes.flipped += usize::from(flipped);
             }
-            let secant = if flipped { SECANT_ITERATIONS } else { track.secant.saturating_sub(1) };
             *track = Track {
                 statuses: [Some(point.status), last],
                 friction_traction: point.friction_traction,
-                secant,
+                flipped,
             };
         }
         changes
@@ -154,7 +162,7 @@ impl<const D: usize> ContactState<D> {
     }
 
     /// How point `p` is to be evaluated.
-    pub(super) fn manner(&self, p: usize, hold: Hold) -> Manner<D> {
+    pub(super) fn manner(&self, p: usize, hold: Hold, branches: Branches) -> Manner<D> {
         let held = &self.held[p];
         let nothing = Frozen::default();
         let frozen = match hold {
@@ -166,8 +174,9 @@ impl<const D: usize> ContactState<D> {
             }
             Hold::FrictionTraction => Frozen { friction_traction: Some(held.friction_traction), ..nothing },
         };
-        let tangent = if self.track[p].secant > 0 { SlipTangent::Secant } else { SlipTangent::Consistent };
-        Manner { tangent, frozen }
+        let predicted = branches == Branches::Predicted && self.track[p].flipped;
+        let branch = if predicted { Branch::Stick } else { Branch::Actual };
+        Manner { branch, frozen }
     }
 }
 
@@ -187,19 +196,18 @@ mod tests {
         PointState::default()
     }
 
-    /// A reversed slip direction brings the secant for the next four iterations and no longer.
+    /// After a reversal of the slip direction the next correction assumes stick, and only that one.
     #[test]
-    fn flips_bring_the_secant_for_four_iterations() {
+    fn flips_predict_stick_once() {
         let mut state = ContactState::<2>::new(1);
         state.current[0] = slipping(1.0);
         assert_eq!(state.iterate(&[true]).flipped, 0);
         state.current[0] = slipping(-1.0);
         assert_eq!(state.iterate(&[true]).flipped, 1);
-        for _ in 0..4 {
-            assert_eq!(state.manner(0, Hold::Nothing).tangent, SlipTangent::Secant);
-            state.iterate(&[true]);
-        }
-        assert_eq!(state.manner(0, Hold::Nothing).tangent, SlipTangent::Consistent);
+        assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Stick);
+        assert_eq!(state.manner(0, Hold::Nothing, Branches::Actual).branch, Branch::Actual);
+        state.iterate(&[true]);
+        assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Actual);
     }
 
     /// Points that open and close in turn are a two-cycle; points that settle are not.
@@ -242,7 +250,7 @@ mod tests {
         state.current[0] = PointState { normal_traction: 3.0, bound: 2.0, ..slipping(1.0) };
         state.freeze();
         state.current[0] = open();
-        let held = |hold| state.manner(0, hold).frozen;
+        let held = |hold| state.manner(0, hold, Branches::Actual).frozen;
         assert_eq!(held(Hold::Nothing), Frozen::default());
         assert_eq!((held(Hold::Bound).bound, held(Hold::Bound).normal_traction), (Some(2.0), None));
         assert_eq!(held(Hold::BoundAndPressure).normal_traction, Some(3.0));

@@ -2,7 +2,8 @@
 //!
 //! Three things go wrong in contact and each has its answer (formulation, section 7): points that open and
 //! close in turn (line search for the smallest residual), a whole interface that reverses its slip in turn
-//! (secant friction stiffness, armed by [`Dynamics::observe`]), and trial states with det F <= 0 (the
+//! (the correction assumes stick there, see
+//! [`Dynamics::predicts`]), and trial states with det F <= 0 (the
 //! correction is halved).
 
 use super::convergence::{IterationReport, Outcome, SolveReport};
@@ -176,7 +177,10 @@ impl Monolithic {
     /// The Newton correction at the current residual; `None` where every linear solver failed.
     fn correct(&mut self, system: &mut dyn Dynamics, stage: &Stage, now: Residual) -> Result<Option<u32>> {
         system.jacobian(stage, self.settings.terms, None)?;
-        self.rhs.copy_from(&self.residual)?;
+        match system.predicts() {
+            true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
+            false => self.rhs.copy_from(&self.residual)?,
+        }
         self.rhs.scale(-1.0)?;
         let tolerance = self.forcing.next(now.norm, self.settings.tolerance * now.scale);
         let solved = self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, tolerance)?;

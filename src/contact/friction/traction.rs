@@ -8,15 +8,16 @@ use super::regularization::{InverseSlipSpeed, inverse_slip_speed, smooth_inverse
 use super::{Bound, Regularization};
 use crate::tensor::{Tensor, Vector, tangential_projector};
 
-/// Which friction tangent the matrix gets on the slip branch; the force is the same.
+/// Which branch of the law a point is evaluated on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SlipTangent {
-    /// The derivative of the force.
+pub enum Branch {
+    /// The one that the slip asks for.
     #[default]
-    Consistent,
-    /// `b / |v_T|` (return map: `k_T b / |t_trial|`) in place of a slope that is zero along the slip: what
-    /// breaks the flip-flop between opposite slip branches (Kacanov).
-    Secant,
+    Actual,
+    /// The stick branch, continued beyond the bound. A Newton correction is computed from it where the slip
+    /// direction reversed between two iterates: then the root lies between, on the steep stick branch, which the
+    /// flat slip branches on both sides would jump over for ever.
+    Stick,
 }
 
 /// Motion of a point relative to its target, with what it remembers from the last accepted step.
@@ -77,24 +78,22 @@ impl Regularization {
         &self,
         bound: &Bound,
         slip: &Slip<'_, D>,
-        tangent: SlipTangent,
+        branch: Branch,
     ) -> FrictionTraction<D> {
+        let speed = slip.direction().0;
         match *self {
+            Self::StickVelocity { velocity } | Self::SmoothStickVelocity { velocity }
+                if branch == Branch::Stick =>
+            {
+                velocity_form(bound, slip, inverse_slip_speed(0.0, velocity), false)
+            }
             Self::StickVelocity { velocity } => {
-                let speed = slip.direction().0;
-                velocity_form(bound, slip, inverse_slip_speed(speed, velocity), speed > velocity, tangent)
+                velocity_form(bound, slip, inverse_slip_speed(speed, velocity), speed > velocity)
             }
             Self::SmoothStickVelocity { velocity } => {
-                let speed = slip.direction().0;
-                velocity_form(
-                    bound,
-                    slip,
-                    smooth_inverse_slip_speed(speed, velocity),
-                    speed > velocity,
-                    tangent,
-                )
+                velocity_form(bound, slip, smooth_inverse_slip_speed(speed, velocity), speed > velocity)
             }
-            Self::StickStiffness { stiffness } => return_map(bound, slip, stiffness, tangent),
+            Self::StickStiffness { stiffness } => return_map(bound, slip, stiffness, branch),
         }
     }
 
@@ -154,7 +153,6 @@ fn velocity_form<const D: usize>(
     slip: &Slip<'_, D>,
     phi: InverseSlipSpeed,
     slips: bool,
-    tangent: SlipTangent,
 ) -> FrictionTraction<D> {
     let (speed, direction) = slip.direction();
     let slip_velocity = direction * speed;
@@ -162,12 +160,9 @@ fn velocity_form<const D: usize>(
     // b d(phi |v_T|)/d|v_T|: zero on the slip branch of the clipped phi, and exactly so.
     let slope = bound.value * (phi.value + phi.derivative * speed);
     let slope_along = if slips && phi.derivative * speed <= -phi.value { 0.0 } else { slope.max(0.0) };
-    let by_velocity = match tangent {
-        SlipTangent::Secant => -tangential_projector(slip.normal) * (bound.value * phi.value),
-        SlipTangent::Consistent if speed > 0.0 => {
-            -(across(slip.normal, &direction) * (bound.value * phi.value) + along * slope_along)
-        }
-        SlipTangent::Consistent => -tangential_projector(slip.normal) * (bound.value * phi.value),
+    let by_velocity = match speed > 0.0 {
+        true => -(across(slip.normal, &direction) * (bound.value * phi.value) + along * slope_along),
+        false => -tangential_projector(slip.normal) * (bound.value * phi.value),
     };
     let by_bound = -slip_velocity * phi.value;
     let by_velocity_through_bound = by_bound * direction.transpose() * bound.by_speed;
@@ -190,14 +185,14 @@ fn return_map<const D: usize>(
     bound: &Bound,
     slip: &Slip<'_, D>,
     stiffness: f64,
-    tangent: SlipTangent,
+    branch: Branch,
 ) -> FrictionTraction<D> {
     let (rotated, rotated_by_normal) = rotate(slip.old_traction, slip.old_normal, slip.normal);
     let trial = rotated - slip.slip_increment() * stiffness;
     let trial_by_normal = rotated_by_normal - slip.projection_by_normal(slip.increment) * stiffness;
     let projector = tangential_projector(slip.normal);
     let (size, direction) = unit(&trial);
-    if size <= bound.value {
+    if size <= bound.value || branch == Branch::Stick {
         return FrictionTraction {
             traction: trial,
             slips: false,
@@ -210,10 +205,7 @@ fn return_map<const D: usize>(
         };
     }
     let shrink = bound.value / size;
-    let sideways = match tangent {
-        SlipTangent::Consistent => across(slip.normal, &direction),
-        SlipTangent::Secant => projector,
-    };
+    let sideways = across(slip.normal, &direction);
     let slip_direction = slip.direction().1;
     let through_bound = direction * slip_direction.transpose() * bound.by_speed;
     // Not `across`: the trial traction turns with n, so it also changes along n.

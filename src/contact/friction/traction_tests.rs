@@ -4,7 +4,7 @@ use num_dual::{Dual64, DualNum};
 
 use super::Bound;
 use super::regularization::{REGULARIZATIONS, Regularization};
-use super::traction::{FrictionTraction, Slip, SlipTangent, rotate};
+use super::traction::{Branch, FrictionTraction, Slip, rotate};
 use crate::taylor::{scatter, taylor_rate};
 use crate::tensor::Vector;
 
@@ -25,7 +25,7 @@ fn traction<const D: usize>(
     old_traction: &Vector<D>,
 ) -> FrictionTraction<D> {
     let slip = Slip { normal, velocity, increment, old_traction, old_normal };
-    law.traction(&bound(b), &slip, SlipTangent::Consistent)
+    law.traction(&bound(b), &slip, Branch::Actual)
 }
 
 fn respects_the_cone<const D: usize>() {
@@ -179,25 +179,29 @@ fn agrees_with_dual_numbers() {
     }
 }
 
-/// The secant is b / |v_T| (return map k_T b / |t_trial|) in the whole tangent plane, and leaves the force alone.
+/// The continued stick branch keeps the slope of stick and passes the bound, so that its root is the stick state.
 #[test]
-fn secant_replaces_the_flat_slope() {
+fn stick_branch_continues_beyond_the_bound() {
     let normal = Vector::<2>::new(0.0, 1.0);
     let (b, w) = (1e5, Vector::<2>::new(0.5, 0.2));
     let cases = [
-        (Regularization::stick_velocity(1e-2).unwrap(), b / 0.5),
-        (Regularization::stick_stiffness(1e9).unwrap(), 1e9 * b / (1e9 * 0.5)),
+        (Regularization::stick_velocity(1e-2).unwrap(), b / 1e-2),
+        (Regularization::smooth_stick_velocity(1e-2).unwrap(), b / 1e-2),
+        (Regularization::stick_stiffness(1e9).unwrap(), 1e9),
     ];
-    for (law, expected) in cases {
+    for (law, slope) in cases {
         let zero = Vector::<2>::zeros();
         let slip =
             Slip { normal: &normal, velocity: &w, increment: &w, old_traction: &zero, old_normal: &normal };
-        let flat = law.traction(&bound(b), &slip, SlipTangent::Consistent);
-        let secant = law.traction(&bound(b), &slip, SlipTangent::Secant);
-        assert!(flat.slips && flat.traction == secant.traction);
-        assert_eq!((flat.by_velocity + flat.by_increment).norm(), 0.0);
-        let slope = secant.by_velocity + secant.by_increment;
-        assert!((slope[(0, 0)] / -expected - 1.0).abs() < 1e-14, "{law:?}");
-        assert_eq!(slope[(1, 1)], 0.0);
+        let actual = law.traction(&bound(b), &slip, Branch::Actual);
+        let stick = law.traction(&bound(b), &slip, Branch::Stick);
+        assert!(actual.slips && !stick.slips);
+        assert!(
+            (stick.traction[0] / (-slope * 0.5) - 1.0).abs() < 1e-14 && stick.traction.norm() > b,
+            "{law:?}"
+        );
+        let tangent = stick.by_velocity + stick.by_increment;
+        assert!((tangent[(0, 0)] / -slope - 1.0).abs() < 1e-14, "{law:?}");
+        assert_eq!(tangent[(1, 1)], 0.0);
     }
 }

@@ -12,7 +12,7 @@ mod tests;
 pub use state::{PointState, Status};
 pub use stiffness::Selection;
 
-use super::friction::traction::{FrictionTraction, Slip, SlipTangent};
+use super::friction::traction::{Branch, FrictionTraction, Slip};
 use super::friction::{Bound, Friction, Pressed};
 use super::geometry::Geometry;
 use super::history::History;
@@ -70,7 +70,7 @@ pub struct Motion<'a, const D: usize> {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Manner<const D: usize> {
     /// Tangent on the slip branch.
-    pub tangent: SlipTangent,
+    pub branch: Branch,
     /// Tractions held fixed.
     pub frozen: Frozen<D>,
 }
@@ -195,5 +195,5 @@ fn friction_response<const D: usize>(
             Bound { by_gap, ..bound }
         }
     };
-    FrictionResponse { bound, answer: friction.regularization.traction(&bound, slip, manner.tangent) }
+    FrictionResponse { bound, answer: friction.regularization.traction(&bound, slip, manner.branch) }
 }

@@ -3,7 +3,7 @@
 use super::{ContactLaw, Frozen, Manner, Motion, PointState, Selection, Status, respond};
 use crate::contact::friction::coefficient::{Coefficient, Constant};
 use crate::contact::friction::regularization::REGULARIZATIONS;
-use crate::contact::friction::traction::SlipTangent;
+use crate::contact::friction::traction::Branch;
 use crate::contact::friction::{Coulomb, FRICTION_LAWS, Friction, FrictionLaw, Regularization};
 use crate::contact::geometry::{AreaMeasure, FacetPoint, Geometry};
 use crate::contact::history::History;
@@ -338,15 +338,13 @@ fn definite<const D: usize>(kind: ElementKind, obstacle: Obstacle<D>) {
     let symmetric = |k: &nalgebra::DMatrix<f64>| (k - k.transpose()).norm() <= 1e-12 * k.norm();
     let lowest = |k: nalgebra::DMatrix<f64>| k.symmetric_eigenvalues().min();
     for regularization in regularizations() {
-        for (status, tangent) in [
-            (Status::Stick, SlipTangent::Consistent),
-            (Status::Slip, SlipTangent::Consistent),
-            (Status::Slip, SlipTangent::Secant),
-        ] {
+        for (status, branch) in
+            [(Status::Stick, Branch::Actual), (Status::Slip, Branch::Actual), (Status::Slip, Branch::Stick)]
+        {
             let law = ContactLaw { normal: penalty(), friction: coulomb(0.7, regularization) };
             let mut scene =
                 Scene::new(kind, Target::Rigid(obstacle), law, -0.02).tuned(regularization, status);
-            scene.manner.tangent = tangent;
+            scene.manner.branch = branch;
             for term in [Terms::NORMAL_CONTACT, Terms::FRICTION_DAMPING] {
                 let k = scene.matrix(term);
                 assert!(symmetric(&k), "{term:?} {regularization:?}");
@@ -355,10 +353,10 @@ fn definite<const D: usize>(kind: ElementKind, obstacle: Obstacle<D>) {
             assert!(symmetric(&scene.matrix(Terms::NORMAL_GEOMETRY)));
             let damping = scene.matrix(Terms::FRICTION_DAMPING).norm();
             let clipped = !matches!(regularization, Regularization::SmoothStickVelocity { .. });
-            if D == 2 && status == Status::Slip && tangent == SlipTangent::Consistent && clipped {
+            if D == 2 && status == Status::Slip && branch == Branch::Actual && clipped {
                 assert_eq!(damping, 0.0, "in the plane a slipping point has no friction stiffness");
             } else {
-                assert!(damping > 0.0, "{regularization:?} {status:?} {tangent:?}");
+                assert!(damping > 0.0, "{regularization:?} {status:?} {branch:?}");
             }
             let coupling = scene.matrix(Terms::FRICTION_NORMAL_COUPLING);
             assert!(coupling.norm() == 0.0 || !symmetric(&coupling));
@@ -366,7 +364,7 @@ fn definite<const D: usize>(kind: ElementKind, obstacle: Obstacle<D>) {
     }
 }
 
-/// K_CN and K_T are symmetric and not negative, the secant too; K_nT is not symmetric; slip in 2D has no K_T.
+/// K_CN and K_T are symmetric and not negative, the continued stick branch too; K_nT is not symmetric; slip in 2D has no K_T.
 #[test]
 fn terms_have_their_symmetries() {
     definite::<2>(ElementKind::Line3, (OBSTACLES[1].samples_2d)()[0]);
