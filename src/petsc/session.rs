@@ -30,7 +30,7 @@ pub struct Session {
     world: SimpleCommunicator,
     /// For [`Session::meet`] alone, so that what other ranks are waiting for does not answer.
     ending: SimpleCommunicator,
-    options: Options,
+    options: RefCell<Options>,
     events: RefCell<Vec<Rc<Shared>>>,
     /// PETSc keeps pointers to its arguments until the end.
     _arguments: Arguments,
@@ -57,7 +57,7 @@ impl Session {
         let session = Self {
             ending: world.duplicate(),
             world,
-            options: Options::snapshot()?,
+            options: RefCell::new(Options::snapshot()?),
             events: RefCell::default(),
             _arguments: arguments,
             _universe: universe,
@@ -104,9 +104,19 @@ impl Session {
         if self.is_given(name) { Ok(()) } else { options::insert(name, value) }
     }
 
+    /// Takes a PETSc option that the user gave elsewhere, as in the case, unless it was given at the start.
+    ///
+    /// # Errors
+    /// PETSc refuses the name.
+    pub fn give(&self, name: &str, value: &str) -> Result<()> {
+        self.set_default(name, value)?;
+        self.options.borrow_mut().give(name);
+        Ok(())
+    }
+
     /// Whether the user gave the PETSc option `name`; asking does not make it a used one.
     pub fn is_given(&self, name: &str) -> bool {
-        self.options.is_given(name)
+        self.options.borrow().is_given(name)
     }
 
     /// Whether the PETSc option `name` is set; counts it as used.
@@ -122,7 +132,7 @@ impl Session {
     /// # Errors
     /// PETSc can not list its options.
     pub fn unused_options(&self) -> Result<Vec<String>> {
-        self.options.unused()
+        self.options.borrow().unused()
     }
 
     /// Waits for all other ranks to meet the same end. Where they do not, because the error is known here alone and

@@ -21,6 +21,9 @@ use crate::time::{Retry, Scheme, StepControl};
 pub use journal::{Journal, Place};
 pub use options::scheme;
 
+/// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
+pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
+
 /// Runs the case in `D` dimensions and keeps the journal. Collective.
 ///
 /// # Errors
@@ -32,12 +35,12 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?; // METIS
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
-    let format = options::format(session, case, &local, &linear.choice)?;
+    let format = options::format(session, case, &local, &linear)?;
     let options = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
     let mut stage = Stage::at_rest(system.pattern_vector())?;
     let problem = options::problem::<D>(&system, scheme.has_inertia());
-    let solver = LinearSolver::new(system.pattern_vector(), "", &linear, &problem)?;
+    let solver = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[0], &linear, &problem)?;
     if solver.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }

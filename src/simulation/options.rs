@@ -6,7 +6,7 @@ use crate::dynamics::Dynamics;
 use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
-use crate::solvers::{LinearChoice, LinearSettings, NewtonSettings, Preset, Problem, ladder, storage};
+use crate::solvers::{LinearChoice, NewtonSettings, Preset, Problem, ladder, storage};
 use crate::terms::Terms;
 use crate::time::Scheme;
 
@@ -24,14 +24,9 @@ pub fn scheme(time: &case::Time) -> Scheme {
     }
 }
 
-/// The linear solver that the case names, and its limits.
-pub fn linear(case: &Case) -> LinearSettings {
-    let named = Preset::named(case.solver.linear.value.name());
-    LinearSettings {
-        choice: named.map_or(LinearChoice::Auto, |preset| LinearChoice::Named(preset.name)),
-        max_iterations: case.solver.krylov.max_iterations.value as usize,
-        restart: case.solver.krylov.restart.value as usize,
-    }
+/// The linear solver that the case names.
+pub fn linear(case: &Case) -> LinearChoice {
+    Preset::named(case.solver.linear.value.name()).map_or(LinearChoice::Auto, |p| LinearChoice::Named(p.name))
 }
 
 /// What the linear solver has to deal with.

@@ -2,13 +2,13 @@
 //! acceleration that balances the forces (formulation, sections 6 and 7C).
 
 use super::journal::Journal;
-use super::options;
+use super::{SOLVER_PREFIXES, options};
 use crate::assembly::ContactSystem;
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
 use crate::error::{Error, Result};
 use crate::model::Model;
-use crate::solvers::{LinearChoice, LinearSettings, LinearSolver, Monolithic, Outcome, Problem};
+use crate::solvers::{LinearChoice, LinearSolver, Monolithic, Outcome, Problem};
 use crate::terms::Terms;
 use crate::time::Scheme;
 
@@ -51,8 +51,8 @@ fn press<const D: usize>(
     let problem = options::problem::<D>(system, false);
     let friction = stage.friction == FrictionMode::AsGiven;
     let terms = options::terms(system);
-    let settings = LinearSettings { choice: LinearChoice::Auto, ..options::linear(case) };
-    let linear = LinearSolver::new(system.pattern_vector(), "start_", &settings, &problem)?;
+    let linear =
+        LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[1], &LinearChoice::Auto, &problem)?;
     if linear.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }
@@ -166,8 +166,8 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     rhs.scale(-1.0)?;
     system.jacobian(stage, Terms::MASS, None)?;
     let problem = Problem { symmetric: true, contact: false, ..options::problem::<D>(system, true) };
-    let settings = LinearSettings { choice: LinearChoice::Named("cg_jacobi"), ..options::linear(case) };
-    let mut linear = LinearSolver::new(system.pattern_vector(), "mass_", &settings, &problem)?;
+    let choice = LinearChoice::Named("cg_jacobi");
+    let mut linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[2], &choice, &problem)?;
     let tolerance = case.solver.krylov.tolerance.si.min(1e-10);
     if linear.solve(system.matrix(), &rhs, &mut change, tolerance)?.is_none() {
         return Err(Error::not_converged("the initial acceleration: the mass matrix can not be solved with")

@@ -7,17 +7,6 @@ use super::presets::Preset;
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Krylov, Matrix, Session, Vector, residual_norm};
 
-/// What the case says about linear solves.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LinearSettings {
-    /// The first solver.
-    pub choice: LinearChoice,
-    /// Iterations after which a preset counts as failed.
-    pub max_iterations: usize,
-    /// Iterations after which GMRES restarts.
-    pub restart: usize,
-}
-
 /// How a linear solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
@@ -54,7 +43,6 @@ struct Tried {
 pub struct LinearSolver {
     session: Rc<Session>,
     prefix: String,
-    settings: LinearSettings,
     ladder: Vec<&'static Preset>,
     solvers: Vec<Option<Krylov>>,
     /// Current rung.
@@ -71,6 +59,8 @@ pub struct LinearSolver {
 }
 
 impl LinearSolver {
+    /// Iterations after which a preset counts as failed.
+    const MAX_ITERATIONS: usize = 500;
     /// Solves on a higher rung before the first is tried again, for the first time; twice as many each time after.
     const PATIENCE: u32 = 25;
     /// The true residual may miss the tolerance by this factor before the solve counts as failed.
@@ -82,13 +72,12 @@ impl LinearSolver {
     ///
     /// # Errors
     /// When the choice, or a method that the user's options name, does not fit the problem.
-    pub fn new(pattern: &Vector, prefix: &str, settings: &LinearSettings, problem: &Problem) -> Result<Self> {
+    pub fn new(pattern: &Vector, prefix: &str, choice: &LinearChoice, problem: &Problem) -> Result<Self> {
         let session = pattern.session();
-        let ladder = ladder(&settings.choice, problem)?;
+        let ladder = ladder(choice, problem)?;
         let mut solver = Self {
             session: session.clone(),
             prefix: prefix.to_owned(),
-            settings: settings.clone(),
             solvers: ladder.iter().map(|_| None).collect(),
             ladder,
             rung: 0,
@@ -183,11 +172,10 @@ impl LinearSolver {
         x: &mut Vector,
         tolerance: f64,
     ) -> Result<Tried> {
-        let most = self.settings.max_iterations;
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
         let krylov = self.krylov()?;
         krylov.set_operators(matrix, matrix)?;
-        krylov.set_tolerances(tolerance, 0.0, most)?;
+        krylov.set_tolerances(tolerance, 0.0, Self::MAX_ITERATIONS)?;
         let tolerance = krylov.tolerance()?;
         setup.time(|| krylov.set_up())?;
         let outcome = solve.time(|| krylov.solve(rhs, x))?;
@@ -205,10 +193,7 @@ impl LinearSolver {
         let slot = &mut self.solvers[self.rung];
         if slot.is_none() {
             let mut krylov = Krylov::new(&self.session, &self.prefix)?;
-            let restart = self.settings.restart.to_string();
-            let mut options = self.ladder[self.rung].options_on(self.session.size() as usize);
-            options.iter_mut().filter(|(key, _)| *key == RESTART).for_each(|(_, value)| *value = &restart);
-            krylov.configure(&options)?;
+            krylov.configure(&self.ladder[self.rung].options_on(self.session.size() as usize))?;
             if !self.symmetric {
                 refuse_symmetric_method(&krylov)?;
             }
@@ -217,9 +202,6 @@ impl LinearSolver {
         slot.as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
     }
 }
-
-/// Option that the case's `krylov.restart` replaces.
-const RESTART: &str = "ksp_gmres_restart";
 
 /// Methods of PETSc that rely on a symmetric operator.
 const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "nash", "stcg"];

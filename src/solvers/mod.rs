@@ -13,6 +13,6 @@ mod presets;
 pub use convergence::{IterationReport, Outcome, SolveReport};
 pub use forcing::Forcing;
 pub use ladder::{LinearChoice, Problem, ladder, storage};
-pub use linear::{Fallback, LinearSettings, LinearSolver, Solved};
+pub use linear::{Fallback, LinearSolver, Solved};
 pub use monolithic::{Monolithic, NewtonSettings};
 pub use presets::{PRESETS, Preset};
