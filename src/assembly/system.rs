@@ -523,7 +523,9 @@ fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Result<Su
         components: std::array::from_fn(|i| support.components[i].is_some()),
     };
     let boundaries: Vec<Boundary<D>> = model.supports.iter().map(boundary).collect();
-    Ok(Supports::new(DofMap::new(&local.mesh, &boundaries)?, &model.supports))
+    let motion = |k: usize, component: usize| &model.supports[k].components[component];
+    let same = |[a, b]: [usize; 2], component| motion(a, component) == motion(b, component);
+    Ok(Supports::new(DofMap::new(&local.mesh, &boundaries, same)?, &model.supports))
 }
 
 fn contacts<const D: usize>(
