@@ -106,7 +106,7 @@ impl Monolithic {
             if !now.norm.is_finite() {
                 return Ok(Outcome::Failed(report, rejected(system)));
             }
-            if self.converged(now) || (row.iteration > 0 && self.at_rounding(&row, system)) {
+            if self.converged(now) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
                 return Ok(Outcome::Converged(report));
             }
             if row.iteration == self.settings.max_iterations {
@@ -232,9 +232,11 @@ impl Monolithic {
         now.norm <= self.settings.tolerance * now.scale
     }
 
-    /// The last correction was lost in the rounding of the positions: no iterate can be better.
-    fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> bool {
-        row.increment <= f64::EPSILON * system.extent() && row.line_search == 1.0
+    /// The last correction was lost in the rounding of the displacements: no iterate can be better. A body in free
+    /// flight ends here, since its forces are nothing but rounding.
+    fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> Result<bool> {
+        let size = system.extent() + self.origin.norm()?;
+        Ok(row.increment <= f64::EPSILON * size && row.line_search == 1.0)
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.
