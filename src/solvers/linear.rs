@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::ladder::{LinearChoice, Problem, ladder};
 use super::presets::Preset;
 use crate::error::{Error, Result};
-use crate::petsc::{Event, Krylov, Matrix, Session, Vector, residual_norm};
+use crate::petsc::{Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
 
 /// How a linear solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,17 @@ struct Tried {
     reason: String,
 }
 
+impl Tried {
+    /// The true residual may miss the tolerance by this factor before the solve counts as failed.
+    const SLACK: f64 = 10.0;
+    /// No true residual is asked to be smaller: a factorisation can not do better on a stiff contact.
+    const ROUNDING: f64 = 1e-9;
+
+    fn is_good(&self) -> bool {
+        self.residual <= Self::SLACK * self.tolerance.max(Self::ROUNDING)
+    }
+}
+
 /// Solves with the current preset of the ladder and steps up where that fails.
 pub struct LinearSolver {
     session: Rc<Session>,
@@ -53,6 +64,7 @@ pub struct LinearSolver {
     patience: u32,
     symmetric: bool,
     fallbacks: Vec<Fallback>,
+    fatigue: Fatigue,
     work: Vector,
     setup: Event,
     solve: Event,
@@ -63,10 +75,6 @@ impl LinearSolver {
     const MAX_ITERATIONS: usize = 500;
     /// Solves on a higher rung before the first is tried again, for the first time; twice as many each time after.
     const PATIENCE: u32 = 25;
-    /// The true residual may miss the tolerance by this factor before the solve counts as failed.
-    const SLACK: f64 = 10.0;
-    /// No true residual is asked to be smaller: a factorisation can not do better on a stiff contact.
-    const ROUNDING: f64 = 1e-9;
 
     /// A solver for such problems with vectors like `pattern` and PETSc options under `prefix`. Collective.
     ///
@@ -85,6 +93,7 @@ impl LinearSolver {
             patience: Self::PATIENCE,
             symmetric: problem.symmetric,
             fallbacks: Vec::new(),
+            fatigue: Fatigue::default(),
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
             solve: Event::register(session, "Solve")?,
@@ -131,8 +140,7 @@ impl LinearSolver {
         loop {
             let tried = self.attempt(matrix, (rhs, size), x, tolerance)?;
             iterations += tried.iterations;
-            let enough = Self::SLACK * tried.tolerance.max(Self::ROUNDING);
-            if tried.residual <= enough {
+            if tried.is_good() {
                 let (residual, preset) = (tried.residual, self.preset().name);
                 return Ok(Some(Solved { iterations, residual, preset }));
             }
@@ -151,6 +159,7 @@ impl LinearSolver {
         let from = self.preset().name;
         self.rung += 1;
         self.calm = 0;
+        self.fatigue = Fatigue::default();
         self.fallbacks.push(Fallback { from, to: self.preset().name, why });
     }
 
@@ -161,6 +170,7 @@ impl LinearSolver {
             self.rung = 0;
             self.calm = 0;
             self.patience = self.patience.saturating_mul(2);
+            self.fatigue = Fatigue::default();
         }
     }
 
@@ -173,8 +183,10 @@ impl LinearSolver {
         tolerance: f64,
     ) -> Result<Tried> {
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
+        let renew = !self.preset().iterative || self.fatigue.is_tired();
         let krylov = self.krylov()?;
         krylov.set_operators(matrix, matrix)?;
+        krylov.reuse_preconditioner(if renew { Reuse::Renew } else { Reuse::Keep })?;
         krylov.set_tolerances(tolerance, 0.0, Self::MAX_ITERATIONS)?;
         let tolerance = krylov.tolerance()?;
         setup.time(|| krylov.set_up())?;
@@ -185,7 +197,15 @@ impl LinearSolver {
             false => f64::INFINITY,
         };
         let iterations = outcome.iterations as u32;
-        Ok(Tried { iterations, residual, tolerance, reason: outcome.reason.to_string() })
+        self.fatigue.record(renew, iterations, tolerance);
+        let tried = Tried { iterations, residual, tolerance, reason: outcome.reason.to_string() };
+        if renew || tried.is_good() {
+            return Ok(tried);
+        }
+        // The preconditioner of an earlier matrix may be at fault: the preset gets a second try with its own.
+        self.fatigue = Fatigue::default();
+        let again = self.attempt(matrix, (rhs, size), x, tolerance)?;
+        Ok(Tried { iterations: iterations + again.iterations, ..again })
     }
 
     /// The Krylov solver of the current rung, made on first use.
@@ -200,6 +220,32 @@ impl LinearSolver {
             *slot = Some(krylov);
         }
         slot.as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
+    }
+}
+
+/// Whether a preconditioner of an earlier matrix still serves: contact and step change the matrix little, and an
+/// incomplete factorisation costs as much as several iterations.
+#[derive(Debug, Clone, Copy, Default)]
+struct Fatigue {
+    /// Digits an iteration gained while the preconditioner was new; 0 before there is one.
+    fresh: f64,
+    /// Digits an iteration gained last.
+    last: f64,
+}
+
+impl Fatigue {
+    /// A preconditioner is made anew when an iteration gains less than this part of what it gained at first.
+    const WORTH: f64 = 0.7;
+
+    fn is_tired(self) -> bool {
+        self.last <= Self::WORTH * self.fresh
+    }
+
+    fn record(&mut self, renewed: bool, iterations: u32, tolerance: f64) {
+        self.last = -tolerance.log10() / f64::from(iterations.max(1));
+        if renewed {
+            self.fresh = self.last;
+        }
     }
 }
 
