@@ -47,7 +47,6 @@ pub(super) struct Phases {
     contact: Event,
     forces: Event,
     tangent: Event,
-    finish: Event,
 }
 
 /// A body that no support holds in some direction.
@@ -118,7 +117,6 @@ impl<const D: usize> ContactSystem<D> {
             contact: Event::register(session, "Contact")?,
             forces: Event::register(session, "ElementForces")?,
             tangent: Event::register(session, "Tangent")?,
-            finish: Event::register(session, "Insertion")?,
         };
         Ok(Self {
             session: session.clone(),
@@ -406,7 +404,6 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let (rows, holding) = (self.local.index.owned * D, stage.holding);
         let phases = &self.phases;
         let symmetric = symmetric(contacts, external, stage, terms);
-        let finish = phases.finish.begin();
         let inverted = self.matrix.fill(|values| {
             let tangent = phases.tangent.begin();
             values.zero();
@@ -434,7 +431,6 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             }
             inverted
         })?;
-        drop(finish);
         self.fault = inverted.err();
         self.matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
         Ok(())
@@ -469,6 +465,13 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             flipped: usize_of(flipped),
         };
         Ok(ContactCounts { closed, stick, slip, changed, flipped })
+    }
+
+    fn reverses(&self) -> bool {
+        let own = u8::from(self.contacts.iter().any(|contact| contact.state.reverses()));
+        let mut any = 0;
+        self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
+        any > 0
     }
 
     fn is_cycling(&self) -> bool {

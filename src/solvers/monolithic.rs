@@ -106,7 +106,7 @@ impl Monolithic {
             if !now.norm.is_finite() {
                 return Ok(Outcome::Failed(report, rejected(system)));
             }
-            if self.converged(now) || (row.iteration > 0 && self.at_rounding(&row, system)) {
+            if self.converged(now) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
                 return Ok(Outcome::Converged(report));
             }
             if row.iteration == self.settings.max_iterations {
@@ -201,6 +201,11 @@ impl Monolithic {
         if good && (fast || !search) {
             return Ok(Point { length: 1.0, residual: full });
         }
+        // Between opposite slip branches lies stick, which the next correction assumes; a shorter step would stay
+        // on the flat branch and creep.
+        if full.norm.is_finite() && system.reverses() {
+            return Ok(Point { length: 1.0, residual: full });
+        }
         let mut best = Point { length: 1.0, residual: full };
         for halving in 1..=Self::HALVINGS {
             let length = 0.5f64.powi(halving);
@@ -227,9 +232,11 @@ impl Monolithic {
         now.norm <= self.settings.tolerance * now.scale
     }
 
-    /// The last correction was lost in the rounding of the positions: no iterate can be better.
-    fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> bool {
-        row.increment <= f64::EPSILON * system.extent() && row.line_search == 1.0
+    /// The last correction was lost in the rounding of the displacements: no iterate can be better. A body in free
+    /// flight ends here, since its forces are nothing but rounding.
+    fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> Result<bool> {
+        let size = system.extent() + self.origin.norm()?;
+        Ok(row.increment <= f64::EPSILON * size && row.line_search == 1.0)
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.
