@@ -27,11 +27,7 @@ pub fn at_equilibrium<const D: usize>(
     journal: &mut Journal<D>,
 ) -> Result<()> {
     if case.is_static() {
-        let lost = system.lost_bodies(model);
-        if !lost.is_empty() {
-            return Err(Error::case(format!("statics, and nothing holds {}", lost.join("; ")))
-                .hint("give it a displacement boundary in each direction, or a dynamic scheme"));
-        }
+        require_supports(system, model)?;
         stage.holding = if system.is_held() { 0.0 } else { HOLDING };
         return begin(system, stage);
     }
@@ -45,6 +41,19 @@ pub fn at_equilibrium<const D: usize>(
     accelerate(system, stage, case)
 }
 
+/// In statics a body must be held by supports, or by contact.
+///
+/// # Errors
+/// When one is held by neither.
+pub fn require_supports<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Result<()> {
+    let lost = system.lost_bodies(model);
+    if lost.is_empty() {
+        return Ok(());
+    }
+    Err(Error::case(format!("statics, and nothing holds {}", lost.join("; ")))
+        .hint("give it a displacement boundary in each direction, or a dynamic scheme"))
+}
+
 /// Static equilibrium at t = 0, loads and prescribed displacements growing in equal increments.
 fn press<const D: usize>(
     system: &mut ContactSystem<D>,
@@ -56,7 +65,8 @@ fn press<const D: usize>(
     let problem = options::problem::<D>(system, false);
     let friction = stage.friction == FrictionMode::AsGiven;
     let terms = options::terms(system);
-    let linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[1], &LinearChoice::Auto, &problem)?;
+    let linear =
+        LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[1], &LinearChoice::Auto, &problem)?;
     let mut strategy = Monolithic::new(options::newton(case, terms), linear, system.pattern_vector())?;
     stage.holding = if system.is_held() { 0.0 } else { HOLDING };
     let mut level = Levels::new(increments.max(1));
