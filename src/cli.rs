@@ -18,7 +18,7 @@ Examples:
   contact-petsc plot results/block results/block-power-law
 
 Exit codes: 0 done, 2 usage, 3 invalid case, 4 mesh or file, 5 not converged (results up to the last good step are
-kept), 6 physics guard, 7 stopped by a time limit, 70 internal fault.";
+kept), 6 physics guard, 70 internal fault.";
 
 /// Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
 #[derive(Debug, Parser)]
@@ -74,9 +74,6 @@ pub struct RunArguments {
     /// Results folder; `results/` and the name of the case's folder or file unless given
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Continue from the last checkpoint
-    #[arg(long)]
-    pub restart: bool,
     /// Print the Newton table (-v), and the linear solvers' iterations (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
@@ -223,7 +220,6 @@ mod tests {
         let plain = RunArguments {
             case: "case.yml".into(),
             output: None,
-            restart: false,
             verbose: 0,
             quiet: false,
             petsc: Vec::new(),
@@ -237,9 +233,9 @@ mod tests {
     /// Options stand before and after the case, PETSc's after `--`, whatever they look like.
     #[test]
     fn options_reach_the_run() {
-        for line in ["case.yml -vv --output out --restart", "run --restart -o out -v -v case.yml"] {
+        for line in ["case.yml -vv --output out", "run -o out -v -v case.yml"] {
             let run = run(&format!("{line} -- -ksp_monitor -pc_type lu -v --help"));
-            assert_eq!((run.output, run.restart), (Some("out".into()), true));
+            assert_eq!(run.output, Some("out".into()));
             assert_eq!(run.petsc, ["-ksp_monitor", "-pc_type", "lu", "-v", "--help"]);
         }
         let levels = [("", Verbosity::Normal), ("-q", Verbosity::Quiet), ("-v", Verbosity::Newton)];
@@ -293,7 +289,7 @@ mod tests {
     /// Help has an example, the version names the libraries.
     #[test]
     fn help_and_version_inform() {
-        for words in ["mpirun -n 2 contact-petsc", "--restart", "plot", "Exit codes", "-- -log_view"] {
+        for words in ["mpirun -n 2 contact-petsc", "--output", "plot", "Exit codes", "-- -log_view"] {
             assert!(printed("--help").contains(words), "{words}: {}", printed("--help"));
         }
         assert!(printed("plot --help").contains("RESULTS"));

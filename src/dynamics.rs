@@ -227,6 +227,9 @@ pub trait Dynamics {
     /// When a rank failed.
     fn observe(&mut self) -> Result<ContactCounts>;
 
+    /// Whether a slip direction reversed between the last iterate and the last residual. Collective.
+    fn reverses(&self) -> bool;
+
     /// Whether the contact points returned to the statuses of two iterates before.
     fn is_cycling(&self) -> bool;
 

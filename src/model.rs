@@ -249,7 +249,6 @@ fn body(name: &str, body: &case::Body) -> Result<Body> {
             case::Kinematics::Linear => Kinematics::Linear,
         },
         locking: match body.locking {
-            case::Locking::FBar => return Err(Error::case(format!("{name}: f_bar is not offered"))),
             case::Locking::None => Locking::None,
             case::Locking::SelectiveReduced => Locking::SelectiveReduced,
         },

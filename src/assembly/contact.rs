@@ -21,8 +21,6 @@ pub struct Contact<const D: usize> {
     pub pair: RigidContact<D>,
     /// What its points remember.
     pub state: ContactState<D>,
-    /// Penetration that the user asked for [m].
-    pub penetration: Option<f64>,
     maps: FacetMaps,
 }
 
@@ -118,7 +116,7 @@ impl<const D: usize> Contact<D> {
         };
         let area = if contact.current_area { AreaKind::Current } else { AreaKind::Reference };
         let pair = RigidContact { surface, obstacle: contact.obstacle.clone(), law, area };
-        Ok(Self { name: contact.name.clone(), pair, state, penetration: contact.penetration, maps })
+        Ok(Self { name: contact.name.clone(), pair, state, maps })
     }
 
     /// Adds the contact forces to the owned rows of `force` [N].

@@ -47,7 +47,13 @@ pub(super) struct Phases {
     contact: Event,
     forces: Event,
     tangent: Event,
-    finish: Event,
+}
+
+/// A body that no support holds in some direction.
+struct FreeBody {
+    body: usize,
+    /// For people: name and directions.
+    words: String,
 }
 
 /// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
@@ -70,7 +76,7 @@ pub struct ContactSystem<const D: usize> {
     fault: Option<Inverted>,
     changes: Changes,
     extent: f64,
-    free_bodies: Vec<String>,
+    free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     unit: f64,
     phases: Phases,
@@ -111,7 +117,6 @@ impl<const D: usize> ContactSystem<D> {
             contact: Event::register(session, "Contact")?,
             forces: Event::register(session, "ElementForces")?,
             tangent: Event::register(session, "Tangent")?,
-            finish: Event::register(session, "Insertion")?,
         };
         Ok(Self {
             session: session.clone(),
@@ -173,7 +178,14 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Bodies that no support holds in some direction, as `body (along x, y)`.
     pub fn free_bodies(&self) -> Vec<String> {
-        self.free_bodies.clone()
+        self.free_bodies.iter().map(|free| free.words.clone()).collect()
+    }
+
+    /// Those of them that no contact can hold either.
+    pub fn lost_bodies(&self, model: &Model<D>) -> Vec<String> {
+        let touches = |body: usize| model.contacts.iter().any(|contact| contact.body == body);
+        let lost = self.free_bodies.iter().filter(|free| !touches(free.body));
+        lost.map(|free| free.words.clone()).collect()
     }
 
     /// Sets the start velocity of the bodies; prescribed components follow their supports.
@@ -392,7 +404,6 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let (rows, holding) = (self.local.index.owned * D, stage.holding);
         let phases = &self.phases;
         let symmetric = symmetric(contacts, external, stage, terms);
-        let finish = phases.finish.begin();
         let inverted = self.matrix.fill(|values| {
             let tangent = phases.tangent.begin();
             values.zero();
@@ -420,7 +431,6 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             }
             inverted
         })?;
-        drop(finish);
         self.fault = inverted.err();
         self.matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
         Ok(())
@@ -455,6 +465,13 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             flipped: usize_of(flipped),
         };
         Ok(ContactCounts { closed, stick, slip, changed, flipped })
+    }
+
+    fn reverses(&self) -> bool {
+        let own = u8::from(self.contacts.iter().any(|contact| contact.state.reverses()));
+        let mut any = 0;
+        self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
+        any > 0
     }
 
     fn is_cycling(&self) -> bool {
@@ -520,7 +537,9 @@ fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Result<Su
         components: std::array::from_fn(|i| support.components[i].is_some()),
     };
     let boundaries: Vec<Boundary<D>> = model.supports.iter().map(boundary).collect();
-    Ok(Supports::new(DofMap::new(&local.mesh, &boundaries)?, &model.supports))
+    let motion = |k: usize, component: usize| &model.supports[k].components[component];
+    let same = |[a, b]: [usize; 2], component| motion(a, component) == motion(b, component);
+    Ok(Supports::new(DofMap::new(&local.mesh, &boundaries, same)?, &model.supports))
 }
 
 fn contacts<const D: usize>(
@@ -568,7 +587,7 @@ fn free_bodies<const D: usize>(
     local: &LocalMesh<D>,
     model: &Model<D>,
     supports: &Supports<D>,
-) -> Vec<String> {
+) -> Vec<FreeBody> {
     let mut own = vec![0u8; model.bodies.len() * D];
     for element in 0..local.mesh.element_count() {
         let body = usize::from(local.mesh.body[element]);
@@ -581,11 +600,9 @@ fn free_bodies<const D: usize>(
     let free = |body: usize| {
         (0..D).filter(|i| held[body * D + i] == 0).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>()
     };
-    let named = model.bodies.iter().enumerate().map(|(k, body)| (free(k), &body.name));
-    named
-        .filter(|(free, _)| !free.is_empty())
-        .map(|(free, name)| format!("'{name}' along {}", free.join(", ")))
-        .collect()
+    let words = |k: usize| format!("'{}' along {}", model.bodies[k].name, free(k).join(", "));
+    let loose = (0..model.bodies.len()).filter(|&k| !free(k).is_empty());
+    loose.map(|body| FreeBody { body, words: words(body) }).collect()
 }
 
 /// A typical diagonal entry of the stiffness, `E h^(D - 2)` [N/m].

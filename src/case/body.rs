@@ -23,7 +23,7 @@ pub struct Body {
     /// finite: Green strain, current contact; linear: small strain.
     #[serde(default)]
     pub kinematics: Kinematics,
-    /// Cure for volumetric locking of quad4 and hex8.
+    /// Cure for volumetric locking of quadrilaterals and hexahedra.
     #[serde(default)]
     pub locking: Locking,
     /// Mass matrix.
@@ -160,9 +160,9 @@ impl Element {
         }
     }
 
-    /// Whether selective reduced integration or F-bar applies.
+    /// Whether selective reduced integration applies.
     pub fn offers_locking_cure(self) -> bool {
-        matches!(self, Self::Quad4 | Self::Hex8)
+        !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10)
     }
 }
 
@@ -218,10 +218,8 @@ pub enum Locking {
     /// Full integration.
     #[default]
     None,
-    /// lambda terms at one point, mu terms at all points; quad4 and hex8.
+    /// lambda terms by one point less in each direction, mu terms at all points; quadrilaterals and hexahedra.
     SelectiveReduced,
-    /// Mean volume change; quad4 and hex8.
-    FBar,
 }
 tagged!(Locking, "cure for locking");
 

@@ -35,7 +35,7 @@ pub use contact::{
 };
 pub use function::{Function, Motion};
 pub use obstacle::{Obstacle, Side};
-pub use output::{Checkpoint, Field, Fields, Output, Probe};
+pub use output::{Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use place::{At, Named, Place};
 pub use schema::schema;

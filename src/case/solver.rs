@@ -64,6 +64,8 @@ pub enum Linear {
     Direct,
     /// GMRES with additive Schwarz of overlap 1 and incomplete LU.
     GmresAsmIlu,
+    /// The same with overlap 2 and one level of fill: fewer iterations, more memory.
+    GmresAsmIlu1,
     /// GMRES with algebraic multigrid and rigid-body modes.
     GmresAmg,
     /// Cholesky factorisation by MUMPS; symmetric systems only.
@@ -76,12 +78,25 @@ pub enum Linear {
 tagged!(Linear, "linear solver");
 
 impl Linear {
+    /// Every linear solver.
+    pub const ALL: [Self; 8] = [
+        Self::Auto,
+        Self::Direct,
+        Self::GmresAsmIlu,
+        Self::GmresAsmIlu1,
+        Self::GmresAmg,
+        Self::Cholesky,
+        Self::CgIcc,
+        Self::CgAmg,
+    ];
+
     /// The name in the case file.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
             Self::Direct => "direct",
             Self::GmresAsmIlu => "gmres_asm_ilu",
+            Self::GmresAsmIlu1 => "gmres_asm_ilu1",
             Self::GmresAmg => "gmres_amg",
             Self::Cholesky => "cholesky",
             Self::CgIcc => "cg_icc",
@@ -101,14 +116,10 @@ impl Linear {
 pub struct Krylov {
     /// True residual over right-hand side, between 0 and 1, both excluded; with `newton.inexact` the tightest that is asked.
     pub tolerance: Number,
-    /// Iterations before a stronger solver takes over, >= 1.
-    pub max_iterations: At<u32>,
-    /// Iterations after which GMRES restarts, >= 1.
-    pub restart: At<u32>,
 }
 
 impl Default for Krylov {
     fn default() -> Self {
-        Self { tolerance: Number::new(1e-8), max_iterations: 500.into(), restart: 100.into() }
+        Self { tolerance: Number::new(1e-8) }
     }
 }

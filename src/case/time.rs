@@ -19,12 +19,9 @@ pub struct Time {
     /// Integration scheme.
     #[serde(default)]
     pub scheme: At<Scheme>,
-    /// How many times a step that fails is halved before the run ends.
+    /// How many times a step that fails is halved before the run ends; it grows again as both halves succeed.
     #[serde(default = "five")]
     pub cuts: At<u32>,
-    /// Factor by which a cut step grows after a success, >= 1, up to `step`.
-    #[serde(default = "two")]
-    pub growth: Number,
 }
 
 impl Time {
@@ -36,10 +33,6 @@ impl Time {
 
 fn five() -> At<u32> {
     5.into()
-}
-
-fn two() -> Number {
-    Number::new(2.0)
 }
 
 /// Time integration.

@@ -7,7 +7,7 @@ use mpi::traits::{Communicator, Root};
 
 use crate::case::Case;
 use crate::cli::{self, RunArguments};
-use crate::error::{Error, Result, agree};
+use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::folder::default_folder;
 use crate::petsc::Session;
@@ -20,15 +20,41 @@ use crate::simulation::{self, Place};
 pub fn run(arguments: &RunArguments) -> Result<()> {
     let session = Session::start(&arguments.petsc)?;
     let case = read(&session, &arguments.case)?;
-    for (name, value) in case.petsc.iter() {
-        session.set_default(&name.value, value.0.as_deref().unwrap_or_default())?;
+    give_options(&session, &case)?;
+    if arguments.verbosity() == cli::Verbosity::Linear {
+        monitor_linear_solvers(&session)?;
     }
     let folder = arguments.output.clone().map_or_else(|| default_folder(&arguments.case), Ok)?;
     let place = Place { case_file: arguments.case.clone(), folder, verbosity: verbosity(arguments) };
-    match case.dimension.value {
+    let outcome = match case.dimension.value {
         2 => simulation::run::<2>(&session, &case, &place),
         _ => simulation::run::<3>(&session, &case, &place),
+    };
+    let solved = outcome.as_ref().err().is_none_or(|e| matches!(e.cause, Cause::NotConverged | Cause::Guard));
+    if solved && session.rank() == 0 && place.verbosity > Verbosity::Silent {
+        session.unused_options()?.iter().for_each(|option| {
+            eprintln!("contact-petsc: warning: the PETSc option `{option}` was used by nothing");
+        });
     }
+    outcome
+}
+
+/// Hands the options that stand in the case to PETSc; those of the command line win.
+///
+/// # Errors
+/// When PETSc refuses a name.
+pub fn give_options(session: &Session, case: &Case) -> Result<()> {
+    let mut options = case.petsc.iter();
+    options.try_for_each(|(name, value)| session.give(&name.value, value.0.as_deref().unwrap_or_default()))
+}
+
+/// `-vv`: every linear solver prints the residual of each iteration, and why it stopped.
+fn monitor_linear_solvers(session: &Session) -> Result<()> {
+    for prefix in simulation::SOLVER_PREFIXES {
+        session.set_default(&format!("{prefix}ksp_monitor"), "")?;
+        session.set_default(&format!("{prefix}ksp_converged_reason"), "")?;
+    }
+    Ok(())
 }
 
 /// The case, read on rank 0 and parsed by all. Collective.

@@ -73,6 +73,14 @@ struct Track<const D: usize> {
     flipped: bool,
 }
 
+impl<const D: usize> Track<D> {
+    /// The point slips, and did so in the opposite direction.
+    fn reversed(&self, point: &PointState<D>) -> bool {
+        let slid = self.statuses[0] == Some(Status::Slip) && point.status == Status::Slip;
+        slid && self.friction_traction.dot(&point.friction_traction) < 0.0
+    }
+}
+
 impl<const D: usize> Default for Track<D> {
     fn default() -> Self {
         Self { statuses: [None; 2], friction_traction: Vector::zeros(), flipped: false }
@@ -125,8 +133,7 @@ impl<const D: usize> ContactState<D> {
         for ((track, point), counts) in self.track.iter_mut().zip(&self.current).zip(counts) {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
-            let slid = last == Some(Status::Slip) && point.status == Status::Slip;
-            let flipped = slid && track.friction_traction.dot(&point.friction_traction) < 0.0;
+            let flipped = track.reversed(point);
             if *counts {
                 changes.closed += usize::from(point.is_closed());
                 changes.changed += usize::from(changed);
@@ -140,6 +147,11 @@ impl<const D: usize> ContactState<D> {
             };
         }
         changes
+    }
+
+    /// Whether a point slips the other way than in the last iterate.
+    pub fn reverses(&self) -> bool {
+        self.track.iter().zip(&self.current).any(|(track, point)| track.reversed(point))
     }
 
     /// Keeps the current tractions as those that [`Hold`] holds.

@@ -47,6 +47,11 @@ impl Options {
         Ok(Self { given })
     }
 
+    /// Counts an option as given by the user from now on.
+    pub(super) fn give(&mut self, name: &str) {
+        self.given.insert(key(name));
+    }
+
     /// Whether the user gave this option; `name` with or without dash.
     pub(super) fn is_given(&self, name: &str) -> bool {
         self.given.contains(&key(name))

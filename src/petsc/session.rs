@@ -24,7 +24,7 @@ const FAULT: i32 = 70;
 /// Every vector, matrix and solver holds a reference, so none outlives PETSc.
 pub struct Session {
     world: SimpleCommunicator,
-    options: Options,
+    options: RefCell<Options>,
     events: RefCell<Vec<Rc<Shared>>>,
     /// PETSc keeps pointers to its arguments until the end.
     _arguments: Arguments,
@@ -50,7 +50,7 @@ impl Session {
         petsc!(PetscPushErrorHandler(Some(quiet_handler), null_mut()))?;
         let session = Self {
             world,
-            options: Options::snapshot()?,
+            options: RefCell::new(Options::snapshot()?),
             events: RefCell::default(),
             _arguments: arguments,
             _universe: universe,
@@ -97,9 +97,19 @@ impl Session {
         if self.is_given(name) { Ok(()) } else { options::insert(name, value) }
     }
 
+    /// Takes a PETSc option that the user gave elsewhere, as in the case, unless it was given at the start.
+    ///
+    /// # Errors
+    /// PETSc refuses the name.
+    pub fn give(&self, name: &str, value: &str) -> Result<()> {
+        self.set_default(name, value)?;
+        self.options.borrow_mut().give(name);
+        Ok(())
+    }
+
     /// Whether the user gave the PETSc option `name`; asking does not make it a used one.
     pub fn is_given(&self, name: &str) -> bool {
-        self.options.is_given(name)
+        self.options.borrow().is_given(name)
     }
 
     /// Whether the PETSc option `name` is set; counts it as used.
@@ -115,7 +125,7 @@ impl Session {
     /// # Errors
     /// PETSc can not list its options.
     pub fn unused_options(&self) -> Result<Vec<String>> {
-        self.options.unused()
+        self.options.borrow().unused()
     }
 
     /// Ends all ranks at once with the exit code `code`; for errors that the other ranks can not know of.

@@ -9,11 +9,10 @@ use crate::output::record::Phase;
 use crate::petsc::{Event, Session, peak_memory as own_peak_memory};
 
 /// Phases in the order of the record: name there, name of the event.
-const PHASES: [(&str, &str); 7] = [
+const PHASES: [(&str, &str); 6] = [
     ("contact", "Contact"),
     ("element_forces", "ElementForces"),
     ("element_tangents_and_insertion", "Tangent"),
-    ("matrix_assembly", "Insertion"),
     ("solver_set_up", "SolverSetUp"),
     ("solve", "Solve"),
     ("output", "Output"),

@@ -21,6 +21,9 @@ use crate::time::{Retry, Scheme, StepControl};
 pub use journal::{Journal, Place};
 pub use options::scheme;
 
+/// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
+pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
+
 /// Runs the case in `D` dimensions and keeps the journal. Collective.
 ///
 /// # Errors
@@ -37,7 +40,7 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
     let mut stage = Stage::at_rest(system.pattern_vector())?;
     let problem = options::problem::<D>(&system, scheme.has_inertia());
-    let solver = LinearSolver::new(system.pattern_vector(), "", &linear, &problem)?;
+    let solver = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[0], &linear, &problem)?;
     let terms = options::terms(&system);
     let mut strategy = Monolithic::new(options::newton(case, terms), solver, system.pattern_vector())?;
     let mut journal = Journal::open(session, case, &model, place)?;

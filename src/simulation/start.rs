@@ -2,7 +2,7 @@
 //! acceleration that balances the forces (formulation, sections 6 and 7C).
 
 use super::journal::Journal;
-use super::options;
+use super::{SOLVER_PREFIXES, options};
 use crate::assembly::ContactSystem;
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
@@ -27,6 +27,11 @@ pub fn at_equilibrium<const D: usize>(
     journal: &mut Journal<D>,
 ) -> Result<()> {
     if case.is_static() {
+        let lost = system.lost_bodies(model);
+        if !lost.is_empty() {
+            return Err(Error::case(format!("statics, and nothing holds {}", lost.join("; ")))
+                .hint("give it a displacement boundary in each direction, or a dynamic scheme"));
+        }
         stage.holding = if system.is_held() { 0.0 } else { HOLDING };
         return begin(system, stage);
     }
@@ -51,7 +56,7 @@ fn press<const D: usize>(
     let problem = options::problem::<D>(system, false);
     let friction = stage.friction == FrictionMode::AsGiven;
     let terms = options::terms(system);
-    let linear = LinearSolver::new(system.pattern_vector(), "start_", &LinearChoice::Auto, &problem)?;
+    let linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[1], &LinearChoice::Auto, &problem)?;
     let mut strategy = Monolithic::new(options::newton(case, terms), linear, system.pattern_vector())?;
     stage.holding = if system.is_held() { 0.0 } else { HOLDING };
     let mut level = Levels::new(increments.max(1));
@@ -162,7 +167,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     system.jacobian(stage, Terms::MASS, None)?;
     let problem = Problem { symmetric: true, contact: false, ..options::problem::<D>(system, true) };
     let choice = LinearChoice::Named("cg_icc");
-    let mut linear = LinearSolver::new(system.pattern_vector(), "mass_", &choice, &problem)?;
+    let mut linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[2], &choice, &problem)?;
     let tolerance = case.solver.krylov.tolerance.si.min(1e-10);
     if linear.solve(system.matrix(), &rhs, &mut change, tolerance)?.is_none() {
         return Err(Error::not_converged("the initial acceleration: the mass matrix can not be solved with")

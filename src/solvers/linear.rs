@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::ladder::{LinearChoice, Problem, ladder};
 use super::presets::Preset;
 use crate::error::{Error, Result};
-use crate::petsc::{Event, Krylov, Matrix, Session, Vector, residual_norm};
+use crate::petsc::{Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
 
 /// How a linear solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +29,7 @@ pub struct LinearSolver {
     /// Solves since the last step up.
     calm: u32,
     symmetric: bool,
+    fatigue: Fatigue,
     work: Vector,
     setup: Event,
     solve: Event,
@@ -57,6 +58,7 @@ impl LinearSolver {
             rung: 0,
             calm: 0,
             symmetric: problem.symmetric,
+            fatigue: Fatigue::default(),
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
             solve: Event::register(session, "Solve")?,
@@ -97,6 +99,7 @@ impl LinearSolver {
             }
             self.rung += 1;
             self.calm = 0;
+            self.fatigue = Fatigue::default();
         }
     }
 
@@ -106,6 +109,7 @@ impl LinearSolver {
         if self.rung > 0 && self.calm > Self::CALM {
             self.rung = 0;
             self.calm = 0;
+            self.fatigue = Fatigue::default();
         }
     }
 
@@ -113,8 +117,10 @@ impl LinearSolver {
         let preset = self.preset();
         let symmetric = self.symmetric;
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
+        let renew = !preset.iterative || self.fatigue.is_tired();
         let krylov = self.krylov()?;
         krylov.set_operators(matrix, matrix)?;
+        krylov.reuse_preconditioner(if renew { Reuse::Renew } else { Reuse::Keep })?;
         krylov.set_tolerances(tolerance, 0.0, Self::MAX_ITERATIONS)?;
         if !symmetric {
             refuse_symmetric_method(krylov)?;
@@ -127,6 +133,11 @@ impl LinearSolver {
             true => 0.0,
             false => f64::INFINITY,
         };
+        self.fatigue.record(renew, outcome.iterations as u32, tolerance);
+        if !renew && !residual.is_finite() {
+            self.fatigue = Fatigue::default();
+            return self.attempt(matrix, rhs, x, tolerance);
+        }
         Ok(Solved { iterations: outcome.iterations as u32, residual, preset: preset.name })
     }
 
@@ -139,6 +150,32 @@ impl LinearSolver {
             *slot = Some(krylov);
         }
         slot.as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
+    }
+}
+
+/// Whether a preconditioner of an earlier matrix still serves: contact and step change the matrix little, and an
+/// incomplete factorisation costs as much as several iterations.
+#[derive(Debug, Clone, Copy, Default)]
+struct Fatigue {
+    /// Digits an iteration gained while the preconditioner was new; 0 before there is one.
+    fresh: f64,
+    /// Digits an iteration gained last.
+    last: f64,
+}
+
+impl Fatigue {
+    /// A preconditioner is made anew when an iteration gains less than this part of what it gained at first.
+    const WORTH: f64 = 0.7;
+
+    fn is_tired(self) -> bool {
+        self.last <= Self::WORTH * self.fresh
+    }
+
+    fn record(&mut self, renewed: bool, iterations: u32, tolerance: f64) {
+        self.last = -tolerance.log10() / f64::from(iterations.max(1));
+        if renewed {
+            self.fresh = self.last;
+        }
     }
 }
 

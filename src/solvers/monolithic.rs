@@ -201,6 +201,11 @@ impl Monolithic {
         if good && (fast || !search) {
             return Ok(Point { length: 1.0, residual: full });
         }
+        // Between opposite slip branches lies stick, which the next correction assumes; a shorter step would stay
+        // on the flat branch and creep.
+        if full.norm.is_finite() && system.reverses() {
+            return Ok(Point { length: 1.0, residual: full });
+        }
         let mut best = Point { length: 1.0, residual: full };
         for halving in 1..=Self::HALVINGS {
             let length = 0.5f64.powi(halving);

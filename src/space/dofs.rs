@@ -60,22 +60,32 @@ pub struct DofMap<const D: usize> {
 impl<const D: usize> DofMap<D> {
     /// Resolves the boundary conditions on the local mesh.
     ///
+    /// A degree of freedom at which two conditions prescribe the same motion, as where two planes of symmetry meet,
+    /// belongs to the first of them; `same_motion` is asked for (boundaries, component).
+    ///
     /// # Errors
-    /// When a set does not exist, or two conditions prescribe one degree of freedom, on the ranks that see it: agree on it.
-    pub fn new(mesh: &Mesh<D>, boundaries: &[Boundary<D>]) -> Result<Self> {
+    /// When a set does not exist, or two conditions prescribe different motions of one degree of freedom, on the
+    /// ranks that see it: agree on it.
+    pub fn new(
+        mesh: &Mesh<D>,
+        boundaries: &[Boundary<D>],
+        same_motion: impl Fn([usize; 2], usize) -> bool,
+    ) -> Result<Self> {
         let mut holder = vec![usize::MAX; mesh.points.len() * D];
         let mut all = Vec::with_capacity(boundaries.len());
         for (number, boundary) in boundaries.iter().enumerate() {
-            let entries = entries(mesh, boundary)?;
-            for &(node, component) in &entries {
+            let mut own = Vec::new();
+            for (node, component) in entries(mesh, boundary)? {
                 let held = &mut holder[node as usize * D + usize::from(component)];
-                if *held != usize::MAX {
+                if *held == usize::MAX {
+                    *held = number;
+                    own.push((node, component));
+                } else if !same_motion([*held, number], usize::from(component)) {
                     let place = place(&mesh.points[node as usize]);
                     return Err(conflict([&boundaries[*held].name, &boundary.name], component, &place));
                 }
-                *held = number;
             }
-            all.push(Prescribed { name: boundary.name.clone(), entries });
+            all.push(Prescribed { name: boundary.name.clone(), entries: own });
         }
         Ok(Self { constrained: holder.iter().map(|&held| held != usize::MAX).collect(), boundaries: all })
     }
@@ -134,7 +144,9 @@ fn entries<const D: usize>(mesh: &Mesh<D>, boundary: &Boundary<D>) -> Result<Vec
 fn conflict(names: [&str; 2], component: u8, place: &str) -> Error {
     let axis = ["x", "y", "z"][usize::from(component)];
     let [first, second] = names;
-    Error::case(format!("boundaries '{first}' and '{second}' both prescribe u_{axis} of the node at {place}"))
+    Error::case(format!(
+        "boundaries '{first}' and '{second}' both prescribe u_{axis} of the node at {place}, and differently"
+    ))
         .hint(&format!("take {axis} out of one of them, or give one of them a set without this node"))
 }
 
@@ -168,6 +180,7 @@ mod tests {
         let map = DofMap::new(
             &mesh,
             &[boundary("slide", "left", [true, false]), boundary("lift", "bottom", [false, true])],
+            |_, _| false,
         )
         .expect("no conflict");
         assert_eq!(map.constrained, [true, true, false, true, false, false, true, false]);
@@ -184,16 +197,26 @@ mod tests {
         assert_eq!(u, [0.0, 0.0, 9.0, 0.0, 9.0, 9.0, 0.0, 9.0]);
     }
 
-    /// Two conditions on one degree of freedom are refused by their names and the place.
+    /// Where two conditions prescribe the same motion the first holds the degree of freedom, once.
+    #[test]
+    fn equal_motions_share_a_corner() {
+        let both = [boundary("clamp", "left", [true, true]), boundary("floor", "bottom", [false, true])];
+        let map = DofMap::new(&square(), &both, |pair, component| pair == [0, 1] && component == 1);
+        let map = map.expect("no conflict");
+        assert_eq!(map.boundaries[0].entries, [(0, 0), (0, 1), (3, 0), (3, 1)]);
+        assert_eq!(map.boundaries[1].entries, [(1, 1)]);
+    }
+
+    /// Two different motions of one degree of freedom are refused by their names and the place.
     #[test]
     fn conflicts_name_the_point() {
         let both = [boundary("clamp", "left", [true, true]), boundary("floor", "bottom", [false, true])];
-        let message = DofMap::new(&square(), &both).expect_err("conflict at the corner").message;
+        let message = DofMap::new(&square(), &both, |_, _| false).expect_err("conflict at the corner").message;
         assert!(
             message.contains("'clamp' and 'floor' both prescribe u_y of the node at (0, 0)"),
             "{message}"
         );
-        let unknown = DofMap::new(&square(), &[boundary("clamp", "leftt", [true, true])]);
+        let unknown = DofMap::new(&square(), &[boundary("clamp", "leftt", [true, true])], |_, _| false);
         assert!(unknown.expect_err("no such set").message.contains("'leftt'"));
     }
 }

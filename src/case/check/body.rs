@@ -84,7 +84,7 @@ impl Check<'_> {
         );
         if locking != Locking::None && !element.offers_locking_cure() {
             self.say(place, format!("{name} offers no cure for locking"));
-            self.cure("selective_reduced and f_bar are for quad4 and hex8; write `locking: none`, or change the element");
+            self.cure("selective_reduced is for quadrilaterals and hexahedra; write `locking: none`, or change the element");
         }
     }
 }

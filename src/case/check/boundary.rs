@@ -1,6 +1,6 @@
 //! Checks of `boundary`.
 
-use super::super::function::Varying;
+use super::super::function::{Function, Varying};
 use super::super::place::At;
 use super::super::{Action, Boundary};
 use super::Check;
@@ -56,20 +56,20 @@ impl Check<'_> {
     }
 
     pub(super) fn doubly_prescribed(&mut self) {
-        let mut seen: Vec<(&str, usize)> = Vec::new();
+        let mut seen: Vec<((&str, usize), &Function)> = Vec::new();
         for boundary in self.case.boundary.values() {
             let Some(displacement) = &boundary.displacement else { continue };
             for (direction, component) in displacement.as_array().into_iter().enumerate() {
                 let Some(component) = component else { continue };
                 let entry = (boundary.on.value.as_str(), direction);
-                if seen.contains(&entry) {
+                let function: &Function = component;
+                if seen.iter().any(|(other, motion)| *other == entry && *motion != function) {
                     let axis = ["x", "y", "z"][direction];
-                    self.say(
-                        component.place,
-                        format!("the displacement {axis} of '{}' is prescribed twice", entry.0),
-                    );
+                    let on = entry.0;
+                    let message = format!("the displacement {axis} of '{on}' is prescribed twice, and differently");
+                    self.say(component.place, message);
                 }
-                seen.push(entry);
+                seen.push((entry, function));
             }
         }
     }

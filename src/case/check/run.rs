@@ -19,11 +19,6 @@ impl Check<'_> {
             time.cuts.place,
             format!("a step can be halved 30 times at most, not {}", time.cuts.value),
         );
-        self.require(
-            time.growth.si >= 1.0,
-            time.growth.place,
-            format!("the growth must be >= 1, found {}", time.growth.si),
-        );
         match &time.scheme.value {
             Scheme::Newmark { beta, gamma } => {
                 self.within("beta", beta, [0.0, 0.5]);
@@ -87,8 +82,6 @@ impl Check<'_> {
             self.require(fits, tolerance.place, message);
         }
         self.at_least_one("'max_iterations'", &newton.max_iterations);
-        self.at_least_one("'max_iterations'", &krylov.max_iterations);
-        self.at_least_one("'restart'", &krylov.restart);
         let linear = &self.case.solver.linear;
         let rubs = |contact: &Contact| contact.friction != Friction::None;
         if linear.needs_symmetry() && self.case.contact.values().any(rubs) {
@@ -103,7 +96,6 @@ impl Check<'_> {
     pub(super) fn output(&mut self) {
         let output = &self.case.output;
         self.at_least_one("'every'", &output.fields.every);
-        output.checkpoint.iter().for_each(|checkpoint| self.at_least_one("'every'", &checkpoint.every));
         for probe in output.probes.values() {
             self.size("the position of a probe", &probe.at);
             let Some(on) = &probe.on else { continue };

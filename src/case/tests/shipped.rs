@@ -293,7 +293,7 @@ fn everything_survives_the_round_trip() {
         with("y: -0.05", "y: { table: [[0, 0], [0.01, 8.0e-4], [0.02, 0]] }"),
         with(
             "fields: { every: 10 }",
-            "fields: { every: 5, include: [displacement, contact] }\n  checkpoint: { every: 7 }",
+            "fields: { every: 5 }",
         ),
         with("on: block.top, displacement: { x: \"1.0 * t\", y: -0.05 }", "on: block, gravity: [0, -9.81]"),
         with("displacement: { x: \"1.0 * t\", y: -0.05 }", "traction: { x: 5 kPa }"),

@@ -85,7 +85,12 @@ impl Regularization {
             Self::StickVelocity { velocity } | Self::SmoothStickVelocity { velocity }
                 if branch == Branch::Stick =>
             {
-                velocity_form(bound, slip, inverse_slip_speed(0.0, velocity), false)
+                // The correction ends about where the slip vanishes, and there the bound has no say.
+                FrictionTraction {
+                    by_bound: Vector::zeros(),
+                    by_velocity_through_bound: Tensor::zeros(),
+                    ..velocity_form(bound, slip, inverse_slip_speed(0.0, velocity), false)
+                }
             }
             Self::StickVelocity { velocity } => {
                 velocity_form(bound, slip, inverse_slip_speed(speed, velocity), speed > velocity)

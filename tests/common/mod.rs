@@ -1,0 +1,240 @@
+//! What the tests that run the whole program share: a run on several ranks that can not hang, a folder that goes
+//! away, and columns of tables by name.
+
+#![allow(dead_code, reason = "each test file uses its part of this")]
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+/// The program under test.
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_contact-petsc");
+
+/// Most time that a run may take unless it says otherwise, generous for a loaded machine: a hang is a failure too.
+pub const LIMIT: Duration = Duration::from_secs(120);
+
+/// As `scripts/environment`: what Open MPI needs for the superuser, in containers and on few cores.
+pub const ENVIRONMENT: [(&str, &str); 7] = [
+    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+    ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+    ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+    ("OMPI_MCA_mpi_yield_when_idle", "1"),
+    ("OPENBLAS_NUM_THREADS", "1"),
+    ("OMP_NUM_THREADS", "1"),
+];
+
+/// How a run ended and what it said.
+#[derive(Debug, Clone)]
+pub struct Output {
+    /// Exit code; `None` where it was killed, by its time limit or by a signal.
+    pub code: Option<i32>,
+    /// Standard output.
+    pub stdout: String,
+    /// Standard error.
+    pub stderr: String,
+    /// How long it took.
+    pub took: Duration,
+}
+
+impl Output {
+    /// The same run, which must have ended well.
+    #[track_caller]
+    pub fn success(self) -> Self {
+        assert_eq!(self.code, Some(0), "the run failed:\n{}\n{}", self.stdout, self.stderr);
+        self
+    }
+}
+
+/// Runs the program on `ranks` ranks (0: without `mpirun`) in `folder`.
+pub fn run(ranks: usize, args: &[&str], folder: &Path) -> Output {
+    run_within(LIMIT, ranks, args, folder)
+}
+
+/// Runs the program on `ranks` ranks in `folder`, and kills it and all its ranks after `limit`.
+pub fn run_within(limit: Duration, ranks: usize, args: &[&str], folder: &Path) -> Output {
+    Running::start(ranks, args, folder).wait(limit)
+}
+
+/// A run that goes on.
+pub struct Running {
+    child: Child,
+    began: Instant,
+    log: Folder,
+}
+
+impl Running {
+    /// Starts the program on `ranks` ranks (0: without `mpirun`) in `folder`.
+    pub fn start(ranks: usize, args: &[&str], folder: &Path) -> Self {
+        let mut command = match ranks {
+            0 => Command::new(PROGRAM),
+            _ => {
+                let mut mpirun = Command::new("mpirun");
+                mpirun.args(["-n", &ranks.to_string(), PROGRAM]);
+                mpirun
+            }
+        };
+        command.args(args.iter().map(OsStr::new)).current_dir(folder).envs(ENVIRONMENT);
+        let log = Folder::new("log");
+        let file = |name: &str| File::create(log.join(name)).expect("a file for the output");
+        command.stdin(Stdio::null()).stdout(file("stdout")).stderr(file("stderr"));
+        // A group of its own, which is killed as a whole.
+        let child = command.process_group(0).spawn().expect("the program or mpirun starts");
+        Self { child, began: Instant::now(), log }
+    }
+
+    /// The process: the program itself where it runs without `mpirun`.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Waits for the end, at most for `limit` from the start.
+    pub fn wait(mut self, limit: Duration) -> Output {
+        let code = loop {
+            match self.child.try_wait().expect("the state of the run") {
+                Some(status) => break status.code(),
+                None if self.began.elapsed() > limit => {
+                    self.kill();
+                    break None;
+                }
+                None => std::thread::sleep(Duration::from_millis(10)),
+            }
+        };
+        let took = self.began.elapsed();
+        let read =
+            |name: &str| String::from_utf8_lossy(&fs::read(self.log.join(name)).unwrap_or_default()).into();
+        Output { code, stdout: read("stdout"), stderr: read("stderr"), took }
+    }
+
+    /// Kills the run and all its ranks: `mpirun` is asked first, since its ranks have groups of their own.
+    fn kill(&mut self) {
+        self.signal("TERM");
+        let deadline = Instant::now() + Duration::from_secs(5);
+        while Instant::now() < deadline && matches!(self.child.try_wait(), Ok(None)) {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        self.signal("KILL");
+        let _ = self.child.wait();
+    }
+
+    /// Sends a signal to the group.
+    pub fn signal(&self, name: &str) {
+        let group = format!("-{}", self.child.id());
+        let _ = Command::new("kill").args([&format!("-{name}"), "--", &group]).stderr(Stdio::null()).status();
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if matches!(self.child.try_wait(), Ok(None)) {
+            self.kill();
+        }
+    }
+}
+
+/// A folder of its own, removed at the end.
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// A new, empty folder; the name is for people.
+    pub fn new(name: &str) -> Self {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("contact-petsc-{}-{number}-{name}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).expect("a temporary folder");
+        Self(path)
+    }
+
+    /// Writes a file into it and returns its path.
+    pub fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.0.join(name);
+        fs::write(&path, text).expect("a file in the temporary folder");
+        path
+    }
+}
+
+impl std::ops::Deref for Folder {
+    type Target = Path;
+    fn deref(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A table of a results folder, as text.
+#[derive(Debug, Clone)]
+pub struct Table {
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// Reads a CSV file; a last line without its end is left out.
+    #[track_caller]
+    pub fn read(path: &Path) -> Self {
+        let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];
+        let cells = |line: &str| line.split(',').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+        let mut lines = whole.lines().map(cells);
+        let header = lines.next().unwrap_or_else(|| panic!("{}: no header", path.display()));
+        let rows: Vec<_> = lines.collect();
+        for row in &rows {
+            assert_eq!(row.len(), header.len(), "{}: {row:?}", path.display());
+        }
+        Self { header, rows }
+    }
+
+    /// Number of rows below the header.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there is nothing but the header.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// The rows in which a column holds a text, as the rows of one contact.
+    #[track_caller]
+    pub fn only(&self, column: &str, text: &str) -> Self {
+        let at = self.position(column);
+        let rows = self.rows.iter().filter(|row| row[at] == text).cloned().collect();
+        Self { header: self.header.clone(), rows }
+    }
+
+    /// A column as text, by its name in the header, with or without the unit.
+    #[track_caller]
+    pub fn texts(&self, column: &str) -> Vec<&str> {
+        let at = self.position(column);
+        self.rows.iter().map(|row| row[at].as_str()).collect()
+    }
+
+    /// A column as numbers; an empty cell is not a number.
+    #[track_caller]
+    pub fn numbers(&self, column: &str) -> Vec<f64> {
+        self.texts(column).into_iter().map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()
+    }
+
+    /// The last number of a column.
+    #[track_caller]
+    pub fn last(&self, column: &str) -> f64 {
+        *self.numbers(column).last().expect("a row")
+    }
+
+    #[track_caller]
+    fn position(&self, column: &str) -> usize {
+        let named = |header: &String| header == column || header.split(" [").next() == Some(column);
+        let found = self.header.iter().position(named);
+        found.unwrap_or_else(|| panic!("no column '{column}' among {:?}", self.header))
+    }
+}
