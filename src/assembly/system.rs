@@ -49,6 +49,13 @@ pub(super) struct Phases {
     tangent: Event,
 }
 
+/// A body that no support holds in some direction.
+struct FreeBody {
+    body: usize,
+    /// For people: name and directions.
+    words: String,
+}
+
 /// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
 pub struct ContactSystem<const D: usize> {
     pub(super) session: Rc<Session>,
@@ -69,7 +76,7 @@ pub struct ContactSystem<const D: usize> {
     fault: Option<Inverted>,
     changes: Changes,
     extent: f64,
-    free_bodies: Vec<String>,
+    free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     unit: f64,
     phases: Phases,
@@ -171,7 +178,14 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Bodies that no support holds in some direction, as `body (along x, y)`.
     pub fn free_bodies(&self) -> Vec<String> {
-        self.free_bodies.clone()
+        self.free_bodies.iter().map(|free| free.words.clone()).collect()
+    }
+
+    /// Those of them that no contact can hold either.
+    pub fn lost_bodies(&self, model: &Model<D>) -> Vec<String> {
+        let touches = |body: usize| model.contacts.iter().any(|contact| contact.body == body);
+        let lost = self.free_bodies.iter().filter(|free| !touches(free.body));
+        lost.map(|free| free.words.clone()).collect()
     }
 
     /// Sets the start velocity of the bodies; prescribed components follow their supports.
@@ -573,7 +587,7 @@ fn free_bodies<const D: usize>(
     local: &LocalMesh<D>,
     model: &Model<D>,
     supports: &Supports<D>,
-) -> Vec<String> {
+) -> Vec<FreeBody> {
     let mut own = vec![0u8; model.bodies.len() * D];
     for element in 0..local.mesh.element_count() {
         let body = usize::from(local.mesh.body[element]);
@@ -586,11 +600,9 @@ fn free_bodies<const D: usize>(
     let free = |body: usize| {
         (0..D).filter(|i| held[body * D + i] == 0).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>()
     };
-    let named = model.bodies.iter().enumerate().map(|(k, body)| (free(k), &body.name));
-    named
-        .filter(|(free, _)| !free.is_empty())
-        .map(|(free, name)| format!("'{name}' along {}", free.join(", ")))
-        .collect()
+    let words = |k: usize| format!("'{}' along {}", model.bodies[k].name, free(k).join(", "));
+    let loose = (0..model.bodies.len()).filter(|&k| !free(k).is_empty());
+    loose.map(|body| FreeBody { body, words: words(body) }).collect()
 }
 
 /// A typical diagonal entry of the stiffness, `E h^(D - 2)` [N/m].

@@ -27,6 +27,11 @@ pub fn at_equilibrium<const D: usize>(
     journal: &mut Journal<D>,
 ) -> Result<()> {
     if case.is_static() {
+        let lost = system.lost_bodies(model);
+        if !lost.is_empty() {
+            return Err(Error::case(format!("statics, and nothing holds {}", lost.join("; ")))
+                .hint("give it a displacement boundary in each direction, or a dynamic scheme"));
+        }
         stage.holding = if system.is_held() { 0.0 } else { HOLDING };
         return begin(system, stage);
     }
