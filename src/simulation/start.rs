@@ -169,5 +169,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
             .hint("a body needs a density above zero in dynamics"));
     }
     stage.start.a.axpy(1.0, &change)?;
-    stage.start.a.update_ghosts()
+    stage.start.a.update_ghosts()?;
+    // The reactions at the start are taken from the trial state.
+    stage.trial.a.copy_from(&stage.start.a)
 }

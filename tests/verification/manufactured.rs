@@ -41,7 +41,7 @@ pub fn solid_elements(session: &Rc<Session>) {
         (Solid::new(Hex8, NH).reduced(), 5),
         (Solid::new(Hex8, SVK).linear(), 5),
         (Solid::new(Tet4, SVK), 5),
-        (Solid::new(Hex20, NH), 3),
+        (Solid::new(Hex20, NH), 5),
         (Solid::new(Hex27, SVK), 3),
         (Solid::new(Tet10, NH), 3),
         (Solid::new(Tet10, SVK).linear(), 3),

@@ -98,7 +98,7 @@ boundary:
   weight: {{ on: block, gravity: [{weight}] }}
 {loads}time: {{ end: {END}, step: {step:?}, scheme: {{ {scheme} }} }}
 output:
-  fields: {{ every: 0 }}
+  fields: {{ every: 1000000 }}
   probes:
     middle: {}
     top: {}
@@ -143,7 +143,7 @@ fn converges<const D: usize>(session: &Rc<Session>, scheme: &str, element: &str,
     });
     let [Some(coarse), Some(fine)] = found else { return };
     let rates = [0, 1].map(|k| (coarse[k] / fine[k]).log2());
-    println!("{scheme} {element}: errors {fine:.2?} rates {rates:.2?}");
+    println!("{scheme} {element}: errors {fine:?} rates {rates:.2?}");
     assert!(rates.iter().all(|rate| *rate > order - 0.1), "{scheme} {element}: rates {rates:?}");
 }
 

@@ -94,7 +94,7 @@ fn plane_cases() -> Vec<Case<2>> {
     };
     let damped = RUBBING | Terms::FRICTION_DAMPING;
     vec![
-        new("stick by velocity", Quad4, NH, coulomb(constant(), velocity(20.0)), damped),
+        new("stick by velocity", Quad4, NH, coulomb(constant(), velocity(8.0)), damped),
         Case {
             obstacle: ball(),
             solid: Solid::new(Quad4, NH).reduced(),
@@ -154,7 +154,7 @@ fn solid_cases() -> Vec<Case<3>> {
         new("slip in space", Hex8, NH, coulomb(constant(), velocity(1e-3)), damped),
         Case {
             obstacle: Obstacle::Cylinder(cylinder.expect("a cylinder")),
-            ..new("stick on a cylinder", Tet10, SVK, coulomb(constant(), velocity(20.0)), damped | CURVED)
+            ..new("stick on a cylinder", Tet10, SVK, coulomb(constant(), velocity(8.0)), damped | CURVED)
         },
         Case {
             obstacle: ball(),
@@ -270,7 +270,7 @@ fn slope<const D: usize>(
 fn rate<const D: usize>(scene: &mut Scene<D>, at: (&Distributed, &Distributed), terms: Terms) -> f64 {
     let base = residual(scene, at, 0.0);
     let slope = slope(scene, at, terms);
-    let [coarse, fine] = [1.0 / 2048.0, 1.0 / 4096.0].map(|h: f64| {
+    let [coarse, fine] = [0.5f64.powi(14), 0.5f64.powi(15)].map(|h: f64| {
         let mut rest = residual(scene, at, h);
         rest.axpy(-1.0, &base).expect("PETSc");
         rest.axpy(-h, &slope).expect("PETSc");
