@@ -289,6 +289,16 @@ impl<const D: usize> ContactSystem<D> {
         let [at_start, at_end] = stage.balance.mass;
         self.inertia.copy_from(&stage.trial.a)?;
         self.inertia.axpby(at_start, at_end, &stage.start.a)?;
+        // The scheme's own accelerations lag, so that their mean lies where the mean of the forces does. Prescribed
+        // accelerations do not lag: they take the weights of the forces, or the scheme falls to first order.
+        {
+            let mut mean = self.inertia.owned_mut();
+            let (start, end) = (stage.start.a.owned(), stage.trial.a.owned());
+            let held = self.supports.dofs.constrained[..mean.len()].iter().enumerate();
+            for (dof, _) in held.filter(|(_, held)| **held) {
+                mean[dof] = stage.balance.start_force * start[dof] + end[dof];
+            }
+        }
         mass.multiply(&self.inertia, &mut self.work)
     }
 
