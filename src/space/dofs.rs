@@ -147,7 +147,7 @@ fn conflict(names: [&str; 2], component: u8, place: &str) -> Error {
     Error::case(format!(
         "boundaries '{first}' and '{second}' both prescribe u_{axis} of the node at {place}, and differently"
     ))
-        .hint(&format!("take {axis} out of one of them, or give one of them a set without this node"))
+    .hint(&format!("take {axis} out of one of them, or give one of them a set without this node"))
 }
 
 fn place<const D: usize>(point: &[f64; D]) -> String {
@@ -211,7 +211,8 @@ mod tests {
     #[test]
     fn conflicts_name_the_point() {
         let both = [boundary("clamp", "left", [true, true]), boundary("floor", "bottom", [false, true])];
-        let message = DofMap::new(&square(), &both, |_, _| false).expect_err("conflict at the corner").message;
+        let message =
+            DofMap::new(&square(), &both, |_, _| false).expect_err("conflict at the corner").message;
         assert!(
             message.contains("'clamp' and 'floor' both prescribe u_y of the node at (0, 0)"),
             "{message}"

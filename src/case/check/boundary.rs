@@ -66,7 +66,8 @@ impl Check<'_> {
                 if seen.iter().any(|(other, motion)| *other == entry && *motion != function) {
                     let axis = ["x", "y", "z"][direction];
                     let on = entry.0;
-                    let message = format!("the displacement {axis} of '{on}' is prescribed twice, and differently");
+                    let message =
+                        format!("the displacement {axis} of '{on}' is prescribed twice, and differently");
                     self.say(component.place, message);
                 }
                 seen.push((entry, function));

@@ -291,10 +291,7 @@ fn everything_survives_the_round_trip() {
         ),
         with("newmark: { beta: 0.25, gamma: 0.5 }", "hht: { spectral_radius: 0.9 }"),
         with("y: -0.05", "y: { table: [[0, 0], [0.01, 8.0e-4], [0.02, 0]] }"),
-        with(
-            "fields: { every: 10 }",
-            "fields: { every: 5 }",
-        ),
+        with("fields: { every: 10 }", "fields: { every: 5 }"),
         with("on: block.top, displacement: { x: \"1.0 * t\", y: -0.05 }", "on: block, gravity: [0, -9.81]"),
         with("displacement: { x: \"1.0 * t\", y: -0.05 }", "traction: { x: 5 kPa }"),
         with("displacement: { x: \"1.0 * t\", y: -0.05 }", "pressure: \"1e5 * t\""),
