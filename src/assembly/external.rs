@@ -58,11 +58,6 @@ impl<const D: usize> External<D> {
         Ok(Self { loads, dead: Vec::new(), dead_at: None })
     }
 
-    /// Whether there is no load at all.
-    pub fn is_empty(&self) -> bool {
-        self.loads.is_empty()
-    }
-
     /// Whether a load depends on the displacement, and so has a (non-symmetric) stiffness.
     pub fn follows(&self) -> bool {
         self.loads.iter().any(|load| load.follows)

@@ -13,7 +13,7 @@ use super::pattern::pattern_of_elements;
 use super::scatter::LiftTarget;
 use super::start::{Overclosure, resolve_overclosure};
 use super::supports::{Supports, in_space};
-use crate::contact::point::Selection;
+use crate::contact::point::{ContactLaw, Selection};
 use crate::contact::rigid::ContactFields;
 use crate::contact::state::{Branches, Changes, Hold};
 use crate::dynamics::{ContactCounts, Dynamics, FrictionMode, Lift, Residual, Stage};
@@ -157,6 +157,20 @@ impl<const D: usize> ContactSystem<D> {
     /// Gaps and overclosures of the undeformed state.
     pub fn overclosures(&self) -> &[Overclosure<D>] {
         &self.overclosures
+    }
+
+    /// Laws of the contacts, derived ones resolved, in the order of the model.
+    pub fn contact_laws(&self) -> impl Iterator<Item = &ContactLaw> {
+        self.contacts.iter().map(|contact| &contact.pair.law)
+    }
+
+    /// Number of prescribed unknowns over all ranks. Collective.
+    pub fn prescribed(&self) -> usize {
+        let rows = self.local.index.owned * D;
+        let own = self.supports.dofs.constrained[..rows].iter().filter(|held| **held).count() as u64;
+        let mut total = 0;
+        self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
+        total as usize
     }
 
     /// Number of unknowns over all ranks, prescribed ones included.

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::time::{Instant, SystemTime};
 
 use super::tables::Tables;
-use crate::assembly::{ContactSystem, Energies, EnergyLedger, SurfaceCells, Watched};
+use crate::assembly::{ContactSystem, Energies, EnergyLedger, Overclosure, SurfaceCells, Watched};
 use crate::case::{Case, Mesh};
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Result, agree};
@@ -117,12 +117,6 @@ impl<const D: usize> Journal<D> {
         let own = self.tables.as_mut().map_or(Ok(()), |tables| tables.watch(&self.folder, &self.watched));
         agree(self.session.world(), own)?;
         self.fields = Some(self.field_writer(system));
-        let contacts = system.overclosures().iter().map(|found| ContactStart {
-            name: found.contact.clone(),
-            points: found.candidates,
-            closed: found.nodes,
-            overclosure: (found.smallest_gap < 0.0).then(|| (-found.smallest_gap, found.place.to_vec())),
-        });
         let report = StartUp {
             title: self.record.case["title"].as_str().unwrap_or("untitled").to_owned(),
             folder: self.folder.display().to_string(),
@@ -133,8 +127,8 @@ impl<const D: usize> Journal<D> {
             imbalance: partition.imbalance(),
             edge_cut: partition.edge_cut.unsigned_abs(),
             solver: strategy.linear().describe(),
-            contacts: contacts.collect(),
-            remarks: remarks(system),
+            contacts: contact_starts(system),
+            remarks: remarks(system, &self.watched),
         };
         self.console.start_up(&report);
         Ok(())
@@ -414,8 +408,19 @@ fn versions() -> Vec<(String, String)> {
     std::iter::once(own).chain(crate::petsc::versions().into_iter().map(split)).collect()
 }
 
+/// The contacts as the undeformed bodies have them.
+pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<ContactStart> {
+    let start = |found: &Overclosure<D>| ContactStart {
+        name: found.contact.clone(),
+        points: found.candidates,
+        closed: found.nodes,
+        overclosure: (found.smallest_gap < 0.0).then(|| (-found.smallest_gap, found.place.to_vec())),
+    };
+    system.overclosures().iter().map(start).collect()
+}
+
 /// What a user should know before the run.
-fn remarks<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
+pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
     let free = system.free_bodies();
     let mut remarks =
         if free.is_empty() { Vec::new() } else { vec![format!("no support holds {}", free.join("; "))] };
@@ -425,6 +430,13 @@ fn remarks<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
         format!(
             "contact '{}' starts {:.3e} m open, more than the size of all bodies, {extent:.3e} m: can it close?",
             found.contact, found.smallest_gap
+        )
+    }));
+    let off = watched.iter().filter(|point| point.distance > 1e-6 * extent);
+    remarks.extend(off.map(|point| {
+        let Watched { name, place, distance, .. } = point;
+        format!(
+            "probe '{name}' takes the nearest node, {place:?}, {distance:.3e} m from where it was asked for"
         )
     }));
     remarks

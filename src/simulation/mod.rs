@@ -1,5 +1,6 @@
 //! A run from the case to its results, in the order of the paper's section 3.
 
+mod check;
 mod journal;
 mod measure;
 mod options;
@@ -18,6 +19,7 @@ use crate::petsc::Session;
 use crate::solvers::{LinearSolver, Monolithic, Outcome};
 use crate::time::{Retry, Scheme, StepControl};
 
+pub use check::check;
 pub use journal::{Journal, Place};
 pub use options::scheme;
 
