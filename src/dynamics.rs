@@ -188,7 +188,7 @@ pub trait Dynamics {
     /// refreshes the ghosts of `u` and `v`. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses, or a prescribed value is not finite.
+    /// When PETSc refuses; a prescribed value that is not finite is told by the next residual.
     fn prescribe(&mut self, stage: &mut Stage) -> Result<()>;
 
     /// Residual of the balance at the trial state, zero in prescribed rows [N]. Collective.
@@ -196,7 +196,7 @@ pub trait Dynamics {
     /// A rejected trial (det F <= 0) is no error: its norm is not finite and [`Dynamics::fault`] tells why.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// When PETSc refuses, or a prescribed value is not finite on some rank.
     fn residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual>;
 
     /// Whether the next correction is better computed from [`Dynamics::predicted_residual`].

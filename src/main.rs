@@ -10,7 +10,8 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            if commands::speaks() {
+            // What was told already has no words left.
+            if commands::speaks() && !error.message.is_empty() {
                 eprintln!("contact-petsc: error: {error}");
             }
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(70))

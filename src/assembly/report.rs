@@ -116,7 +116,9 @@ impl NodalSums {
             return None;
         }
         let mean = |k: usize| self.sums[node * Self::FIELDS + k] / weight;
-        let status = match (mean(4) < 0.5, mean(5) < 0.5 * mean(4)) {
+        // A tie counts as closed and as slip whatever the order of summation, which depends on the partition.
+        let tie = 0.5 - 1e-9;
+        let status = match (mean(4) < tie, mean(5) < tie * mean(4)) {
             (true, _) => Status::Open,
             (false, true) => Status::Stick,
             (false, false) => Status::Slip,

@@ -74,6 +74,8 @@ pub struct ContactSystem<const D: usize> {
     matrix: Matrix,
     work: Vector,
     fault: Option<Inverted>,
+    /// A prescribed value that is no number; told with the next residual, where all ranks listen.
+    trouble: Option<Error>,
     changes: Changes,
     extent: f64,
     free_bodies: Vec<FreeBody>,
@@ -136,6 +138,7 @@ impl<const D: usize> ContactSystem<D> {
             parts,
             overclosures,
             fault: None,
+            trouble: None,
             changes: Changes::default(),
             phases,
         })
@@ -300,6 +303,16 @@ impl<const D: usize> ContactSystem<D> {
         let [at_start, at_end] = stage.balance.mass;
         self.inertia.copy_from(&stage.trial.a)?;
         self.inertia.axpby(at_start, at_end, &stage.start.a)?;
+        // The scheme's own accelerations lag, so that their mean lies where the mean of the forces does. Prescribed
+        // accelerations do not lag: they take the weights of the forces, or the scheme falls to first order.
+        {
+            let mut mean = self.inertia.owned_mut();
+            let (start, end) = (stage.start.a.owned(), stage.trial.a.owned());
+            let held = self.supports.dofs.constrained[..mean.len()].iter().enumerate();
+            for (dof, _) in held.filter(|(_, held)| **held) {
+                mean[dof] = stage.balance.start_force * start[dof] + end[dof];
+            }
+        }
         mass.multiply(&self.inertia, &mut self.work)
     }
 
@@ -307,7 +320,7 @@ impl<const D: usize> ContactSystem<D> {
     fn balance(&mut self, stage: &Stage, branches: Branches, out: &mut Vector) -> Result<Residual> {
         self.sweep(stage, branches);
         self.weigh_inertia(stage)?;
-        let mut sums = [0.0; 5];
+        let mut sums = [0.0; 6];
         {
             let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
             let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
@@ -324,9 +337,13 @@ impl<const D: usize> ContactSystem<D> {
         if self.fault.is_some() {
             sums[0] = f64::NAN;
         }
-        let mut total = [0.0; 5];
+        sums[5] = f64::from(u8::from(self.trouble.is_some()));
+        let mut total = [0.0; 6];
         self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
-        let scale = total[1..].iter().copied().fold(0.0, f64::max).sqrt();
+        if total[5] > 0.0 {
+            agree(self.session.world(), self.trouble.take().map_or(Ok(()), Err))?;
+        }
+        let scale = total[1..5].iter().copied().fold(0.0, f64::max).sqrt();
         Ok(Residual { norm: total[0].sqrt(), scale })
     }
 
@@ -386,7 +403,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             let fields = Fields { u: &mut u, v: &mut v, a: &mut a };
             self.supports.fill(&self.local.mesh.points, time, factor, fields)
         };
-        filled?;
+        self.trouble = filled.err();
         stage.trial.u.update_ghosts()?;
         stage.trial.v.update_ghosts()
     }

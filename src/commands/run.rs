@@ -19,16 +19,20 @@ use crate::simulation::{self, Place};
 /// The same on all ranks.
 pub fn run(arguments: &RunArguments) -> Result<()> {
     let session = Session::start(&arguments.petsc)?;
-    let case = read(&session, &arguments.case)?;
-    give_options(&session, &case)?;
+    compute(&session, arguments).map_err(|error| session.tell(&error))
+}
+
+fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {
+    let case = read(session, &arguments.case)?;
+    give_options(session, &case)?;
     if arguments.verbosity() == cli::Verbosity::Linear {
-        monitor_linear_solvers(&session)?;
+        monitor_linear_solvers(session)?;
     }
     let folder = arguments.output.clone().map_or_else(|| default_folder(&arguments.case), Ok)?;
     let place = Place { case_file: arguments.case.clone(), folder, verbosity: verbosity(arguments) };
     let outcome = match case.dimension.value {
-        2 => simulation::run::<2>(&session, &case, &place),
-        _ => simulation::run::<3>(&session, &case, &place),
+        2 => simulation::run::<2>(session, &case, &place),
+        _ => simulation::run::<3>(session, &case, &place),
     };
     let solved = outcome.as_ref().err().is_none_or(|e| matches!(e.cause, Cause::NotConverged | Cause::Guard));
     if solved && session.rank() == 0 && place.verbosity > Verbosity::Silent {

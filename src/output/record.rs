@@ -90,6 +90,8 @@ pub struct Totals {
     pub newton_iterations: u64,
     /// Krylov iterations, likewise.
     pub krylov_iterations: u64,
+    /// Linear solvers that failed and were followed by a stronger one.
+    pub linear_fallbacks: u64,
 }
 
 /// The run record. Rank 0 writes it.
@@ -160,6 +162,7 @@ impl Record {
             "cut_steps": self.totals.cut_steps,
             "newton_iterations": self.totals.newton_iterations,
             "krylov_iterations": self.totals.krylov_iterations,
+            "linear_fallbacks": self.totals.linear_fallbacks,
             "phases": phases,
             "peak_memory_bytes": self.peak_memory,
             "penetration": self.penetrations,
@@ -209,7 +212,13 @@ mod tests {
             ranks: 2,
             unknowns: 4998,
             start: UNIX_EPOCH + Duration::from_secs(951_827_696),
-            totals: Totals { steps: 140, cut_steps: 1, newton_iterations: 454, krylov_iterations: 3000 },
+            totals: Totals {
+                steps: 140,
+                cut_steps: 1,
+                newton_iterations: 454,
+                krylov_iterations: 3000,
+                linear_fallbacks: 2,
+            },
             simulated_time: 0.07,
             wall_seconds: 9.5,
             phases: vec![

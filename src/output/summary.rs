@@ -97,6 +97,10 @@ pub(super) fn summary(record: &Record) -> String {
     text.push_str(&format!("  newton    {} iterations\n", totals.newton_iterations));
     text.push_str(&format!("  krylov    {} iterations\n", totals.krylov_iterations));
     record.penetrations.iter().for_each(|contact| text.push_str(&format!("  contact   {contact}\n")));
+    if totals.linear_fallbacks > 0 {
+        let fallbacks = totals.linear_fallbacks;
+        text.push_str(&format!("  fallbacks {fallbacks} of the linear solver to a stronger one\n"));
+    }
     text.push_str(&format!("  memory    {largest:.0} MiB on the largest of {} ranks", record.ranks));
     text + &phase_table(record)
 }
@@ -187,7 +191,13 @@ mod tests {
             ranks: 2,
             unknowns: 10,
             start: UNIX_EPOCH,
-            totals: Totals { steps: 140, cut_steps: 1, newton_iterations: 454, krylov_iterations: 3000 },
+            totals: Totals {
+                steps: 140,
+                cut_steps: 1,
+                newton_iterations: 454,
+                krylov_iterations: 3000,
+                linear_fallbacks: 2,
+            },
             simulated_time: 0.07,
             wall_seconds: 10.0,
             phases: vec![
@@ -210,6 +220,7 @@ mod tests {
         );
         assert!(text.contains("sole: deepest penetration 4.000e-5 m, asked for 5.000e-5 m\n"), "{text}");
         assert!(text.contains("heel: never closed\n"), "{text}");
+        assert!(text.contains("\n  fallbacks 2 of the linear solver"), "{text}");
         assert!(text.contains("128 MiB on the largest of 2 ranks"));
         let table: Vec<&str> = text.lines().skip_while(|line| !line.contains("phase")).collect();
         assert_eq!(table.len(), 4);

@@ -84,6 +84,16 @@ impl Krylov {
         petsc!(KSPSetTolerances(self.raw, rtol, atol, dtol, most))
     }
 
+    /// The relative tolerance in force: the user's where the user gave one.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn tolerance(&self) -> Result<f64> {
+        let (mut rtol, mut atol, mut dtol, mut most) = (0.0, 0.0, 0.0, 0);
+        petsc!(KSPGetTolerances(self.raw, &mut rtol, &mut atol, &mut dtol, &mut most))?;
+        Ok(rtol)
+    }
+
     /// Builds the preconditioner (factorises) now instead of in the next solve. Collective.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use super::options::{self, Options};
 use crate::error::{Error, Result};
 use mpi::environment::Universe;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{AsRaw, Communicator};
+use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use petsc_sys as sys;
 use std::cell::RefCell;
 use std::ffi::{CString, c_char, c_int};
@@ -13,17 +13,23 @@ use std::io::Write;
 use std::panic::PanicHookInfo;
 use std::ptr::{null, null_mut};
 use std::rc::Rc;
+use std::time::{Duration, Instant};
 
 use super::events::Shared;
 
 /// Exit code of a fault of the program itself.
 const FAULT: i32 = 70;
 
+/// How long a rank that failed waits for the others to fail with it.
+const PATIENCE: Duration = Duration::from_secs(5);
+
 /// A process that has started MPI and PETSc; both end, in the right order, when the last owner lets go.
 ///
 /// Every vector, matrix and solver holds a reference, so none outlives PETSc.
 pub struct Session {
     world: SimpleCommunicator,
+    /// For [`Session::meet`] alone, so that what other ranks are waiting for does not answer.
+    ending: SimpleCommunicator,
     options: RefCell<Options>,
     events: RefCell<Vec<Rc<Shared>>>,
     /// PETSc keeps pointers to its arguments until the end.
@@ -49,6 +55,7 @@ impl Session {
         petsc!(PetscInitialize(&mut arguments.count, &mut arguments.pointer, null(), null()))?;
         petsc!(PetscPushErrorHandler(Some(quiet_handler), null_mut()))?;
         let session = Self {
+            ending: world.duplicate(),
             world,
             options: RefCell::new(Options::snapshot()?),
             events: RefCell::default(),
@@ -126,6 +133,32 @@ impl Session {
     /// PETSc can not list its options.
     pub fn unused_options(&self) -> Result<Vec<String>> {
         self.options.borrow().unused()
+    }
+
+    /// Waits for all other ranks to meet the same end. Where they do not, because the error is known here alone and
+    /// they wait for this rank elsewhere, says the error and ends all ranks. Collective among ranks that failed.
+    pub fn meet(&self, error: &Error) {
+        let deadline = Instant::now() + PATIENCE;
+        let mut waiting = self.ending.immediate_barrier();
+        while let Err(still) = waiting.test() {
+            if Instant::now() > deadline {
+                say(error);
+                end_all_ranks(error.exit_code());
+            }
+            waiting = still;
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Tells an error once: rank 0 before any rank may end, since `mpirun` kills the others when the first ends in
+    /// failure. Returns the error without its words. Collective among ranks that failed.
+    #[must_use]
+    pub fn tell(&self, error: &Error) -> Error {
+        if self.rank() == 0 {
+            say(error);
+        }
+        self.meet(error);
+        Error::new(error.cause, "")
     }
 
     /// Ends all ranks at once with the exit code `code`; for errors that the other ranks can not know of.
@@ -207,6 +240,10 @@ fn status_bytes(field: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default();
     line.split_whitespace().next().and_then(|kilobytes| kilobytes.parse::<u64>().ok()).unwrap_or(0) * 1024
+}
+
+fn say(error: &Error) {
+    let _ = std::io::stderr().write_all(format!("contact-petsc: error: {error}\n").as_bytes());
 }
 
 /// Ends all ranks for a fault that leaves no way to go on, with one message.

@@ -37,8 +37,8 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let sizes = sizes(world, &local, model.bodies.len());
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
-    let wanted =
-        SystemOptions { inertia: scheme.has_inertia(), format: options::format(case, &local, &linear)? };
+    let format = options::format(session, case, &local, &linear)?;
+    let wanted = SystemOptions { inertia: scheme.has_inertia(), format };
     let system = ContactSystem::new(session, local, &model, wanted)?;
     if case.is_static() {
         start::require_supports(&system, &model)?;

@@ -18,7 +18,7 @@ use crate::output::record::{Input, Penetration, Record, Totals, Verdict};
 use crate::output::summary::{ContactStart, StartUp};
 use crate::partition::Report;
 use crate::petsc::{Event, Session};
-use crate::solvers::{IterationReport, Monolithic, SolveReport};
+use crate::solvers::{Fallback, IterationReport, Monolithic, SolveReport};
 use crate::time::StepControl;
 
 /// Where a run comes from and where it goes.
@@ -214,6 +214,14 @@ impl<const D: usize> Journal<D> {
         self.count(report);
         self.record.totals.cut_steps += 1;
         self.console.note(&format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt()));
+    }
+
+    /// Linear solvers failed in the last solve, and stronger ones took over.
+    pub fn fallbacks(&mut self, fallbacks: &[Fallback]) {
+        self.record.totals.linear_fallbacks += fallbacks.len() as u64;
+        for Fallback { from, to, why } in fallbacks {
+            self.console.note(&format!("linear solver {from} failed ({why}); {to} took over"));
+        }
     }
 
     fn count(&mut self, report: &SolveReport) {

@@ -37,12 +37,15 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?; // METIS
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
-    let options =
-        SystemOptions { inertia: scheme.has_inertia(), format: options::format(case, &local, &linear)? };
+    let format = options::format(session, case, &local, &linear)?;
+    let options = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
     let mut stage = Stage::at_rest(system.pattern_vector())?;
     let problem = options::problem::<D>(&system, scheme.has_inertia());
     let solver = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[0], &linear, &problem)?;
+    if solver.wants_rigid_body_modes() {
+        system.set_rigid_body_modes()?;
+    }
     let terms = options::terms(&system);
     let mut strategy = Monolithic::new(options::newton(case, terms), solver, system.pattern_vector())?;
     let mut journal = Journal::open(session, case, &model, place)?;
@@ -50,6 +53,9 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
         start::at_equilibrium(&mut system, &mut stage, case, &model, &mut journal)?; // B_0
         march(&mut system, &mut stage, &mut strategy, case, &mut journal)
     });
+    if let Err(error) = &outcome {
+        session.meet(error);
+    }
     journal.close(&outcome)?;
     outcome
 }
@@ -68,7 +74,9 @@ fn march<const D: usize>(
     journal.begin(system, stage, &ledger, &control)?;
     while !control.finished() {
         let attempt = Attempt { scheme, control: &control };
-        match attempt.solve(system, stage, strategy, journal)? {
+        let outcome = attempt.solve(system, stage, strategy, journal)?;
+        journal.fallbacks(&strategy.take_fallbacks());
+        match outcome {
             Outcome::Converged(report) => {
                 let energies = ledger.advance(system, stage)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;

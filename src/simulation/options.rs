@@ -2,12 +2,16 @@
 
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
+use crate::dynamics::Dynamics;
 use crate::error::Result;
 use crate::partition::LocalMesh;
-use crate::petsc::Format;
-use crate::solvers::{LinearChoice, NewtonSettings, Preset, Problem, ladder};
+use crate::petsc::{Format, Session};
+use crate::solvers::{LinearChoice, NewtonSettings, Preset, Problem, ladder, storage};
 use crate::terms::Terms;
 use crate::time::Scheme;
+
+/// No linear solve of the inexact Newton method is looser.
+const LOOSEST: f64 = 1e-3;
 
 /// The time integration scheme.
 pub fn scheme(time: &case::Time) -> Scheme {
@@ -33,14 +37,21 @@ pub fn problem<const D: usize>(system: &ContactSystem<D>, dynamic: bool) -> Prob
         dynamic,
         symmetric: !system.has_friction() && !system.has_following_loads(),
         contact: system.has_contact(),
+        format: Some(system.matrix().format()),
     }
 }
 
-/// Storage of the matrix that the first linear solver wants.
+/// Storage of the matrix that the linear solvers want; scalar rows, which every preconditioner takes, where the
+/// user names one by PETSc's options.
 ///
 /// # Errors
 /// When the case names a linear solver that does not fit.
-pub fn format<const D: usize>(case: &Case, local: &LocalMesh<D>, choice: &LinearChoice) -> Result<Format> {
+pub fn format<const D: usize>(
+    session: &Session,
+    case: &Case,
+    local: &LocalMesh<D>,
+    choice: &LinearChoice,
+) -> Result<Format> {
     let friction = case.contact.values().any(|contact| contact.friction != case::Friction::None);
     let problem = Problem {
         unknowns: local.index.total as usize * D,
@@ -48,9 +59,10 @@ pub fn format<const D: usize>(case: &Case, local: &LocalMesh<D>, choice: &Linear
         dynamic: !case.is_static(),
         symmetric: !friction,
         contact: !case.contact.is_empty(),
+        format: None,
     };
     let presets = ladder(choice, &problem)?;
-    Ok(if presets.iter().any(|preset| preset.format == Format::Aij) { Format::Aij } else { Format::Baij })
+    Ok(if session.is_given("pc_type") { Format::Aij } else { storage(&presets) })
 }
 
 /// Terms of the tangent: all of them with friction; without it the small change of the contact area, the only
@@ -66,7 +78,7 @@ pub fn newton(case: &Case, terms: Terms) -> NewtonSettings {
     NewtonSettings {
         tolerance: newton.tolerance.si,
         max_iterations: newton.max_iterations.value,
-        linear: [if newton.inexact { tightest.max(1e-2) } else { tightest }, tightest],
+        linear: [if newton.inexact { tightest.max(LOOSEST) } else { tightest }, tightest],
         line_search: newton.line_search,
         terms,
     }

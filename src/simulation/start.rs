@@ -67,6 +67,9 @@ fn press<const D: usize>(
     let terms = options::terms(system);
     let linear =
         LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[1], &LinearChoice::Auto, &problem)?;
+    if linear.wants_rigid_body_modes() {
+        system.set_rigid_body_modes()?;
+    }
     let mut strategy = Monolithic::new(options::newton(case, terms), linear, system.pattern_vector())?;
     stage.holding = if system.is_held() { 0.0 } else { HOLDING };
     let mut level = Levels::new(increments.max(1));
@@ -83,6 +86,7 @@ fn press<const D: usize>(
                 Outcome::Failed(Default::default(), "the prescribed displacement can not be followed".into())
             }
         };
+        journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
             Outcome::Converged(report) => {
                 journal.pressed(&report);
@@ -176,7 +180,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     rhs.scale(-1.0)?;
     system.jacobian(stage, Terms::MASS, None)?;
     let problem = Problem { symmetric: true, contact: false, ..options::problem::<D>(system, true) };
-    let choice = LinearChoice::Named("cg_icc");
+    let choice = LinearChoice::Named("cg_jacobi");
     let mut linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[2], &choice, &problem)?;
     let tolerance = case.solver.krylov.tolerance.si.min(1e-10);
     if linear.solve(system.matrix(), &rhs, &mut change, tolerance)?.is_none() {

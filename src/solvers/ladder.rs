@@ -2,6 +2,7 @@
 
 use super::presets::Preset;
 use crate::error::{Error, Result};
+use crate::petsc::Format;
 
 /// What the case asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,6 +26,8 @@ pub struct Problem {
     pub symmetric: bool,
     /// Contact takes part.
     pub contact: bool,
+    /// Storage of the matrix; `None` while it is to be chosen.
+    pub format: Option<Format>,
 }
 
 impl Problem {
@@ -32,15 +35,17 @@ impl Problem {
     fn is_small(&self) -> bool {
         self.unknowns
             < match (self.dimension, self.dynamic) {
-                (2, true) => 3_000,
+                (2, true) => 600,
                 (2, false) => 500_000,
-                (_, true) => 1_500,
+                (_, true) => 600,
                 (_, false) => 15_000,
             }
     }
 
     fn names(&self) -> &'static [&'static str] {
-        match (self.is_small(), self.symmetric, self.dynamic) {
+        // The factorisations and preconditioners that gain from symmetry want scalar rows.
+        let symmetric = self.symmetric && self.format != Some(Format::Baij);
+        match (self.is_small(), symmetric, self.dynamic) {
             (true, true, _) => &["cholesky", "direct"],
             (true, false, _) => &["direct"],
             (false, true, true) => &["cg_icc", "cholesky", "direct"],
@@ -51,9 +56,13 @@ impl Problem {
             (false, false, false) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
         }
     }
+
+    fn stores(&self, preset: &Preset) -> bool {
+        self.format.is_none_or(|format| preset.formats.contains(&format))
+    }
 }
 
-/// The solvers to try in turn, all with the storage of the first.
+/// The solvers to try in turn, all for the storage that the problem has.
 ///
 /// # Errors
 /// [`Cause::Case`](crate::error::Cause) when the user names a solver for symmetric matrices and this one is not.
@@ -63,13 +72,14 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
         LinearChoice::Named("direct") => vec!["direct"],
         LinearChoice::Named(name) => vec![name, "direct"],
     };
-    let presets: Vec<&Preset> = names.iter().filter_map(|name| Preset::named(name)).collect();
+    let known = names.iter().filter_map(|name| Preset::named(name));
+    let presets: Vec<&Preset> = known.filter(|preset| problem.stores(preset)).collect();
     let Some(first) = presets.first() else {
         return Err(Error::internal("no linear solver is known by that name"));
     };
     if first.symmetric && !problem.symmetric {
         return Err(Error::case(format!(
-            "linear solver '{}' needs a symmetric matrix, and friction makes this one non-symmetric",
+            "linear solver '{}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric",
             first.name
         ))
         .hint("use gmres_asm_ilu, gmres_amg, direct or auto"));
@@ -77,12 +87,38 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
     Ok(presets)
 }
 
+/// The storage that the first of the solvers works best with and all of them work with.
+pub fn storage(presets: &[&Preset]) -> Format {
+    let fits = |format: &&Format| presets.iter().all(|preset| preset.formats.contains(format));
+    presets.first().and_then(|first| first.formats.iter().find(fits)).copied().unwrap_or(Format::Aij)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const SCENE: Problem =
-        Problem { unknowns: 50_000, dimension: 2, dynamic: true, symmetric: false, contact: true };
+    const SCENE: Problem = Problem {
+        unknowns: 50_000,
+        dimension: 2,
+        dynamic: true,
+        symmetric: false,
+        contact: true,
+        format: None,
+    };
+
+    fn all_problems() -> impl Iterator<Item = Problem> {
+        let sizes = [100, 50_000, 5_000_000].into_iter().flat_map(|unknowns| [2, 3].map(|d| (unknowns, d)));
+        sizes.flat_map(|(unknowns, dimension)| {
+            (0..8u8).map(move |flags| Problem {
+                unknowns,
+                dimension,
+                dynamic: flags & 1 != 0,
+                symmetric: flags & 2 != 0,
+                contact: flags & 4 != 0,
+                format: None,
+            })
+        })
+    }
 
     /// A solver for symmetric matrices is refused where friction makes the matrix non-symmetric.
     #[test]
@@ -90,25 +126,32 @@ mod tests {
         let refused = ladder(&LinearChoice::Named("cg_icc"), &SCENE);
         assert!(refused.is_err_and(|e| e.message.contains("symmetric")));
         assert!(ladder(&LinearChoice::Named("cg_icc"), &Problem { symmetric: true, ..SCENE }).is_ok());
+        for problem in all_problems().filter(|problem| !problem.symmetric) {
+            assert!(ladder(&LinearChoice::Auto, &problem).unwrap().iter().all(|preset| !preset.symmetric));
+        }
     }
 
     /// Every ladder ends with a factorisation that takes any matrix.
     #[test]
     fn ladders_end_with_a_factorisation() {
-        for unknowns in [100, 50_000, 5_000_000] {
-            for dimension in [2, 3] {
-                for flags in 0..8u8 {
-                    let problem = Problem {
-                        unknowns,
-                        dimension,
-                        dynamic: flags & 1 != 0,
-                        symmetric: flags & 2 != 0,
-                        contact: flags & 4 != 0,
-                    };
-                    let steps = ladder(&LinearChoice::Auto, &problem).unwrap();
-                    assert_eq!(steps.last().map(|p| p.name), Some("direct"));
-                }
+        for problem in all_problems() {
+            let steps = ladder(&LinearChoice::Auto, &problem).unwrap();
+            assert_eq!(steps.last().map(|p| p.name), Some("direct"));
+        }
+    }
+
+    /// A ladder keeps to the storage that there is, and a storage chosen for a ladder suits every rung of it.
+    #[test]
+    fn ladders_respect_the_storage() {
+        for problem in all_problems() {
+            for format in [Format::Aij, Format::Baij] {
+                let fixed = Problem { format: Some(format), ..problem };
+                let steps = ladder(&LinearChoice::Auto, &fixed).unwrap();
+                assert!(steps.iter().all(|preset| preset.formats.contains(&format)), "{fixed:?}");
             }
+            let steps = ladder(&LinearChoice::Auto, &problem).unwrap();
+            let format = storage(&steps);
+            assert!(steps.iter().all(|preset| preset.formats.contains(&format)), "{problem:?}");
         }
     }
 }

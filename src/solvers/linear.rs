@@ -18,6 +18,38 @@ pub struct Solved {
     pub preset: &'static str,
 }
 
+/// A preset failed and the next one took over.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fallback {
+    /// The preset that failed.
+    pub from: &'static str,
+    /// The preset that took over.
+    pub to: &'static str,
+    /// How it failed, in words.
+    pub why: String,
+}
+
+/// What became of the preset on one rung.
+struct Tried {
+    iterations: u32,
+    residual: f64,
+    /// Residual that was asked for: the user's option where there is one.
+    tolerance: f64,
+    /// PETSc's word on how it ended.
+    reason: String,
+}
+
+impl Tried {
+    /// The true residual may miss the tolerance by this factor before the solve counts as failed.
+    const SLACK: f64 = 10.0;
+    /// No true residual is asked to be smaller: a factorisation can not do better on a stiff contact.
+    const ROUNDING: f64 = 1e-9;
+
+    fn is_good(&self) -> bool {
+        self.residual <= Self::SLACK * self.tolerance.max(Self::ROUNDING)
+    }
+}
+
 /// Solves with the current preset of the ladder and steps up where that fails.
 pub struct LinearSolver {
     session: Rc<Session>,
@@ -28,7 +60,10 @@ pub struct LinearSolver {
     rung: usize,
     /// Solves since the last step up.
     calm: u32,
+    /// Solves on a higher rung before the first is tried again.
+    patience: u32,
     symmetric: bool,
+    fallbacks: Vec<Fallback>,
     fatigue: Fatigue,
     work: Vector,
     setup: Event,
@@ -38,31 +73,33 @@ pub struct LinearSolver {
 impl LinearSolver {
     /// Iterations after which a preset counts as failed.
     const MAX_ITERATIONS: usize = 500;
-    /// Solves on a higher rung before the first is tried again.
-    const CALM: u32 = 50;
-    /// The true residual may miss the tolerance by this factor before the solve counts as failed.
-    const SLACK: f64 = 10.0;
+    /// Solves on a higher rung before the first is tried again, for the first time; twice as many each time after.
+    const PATIENCE: u32 = 25;
 
-    /// A solver for such problems with vectors like `pattern` and PETSc options under `prefix`.
+    /// A solver for such problems with vectors like `pattern` and PETSc options under `prefix`. Collective.
     ///
     /// # Errors
-    /// When the choice does not fit the problem.
+    /// When the choice, or a method that the user's options name, does not fit the problem.
     pub fn new(pattern: &Vector, prefix: &str, choice: &LinearChoice, problem: &Problem) -> Result<Self> {
         let session = pattern.session();
         let ladder = ladder(choice, problem)?;
-        Ok(Self {
+        let mut solver = Self {
             session: session.clone(),
             prefix: prefix.to_owned(),
             solvers: ladder.iter().map(|_| None).collect(),
             ladder,
             rung: 0,
             calm: 0,
+            patience: Self::PATIENCE,
             symmetric: problem.symmetric,
+            fallbacks: Vec::new(),
             fatigue: Fatigue::default(),
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
             solve: Event::register(session, "Solve")?,
-        })
+        };
+        solver.krylov()?;
+        Ok(solver)
     }
 
     /// The presets in the order in which they are tried.
@@ -75,10 +112,21 @@ impl LinearSolver {
         self.ladder[self.rung]
     }
 
+    /// Whether a multigrid is on the ladder, or one that the user chose by options.
+    pub fn wants_rigid_body_modes(&self) -> bool {
+        let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
+        chosen || self.ladder.iter().any(|preset| preset.multigrid)
+    }
+
+    /// What failed since the last call.
+    pub fn take_fallbacks(&mut self) -> Vec<Fallback> {
+        std::mem::take(&mut self.fallbacks)
+    }
+
     /// `x` with `|matrix x - rhs| <= tolerance |rhs|`, or `None` where the last rung failed too. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses, or a user's option asks for a method that the matrix does not allow.
+    /// When PETSc refuses.
     pub fn solve(
         &mut self,
         matrix: &Matrix,
@@ -87,58 +135,77 @@ impl LinearSolver {
         tolerance: f64,
     ) -> Result<Option<Solved>> {
         let mut iterations = 0;
+        let size = rhs.norm()?;
         self.step_down();
         loop {
-            let tried = self.attempt(matrix, rhs, x, tolerance)?;
+            let tried = self.attempt(matrix, (rhs, size), x, tolerance)?;
             iterations += tried.iterations;
-            if tried.residual <= Self::SLACK * tolerance.max(1e-9) {
-                return Ok(Some(Solved { iterations, ..tried }));
+            if tried.is_good() {
+                let (residual, preset) = (tried.residual, self.preset().name);
+                return Ok(Some(Solved { iterations, residual, preset }));
             }
             if self.rung + 1 == self.ladder.len() {
                 return Ok(None);
             }
-            self.rung += 1;
-            self.calm = 0;
-            self.fatigue = Fatigue::default();
+            self.step_up(&tried);
         }
+    }
+
+    fn step_up(&mut self, tried: &Tried) {
+        let why = match tried.residual.is_finite() {
+            true => format!("true residual {:.1e} > {:.1e}", tried.residual, tried.tolerance),
+            false => format!("{} after {} iterations", tried.reason, tried.iterations),
+        };
+        let from = self.preset().name;
+        self.rung += 1;
+        self.calm = 0;
+        self.fatigue = Fatigue::default();
+        self.fallbacks.push(Fallback { from, to: self.preset().name, why });
     }
 
     /// Goes back to the first rung after a calm time.
     fn step_down(&mut self) {
         self.calm += 1;
-        if self.rung > 0 && self.calm > Self::CALM {
+        if self.rung > 0 && self.calm > self.patience {
             self.rung = 0;
             self.calm = 0;
+            self.patience = self.patience.saturating_mul(2);
             self.fatigue = Fatigue::default();
         }
     }
 
-    fn attempt(&mut self, matrix: &Matrix, rhs: &Vector, x: &mut Vector, tolerance: f64) -> Result<Solved> {
-        let preset = self.preset();
-        let symmetric = self.symmetric;
+    /// One solve on the current rung; `rhs` comes with its norm.
+    fn attempt(
+        &mut self,
+        matrix: &Matrix,
+        (rhs, size): (&Vector, f64),
+        x: &mut Vector,
+        tolerance: f64,
+    ) -> Result<Tried> {
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
-        let renew = !preset.iterative || self.fatigue.is_tired();
+        let renew = !self.preset().iterative || self.fatigue.is_tired();
         let krylov = self.krylov()?;
         krylov.set_operators(matrix, matrix)?;
         krylov.reuse_preconditioner(if renew { Reuse::Renew } else { Reuse::Keep })?;
         krylov.set_tolerances(tolerance, 0.0, Self::MAX_ITERATIONS)?;
-        if !symmetric {
-            refuse_symmetric_method(krylov)?;
-        }
+        let tolerance = krylov.tolerance()?;
         setup.time(|| krylov.set_up())?;
         let outcome = solve.time(|| krylov.solve(rhs, x))?;
-        let size = rhs.norm()?;
         let residual = match outcome.converged() {
             true if size > 0.0 => residual_norm(matrix, rhs, x, &mut self.work)? / size,
             true => 0.0,
             false => f64::INFINITY,
         };
-        self.fatigue.record(renew, outcome.iterations as u32, tolerance);
-        if !renew && !residual.is_finite() {
-            self.fatigue = Fatigue::default();
-            return self.attempt(matrix, rhs, x, tolerance);
+        let iterations = outcome.iterations as u32;
+        self.fatigue.record(renew, iterations, tolerance);
+        let tried = Tried { iterations, residual, tolerance, reason: outcome.reason.to_string() };
+        if renew || tried.is_good() {
+            return Ok(tried);
         }
-        Ok(Solved { iterations: outcome.iterations as u32, residual, preset: preset.name })
+        // The preconditioner of an earlier matrix may be at fault: the preset gets a second try with its own.
+        self.fatigue = Fatigue::default();
+        let again = self.attempt(matrix, (rhs, size), x, tolerance)?;
+        Ok(Tried { iterations: iterations + again.iterations, ..again })
     }
 
     /// The Krylov solver of the current rung, made on first use.
@@ -147,6 +214,9 @@ impl LinearSolver {
         if slot.is_none() {
             let mut krylov = Krylov::new(&self.session, &self.prefix)?;
             krylov.configure(&self.ladder[self.rung].options_on(self.session.size() as usize))?;
+            if !self.symmetric {
+                refuse_symmetric_method(&krylov)?;
+            }
             *slot = Some(krylov);
         }
         slot.as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
@@ -180,7 +250,7 @@ impl Fatigue {
 }
 
 /// Methods of PETSc that rely on a symmetric operator.
-const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "cgne", "nash"];
+const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "nash", "stcg"];
 
 /// The user may have chosen a method by PETSc's options that this matrix does not allow.
 fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
@@ -188,7 +258,8 @@ fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
     if !SYMMETRIC_METHODS.contains(&method.as_str()) {
         return Ok(());
     }
-    let message =
-        format!("KSP type '{method}' needs a symmetric matrix, and friction makes this one non-symmetric");
+    let message = format!(
+        "KSP type '{method}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric"
+    );
     Err(Error::case(message).hint("use -ksp_type gmres or fgmres, or leave the choice to the program"))
 }

@@ -12,7 +12,7 @@ mod presets;
 
 pub use convergence::{IterationReport, Outcome, SolveReport};
 pub use forcing::Forcing;
-pub use ladder::{LinearChoice, Problem, ladder};
-pub use linear::{LinearSolver, Solved};
+pub use ladder::{LinearChoice, Problem, ladder, storage};
+pub use linear::{Fallback, LinearSolver, Solved};
 pub use monolithic::{Monolithic, NewtonSettings};
 pub use presets::{PRESETS, Preset};

@@ -8,7 +8,7 @@
 
 use super::convergence::{IterationReport, Outcome, SolveReport};
 use super::forcing::Forcing;
-use super::linear::LinearSolver;
+use super::linear::{Fallback, LinearSolver};
 use crate::dynamics::{Dynamics, Lift, Residual, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
@@ -75,6 +75,11 @@ impl Monolithic {
     /// The linear solver in use.
     pub fn linear(&self) -> &LinearSolver {
         &self.linear
+    }
+
+    /// Linear solvers that failed since the last call, and what took over.
+    pub fn take_fallbacks(&mut self) -> Vec<Fallback> {
+        self.linear.take_fallbacks()
     }
 
     /// Corrects `stage.trial` until the balance holds. Collective.

@@ -13,13 +13,21 @@ pub struct Preset {
     pub symmetric: bool,
     /// Solves by iteration; a factorisation meets any tolerance in one go.
     pub iterative: bool,
-    /// Storage that its preconditioner needs.
-    pub format: Format,
+    /// Storages that its preconditioner works with, the better one first.
+    pub formats: &'static [Format],
+    /// Multigrid, which wants to know the rigid-body modes.
+    pub multigrid: bool,
     /// Options without the prefix, for any number of ranks.
     pub options: &'static [(&'static str, &'static str)],
     /// Options that replace some of these on one rank.
     pub alone: &'static [(&'static str, &'static str)],
 }
+
+/// Blocks make products and incomplete factors twice as fast.
+const BOTH: &[Format] = &[Format::Baij, Format::Aij];
+
+/// PETSc's multigrid and MUMPS's Cholesky refuse blocks, its ICC crashes on a rank that has none.
+const AIJ: &[Format] = &[Format::Aij];
 
 const GMRES: [(&str, &str); 3] =
     [("ksp_type", "gmres"), ("ksp_pc_side", "right"), ("ksp_gmres_restart", "100")];
@@ -34,7 +42,8 @@ pub const PRESETS: &[Preset] = &[
         about: "LU factorisation by MUMPS: any matrix, memory grows faster than the problem",
         symmetric: false,
         iterative: false,
-        format: Format::Baij,
+        formats: BOTH,
+        multigrid: false,
         options: &[
             ("ksp_type", "preonly"),
             ("pc_type", "lu"),
@@ -49,7 +58,8 @@ pub const PRESETS: &[Preset] = &[
         about: "symmetric factorisation by MUMPS: half the work of `direct`",
         symmetric: true,
         iterative: false,
-        format: Format::Aij,
+        formats: AIJ,
+        multigrid: false,
         options: &[
             ("ksp_type", "preonly"),
             ("pc_type", "cholesky"),
@@ -64,7 +74,8 @@ pub const PRESETS: &[Preset] = &[
         about: "GMRES with ILU(0) on overlapping subdomains: best where inertia helps, and for 3D contact",
         symmetric: false,
         iterative: true,
-        format: Format::Baij,
+        formats: BOTH,
+        multigrid: false,
         options: &[
             GMRES[0],
             GMRES[1],
@@ -80,7 +91,8 @@ pub const PRESETS: &[Preset] = &[
         about: "GMRES with ILU(1) on wider overlaps: half the iterations of `gmres_asm_ilu`, twice the memory",
         symmetric: false,
         iterative: true,
-        format: Format::Baij,
+        formats: BOTH,
+        multigrid: false,
         options: &[
             GMRES[0],
             GMRES[1],
@@ -93,11 +105,22 @@ pub const PRESETS: &[Preset] = &[
         alone: &[("pc_type", "ilu"), ("pc_factor_levels", "1")],
     },
     Preset {
+        name: "cg_jacobi",
+        about: "conjugate gradients scaled by the diagonal: the mass matrix",
+        symmetric: true,
+        iterative: true,
+        formats: BOTH,
+        multigrid: false,
+        options: &[("ksp_type", "cg"), ("ksp_norm_type", "unpreconditioned"), ("pc_type", "jacobi")],
+        alone: &[],
+    },
+    Preset {
         name: "cg_icc",
         about: "conjugate gradients with incomplete Cholesky: symmetric problems where inertia helps",
         symmetric: true,
         iterative: true,
-        format: Format::Aij,
+        formats: AIJ,
+        multigrid: false,
         options: &[
             ("ksp_type", "cg"),
             ("ksp_norm_type", "unpreconditioned"),
@@ -113,7 +136,8 @@ pub const PRESETS: &[Preset] = &[
         about: "conjugate gradients with algebraic multigrid and rigid-body modes: large, symmetric, static",
         symmetric: true,
         iterative: true,
-        format: Format::Aij,
+        formats: AIJ,
+        multigrid: true,
         options: &[("ksp_type", "cg"), ("ksp_norm_type", "unpreconditioned"), ("pc_type", "gamg")],
         alone: &[],
     },
@@ -122,7 +146,8 @@ pub const PRESETS: &[Preset] = &[
         about: "GMRES with multigrid and ILU in turn: large and static with contact",
         symmetric: false,
         iterative: true,
-        format: Format::Aij,
+        formats: AIJ,
+        multigrid: true,
         options: &[
             ("ksp_type", "fgmres"),
             ("ksp_gmres_restart", "100"),
