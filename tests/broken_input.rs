@@ -110,11 +110,12 @@ const CASES: &[Broken] = &[
     ("at: [0, 0]", "at: [7, 0]", 3, &["probe 'corner'", "6.6", "away from the nearest node", "hint: "], 2),
     ("at: [0, 0]", "at: [0, 0, 0]", 3, &["probe", "2 entries in 2D, found 3"], 0),
     // Physics that can not be.
+    ("normal: [0, 1]", "normal: [0, -1]", 3, &["'sole'", "behind 'floor'", "free side", "hint: "], 2),
     (
-        "normal: [0, 1]",
-        "normal: [0, -1]",
+        "point: [0, 0]",
+        "point: [0, 0.1]",
         3,
-        &["'sole' starts with", "behind 'floor'", "4.000e-1 m", "hint: "],
+        &["'sole' starts with 5 nodes behind 'floor'", "1.000e-1 m", "hint: "],
         2,
     ),
     ("normal: [0, 1]", "normal: [0, 0]", 3, &["the normal of a plane is zero"], 0),
@@ -127,7 +128,7 @@ const CASES: &[Broken] = &[
     (BOX, "file: empty.msh", 4, &["empty.msh"], 0),
     (BOX, "file: truncated.msh", 4, &["truncated.msh", "line"], 3),
     (BOX, "file: inverted.msh", 4, &["inverted.msh", "element"], 2),
-    (BOX, "file: unknown.msh", 4, &["unknown.msh", "element type"], 0),
+    (BOX, "file: unknown.msh", 4, &["unknown.msh: line 24", "unknown type 99", "quad4"], 0),
     (BOX, "file: dangling.msh", 4, &["dangling.msh", "node"], 0),
     (BOX, "file: square.msh, region: rubbr", 4, &["square.msh", "rubbr", "rubber"], 2),
 ];
@@ -215,7 +216,7 @@ fn a_mesh_of_another_dimension_is_refused() {
     let case = case.replace("[0, 0]", "[0, 0, 0]").replace("[0, 1]", "[0, 0, 1]");
     folder.write("case.yml", &case);
     let output = run(2, &["case.yml"], &folder);
-    check(&output, 4, &["square.msh", "3D"]).unwrap();
+    check(&output, 4, &["square.msh", "no elements of dimension 3"]).unwrap();
 }
 
 /// In statics a body that neither a support nor a contact holds is an error that names it.
@@ -225,10 +226,14 @@ fn a_body_that_nothing_holds_is_refused_on_2_ranks() {
     let loose = "  loose:\n    mesh: { box: { min: [1, 0], max: [2, 1], cells: [2, 2] } }\n    \
                  material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }\nobstacles:";
     let case = CASE.replace("obstacles:", loose).replace(START, "").replace(FRICTION, "friction: none");
-    folder.write("case.yml", &case.replace(TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }"));
-    for command in [&["case.yml", "-o", "out"][..], &["check", "case.yml"][..]] {
-        let output = run(2, command, &folder);
-        check(&output, 3, &["nothing holds 'loose' along x, y", "hint: "]).unwrap();
+    let case = case.replace(TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }");
+    let half = case.replace("boundary:", "boundary:\n  half: { on: loose.top, displacement: { y: 0 } }");
+    for (case, words) in [(&case, "nothing holds the body 'loose'"), (&half, "nothing holds 'loose' along x")]
+    {
+        folder.write("case.yml", case);
+        for command in [&["case.yml", "-o", "out"][..], &["check", "case.yml"][..]] {
+            check(&run(2, command, &folder), 3, &[words, "hint: "]).unwrap();
+        }
     }
 }
 
