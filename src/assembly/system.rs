@@ -448,16 +448,17 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             }
             let mut inverted = Ok(());
             for solid in solids {
-                let lift = reborrow(&mut target);
+                let lift = target.as_mut().map(LiftTarget::reborrow);
                 inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
             }
-            external.add_stiffness(&Self::moment(stage, &u), constrained, values);
+            let lift = target.as_mut().map(LiftTarget::reborrow);
+            external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
             drop(tangent);
             let _running = phases.contact.begin();
             let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
             let selection = Selection { terms, velocity_shift: shifts.velocity };
             for pair in contacts.iter_mut() {
-                let lift = reborrow(&mut target);
+                let lift = target.as_mut().map(LiftTarget::reborrow);
                 pair.add_stiffness(&fields, (selection, hold(stage)), constrained, values, lift);
             }
             inverted
@@ -529,10 +530,6 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     fn extent(&self) -> f64 {
         self.extent
     }
-}
-
-fn reborrow<'a>(target: &'a mut Option<LiftTarget<'_>>) -> Option<LiftTarget<'a>> {
-    target.as_mut().map(|target| LiftTarget { change: target.change, rhs: &mut *target.rhs })
 }
 
 /// Friction, a changing area or a following load make the matrix non-symmetric.

@@ -194,6 +194,11 @@ impl Table {
         Self { header, rows }
     }
 
+    /// The columns, with their units.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.header.iter().map(String::as_str)
+    }
+
     /// Number of rows below the header.
     pub fn len(&self) -> usize {
         self.rows.len()

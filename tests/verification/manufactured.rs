@@ -66,7 +66,8 @@ fn converges<const D: usize>(session: &Rc<Session>, (solid, cells): &Row) {
         let Solid { kind, law, kinematics, locking } = solid;
         println!("{kind} {law} {kinematics:?} {locking:?}: {coarse:.2e} {fine:.2e} rate {rate:.2}");
     }
-    assert!(rate > order - 0.1, "{solid:?}: rate {rate}");
+    // Serendipity elements fall from a higher order to theirs.
+    assert!(rate > order - 0.1 && rate < order + 0.2, "{solid:?}: rate {rate}");
 }
 
 /// Error of the displacement in the L2 norm.

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use contact_petsc::assembly::{ContactSystem, SystemOptions};
 use contact_petsc::case::Function;
-use contact_petsc::dynamics::Stage;
+use contact_petsc::dynamics::{Dynamics, Stage};
 use contact_petsc::element::{Formulation, Kinematics, Locking};
 use contact_petsc::material::Material;
 use contact_petsc::mesh::{BoxShape, ElementKind, Mesh, merge};
@@ -130,6 +130,7 @@ impl<const D: usize> Scene<D> {
             dynamic,
             symmetric: !self.system.has_friction() && !self.system.has_following_loads(),
             contact: self.system.has_contact(),
+            format: Some(self.system.matrix().format()),
         };
         let pattern = self.system.pattern_vector();
         let linear = LinearSolver::new(pattern, "", choice, &problem).expect("a linear solver");

@@ -7,7 +7,7 @@ use contact_petsc::contact::friction::coefficient::{Coefficient, Constant, Strib
 use contact_petsc::contact::friction::{Coulomb, Friction, FrictionLaw, PowerLaw, Regularization};
 use contact_petsc::contact::normal::{NormalLaw, Penalty, PowerLaw as PowerNormal};
 use contact_petsc::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
-use contact_petsc::dynamics::Dynamics;
+use contact_petsc::dynamics::{Dynamics, Lift};
 use contact_petsc::mesh::ElementKind::{Hex8, Quad4, Tet4, Tet10, Tri6};
 use contact_petsc::model::{Contact, InitialOverclosure, LoadKind, NormalChoice, Quadrature};
 use contact_petsc::petsc::{Format, Operator, Session, Vector as Distributed};
@@ -186,7 +186,7 @@ impl<const D: usize> Case<D> {
             name: "sole".to_owned(),
             contactor: "block.bottom".to_owned(),
             body: 0,
-            obstacle: self.obstacle.clone(),
+            obstacle: self.obstacle,
             target: "foundation".to_owned(),
             normal: NormalChoice::Law(self.normal),
             penetration: None,
@@ -279,6 +279,34 @@ fn rate<const D: usize>(scene: &mut Scene<D>, at: (&Distributed, &Distributed), 
     (coarse / fine).log2()
 }
 
+/// Order with which `R(u + h e) - R(u) + h rhs` vanishes, where prescribed unknowns change by `e` and `rhs` is what the
+/// matrix has moved to the right side for it, in statics.
+fn lift_rate<const D: usize>(scene: &mut Scene<D>, (u, e): (&Distributed, &mut Distributed)) -> f64 {
+    e.update_ghosts().expect("PETSc");
+    scene.stage.inertia = false;
+    let mut moved = |h: f64| {
+        let mut out = u.like().expect("PETSc");
+        let Scene { system, stage, .. } = &mut *scene;
+        stage.trial.u.waxpy(h, e, u).expect("PETSc");
+        stage.update_rates().expect("PETSc");
+        stage.trial.u.update_ghosts().expect("PETSc");
+        stage.trial.v.update_ghosts().expect("PETSc");
+        system.residual(stage, &mut out).expect("PETSc");
+        out
+    };
+    let steps = [0.5f64.powi(14), 0.5f64.powi(15)];
+    let ([coarse, fine], base) = (steps.map(&mut moved), moved(0.0));
+    let mut rhs = u.like().expect("PETSc");
+    let lift = Lift { change: e, rhs: &mut rhs };
+    scene.system.jacobian(&scene.stage, Terms::ALL, Some(lift)).expect("PETSc");
+    let [coarse, fine] = [(coarse, steps[0]), (fine, steps[1])].map(|(mut rest, h)| {
+        rest.axpy(-1.0, &base).expect("PETSc");
+        rest.axpy(h, &rhs).expect("PETSc");
+        rest.norm().expect("PETSc")
+    });
+    (coarse / fine).log2()
+}
+
 /// Which owned unknowns are prescribed: those that `prescribe` changes.
 fn prescribed<const D: usize>(scene: &mut Scene<D>) -> Vec<bool> {
     const FREE: f64 = 7.0;
@@ -294,14 +322,13 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>, format: Format) 
     scene.system.prescribe(&mut scene.stage).expect("PETSc");
     let mut u = scene.stage.trial.u.like().expect("PETSc");
     u.copy_from(&scene.stage.trial.u).expect("PETSc");
-    let directions = [false, true].map(|of_held| {
+    let [free, mut fixed] = [false, true].map(|of_held| {
         let mut d = u.like().expect("PETSc");
         let values = scatter(&scene, 6.0).into_iter().zip(&held);
         set(&mut d, values.map(|(value, held)| if *held == of_held { 0.5 * value } else { 0.0 }));
         d
     });
-    let [free, fixed] = &directions;
-    let at = (&u, free);
+    let at = (&u, &free);
     let name = format!("{} ({:?}, {} ranks)", case.name, format, session.size());
     let whole = rate(&mut scene, at, Terms::ALL);
     assert!(whole > 1.95, "{name}: rate {whole}");
@@ -312,7 +339,8 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>, format: Format) 
         assert!(right, "{name}: rate {without} without {term:?}, {whole} with it");
     }
     // Neither rows nor columns couple free and prescribed unknowns, the residual has no prescribed rows.
-    let (by_free, by_fixed) = (slope(&mut scene, at, Terms::ALL), slope(&mut scene, (&u, fixed), Terms::ALL));
+    let (by_free, by_fixed) =
+        (slope(&mut scene, at, Terms::ALL), slope(&mut scene, (&u, &fixed), Terms::ALL));
     let force = residual(&mut scene, at, 0.0);
     let columns = [by_free.owned(), by_fixed.owned(), force.owned()];
     for (dof, held) in held.iter().enumerate() {
@@ -329,6 +357,8 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>, format: Format) 
         if promised { asymmetry < 1e-13 } else { asymmetry > 1e-8 },
         "{name}: {promised} but {asymmetry:.1e}"
     );
+    let lifted = lift_rate(&mut scene, (&u, &mut fixed));
+    assert!(lifted > 1.95, "{name}: rate {lifted} of the prescribed columns");
     if session.rank() == 0 {
         println!("{name}: rate {whole:.3}, asymmetry {asymmetry:.1e}");
     }

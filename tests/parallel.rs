@@ -1,0 +1,202 @@
+//! The number of ranks is nobody's business: every scene gives the same answer on any number of them.
+//!
+//! The scenes are those of `meshes`, on coarser meshes and for fewer steps.
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use common::{Folder, Table, run};
+use contact_petsc::output::vtu::Values;
+use contact_petsc::output::vtu_reader::read_piece;
+
+/// Displacements agree to this part of the largest one.
+const AGREEMENT: f64 = 1e-9;
+
+const DIRECT: &str = "{ linear: direct, newton: { inexact: false } }";
+const GMRES: &str = "{ linear: gmres_asm_ilu, newton: { inexact: false } }";
+const INEXACT: &str = "{ linear: gmres_asm_ilu }";
+const AUTO: &str = "{ linear: auto }";
+
+/// A shipped case with some of its text replaced.
+fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
+    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    for (from, to) in changes {
+        assert!(text.contains(from), "{case} has no '{from}'");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+/// The case with its own solver block replaced.
+fn solved_by(text: &str, solver: &str) -> String {
+    let others = text.lines().filter(|line| !line.starts_with("solver:"));
+    others.chain([&*format!("solver: {solver}")]).map(|line| format!("{line}\n")).collect()
+}
+
+fn rubber_block() -> String {
+    shipped("rubber-block/case.yml", &[("cells: [48, 50]", "cells: [12, 13]"), ("end: 0.07", "end: 0.02")])
+}
+
+/// What a run left behind.
+struct Results(Folder);
+
+impl Results {
+    fn of(text: &str, ranks: usize) -> Self {
+        let folder = Folder::new("parallel");
+        folder.write("case.yml", text);
+        run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+        Self(folder)
+    }
+
+    fn table(&self, name: &str) -> Table {
+        Table::read(&self.0.join("out").join(name))
+    }
+
+    /// Every Newton iteration with its contact points, in words.
+    fn iterations(&self) -> Vec<String> {
+        let table = self.table("iterations.csv");
+        let columns = ["step", "attempt", "stage", "iteration", "points", "changed", "line_search"];
+        let columns = columns.map(|name| table.texts(name));
+        (0..table.len()).map(|row| columns.iter().map(|c| c[row]).collect::<Vec<_>>().join(" ")).collect()
+    }
+
+    /// Every step's contact points of each contact, in words.
+    fn contact_points(&self) -> Vec<String> {
+        let table = self.table("contact.csv");
+        let columns = ["step", "contact", "points", "stick", "slip"].map(|name| table.texts(name));
+        (0..table.len()).map(|row| columns.iter().map(|c| c[row]).collect::<Vec<_>>().join(" ")).collect()
+    }
+
+    /// The cells of all pieces of the first fields, each as the numbers of its nodes.
+    fn cells(&self, ranks: usize, grid: &str) -> Vec<Vec<i32>> {
+        let mut cells = Vec::new();
+        for rank in 0..ranks {
+            let file = self.0.join("out/fields/step_000000").join(format!("{grid}_{rank:04}.vtu"));
+            let piece = read_piece(&file).expect("a piece of every rank");
+            let Values::Int32(numbers) = &piece.point_data["node"].values else { panic!("no numbers") };
+            let nodes = |cell| piece.cell(cell).iter().map(|&point| numbers[point as usize]).collect();
+            cells.extend((0..piece.offsets.len()).map(nodes));
+        }
+        cells
+    }
+}
+
+/// Largest difference of all columns of a kind over the largest value in them.
+fn difference(one: &Table, other: &Table, columns: &[String]) -> f64 {
+    let (mut largest, mut apart) = (0.0f64, 0.0f64);
+    for column in columns {
+        for (a, b) in one.numbers(column).into_iter().zip(other.numbers(column)) {
+            assert_eq!(a.is_nan(), b.is_nan(), "{column}");
+            largest = largest.max(a.abs());
+            apart = apart.max((a - b).abs());
+        }
+    }
+    apart / largest.max(f64::MIN_POSITIVE)
+}
+
+/// The same iterations, contact points and displacements on one rank and on each of `ranks`; every element and
+/// facet in the pieces once.
+#[track_caller]
+fn invariant(text: &str, ranks: &[usize]) {
+    let alone = Results::of(text, 1);
+    let probes = alone.table("probes.csv");
+    let displacements: Vec<String> =
+        probes.names().filter(|name| name.contains(".u_")).map(str::to_owned).collect();
+    assert!(!displacements.is_empty());
+    let grids = ["volume", "contact"].map(|grid| (grid, alone.cells(1, grid)));
+    for &ranks in ranks {
+        let together = Results::of(text, ranks);
+        for (one, other) in alone.iterations().iter().zip(together.iterations()) {
+            assert_eq!(*one, other, "{ranks} ranks: an iteration (step attempt stage iteration points ...)");
+        }
+        assert_eq!(alone.iterations().len(), together.iterations().len(), "{ranks} ranks: iterations");
+        for (one, other) in alone.contact_points().iter().zip(together.contact_points()) {
+            assert_eq!(*one, other, "{ranks} ranks: step, contact, points, stick, slip");
+        }
+        let apart = difference(&probes, &together.table("probes.csv"), &displacements);
+        println!("{ranks} ranks: displacements differ by {apart:.1e} of the largest");
+        assert!(apart <= AGREEMENT, "{ranks} ranks: displacements differ by {apart:.1e} of the largest");
+        for (grid, cells) in &grids {
+            let pieces = together.cells(ranks, grid);
+            let once: BTreeSet<_> = pieces.iter().collect();
+            assert_eq!((pieces.len(), once.len()), (cells.len(), cells.len()), "{grid} cells, each once");
+            assert_eq!(once, cells.iter().collect(), "{grid} cells");
+        }
+    }
+}
+
+/// The rubber block with a factorisation.
+#[test]
+fn rubber_block_direct_on_1_2_3_4_ranks() {
+    invariant(&solved_by(&rubber_block(), DIRECT), &[2, 3, 4]);
+}
+
+/// The rubber block with GMRES, every linear system solved to the end.
+#[test]
+fn rubber_block_gmres_on_1_2_3_4_ranks() {
+    invariant(&solved_by(&rubber_block(), GMRES), &[2, 3, 4]);
+}
+
+/// The rubber block as the program does it by default: inexact Newton must not let the partition show.
+#[test]
+fn rubber_block_inexact_on_1_2_3_4_ranks() {
+    invariant(&solved_by(&rubber_block(), INEXACT), &[2, 3, 4]);
+}
+
+/// More ranks than elements: some own no element, no node and no contact facet.
+#[test]
+fn two_elements_on_1_4_7_ranks() {
+    let tiny = [("cells: [48, 50]", "cells: [2, 1]"), ("end: 0.07", "end: 0.01")];
+    let text = shipped("rubber-block/case.yml", &tiny);
+    invariant(&solved_by(&text, DIRECT), &[4, 7]);
+    invariant(&solved_by(&text, INEXACT), &[4, 7]);
+}
+
+/// The block on the incline: bodies that only friction holds, a start that needs a holding spring.
+#[test]
+fn incline_on_1_2_3_4_ranks() {
+    let coarse = [("cells: [16, 8]", "cells: [8, 4]"), ("end: 0.5", "end: 0.06")];
+    invariant(&solved_by(&shipped("incline/case.yml", &coarse), INEXACT), &[2, 3, 4]);
+}
+
+/// The sliding block, with the velocity regularisation and with the return map.
+#[test]
+fn sliding_block_on_1_2_3_ranks() {
+    for case in ["sliding-block/case.yml", "sliding-block/return-map.yml"] {
+        let text = shipped(case, &[("cells: [16, 4]", "cells: [8, 2]"), ("end: 0.25", "end: 0.03")]);
+        invariant(&solved_by(&text, INEXACT), &[2, 3]);
+    }
+}
+
+/// The bar on the wall: no friction, symmetric matrices, contact that opens and closes.
+#[test]
+fn bar_impact_on_1_2_3_4_ranks() {
+    let text =
+        shipped("bar-impact/case.yml", &[("cells: [1, 100]", "cells: [1, 50]"), ("end: 1.5", "end: 0.75")]);
+    invariant(&solved_by(&text, AUTO), &[2, 4]);
+    invariant(&solved_by(&text, "{ linear: cg_icc }"), &[2, 3]);
+}
+
+/// The patches of all plane elements, ten bodies with nodal and Gauss points.
+#[test]
+fn plane_patches_on_1_2_3_4_ranks() {
+    invariant(&shipped("patch/plane.yml", &[]), &[2, 3, 4]);
+}
+
+/// The patches of all solid elements.
+#[test]
+fn solid_patches_on_1_3_ranks() {
+    invariant(&shipped("patch/solid.yml", &[]), &[3]);
+}
+
+/// The rubber cube on the plane and on the ball: slip in two directions.
+#[test]
+fn rubber_cube_on_1_2_3_4_ranks() {
+    for case in ["rubber-cube/case.yml", "rubber-cube/sphere.yml"] {
+        let text = shipped(case, &[("cells: [10, 10, 10]", "cells: [4, 4, 4]"), ("end: 0.03", "end: 0.005")]);
+        invariant(&solved_by(&text, INEXACT), &[2, 3, 4]);
+    }
+}
