@@ -1,4 +1,48 @@
 //! Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
+//!
+//! After G. Szefer and D. Jasinska, *Dynamic analysis of large deformation contact of elastic bodies* (2001). This page
+//! is the map of the program; equation numbers are the paper's.
+//!
+//! # Modules in the order of their dependencies
+//!
+//! A module imports from rows above its own, and from what stands beside it before a semicolon (`tests/layers.rs` reads the
+//! imports and compares).
+//!
+//! | Layer | Modules | What they hold |
+//! |---|---|---|
+//! | 0 | [`error`], [`tensor`], [`square`], [`lanes`], [`terms`] | causes and exit codes; small tensors; SIMD lanes; the terms of (3.5) |
+//! | 1 | [`case`]; [`petsc`] | what the user writes; owners of PETSc's objects |
+//! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
+//! | 3 | [`partition`] | METIS, who owns what, distribution |
+//! | 4 | [`space`] | reference elements, quadrature, prescribed unknowns (3.1) |
+//! | 5 | [`element`]; [`contact`] | kernels: Q, K_0, K_NL, K_S, M; gap, projection, F_n, F_T and their tangents |
+//! | 6 | [`model`]; [`dynamics`] | the checked case; what solvers and integrators see |
+//! | 7 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
+//! | 8 | [`solvers`]; [`time`] | Newton and linear solvers; Newmark and its family |
+//! | 9 | [`output`], [`plot`] | tables, fields, record, console; figures |
+//! | 10 | [`simulation`], [`commands`], [`cli`] | the run, in the order of the paper's section 3; the command line |
+//!
+//! # From the paper's symbols to names
+//!
+//! | Paper | Here |
+//! |---|---|
+//! | B+, B- | contactor, target |
+//! | q, q', q'' | `u`, `v`, `a` |
+//! | E, S, T | `green_strain`, `second_piola`, `cauchy` |
+//! | x_p, g_n | `projection`, `gap` (> 0 is open) |
+//! | P | `tangential_projector` |
+//! | t_n (>= 0 in compression), t_T | `normal_traction`, `friction_traction` |
+//! | eps of t_n; eps of phi | `normal_compliance` in m/Pa; `stick_velocity` in m/s |
+//! | v_T, phi_eps | `slip_velocity`, `inverse_slip_speed` |
+//! | mu, c_N, m_N, c_T, m_T | `coefficient`, `normal_stiffness`, `normal_exponent`, `tangential_stiffness`, `tangential_exponent` |
+//! | M; K_0 + K_NL; K_S | [`Terms::MASS`](terms::Terms::MASS); `MATERIAL`; `GEOMETRIC` |
+//! | K_CN; K_nT; K_T; K_mu | `NORMAL_CONTACT`; `FRICTION_NORMAL_COUPLING` (non-symmetric); `FRICTION_DAMPING`; `COEFFICIENT_CHANGE` |
+//! | F_phi_n, F_phi_T of (2.16) | `ZONE_CHANGE`, `NORMAL_GEOMETRY`, `FRICTION_GEOMETRY`: change of area, normal, projection |
+//! | Newmark's alpha, beta | `beta`, `gamma` |
+//!
+//! Signs: every term is its contribution to the left-hand side, minus the derivative of a force.
+
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets")]
 
 pub mod assembly;
 pub mod case;

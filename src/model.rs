@@ -327,6 +327,9 @@ fn friction(friction: &case::Friction) -> Result<Option<Friction>> {
     };
     let regularization = match regularization {
         case::Regularization::StickVelocity(velocity) => Regularization::stick_velocity(velocity.si)?,
+        case::Regularization::SmoothStickVelocity(velocity) => {
+            Regularization::smooth_stick_velocity(velocity.si)?
+        }
         case::Regularization::StickStiffness(stiffness) => Regularization::stick_stiffness(stiffness.si)?,
     };
     Ok(Some(Friction { law, regularization }))

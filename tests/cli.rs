@@ -1,8 +1,40 @@
-//! The command line as a user meets it: what a broken input gets, and what a good one.
+//! The command line as a user meets it: what good input gets, and what happens when a run can not go on.
 
 mod common;
 
-use common::{Folder, run};
+use std::fs;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use common::{ENVIRONMENT, Folder, PROGRAM, Running, Table, run};
+
+/// A small block dragged over a floor, four steps.
+const BLOCK: &str = r#"title: Small block
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] } }
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
+    density: 1700
+obstacles:
+  floor: { plane: { point: [0, 0], normal: [0, 1] } }
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-9 } }
+    friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }
+boundary:
+  clamp: { on: block.top, displacement: { x: "1.0 * t", y: -0.01 } }
+start: { equilibrium: { friction: false, increments: 2 } }
+time: { end: 0.002, step: 5.0e-4 }
+output: { fields: { every: 3 }, probes: { corner: { at: [0, 0] } } }
+"#;
+
+fn with(from: &str, to: &str) -> String {
+    assert!(BLOCK.contains(from), "not in the case: {from}");
+    BLOCK.replacen(from, to, 1)
+}
 
 /// The version names the libraries that the program runs with.
 #[test]
@@ -12,4 +44,247 @@ fn version_names_the_libraries() {
     for library in ["PETSc 3.", "MPI", "METIS"] {
         assert!(output.stdout.contains(library), "{}", output.stdout);
     }
+}
+
+/// A run on two ranks speaks once, leaves all its files, and fields of the start and of the end.
+#[test]
+fn a_run_leaves_its_results_on_2_ranks() {
+    let folder = Folder::new("run");
+    folder.write("small.yml", BLOCK);
+    let output = run(2, &["small.yml"], &folder).success();
+    assert_eq!(output.stdout.matches("Small block").count(), 1, "{}", output.stdout);
+    assert_eq!(output.stdout.matches("completed at t = 0.002 s").count(), 1, "{}", output.stdout);
+    let results = folder.join("results/small");
+    for table in ["energy.csv", "contact.csv", "probes.csv", "reactions.csv"] {
+        assert_eq!(Table::read(&results.join(table)).len(), 5, "{table}");
+    }
+    assert!(Table::read(&results.join("iterations.csv")).len() > 4);
+    let series = fs::read_to_string(results.join("fields.pvd")).unwrap();
+    for step in ["000000", "000003", "000004"] {
+        assert!(series.contains(&format!("step_{step}/volume.pvtu")), "{series}");
+    }
+    let record = fs::read_to_string(results.join("run.json")).unwrap();
+    assert!(record.contains("\"verdict\": \"completed\"") && record.contains("\"exit_code\": 0"), "{record}");
+}
+
+/// The completed case that `check` prints is a case, checks to the same text, and nothing was solved or written.
+#[test]
+fn check_prints_a_case_on_1_and_2_ranks() {
+    let folder = Folder::new("check");
+    folder.write("case.yml", BLOCK);
+    let first = run(2, &["check", "case.yml"], &folder).success().stdout;
+    for words in
+        ["c_p", "CFL", "E/h", "expected penetration", "creeps", "linear solver: direct", "K_nT", "ranks"]
+    {
+        assert!(first.contains(words), "{words}: {first}");
+    }
+    // sqrt((lambda + 2 mu) / rho) of E = 5 MPa, nu = 0.3, rho = 1700.
+    assert!(first.contains("c_p 6.2923e1 m/s"), "{first}");
+    folder.write("again.yml", &first);
+    let plain = |text: &str| text.lines().filter(|l| !l.starts_with('#')).collect::<Vec<_>>().join("\n");
+    let again = run(0, &["check", "again.yml"], &folder).success().stdout;
+    assert_eq!(plain(&first), plain(&again));
+    assert!(!folder.join("results").exists());
+}
+
+/// The list has the entries of every table.
+#[test]
+fn list_has_every_table() {
+    let folder = Folder::new("list");
+    let text = run(0, &["list"], &folder).success().stdout;
+    for name in [
+        "hex27",
+        "neo_hookean",
+        "selective_reduced",
+        "cylinder",
+        "penalty",
+        "coulomb",
+        "stribeck",
+        "stick_stiffness",
+        "generalized_alpha",
+        "gmres_asm_ilu",
+        "auto",
+    ] {
+        assert!(text.contains(name), "{name}: {text}");
+    }
+}
+
+/// Options of PETSc reach it from the case and from the command line, the latter wins, and an unused one is named.
+#[test]
+fn petsc_options_reach_petsc_on_1_and_2_ranks() {
+    let folder = Folder::new("petsc");
+    folder.write("case.yml", &format!("{BLOCK}petsc: {{ ksp_type: gmres, pc_type: jacobi, ksp_vew: }}\n"));
+    let words = ["case.yml", "-o", "out", "--", "-ksp_view", "-pc_type", "ilu", "-snes_mponitor", "3"];
+    let output = run(1, &words, &folder).success();
+    assert!(
+        output.stdout.contains("type: gmres") && output.stdout.contains("type: ilu"),
+        "{}",
+        output.stdout
+    );
+    for option in ["`-snes_mponitor 3`", "`-ksp_vew`"] {
+        let warnings = output.stderr.lines().filter(|line| line.contains(option));
+        assert_eq!(warnings.count(), 1, "{option}: {}", output.stderr);
+    }
+    assert_eq!(output.stderr.matches("was used by nothing").count(), 2, "{}", output.stderr);
+    let unused = run(2, &["case.yml", "-o", "out", "--", "-pc_type", "asm", "-x_y", "1"], &folder).success();
+    assert_eq!(unused.stderr.matches("`-x_y 1` was used by nothing").count(), 1, "{}", unused.stderr);
+}
+
+/// `-v` prints the Newton table, `-vv` the linear solvers' iterations too, `-q` nothing.
+#[test]
+fn verbosity_has_its_levels() {
+    let folder = Folder::new("verbosity");
+    folder.write("case.yml", &with("time:", "solver: { linear: gmres_asm_ilu }\ntime:"));
+    let said = |flag: &[&str]| {
+        let output = run(0, &[&["case.yml", "-o", "out"], flag].concat(), &folder).success();
+        format!("{}{}", output.stdout, output.stderr)
+    };
+    let (plain, newton, linear, quiet) = (said(&[]), said(&["-v"]), said(&["-vv"]), said(&["-q"]));
+    assert!(plain.contains("step     4") && !plain.contains("krylov  points"), "{plain}");
+    assert!(newton.contains("krylov  points") && !newton.contains("KSP Residual norm"), "{newton}");
+    assert!(
+        linear.contains("KSP Residual norm") && linear.contains("Linear solve converged due to"),
+        "{linear}"
+    );
+    assert_eq!(quiet, "");
+}
+
+/// Of a penetration that was asked for the achieved one is reported, with a warning where it is larger.
+#[test]
+fn achieved_penetration_is_reported() {
+    let folder = Folder::new("penetration");
+    for (asked, kept) in [("\"1 mm\"", true), ("\"1 um\"", true), ("\"1 mm\" }, power", false)] {
+        let normal = match kept {
+            true => format!("penalty: {{ penetration: {asked} }}"),
+            // Far too soft for the pressure: E / 10 would be reached by ten times less than what comes.
+            false => "penalty: { penetration: \"1 mm\" }".to_owned(),
+        };
+        let mut case = with("penalty: { compliance: 1.0e-9 }", &normal);
+        if !kept {
+            case = case.replace("y: -0.01", "y: -0.1");
+        }
+        folder.write("case.yml", &case);
+        let output = run(0, &["case.yml", "-o", "out"], &folder).success();
+        assert!(output.stdout.contains("sole: deepest penetration"), "{}", output.stdout);
+        assert!(output.stdout.contains("asked for"), "{}", output.stdout);
+        let warned = output.stderr.contains("warning: contact 'sole' went");
+        assert_eq!(warned, !kept, "{asked}: {}{}", output.stdout, output.stderr);
+    }
+}
+
+/// A contact that can not close is remarked at the start and at the end, and the run goes on.
+#[test]
+fn a_contact_that_never_closes_is_remarked() {
+    let folder = Folder::new("far");
+    folder.write("case.yml", &with("point: [0, 0]", "point: [0, -50]"));
+    let output = run(2, &["case.yml"], &folder).success();
+    assert!(output.stdout.contains("can it close?"), "{}", output.stdout);
+    assert_eq!(output.stderr.matches("'sole' never closed").count(), 1, "{}", output.stderr);
+}
+
+/// Two supports that say the same of a node live together; each reaction is counted once.
+#[test]
+fn equal_supports_share_a_corner_on_2_ranks() {
+    let folder = Folder::new("corner");
+    let side = "  side: { on: block.right, displacement: { x: \"1.0 * t\" } }\nstart:";
+    folder.write("case.yml", &with("start:", side));
+    run(2, &["case.yml", "-o", "out"], &folder).success();
+    assert_eq!(Table::read(&folder.join("out/reactions.csv")).len(), 10);
+}
+
+/// An earlier result is replaced when it is ours, and only then.
+#[test]
+fn results_are_replaced_when_they_are_ours() {
+    let folder = Folder::new("replace");
+    folder.write("case.yml", BLOCK);
+    for _ in 0..2 {
+        run(0, &["case.yml", "-o", "out"], &folder).success();
+    }
+    fs::write(folder.join("out/run.json"), "{ \"program\": \"another\" }").unwrap();
+    let refused = run(2, &["case.yml", "-o", "out"], &folder);
+    assert_eq!(refused.code, Some(4), "{}", refused.stderr);
+    assert!(refused.stderr.contains("nothing was changed"), "{}", refused.stderr);
+    assert_eq!(fs::read_to_string(folder.join("out/run.json")).unwrap(), "{ \"program\": \"another\" }");
+}
+
+/// A run that is killed leaves tables of whole rows and a record that says `running`; the figures can be drawn.
+#[test]
+fn a_killed_run_leaves_whole_rows() {
+    let folder = Folder::new("killed");
+    folder.write("case.yml", &with("end: 0.002", "end: 0.3"));
+    let killed = Running::start(0, &["case.yml", "-o", "out"], &folder);
+    let energy = folder.join("out/energy.csv");
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while fs::read_to_string(&energy).unwrap_or_default().lines().count() < 12 {
+        assert!(Instant::now() < deadline, "no steps within a minute");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    killed.signal("KILL");
+    assert_eq!(killed.wait(Duration::from_secs(10)).code, None);
+    for name in ["energy.csv", "contact.csv", "probes.csv", "reactions.csv", "iterations.csv"] {
+        let text = fs::read_to_string(folder.join("out").join(name)).unwrap();
+        assert!(text.ends_with('\n') && Table::read(&folder.join("out").join(name)).len() >= 10, "{name}");
+    }
+    let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
+    assert!(record.contains("\"verdict\": \"running\""), "{record}");
+    let figures = run(0, &["plot", "out"], &folder).success();
+    assert!(figures.stdout.contains(".svg"), "{}", figures.stdout);
+    run(0, &["case.yml", "-o", "out", "-q", "--", "-ksp_type", "nonsense"], &folder);
+}
+
+/// A table that can no longer be written ends all ranks, as on a full disk.
+#[test]
+fn a_full_disk_ends_all_ranks_on_2_ranks() {
+    let folder = Folder::new("full");
+    folder.write("case.yml", &with("end: 0.002", "end: 10"));
+    // A limit of file sizes (in KiB) stands for the full disk: it needs no privileges.
+    let script = format!("trap '' XFSZ; ulimit -f 24; exec {PROGRAM} case.yml -o out");
+    // Shared memory between the ranks would be files, too.
+    let mut command = Command::new("timeout");
+    command.args(["-k", "5", "90", "mpirun", "-n", "2", "bash", "-c", &script]).current_dir(&*folder);
+    let output = command.envs(ENVIRONMENT).env("OMPI_MCA_btl", "self,tcp").output().expect("mpirun starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{stderr}");
+    assert_eq!(stderr.matches("contact-petsc: error").count(), 1, "{stderr}");
+    assert!(stderr.contains("can not write"), "{stderr}");
+}
+
+/// An inverted element that no cut avoids ends the run with code 6, the element, its place and the time.
+#[test]
+fn an_inverted_element_ends_with_its_place_on_2_ranks() {
+    let folder = Folder::new("inverted");
+    let text = BLOCK
+        .replace("neo_hookean", "saint_venant_kirchhoff")
+        .replace("y: -0.01", "y: \"-0.01 - 150 * t\"")
+        .replace("5.0e-4 }", "5.0e-4, cuts: 2 }");
+    folder.write("case.yml", &text);
+    let output = run(2, &["case.yml", "-o", "out"], &folder);
+    assert_eq!(output.code, Some(6), "{}{}", output.stdout, output.stderr);
+    assert_eq!(output.stderr.matches("contact-petsc: error").count(), 1, "{}", output.stderr);
+    for words in ["element 1", "at [0.0", "t = ", "det F"] {
+        assert!(output.stderr.contains(words), "{words}: {}", output.stderr);
+    }
+    let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
+    assert!(record.contains("\"verdict\": \"failed\"") && record.contains("\"exit_code\": 6"), "{record}");
+}
+
+/// A solve that does not converge ends with code 5, the figures and the threshold; the rows before it are kept.
+#[test]
+fn no_convergence_ends_with_the_figures_on_3_ranks() {
+    let folder = Folder::new("slow");
+    let text = BLOCK
+        .replace("start: { equilibrium: { friction: false, increments: 2 } }", "start: { rest: {} }")
+        .replace("y: -0.01", "y: \"-10 * t\"")
+        .replace(
+            "5.0e-4 }",
+            "5.0e-4, cuts: 1 }\nsolver: { newton: { max_iterations: 1, tolerance: 1.0e-12 } }",
+        );
+    folder.write("case.yml", &text);
+    let output = run(3, &["case.yml", "-o", "out"], &folder);
+    assert_eq!(output.code, Some(5), "{}{}", output.stdout, output.stderr);
+    assert_eq!(output.stderr.matches("contact-petsc: error").count(), 1, "{}", output.stderr);
+    for words in ["residual", "> 1.0e-12", "after 1 iteration", "t = "] {
+        assert!(output.stderr.contains(words), "{words}: {}", output.stderr);
+    }
+    assert!(!Table::read(&folder.join("out/energy.csv")).is_empty());
 }

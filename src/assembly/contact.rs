@@ -199,7 +199,7 @@ struct Stiffness<'a, 'm, const D: usize> {
 impl<const D: usize> ContactSink for Stiffness<'_, '_, D> {
     fn facet(&mut self, index: usize, _: &[u32], force: &[f64], stiffness: Option<&[f64]>) {
         let (map, piece) = self.maps.get(index);
-        let lift = self.lift.as_mut().map(|lift| LiftTarget { change: lift.change, rhs: &mut *lift.rhs });
+        let lift = self.lift.as_mut().map(LiftTarget::reborrow);
         let mut sink = MatrixSink::<D> {
             map,
             constrained: self.constrained,

@@ -2,7 +2,7 @@
 
 use super::contact::facets_of;
 use super::forces::Solid;
-use super::scatter::{ForceSink, MatrixSink, ScatterMap};
+use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
 use super::supports::in_space;
 use crate::case::Function;
 use crate::element::{Configuration, ElementSink, Kinematics, LoadedSurface};
@@ -58,11 +58,6 @@ impl<const D: usize> External<D> {
         Ok(Self { loads, dead: Vec::new(), dead_at: None })
     }
 
-    /// Whether there is no load at all.
-    pub fn is_empty(&self) -> bool {
-        self.loads.is_empty()
-    }
-
     /// Whether a load depends on the displacement, and so has a (non-symmetric) stiffness.
     pub fn follows(&self) -> bool {
         self.loads.iter().any(|load| load.follows)
@@ -80,14 +75,20 @@ impl<const D: usize> External<D> {
     }
 
     /// Adds the stiffness of following loads to the matrix.
-    pub fn add_stiffness(&self, at: &Moment, constrained: &[bool], values: &mut BlockValues) {
+    pub fn add_stiffness(
+        &self,
+        at: &Moment,
+        constrained: &[bool],
+        values: &mut BlockValues,
+        mut lift: Option<LiftTarget>,
+    ) {
         let following = self.loads.iter().filter(|load| load.follows);
         for (load, patch) in following.flat_map(|load| load.patches.iter().map(move |patch| (load, patch))) {
             let mut sink = MatrixSink::<D> {
                 map: &patch.map,
                 constrained,
                 values: &mut *values,
-                lift: None,
+                lift: lift.as_mut().map(LiftTarget::reborrow),
                 scratch: Vec::new(),
             };
             load.pressure(patch, at, &mut sink);

@@ -7,6 +7,7 @@ use super::contact::Contact;
 use super::system::ContactSystem;
 use crate::contact::point::{PointState, Status};
 use crate::contact::zone::ZoneSummary;
+use crate::dynamics::Dynamics;
 use crate::error::{Error, Result};
 use crate::model::Probe;
 use crate::petsc::Vector;
@@ -38,6 +39,8 @@ pub struct Watched<const D: usize> {
     pub node: u32,
     /// Reference position of the node [m].
     pub place: [f64; D],
+    /// How far that is from where it was asked for [m].
+    pub distance: f64,
     /// The contact whose surface holds the node, where there is one.
     pub contact: Option<usize>,
 }
@@ -135,7 +138,7 @@ impl<const D: usize> ContactSystem<D> {
     /// The nodes nearest to the probes: on all ranks the same. Collective.
     ///
     /// # Errors
-    /// When a body has no node at all.
+    /// When a body has no node at all, or the nearest one is farther away than all bodies are long.
     pub fn watch(&self, probes: &[Probe<D>]) -> Result<Vec<Watched<D>>> {
         let sums: Vec<NodalSums> = self
             .contacts
@@ -169,6 +172,11 @@ impl<const D: usize> ContactSystem<D> {
         if chosen == u32::MAX {
             return Err(Error::case(format!("probe '{}' finds no node", probe.name)));
         }
+        if least > self.extent() {
+            let (name, at) = (&probe.name, probe.at);
+            let message = format!("probe '{name}' at {at:?} is {least:.3e} m away from the nearest node");
+            return Err(Error::case(message).hint("give a reference position on a body, in metres"));
+        }
         let holder = if candidate == chosen { world.rank() } else { i32::MAX };
         let mut rank = 0;
         world.all_reduce_into(&holder, &mut rank, SystemOperation::min());
@@ -179,7 +187,7 @@ impl<const D: usize> ContactSystem<D> {
         world.process_at_rank(rank).broadcast_into(&mut place[..]);
         world.process_at_rank(rank).broadcast_into(&mut number);
         let contact = usize::try_from(number).ok();
-        Ok(Watched { name: probe.name.clone(), rank, node, place, contact })
+        Ok(Watched { name: probe.name.clone(), rank, node, place, distance: least, contact })
     }
 
     /// Motion and contact at the watched nodes; the same on all ranks. Collective.

@@ -59,6 +59,13 @@ pub struct LiftTarget<'a> {
     pub rhs: &'a mut [f64],
 }
 
+impl LiftTarget<'_> {
+    /// The same target for a shorter time.
+    pub fn reborrow(&mut self) -> LiftTarget<'_> {
+        LiftTarget { change: self.change, rhs: &mut *self.rhs }
+    }
+}
+
 /// Takes forces only: owned rows, local node order [N].
 pub struct ForceSink<'a, const D: usize> {
     /// Map of the group being swept.

@@ -29,7 +29,8 @@ pub struct Overclosure<const D: usize> {
 /// Looks for contactor nodes behind the target and treats them as the case says. Collective.
 ///
 /// # Errors
-/// When the case wants an overclosure to be an error, or a contactor has no facet at all.
+/// When the case wants an overclosure to be an error, the whole body lies behind the target, or a contactor has no
+/// facet at all.
 pub fn resolve_overclosure<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &mut LocalMesh<D>,
@@ -44,6 +45,7 @@ pub fn resolve_overclosure<const D: usize>(
     }
     nodes.sort_unstable();
     nodes.dedup();
+    require_free_side(world, local, contact)?;
     let found = worst(world, local, contact, &nodes);
     let behind = found.smallest_gap < 0.0;
     match contact.initial_overclosure {
@@ -58,6 +60,29 @@ pub fn resolve_overclosure<const D: usize>(
         }
         _ => Ok(found),
     }
+}
+
+/// A body that lies behind its target as a whole tells of an obstacle that is inside out.
+fn require_free_side<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    contact: &Contact<D>,
+) -> Result<()> {
+    let mesh = &local.mesh;
+    let own = (0..mesh.element_count()).filter(|&element| usize::from(mesh.body[element]) == contact.body);
+    let points = own.flat_map(|element| mesh.element_nodes(element)).map(|&node| mesh.points[node as usize]);
+    let largest =
+        points.map(|point| contact.obstacle.gap(&Vector::from(point))).fold(f64::NEG_INFINITY, f64::max);
+    let mut all = 0.0;
+    world.all_reduce_into(&largest, &mut all, SystemOperation::max());
+    if all > 0.0 {
+        return Ok(());
+    }
+    let (name, target) = (&contact.name, &contact.target);
+    Err(Error::case(format!(
+        "contact '{name}': the whole body lies behind '{target}', no point of it is on the free side"
+    ))
+    .hint("a plane's normal points to the free side; a sphere or cylinder has side: outside or inside"))
 }
 
 /// Moves a point onto the surface of the obstacle where it lies behind it.

@@ -13,7 +13,7 @@ use super::pattern::pattern_of_elements;
 use super::scatter::LiftTarget;
 use super::start::{Overclosure, resolve_overclosure};
 use super::supports::{Supports, in_space};
-use crate::contact::point::Selection;
+use crate::contact::point::{ContactLaw, Selection};
 use crate::contact::rigid::ContactFields;
 use crate::contact::state::{Branches, Changes, Hold};
 use crate::dynamics::{ContactCounts, Dynamics, FrictionMode, Lift, Residual, Stage};
@@ -49,6 +49,13 @@ pub(super) struct Phases {
     tangent: Event,
 }
 
+/// A body that no support holds in some direction.
+struct FreeBody {
+    body: usize,
+    /// For people: name and directions.
+    words: String,
+}
+
 /// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
 pub struct ContactSystem<const D: usize> {
     pub(super) session: Rc<Session>,
@@ -71,7 +78,7 @@ pub struct ContactSystem<const D: usize> {
     trouble: Option<Error>,
     changes: Changes,
     extent: f64,
-    free_bodies: Vec<String>,
+    free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     unit: f64,
     phases: Phases,
@@ -152,6 +159,20 @@ impl<const D: usize> ContactSystem<D> {
         &self.overclosures
     }
 
+    /// Laws of the contacts, derived ones resolved, in the order of the model.
+    pub fn contact_laws(&self) -> impl Iterator<Item = &ContactLaw> {
+        self.contacts.iter().map(|contact| &contact.pair.law)
+    }
+
+    /// Number of prescribed unknowns over all ranks. Collective.
+    pub fn prescribed(&self) -> usize {
+        let rows = self.local.index.owned * D;
+        let own = self.supports.dofs.constrained[..rows].iter().filter(|held| **held).count() as u64;
+        let mut total = 0;
+        self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
+        total as usize
+    }
+
     /// Number of unknowns over all ranks, prescribed ones included.
     pub fn unknowns(&self) -> usize {
         self.local.index.total as usize * D
@@ -174,7 +195,14 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Bodies that no support holds in some direction, as `body (along x, y)`.
     pub fn free_bodies(&self) -> Vec<String> {
-        self.free_bodies.clone()
+        self.free_bodies.iter().map(|free| free.words.clone()).collect()
+    }
+
+    /// Those of them that no contact can hold either.
+    pub fn lost_bodies(&self, model: &Model<D>) -> Vec<String> {
+        let touches = |body: usize| model.contacts.iter().any(|contact| contact.body == body);
+        let lost = self.free_bodies.iter().filter(|free| !touches(free.body));
+        lost.map(|free| free.words.clone()).collect()
     }
 
     /// Sets the start velocity of the bodies; prescribed components follow their supports.
@@ -275,6 +303,16 @@ impl<const D: usize> ContactSystem<D> {
         let [at_start, at_end] = stage.balance.mass;
         self.inertia.copy_from(&stage.trial.a)?;
         self.inertia.axpby(at_start, at_end, &stage.start.a)?;
+        // The scheme's own accelerations lag, so that their mean lies where the mean of the forces does. Prescribed
+        // accelerations do not lag: they take the weights of the forces, or the scheme falls to first order.
+        {
+            let mut mean = self.inertia.owned_mut();
+            let (start, end) = (stage.start.a.owned(), stage.trial.a.owned());
+            let held = self.supports.dofs.constrained[..mean.len()].iter().enumerate();
+            for (dof, _) in held.filter(|(_, held)| **held) {
+                mean[dof] = stage.balance.start_force * start[dof] + end[dof];
+            }
+        }
         mass.multiply(&self.inertia, &mut self.work)
     }
 
@@ -410,16 +448,17 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             }
             let mut inverted = Ok(());
             for solid in solids {
-                let lift = reborrow(&mut target);
+                let lift = target.as_mut().map(LiftTarget::reborrow);
                 inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
             }
-            external.add_stiffness(&Self::moment(stage, &u), constrained, values);
+            let lift = target.as_mut().map(LiftTarget::reborrow);
+            external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
             drop(tangent);
             let _running = phases.contact.begin();
             let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
             let selection = Selection { terms, velocity_shift: shifts.velocity };
             for pair in contacts.iter_mut() {
-                let lift = reborrow(&mut target);
+                let lift = target.as_mut().map(LiftTarget::reborrow);
                 pair.add_stiffness(&fields, (selection, hold(stage)), constrained, values, lift);
             }
             inverted
@@ -491,10 +530,6 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     fn extent(&self) -> f64 {
         self.extent
     }
-}
-
-fn reborrow<'a>(target: &'a mut Option<LiftTarget<'_>>) -> Option<LiftTarget<'a>> {
-    target.as_mut().map(|target| LiftTarget { change: target.change, rhs: &mut *target.rhs })
 }
 
 /// Friction, a changing area or a following load make the matrix non-symmetric.
@@ -580,7 +615,7 @@ fn free_bodies<const D: usize>(
     local: &LocalMesh<D>,
     model: &Model<D>,
     supports: &Supports<D>,
-) -> Vec<String> {
+) -> Vec<FreeBody> {
     let mut own = vec![0u8; model.bodies.len() * D];
     for element in 0..local.mesh.element_count() {
         let body = usize::from(local.mesh.body[element]);
@@ -593,11 +628,9 @@ fn free_bodies<const D: usize>(
     let free = |body: usize| {
         (0..D).filter(|i| held[body * D + i] == 0).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>()
     };
-    let named = model.bodies.iter().enumerate().map(|(k, body)| (free(k), &body.name));
-    named
-        .filter(|(free, _)| !free.is_empty())
-        .map(|(free, name)| format!("'{name}' along {}", free.join(", ")))
-        .collect()
+    let words = |k: usize| format!("'{}' along {}", model.bodies[k].name, free(k).join(", "));
+    let loose = (0..model.bodies.len()).filter(|&k| !free(k).is_empty());
+    loose.map(|body| FreeBody { body, words: words(body) }).collect()
 }
 
 /// A typical diagonal entry of the stiffness, `E h^(D - 2)` [N/m].

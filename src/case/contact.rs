@@ -135,6 +135,8 @@ fn grosch_schallamach_exponent() -> Number {
 pub enum Regularization {
     /// Slip speed below which friction is proportional to it [m/s], > 0: a stuck point creeps at most that fast.
     StickVelocity(Velocity),
+    /// The same with a smooth bend [m/s], > 0: friction reaches its bound only at speeds well above this.
+    SmoothStickVelocity(Velocity),
     /// Tangential stiffness of stick [Pa/m], > 0: return map, no creep.
     StickStiffness(Stiffness),
 }

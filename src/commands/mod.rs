@@ -1,5 +1,7 @@
 //! The commands of the program: each a few calls of what the other modules offer.
 
+mod check;
+mod list;
 mod run;
 
 use std::io::Write;
@@ -25,7 +27,8 @@ pub fn execute(command: Command) -> Result<()> {
             let files: Vec<String> = plotted.files.iter().map(|file| file.display().to_string()).collect();
             print(&files.join("\n"))
         }
-        Command::Check { .. } | Command::List => Err(Error::usage("not yet")),
+        Command::Check { case, petsc } => print(&check::check(&case, &petsc)?),
+        Command::List => print(&list::list()),
     }
 }
 

@@ -73,7 +73,9 @@ pub fn read(session: &Rc<Session>, path: &Path) -> Result<Case> {
     let mut length = text.len() as u64;
     world.process_at_rank(0).broadcast_into(&mut length);
     text.resize(length as usize, 0);
-    world.process_at_rank(0).broadcast_into(&mut text[..]);
+    if length > 0 {
+        world.process_at_rank(0).broadcast_into(&mut text[..]);
+    }
     let text = String::from_utf8(text).map_err(|error| Error::internal(error.to_string()))?;
     agree(world, Case::parse(&text, &name))
 }

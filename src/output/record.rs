@@ -44,6 +44,17 @@ pub struct Phase {
     pub count: u64,
 }
 
+/// How deep a contact went.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Penetration {
+    /// Name in the case.
+    pub contact: String,
+    /// Largest penetration of any point in any step \[m\]; 0 where it never closed.
+    pub deepest: f64,
+    /// The one that the user asked for \[m\], where he gave one.
+    pub asked: Option<f64>,
+}
+
 /// A file that the run read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Input {
@@ -109,6 +120,8 @@ pub struct Record {
     pub phases: Vec<(String, Phase)>,
     /// Largest resident memory of each rank [bytes].
     pub peak_memory: Vec<u64>,
+    /// How deep the contacts went so far.
+    pub penetrations: Vec<Penetration>,
     /// How it stands.
     pub verdict: Verdict,
 }
@@ -152,6 +165,7 @@ impl Record {
             "linear_fallbacks": self.totals.linear_fallbacks,
             "phases": phases,
             "peak_memory_bytes": self.peak_memory,
+            "penetration": self.penetrations,
             "versions": versions,
             "inputs": self.inputs,
             "case": self.case,
@@ -212,6 +226,7 @@ mod tests {
                 ("solve".into(), Phase::default()),
             ],
             peak_memory: vec![1 << 27, 1 << 26],
+            penetrations: vec![],
             verdict,
         }
     }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use super::pace::duration;
-use super::record::{Record, Verdict};
+use super::record::{Penetration, Record, Verdict};
 
 /// What a run starts with.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -96,12 +96,26 @@ pub(super) fn summary(record: &Record) -> String {
     text.push_str(&format!("  steps     {} ({} cut)\n", totals.steps, totals.cut_steps));
     text.push_str(&format!("  newton    {} iterations\n", totals.newton_iterations));
     text.push_str(&format!("  krylov    {} iterations\n", totals.krylov_iterations));
+    record.penetrations.iter().for_each(|contact| text.push_str(&format!("  contact   {contact}\n")));
     if totals.linear_fallbacks > 0 {
         let fallbacks = totals.linear_fallbacks;
         text.push_str(&format!("  fallbacks {fallbacks} of the linear solver to a stronger one\n"));
     }
     text.push_str(&format!("  memory    {largest:.0} MiB on the largest of {} ranks", record.ranks));
     text + &phase_table(record)
+}
+
+impl fmt::Display for Penetration {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { contact, deepest, asked } = self;
+        match (*deepest > 0.0, asked) {
+            (false, _) => write!(f, "{contact}: never closed"),
+            (true, None) => write!(f, "{contact}: deepest penetration {deepest:.3e} m"),
+            (true, Some(asked)) => {
+                write!(f, "{contact}: deepest penetration {deepest:.3e} m, asked for {asked:.3e} m")
+            }
+        }
+    }
 }
 
 fn phase_table(record: &Record) -> String {
@@ -191,6 +205,10 @@ mod tests {
                 ("element_kernels".into(), Phase { seconds: 6.5, count: 12345 }),
             ],
             peak_memory: vec![1 << 27, 1 << 26],
+            penetrations: vec![
+                Penetration { contact: "sole".into(), deepest: 4e-5, asked: Some(5e-5) },
+                Penetration { contact: "heel".into(), deepest: 0.0, asked: None },
+            ],
             verdict: Verdict::Failed { reason: "x".into(), code: 5 },
         };
         let text = summary(&record);
@@ -200,6 +218,8 @@ mod tests {
             ),
             "{text}"
         );
+        assert!(text.contains("sole: deepest penetration 4.000e-5 m, asked for 5.000e-5 m\n"), "{text}");
+        assert!(text.contains("heel: never closed\n"), "{text}");
         assert!(text.contains("\n  fallbacks 2 of the linear solver"), "{text}");
         assert!(text.contains("128 MiB on the largest of 2 ranks"));
         let table: Vec<&str> = text.lines().skip_while(|line| !line.contains("phase")).collect();

@@ -8,7 +8,7 @@ use super::outcome::{Outcome, Reason, Reuse, Start};
 use super::session::Session;
 use super::shell::ShellPreconditioner;
 use super::vector::Vector;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use petsc_sys as sys;
 use std::ptr::null_mut;
 use std::rc::Rc;
@@ -47,7 +47,17 @@ impl Krylov {
         defaults.retain(|(name, _)| !self.session.is_given(name));
         self.defaults = defaults;
         let raw = self.raw;
-        self.with_defaults(|| petsc!(KSPSetFromOptions(raw)))
+        self.with_defaults(|| petsc!(KSPSetFromOptions(raw))).map_err(|error| self.blame(error))
+    }
+
+    /// Where the user gave options to this solver its refusal is about them, not a fault of the program.
+    fn blame(&self, error: Error) -> Error {
+        let given = self.session.given(&self.prefix);
+        if given.is_empty() {
+            return error;
+        }
+        Error::usage(error.message)
+            .hint(&format!("these PETSc options of yours apply here: {}", given.join(" ")))
     }
 
     /// Runs what may read options while the program's choices are in the database.
@@ -99,7 +109,7 @@ impl Krylov {
     /// # Errors
     /// PETSc fails; a zero pivot is no error here, the solve tells of it.
     pub fn set_up(&mut self) -> Result<()> {
-        self.with_defaults(|| petsc!(KSPSetUp(self.raw)))
+        self.with_defaults(|| petsc!(KSPSetUp(self.raw))).map_err(|error| self.blame(error))
     }
 
     /// Solves `A x = b`, starting from zero. Collective.
@@ -187,7 +197,9 @@ impl Krylov {
 fn create(session: &Session, prefix: &str) -> Result<sys::KSP> {
     let mut raw = null_mut();
     petsc!(KSPCreate(session.comm(), &mut raw))?;
-    petsc!(KSPSetOptionsPrefix(raw, text(prefix)?.as_ptr()))?;
+    if !prefix.is_empty() {
+        petsc!(KSPSetOptionsPrefix(raw, text(prefix)?.as_ptr()))?;
+    }
     Ok(raw)
 }
 

@@ -57,6 +57,17 @@ impl Options {
         self.given.contains(&key(name))
     }
 
+    /// The user's options for the solver of that prefix, each as `-name`, sorted.
+    pub(super) fn of_solver(&self, prefix: &str) -> Vec<String> {
+        let kinds = ["ksp_", "pc_", "sub_", "mg_", "mat_"];
+        let meant = |name: &&String| {
+            name.strip_prefix(prefix).is_some_and(|rest| kinds.iter().any(|kind| rest.starts_with(kind)))
+        };
+        let mut names: Vec<String> = self.given.iter().filter(meant).map(|name| format!("-{name}")).collect();
+        names.sort();
+        names
+    }
+
     /// The user's options that nothing has asked for so far, each as `-name value`.
     pub(super) fn unused(&self) -> Result<Vec<String>> {
         let (mut count, mut names, mut values) = (0, null_mut(), null_mut());

@@ -119,6 +119,11 @@ impl Session {
         self.options.borrow().is_given(name)
     }
 
+    /// The user's options for the linear solver of that prefix, each as `-name`.
+    pub fn given(&self, prefix: &str) -> Vec<String> {
+        self.options.borrow().of_solver(prefix)
+    }
+
     /// Whether the PETSc option `name` is set; counts it as used.
     ///
     /// # Errors

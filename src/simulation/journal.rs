@@ -5,16 +5,16 @@ use std::rc::Rc;
 use std::time::{Instant, SystemTime};
 
 use super::tables::Tables;
-use crate::assembly::{ContactSystem, Energies, EnergyLedger, SurfaceCells, Watched};
+use crate::assembly::{ContactSystem, Energies, EnergyLedger, Overclosure, SurfaceCells, Watched};
 use crate::case::{Case, Mesh};
-use crate::dynamics::Stage;
+use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Result, agree};
 use crate::model::Model;
 use crate::output::console::{Attempt, Console, StepLine, Verbosity};
 use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
 use crate::output::folder::ResultsFolder;
 use crate::output::iterations::IterationRow;
-use crate::output::record::{Input, Record, Totals, Verdict};
+use crate::output::record::{Input, Penetration, Record, Totals, Verdict};
 use crate::output::summary::{ContactStart, StartUp};
 use crate::partition::Report;
 use crate::petsc::{Event, Session};
@@ -39,8 +39,9 @@ pub struct Journal<const D: usize> {
     folder: PathBuf,
     tables: Option<Tables<D>>,
     fields: Option<FieldWriter<D>>,
-    /// Fields are written every so many steps; 0: never.
+    /// Fields are written every so many steps, and at the end of time \[s\].
     every: u64,
+    end: f64,
     model: Model<D>,
     watched: Vec<Watched<D>>,
     record: Record,
@@ -80,6 +81,7 @@ impl<const D: usize> Journal<D> {
             wall_seconds: 0.0,
             phases: Vec::new(),
             peak_memory: Vec::new(),
+            penetrations: model.contacts.iter().map(untouched).collect(),
             verdict: Verdict::Running,
         };
         Ok(Self {
@@ -89,6 +91,7 @@ impl<const D: usize> Journal<D> {
             tables,
             fields: None,
             every: u64::from(case.output.fields.every.value),
+            end: case.time.end.si,
             model: model.clone(),
             watched: Vec::new(),
             record,
@@ -114,12 +117,6 @@ impl<const D: usize> Journal<D> {
         let own = self.tables.as_mut().map_or(Ok(()), |tables| tables.watch(&self.folder, &self.watched));
         agree(self.session.world(), own)?;
         self.fields = Some(self.field_writer(system));
-        let contacts = system.overclosures().iter().map(|found| ContactStart {
-            name: found.contact.clone(),
-            points: found.candidates,
-            closed: found.nodes,
-            overclosure: (found.smallest_gap < 0.0).then(|| (-found.smallest_gap, found.place.to_vec())),
-        });
         let report = StartUp {
             title: self.record.case["title"].as_str().unwrap_or("untitled").to_owned(),
             folder: self.folder.display().to_string(),
@@ -130,8 +127,8 @@ impl<const D: usize> Journal<D> {
             imbalance: partition.imbalance(),
             edge_cut: partition.edge_cut.unsigned_abs(),
             solver: strategy.linear().describe(),
-            contacts: contacts.collect(),
-            remarks: remarks(system),
+            contacts: contact_starts(system),
+            remarks: remarks(system, &self.watched),
         };
         self.console.start_up(&report);
         Ok(())
@@ -246,9 +243,7 @@ impl<const D: usize> Journal<D> {
         self.now = At::default();
         self.console.begin(control.time(), control.time() + control.dt() * control.nominal_steps() as f64);
         self.rows(system, stage, (ledger, ledger.now()), 0.0)?;
-        if self.every > 0 {
-            self.write_fields(system, stage)?;
-        }
+        self.write_fields(system, stage)?;
         self.write_record(stage.trial.time)
     }
 
@@ -269,7 +264,8 @@ impl<const D: usize> Journal<D> {
         self.count(report);
         self.record.totals.steps = self.step;
         self.rows(system, stage, energy, stage.dt)?;
-        if self.every > 0 && self.step.is_multiple_of(self.every) {
+        let last = stage.trial.time >= self.end * (1.0 - 1e-12);
+        if last || self.step.is_multiple_of(self.every) {
             self.write_fields(system, stage)?;
             self.write_record(stage.trial.time)?;
         }
@@ -296,6 +292,9 @@ impl<const D: usize> Journal<D> {
     ) -> Result<()> {
         let points = system.points(&self.watched, &stage.trial.u, &stage.trial.v)?;
         let zones = system.contact_summaries();
+        for (penetration, summary) in self.record.penetrations.iter_mut().zip(&zones) {
+            penetration.deepest = penetration.deepest.max(summary.zone.max_penetration);
+        }
         let reactions = system.reactions(ledger.reactions());
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {
             tables.begin_row(self.step, stage.trial.time, dt);
@@ -362,10 +361,31 @@ impl<const D: usize> Journal<D> {
         let written = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
         if outcome.is_ok() {
             self.console.finish(&self.record);
+            let warnings = self.record.penetrations.iter().filter_map(warning);
+            warnings.for_each(|text| self.console.note(&text));
             return agree(self.session.world(), written);
         }
         Ok(())
     }
+}
+
+fn untouched<const D: usize>(contact: &crate::model::Contact<D>) -> Penetration {
+    Penetration { contact: contact.name.clone(), deepest: 0.0, asked: contact.penetration }
+}
+
+/// What a user should know of a contact that did not do what it was meant for.
+fn warning(contact: &Penetration) -> Option<String> {
+    let name = &contact.contact;
+    if contact.deepest <= 0.0 {
+        return Some(format!("warning: contact '{name}' never closed: its surfaces did not meet"));
+    }
+    let asked = contact.asked.filter(|asked| contact.deepest > *asked)?;
+    let deepest = contact.deepest;
+    Some(format!(
+        "warning: contact '{name}' went {deepest:.3e} m deep, {asked:.3e} m was asked for\n\
+         hint: ask for {:.1e} m, or give normal: {{ penalty: {{ compliance: ... }} }}",
+        asked * asked / deepest
+    ))
 }
 
 fn prepare<const D: usize>(case: &Case, place: &Place) -> Result<(Option<Tables<D>>, Vec<Input>)> {
@@ -388,7 +408,36 @@ fn versions() -> Vec<(String, String)> {
     std::iter::once(own).chain(crate::petsc::versions().into_iter().map(split)).collect()
 }
 
-fn remarks<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
+/// The contacts as the undeformed bodies have them.
+pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<ContactStart> {
+    let start = |found: &Overclosure<D>| ContactStart {
+        name: found.contact.clone(),
+        points: found.candidates,
+        closed: found.nodes,
+        overclosure: (found.smallest_gap < 0.0).then(|| (-found.smallest_gap, found.place.to_vec())),
+    };
+    system.overclosures().iter().map(start).collect()
+}
+
+/// What a user should know before the run.
+pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
     let free = system.free_bodies();
-    if free.is_empty() { Vec::new() } else { vec![format!("no support holds {}", free.join("; "))] }
+    let mut remarks =
+        if free.is_empty() { Vec::new() } else { vec![format!("no support holds {}", free.join("; "))] };
+    let extent = system.extent();
+    let far = system.overclosures().iter().filter(|found| found.smallest_gap > extent);
+    remarks.extend(far.map(|found| {
+        format!(
+            "contact '{}' starts {:.3e} m open, more than the size of all bodies, {extent:.3e} m: can it close?",
+            found.contact, found.smallest_gap
+        )
+    }));
+    let off = watched.iter().filter(|point| point.distance > 1e-6 * extent);
+    remarks.extend(off.map(|point| {
+        let Watched { name, place, distance, .. } = point;
+        format!(
+            "probe '{name}' takes the nearest node, {place:?}, {distance:.3e} m from where it was asked for"
+        )
+    }));
+    remarks
 }

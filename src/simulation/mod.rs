@@ -1,5 +1,6 @@
 //! A run from the case to its results, in the order of the paper's section 3.
 
+mod check;
 mod journal;
 mod measure;
 mod options;
@@ -18,6 +19,7 @@ use crate::petsc::Session;
 use crate::solvers::{LinearSolver, Monolithic, Outcome};
 use crate::time::{Retry, Scheme, StepControl};
 
+pub use check::check;
 pub use journal::{Journal, Place};
 pub use options::scheme;
 
@@ -135,9 +137,14 @@ fn give_up<const D: usize>(
 ) -> Error {
     use crate::dynamics::Dynamics;
     let place = format!("t = {:.6e} s, step cut to {:.3e} s", stage.start.time, control.dt());
-    match system.fault() {
-        Some(fault) => fault.within(&place),
-        None => Error::not_converged(reason.to_owned()).within(&place),
+    let fault = system.fault();
+    let error = fault.unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
+    let free = system.free_bodies();
+    if !system.is_dynamic() && !free.is_empty() {
+        return error.hint(&format!(
+            "no support holds {}: its loads must balance along every free direction, or friction must hold it",
+            free.join("; ")
+        ));
     }
-    .hint("results up to this time are kept; try a smaller step, a softer penalty or generalized_alpha")
+    error.hint("results up to this time are kept; try a smaller step, a softer penalty or generalized_alpha")
 }

@@ -83,3 +83,22 @@ pub fn newton(case: &Case, terms: Terms) -> NewtonSettings {
         terms,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Linear;
+    use crate::solvers::PRESETS;
+
+    /// A case can name every linear solver there is, and no other; both agree on what needs symmetry.
+    #[test]
+    fn a_case_names_the_linear_solvers_there_are() {
+        let known = |name: &str| Linear::ALL.into_iter().find(|linear| linear.name() == name);
+        for preset in PRESETS {
+            let linear = known(preset.name).unwrap_or_else(|| panic!("no case can name {}", preset.name));
+            assert_eq!(linear.needs_symmetry(), preset.symmetric, "{}", preset.name);
+        }
+        assert_eq!(Linear::ALL.len(), PRESETS.len() + 1);
+        assert!(known("auto").is_some_and(|linear| !linear.needs_symmetry()));
+    }
+}

@@ -27,6 +27,7 @@ pub fn at_equilibrium<const D: usize>(
     journal: &mut Journal<D>,
 ) -> Result<()> {
     if case.is_static() {
+        require_supports(system, model)?;
         stage.holding = if system.is_held() { 0.0 } else { HOLDING };
         return begin(system, stage);
     }
@@ -38,6 +39,19 @@ pub fn at_equilibrium<const D: usize>(
     system.set_velocity(stage, model)?;
     begin(system, stage)?;
     accelerate(system, stage, case)
+}
+
+/// In statics a body must be held by supports, or by contact.
+///
+/// # Errors
+/// When one is held by neither.
+pub fn require_supports<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Result<()> {
+    let lost = system.lost_bodies(model);
+    if lost.is_empty() {
+        return Ok(());
+    }
+    Err(Error::case(format!("statics, and nothing holds {}", lost.join("; ")))
+        .hint("give it a displacement boundary in each direction, or a dynamic scheme"))
 }
 
 /// Static equilibrium at t = 0, loads and prescribed displacements growing in equal increments.

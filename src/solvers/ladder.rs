@@ -35,9 +35,9 @@ impl Problem {
     fn is_small(&self) -> bool {
         self.unknowns
             < match (self.dimension, self.dynamic) {
-                (2, true) => 3_000,
+                (2, true) => 600,
                 (2, false) => 500_000,
-                (_, true) => 1_500,
+                (_, true) => 600,
                 (_, false) => 15_000,
             }
     }

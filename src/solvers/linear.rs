@@ -213,7 +213,10 @@ impl LinearSolver {
         let slot = &mut self.solvers[self.rung];
         if slot.is_none() {
             let mut krylov = Krylov::new(&self.session, &self.prefix)?;
-            krylov.configure(&self.ladder[self.rung].options_on(self.session.size() as usize))?;
+            let options = self.ladder[self.rung].options_on(self.session.size() as usize);
+            krylov.configure(&beside_the_users(options, |name| {
+                self.session.is_given(&format!("{}{name}", self.prefix))
+            }))?;
             if !self.symmetric {
                 refuse_symmetric_method(&krylov)?;
             }
@@ -249,6 +252,22 @@ impl Fatigue {
     }
 }
 
+/// What remains of a preset beside the user's options: a method or a preconditioner of his own takes the place of
+/// the preset's with all that belongs to it.
+fn beside_the_users(
+    mut options: Vec<(&'static str, &'static str)>,
+    given: impl Fn(&str) -> bool,
+) -> Vec<(&'static str, &'static str)> {
+    let method = |name: &str| name.starts_with("ksp_");
+    if given("ksp_type") {
+        options.retain(|(name, _)| !method(name));
+    }
+    if given("pc_type") {
+        options.retain(|&(name, value)| method(name) && value != "preonly");
+    }
+    options
+}
+
 /// Methods of PETSc that rely on a symmetric operator.
 const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "nash", "stcg"];
 
@@ -262,4 +281,26 @@ fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
         "KSP type '{method}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric"
     );
     Err(Error::case(message).hint("use -ksp_type gmres or fgmres, or leave the choice to the program"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solvers::PRESETS;
+
+    /// The user's method or preconditioner does not meet options of the preset's.
+    #[test]
+    fn the_users_choice_replaces_the_presets() {
+        for preset in PRESETS {
+            let options = preset.options_on(2);
+            let none = beside_the_users(options.clone(), |_| false);
+            assert_eq!(none, options, "{}", preset.name);
+            let method = beside_the_users(options.clone(), |name| name == "ksp_type");
+            assert!(method.iter().all(|(name, _)| !name.starts_with("ksp_")), "{}", preset.name);
+            let preconditioner = beside_the_users(options, |name| name == "pc_type");
+            assert!(
+                preconditioner.iter().all(|(name, value)| name.starts_with("ksp_") && *value != "preonly")
+            );
+        }
+    }
 }

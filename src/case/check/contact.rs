@@ -126,14 +126,14 @@ impl Check<'_> {
     fn regularization(&mut self, regularization: &Regularization) {
         match regularization {
             Regularization::StickStiffness(stiffness) => self.positive("the stick stiffness", *stiffness),
-            Regularization::StickVelocity(velocity) => {
+            Regularization::StickVelocity(velocity) | Regularization::SmoothStickVelocity(velocity) => {
                 self.positive("the stick velocity", *velocity);
                 let sought = self.case.start.as_ref().map(|start| &start.value);
                 let in_start = matches!(sought, Some(Start::Equilibrium { friction: true, .. }));
                 if self.case.is_static() || in_start {
                     self.say(
                         velocity.place,
-                        "statics knows no slip velocity, so `stick_velocity` would be no friction",
+                        "statics knows no slip velocity, so a stick velocity would be no friction",
                     );
                     self.cure("use `stick_stiffness`");
                 }

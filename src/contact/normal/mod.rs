@@ -37,6 +37,14 @@ impl NormalLaw {
             Self::PowerLaw(law) => law.closed(-gap),
         }
     }
+
+    /// The penetration \[m\] at which the traction is `pressure` \[Pa\], >= 0: the inverse of the law.
+    pub fn penetration(&self, pressure: f64) -> f64 {
+        match self {
+            Self::Penalty(law) => law.penetration(pressure),
+            Self::PowerLaw(law) => law.penetration(pressure),
+        }
+    }
 }
 
 /// A row of [`NORMAL_LAWS`].
@@ -104,6 +112,17 @@ mod tests {
                 let r = law.evaluate(gap);
                 assert!(r.traction >= 0.0 && r.derivative <= 0.0 && r.potential >= 0.0, "{law:?} at {gap}");
                 assert!(r.traction.is_finite() && r.derivative.is_finite() && r.potential.is_finite());
+            }
+        }
+    }
+
+    /// The penetration of a pressure is the one at which the law gives that pressure.
+    #[test]
+    fn penetration_inverts_the_law() {
+        for law in all() {
+            for pressure in [1.0, 1e4, 1e7] {
+                let traction = law.evaluate(-law.penetration(pressure)).traction;
+                assert!((traction / pressure - 1.0).abs() < 1e-12, "{law:?} at {pressure} Pa: {traction}");
             }
         }
     }

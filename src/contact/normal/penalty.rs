@@ -24,6 +24,10 @@ impl Penalty {
         self.normal_compliance
     }
 
+    pub(super) fn penetration(&self, pressure: f64) -> f64 {
+        pressure * self.normal_compliance
+    }
+
     pub(super) fn closed(&self, penetration: f64) -> NormalResponse {
         let traction = penetration / self.normal_compliance;
         NormalResponse {

@@ -27,6 +27,10 @@ impl PowerLaw {
         Ok(Self { normal_stiffness, normal_exponent })
     }
 
+    pub(super) fn penetration(&self, pressure: f64) -> f64 {
+        (pressure / self.normal_stiffness).powf(1.0 / self.normal_exponent)
+    }
+
     pub(super) fn closed(&self, penetration: f64) -> NormalResponse {
         let (c, m) = (self.normal_stiffness, self.normal_exponent);
         let traction = c * penetration.powf(m);

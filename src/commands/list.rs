@@ -1,0 +1,82 @@
+//! `contact-petsc list`: what a case can name, from the tables that hold the laws themselves.
+
+use crate::contact::friction::FRICTION_LAWS;
+use crate::contact::friction::coefficient::COEFFICIENTS;
+use crate::contact::friction::regularization::REGULARIZATIONS;
+use crate::contact::normal::NORMAL_LAWS;
+use crate::contact::obstacle::OBSTACLES;
+use crate::element::Locking;
+use crate::material::MATERIALS;
+use crate::mesh::ElementKind;
+use crate::solvers::PRESETS;
+use crate::time::SCHEMES;
+
+/// A heading, the key of the case file under which the names stand, and names with a sentence each.
+type Group = (&'static str, &'static str, Vec<(&'static str, String)>);
+
+fn groups() -> Vec<Group> {
+    let element = |kind: &ElementKind| {
+        let facet = kind.facet_kind().name();
+        (kind.name(), format!("{}D, {} nodes, facets for contact: {facet}", kind.dimension(), kind.nodes()))
+    };
+    let own = |name, summary: &str| (name, summary.to_owned());
+    let auto = own(
+        "auto",
+        "chosen by size, dimension, inertia and symmetry; a failing one is followed by a stronger",
+    );
+    let presets = PRESETS.iter().map(|preset| own(preset.name, preset.about));
+    vec![
+        ("Elements", "bodies: mesh: box: element", ElementKind::SOLIDS.iter().map(element).collect()),
+        ("Materials", "bodies: material", MATERIALS.iter().map(|e| own(e.name, e.about)).collect()),
+        ("Locking cures", "bodies: locking", Locking::ALL.iter().map(|e| own(e.1, e.2)).collect()),
+        ("Obstacles", "obstacles", OBSTACLES.iter().map(|e| own(e.name, e.summary)).collect()),
+        ("Normal laws", "contact: normal", NORMAL_LAWS.iter().map(|e| own(e.name, e.summary)).collect()),
+        (
+            "Friction laws",
+            "contact: friction",
+            FRICTION_LAWS.iter().map(|e| own(e.name, e.summary)).collect(),
+        ),
+        (
+            "Coefficients of friction",
+            "contact: friction: coulomb: coefficient",
+            COEFFICIENTS.iter().map(|e| own(e.name, e.summary)).collect(),
+        ),
+        (
+            "Regularisations",
+            "contact: friction: ...: regularization",
+            REGULARIZATIONS.iter().map(|e| own(e.name, e.summary)).collect(),
+        ),
+        ("Schemes", "time: scheme", SCHEMES.iter().map(|e| own(e.name, e.about)).collect()),
+        ("Linear solvers", "solver: linear", std::iter::once(auto).chain(presets).collect()),
+    ]
+}
+
+/// All of it as text.
+pub fn list() -> String {
+    let mut text = String::new();
+    for (heading, key, entries) in groups() {
+        let width = entries.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        text.push_str(&format!("{heading} ({key})\n"));
+        entries.iter().for_each(|(name, about)| text.push_str(&format!("  {name:<width$}  {about}\n")));
+        text.push('\n');
+    }
+    text.trim_end().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whatever is listed can be named in a case: the schema knows the word.
+    #[test]
+    fn a_case_can_name_what_is_listed() {
+        let schema = crate::case::schema().to_string();
+        for (heading, _, entries) in groups() {
+            assert!(entries.len() >= 2, "{heading}");
+            for (name, about) in entries {
+                assert!(schema.contains(&format!("\"{name}\"")), "{heading}: no case can name {name}");
+                assert!(!about.is_empty(), "{heading}: {name} without a word");
+            }
+        }
+    }
+}

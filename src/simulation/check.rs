@@ -1,0 +1,212 @@
+//! What follows from a case before anything is solved: sizes, speeds, stiffnesses, and what the run would use.
+
+use std::fmt::Write as _;
+use std::rc::Rc;
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::journal::{contact_starts, remarks};
+use super::{options, start};
+use crate::assembly::{ContactSystem, SystemOptions};
+use crate::case::Case;
+use crate::contact::friction::coefficient::Coefficient;
+use crate::contact::friction::{FrictionLaw, Regularization};
+use crate::contact::obstacle::Obstacle;
+use crate::contact::point::ContactLaw;
+use crate::element::Kinematics;
+use crate::error::{Result, agree};
+use crate::mesh::ElementKind;
+use crate::model::{Body, Contact, Model, read_mesh};
+use crate::partition::{LocalMesh, Plan, distribute};
+use crate::petsc::Session;
+use crate::solvers::ladder;
+
+/// Share of the modulus that stands for a high contact pressure.
+const HIGH_PRESSURE: f64 = 0.1;
+
+/// Does all that a run does before its first solve, and tells what it found, one fact a line. Collective.
+///
+/// # Errors
+/// The same on all ranks, and the same that a run would meet.
+pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<String> {
+    let world = session.world();
+    let model = Model::<D>::new(case)?;
+    let mesh = if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) };
+    let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?;
+    let sizes = sizes(world, &local, model.bodies.len());
+    let scheme = options::scheme(&case.time);
+    let linear = options::linear(case);
+    let format = options::format(session, case, &local, &linear)?;
+    let wanted = SystemOptions { inertia: scheme.has_inertia(), format };
+    let system = ContactSystem::new(session, local, &model, wanted)?;
+    if case.is_static() {
+        start::require_supports(&system, &model)?;
+    }
+    let solvers = ladder(&linear, &options::problem::<D>(&system, scheme.has_inertia()))?;
+    let watched = system.watch(&model.probes)?;
+
+    let mut text = String::new();
+    let (elements, nodes): (u64, u64) = (partition.elements.iter().sum(), partition.owned.iter().sum());
+    let (unknowns, prescribed) = (system.unknowns(), system.prescribed());
+    let _ = writeln!(
+        text,
+        "mesh: {elements} elements, {nodes} nodes, {unknowns} unknowns, {prescribed} of them prescribed"
+    );
+    let _ = writeln!(text, "ranks: {partition}");
+    let names: Vec<&str> = solvers.iter().map(|preset| preset.name).collect();
+    let _ = writeln!(text, "linear solver: {}", names.join(", then "));
+    let _ = writeln!(text, "{}", steps(case));
+    for (body, size) in model.bodies.iter().zip(&sizes) {
+        describe_body(&mut text, body, size, case);
+    }
+    let starts = contact_starts(&system);
+    for ((contact, law), start) in model.contacts.iter().zip(system.contact_laws()).zip(&starts) {
+        let _ = writeln!(text, "contact {start}");
+        describe_contact(&mut text, (contact, law), (&model.bodies, &sizes), case);
+    }
+    let (used, unused) = terms(case, &model);
+    let _ = writeln!(text, "matrix: {}", used.join(", "));
+    if !unused.is_empty() {
+        let _ = writeln!(text, "not in this case: {}", unused.join(", "));
+    }
+    remarks(&system, &watched).iter().for_each(|remark| text.push_str(&format!("note: {remark}\n")));
+    Ok(text)
+}
+
+/// Elements of a body.
+#[derive(Debug, Clone, PartialEq)]
+struct Size {
+    elements: u64,
+    kinds: Vec<ElementKind>,
+    /// Smallest distance between two corners of an element \[m\].
+    smallest_edge: f64,
+}
+
+/// Sizes of all bodies over all ranks. Collective.
+fn sizes<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    bodies: usize,
+) -> Vec<Size> {
+    let kinds = ElementKind::ALL.len();
+    let (mut counts, mut edges) = (vec![0u64; bodies * kinds], vec![f64::INFINITY; bodies]);
+    for element in (0..local.mesh.element_count()).filter(|&element| local.mine[element]) {
+        let body = usize::from(local.mesh.body[element]);
+        counts[body * kinds + local.mesh.kinds[element] as usize] += 1;
+        edges[body] = edges[body].min(smallest_edge(local, element));
+    }
+    let (mut totals, mut least) = (vec![0; counts.len()], vec![0.0; bodies]);
+    world.all_reduce_into(&counts[..], &mut totals[..], SystemOperation::sum());
+    world.all_reduce_into(&edges[..], &mut least[..], SystemOperation::min());
+    let size = |(counts, &smallest_edge): (&[u64], &f64)| Size {
+        elements: counts.iter().sum(),
+        kinds: ElementKind::ALL.into_iter().filter(|&kind| counts[kind as usize] > 0).collect(),
+        smallest_edge,
+    };
+    totals.chunks(kinds).zip(&least).map(size).collect()
+}
+
+fn smallest_edge<const D: usize>(local: &LocalMesh<D>, element: usize) -> f64 {
+    let corners = &local.mesh.element_nodes(element)[..local.mesh.kinds[element].corners()];
+    let point = |node: u32| &local.mesh.points[node as usize];
+    let distance = |a: u32, b: u32| -> f64 {
+        point(a).iter().zip(point(b)).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    let pairs = corners.iter().enumerate().flat_map(|(k, &a)| corners[k + 1..].iter().map(move |&b| (a, b)));
+    pairs.map(|(a, b)| distance(a, b)).fold(f64::INFINITY, f64::min)
+}
+
+fn steps(case: &Case) -> String {
+    let (end, step) = (case.time.end.si, case.time.step());
+    let count = (end / step * (1.0 - 1e-12)).ceil().max(1.0);
+    let kind = if case.is_static() { "load increments" } else { "steps" };
+    format!("time: {count} {kind} of {:.4e} s, each cut at most {} times", end / count, case.time.cuts.value)
+}
+
+fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
+    let Size { elements, kinds, smallest_edge } = size;
+    let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
+    let _ = writeln!(text, "body {}: {elements} {}", body.name, kinds.join(" and "));
+    let _ = writeln!(text, "  smallest element edge: {smallest_edge:.4e} m");
+    let density = body.formulation.density;
+    if density <= 0.0 {
+        return;
+    }
+    let moduli = body.formulation.material.moduli;
+    let (pressure_wave, shear_wave) =
+        ((moduli.uniaxial_strain() / density).sqrt(), (moduli.mu / density).sqrt());
+    let _ = writeln!(text, "  wave speeds: c_p {pressure_wave:.4e} m/s, c_s {shear_wave:.4e} m/s");
+    if case.is_static() {
+        return;
+    }
+    let crossing = smallest_edge / pressure_wave;
+    let cfl = case.time.step() / crossing;
+    let _ = writeln!(text, "  crossing time: {crossing:.4e} s, the step is {cfl:.3} of these (CFL)");
+}
+
+fn describe_contact<const D: usize>(
+    text: &mut String,
+    (contact, law): (&Contact<D>, &ContactLaw),
+    (bodies, sizes): (&[Body], &[Size]),
+    case: &Case,
+) {
+    let (body, size) = (&bodies[contact.body], &sizes[contact.body]);
+    let high = HIGH_PRESSURE * body.young_modulus;
+    let penetration = law.normal.penetration(high);
+    let stiffness = -law.normal.evaluate(-penetration).derivative;
+    let layer = body.young_modulus / size.smallest_edge;
+    let _ = writeln!(
+        text,
+        "  normal stiffness: {stiffness:.4e} Pa/m at a pressure of {high:.3e} Pa, {:.3} times E/h = {layer:.4e} Pa/m",
+        stiffness / layer
+    );
+    let _ = writeln!(
+        text,
+        "  expected penetration: {penetration:.3e} m at that pressure, {:.2e} of the smallest edge",
+        penetration / size.smallest_edge
+    );
+    if let Some(asked) = contact.penetration {
+        let _ = writeln!(text, "  penetration asked for: {asked:.3e} m");
+    }
+    let Some(friction) = law.friction else { return };
+    match friction.regularization {
+        Regularization::StickVelocity { velocity } | Regularization::SmoothStickVelocity { velocity } => {
+            let creep = velocity * case.time.end.si;
+            let _ = writeln!(text, "  stick: a stuck point creeps by {creep:.3e} m at most until the end");
+        }
+        Regularization::StickStiffness { stiffness } => {
+            let _ = writeln!(
+                text,
+                "  stick: elastic, {:.3e} m at a friction traction of {high:.3e} Pa",
+                high / stiffness
+            );
+        }
+    }
+}
+
+/// Terms of the matrix that the case has, and those that it has not.
+fn terms<const D: usize>(case: &Case, model: &Model<D>) -> (Vec<&'static str>, Vec<&'static str>) {
+    let contact = !model.contacts.is_empty();
+    let frictions = || model.contacts.iter().filter_map(|contact| contact.friction);
+    let friction = frictions().next().is_some();
+    let speed = frictions().any(|friction| {
+        matches!(friction.law, FrictionLaw::Coulomb(law) if matches!(law.coefficient, Coefficient::Stribeck(_)))
+    });
+    let curved = model.contacts.iter().any(|contact| !matches!(contact.obstacle, Obstacle::Plane(_)));
+    let finite = model.bodies.iter().any(|body| body.formulation.kinematics == Kinematics::Finite);
+    let current = model.contacts.iter().any(|contact| contact.current_area);
+    let all = [
+        ("M (mass)", !case.is_static()),
+        ("K_0 + K_NL (material)", true),
+        ("K_S (geometric)", finite),
+        ("K_CN (normal contact)", contact),
+        ("K_CG (curvature of the target)", contact && curved),
+        ("K_T (friction damping)", friction),
+        ("K_nT (friction-normal coupling, non-symmetric)", friction),
+        ("K_mu (change of the coefficient with the slip speed)", speed),
+        ("K_phi (change of the contact area, non-symmetric)", friction && current),
+    ];
+    let names = |used: bool| all.iter().filter(|(_, has)| *has == used).map(|(name, _)| *name).collect();
+    (names(true), names(false))
+}

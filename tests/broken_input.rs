@@ -1,0 +1,315 @@
+//! Broken input through the real program: each ends within seconds, on all ranks, with one message that names the
+//! place and the cure, and with its exit code; never with a panic.
+
+mod common;
+
+use std::fs;
+use std::time::Duration;
+
+use common::{Folder, Output, run};
+
+const CASE: &str = r#"title: Small block
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] } }
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
+    density: 1700
+obstacles:
+  floor: { plane: { point: [0, 0], normal: [0, 1] } }
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-9 } }
+    friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }
+boundary:
+  clamp: { on: block.top, displacement: { x: "1.0 * t", y: -0.01 } }
+start: { equilibrium: { friction: false, increments: 2 } }
+time: { end: 0.002, step: 5.0e-4 }
+output: { probes: { corner: { at: [0, 0] } } }
+"#;
+
+const BOX: &str = "box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] }";
+const FRICTION: &str =
+    "friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }";
+const TIME: &str = "time: { end: 0.002, step: 5.0e-4 }";
+const START: &str = "start: { equilibrium: { friction: false, increments: 2 } }\n";
+
+/// A square of one element in the format of Gmsh, with sets of all dimensions, one of them empty.
+const SQUARE: &str = r#"$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+5
+0 4 "corner"
+1 1 "bottom"
+1 2 "top"
+1 5 "nothing"
+2 3 "rubber"
+$EndPhysicalNames
+$Nodes
+4
+1 0 0 0
+2 0.4 0 0
+3 0.4 0.4 0
+4 0 0.4 0
+$EndNodes
+$Elements
+4
+1 15 2 4 1 1
+2 1 2 1 1 1 2
+3 1 2 2 2 3 4
+4 3 2 3 1 1 2 3 4
+$EndElements
+"#;
+
+/// What replaces what in the case, the exit code, words of the message, and the number of ranks (0: no `mpirun`).
+type Broken = (&'static str, &'static str, i32, &'static [&'static str], usize);
+
+const CASES: &[Broken] = &[
+    // Words of the case file.
+    ("density:", "densty:", 3, &["case.yml:7:5", "unknown key 'densty'", "did you mean 'density'?"], 2),
+    ("density: 1700", "density: heavy", 3, &["case.yml:7:14", "heavy"], 0),
+    ("density: 1700", "density: [1700]", 3, &["case.yml:7:14"], 0),
+    ("density: 1700", "density: \"1700 Pa\"", 3, &["case.yml:7:14", "kg/m3"], 0),
+    ("young_modulus: 5.0e6", "young_modulus: \"5 Mpsi\"", 3, &["case.yml:6:47", "Mpsi"], 0),
+    ("young_modulus: 5.0e6", "young_modulus: \"5 \"", 3, &["case.yml:6:47", "unit"], 0),
+    ("young_modulus: 5.0e6, ", "", 3, &["'young_modulus' is missing"], 0),
+    ("coulomb:", "coulumb:", 3, &["unknown friction law 'coulumb'", "known: none, coulomb, power_law"], 3),
+    ("title: Small block", "title: [", 3, &["case.yml:"], 0),
+    ("    density", "\tdensity", 3, &["case.yml:7"], 0),
+    ("dimension: 2", "dimension: 2\ndimension: 2", 3, &["case.yml:3:1", "'dimension' stands twice"], 0),
+    // Ranges.
+    ("density: 1700", "density: -1700", 3, &["case.yml:7:14", "density must be > 0, found -1700"], 2),
+    ("    density: 1700\n", "", 3, &["density", "block"], 0),
+    ("poisson_ratio: 0.3", "poisson_ratio: 0.5", 3, &["case.yml:6:69", "0.5"], 0),
+    ("dimension: 2", "dimension: 4", 3, &["case.yml:2:12", "2 or 3, not 4"], 0),
+    ("max: [0.4, 0.4]", "max: [0.4, -0.4]", 3, &["no extent along y"], 0),
+    ("cells: [4, 4]", "cells: [4, 0]", 3, &["at least one cell"], 0),
+    ("step: 5.0e-4", "step: 0", 3, &["the step must be > 0, found 0"], 3),
+    ("step: 5.0e-4", "step: 1", 3, &["longer than the whole time"], 0),
+    ("y: -0.01", "y: { table: [[0, .nan], [1, 0]] }", 3, &["case.yml:17"], 0),
+    ("y: -0.01", "y: { table: [[0, 0], [0, 1]] }", 3, &["the times of a table must increase"], 0),
+    ("y: -0.01", "y: \"-0.01 * tt\"", 3, &["case.yml:17", "tt"], 0),
+    ("y: -0.01", "y: \"-0.01 / t\"", 3, &["case.yml:17", "not finite at t = 0"], 0),
+    ("y: -0.01", "y: \"-0.01 / (x - 0.1)\"", 3, &["clamp", "not finite", "[0.1, 0.4]"], 3),
+    // Names and sets.
+    ("on: block.top", "on: block.topp", 3, &["the box 'block' has no set 'topp'", "did you mean 'top'?"], 0),
+    ("on: block.top", "on: block.front", 3, &["the box 'block' has no set 'front'"], 0),
+    ("target: floor", "target: flor", 3, &["unknown target 'flor'", "did you mean 'floor'?"], 0),
+    ("contactor: block.bottom", "contactor: floor", 3, &["'floor' is an obstacle"], 0),
+    ("contactor: block.bottom", "contactor: block", 3, &["is a whole body"], 0),
+    (
+        "start:",
+        "  pull: { on: block.left, displacement: { x: 0.1 } }\nstart:",
+        3,
+        &["'clamp' and 'pull' both prescribe u_x of the node at (0, 0.4)", "hint: "],
+        3,
+    ),
+    ("at: [0, 0]", "at: [7, 0]", 3, &["probe 'corner'", "6.6", "away from the nearest node", "hint: "], 2),
+    ("at: [0, 0]", "at: [0, 0, 0]", 3, &["probe", "2 entries in 2D, found 3"], 0),
+    // Physics that can not be.
+    ("normal: [0, 1]", "normal: [0, -1]", 3, &["'sole'", "behind 'floor'", "free side", "hint: "], 2),
+    (
+        "point: [0, 0]",
+        "point: [0, 0.1]",
+        3,
+        &["'sole' starts with 5 nodes behind 'floor'", "1.000e-1 m", "hint: "],
+        2,
+    ),
+    ("normal: [0, 1]", "normal: [0, 0]", 3, &["the normal of a plane is zero"], 0),
+    (TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }", 3, &["stick_velocity", "statics"], 0),
+    ("boundary:", "solver: { linear: cg_icc }\nboundary:", 3, &["symmetric", "auto"], 2),
+    // Files.
+    (BOX, "file: nowhere.msh", 4, &["nowhere.msh", "No such file"], 2),
+    (BOX, "file: .", 4, &["directory"], 0),
+    (BOX, "file: garbage.msh", 4, &["garbage.msh"], 2),
+    (BOX, "file: empty.msh", 4, &["empty.msh"], 0),
+    (BOX, "file: truncated.msh", 4, &["truncated.msh", "line"], 3),
+    (BOX, "file: inverted.msh", 4, &["inverted.msh", "element"], 2),
+    (BOX, "file: unknown.msh", 4, &["unknown.msh: line 24", "unknown type 99", "quad4"], 0),
+    (BOX, "file: dangling.msh", 4, &["dangling.msh", "node"], 0),
+    (BOX, "file: square.msh, region: rubbr", 4, &["square.msh", "rubbr", "rubber"], 2),
+];
+
+/// Cases on the mesh of a file, whose sets only the mesh knows.
+const ON_A_FILE: &[Broken] = &[
+    ("block.bottom", "block.sole", 3, &["block.sole", "block.bottom"], 2),
+    ("block.bottom", "block.nothing", 3, &["block.nothing"], 3),
+    ("block.bottom", "block.corner", 3, &["block.corner", "hint: "], 2),
+    ("block.bottom", "block.rubber", 3, &["block.rubber", "hint: "], 0),
+    ("on: block.top", "on: block.roof", 3, &["'clamp'", "block.roof"], 2),
+    (
+        "on: block.top, displacement: { x: \"1.0 * t\", y: -0.01 }",
+        "on: block.corner, traction: { x: 1 }",
+        3,
+        &["block.corner"],
+        2,
+    ),
+];
+
+fn check(output: &Output, code: i32, words: &[&str]) -> Result<(), String> {
+    let said = format!("exit {:?} after {:?}\n{}{}", output.code, output.took, output.stdout, output.stderr);
+    let fail = |what: String| Err(format!("{what}\n{said}"));
+    if output.code != Some(code) {
+        return fail(format!("expected exit code {code}"));
+    }
+    if let Some(word) = words.iter().find(|word| !output.stderr.contains(**word)) {
+        return fail(format!("does not say {word:?}"));
+    }
+    if output.stderr.matches("contact-petsc: error: ").count() != 1 {
+        return fail("not one message".into());
+    }
+    if ["panicked", "PETSC ERROR", "RUST_BACKTRACE"].iter().any(|word| said.contains(word)) {
+        return fail("not our own words".into());
+    }
+    if output.took > Duration::from_secs(30) {
+        return fail("took too long".into());
+    }
+    Ok(())
+}
+
+fn folder_with_meshes(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    folder.write("square.msh", SQUARE);
+    folder.write("garbage.msh", "\u{1}\u{2} this is no mesh\n\u{fffd}");
+    folder.write("empty.msh", "");
+    folder.write("truncated.msh", &SQUARE[..SQUARE.find("3 1 2 2").unwrap() + 5]);
+    folder.write("inverted.msh", &SQUARE.replace("1 2 3 4\n$End", "1 4 3 2\n$End"));
+    folder.write("unknown.msh", &SQUARE.replace("4 3 2 3 1", "4 99 2 3 1"));
+    folder.write("dangling.msh", &SQUARE.replace("1 2 3 4\n$End", "1 2 3 9\n$End"));
+    folder
+}
+
+fn all_refused(folder: &Folder, base: &str, list: &[Broken]) {
+    let mut failures = Vec::new();
+    for (from, to, code, words, ranks) in list {
+        assert!(base.contains(from), "not in the case: {from}");
+        folder.write("case.yml", &base.replacen(from, to, 1));
+        let output = run(*ranks, &["case.yml", "-o", "out"], folder);
+        if let Err(failure) = check(&output, *code, words) {
+            failures.push(format!("--- {from} -> {to} on {ranks} ranks: {failure}"));
+        }
+    }
+    assert!(failures.is_empty(), "{} of {}:\n{}", failures.len(), list.len(), failures.join("\n"));
+}
+
+/// A wrong word, number, name, set or file in a case is refused with its place and a cure.
+#[test]
+fn broken_cases_are_refused_on_1_2_and_3_ranks() {
+    all_refused(&folder_with_meshes("broken"), CASE, CASES);
+}
+
+/// So is what only the mesh of a file can tell.
+#[test]
+fn sets_that_the_mesh_lacks_are_refused_on_1_2_and_3_ranks() {
+    let mesh = CASE.replace(BOX, "file: square.msh, region: rubber");
+    all_refused(&folder_with_meshes("sets"), &mesh, ON_A_FILE);
+}
+
+/// A mesh file of another dimension than the case is refused.
+#[test]
+fn a_mesh_of_another_dimension_is_refused() {
+    let folder = folder_with_meshes("dimension");
+    let case = CASE.replace(BOX, "file: square.msh").replace("dimension: 2", "dimension: 3");
+    let case = case.replace("[0, 0]", "[0, 0, 0]").replace("[0, 1]", "[0, 0, 1]");
+    folder.write("case.yml", &case);
+    let output = run(2, &["case.yml"], &folder);
+    check(&output, 4, &["square.msh", "no elements of dimension 3"]).unwrap();
+}
+
+/// In statics a body that neither a support nor a contact holds is an error that names it.
+#[test]
+fn a_body_that_nothing_holds_is_refused_on_2_ranks() {
+    let folder = Folder::new("loose");
+    let loose = "  loose:\n    mesh: { box: { min: [1, 0], max: [2, 1], cells: [2, 2] } }\n    \
+                 material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }\nobstacles:";
+    let case = CASE.replace("obstacles:", loose).replace(START, "").replace(FRICTION, "friction: none");
+    let case = case.replace(TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }");
+    let half = case.replace("boundary:", "boundary:\n  half: { on: loose.top, displacement: { y: 0 } }");
+    for (case, words) in [(&case, "nothing holds the body 'loose'"), (&half, "nothing holds 'loose' along x")]
+    {
+        folder.write("case.yml", case);
+        for command in [&["case.yml", "-o", "out"][..], &["check", "case.yml"][..]] {
+            check(&run(2, command, &folder), 3, &[words, "hint: "]).unwrap();
+        }
+    }
+}
+
+/// A block that a load pushes along a frictionless floor has no equilibrium, and the program says so.
+#[test]
+fn a_body_that_slides_away_is_refused_on_2_ranks() {
+    let folder = Folder::new("slides");
+    let case = CASE
+        .replace(START, "")
+        .replace(FRICTION, "friction: none")
+        .replace(
+            "on: block.top, displacement: { x: \"1.0 * t\", y: -0.01 }",
+            "on: block.top, traction: { x: 1.0e4, y: -1.0e5 }",
+        )
+        .replace(TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }");
+    folder.write("case.yml", &case);
+    let output = run(2, &["case.yml", "-o", "out"], &folder);
+    assert!([Some(3), Some(5)].contains(&output.code), "{}{}", output.stdout, output.stderr);
+    assert!(output.stderr.contains("no support holds 'block' along x"), "{}", output.stderr);
+}
+
+/// PETSc's options: a stray word is a usage error; a method that does not fit or does not exist is named.
+#[test]
+fn petsc_options_are_checked_on_1_and_2_ranks() {
+    let folder = Folder::new("options");
+    folder.write("case.yml", CASE);
+    for (options, code, words, ranks) in [
+        (&["ksp_monitor"][..], 2, &["`ksp_monitor` is no PETSc option", "hint: "][..], 2),
+        (&["-ksp_type", "cg"], 3, &["KSP type 'cg' needs a symmetric matrix", "hint: "], 2),
+        (&["-start_ksp_type", "nonsense"], 2, &["nonsense"], 2),
+        (&["-ksp_type", "nonsense"], 2, &["nonsense"], 1),
+        (&["-ksp_rtol", "tight"], 2, &["tight"], 2),
+    ] {
+        let line = [&["case.yml", "-o", "out", "--"], options].concat();
+        check(&run(ranks, &line, &folder), code, words).unwrap_or_else(|e| panic!("{options:?}: {e}"));
+    }
+}
+
+/// Wrong command lines are usage errors.
+#[test]
+fn wrong_command_lines_are_usage_errors() {
+    let folder = Folder::new("usage");
+    for (line, words, ranks) in [
+        (&[][..], "Usage", 0),
+        (&["a.yml", "b.yml"], "b.yml", 2),
+        (&["a.yml", "--restart"], "--restart", 2),
+        (&["a.yml", "-q", "-v"], "cannot be used with", 0),
+        (&["plot"], "RESULTS", 0),
+        (&["list", "more"], "more", 0),
+    ] {
+        check(&run(ranks, line, &folder), 2, &[words]).unwrap_or_else(|e| panic!("{line:?}: {e}"));
+    }
+}
+
+/// Files and folders that can not be read or written are named.
+#[test]
+fn unusable_files_are_named_on_1_and_2_ranks() {
+    let folder = Folder::new("files");
+    folder.write("case.yml", CASE);
+    fs::write(folder.join("binary.yml"), [0u8, 159, 146, 150]).unwrap();
+    folder.write("empty.yml", "");
+    fs::create_dir(folder.join("theirs")).unwrap();
+    folder.write("theirs/thesis.txt", "years of work");
+    for (line, code, words, ranks) in [
+        (&["absent.yml"][..], 4, &["absent.yml", "No such file"][..], 2),
+        (&["check", "absent.yml"], 4, &["absent.yml"], 2),
+        (&["."], 4, &["directory"], 0),
+        (&["binary.yml"], 3, &["binary.yml", "not text"], 2),
+        (&["empty.yml"], 3, &["empty.yml"], 0),
+        (&["case.yml", "-o", "/proc/out"], 4, &["/proc/out", "hint: "], 2),
+        (&["case.yml", "-o", "theirs"], 4, &["theirs", "nothing was changed", "hint: "], 2),
+        (&["case.yml", "-o", "case.yml"], 4, &["case.yml", "hint: "], 0),
+        (&["plot", "theirs"], 4, &["theirs", "run.json", "hint: "], 0),
+        (&["plot", "absent"], 4, &["absent"], 0),
+    ] {
+        check(&run(ranks, line, &folder), code, words).unwrap_or_else(|e| panic!("{line:?}: {e}"));
+    }
+    assert_eq!(fs::read_to_string(folder.join("theirs/thesis.txt")).unwrap(), "years of work");
+}
