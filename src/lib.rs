@@ -5,7 +5,8 @@
 //!
 //! # Modules in the order of their dependencies
 //!
-//! A module imports from rows above its own only (a test reads the imports and compares).
+//! A module imports from rows above its own, and from what stands beside it before a semicolon (`tests/layers.rs` reads the
+//! imports and compares).
 //!
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
@@ -18,7 +19,7 @@
 //! | 6 | [`model`]; [`dynamics`] | the checked case; what solvers and integrators see |
 //! | 7 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
 //! | 8 | [`solvers`]; [`time`] | Newton and linear solvers; Newmark and its family |
-//! | 9 | [`output`]; [`plot`] | tables, fields, record, console; figures |
+//! | 9 | [`output`], [`plot`] | tables, fields, record, console; figures |
 //! | 10 | [`simulation`], [`commands`], [`cli`] | the run, in the order of the paper's section 3; the command line |
 //!
 //! # From the paper's symbols to names

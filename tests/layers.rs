@@ -1,0 +1,175 @@
+//! The map in `src/lib.rs` is true: a module imports from rows above its own only, and each is on the map.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Who must not see whom, although the rows would allow it.
+const NEVER: &[(&str, &[&str])] = &[
+    ("material", &["petsc", "case"]),
+    ("element", &["petsc", "case"]),
+    ("contact", &["petsc", "case"]),
+    ("contact::normal", &["petsc", "case"]),
+    ("contact::friction", &["petsc", "case"]),
+    ("contact::obstacle", &["petsc", "case"]),
+    ("solvers", &["element", "contact", "mesh"]),
+    ("time", &["element", "contact", "mesh"]),
+];
+
+/// Modules that may not name the crate `mpi` or PETSc's bindings.
+const SERIAL: &[&str] =
+    &["tensor", "square", "lanes", "terms", "case", "mesh", "material", "space", "element", "contact"];
+
+/// Modules that help tests only.
+const HELPERS: &[&str] = &["taylor"];
+
+/// Row and group within the row of each module: what stands between semicolons is a group.
+type Map = BTreeMap<String, (usize, usize)>;
+
+fn source() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+fn map() -> Map {
+    let text = fs::read_to_string(source().join("lib.rs")).expect("the map");
+    let mut map = Map::new();
+    for line in text.lines().filter_map(|line| line.strip_prefix("//! |")) {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let Ok(row) = cells[0].parse::<usize>() else { continue };
+        for (group, modules) in cells[1].split(';').enumerate() {
+            for name in modules.split(',') {
+                let name = name.trim().trim_matches(['[', ']']).trim_matches('`').to_owned();
+                assert!(map.insert(name.clone(), (row, group)).is_none(), "{name} stands twice on the map");
+            }
+        }
+    }
+    map
+}
+
+/// The part of a file before its tests.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).expect("a source file");
+    let end = text.find("#[cfg(test)]\nmod tests {").unwrap_or(text.len());
+    text[..end]
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"))
+        .map(|l| format!("{l}\n"))
+        .collect()
+}
+
+fn is_test(path: &Path) -> bool {
+    let named = |name: &str| name == "tests" || name == "tests.rs" || name.ends_with("_tests.rs");
+    path.strip_prefix(source()).unwrap_or(path).iter().any(|part| part.to_str().is_some_and(named))
+}
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder of sources").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|end| end == "rs") && !is_test(&path) {
+            found.push(path);
+        }
+    }
+}
+
+/// The module on the map that a path such as `contact::normal::penalty` belongs to.
+fn place<'a>(map: &'a Map, path: &str) -> Option<&'a str> {
+    let parts: Vec<&str> = path.split("::").collect();
+    let deep = parts.get(..2).map(|two| two.join("::"));
+    let known = |name: &str| map.get_key_value(name).map(|(name, _)| name.as_str());
+    deep.and_then(|deep| known(&deep)).or_else(|| known(parts[0]))
+}
+
+/// Every path after `crate::` in a text, each up to what can not belong to a path; groups in braces are opened.
+fn imports(text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for (at, mark) in text.match_indices("crate::") {
+        if text[..at].ends_with('$') {
+            continue;
+        }
+        let rest = &text[at + mark.len()..];
+        let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':')).unwrap_or(rest.len());
+        let (path, after) = rest.split_at(end);
+        match after.strip_prefix('{') {
+            Some(group) => {
+                let names = group.split('}').next().unwrap_or_default().split(',');
+                found.extend(names.map(|name| format!("{path}{}", name.trim())));
+            }
+            None => found.push(path.to_owned()),
+        }
+    }
+    found
+}
+
+/// Imports go to rows above, or stay in the group; nobody breaks a `NEVER`.
+#[test]
+fn imports_follow_the_map() {
+    let map = map();
+    assert!(map.len() > 20, "{map:?}");
+    let mut sources = Vec::new();
+    files(&source(), &mut sources);
+    assert!(sources.len() > 100, "{} files", sources.len());
+    let (mut wrong, mut seen) = (Vec::new(), 0);
+    for path in &sources {
+        let own = path.strip_prefix(source()).unwrap().with_extension("");
+        let own = own.iter().filter_map(|part| part.to_str()).collect::<Vec<_>>().join("::");
+        if ["lib", "main"].contains(&own.as_str()) || HELPERS.contains(&own.as_str()) {
+            continue;
+        }
+        let Some(room) = place(&map, &own) else {
+            wrong.push(format!("{own} is not on the map"));
+            continue;
+        };
+        let text = code(path);
+        for import in imports(&text) {
+            let Some(target) = place(&map, &import) else {
+                wrong.push(format!("{own} imports {import}, which is not on the map"));
+                continue;
+            };
+            seen += 1;
+            let ((row, group), (other, its)) = (map[room], map[target]);
+            let forbidden = NEVER.iter().any(|(who, whom)| *who == room && whom.contains(&target));
+            // A part of a module may use what the whole module shares.
+            let inside = room == target || room.starts_with(&format!("{target}::"));
+            if forbidden || !(inside || other < row || (other == row && group == its)) {
+                wrong.push(format!("{own} (row {row}) imports {import} (row {other})"));
+            }
+        }
+        let talks = ["mpi::", "petsc_sys", "metis::"].iter().any(|name| {
+            text.match_indices(name)
+                .any(|(at, _)| !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':'))
+        });
+        if talks && SERIAL.contains(&room.split("::").next().unwrap_or(room)) {
+            wrong.push(format!("{own} names mpi, PETSc or METIS"));
+        }
+    }
+    assert!(seen > 300, "{seen} imports");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Every module of the crate is on the map, and the map names no other.
+#[test]
+fn the_map_is_complete() {
+    let map = map();
+    let text = fs::read_to_string(source().join("lib.rs")).unwrap();
+    let modules: Vec<&str> =
+        text.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';')).collect();
+    let missing = modules.iter().filter(|name| !map.contains_key(**name) && !HELPERS.contains(name));
+    assert_eq!(missing.collect::<Vec<_>>(), Vec::<&&str>::new());
+    for name in map.keys() {
+        let path = source().join(name.replace("::", "/"));
+        assert!(path.is_dir() || path.with_extension("rs").is_file(), "{name} is on the map, but not there");
+    }
+}
+
+/// `unsafe` stays with the owners of PETSc's and METIS's objects.
+#[test]
+fn unsafe_stays_with_petsc() {
+    let mut sources = Vec::new();
+    files(&source(), &mut sources);
+    for path in sources.iter().filter(|path| code(path).contains("unsafe ")) {
+        let own = path.strip_prefix(source()).unwrap().display().to_string();
+        assert!(own.starts_with("petsc/") || own == "partition/metis.rs", "unsafe in {own}");
+    }
+}
