@@ -172,10 +172,13 @@ fn sliding_block_on_1_2_3_ranks() {
 }
 
 /// The bar on the wall: no friction, symmetric matrices, contact that opens and closes.
+///
+/// With the steps as shipped the tip touches the wall at the very end of a step, where rounding decides whether it does.
 #[test]
 fn bar_impact_on_1_2_3_4_ranks() {
-    let text =
-        shipped("bar-impact/case.yml", &[("cells: [1, 100]", "cells: [1, 50]"), ("end: 1.5", "end: 0.75")]);
+    let coarse =
+        [("cells: [1, 100]", "cells: [1, 50]"), ("end: 1.5, step: 2.5e-3", "end: 0.75, step: 2.6e-3")];
+    let text = shipped("bar-impact/case.yml", &coarse);
     invariant(&solved_by(&text, AUTO), &[2, 4]);
     invariant(&solved_by(&text, "{ linear: cg_icc }"), &[2, 3]);
 }

@@ -63,6 +63,10 @@ pub enum Branches {
     Predicted,
 }
 
+/// Cosine of the turn of the slip direction between two iterates beyond which stick is assumed to lie between: a slip
+/// branch is flat along the slip, and in space stiff across it only where the slip is slow.
+const TURN: f64 = 0.5;
+
 /// What the last iterates of a point were.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Track<const D: usize> {
@@ -74,10 +78,11 @@ struct Track<const D: usize> {
 }
 
 impl<const D: usize> Track<D> {
-    /// The point slips, and did so in the opposite direction.
+    /// The point slips, and did so in a direction more than [`TURN`] away: in the plane the opposite one.
     fn reversed(&self, point: &PointState<D>) -> bool {
         let slid = self.statuses[0] == Some(Status::Slip) && point.status == Status::Slip;
-        slid && self.friction_traction.dot(&point.friction_traction) < 0.0
+        let (last, now) = (&self.friction_traction, &point.friction_traction);
+        slid && last.dot(now) < TURN * last.norm() * now.norm()
     }
 }
 

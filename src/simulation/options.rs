@@ -11,7 +11,7 @@ use crate::terms::Terms;
 use crate::time::Scheme;
 
 /// No linear solve of the inexact Newton method is looser.
-const LOOSEST: f64 = 1e-3;
+const LOOSEST: f64 = 1e-4;
 
 /// The time integration scheme.
 pub fn scheme(time: &case::Time) -> Scheme {

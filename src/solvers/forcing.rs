@@ -18,7 +18,7 @@ pub struct Forcing {
 
 impl Forcing {
     /// A linear solve reduces the residual further than Newton's method by this factor.
-    const MARGIN: f64 = 1e-2;
+    const MARGIN: f64 = 1e-3;
 
     /// Tolerances between `tightest` and `loosest`; equal bounds give a fixed tolerance.
     pub fn new(loosest: f64, tightest: f64) -> Self {
@@ -56,9 +56,9 @@ mod tests {
     fn follows_the_progress() {
         let mut forcing = Forcing::new(1e-2, 1e-8);
         assert_eq!(forcing.next(1.0, 1e-12), 1e-8);
-        assert!((forcing.next(1e-1, 1e-12) - 1e-4).abs() < 1e-12);
-        assert!((forcing.next(1e-3, 1e-12) - 1e-6).abs() < 1e-12);
-        assert_eq!(forcing.next(1e-3, 1e-12), 1e-2);
+        assert!((forcing.next(1e-1, 1e-12) - 1e-5).abs() < 1e-12);
+        assert!((forcing.next(1e-3, 1e-12) - 1e-7).abs() < 1e-12);
+        assert_eq!(forcing.next(1e-3, 1e-12), 1e-3);
         assert_eq!(Forcing::new(1e-3, 1e-3).next(1.0, 1e-9), 1e-3);
     }
 
@@ -70,7 +70,7 @@ mod tests {
         forcing.next(1e-2, 1e-12);
         forcing.next(1e-6, 1e-12);
         forcing.restart();
-        assert!((forcing.next(3.0, 1e-12) - 1e-4).abs() < 1e-12);
+        assert!((forcing.next(3.0, 1e-12) - 1e-5).abs() < 1e-12);
     }
 
     /// Close to the target the linear solve is no tighter than the target needs.
@@ -79,6 +79,6 @@ mod tests {
         let mut forcing = Forcing::new(0.5, 1e-10);
         forcing.next(1.0, 1e-6);
         let last = forcing.next(1e-5, 1e-6);
-        assert!((last - 1e-3).abs() < 1e-12, "{last}");
+        assert!((last - 1e-4).abs() < 1e-12, "{last}");
     }
 }

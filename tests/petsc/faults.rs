@@ -1,6 +1,7 @@
 //! What goes wrong ends with the right words and the right code, on all ranks.
 
 use crate::lattice::{Lattice, Local};
+use contact_petsc::error::Error;
 use contact_petsc::petsc::{BlockPattern, Format, Krylov, Matrix, Session, Vector};
 use std::rc::Rc;
 
@@ -24,6 +25,25 @@ pub fn abort_on_one_rank() {
         session.abort(7);
     }
     let _ = vector.norm();
+}
+
+/// An error that the other ranks do not know of ends them all the same, within seconds and with its code.
+pub fn error_on_one_rank() {
+    let session = Session::start(&[]).expect("MPI and PETSc start");
+    let vector = Vector::new(&session, 1, 2).unwrap();
+    if session.rank() == 1 {
+        session.meet(&Error::file("rank 1 alone fails"));
+    }
+    let _ = vector.norm();
+}
+
+/// An error that all ranks know is said by rank 0 before any rank ends.
+pub fn error_on_all_ranks() {
+    let session = Session::start(&[]).expect("MPI and PETSc start");
+    let told = session.tell(&Error::file("all ranks fail"));
+    assert!(told.message.is_empty());
+    drop(session);
+    std::process::exit(told.exit_code());
 }
 
 /// PETSc's errors name the call, the code and the cause; malformed patterns are refused before PETSc sees them.

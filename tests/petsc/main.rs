@@ -28,6 +28,8 @@ const RUNS: &[Run] = &[
     ("solvers", 3, 0, "solvers done"),
     ("panic_on_one_rank", 2, 70, "fault of the program: rank 1 gives up"),
     ("abort_on_one_rank", 3, 7, ""),
+    ("error_on_one_rank", 3, 4, "error: rank 1 alone fails"),
+    ("error_on_all_ranks", 3, 4, "error: all ranks fail"),
     ("errors", 1, 0, "errors done"),
     ("options", 2, 0, "options done"),
 ];
@@ -48,6 +50,8 @@ fn run_case(case: &str) {
         "algebra" => algebra::run(),
         "solvers" => solvers::run(),
         "panic_on_one_rank" => faults::panic_on_one_rank(),
+        "error_on_one_rank" => faults::error_on_one_rank(),
+        "error_on_all_ranks" => faults::error_on_all_ranks(),
         "abort_on_one_rank" => faults::abort_on_one_rank(),
         "errors" => faults::errors(),
         "options" => faults::options(),

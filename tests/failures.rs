@@ -1,0 +1,78 @@
+//! What goes wrong on one rank ends all of them within seconds, with one message and a code.
+
+mod common;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use common::{Folder, Output, Running};
+
+/// More than any of these needs on a loaded machine; a hang would reach it.
+const LIMIT: Duration = Duration::from_secs(60);
+
+fn rubber_block(changes: &[(&str, &str)]) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/rubber-block/case.yml");
+    let small = [("cells: [48, 50]", "cells: [8, 8]"), ("end: 0.07", "end: 0.02")];
+    let text = std::fs::read_to_string(path).expect("the case");
+    small.iter().chain(changes).fold(text, |text, (from, to)| {
+        assert!(text.contains(from), "no '{from}'");
+        text.replace(from, to)
+    })
+}
+
+/// Starts a case, does something to its folder while it runs, and waits for its end.
+fn disturbed(text: &str, ranks: usize, disturb: impl FnOnce(&Folder)) -> Output {
+    let folder = Folder::new("failures");
+    folder.write("case.yml", text);
+    let running = Running::start(ranks, &["case.yml", "--output", "out", "--quiet"], &folder);
+    disturb(&folder);
+    running.wait(LIMIT)
+}
+
+/// The code, and the program's message once.
+#[track_caller]
+fn ended(output: &Output, code: i32, words: &str) {
+    assert_eq!(output.code, Some(code), "{}", output.stderr);
+    assert_eq!(output.stderr.matches("contact-petsc: error:").count(), 1, "{}", output.stderr);
+    assert!(output.stderr.contains(words), "{}", output.stderr);
+}
+
+/// A piece that rank 1 can not write.
+#[test]
+fn unwritable_piece_of_rank_1_on_2_ranks() {
+    let text = rubber_block(&[("every: 10", "every: 40")]);
+    let output = disturbed(&text, 2, |folder| {
+        let deadline = Instant::now() + LIMIT;
+        while !folder.join("out/fields/step_000000").exists() && Instant::now() < deadline {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let obstacle = folder.join("out/fields/step_000040/volume_0001.vtu/occupied");
+        std::fs::create_dir_all(obstacle).expect("a folder in the way");
+    });
+    ended(&output, 4, "volume_0001.vtu");
+}
+
+/// A prescribed value that is no number at a few nodes, on one rank of three or on none of the others.
+#[test]
+fn bad_support_on_one_rank_on_3_ranks() {
+    let jump = "x: \"t + if(x > 0.4, sqrt(0.005 - t), 0)\", y";
+    let output = disturbed(&rubber_block(&[("x: \"1.0 * t\", y", jump)]), 3, |_| ());
+    ended(&output, 3, "not finite");
+}
+
+/// A mesh that rank 0 can not read.
+#[test]
+fn missing_mesh_on_3_ranks() {
+    let mesh =
+        ("{ box: { min: [0, 0], max: [0.48, 0.5], cells: [8, 8], element: quad4 } }", "{ file: no.msh }");
+    let output = disturbed(&rubber_block(&[mesh]), 3, |_| ());
+    ended(&output, 4, "no.msh");
+}
+
+/// Elements that no cut of the step keeps from turning inside out, somewhere.
+#[test]
+fn inverted_element_on_3_ranks() {
+    let crushed = ("y: -0.05", "y: \"-0.05 - 60 * t\"");
+    let output = disturbed(&rubber_block(&[crushed]), 3, |_| ());
+    ended(&output, 6, "turned inside out");
+}

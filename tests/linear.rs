@@ -1,0 +1,194 @@
+//! The linear solvers by name: each solves what it is meant for on any number of ranks, and what fails is followed
+//! by something stronger.
+
+mod common;
+
+use common::{Folder, Output, Table, run};
+use contact_petsc::solvers::Preset;
+
+/// Dynamic contact with friction in the plane.
+const DYNAMIC: &str = "
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.5], cells: [8, 10], element: quad4 } }
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.45 } }
+    density: 1700
+    kinematics: finite
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-9 } }
+    friction: { coulomb: { coefficient: 1.0, regularization: { stick_velocity: 1.0e-3 } } }
+    initial_overclosure: accept
+boundary: { clamp: { on: block.top, displacement: { x: '1.0 * t', y: -0.02 } } }
+start: { equilibrium: { friction: false, increments: 2 } }
+time: { end: 2.0e-3, step: 5.0e-4, scheme: { newmark: { beta: 0.25, gamma: 0.5 } } }
+output: { fields: { every: 100 }, probes: { corner: { at: [0.4, 0] } } }
+";
+
+/// Static contact in space; friction is put in.
+const STATIC: &str = "
+dimension: 3
+bodies:
+  cube:
+    mesh: { box: { min: [0, 0, 0], max: [0.1, 0.1, 0.1], cells: [5, 5, 5], element: hex8 } }
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
+    density: 1700
+    kinematics: finite
+obstacles: { floor: { plane: { point: [0, 0, 0], normal: [0, 0, 1] } } }
+contact:
+  sole:
+    contactor: cube.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-8 } }
+    friction: FRICTION
+    initial_overclosure: accept
+boundary: { clamp: { on: cube.top, displacement: { x: '0.002 * t', y: '0.001 * t', z: '-0.004 * t' } } }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+output: { fields: { every: 100 }, probes: { corner: { at: [0.1, 0.1, 0] } } }
+";
+
+const COULOMB: &str = "{ coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }";
+
+fn with_friction() -> String {
+    STATIC.replace("FRICTION", COULOMB)
+}
+
+fn frictionless() -> String {
+    STATIC.replace("FRICTION", "none")
+}
+
+/// A run with a linear solver by name and options of PETSc.
+struct Solved {
+    folder: Folder,
+    output: Output,
+}
+
+impl Solved {
+    fn by(case: &str, linear: &str, ranks: usize, petsc: &[&str]) -> Self {
+        let folder = Folder::new("linear");
+        folder.write("case.yml", &format!("{case}solver: {{ linear: {linear} }}\n"));
+        let args: Vec<&str> = ["case.yml", "--output", "out", "--"].iter().chain(petsc).copied().collect();
+        let output = run(ranks, &args, &folder);
+        Self { folder, output }
+    }
+
+    #[track_caller]
+    fn well(self) -> Self {
+        Self { output: self.output.success(), ..self }
+    }
+
+    fn fallbacks(&self) -> u64 {
+        let text = std::fs::read_to_string(self.folder.join("out/run.json")).expect("a run record");
+        let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        record["linear_fallbacks"].as_u64().expect("a count")
+    }
+
+    fn displacements(&self) -> Vec<f64> {
+        let probes = Table::read(&self.folder.join("out/probes.csv"));
+        let names: Vec<&str> = probes.names().filter(|name| name.contains(".u_")).collect();
+        names.iter().flat_map(|name| probes.numbers(name)).collect()
+    }
+}
+
+/// Each preset alone, without help from the next one, gives what the factorisation gives.
+#[track_caller]
+fn presets_agree(case: &str, presets: &[&str], ranks: &[usize]) {
+    let expected = Solved::by(case, "direct", 1, &[]).well().displacements();
+    let largest = expected.iter().fold(0.0f64, |most, u| most.max(u.abs()));
+    for preset in presets {
+        for &ranks in ranks {
+            let solved = Solved::by(case, preset, ranks, &[]).well();
+            assert_eq!(solved.fallbacks(), 0, "{preset} on {ranks} ranks:\n{}", solved.output.stdout);
+            let found = solved.displacements();
+            let apart = found.iter().zip(&expected).map(|(a, b)| (a - b).abs());
+            let apart = apart.fold(0.0, f64::max) / largest;
+            assert!(apart < 1e-8, "{preset} on {ranks} ranks: {apart:.1e}");
+        }
+    }
+}
+
+/// Dynamic contact with friction in the plane.
+#[test]
+fn presets_solve_dynamic_contact_on_1_2_3_ranks() {
+    presets_agree(DYNAMIC, &["direct", "gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg"], &[1, 2, 3]);
+}
+
+/// Static contact with friction in space.
+#[test]
+fn presets_solve_static_friction_on_1_2_3_ranks() {
+    presets_agree(&with_friction(), &["gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg"], &[1, 2, 3]);
+}
+
+/// Frictionless static contact in space: the matrix is symmetric, and methods that count on it agree with LU.
+#[test]
+fn symmetric_presets_solve_frictionless_contact_on_1_2_3_ranks() {
+    presets_agree(&frictionless(), &["cholesky", "cg_icc", "cg_amg"], &[1, 2, 3]);
+    let solved = Solved::by(&frictionless(), "auto", 2, &[]).well();
+    assert!(solved.output.stdout.contains("solver    cholesky"), "{}", solved.output.stdout);
+}
+
+/// A preset that runs out of iterations is followed by a stronger one, which is said and counted.
+#[test]
+fn failures_fall_back_on_1_2_ranks() {
+    for ranks in [1, 2] {
+        let solved = Solved::by(DYNAMIC, "gmres_asm_ilu", ranks, &["-ksp_max_it", "1"]).well();
+        assert!(solved.fallbacks() > 0);
+        let words =
+            "linear solver gmres_asm_ilu failed (out of iterations after 1 iterations); direct took over";
+        assert!(solved.output.stdout.contains(words), "{}", solved.output.stdout);
+    }
+}
+
+/// Conjugate gradients are refused where friction makes the matrix non-symmetric, by name and by PETSc's options.
+#[test]
+fn conjugate_gradients_are_refused_with_friction_on_2_ranks() {
+    for (linear, petsc) in [("cg_icc", &[][..]), ("auto", &["-ksp_type", "cg"][..])] {
+        let refused = Solved::by(DYNAMIC, linear, 2, petsc).output;
+        assert_eq!(refused.code, Some(3), "{}", refused.stderr);
+        assert_eq!(refused.stderr.matches("symmetric matrix").count(), 1, "{}", refused.stderr);
+    }
+}
+
+/// Options given by the user replace those of the preset.
+#[test]
+fn options_of_petsc_win_on_2_ranks() {
+    let options = ["-ksp_rtol", "1e-3", "-ksp_converged_reason", "-pc_type", "jacobi"];
+    let loose = Solved::by(DYNAMIC, "gmres_asm_ilu", 2, &options).well();
+    assert!(!loose.output.stderr.contains("used by nothing"), "{}", loose.output.stderr);
+    let viewed = Solved::by(DYNAMIC, "gmres_asm_ilu", 2, &[&options[..], &["-ksp_view"]].concat()).well();
+    let text = viewed.output.stdout;
+    assert!(text.contains("type: jacobi") && text.contains("relative=0.001"), "{text}");
+}
+
+/// Every option of every preset is one that PETSc asks for: given by the user, none is left over.
+#[test]
+fn options_of_presets_are_known_to_petsc_on_1_2_ranks() {
+    let symmetric = frictionless();
+    for name in ["direct", "gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg", "cholesky", "cg_icc", "cg_amg"] {
+        let preset = Preset::named(name).expect("a preset");
+        let case = if preset.symmetric { &*symmetric } else { DYNAMIC };
+        for ranks in [1, 2] {
+            let options = preset.options_on(ranks);
+            let words: Vec<String> =
+                options.iter().flat_map(|(key, value)| [format!("-{key}"), (*value).to_owned()]).collect();
+            let words: Vec<&str> = words.iter().map(String::as_str).collect();
+            let solved = Solved::by(case, name, ranks, &words).well();
+            let left = &solved.output.stderr;
+            assert!(!left.contains("used by nothing"), "{name} on {ranks} ranks: {left}");
+        }
+    }
+}
+
+/// Multigrid knows the rigid-body modes: three in the plane, six in space.
+#[test]
+fn multigrid_knows_rigid_body_modes_on_2_ranks() {
+    for (case, linear, modes) in [(DYNAMIC, "gmres_amg", 3), (&*frictionless(), "cg_amg", 6)] {
+        let solved = Solved::by(case, linear, 2, &["-info", ":pc"]).well();
+        let words = format!("n data cols={modes}");
+        assert!(solved.output.stdout.contains(&words), "{linear}: {}", solved.output.stdout);
+    }
+}
