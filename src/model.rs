@@ -216,7 +216,9 @@ impl<const D: usize> Model<D> {
         let owner = contact.contactor.split('.').next().unwrap_or_default();
         let body = body_index(bodies, owner)?;
         let Some(target) = case.obstacles.get(&contact.target) else {
-            return Err(Error::case(format!("target '{}' is not an obstacle", contact.target.value)));
+            let message = format!("the target '{}' is not an obstacle", contact.target.value);
+            let error = case.error(contact.target.place, message);
+            return Err(error.hint("contact between two bodies is not offered yet; name one of `obstacles`"));
         };
         let (normal, penetration) = normal(&contact.normal, bodies[body].young_modulus)?;
         Ok(Contact {

@@ -265,7 +265,7 @@ fn petsc_options_are_checked_on_1_and_2_ranks() {
         (&["-ksp_type", "cg"], 3, &["KSP type 'cg' needs a symmetric matrix", "hint: "], 2),
         (&["-start_ksp_type", "nonsense"], 2, &["nonsense"], 2),
         (&["-ksp_type", "nonsense"], 2, &["nonsense"], 1),
-        (&["-ksp_rtol", "tight"], 2, &["tight"], 2),
+        (&["-mass_ksp_rtol", "tight"], 2, &["tight", "-mass_ksp_rtol"], 2),
     ] {
         let line = [&["case.yml", "-o", "out", "--"], options].concat();
         check(&run(ranks, &line, &folder), code, words).unwrap_or_else(|e| panic!("{options:?}: {e}"));

@@ -194,9 +194,10 @@ fn tangent<const D: usize>(element: ElementKind, quadrature: Quadrature, hold: H
     let zero = vec![0.0; size];
     forced(&zero, &ContactRequest::default());
     held.borrow_mut().freeze();
-    let matrix = forced(&zero, &ContactRequest { stiffness: Some(selection), hold }).matrix;
+    let matrix =
+        forced(&zero, &ContactRequest { stiffness: Some(selection), hold, ..Default::default() }).matrix;
     let direction: Vec<f64> = scatter(size, 5).iter().map(|d| d * 1e-4).collect();
-    let force = |u: &[f64]| forced(u, &ContactRequest { stiffness: None, hold }).force;
+    let force = |u: &[f64]| forced(u, &ContactRequest { stiffness: None, hold, ..Default::default() }).force;
     let slope = |_: &[f64], d: &[f64]| {
         matrix.chunks_exact(size).map(|row| -row.iter().zip(d).map(|(k, d)| k * d).sum::<f64>()).collect()
     };
@@ -296,7 +297,7 @@ fn extremes_give_numbers() {
     let laws: Vec<FrictionLaw> = FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()).collect();
     assert!(laws.len() > COEFFICIENTS.len());
     let selection = Selection { terms: Terms::ALL, velocity_shift: 1e6 };
-    let request = ContactRequest { stiffness: Some(selection), hold: Hold::Nothing };
+    let request = ContactRequest { stiffness: Some(selection), ..Default::default() };
     for normal in NORMAL_LAWS.iter().map(|entry| (entry.samples)()[0]) {
         for (law, entry) in laws.iter().flat_map(|law| REGULARIZATIONS.iter().map(move |r| (law, r))) {
             let friction = Friction { law: *law, regularization: (entry.samples)()[0] };

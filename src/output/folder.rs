@@ -137,7 +137,7 @@ where
 pub(crate) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
     let error_text = trouble(path, "write", error);
     match error.kind() {
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem | ErrorKind::NotFound => {
             error_text.hint("give a folder that you may write with --output")
         }
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {

@@ -218,7 +218,8 @@ impl Monolithic {
         for halving in 1..=Self::HALVINGS {
             let length = 0.5f64.powi(halving);
             let residual = self.at(system, stage, length)?;
-            if residual.norm.is_finite() && !(residual.norm >= best.residual.norm) {
+            let better = !best.residual.norm.is_finite() || residual.norm < best.residual.norm;
+            if residual.norm.is_finite() && better {
                 best = Point { length, residual };
             }
             let enough = best.residual.norm.is_finite() && best.residual.norm < Self::GROWTH * before.norm;
