@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn follows_the_progress() {
         let mut forcing = Forcing::new(1e-2, 1e-8);
-        assert_eq!(forcing.next(1.0, 1e-12), 1e-8);
+        assert_eq!(forcing.next(1.0, 1e-12), 1e-10);
         assert!((forcing.next(1e-1, 1e-12) - 1e-5).abs() < 1e-12);
         assert!((forcing.next(1e-3, 1e-12) - 1e-7).abs() < 1e-12);
         assert_eq!(forcing.next(1e-3, 1e-12), 1e-3);
@@ -104,11 +104,21 @@ mod tests {
     fn only_a_tight_solve_decides() {
         let mut forcing = Forcing::new(1e-4, 1e-8);
         forcing.next(1.0, 1e-9);
-        assert!(!forcing.decides());
+        assert!(forcing.decides(), "nothing is known of Newton's method");
         forcing.next(1e-2, 1e-9);
         assert!(!forcing.decides());
         assert!((forcing.next(1e-5, 1e-9) - 1e-7).abs() < 1e-12);
         assert!(forcing.decides());
+    }
+
+    /// A reduction that is the linear solver's own tells nothing, so the next solve may be the last.
+    #[test]
+    fn a_reduction_to_the_tolerance_tells_nothing() {
+        let mut forcing = Forcing::new(1e-4, 1e-8);
+        forcing.next(1.0, 1e-9);
+        let loose = forcing.next(1e-1, 1e-9);
+        forcing.next(2.0 * loose * 1e-1, 1e-9);
+        assert!(loose > 1e-6 && forcing.decides());
     }
 
     /// Close to the target the linear solve is no tighter than the target needs.
