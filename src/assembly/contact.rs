@@ -115,7 +115,7 @@ impl<const D: usize> Contact<D> {
             friction: contact.friction,
         };
         let area = if contact.current_area { AreaKind::Current } else { AreaKind::Reference };
-        let pair = RigidContact { surface, obstacle: contact.obstacle.clone(), law, area };
+        let pair = RigidContact { surface, obstacle: contact.obstacle, law, area };
         Ok(Self { name: contact.name.clone(), pair, state, maps })
     }
 

@@ -118,8 +118,12 @@ impl Levels {
     }
 
     fn next(&self) -> Option<f64> {
-        (self.reached < 1.0)
-            .then(|| if self.reached + self.step > 1.0 - 1e-9 { 1.0 } else { self.reached + self.step })
+        let next = self.reached + self.step;
+        match self.reached < 1.0 {
+            true if next > 1.0 - 1e-9 => Some(1.0),
+            true => Some(next),
+            false => None,
+        }
     }
 
     fn succeed(&mut self) {

@@ -53,6 +53,9 @@ impl Monolithic {
     const PATIENCE: u32 = 5;
     /// From then on each iteration shall reduce the residual by this factor, or the line is searched.
     const REDUCTION: f64 = 3.0;
+    /// A correction that is smaller than this part of the displacements is rounding. Well above the noise that is
+    /// seen, half of it, so that no partition is on the other side.
+    const ROUNDING: f64 = 8.0 * f64::EPSILON;
     /// Shortest step along a correction is `2^-HALVINGS`.
     const HALVINGS: i32 = 9;
 
@@ -215,7 +218,8 @@ impl Monolithic {
         for halving in 1..=Self::HALVINGS {
             let length = 0.5f64.powi(halving);
             let residual = self.at(system, stage, length)?;
-            if residual.norm.is_finite() && !(residual.norm >= best.residual.norm) {
+            let better = !best.residual.norm.is_finite() || residual.norm < best.residual.norm;
+            if residual.norm.is_finite() && better {
                 best = Point { length, residual };
             }
             let enough = best.residual.norm.is_finite() && best.residual.norm < Self::GROWTH * before.norm;
@@ -241,7 +245,7 @@ impl Monolithic {
     /// flight ends here, since its forces are nothing but rounding.
     fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> Result<bool> {
         let size = system.extent() + self.origin.norm()?;
-        Ok(row.increment <= f64::EPSILON * size && row.line_search == 1.0)
+        Ok(row.increment <= Self::ROUNDING * size && row.line_search == 1.0)
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.

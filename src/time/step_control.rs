@@ -84,7 +84,7 @@ impl StepControl {
     /// The step succeeded; where both halves of a cut are done the next step is longer again.
     pub fn succeed(&mut self) {
         self.position += 1;
-        while self.depth > 0 && self.position % 2 == 0 {
+        while self.depth > 0 && self.position.is_multiple_of(2) {
             self.depth -= 1;
             self.position /= 2;
         }
