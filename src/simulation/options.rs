@@ -86,7 +86,6 @@ pub fn newton(case: &Case, terms: Terms) -> NewtonSettings {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::case::Linear;
     use crate::solvers::PRESETS;
 
