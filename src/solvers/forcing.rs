@@ -2,7 +2,8 @@
 //!
 //! A linear solve that stops early leaves an error that depends on the preconditioner, and so on the number of
 //! ranks. Each tolerance therefore stays a margin below the reduction that Newton's method is expected to
-//! reach by itself: the iterates, their number and the contact points are then those of exact linear solves.
+//! reach by itself, and an iterate whose linear error may have decided how small its residual is does not end the
+//! iteration: the number of iterates and the contact points are then those of exact linear solves.
 
 /// Relative tolerance of each linear solve, from the progress of the residual.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,16 +14,27 @@ pub struct Forcing {
     last: Option<f64>,
     /// Reduction by the first correction of the last Newton solve that had a second.
     opening: Option<f64>,
+    /// The last one that was asked.
+    tolerance: f64,
     solves: u32,
+    decides: bool,
 }
 
 impl Forcing {
     /// A linear solve reduces the residual further than Newton's method by this factor.
     const MARGIN: f64 = 1e-3;
+    /// Newton's method may be better than expected by this factor: where it may so meet the target, the linear solve is
+    /// good enough for it.
+    const LUCK: f64 = 1e-2;
+
+    /// Up to this many times the tolerance a reduction is the linear solver's.
+    const BLUR: f64 = 10.0;
+    /// A solve that may end the iteration may be tighter than all others by this factor.
+    const LAST: f64 = 1e-2;
 
     /// Tolerances between `tightest` and `loosest`; equal bounds give a fixed tolerance.
     pub fn new(loosest: f64, tightest: f64) -> Self {
-        Self { loosest, tightest, last: None, opening: None, solves: 0 }
+        Self { loosest, tightest, last: None, opening: None, tolerance: 0.0, solves: 0, decides: true }
     }
 
     /// Forgets the progress: a new solve begins.
@@ -31,19 +43,33 @@ impl Forcing {
         self.solves = 0;
     }
 
+    /// Whether the error of the last linear solve is small against the target: the residual after it is Newton's own.
+    pub fn decides(&self) -> bool {
+        self.decides
+    }
+
     /// Tolerance of the next linear solve at residual `norm`, when `target` ends the Newton iteration.
     ///
     /// Quadratic convergence squares the last reduction; the first one is taken to be that of the last step. Beyond
     /// `target` no solve need go.
     pub fn next(&mut self, norm: f64, target: f64) -> f64 {
-        let reduction = self.last.map(|before| norm / before);
+        // What hardly exceeds the last tolerance tells of the linear solve; Newton's method may have done any better.
+        let own = |ratio: f64| if ratio <= Self::BLUR * self.tolerance { 0.0 } else { ratio };
+        let reduction = self.last.map(|before| own(norm / before));
         if self.solves == 1 {
             self.opening = reduction;
         }
         let expected = reduction.map(|ratio| ratio * ratio).or(self.opening).unwrap_or(0.0);
         self.last = Some(norm);
         self.solves += 1;
-        (Self::MARGIN * expected.max(target / norm)).clamp(self.tightest, self.loosest)
+        let enough = target / norm;
+        let last = Self::LUCK * expected <= enough;
+        self.decides = last || self.loosest <= self.tightest;
+        self.tolerance = match last && self.loosest > self.tightest {
+            true => (Self::MARGIN * enough).clamp(Self::LAST * self.tightest, self.loosest),
+            false => (Self::MARGIN * expected).clamp(self.tightest, self.loosest),
+        };
+        self.tolerance
     }
 }
 
@@ -55,7 +81,7 @@ mod tests {
     #[test]
     fn follows_the_progress() {
         let mut forcing = Forcing::new(1e-2, 1e-8);
-        assert_eq!(forcing.next(1.0, 1e-12), 1e-8);
+        assert_eq!(forcing.next(1.0, 1e-12), 1e-10);
         assert!((forcing.next(1e-1, 1e-12) - 1e-5).abs() < 1e-12);
         assert!((forcing.next(1e-3, 1e-12) - 1e-7).abs() < 1e-12);
         assert_eq!(forcing.next(1e-3, 1e-12), 1e-3);
@@ -73,10 +99,33 @@ mod tests {
         assert!((forcing.next(3.0, 1e-12) - 1e-5).abs() < 1e-12);
     }
 
+    /// A solve that may leave an error as large as the target does not end the iteration, one close to the target does.
+    #[test]
+    fn only_a_tight_solve_decides() {
+        let mut forcing = Forcing::new(1e-4, 1e-8);
+        forcing.next(1.0, 1e-9);
+        assert!(forcing.decides(), "nothing is known of Newton's method");
+        forcing.next(1e-2, 1e-9);
+        assert!(!forcing.decides());
+        assert!((forcing.next(1e-5, 1e-9) - 1e-7).abs() < 1e-12);
+        assert!(forcing.decides());
+    }
+
+    /// A reduction that is the linear solver's own tells nothing, so the next solve may be the last.
+    #[test]
+    fn a_reduction_to_the_tolerance_tells_nothing() {
+        let mut forcing = Forcing::new(1e-4, 1e-8);
+        forcing.next(1.0, 1e-9);
+        let loose = forcing.next(1e-1, 1e-9);
+        forcing.next(2.0 * loose * 1e-1, 1e-9);
+        assert!(loose > 1e-6 && forcing.decides());
+    }
+
     /// Close to the target the linear solve is no tighter than the target needs.
     #[test]
     fn does_not_solve_beyond_the_target() {
         let mut forcing = Forcing::new(0.5, 1e-10);
+        assert_eq!(Forcing::new(1e-8, 1e-8).next(1.0, 1e-12), 1e-8);
         forcing.next(1.0, 1e-6);
         let last = forcing.next(1e-5, 1e-6);
         assert!((last - 1e-4).abs() < 1e-12, "{last}");

@@ -114,7 +114,7 @@ impl Monolithic {
             if !now.norm.is_finite() {
                 return Ok(Outcome::Failed(report, rejected(system)));
             }
-            if self.converged(now) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
+            if self.settled(now, row.iteration) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
                 return Ok(Outcome::Converged(report));
             }
             if row.iteration == self.settings.max_iterations {
@@ -235,6 +235,12 @@ impl Monolithic {
     fn at(&mut self, system: &mut dyn Dynamics, stage: &mut Stage, length: f64) -> Result<Residual> {
         stage.trial.u.waxpy(length, &self.correction, &self.origin)?;
         self.evaluate(system, stage)
+    }
+
+    /// The balance holds, and not by the error of a linear solve, which another number of ranks would not make.
+    fn settled(&self, now: Residual, iteration: u32) -> bool {
+        let decides = self.forcing.decides() || !self.linear.preset().iterative;
+        self.converged(now) && (iteration == 0 || now.norm == 0.0 || decides)
     }
 
     fn converged(&self, now: Residual) -> bool {
