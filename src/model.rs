@@ -169,10 +169,7 @@ impl<const D: usize> Model<D> {
     /// When a law refuses its constants, with the place in the case.
     pub fn new(case: &Case) -> Result<Self> {
         let bodies: Vec<Body> = case.bodies.iter().map(|(name, b)| body(name, b)).collect::<Result<_>>()?;
-        let contacts = case.contact.iter().map(|(name, contact)| {
-            Self::contact(case, &bodies, name, contact)
-                .map_err(|e| e.within(&format!("contact.{}", name.value)))
-        });
+        let contacts = case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, name, contact));
         let contacts = contacts.collect::<Result<_>>()?;
         let mut model =
             Self { bodies, contacts, supports: Vec::new(), loads: Vec::new(), probes: Vec::new() };
@@ -220,16 +217,17 @@ impl<const D: usize> Model<D> {
             let error = case.error(contact.target.place, message);
             return Err(error.hint("contact between two bodies is not offered yet; name one of `obstacles`"));
         };
-        let (normal, penetration) = normal(&contact.normal, bodies[body].young_modulus)?;
+        let within = |error: Error| error.within(&format!("contact.{name}"));
+        let (normal, penetration) = normal(&contact.normal, bodies[body].young_modulus).map_err(within)?;
         Ok(Contact {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
             body,
-            obstacle: obstacle(target)?,
+            obstacle: obstacle(target).map_err(within)?,
             target: contact.target.value.clone(),
             normal,
             penetration,
-            friction: friction(&contact.friction)?,
+            friction: friction(&contact.friction).map_err(within)?,
             quadrature: contact.quadrature.value,
             current_area: contact.area == case::Area::Current,
             initial_overclosure: contact.initial_overclosure,
