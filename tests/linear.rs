@@ -126,7 +126,7 @@ fn presets_solve_static_friction_on_1_2_3_ranks() {
 /// Frictionless static contact in space: the matrix is symmetric, and methods that count on it agree with LU.
 #[test]
 fn symmetric_presets_solve_frictionless_contact_on_1_2_3_ranks() {
-    presets_agree(&frictionless(), &["cholesky", "cg_icc", "cg_amg"], &[1, 2, 3]);
+    presets_agree(&frictionless(), &["cholesky", "cg_jacobi", "cg_icc", "cg_amg"], &[1, 2, 3]);
     let solved = Solved::by(&frictionless(), "auto", 2, &[]).well();
     assert!(solved.output.stdout.contains("solver    cholesky"), "{}", solved.output.stdout);
 }
@@ -169,7 +169,16 @@ fn options_of_petsc_win_on_2_ranks() {
 #[test]
 fn options_of_presets_are_known_to_petsc_on_1_2_ranks() {
     let symmetric = frictionless();
-    for name in ["direct", "gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg", "cholesky", "cg_icc", "cg_amg"] {
+    for name in [
+        "direct",
+        "gmres_asm_ilu",
+        "gmres_asm_ilu1",
+        "gmres_amg",
+        "cholesky",
+        "cg_jacobi",
+        "cg_icc",
+        "cg_amg",
+    ] {
         let preset = Preset::named(name).expect("a preset");
         let case = if preset.symmetric { &*symmetric } else { DYNAMIC };
         for ranks in [1, 2] {

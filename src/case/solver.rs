@@ -70,6 +70,8 @@ pub enum Linear {
     GmresAmg,
     /// Cholesky factorisation by MUMPS; symmetric systems only.
     Cholesky,
+    /// Conjugate gradients scaled by the diagonal; symmetric systems only.
+    CgJacobi,
     /// Conjugate gradients with incomplete Cholesky; symmetric systems only.
     CgIcc,
     /// Conjugate gradients with algebraic multigrid; symmetric systems only.
@@ -79,13 +81,14 @@ tagged!(Linear, "linear solver");
 
 impl Linear {
     /// Every linear solver.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Auto,
         Self::Direct,
         Self::GmresAsmIlu,
         Self::GmresAsmIlu1,
         Self::GmresAmg,
         Self::Cholesky,
+        Self::CgJacobi,
         Self::CgIcc,
         Self::CgAmg,
     ];
@@ -99,6 +102,7 @@ impl Linear {
             Self::GmresAsmIlu1 => "gmres_asm_ilu1",
             Self::GmresAmg => "gmres_amg",
             Self::Cholesky => "cholesky",
+            Self::CgJacobi => "cg_jacobi",
             Self::CgIcc => "cg_icc",
             Self::CgAmg => "cg_amg",
         }
@@ -106,7 +110,7 @@ impl Linear {
 
     /// Whether the method needs a symmetric matrix, hence no friction and no follower load.
     pub fn needs_symmetry(self) -> bool {
-        matches!(self, Self::Cholesky | Self::CgIcc | Self::CgAmg)
+        matches!(self, Self::Cholesky | Self::CgJacobi | Self::CgIcc | Self::CgAmg)
     }
 }
 
