@@ -57,7 +57,7 @@ impl Table {
         let head = header(&columns);
         let Some(rows) = text.strip_prefix(&head) else {
             return Err(Error::file(format!("{}: other columns than this case writes", path.display()))
-                .hint("continue with the case that made the result, or start anew without --restart"));
+                .hint("continue with the case that made the result, or start anew"));
         };
         let is_kept = |row: &&str| {
             let step = row.split(',').next().and_then(|step| step.parse::<u64>().ok());
