@@ -1,6 +1,7 @@
 //! Meshes: points, elements of any kind, bodies, and named sets of elements, facets and points.
 
 mod boundary;
+mod bounds;
 mod compact;
 mod generate;
 pub mod gmsh;
@@ -11,6 +12,7 @@ mod merge;
 pub mod validate;
 
 pub use boundary::FacetIndex;
+pub use bounds::Bounds;
 pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use merge::merge;

@@ -5,6 +5,7 @@
 //! without a word from others. See [`distribute`].
 
 mod distribute;
+pub mod exchange;
 mod extract;
 mod graph;
 mod index_map;
