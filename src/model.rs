@@ -8,7 +8,7 @@ use crate::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::material::Material;
-use crate::mesh::{BoxShape, ElementKind, Mesh, merge};
+use crate::mesh::{BoxShape, ElementKind, Mesh, merge, validate};
 use crate::tensor::Vector;
 
 /// A case in `D` dimensions, ready to be discretised.
@@ -409,11 +409,36 @@ fn box_mesh<const D: usize>(shape: &case::BoxMesh) -> Result<Mesh<D>> {
     let default = if D == 2 { ElementKind::Quad4 } else { ElementKind::Hex8 };
     let named = shape.element.as_ref().map(|element| ElementKind::from_name(element.name()));
     let kind = named.unwrap_or(Some(default)).ok_or_else(|| Error::internal("an element without a kind"))?;
-    BoxShape::<D> {
+    let mut mesh = BoxShape::<D> {
         min: lengths(&shape.min),
         max: lengths(&shape.max),
         cells: std::array::from_fn(|i| shape.cells.get(i).copied().unwrap_or(1)),
         element: kind,
     }
-    .mesh()
+    .mesh()?;
+    if let Some(map) = &shape.map {
+        bend(&mut mesh, map)?;
+    }
+    Ok(mesh)
+}
+
+/// Moves the points of a box.
+fn bend<const D: usize>(mesh: &mut Mesh<D>, map: &case::BoxMap) -> Result<()> {
+    for point in &mut mesh.points {
+        let place: [f64; 3] = std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0));
+        for (entry, function) in point.iter_mut().zip(map.functions()) {
+            *entry = function.map_or(*entry, |function| function.value(place, 0.0));
+        }
+        if point.iter().any(|entry| !entry.is_finite()) {
+            return Err(Error::case(format!("the map of the box sends {:?} to {point:?}", &place[..D])));
+        }
+    }
+    match validate::first_bad_element(mesh) {
+        Some(bad) => Err(Error::case(format!(
+            "the map of the box leaves an element at {:?} flat or turned inside out",
+            mesh.points[bad.node as usize]
+        ))
+        .hint("neighbours must stay neighbours, and left must stay left of right")),
+        None => Ok(()),
+    }
 }
