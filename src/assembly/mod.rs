@@ -16,6 +16,7 @@ mod scatter;
 mod start;
 mod supports;
 mod system;
+pub mod targets;
 
 pub use energy::{Energies, EnergyLedger};
 pub use fields::{ContactFields, StressFields, SurfaceCells};

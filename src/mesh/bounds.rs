@@ -101,6 +101,13 @@ impl<const D: usize> Bounds<D> {
     }
 }
 
+/// How far a point of a facet can move, in the longest way that one of its nodes moves.
+///
+/// The greatest sum of the absolute values of the shape functions (Lebesgue's constant); 1 where the facet is linear.
+pub fn stretch(kind: ElementKind) -> f64 {
+    1.0 + 2.0 * overshoot(kind)
+}
+
 /// How far a facet can reach beyond the box around its nodes, in widths of that box.
 ///
 /// Coordinates are sums of nodal ones times shape functions that sum up to one; with `L` the greatest sum of the
@@ -141,7 +148,7 @@ mod tests {
                     most = most.max(n.iter().map(|n| n.abs()).sum());
                 }
             }
-            let bound = 1.0 + 2.0 * overshoot(kind);
+            let bound = stretch(kind);
             assert!(most <= bound + 1e-12 && most > bound - 0.01, "{kind}: {most} against {bound}");
         }
     }

@@ -9,13 +9,15 @@ mod kind;
 #[cfg(test)]
 mod measure;
 mod merge;
+mod tree;
 pub mod validate;
 
 pub use boundary::FacetIndex;
-pub use bounds::Bounds;
+pub use bounds::{Bounds, stretch};
 pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use merge::merge;
+pub use tree::BoundsTree;
 
 use std::collections::BTreeMap;
 
