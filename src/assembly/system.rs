@@ -475,7 +475,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let (mut stick, mut slip) = (0, 0);
         for contact in &mut self.contacts {
             own += contact.iterate();
-            let summary = contact.pair.summary(&contact.state);
+            let summary = contact.pair.surface.summary(&contact.state);
             stick += summary.stick;
             slip += summary.slip;
         }
