@@ -68,7 +68,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn surface_cells(&self) -> SurfaceCells {
         let mut cells = SurfaceCells { offsets: vec![0], ..SurfaceCells::default() };
         for (number, contact) in self.contacts.iter().enumerate() {
-            let surface = &contact.pair.surface;
+            let surface = contact.surface();
             for facet in surface.facets() {
                 cells.nodes.extend_from_slice(surface.facet_nodes(facet));
                 cells.offsets.push(cells.nodes.len() as u32);

@@ -6,23 +6,24 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::build::{FreeBody, contacts, extent, free_bodies, loads, physics, supports, unit};
-use super::contact::Contact;
+use super::contact::{Contact, Pair};
 use super::external::{External, Moment};
 use super::forces::{Solid, solids};
+use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
 use super::scatter::LiftTarget;
-use super::start::{Overclosure, resolve_overclosure};
+use super::start::{Overclosure, overclosure_of_points, resolve_overclosure};
 use super::supports::{Supports, in_space};
+use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::point::{ContactLaw, Selection};
-use crate::contact::rigid::ContactFields;
 use crate::contact::state::{Branches, Changes, Hold};
 use crate::dynamics::{ContactCounts, Dynamics, FrictionMode, Lift, Residual, Stage};
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
 use crate::model::Model;
 use crate::partition::LocalMesh;
-use crate::petsc::{Event, Format, Matrix, Session, Symmetry, Vector};
+use crate::petsc::{BlockPattern, Event, Format, Matrix, Session, Symmetry, Vector};
 use crate::space::Fields;
 use crate::terms::Terms;
 
@@ -48,6 +49,7 @@ pub(super) struct Phases {
     contact: Event,
     forces: Event,
     tangent: Event,
+    pub search: Event,
 }
 
 /// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
@@ -65,7 +67,15 @@ pub struct ContactSystem<const D: usize> {
     /// `M a` at the last trial state [N].
     pub(super) inertia: Vector,
     overclosures: Vec<Overclosure<D>>,
-    matrix: Matrix,
+    /// Couplings by elements alone.
+    pub(super) elements: Rc<BlockPattern>,
+    /// What deformable contacts share.
+    pub(super) interface: Option<Interface<D>>,
+    /// A contact met a facet that the pattern does not know.
+    missed: bool,
+    /// The matrix knows the rigid-body modes.
+    pub(super) has_modes: bool,
+    pub(super) matrix: Matrix,
     work: Vector,
     fault: Option<Inverted>,
     /// A prescribed value that is no number; told with the next residual, where all ranks listen.
@@ -75,7 +85,7 @@ pub struct ContactSystem<const D: usize> {
     free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     unit: f64,
-    phases: Phases,
+    pub(super) phases: Phases,
 }
 
 impl<const D: usize> ContactSystem<D> {
@@ -90,9 +100,12 @@ impl<const D: usize> ContactSystem<D> {
         options: SystemOptions,
     ) -> Result<Self> {
         let world = session.world();
-        let overclosures =
-            model.contacts.iter().map(|contact| resolve_overclosure(world, &mut local, contact));
-        let overclosures = overclosures.collect::<Result<Vec<_>>>()?;
+        let mut overclosures = Vec::with_capacity(model.contacts.len());
+        for contact in &model.contacts {
+            if let Some(obstacle) = contact.target.obstacle() {
+                overclosures.push(resolve_overclosure(world, &mut local, contact, obstacle)?);
+            }
+        }
         let supports = agree(world, supports(&local, model))?;
         let pattern = Rc::new(pattern_of_elements(&local.mesh, local.assembled, &local.index));
         let constrained = &supports.dofs.constrained;
@@ -113,9 +126,14 @@ impl<const D: usize> ContactSystem<D> {
             contact: Event::register(session, "Contact")?,
             forces: Event::register(session, "ElementForces")?,
             tangent: Event::register(session, "Tangent")?,
+            search: Event::register(session, "ContactSearch")?,
         };
-        Ok(Self {
+        let mut system = Self {
             session: session.clone(),
+            elements: pattern.clone(),
+            interface: None,
+            missed: false,
+            has_modes: false,
             matrix: Matrix::new(session, &pattern, options.format)?,
             inertia: forces.like()?,
             work: forces.like()?,
@@ -135,7 +153,30 @@ impl<const D: usize> ContactSystem<D> {
             trouble: None,
             changes: Changes::default(),
             phases,
-        })
+        };
+        if system.contacts.iter().any(|contact| contact.meeting().is_some()) {
+            system.meet_undeformed(model)?;
+        }
+        Ok(system)
+    }
+
+    /// Finds the targets of deformable contacts and the gaps at the start. Collective.
+    fn meet_undeformed(&mut self, model: &Model<D>) -> Result<()> {
+        let zero = vec![0.0; self.local.mesh.points.len() * D];
+        self.renew(&ContactFields { u: &zero, v: &zero, u_start: &zero })?;
+        let session = self.session.clone();
+        let request = ContactRequest { hold: Hold::Frictionless, ..ContactRequest::default() };
+        let mut force = vec![0.0; self.local.index.owned * D];
+        if let Some(interface) = &mut self.interface {
+            meet(interface, &mut self.contacts, session.world(), &request, &mut force);
+        }
+        for (at, (contact, given)) in self.contacts.iter().zip(&model.contacts).enumerate() {
+            if contact.meeting().is_some() {
+                let points = (contact.surface(), &contact.state);
+                self.overclosures.insert(at, overclosure_of_points(session.world(), given, points)?);
+            }
+        }
+        Ok(())
     }
 
     /// A zero vector of the system's layout: what states are made of.
@@ -155,7 +196,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Laws of the contacts, derived ones resolved, in the order of the model.
     pub fn contact_laws(&self) -> impl Iterator<Item = &ContactLaw> {
-        self.contacts.iter().map(|contact| &contact.pair.law)
+        self.contacts.iter().map(Contact::law)
     }
 
     /// Number of prescribed unknowns over all ranks. Collective.
@@ -239,7 +280,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Whether friction takes part anywhere.
     pub fn has_friction(&self) -> bool {
-        self.contacts.iter().any(|contact| contact.pair.law.friction.is_some())
+        self.contacts.iter().any(|contact| contact.law().friction.is_some())
     }
 
     /// Whether there is contact at all.
@@ -252,6 +293,7 @@ impl<const D: usize> ContactSystem<D> {
     /// # Errors
     /// When PETSc refuses.
     pub fn set_rigid_body_modes(&mut self) -> Result<()> {
+        self.has_modes = true;
         let mut coordinates = Vector::new(&self.session, self.local.index.owned, D)?;
         for (entry, value) in coordinates.owned_mut().iter_mut().zip(self.local.mesh.points.iter().flatten())
         {
@@ -283,8 +325,13 @@ impl<const D: usize> ContactSystem<D> {
         let _running = self.phases.contact.begin();
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
+        let request = ContactRequest { stiffness: None, hold: hold(stage), branches };
         for pair in &mut self.contacts {
-            pair.add_force(&fields, (hold(stage), branches), contact);
+            pair.add_force(&fields, &request, contact);
+        }
+        if let Some(interface) = &mut self.interface {
+            interface.bring(self.session.world(), &fields);
+            self.missed = meet(interface, &mut self.contacts, self.session.world(), &request, contact);
         }
     }
 
@@ -312,9 +359,22 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Residual on the free unknowns with the branches of the friction law as given.
     fn balance(&mut self, stage: &Stage, branches: Branches, out: &mut Vector) -> Result<Residual> {
+        let (residual, stale) = self.weigh(stage, branches, out)?;
+        if !stale {
+            return Ok(residual);
+        }
+        {
+            let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
+            self.renew(&ContactFields { u: &u, v: &v, u_start: &u_start })?;
+        }
+        self.weigh(stage, branches, out).map(|(residual, _)| residual)
+    }
+
+    /// The residual, and whether contacts have to look around anew.
+    fn weigh(&mut self, stage: &Stage, branches: Branches, out: &mut Vector) -> Result<(Residual, bool)> {
         self.sweep(stage, branches);
         self.weigh_inertia(stage)?;
-        let mut sums = [0.0; 6];
+        let mut sums = [0.0; 7];
         {
             let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
             let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
@@ -332,13 +392,15 @@ impl<const D: usize> ContactSystem<D> {
             sums[0] = f64::NAN;
         }
         sums[5] = f64::from(u8::from(self.trouble.is_some()));
-        let mut total = [0.0; 6];
+        sums[6] = f64::from(u8::from(self.missed || self.is_stale(&stage.trial.u.local())));
+        let mut total = [0.0; 7];
         self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
         if total[5] > 0.0 {
             agree(self.session.world(), self.trouble.take().map_or(Ok(()), Err))?;
         }
         let scale = total[1..5].iter().copied().fold(0.0, f64::max).sqrt();
-        Ok(Residual { norm: total[0].sqrt(), scale })
+        let residual = Residual { norm: total[0].sqrt(), scale };
+        Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
     }
 
     /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones [N].
@@ -373,11 +435,34 @@ impl<const D: usize> ContactSystem<D> {
     /// When PETSc refuses.
     pub fn accept(&mut self, stage: &mut Stage) -> Result<()> {
         let dt = stage.dt;
-        self.contacts.iter_mut().for_each(|contact| contact.state.accept(dt));
+        for contact in &mut self.contacts {
+            contact.state.accept(dt);
+            contact.begin_step();
+        }
         stage.start_forces.copy_from(&self.forces)?;
         stage.accept();
         Ok(())
     }
+}
+
+/// Pairs the points of deformable contacts and adds their forces; whether a pair is missing in the couples. Collective.
+fn meet<const D: usize>(
+    interface: &mut Interface<D>,
+    contacts: &mut [Contact<D>],
+    world: &impl CommunicatorCollectives,
+    request: &ContactRequest,
+    force: &mut [f64],
+) -> bool {
+    let missed = interface.add_forces(world, force, |fields, own, mut remote| {
+        let mut missed = false;
+        for contact in contacts {
+            let Pair::Deformable(meeting) = &mut contact.pair else { continue };
+            meeting.pair(fields.u);
+            missed |= meeting.add_force(fields, request, &mut contact.state, own, remote.reborrow());
+        }
+        missed
+    });
+    missed.unwrap_or(false)
 }
 
 /// What the contact law is told for this stage.
@@ -427,7 +512,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
         let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
         let (rows, holding) = (self.local.index.owned * D, stage.holding);
-        let phases = &self.phases;
+        let (phases, interface, world) = (&self.phases, self.interface.as_mut(), self.session.world());
         let symmetric = symmetric(contacts, external, stage, terms);
         let inverted = self.matrix.fill(|values| {
             let tangent = phases.tangent.begin();
@@ -451,9 +536,25 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             let _running = phases.contact.begin();
             let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
             let selection = Selection { terms, velocity_shift: shifts.velocity };
+            let request = ContactRequest {
+                stiffness: Some(selection),
+                hold: hold(stage),
+                branches: Branches::Predicted,
+            };
             for pair in contacts.iter_mut() {
                 let lift = target.as_mut().map(LiftTarget::reborrow);
-                pair.add_stiffness(&fields, (selection, hold(stage)), constrained, values, lift);
+                pair.add_stiffness(&fields, &request, constrained, values, lift);
+            }
+            if let Some(interface) = interface {
+                interface.bring(world, &fields);
+                let lift = target.as_mut().map(|lift| (lift.change, &mut *lift.rhs));
+                interface.add_stiffness(world, values, lift, |fields, opening| {
+                    for contact in contacts.iter_mut() {
+                        if let Pair::Deformable(meeting) = &contact.pair {
+                            meeting.add_stiffness(fields, &request, &mut contact.state, opening);
+                        }
+                    }
+                });
             }
             inverted
         })?;
@@ -475,7 +576,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let (mut stick, mut slip) = (0, 0);
         for contact in &mut self.contacts {
             own += contact.iterate();
-            let summary = contact.pair.surface.summary(&contact.state);
+            let summary = contact.surface().summary(&contact.state);
             stick += summary.stick;
             slip += summary.slip;
         }
@@ -505,7 +606,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn rewind(&mut self) {
-        self.contacts.iter_mut().for_each(|contact| contact.state.begin());
+        self.contacts.iter_mut().for_each(Contact::begin_step);
     }
 
     fn fault(&mut self) -> Option<Error> {
@@ -536,8 +637,8 @@ fn symmetric<const D: usize>(
     let friction = stage.friction == FrictionMode::AsGiven;
     let coupled = Terms::FRICTION_NORMAL_COUPLING | Terms::FRICTION_GEOMETRY;
     let contact = |contact: &Contact<D>| {
-        let area = contact.pair.area == crate::contact::rigid::AreaKind::Current;
-        (friction && contact.pair.law.friction.is_some() && terms.intersects(coupled))
+        let area = contact.area() == AreaKind::Current;
+        (friction && contact.law().friction.is_some() && terms.intersects(coupled))
             || (area && terms.contains(Terms::ZONE_CHANGE))
     };
     !contacts.iter().any(contact) && !external.follows()

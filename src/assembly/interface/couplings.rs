@@ -3,9 +3,8 @@
 //! Rows of the rank's own nodes go to the matrix. Rows of other nodes are *remote*: collected in an agreed order and
 //! sent to the ranks that own them.
 
-use std::collections::BTreeMap;
-
 use super::numbering::Numbering;
+use crate::partition::exchange::ForeignRows;
 use crate::petsc::{BlockPattern, NO_SLOT};
 
 /// Marks a place among the remote blocks.
@@ -24,19 +23,6 @@ pub struct Couples {
     /// Where the block of each node pair goes, row-major; those of couple `c` begin at `places_at[c]`.
     places: Vec<u32>,
     places_at: Vec<u32>,
-}
-
-/// Blocks of rows that other ranks own: a list for each row.
-#[derive(Debug, Clone, Default)]
-pub struct RemoteRows {
-    /// The nodes of the rows, by ascending global number.
-    pub nodes: Vec<u32>,
-    /// Their global numbers.
-    pub globals: Vec<i32>,
-    /// Blocks `offsets[r]..offsets[r + 1]` belong to row `r`.
-    pub offsets: Vec<u32>,
-    /// Global node of each block's column, ascending within a row.
-    pub columns: Vec<i32>,
 }
 
 /// Where a block goes.
@@ -80,7 +66,7 @@ impl Couples {
     }
 
     /// Looks up the places of all blocks in a pattern that holds them.
-    pub fn locate(&mut self, numbering: &Numbering, pattern: &BlockPattern, remote: &RemoteRows) {
+    pub fn locate(&mut self, numbering: &Numbering, pattern: &BlockPattern, remote: &ForeignRows) {
         let mut places = Vec::new();
         let mut places_at = Vec::with_capacity(self.targets.len() + 1);
         for nodes in self.node_lists() {
@@ -93,7 +79,8 @@ impl Couples {
                     }
                     false => {
                         let global = numbering.global(row);
-                        places.extend(columns.map(|c| remote.block(global, c).map_or(NO_SLOT, |b| REMOTE | b)));
+                        places
+                            .extend(columns.map(|c| remote.slot(global, c).map_or(NO_SLOT, |b| REMOTE | b)));
                     }
                 }
             }
@@ -111,57 +98,24 @@ impl Couples {
     }
 }
 
-/// Rows and columns that couples need: the rank's own as (local row, global column), the others as lists.
-pub fn rows_of<'a>(
+/// Blocks that couples need: in the rank's own rows as (local row, global column), sorted, and in rows of others.
+pub fn blocks_of<'a>(
     couples: impl Iterator<Item = &'a Couples>,
     numbering: &Numbering,
-) -> (Vec<(u32, i32)>, RemoteRows) {
-    let mut own = Vec::new();
-    let mut others: BTreeMap<i32, (u32, Vec<i32>)> = BTreeMap::new();
+) -> (Vec<(u32, i32)>, ForeignRows) {
+    let (mut own, mut others) = (Vec::new(), Vec::new());
     for nodes in couples.flat_map(Couples::node_lists) {
         for &row in nodes {
             let columns = nodes.iter().map(|&column| numbering.global(column));
             match numbering.is_owned(row) {
                 true => own.extend(columns.map(|column| (row, column))),
-                false => {
-                    others.entry(numbering.global(row)).or_insert_with(|| (row, Vec::new())).1.extend(columns);
-                }
+                false => others.extend(columns.map(|column| (numbering.global(row), column))),
             }
         }
     }
     own.sort_unstable();
     own.dedup();
-    let mut remote = RemoteRows { offsets: vec![0], ..RemoteRows::default() };
-    for (global, (node, mut columns)) in others {
-        columns.sort_unstable();
-        columns.dedup();
-        remote.nodes.push(node);
-        remote.globals.push(global);
-        remote.columns.extend(columns);
-        remote.offsets.push(remote.columns.len() as u32);
-    }
-    (own, remote)
-}
-
-impl RemoteRows {
-    /// Number of the block of a row and a column.
-    fn block(&self, row: i32, column: i32) -> Option<u32> {
-        let row = self.globals.binary_search(&row).ok()?;
-        let range = self.offsets[row] as usize..self.offsets[row + 1] as usize;
-        let found = self.columns[range.clone()].binary_search(&column).ok()?;
-        Some((range.start + found) as u32)
-    }
-
-    /// Number of a row.
-    pub fn row(&self, global: i32) -> Option<usize> {
-        self.globals.binary_search(&global).ok()
-    }
-
-    /// Columns of each row, with its global number.
-    pub fn rows(&self) -> impl Iterator<Item = (i32, &[i32])> {
-        let ends = self.offsets.windows(2);
-        self.globals.iter().zip(ends).map(|(&row, e)| (row, &self.columns[e[0] as usize..e[1] as usize]))
-    }
+    (own, ForeignRows::collect(others))
 }
 
 #[cfg(test)]
@@ -185,24 +139,23 @@ mod tests {
         };
         let mut couples = Couples::new(2, &[(1, 2), (0, 1), (1, 1), (1, 2)], nodes);
         assert_eq!((couples.find(1, 2), couples.find(0, 2)), (Some(2), None));
-        let (own, remote) = rows_of(std::iter::once(&couples), &numbering);
+        let (own, remote) = blocks_of(std::iter::once(&couples), &numbering);
         let wide = pattern().widened(own.iter().copied());
         couples.locate(&numbering, &wide, &remote);
-        assert_eq!(remote.globals, [1, 9, 12]);
+        assert_eq!(remote.iter().map(|(row, _)| row).collect::<Vec<_>>(), [1, 9, 12]);
         for (couple, nodes) in couples.node_lists().enumerate() {
             for (a, &row) in nodes.iter().enumerate() {
                 for (b, &column) in nodes.iter().enumerate() {
                     let column = numbering.global(column);
                     match couples.place(couple, a * nodes.len() + b) {
                         Some(Place::Slot(slot)) => {
-                            assert!(numbering.is_owned(row) && wide.row(row as usize).contains(&(slot as usize)));
+                            assert!(
+                                numbering.is_owned(row) && wide.row(row as usize).contains(&(slot as usize))
+                            );
                             assert_eq!(wide.columns[slot as usize], column);
                         }
                         Some(Place::Remote(block)) => {
-                            let at = remote.row(numbering.global(row)).unwrap();
-                            let range = remote.offsets[at] as usize..remote.offsets[at + 1] as usize;
-                            assert!(range.contains(&(block as usize)));
-                            assert_eq!(remote.columns[block as usize], column);
+                            assert_eq!(remote.slot(numbering.global(row), column), Some(block));
                         }
                         None => panic!("a block without a place"),
                     }
