@@ -104,7 +104,7 @@ impl NodalSums {
                 component(v, 2),
             ]
         };
-        contact.pair.gather_nodal(&contact.state, value, (&mut gathered.sums, &mut gathered.weights));
+        contact.pair.surface.gather_nodal(&contact.state, value, (&mut gathered.sums, &mut gathered.weights));
         gathered
     }
 
@@ -234,7 +234,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn contact_summaries(&self) -> Vec<ContactSummary<D>> {
         let world = self.session.world();
         let reduce = |contact: &Contact<D>| {
-            let own = contact.pair.summary(&contact.state);
+            let own = contact.pair.surface.summary(&contact.state);
             let mut sums = vec![own.normal_force, own.area, own.friction_power, own.tangential_force];
             sums.extend(own.force.iter().chain(own.friction_force.iter()));
             sums.extend([own.points, own.stick, own.slip].map(|n| n as f64));

@@ -4,16 +4,22 @@
 //! Pure: no PETSc, no MPI, no case.
 
 mod check;
+pub mod deformable;
+pub mod evaluation;
 pub mod friction;
 pub mod geometry;
 pub mod history;
 pub mod normal;
 pub mod obstacle;
+pub mod pairing;
 pub mod point;
 pub mod projection;
 pub mod rigid;
 #[cfg(test)]
 mod rigid_tests;
+pub mod search;
 pub mod state;
 pub mod surface;
+pub mod target;
+pub mod totals;
 pub mod zone;

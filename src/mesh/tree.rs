@@ -27,7 +27,7 @@ impl<const D: usize> BoundsTree<D> {
         let asked = (!one.is_empty()).then(|| AABB::from_corners(one.low, one.high));
         asked
             .into_iter()
-            .flat_map(|asked| self.tree.locate_in_envelope_intersecting(&asked))
+            .flat_map(|asked| self.tree.locate_in_envelope_intersecting(asked))
             .map(|leaf| leaf.data)
     }
 }
