@@ -9,7 +9,7 @@ use crate::contact::surface::{ContactSurface, Ownership, Quadrature};
 use crate::element::ElementSink;
 use crate::error::{Error, Result};
 use crate::mesh::Facet;
-use crate::model::{self, Model};
+use crate::model::{self, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, BlockValues};
 
@@ -44,7 +44,7 @@ pub struct Place<'a, const D: usize> {
 }
 
 fn flat<const D: usize>(contact: &model::Contact<D>) -> bool {
-    matches!(contact.obstacle, Obstacle::Plane(_))
+    matches!(contact.target, Target::Obstacle(Obstacle::Plane(_)))
 }
 
 /// Facets of a named set.
@@ -89,12 +89,7 @@ impl<const D: usize> Contact<D> {
     ///
     /// # Errors
     /// When the set, the quadrature or a derived law is no good.
-    pub fn new(
-        model: &Model<D>,
-        contact: &model::Contact<D>,
-        facet_size: f64,
-        place: &Place<D>,
-    ) -> Result<Self> {
+    pub fn new(contact: &model::Contact<D>, facet_size: f64, place: &Place<D>) -> Result<Self> {
         let local = place.local;
         let ownership = Ownership {
             owned_nodes: local.index.owned,
@@ -111,11 +106,14 @@ impl<const D: usize> Contact<D> {
         let maps = FacetMaps::new(&surface, place);
         let state = ContactState::new(surface.point_count());
         let law = ContactLaw {
-            normal: contact.normal.law(model.bodies[contact.body].young_modulus, facet_size)?,
+            normal: contact.normal.law(contact.softer, facet_size)?,
             friction: contact.friction,
         };
         let area = if contact.current_area { AreaKind::Current } else { AreaKind::Reference };
-        let pair = RigidContact { surface, obstacle: contact.obstacle, law, area };
+        let Some(&obstacle) = contact.target.obstacle() else {
+            return Err(Error::case("contact between two bodies is not offered yet"));
+        };
+        let pair = RigidContact { surface, obstacle, law, area };
         Ok(Self { name: contact.name.clone(), pair, state, maps })
     }
 

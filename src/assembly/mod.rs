@@ -3,6 +3,7 @@
 //! Each rank evaluates every element and facet that touches one of its nodes and keeps its own rows, so that
 //! nothing is sent to other ranks while assembling.
 
+mod build;
 mod contact;
 mod energy;
 mod external;
@@ -15,6 +16,7 @@ mod scatter;
 mod start;
 mod supports;
 mod system;
+pub mod targets;
 
 pub use energy::{Energies, EnergyLedger};
 pub use fields::{ContactFields, StressFields, SurfaceCells};

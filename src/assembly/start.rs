@@ -45,17 +45,20 @@ pub fn resolve_overclosure<const D: usize>(
     }
     nodes.sort_unstable();
     nodes.dedup();
-    require_free_side(world, local, contact)?;
-    let found = worst(world, local, contact, &nodes);
+    let Some(obstacle) = contact.target.obstacle() else {
+        return Err(Error::case("contact between two bodies is not offered yet"));
+    };
+    require_free_side(world, local, contact, obstacle)?;
+    let found = worst(world, local, (contact, obstacle), &nodes);
     let behind = found.smallest_gap < 0.0;
     match contact.initial_overclosure {
         InitialOverclosure::Error if behind => Err(Error::case(format!(
             "contact '{}' starts with {} nodes behind '{}', the worst by {:.3e} m at {:?}",
-            contact.name, found.nodes, contact.target, -found.smallest_gap, found.place
+            contact.name, found.nodes, contact.target_name, -found.smallest_gap, found.place
         ))
         .hint("move the body, or set initial_overclosure to adjust or accept")),
         InitialOverclosure::Adjust if behind => {
-            nodes.iter().for_each(|&node| move_out(&mut local.mesh.points[node as usize], &contact.obstacle));
+            nodes.iter().for_each(|&node| move_out(&mut local.mesh.points[node as usize], obstacle));
             Ok(found)
         }
         _ => Ok(found),
@@ -67,18 +70,18 @@ fn require_free_side<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
     contact: &Contact<D>,
+    obstacle: &Obstacle<D>,
 ) -> Result<()> {
     let mesh = &local.mesh;
     let own = (0..mesh.element_count()).filter(|&element| usize::from(mesh.body[element]) == contact.body);
     let points = own.flat_map(|element| mesh.element_nodes(element)).map(|&node| mesh.points[node as usize]);
-    let largest =
-        points.map(|point| contact.obstacle.gap(&Vector::from(point))).fold(f64::NEG_INFINITY, f64::max);
+    let largest = points.map(|point| obstacle.gap(&Vector::from(point))).fold(f64::NEG_INFINITY, f64::max);
     let mut all = 0.0;
     world.all_reduce_into(&largest, &mut all, SystemOperation::max());
     if all > 0.0 {
         return Ok(());
     }
-    let (name, target) = (&contact.name, &contact.target);
+    let (name, target) = (&contact.name, &contact.target_name);
     Err(Error::case(format!(
         "contact '{name}': the whole body lies behind '{target}', no point of it is on the free side"
     ))
@@ -96,13 +99,13 @@ fn move_out<const D: usize>(point: &mut [f64; D], obstacle: &Obstacle<D>) {
 fn worst<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
-    contact: &Contact<D>,
+    (contact, obstacle): (&Contact<D>, &Obstacle<D>),
     nodes: &[u32],
 ) -> Overclosure<D> {
     let owned = nodes.iter().filter(|&&node| local.index.owns(node));
     let gaps = owned.map(|&node| {
         let point = local.mesh.points[node as usize];
-        (contact.obstacle.gap(&Vector::from(point)), point)
+        (obstacle.gap(&Vector::from(point)), point)
     });
     let (mut smallest, mut place, mut count) = (f64::INFINITY, [0.0; D], [0u64; 2]);
     for (gap, point) in gaps {

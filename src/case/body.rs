@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::diagnostics::Complaint;
-use super::function::VaryingVelocity;
+use super::function::{VaryingLength, VaryingVelocity};
 use super::place::At;
 use super::quantity::{Density, Length, Number, Pressure};
 use super::tagged::tagged;
@@ -57,6 +57,31 @@ pub struct BoxMesh {
     /// Element; quad4 in 2D and hex8 in 3D if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<At<Element>>,
+    /// Where the points of the box go: curved and graded bodies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<BoxMap>,
+}
+
+/// New coordinates as functions of the coordinates x, y, z in the box; those not given stay.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxMap {
+    /// [m]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<VaryingLength>,
+    /// [m]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<VaryingLength>,
+    /// [m], in 3D
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<VaryingLength>,
+}
+
+impl BoxMap {
+    /// The functions in the order of the axes.
+    pub fn functions(&self) -> [Option<&VaryingLength>; 3] {
+        [self.x.as_ref(), self.y.as_ref(), self.z.as_ref()]
+    }
 }
 
 /// A region of a Gmsh file.

@@ -28,7 +28,9 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use body::{Body, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Mesh};
+pub use body::{
+    Body, BoxMap, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Mesh,
+};
 pub use boundary::{Action, Boundary, Components};
 pub use contact::{
     Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Quadrature, Regularization,

@@ -17,7 +17,7 @@ use crate::contact::point::ContactLaw;
 use crate::element::Kinematics;
 use crate::error::{Result, agree};
 use crate::mesh::ElementKind;
-use crate::model::{Body, Contact, Model, read_mesh};
+use crate::model::{Body, Contact, Model, Target, read_mesh};
 use crate::partition::{LocalMesh, Plan, distribute};
 use crate::petsc::Session;
 use crate::solvers::ladder;
@@ -193,7 +193,8 @@ fn terms<const D: usize>(case: &Case, model: &Model<D>) -> (Vec<&'static str>, V
     let speed = frictions().any(|friction| {
         matches!(friction.law, FrictionLaw::Coulomb(law) if matches!(law.coefficient, Coefficient::Stribeck(_)))
     });
-    let curved = model.contacts.iter().any(|contact| !matches!(contact.obstacle, Obstacle::Plane(_)));
+    let curved =
+        model.contacts.iter().any(|contact| !matches!(contact.target, Target::Obstacle(Obstacle::Plane(_))));
     let finite = model.bodies.iter().any(|body| body.formulation.kinematics == Kinematics::Finite);
     let current = model.contacts.iter().any(|contact| contact.current_area);
     let all = [

@@ -9,7 +9,7 @@ use contact_petsc::contact::normal::{NormalLaw, Penalty, PowerLaw as PowerNormal
 use contact_petsc::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
 use contact_petsc::dynamics::{Dynamics, Lift};
 use contact_petsc::mesh::ElementKind::{Hex8, Quad4, Tet4, Tet10, Tri6};
-use contact_petsc::model::{Contact, InitialOverclosure, LoadKind, NormalChoice, Quadrature};
+use contact_petsc::model::{Contact, InitialOverclosure, LoadKind, NormalChoice, Quadrature, Target};
 use contact_petsc::petsc::{Format, Operator, Session, Vector as Distributed};
 use contact_petsc::tensor::Vector;
 use contact_petsc::terms::Terms;
@@ -186,8 +186,9 @@ impl<const D: usize> Case<D> {
             name: "sole".to_owned(),
             contactor: "block.bottom".to_owned(),
             body: 0,
-            obstacle: self.obstacle,
-            target: "foundation".to_owned(),
+            target: Target::Obstacle(self.obstacle),
+            target_name: "foundation".to_owned(),
+            softer: 5.0e6,
             normal: NormalChoice::Law(self.normal),
             penetration: None,
             friction: self.friction,
