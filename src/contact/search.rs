@@ -124,8 +124,11 @@ impl<const D: usize> Search<D> {
     }
 
     /// Follows the target to the displacements `u`; the tree is built anew once its facets have moved by half their
-    /// mean size.
-    fn follow(&mut self, target: &TargetSurface<D>, u: &[f64]) {
+    /// mean size. False, and nothing done, where `u` is no displacement: such an iterate is not searched.
+    fn follow(&mut self, target: &TargetSurface<D>, u: &[f64]) -> bool {
+        if !u.iter().all(|u| u.is_finite()) {
+            return false;
+        }
         let facets = 0..target.len() as u32;
         let widest = facets.clone().map(|facet| overshoot(target.kind(facet))).fold(0.0, f64::max);
         let now = facets.clone().flat_map(|facet| {
@@ -135,7 +138,7 @@ impl<const D: usize> Search<D> {
         self.motion = (1.0 + 2.0 * widest) * furthest.sqrt();
         let known = self.built_at.len() == facets.clone().map(|f| target.nodes(f).len()).sum::<usize>();
         if known && self.motion <= self.margin {
-            return;
+            return true;
         }
         let mut size = 0.0;
         self.built_at.clear();
@@ -150,13 +153,16 @@ impl<const D: usize> Search<D> {
         self.margin = 0.5 * size / target.len().max(1) as f64;
         self.motion = 0.0;
         self.tree = RTree::bulk_load(leaves);
+        true
     }
 
     /// All couples (contactor facet, target facet) whose boxes, each wider by `radius` \[m\], meet at the displacements
     /// `u`; in ascending order, without couples that share a node.
     pub fn candidates(&mut self, sides: Sides<'_, D>, u: &[f64], radius: f64) -> Vec<(u32, u32)> {
-        self.follow(sides.target, u);
         let mut couples = Vec::new();
+        if !self.follow(sides.target, u) {
+            return couples;
+        }
         let mut points = Vec::new();
         for (index, facet) in sides.contactor.facets().iter().enumerate() {
             let nodes = sides.contactor.facet_nodes(facet);
@@ -181,10 +187,13 @@ impl<const D: usize> Search<D> {
     /// Pairs every contactor point with a target facet at the displacements `u`, which it keeps until the next call.
     /// Call it once an iterate.
     ///
-    /// The choice depends on positions and global names alone: it is the same on any number of ranks.
+    /// The choice depends on positions and global names alone: it is the same on any number of ranks, as long as each
+    /// knows all target facets within reach of its points. A `u` with a NaN changes nothing.
     pub fn pair(&mut self, sides: Sides<'_, D>, u: &[f64], pairing: &mut Pairing) -> PairChanges {
-        self.follow(sides.target, u);
         let mut changes = PairChanges::default();
+        if !self.follow(sides.target, u) {
+            return changes;
+        }
         let mut points = Vec::new();
         for facet in sides.contactor.facets() {
             points.clear();
@@ -291,3 +300,7 @@ fn counts<const D: usize>(this: &Seen, seen: &[Seen], target: &TargetSurface<D>,
     let outside = |seen: &Seen| seen.gap > 0.0;
     outside(this) == outside(face_on) || this.gap.abs().max(face_on.gap.abs()) <= tie
 }
+
+#[cfg(test)]
+#[path = "search_tests.rs"]
+mod tests;
