@@ -4,7 +4,7 @@ use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
 use crate::contact::obstacle::Obstacle;
 use crate::contact::point::{ContactLaw, Selection};
 use crate::contact::rigid::{AreaKind, ContactFields, ContactRequest, ContactSink, RigidContact};
-use crate::contact::state::{Branches, Changes, ContactState, Hold};
+use crate::contact::state::{Branches, Changes, ContactState, ForceChange, Hold};
 use crate::contact::surface::{ContactSurface, Ownership, Quadrature};
 use crate::element::ElementSink;
 use crate::error::{Error, Result};
@@ -144,6 +144,15 @@ impl<const D: usize> Contact<D> {
             ContactRequest { stiffness: Some(wanted.0), hold: wanted.1, branches: Branches::Predicted };
         let mut sink = Stiffness::<D> { maps: &self.maps, constrained, values, lift };
         self.pair.evaluate(fields, &request, &mut self.state, &mut sink);
+    }
+
+    /// How the forces of the facets that this rank reports differ from the frozen ones.
+    pub fn force_change(&self) -> ForceChange {
+        let mut sum = ForceChange::default();
+        for facet in self.pair.surface.facets().iter().filter(|facet| facet.mine) {
+            sum += self.state.force_change(facet.points.clone());
+        }
+        sum
     }
 
     /// Takes the current points as the new iterate.

@@ -12,6 +12,7 @@ mod mass;
 mod pattern;
 mod report;
 mod scatter;
+mod stages;
 mod start;
 mod supports;
 mod system;
