@@ -18,7 +18,7 @@ use crate::output::record::{Input, Penetration, Record, Totals, Verdict};
 use crate::output::summary::{ContactStart, StartUp};
 use crate::partition::Report;
 use crate::petsc::{Event, Session};
-use crate::solvers::{Fallback, IterationReport, Monolithic, SolveReport};
+use crate::solvers::{Fallback, IterationReport, SolveReport, Strategy};
 use crate::time::StepControl;
 
 /// Where a run comes from and where it goes.
@@ -110,7 +110,7 @@ impl<const D: usize> Journal<D> {
         &mut self,
         system: &ContactSystem<D>,
         partition: &Report,
-        strategy: &Monolithic,
+        strategy: &dyn Strategy,
     ) -> Result<()> {
         self.watched = system.watch(&self.model.probes)?;
         self.record.unknowns = system.unknowns() as u64;
@@ -126,7 +126,7 @@ impl<const D: usize> Journal<D> {
             ranks: self.record.ranks,
             imbalance: partition.imbalance(),
             edge_cut: partition.edge_cut.unsigned_abs(),
-            solver: strategy.linear().describe(),
+            solver: strategy.describe(),
             contacts: contact_starts(system),
             remarks: remarks(system, &self.watched),
         };
@@ -176,7 +176,7 @@ impl<const D: usize> Journal<D> {
     /// A solve of the next step begins.
     pub fn attempt(&mut self, stage: &Stage) {
         let attempt = self.now.attempt + 1;
-        self.header(At { time: stage.trial.time, dt: stage.dt, attempt, stage: "monolithic" });
+        self.header(At { time: stage.trial.time, dt: stage.dt, attempt, stage: "step" });
     }
 
     fn header(&mut self, at: At) {
@@ -194,7 +194,7 @@ impl<const D: usize> Journal<D> {
             time: self.now.time,
             dt: self.now.dt,
             attempt: self.now.attempt,
-            stage: self.now.stage,
+            stage: if self.now.stage == "start" { "start" } else { report.phase.name() },
             iteration: u64::from(report.iteration),
             residual: finite(report.residual),
             increment: finite(report.increment),
@@ -202,6 +202,7 @@ impl<const D: usize> Journal<D> {
             points: report.contact.closed,
             changed: report.contact.changed,
             line_search: finite(report.line_search),
+            contraction: report.contraction.and_then(finite),
         };
         self.console.newton_row(&row);
         if let Some(tables) = &mut self.tables {
@@ -227,6 +228,7 @@ impl<const D: usize> Journal<D> {
     fn count(&mut self, report: &SolveReport) {
         self.record.totals.newton_iterations += u64::from(report.newton);
         self.record.totals.krylov_iterations += u64::from(report.krylov);
+        self.record.totals.inner_krylov_iterations += u64::from(report.inner);
     }
 
     /// The rows of the start. Collective.
