@@ -32,8 +32,8 @@ pub enum Strategy {
     /// In turn, both with symmetric matrices, until they agree; needs a coefficient of friction below about 3. Without
     /// friction nothing is left to take in turn, and the step is solved as by `monolithic`.
     Staggered {
-        /// Distance of the stages over the increment of the step, and change of friction forces over normal forces, between
-        /// 0 and 1, both excluded.
+        /// Distance of the stages over the increment of the step, change of friction forces over normal forces, and residual
+        /// of the full system over the largest force, between 0 and 1, both excluded.
         #[serde(default = "sweep_tolerance")]
         tolerance: Number,
         /// Sweeps over both stages before the step is cut, >= 1.

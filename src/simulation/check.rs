@@ -72,7 +72,8 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     if !unused.is_empty() {
         let _ = writeln!(text, "not in this case: {}", unused.join(", "));
     }
-    remarks(&system, &watched).iter().for_each(|remark| text.push_str(&format!("note: {remark}\n")));
+    let notes = remarks(&system, &watched).into_iter().chain(options::remarks(case));
+    notes.for_each(|remark| text.push_str(&format!("note: {remark}\n")));
     Ok(text)
 }
 

@@ -43,6 +43,8 @@ pub struct Journal<const D: usize> {
     every: u64,
     end: f64,
     model: Model<D>,
+    /// Of the case's choices, until the start-up report tells them.
+    remarks: Vec<String>,
     watched: Vec<Watched<D>>,
     record: Record,
     began: Instant,
@@ -93,6 +95,7 @@ impl<const D: usize> Journal<D> {
             every: u64::from(case.output.fields.every.value),
             end: case.time.end.si,
             model: model.clone(),
+            remarks: super::options::remarks(case),
             watched: Vec::new(),
             record,
             began: Instant::now(),
@@ -128,7 +131,7 @@ impl<const D: usize> Journal<D> {
             edge_cut: partition.edge_cut.unsigned_abs(),
             solver: strategy.describe(),
             contacts: contact_starts(system),
-            remarks: remarks(system, &self.watched),
+            remarks: remarks(system, &self.watched).into_iter().chain(self.remarks.drain(..)).collect(),
         };
         self.console.start_up(&report);
         Ok(())

@@ -61,6 +61,15 @@ pub fn staggered(case: &Case) -> Option<StaggeredSettings> {
     }
 }
 
+/// What a user should know of the choices of the case.
+pub fn remarks(case: &Case) -> Vec<String> {
+    let asked = case.solver.strategy.value != case::Strategy::Monolithic;
+    let idle = asked && staggered(case).is_none();
+    let remark =
+        "no contact has friction: staggered has nothing to take in turn, and the steps are solved at once";
+    idle.then(|| remark.to_owned()).into_iter().collect()
+}
+
 /// How the steps are solved.
 ///
 /// # Errors

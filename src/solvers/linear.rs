@@ -184,6 +184,13 @@ impl LinearSolver {
         }
     }
 
+    /// Whether a factorisation does the work, which is to be of the matrix at hand.
+    fn factorises(&self) -> bool {
+        let preset = self.preset();
+        let inner = self.stages.inner.and_then(Preset::named).filter(|_| preset.is_two_stage());
+        !inner.unwrap_or(preset).iterative
+    }
+
     fn step_up(&mut self, tried: &Tried) {
         let why = match tried.residual.is_finite() {
             true => format!("true residual {:.1e} > {:.1e}", tried.residual, tried.tolerance),
@@ -222,7 +229,7 @@ impl LinearSolver {
         tolerance: f64,
     ) -> Result<Tried> {
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
-        let renew = !self.preset().iterative || self.fatigue.is_tired();
+        let renew = self.factorises() || self.fatigue.is_tired();
         let reuse = if renew { Reuse::Renew } else { Reuse::Keep };
         if let (true, Some(stages)) = (self.preset().is_two_stage(), self.two_stage.borrow_mut().as_mut()) {
             setup.time(|| stages.prepare(matrix, reuse))?;

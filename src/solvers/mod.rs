@@ -21,5 +21,5 @@ pub use linear::{Fallback, LinearSolver, Solved};
 pub use monolithic::{Monolithic, NewtonSettings};
 pub use presets::{PRESETS, Preset};
 pub use staggered::{Staggered, StaggeredSettings};
-pub use strategy::Strategy;
+pub use strategy::{STRATEGIES, Strategy};
 pub use two_stage::{Second, TwoStageSettings};

@@ -17,8 +17,8 @@ use crate::terms::Terms;
 /// When the sweeps end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StaggeredSettings {
-    /// Distance of the stages over the increment of the step, and change of the friction forces over the
-    /// normal forces, at which the stages agree.
+    /// Distance of the stages over the increment of the step, change of the friction forces over the normal forces, and
+    /// residual of the full system over the largest force, at which the stages agree.
     pub tolerance: f64,
     /// Most sweeps over both stages.
     pub max_sweeps: u32,
@@ -158,8 +158,11 @@ impl Staggered {
         Ok((outcome, sweep))
     }
 
+    /// Both stages agree, and what they agree on balances. The latter matters where friction is known as a traction: under
+    /// a stiff stick the law may give another one at displacements that hardly differ.
     fn agrees(&self, sweep: &Sweep) -> bool {
-        sweep.relative_distance <= self.settings.tolerance && sweep.friction <= self.settings.tolerance
+        let open = [sweep.relative_distance, sweep.friction, sweep.residual];
+        open.iter().all(|open| *open <= self.settings.tolerance)
     }
 
     /// Why the sweeps end without agreement, where they do.
@@ -170,9 +173,9 @@ impl Staggered {
         let why = if progress.stagnates() { "stagnates" } else { "is out of sweeps" };
         let contraction = progress.contraction.map_or(String::new(), |c| format!(", contraction {c:.2}"));
         Some(format!(
-            "the staggered scheme {why} after {number} sweeps: the stages differ by {:.1e} of the increment and friction \
-             changes by {:.1e} of the normal force, > {:.1e}{contraction}",
-            sweep.relative_distance, sweep.friction, self.settings.tolerance
+            "the staggered scheme {why} after {number} sweeps: the stages differ by {:.1e} of the increment, friction \
+             changes by {:.1e} of the normal force, the residual is {:.1e}; not all <= {:.1e}{contraction}",
+            sweep.relative_distance, sweep.friction, sweep.residual, self.settings.tolerance
         ))
     }
 
