@@ -92,7 +92,7 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
             "linear solver '{}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric",
             first.name
         ))
-        .hint("use gmres_asm_ilu, gmres_amg, direct or auto"));
+        .hint("use gmres_asm_ilu, gmres_amg, direct or auto, or strategy: staggered"));
     }
     Ok(presets)
 }

@@ -6,7 +6,7 @@ use contact_petsc::dynamics::{Dynamics, Freeze, Known, Split};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::terms::Terms;
 
-use super::tangent::{Case, disturb, plane_cases, rate, residual, scatter, set, solid_cases};
+use super::tangent::{Case, disturb, plane_cases, prescribed, rate, residual, scatter, set, solid_cases};
 
 const STAGES: [(Split, Terms); 3] = [
     (Split::NormalStage(Known::Bound), Terms::NORMAL_STAGE),
@@ -21,13 +21,14 @@ pub fn all(session: &Rc<Session>) {
 
 fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>) {
     let mut scene = case.scene(session, Format::Aij);
+    let held = prescribed(&mut scene);
     disturb(&mut scene);
     scene.system.prescribe(&mut scene.stage).expect("PETSc");
     let mut u = scene.stage.trial.u.like().expect("PETSc");
     u.copy_from(&scene.stage.trial.u).expect("PETSc");
     let mut d = u.like().expect("PETSc");
-    let values = scatter(&scene, 6.0);
-    set(&mut d, values.into_iter().map(|value| 0.5 * value));
+    let values = scatter(&scene, 6.0).into_iter().zip(&held);
+    set(&mut d, values.map(|(value, held)| if *held { 0.0 } else { 0.5 * value }));
     let name = format!("{} ({} ranks)", case.name, session.size());
 
     // Where the stages hold what the balance has, they have its residual.

@@ -308,7 +308,7 @@ fn lift_rate<const D: usize>(scene: &mut Scene<D>, (u, e): (&Distributed, &mut D
 }
 
 /// Which owned unknowns are prescribed: those that `prescribe` changes.
-fn prescribed<const D: usize>(scene: &mut Scene<D>) -> Vec<bool> {
+pub fn prescribed<const D: usize>(scene: &mut Scene<D>) -> Vec<bool> {
     const FREE: f64 = 7.0;
     scene.stage.trial.u.set(FREE);
     scene.system.prescribe(&mut scene.stage).expect("PETSc");
