@@ -7,7 +7,7 @@ use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::obstacle::Obstacle;
 use crate::contact::point::ContactLaw;
 use crate::contact::rigid::{ContactSink, RigidContact};
-use crate::contact::state::{Changes, ContactState};
+use crate::contact::state::{Changes, ContactState, ForceChange};
 use crate::contact::surface::{ContactSurface, Ownership, Quadrature};
 use crate::contact::target::{TargetFacets, TargetSurface};
 use crate::element::ElementSink;
@@ -192,6 +192,15 @@ impl<const D: usize> Contact<D> {
         if let Pair::Rigid { maps, .. } = &mut self.pair {
             maps.maps.iter_mut().for_each(|map| map.relocate(pattern, index));
         }
+    }
+
+    /// How the forces of the facets that this rank reports differ from the frozen ones.
+    pub fn force_change(&self) -> ForceChange {
+        let mut sum = ForceChange::default();
+        for facet in self.surface().facets().iter().filter(|facet| facet.mine) {
+            sum += self.state.force_change(facet.points.clone());
+        }
+        sum
     }
 
     /// Takes the current points as the new iterate.

@@ -16,6 +16,7 @@ mod pattern;
 mod renewal;
 mod report;
 mod scatter;
+mod stages;
 mod start;
 mod supports;
 mod system;

@@ -13,12 +13,13 @@ use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
 use super::scatter::LiftTarget;
+use super::stages::{self, Target, hold};
 use super::start::{Overclosure, overclosure_of_points, resolve_overclosure};
 use super::supports::{Supports, in_space};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::point::{ContactLaw, Selection};
 use crate::contact::state::{Branches, Changes, Hold};
-use crate::dynamics::{ContactCounts, Dynamics, FrictionMode, Lift, Residual, Stage};
+use crate::dynamics::{ContactCounts, Dynamics, ForceChange, Freeze, FrictionMode, Lift, Residual, Stage};
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
 use crate::model::Model;
@@ -443,6 +444,77 @@ impl<const D: usize> ContactSystem<D> {
         stage.accept();
         Ok(())
     }
+
+    /// Assembles the derivative of the residual, restricted to `terms`.
+    fn assemble(&mut self, stage: &Stage, terms: Terms, target: Target, lift: Option<Lift>) -> Result<()> {
+        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
+        let inertia = stage.inertia && terms.contains(Terms::MASS);
+        let mass = self.mass.as_ref().filter(|_| inertia);
+        let (change, mut rhs) = match lift {
+            Some(Lift { change, rhs }) => (Some(change.local()), Some(rhs.owned_mut())),
+            None => (None, None),
+        };
+        let mut lifted = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
+        let constrained = &self.supports.dofs.constrained;
+        let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
+        let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
+        let (rows, holding) = (self.local.index.owned * D, stage.holding);
+        let (phases, interface, world) = (&self.phases, self.interface.as_mut(), self.session.world());
+        let symmetric = symmetric(contacts, external, stage, terms);
+        let matrix = match target {
+            Target::Own => &mut self.matrix,
+            Target::Other(matrix) => matrix,
+        };
+        let inverted = matrix.fill(|values| {
+            let tangent = phases.tangent.begin();
+            values.zero();
+            if let Some(mass) = mass {
+                mass.add_to(weight * shifts.acceleration, values);
+            }
+            for (dof, held) in constrained[..rows].iter().enumerate() {
+                if *held || holding > 0.0 {
+                    values.add_diagonal(dof, if *held { unit } else { holding * unit });
+                }
+            }
+            let mut inverted = Ok(());
+            for solid in solids {
+                let lift = lifted.as_mut().map(LiftTarget::reborrow);
+                inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
+            }
+            let lift = lifted.as_mut().map(LiftTarget::reborrow);
+            if terms.contains(Terms::FOLLOWING_LOAD) {
+                external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
+            }
+            drop(tangent);
+            let _running = phases.contact.begin();
+            let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
+            let selection = Selection { terms, velocity_shift: shifts.velocity };
+            let request = ContactRequest {
+                stiffness: Some(selection),
+                hold: hold(stage),
+                branches: Branches::Predicted,
+            };
+            for pair in contacts.iter_mut() {
+                let lift = lifted.as_mut().map(LiftTarget::reborrow);
+                pair.add_stiffness(&fields, &request, constrained, values, lift);
+            }
+            if let Some(interface) = interface {
+                interface.bring(world, &fields);
+                let lift = lifted.as_mut().map(|lift| (lift.change, &mut *lift.rhs));
+                interface.add_stiffness(world, values, lift, |fields, opening| {
+                    for contact in contacts.iter_mut() {
+                        if let Pair::Deformable(meeting) = &contact.pair {
+                            meeting.add_stiffness(fields, &request, &mut contact.state, opening);
+                        }
+                    }
+                });
+            }
+            inverted
+        })?;
+        self.fault = inverted.err();
+        matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
+        Ok(())
+    }
 }
 
 /// Pairs the points of deformable contacts and adds their forces; whether a pair is missing in the couples. Collective.
@@ -463,14 +535,6 @@ fn meet<const D: usize>(
         missed
     });
     missed.unwrap_or(false)
-}
-
-/// What the contact law is told for this stage.
-fn hold(stage: &Stage) -> Hold {
-    match stage.friction {
-        FrictionMode::AsGiven => Hold::Nothing,
-        FrictionMode::Off => Hold::Frictionless,
-    }
 }
 
 impl<const D: usize> Dynamics for ContactSystem<D> {
@@ -500,67 +564,11 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {
-        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
-        let inertia = stage.inertia && terms.contains(Terms::MASS);
-        let mass = self.mass.as_ref().filter(|_| inertia);
-        let (change, mut rhs) = match lift {
-            Some(Lift { change, rhs }) => (Some(change.local()), Some(rhs.owned_mut())),
-            None => (None, None),
-        };
-        let mut target = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
-        let constrained = &self.supports.dofs.constrained;
-        let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
-        let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
-        let (rows, holding) = (self.local.index.owned * D, stage.holding);
-        let (phases, interface, world) = (&self.phases, self.interface.as_mut(), self.session.world());
-        let symmetric = symmetric(contacts, external, stage, terms);
-        let inverted = self.matrix.fill(|values| {
-            let tangent = phases.tangent.begin();
-            values.zero();
-            if let Some(mass) = mass {
-                mass.add_to(weight * shifts.acceleration, values);
-            }
-            for (dof, held) in constrained[..rows].iter().enumerate() {
-                if *held || holding > 0.0 {
-                    values.add_diagonal(dof, if *held { unit } else { holding * unit });
-                }
-            }
-            let mut inverted = Ok(());
-            for solid in solids {
-                let lift = target.as_mut().map(LiftTarget::reborrow);
-                inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
-            }
-            let lift = target.as_mut().map(LiftTarget::reborrow);
-            external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
-            drop(tangent);
-            let _running = phases.contact.begin();
-            let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
-            let selection = Selection { terms, velocity_shift: shifts.velocity };
-            let request = ContactRequest {
-                stiffness: Some(selection),
-                hold: hold(stage),
-                branches: Branches::Predicted,
-            };
-            for pair in contacts.iter_mut() {
-                let lift = target.as_mut().map(LiftTarget::reborrow);
-                pair.add_stiffness(&fields, &request, constrained, values, lift);
-            }
-            if let Some(interface) = interface {
-                interface.bring(world, &fields);
-                let lift = target.as_mut().map(|lift| (lift.change, &mut *lift.rhs));
-                interface.add_stiffness(world, values, lift, |fields, opening| {
-                    for contact in contacts.iter_mut() {
-                        if let Pair::Deformable(meeting) = &contact.pair {
-                            meeting.add_stiffness(fields, &request, &mut contact.state, opening);
-                        }
-                    }
-                });
-            }
-            inverted
-        })?;
-        self.fault = inverted.err();
-        self.matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
-        Ok(())
+        self.assemble(stage, terms, Target::Own, lift)
+    }
+
+    fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()> {
+        self.assemble(stage, terms, Target::Other(matrix), None)
     }
 
     fn matrix(&self) -> &Matrix {
@@ -599,6 +607,19 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let mut any = 0;
         self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
         any > 0
+    }
+
+    fn freeze(&mut self, what: Freeze) {
+        stages::freeze(&mut self.contacts, what);
+    }
+
+    fn force_change(&self) -> ForceChange {
+        stages::force_change(self.session.world(), &self.contacts)
+    }
+
+    fn contact_normals(&self, out: &mut Vector) -> Result<()> {
+        stages::contact_normals(&self.contacts, self.local.mesh.points.len(), out);
+        Ok(())
     }
 
     fn is_cycling(&self) -> bool {
@@ -641,5 +662,5 @@ fn symmetric<const D: usize>(
         (friction && contact.law().friction.is_some() && terms.intersects(coupled))
             || (area && terms.contains(Terms::ZONE_CHANGE))
     };
-    !contacts.iter().any(contact) && !external.follows()
+    !contacts.iter().any(contact) && !(external.follows() && terms.contains(Terms::FOLLOWING_LOAD))
 }

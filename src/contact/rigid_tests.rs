@@ -9,7 +9,7 @@ use super::normal::{NORMAL_LAWS, NormalLaw, Penalty, PowerLaw as NormalPowerLaw}
 use super::obstacle::{Obstacle, Plane, Side, Sphere};
 use super::point::{ContactLaw, Selection, Status};
 use super::rigid::{AreaKind, ContactFields, ContactRequest, ContactSink, RigidContact};
-use super::state::{ContactState, Hold};
+use super::state::{ContactState, Hold, Keep};
 use super::surface::{ContactSurface, Ownership, Quadrature};
 use crate::mesh::{BoxShape, ElementKind, Mesh};
 use crate::space::reference;
@@ -193,7 +193,8 @@ fn tangent<const D: usize>(element: ElementKind, quadrature: Quadrature, hold: H
     let selection = Selection { terms: Terms::ALL, velocity_shift: 10.0 };
     let zero = vec![0.0; size];
     forced(&zero, &ContactRequest::default());
-    held.borrow_mut().freeze();
+    held.borrow_mut().freeze(Keep::Pressure);
+    held.borrow_mut().freeze(Keep::Friction);
     let matrix =
         forced(&zero, &ContactRequest { stiffness: Some(selection), hold, ..Default::default() }).matrix;
     let direction: Vec<f64> = scatter(size, 5).iter().map(|d| d * 1e-4).collect();

@@ -90,6 +90,8 @@ pub struct Totals {
     pub newton_iterations: u64,
     /// Krylov iterations, likewise.
     pub krylov_iterations: u64,
+    /// Krylov iterations within preconditioners, likewise.
+    pub inner_krylov_iterations: u64,
     /// Linear solvers that failed and were followed by a stronger one.
     pub linear_fallbacks: u64,
 }
@@ -162,6 +164,7 @@ impl Record {
             "cut_steps": self.totals.cut_steps,
             "newton_iterations": self.totals.newton_iterations,
             "krylov_iterations": self.totals.krylov_iterations,
+            "inner_krylov_iterations": self.totals.inner_krylov_iterations,
             "linear_fallbacks": self.totals.linear_fallbacks,
             "phases": phases,
             "peak_memory_bytes": self.peak_memory,
@@ -209,6 +212,7 @@ mod tests {
                 cut_steps: 1,
                 newton_iterations: 454,
                 krylov_iterations: 3000,
+                inner_krylov_iterations: 0,
                 linear_fallbacks: 2,
             },
             simulated_time: 0.07,

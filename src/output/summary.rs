@@ -96,6 +96,12 @@ pub(super) fn summary(record: &Record) -> String {
     text.push_str(&format!("  steps     {} ({} cut)\n", totals.steps, totals.cut_steps));
     text.push_str(&format!("  newton    {} iterations\n", totals.newton_iterations));
     text.push_str(&format!("  krylov    {} iterations\n", totals.krylov_iterations));
+    if totals.inner_krylov_iterations > 0 {
+        text.push_str(&format!(
+            "  inner     {} iterations of the preconditioner\n",
+            totals.inner_krylov_iterations
+        ));
+    }
     record.penetrations.iter().for_each(|contact| text.push_str(&format!("  contact   {contact}\n")));
     if totals.linear_fallbacks > 0 {
         let fallbacks = totals.linear_fallbacks;
@@ -196,6 +202,7 @@ mod tests {
                 cut_steps: 1,
                 newton_iterations: 454,
                 krylov_iterations: 3000,
+                inner_krylov_iterations: 0,
                 linear_fallbacks: 2,
             },
             simulated_time: 0.07,

@@ -43,7 +43,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     if case.is_static() {
         start::require_supports(&system, &model)?;
     }
-    let solvers = ladder(&linear, &options::problem::<D>(&system, scheme.has_inertia()))?;
+    let solvers = ladder(&linear, &options::step_problem(case, &system))?;
     let watched = system.watch(&model.probes)?;
 
     let mut text = String::new();
@@ -55,6 +55,8 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     );
     let _ = writeln!(text, "ranks: {partition}");
     let names: Vec<&str> = solvers.iter().map(|preset| preset.name).collect();
+    let strategy = if options::staggered(case).is_some() { "staggered" } else { "monolithic" };
+    let _ = writeln!(text, "strategy: {strategy}");
     let _ = writeln!(text, "linear solver: {}", names.join(", then "));
     let _ = writeln!(text, "{}", steps(case));
     for (body, size) in model.bodies.iter().zip(&sizes) {
@@ -70,7 +72,8 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     if !unused.is_empty() {
         let _ = writeln!(text, "not in this case: {}", unused.join(", "));
     }
-    remarks(&system, &watched).iter().for_each(|remark| text.push_str(&format!("note: {remark}\n")));
+    let notes = remarks(&system, &watched).into_iter().chain(options::remarks(case));
+    notes.for_each(|remark| text.push_str(&format!("note: {remark}\n")));
     Ok(text)
 }
 

@@ -16,7 +16,7 @@ use crate::error::{Error, Result, agree};
 use crate::model::{Model, read_mesh};
 use crate::partition::{Plan, distribute};
 use crate::petsc::Session;
-use crate::solvers::{LinearSolver, Monolithic, Outcome};
+use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
@@ -41,17 +41,14 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let options = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
     let mut stage = Stage::at_rest(system.pattern_vector())?;
-    let problem = options::problem::<D>(&system, scheme.has_inertia());
-    let solver = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[0], &linear, &problem)?;
-    if solver.wants_rigid_body_modes() {
+    let mut strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
+    if strategy.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }
-    let terms = options::terms(&system);
-    let mut strategy = Monolithic::new(options::newton(case, terms), solver, system.pattern_vector())?;
     let mut journal = Journal::open(session, case, &model, place)?;
-    let outcome = journal.start_up(&system, &partition, &strategy).and_then(|()| {
+    let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
         start::at_equilibrium(&mut system, &mut stage, case, &model, &mut journal)?; // B_0
-        march(&mut system, &mut stage, &mut strategy, case, &mut journal)
+        march(&mut system, &mut stage, &mut *strategy, case, &mut journal)
     });
     if let Err(error) = &outcome {
         session.meet(error);
@@ -64,7 +61,7 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
 fn march<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
-    strategy: &mut Monolithic,
+    strategy: &mut dyn Strategy,
     case: &Case,
     journal: &mut Journal<D>,
 ) -> Result<()> {
@@ -86,7 +83,7 @@ fn march<const D: usize>(
             Outcome::Failed(report, reason) => {
                 journal.failed(&report, &reason, &control);
                 if control.fail() == Retry::GiveUp {
-                    return Err(give_up(system, &reason, stage, &control));
+                    return Err(give_up(system, &reason, stage, (&control, strategy.cure())));
                 }
             }
         }
@@ -106,7 +103,7 @@ impl Attempt<'_> {
         &self,
         system: &mut ContactSystem<D>,
         stage: &mut Stage,
-        strategy: &mut Monolithic,
+        strategy: &mut dyn Strategy,
         journal: &mut Journal<D>,
     ) -> Result<Outcome> {
         self.scheme.prepare(stage, self.control.dt())?;
@@ -117,14 +114,14 @@ impl Attempt<'_> {
             false => strategy.follow_prescribed(system, stage)?,
         };
         if moved {
-            let outcome = strategy.solve(system, stage, |row| journal.iteration(row))?;
+            let outcome = strategy.solve(system, stage, &mut |row| journal.iteration(row))?;
             if matches!(outcome, Outcome::Converged(_)) {
                 return Ok(outcome);
             }
         }
         stage.trial.u.copy_from(&stage.start.u)?;
         journal.attempt(stage);
-        strategy.solve(system, stage, |row| journal.iteration(row))
+        strategy.solve(system, stage, &mut |row| journal.iteration(row))
     }
 }
 
@@ -133,7 +130,7 @@ fn give_up<const D: usize>(
     system: &mut ContactSystem<D>,
     reason: &str,
     stage: &Stage,
-    control: &StepControl,
+    (control, cure): (&StepControl, &str),
 ) -> Error {
     use crate::dynamics::Dynamics;
     let place = format!("t = {:.6e} s, step cut to {:.3e} s", stage.start.time, control.dt());
@@ -146,5 +143,5 @@ fn give_up<const D: usize>(
             free.join("; ")
         ));
     }
-    error.hint("results up to this time are kept; try a smaller step, a softer penalty or generalized_alpha")
+    error.hint(&format!("results up to this time are kept; {cure}"))
 }
