@@ -289,7 +289,7 @@ pub trait Dynamics {
     ///
     /// # Errors
     /// When PETSc refuses.
-    fn contact_normals(&self, out: &mut Vector) -> Result<()>;
+    fn contact_normals(&mut self, out: &mut Vector) -> Result<()>;
 
     /// Whether a slip direction reversed between the last iterate and the last residual. Collective.
     fn reverses(&self) -> bool;

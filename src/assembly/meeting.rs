@@ -4,7 +4,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::interface::{Couples, Opening, PairForces, PairStiffness, RemoteForce};
 use super::targets::{Reach, Surfaces, TargetGather};
-use crate::contact::deformable::DeformableContact;
+use crate::contact::deformable::{DeformableContact, PairContribution, PairSink};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::pairing::Pairing;
 use crate::contact::search::{Search, SearchLimits};
@@ -75,6 +75,11 @@ impl<const D: usize> Meeting<D> {
         let pairing = Pairing::new(contact.surface.point_count());
         let couples = Couples::default();
         Self { contact, pairing, couples, sight, below: sight.depth, surfaces, gather: None, search: None }
+    }
+
+    /// Distance at which targets are looked for [m].
+    pub fn reach(&self) -> f64 {
+        self.sight.limits(0.0).reach
     }
 
     /// Gathers the target facets near by, at the current positions of the local nodes [m]. The first time it looks as
@@ -178,6 +183,30 @@ impl<const D: usize> Meeting<D> {
         let mut sink = PairForces::<D> { couples: &self.couples, own, remote, missed: false };
         self.contact.evaluate(fields, request, &self.pairing, state, &mut sink);
         sink.missed
+    }
+
+    /// Adds the normals of the closed points, by area, to the nodes of both facets.
+    pub fn add_normals(&self, state: &ContactState<D>, own: &mut [f64], remote: RemoteForce) {
+        let mut sink = PairForces::<D> { couples: &self.couples, own, remote, missed: false };
+        let surface = &self.contact.surface;
+        for (contactor_facet, facet) in surface.facets().iter().enumerate() {
+            for point in facet.points.clone().filter(|&point| state.current[point].is_closed()) {
+                let Some(target_facet) = self.pairing.facet(point) else { continue };
+                let mut nodes = surface.facet_nodes(facet).to_vec();
+                nodes.extend_from_slice(self.contact.target.nodes(target_facet));
+                let normal = state.current[point].normal * surface.reference_area(point);
+                let force = normal.as_slice().repeat(nodes.len());
+                let (nodes, force) = (&nodes[..], &force[..]);
+                sink.pair(&PairContribution {
+                    point,
+                    contactor_facet,
+                    target_facet,
+                    nodes,
+                    force,
+                    stiffness: None,
+                });
+            }
+        }
     }
 
     /// Evaluates the stiffness.

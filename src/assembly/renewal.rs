@@ -73,7 +73,13 @@ impl<const D: usize> ContactSystem<D> {
         let index = &self.local.index;
         let meetings = self.contacts.iter_mut().filter_map(Contact::meeting_mut);
         meetings.for_each(|meeting| meeting.adopt(index, &globals, &all));
-        Interface::new(self.session.world(), index, &self.supports.dofs.constrained, globals)
+        Interface::new(
+            self.session.world(),
+            index,
+            &self.supports.dofs.constrained,
+            globals,
+            self.phases.exchange.clone(),
+        )
     }
 
     /// Whether the pattern has every block that is needed, on all ranks. Collective.

@@ -4,6 +4,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::contact::Contact;
+use super::interface::Interface;
 use crate::contact::point::PointState;
 use crate::contact::state::{self, Hold, Keep};
 use crate::dynamics::{ForceChange, Freeze, FrictionMode, Known, Split, Stage};
@@ -52,16 +53,32 @@ pub fn force_change<const D: usize>(
 }
 
 /// Mean normals of the closed points at each of `nodes` local nodes, made unit vectors; the owned ones go to `out`.
-pub fn contact_normals<const D: usize>(contacts: &[Contact<D>], nodes: usize, out: &mut Vector) {
+/// Collective where a target is deformable.
+pub fn contact_normals<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    contacts: &[Contact<D>],
+    interface: Option<&mut Interface<D>>,
+    nodes: usize,
+    out: &mut Vector,
+) {
     let (mut sums, mut weights) = (vec![0.0; nodes * D], vec![0.0; nodes]);
-    for contact in contacts {
+    for contact in contacts.iter().filter(|contact| contact.meeting().is_none()) {
         let pressed = |_: usize, point: &PointState<D>| -> [f64; D] {
             if point.is_closed() { point.normal.into() } else { [0.0; D] }
         };
         contact.surface().gather_nodal(&contact.state, pressed, (&mut sums, &mut weights));
     }
-    for (normal, sum) in out.owned_mut().chunks_exact_mut(D).zip(sums.chunks_exact(D)) {
-        let sum = Point::<D>::from_column_slice(sum);
+    let mut normals = out.owned_mut();
+    let owned = normals.len();
+    normals.copy_from_slice(&sums[..owned]);
+    if let Some(interface) = interface {
+        interface.add_forces(world, &mut normals, |_, own, mut remote| {
+            let pairs = contacts.iter().filter_map(|contact| Some((contact.meeting()?, &contact.state)));
+            pairs.for_each(|(meeting, state)| meeting.add_normals(state, own, remote.reborrow()));
+        });
+    }
+    for normal in normals.chunks_exact_mut(D) {
+        let sum = Point::<D>::from_column_slice(normal);
         let unit = sum.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(Point::zeros);
         normal.copy_from_slice(unit.as_slice());
     }

@@ -51,6 +51,7 @@ pub(super) struct Phases {
     forces: Event,
     tangent: Event,
     pub search: Event,
+    pub exchange: Event,
 }
 
 /// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
@@ -128,6 +129,7 @@ impl<const D: usize> ContactSystem<D> {
             forces: Event::register(session, "ElementForces")?,
             tangent: Event::register(session, "Tangent")?,
             search: Event::register(session, "ContactSearch")?,
+            exchange: Event::register(session, "ContactExchange")?,
         };
         let mut system = Self {
             session: session.clone(),
@@ -169,7 +171,7 @@ impl<const D: usize> ContactSystem<D> {
         let request = ContactRequest { hold: Hold::Frictionless, ..ContactRequest::default() };
         let mut force = vec![0.0; self.local.index.owned * D];
         if let Some(interface) = &mut self.interface {
-            meet(interface, &mut self.contacts, session.world(), &request, &mut force);
+            meet(interface, &mut self.contacts, (session.world(), &self.phases), &request, &mut force);
         }
         for (at, (contact, given)) in self.contacts.iter().zip(&model.contacts).enumerate() {
             if contact.meeting().is_some() {
@@ -323,16 +325,16 @@ impl<const D: usize> ContactSystem<D> {
             external.fill(0.0);
             self.external.add_force(&Self::moment(stage, &u), &self.solids, external);
         }
-        let _running = self.phases.contact.begin();
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
         let request = ContactRequest { stiffness: None, hold: hold(stage), branches };
-        for pair in &mut self.contacts {
-            pair.add_force(&fields, &request, contact);
-        }
+        self.phases.contact.time(|| {
+            self.contacts.iter_mut().for_each(|pair| pair.add_force(&fields, &request, contact));
+        });
         if let Some(interface) = &mut self.interface {
             interface.bring(self.session.world(), &fields);
-            self.missed = meet(interface, &mut self.contacts, self.session.world(), &request, contact);
+            self.missed =
+                meet(interface, &mut self.contacts, (self.session.world(), &self.phases), &request, contact);
         }
     }
 
@@ -486,7 +488,6 @@ impl<const D: usize> ContactSystem<D> {
                 external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
             }
             drop(tangent);
-            let _running = phases.contact.begin();
             let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
             let selection = Selection { terms, velocity_shift: shifts.velocity };
             let request = ContactRequest {
@@ -494,14 +495,17 @@ impl<const D: usize> ContactSystem<D> {
                 hold: hold(stage),
                 branches: Branches::Predicted,
             };
-            for pair in contacts.iter_mut() {
-                let lift = lifted.as_mut().map(LiftTarget::reborrow);
-                pair.add_stiffness(&fields, &request, constrained, values, lift);
-            }
+            phases.contact.time(|| {
+                for pair in contacts.iter_mut() {
+                    let lift = lifted.as_mut().map(LiftTarget::reborrow);
+                    pair.add_stiffness(&fields, &request, constrained, values, lift);
+                }
+            });
             if let Some(interface) = interface {
                 interface.bring(world, &fields);
                 let lift = lifted.as_mut().map(|lift| (lift.change, &mut *lift.rhs));
                 interface.add_stiffness(world, values, lift, |fields, opening| {
+                    let _running = phases.contact.begin();
                     for contact in contacts.iter_mut() {
                         if let Pair::Deformable(meeting) = &contact.pair {
                             meeting.add_stiffness(fields, &request, &mut contact.state, opening);
@@ -521,15 +525,19 @@ impl<const D: usize> ContactSystem<D> {
 fn meet<const D: usize>(
     interface: &mut Interface<D>,
     contacts: &mut [Contact<D>],
-    world: &impl CommunicatorCollectives,
+    (world, phases): (&impl CommunicatorCollectives, &Phases),
     request: &ContactRequest,
     force: &mut [f64],
 ) -> bool {
+    let u = interface.fields().u;
+    phases
+        .search
+        .time(|| contacts.iter_mut().filter_map(Contact::meeting_mut).for_each(|meeting| meeting.pair(u)));
     let missed = interface.add_forces(world, force, |fields, own, mut remote| {
+        let _running = phases.contact.begin();
         let mut missed = false;
         for contact in contacts {
-            let Pair::Deformable(meeting) = &mut contact.pair else { continue };
-            meeting.pair(fields.u);
+            let Pair::Deformable(meeting) = &contact.pair else { continue };
             missed |= meeting.add_force(fields, request, &mut contact.state, own, remote.reborrow());
         }
         missed
@@ -617,8 +625,9 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         stages::force_change(self.session.world(), &self.contacts)
     }
 
-    fn contact_normals(&self, out: &mut Vector) -> Result<()> {
-        stages::contact_normals(&self.contacts, self.local.mesh.points.len(), out);
+    fn contact_normals(&mut self, out: &mut Vector) -> Result<()> {
+        let (world, nodes) = (self.session.world(), self.local.mesh.points.len());
+        stages::contact_normals(world, &self.contacts, self.interface.as_mut(), nodes, out);
         Ok(())
     }
 

@@ -39,7 +39,7 @@ pub struct Body {
 #[serde(try_from = "MeshKeys", into = "MeshKeys")]
 pub enum Mesh {
     /// Built in.
-    Box(BoxMesh),
+    Box(Box<BoxMesh>),
     /// Read from a Gmsh file.
     File(FileMesh),
 }
@@ -115,7 +115,7 @@ impl TryFrom<MeshKeys> for Mesh {
         match (keys.cuboid, keys.file, keys.region) {
             (Some(_), Some(file), _) => wrong("a mesh is a box or a file, not both", file.place),
             (Some(_), None, Some(region)) => wrong("'region' belongs to a mesh file, not to a box", region.place),
-            (Some(cuboid), None, None) => Ok(Self::Box(cuboid)),
+            (Some(cuboid), None, None) => Ok(Self::Box(Box::new(cuboid))),
             (None, Some(file), region) => Ok(Self::File(FileMesh { file, region })),
             (None, None, _) => Err(Complaint::new("a mesh needs 'box' or 'file'".into())
                 .hint("as in { file: block.msh, region: rubber } or { box: { min: [0, 0], max: [1, 1], cells: [8, 8] } }")),
@@ -126,7 +126,7 @@ impl TryFrom<MeshKeys> for Mesh {
 impl From<Mesh> for MeshKeys {
     fn from(mesh: Mesh) -> Self {
         match mesh {
-            Mesh::Box(cuboid) => Self { cuboid: Some(cuboid), ..Self::default() },
+            Mesh::Box(cuboid) => Self { cuboid: Some(*cuboid), ..Self::default() },
             Mesh::File(FileMesh { file, region }) => Self { file: Some(file), region, cuboid: None },
         }
     }

@@ -25,6 +25,9 @@ pub struct StartUp {
     pub imbalance: f64,
     /// Face pairs of elements on different ranks.
     pub edge_cut: u64,
+    /// Where bodies meet: largest contact load of a rank over the mean, pairs of elements that may touch, and those of
+    /// them on different ranks.
+    pub meeting: Option<(f64, u64, u64)>,
     /// How the equations are solved, in words.
     pub solver: String,
     /// Contact at the start.
@@ -57,6 +60,9 @@ impl fmt::Display for StartUp {
         match self.ranks {
             1 => writeln!(f, "  ranks     1")?,
             n => writeln!(f, "  ranks     {n}, imbalance {:.3}, edge cut {}", self.imbalance, self.edge_cut)?,
+        }
+        if let (Some((imbalance, pairs, cut)), 2..) = (self.meeting, self.ranks) {
+            writeln!(f, "            contact imbalance {imbalance:.3}, {cut} of {pairs} pairs across ranks")?;
         }
         writeln!(f, "  solver    {}", self.solver)?;
         for contact in &self.contacts {
@@ -171,6 +177,7 @@ mod tests {
             ranks: 2,
             imbalance: 1.01,
             edge_cut: 48,
+            meeting: Some((1.05, 80, 3)),
             solver: "monolithic, GMRES with ILU(0)".into(),
             contacts: vec![ContactStart {
                 name: "sole".into(),
@@ -181,7 +188,8 @@ mod tests {
             remarks: vec![],
         };
         let expected = "Rubber block\n  mesh      2400 elements, 2499 nodes, 4998 unknowns\n\
-            \x20 ranks     2, imbalance 1.010, edge cut 48\n  solver    monolithic, GMRES with ILU(0)\n\
+            \x20 ranks     2, imbalance 1.010, edge cut 48\n\
+            \x20           contact imbalance 1.050, 3 of 80 pairs across ranks\n  solver    monolithic, GMRES with ILU(0)\n\
             \x20 contact   sole: 49 of 49 points closed, deepest overclosure 1.500e-5 m at (0.480000, 0.000000)\n\
             \x20 results   results/rubber-block";
         assert_eq!(report.to_string(), expected);

@@ -7,7 +7,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::journal::{contact_starts, remarks};
-use super::{options, start};
+use super::{options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
 use crate::contact::friction::coefficient::Coefficient;
@@ -15,10 +15,10 @@ use crate::contact::friction::{FrictionLaw, Regularization};
 use crate::contact::obstacle::Obstacle;
 use crate::contact::point::ContactLaw;
 use crate::element::Kinematics;
-use crate::error::{Result, agree};
+use crate::error::Result;
 use crate::mesh::ElementKind;
-use crate::model::{Body, Contact, Model, Target, read_mesh};
-use crate::partition::{LocalMesh, Plan, distribute};
+use crate::model::{Body, Contact, Model, Target};
+use crate::partition::LocalMesh;
 use crate::petsc::Session;
 use crate::solvers::ladder;
 
@@ -32,8 +32,7 @@ const HIGH_PRESSURE: f64 = 0.1;
 pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<String> {
     let world = session.world();
     let model = Model::<D>::new(case)?;
-    let mesh = if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) };
-    let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?;
+    let (local, partition) = share_out(session, case, &model)?;
     let sizes = sizes(world, &local, model.bodies.len());
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);

@@ -129,6 +129,8 @@ impl<const D: usize> Journal<D> {
             ranks: self.record.ranks,
             imbalance: partition.imbalance(),
             edge_cut: partition.edge_cut.unsigned_abs(),
+            meeting: (partition.pairs > 0)
+                .then(|| (partition.contact_imbalance(), partition.pairs, partition.pairs_cut)),
             solver: strategy.describe(),
             contacts: contact_starts(system),
             remarks: remarks(system, &self.watched).into_iter().chain(self.remarks.drain(..)).collect(),

@@ -13,8 +13,8 @@ use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
 use crate::dynamics::Stage;
 use crate::error::{Error, Result, agree};
-use crate::model::{Model, read_mesh};
-use crate::partition::{Plan, distribute};
+use crate::model::{Model, Target, read_mesh};
+use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
@@ -31,10 +31,8 @@ pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
 /// # Errors
 /// The same on all ranks; what was computed before is kept.
 pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
-    let world = session.world();
     let model = Model::<D>::new(case)?;
-    let mesh = if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) };
-    let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?; // METIS
+    let (local, partition) = share_out(session, case, &model)?; // METIS
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
     let format = options::format(session, case, &local, &linear)?;
@@ -55,6 +53,24 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     }
     journal.close(&outcome)?;
     outcome
+}
+
+/// Reads the meshes on rank 0 and gives each rank its part, facets that may touch together. Collective.
+fn share_out<const D: usize>(
+    session: &Rc<Session>,
+    case: &Case,
+    model: &Model<D>,
+) -> Result<(LocalMesh<D>, Report)> {
+    let world = session.world();
+    let mesh = agree(world, if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) })?;
+    let couples = model.contacts.iter().filter_map(|contact| match &contact.target {
+        Target::Surface { set, .. } => {
+            Some(Couple { contactor: &contact.contactor, target: set, travel: 0.0 })
+        }
+        Target::Obstacle(_) => None,
+    });
+    let plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples.collect::<Vec<_>>()))?;
+    distribute(world, mesh, &plan)
 }
 
 /// From configuration to configuration until the end.

@@ -8,7 +8,7 @@ use super::presets::Preset;
 use super::two_stage::{Origin, TwoStage, TwoStageSettings};
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
+use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
 
 /// How a linear solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,6 +70,8 @@ pub struct LinearSolver {
     symmetric: bool,
     fallbacks: Vec<Fallback>,
     fatigue: Fatigue,
+    /// Pattern of the last matrix: what was made for another one is of no use.
+    pattern: Option<Rc<BlockPattern>>,
     /// The two-stage preconditioner, made when it is first used; PETSc calls it back.
     two_stage: Rc<RefCell<Option<TwoStage>>>,
     stages: TwoStageSettings,
@@ -102,6 +104,7 @@ impl LinearSolver {
             symmetric: problem.symmetric,
             fallbacks: Vec::new(),
             fatigue: Fatigue::default(),
+            pattern: None,
             two_stage: Rc::default(),
             stages: stages(choice, problem),
             work: pattern.like()?,
@@ -168,6 +171,7 @@ impl LinearSolver {
     ) -> Result<Option<Solved>> {
         let (mut iterations, mut inner) = (0, 0);
         let size = rhs.norm()?;
+        self.notice(matrix);
         self.step_down();
         loop {
             let tried = self.attempt(matrix, (rhs, size), x, tolerance)?;
@@ -189,6 +193,15 @@ impl LinearSolver {
         let preset = self.preset();
         let inner = self.stages.inner.and_then(Preset::named).filter(|_| preset.is_two_stage());
         !inner.unwrap_or(preset).iterative
+    }
+
+    /// Starts afresh where contact has given the matrix another pattern.
+    fn notice(&mut self, matrix: &Matrix) {
+        let known = self.pattern.replace(Rc::clone(matrix.pattern()));
+        if known.is_some_and(|known| !Rc::ptr_eq(&known, matrix.pattern())) {
+            self.solvers.iter_mut().for_each(|solver| *solver = None);
+            self.fatigue = Fatigue::default();
+        }
     }
 
     fn step_up(&mut self, tried: &Tried) {

@@ -14,7 +14,7 @@ use crate::contact::evaluation::ContactFields;
 use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::partition::exchange::{Field, ForeignRows, NodeExchange, RowExchange};
-use crate::petsc::{BlockPattern, BlockValues, NO_SLOT};
+use crate::petsc::{BlockPattern, BlockValues, Event, NO_SLOT};
 
 pub use couplings::{Couples, blocks_of};
 pub use numbering::Numbering;
@@ -31,6 +31,8 @@ pub struct Interface<const D: usize> {
     change: Vec<f64>,
     constrained: Vec<bool>,
     rows: Option<Rows>,
+    /// The time that messages take.
+    exchange: Event,
 }
 
 /// Rows of other ranks that this rank adds to.
@@ -57,6 +59,7 @@ impl<const D: usize> Interface<D> {
         index: &IndexMap,
         constrained: &[bool],
         foreign: Vec<i32>,
+        exchange: Event,
     ) -> Result<Self> {
         let mut bring = NodeExchange::new(world, index, &foreign)?;
         let local = index.local_count() * D;
@@ -75,6 +78,7 @@ impl<const D: usize> Interface<D> {
             change: Vec::new(),
             constrained,
             rows: None,
+            exchange,
         })
     }
 
@@ -92,7 +96,7 @@ impl<const D: usize> Interface<D> {
             local.copy_from_slice(owned);
             Field { width: D, owned, wanted }
         });
-        self.bring.forward_many(world, &mut travelling);
+        self.exchange.time(|| self.bring.forward_many(world, &mut travelling));
     }
 
     /// The fields brought last.
@@ -161,7 +165,7 @@ impl<const D: usize> Interface<D> {
         rows.force.fill(0.0);
         let remote = RemoteForce { row_of: &rows.row_of, values: &mut rows.force };
         let answer = evaluate(&fields, own, remote);
-        rows.give.reverse_add(world, D, &rows.force, own);
+        self.exchange.time(|| rows.give.reverse_add(world, D, &rows.force, own));
         Some(answer)
     }
 
@@ -192,7 +196,7 @@ impl<const D: usize> Interface<D> {
         let mut opening =
             Opening { constrained: &self.constrained, values, remote: &mut rows.values, lift: lifted };
         evaluate(&fields, &mut opening);
-        let arrived = rows.blocks.send_values(world, D * D, &rows.values);
+        let arrived = self.exchange.time(|| rows.blocks.send_values(world, D * D, &rows.values));
         values.add_blocks(&rows.received, arrived);
         if let Some((_, rhs)) = lift {
             rows.give.reverse_add(world, D, &rows.force, rhs);
