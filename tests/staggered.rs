@@ -186,10 +186,11 @@ fn a_cap_that_is_hit_fails_on_1_2_ranks() {
     }
 }
 
-/// The variant that freezes the friction traction finds the same where it converges, and does so differently.
+/// The variant that freezes the friction traction finds the same where it converges, and does so differently: without a
+/// look at the full balance it ends some 1e-3 away.
 #[test]
 fn frozen_traction_agrees_on_2_ranks() {
-    let solver = "{ strategy: { staggered: { tolerance: 1e-7, variant: frozen_traction } } }";
+    let solver = "{ strategy: { staggered: { variant: frozen_traction } } }";
     let expected = Solved::by(LAYER, 0.3, MONOLITHIC, 1).well();
     let found = Solved::by(LAYER, 0.3, solver, 2).well();
     let apart = apart(&expected, &found);
@@ -236,9 +237,9 @@ fn staggered_without_friction_is_monolithic_on_1_rank() {
 /// incomplete factorisation, and tells its inner ones.
 #[test]
 fn two_stage_saves_outer_iterations_on_1_2_3_4_ranks() {
-    for case in [LAYER, CUBE] {
+    for (case, ranks) in [(LAYER, &[1, 2, 3, 4][..]), (CUBE, &[3])] {
         let expected = Solved::by(case, 1.0, MONOLITHIC, 1).well();
-        for ranks in [1, 2, 3, 4] {
+        for &ranks in ranks {
             let plain = Solved::by(case, 1.0, "{ linear: gmres_asm_ilu }", ranks).well();
             assert_eq!(plain.count("inner_krylov_iterations"), 0);
             for options in ["inner: cg_icc", "inner: cg_icc, second: friction_stage", "inner: cholesky"] {
