@@ -230,6 +230,9 @@ fn staggered_without_friction_is_monolithic_on_1_rank() {
         (solved.displacements(), solved.output.stdout + &solved.output.stderr)
     });
     assert_eq!(whole.0, turns.0);
+    let idle = Solved::by(&case, 0.0, "{ linear: two_stage }", 1).output;
+    assert_eq!(idle.code, Some(3), "{}", idle.stderr);
+    assert!(idle.stderr.contains("no contact has friction"), "{}", idle.stderr);
     assert!(!whole.1.contains("no contact has friction") && turns.1.contains("no contact has friction"));
 }
 

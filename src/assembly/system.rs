@@ -567,7 +567,8 @@ fn symmetric<const D: usize>(
         (friction && contact.pair.law.friction.is_some() && terms.intersects(coupled))
             || (area && terms.contains(Terms::ZONE_CHANGE))
     };
-    !contacts.iter().any(contact) && !(external.follows() && terms.contains(Terms::FOLLOWING_LOAD))
+    let follows = external.follows() && terms.contains(Terms::FOLLOWING_LOAD);
+    !follows && !contacts.iter().any(contact)
 }
 
 fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
