@@ -671,5 +671,6 @@ fn symmetric<const D: usize>(
         (friction && contact.law().friction.is_some() && terms.intersects(coupled))
             || (area && terms.contains(Terms::ZONE_CHANGE))
     };
-    !contacts.iter().any(contact) && !(external.follows() && terms.contains(Terms::FOLLOWING_LOAD))
+    let follows = external.follows() && terms.contains(Terms::FOLLOWING_LOAD);
+    !follows && !contacts.iter().any(contact)
 }
