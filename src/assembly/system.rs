@@ -437,9 +437,9 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let symmetric = symmetric(contacts, external, stage, terms);
         let inverted = self.matrix.fill(|values| {
             let tangent = phases.tangent.begin();
-            values.zero();
-            if let Some(mass) = mass {
-                mass.add_to(weight * shifts.acceleration, values);
+            match mass {
+                Some(mass) => mass.write_to(weight * shifts.acceleration, values),
+                None => values.zero(),
             }
             for (dof, held) in constrained[..rows].iter().enumerate() {
                 if *held || holding > 0.0 {
