@@ -16,9 +16,7 @@ impl<const D: usize> ElementGroup<D> {
             (Kinematics::Finite, Model::SaintVenantKirchhoff) => {
                 dispatch(Energy::<SaintVenantKirchhoff, D>::new(self, u, mine))
             }
-            (Kinematics::Finite, Model::NeoHookean) => {
-                dispatch(Energy::<NeoHookean, D>::new(self, u, mine))
-            }
+            (Kinematics::Finite, Model::NeoHookean) => dispatch(Energy::<NeoHookean, D>::new(self, u, mine)),
         }
     }
 }
