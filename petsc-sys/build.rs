@@ -24,7 +24,7 @@ const FUNCTIONS: &str = "
     MatMPIBAIJSetPreallocationCSR MatMPIAIJGetSeqAIJ MatMPIBAIJGetSeqBAIJ MatSeqAIJGetArray
     MatSeqAIJRestoreArray MatSeqBAIJGetArray MatSeqBAIJRestoreArray MatAssemblyBegin MatAssemblyEnd
     MatMult MatMultTranspose MatGetDiagonal MatNorm MatCreateMAIJ MatNullSpaceCreateRigidBody
-    MatSetNearNullSpace MatNullSpaceDestroy MatCreateShell MatShellSetOperation MatShellSetContext MatShellGetContext
+    MatSetNearNullSpace MatGetNearNullSpace MatNullSpaceDestroy MatCreateShell MatShellSetOperation MatShellSetContext MatShellGetContext
 
     KSPCreate KSPDestroy KSPSetOptionsPrefix KSPSetOperators KSPSetFromOptions KSPSetTolerances
     KSPGetTolerances KSPSetUp KSPSolve KSPReset KSPGetPC KSPGetType KSPGetIterationNumber

@@ -76,6 +76,48 @@ pub enum FrictionMode {
     Off,
 }
 
+/// Which of the couplings between normal contact and friction a stage cuts, by holding what the other stage finds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Split {
+    /// None: the balance itself, (3.5).
+    #[default]
+    Monolithic,
+    /// Stage I (3.6): normal contact is sought, friction is known as far as `Known` says.
+    NormalStage(Known),
+    /// Stage II (3.7): friction is sought under known normal tractions in a known zone.
+    FrictionStage,
+}
+
+/// What stage I knows of friction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Known {
+    /// The bound; the friction traction follows the slip up to it.
+    #[default]
+    Bound,
+    /// The friction traction itself.
+    Traction,
+}
+
+/// Tractions that a stage is to hold from now on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Freeze {
+    /// Bound and friction traction at the end of the last step.
+    LastStep,
+    /// Normal tractions at the last residual, and the friction bound that belongs to them.
+    NormalTractions,
+    /// Friction tractions at the last residual.
+    FrictionTractions,
+}
+
+/// Forces of the contact points, 2-norms over all points \[N\].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ForceChange {
+    /// How much the friction forces differ from the frozen ones.
+    pub friction: f64,
+    /// Size of the normal forces.
+    pub normal: f64,
+}
+
 /// One step on its way: where it starts, where it is, and how the rates follow from the displacement.
 pub struct Stage {
     /// The accepted state at the start of the step.
@@ -92,6 +134,8 @@ pub struct Stage {
     pub inertia: bool,
     /// Friction as given or off.
     pub friction: FrictionMode,
+    /// What a staggered solve holds at present.
+    pub split: Split,
     /// Spring on every free unknown, relative to a typical diagonal entry, that is in the matrix and not in the
     /// residual: holds bodies that nothing holds without changing the equilibrium that is found.
     pub holding: f64,
@@ -119,6 +163,7 @@ impl Stage {
             balance: Balance::AT_THE_END,
             inertia: false,
             friction: FrictionMode::AsGiven,
+            split: Split::Monolithic,
             holding: 0.0,
             load_factor: 1.0,
             start_forces: pattern.like()?,
@@ -216,6 +261,13 @@ pub trait Dynamics {
     /// When PETSc refuses.
     fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()>;
 
+    /// Assembles the same into a matrix of the system's pattern that is not the system's own, as that of a
+    /// preconditioner, with the symmetry that its terms have. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()>;
+
     /// The assembled matrix [N/m].
     fn matrix(&self) -> &Matrix;
 
@@ -227,6 +279,18 @@ pub trait Dynamics {
     /// # Errors
     /// When a rank failed.
     fn observe(&mut self) -> Result<ContactCounts>;
+
+    /// Keeps tractions for the stages of a [`Split`] to hold.
+    fn freeze(&mut self, what: Freeze);
+
+    /// How the friction forces of the last residual differ from those frozen. Collective.
+    fn force_change(&self) -> ForceChange;
+
+    /// Unit normals at the owned nodes in contact at the last residual, zero elsewhere. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    fn contact_normals(&mut self, out: &mut Vector) -> Result<()>;
 
     /// Whether a slip direction reversed between the last iterate and the last residual. Collective.
     fn reverses(&self) -> bool;

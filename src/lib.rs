@@ -18,7 +18,7 @@
 //! | 5 | [`element`]; [`contact`] | kernels: Q, K_0, K_NL, K_S, M; gap, projection, F_n, F_T and their tangents |
 //! | 6 | [`model`]; [`dynamics`] | the checked case; what solvers and integrators see |
 //! | 7 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
-//! | 8 | [`solvers`]; [`time`] | Newton and linear solvers; Newmark and its family |
+//! | 8 | [`solvers`]; [`time`] | monolithic and staggered Newton, linear solvers; Newmark and its family |
 //! | 9 | [`output`], [`plot`] | tables, fields, record, console; figures |
 //! | 10 | [`simulation`], [`commands`], [`cli`] | the run, in the order of the paper's section 3; the command line |
 //!
@@ -38,6 +38,7 @@
 //! | M; K_0 + K_NL; K_S | [`Terms::MASS`](terms::Terms::MASS); `MATERIAL`; `GEOMETRIC` |
 //! | K_CN; K_nT; K_T; K_mu | `NORMAL_CONTACT`; `FRICTION_NORMAL_COUPLING` (non-symmetric); `FRICTION_DAMPING`; `COEFFICIENT_CHANGE` |
 //! | F_phi_n, F_phi_T of (2.16) | `ZONE_CHANGE`, `NORMAL_GEOMETRY`, `FRICTION_GEOMETRY`: change of area, normal, projection |
+//! | stage I (3.6), stage II (3.7) | [`Split`](dynamics::Split)`::NormalStage`, `FrictionStage`; `Terms::NORMAL_STAGE`, `FRICTION_STAGE` |
 //! | Newmark's alpha, beta | `beta`, `gamma` |
 //!
 //! Signs: every term is its contribution to the left-hand side, minus the derivative of a force.

@@ -8,7 +8,7 @@ use crate::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::material::Material;
-use crate::mesh::{BoxShape, ElementKind, Mesh, merge};
+use crate::mesh::{BoxShape, ElementKind, Mesh, merge, validate};
 use crate::tensor::Vector;
 
 /// A case in `D` dimensions, ready to be discretised.
@@ -73,7 +73,31 @@ pub use case::InitialOverclosure;
 /// Where on a facet contact is evaluated.
 pub use case::Quadrature;
 
-/// A contact between a surface and a rigid obstacle.
+/// What a contactor may touch.
+#[derive(Debug, Clone)]
+pub enum Target<const D: usize> {
+    /// A rigid obstacle.
+    Obstacle(Obstacle<D>),
+    /// The facets of a set `body.set`, of the body with this index.
+    Surface {
+        /// Name of the set.
+        set: String,
+        /// Index of its body.
+        body: usize,
+    },
+}
+
+impl<const D: usize> Target<D> {
+    /// The obstacle, where it is one.
+    pub fn obstacle(&self) -> Option<&Obstacle<D>> {
+        match self {
+            Self::Obstacle(obstacle) => Some(obstacle),
+            Self::Surface { .. } => None,
+        }
+    }
+}
+
+/// A contact between a surface and its target.
 #[derive(Debug, Clone)]
 pub struct Contact<const D: usize> {
     /// Name in the case file.
@@ -82,10 +106,12 @@ pub struct Contact<const D: usize> {
     pub contactor: String,
     /// Index of the contactor's body.
     pub body: usize,
-    /// The target.
-    pub obstacle: Obstacle<D>,
+    /// What it may touch.
+    pub target: Target<D>,
     /// Name of the target.
-    pub target: String,
+    pub target_name: String,
+    /// Young's modulus of the softer side [Pa], to which penalties are compared.
+    pub softer: f64,
     /// Normal law.
     pub normal: NormalChoice,
     /// Penetration that the user asked for [m].
@@ -212,19 +238,25 @@ impl<const D: usize> Model<D> {
     fn contact(case: &Case, bodies: &[Body], name: &str, contact: &case::Contact) -> Result<Contact<D>> {
         let owner = contact.contactor.split('.').next().unwrap_or_default();
         let body = body_index(bodies, owner)?;
-        let Some(target) = case.obstacles.get(&contact.target) else {
-            let message = format!("the target '{}' is not an obstacle", contact.target.value);
-            let error = case.error(contact.target.place, message);
-            return Err(error.hint("contact between two bodies is not offered yet; name one of `obstacles`"));
-        };
         let within = |error: Error| error.within(&format!("contact.{name}"));
-        let (normal, penetration) = normal(&contact.normal, bodies[body].young_modulus).map_err(within)?;
+        let target = match case.obstacles.get(&contact.target) {
+            Some(shape) => Target::Obstacle(obstacle(shape).map_err(within)?),
+            None => surface(bodies, &contact.target).map_err(within)?,
+        };
+        let softer = match &target {
+            Target::Surface { body: other, .. } => {
+                bodies[*other].young_modulus.min(bodies[body].young_modulus)
+            }
+            Target::Obstacle(_) => bodies[body].young_modulus,
+        };
+        let (normal, penetration) = normal(&contact.normal, softer).map_err(within)?;
         Ok(Contact {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
             body,
-            obstacle: obstacle(target).map_err(within)?,
-            target: contact.target.value.clone(),
+            target,
+            target_name: contact.target.value.clone(),
+            softer,
             normal,
             penetration,
             friction: friction(&contact.friction).map_err(within)?,
@@ -277,6 +309,11 @@ fn vector<const D: usize, const KG: i8, const M: i8, const S: i8>(
     values: &[case::quantity::Quantity<KG, M, S>],
 ) -> Vector<D> {
     Vector::from_fn(|i, _| values.get(i).map_or(0.0, |value| value.si))
+}
+
+fn surface<const D: usize>(bodies: &[Body], set: &str) -> Result<Target<D>> {
+    let body = body_index(bodies, set.split('.').next().unwrap_or(set))?;
+    Ok(Target::Surface { set: set.to_owned(), body })
 }
 
 fn obstacle<const D: usize>(obstacle: &case::Obstacle) -> Result<Obstacle<D>> {
@@ -372,11 +409,36 @@ fn box_mesh<const D: usize>(shape: &case::BoxMesh) -> Result<Mesh<D>> {
     let default = if D == 2 { ElementKind::Quad4 } else { ElementKind::Hex8 };
     let named = shape.element.as_ref().map(|element| ElementKind::from_name(element.name()));
     let kind = named.unwrap_or(Some(default)).ok_or_else(|| Error::internal("an element without a kind"))?;
-    BoxShape::<D> {
+    let mut mesh = BoxShape::<D> {
         min: lengths(&shape.min),
         max: lengths(&shape.max),
         cells: std::array::from_fn(|i| shape.cells.get(i).copied().unwrap_or(1)),
         element: kind,
     }
-    .mesh()
+    .mesh()?;
+    if let Some(map) = &shape.map {
+        bend(&mut mesh, map)?;
+    }
+    Ok(mesh)
+}
+
+/// Moves the points of a box.
+fn bend<const D: usize>(mesh: &mut Mesh<D>, map: &case::BoxMap) -> Result<()> {
+    for point in &mut mesh.points {
+        let place: [f64; 3] = std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0));
+        for (entry, function) in point.iter_mut().zip(map.functions()) {
+            *entry = function.map_or(*entry, |function| function.value(place, 0.0));
+        }
+        if point.iter().any(|entry| !entry.is_finite()) {
+            return Err(Error::case(format!("the map of the box sends {:?} to {point:?}", &place[..D])));
+        }
+    }
+    match validate::first_bad_element(mesh) {
+        Some(bad) => Err(Error::case(format!(
+            "the map of the box leaves an element at {:?} flat or turned inside out",
+            mesh.points[bad.node as usize]
+        ))
+        .hint("neighbours must stay neighbours, and left must stay left of right")),
+        None => Ok(()),
+    }
 }

@@ -26,13 +26,14 @@ bitflags! {
         const FRICTION_GEOMETRY = 1 << 8;
         /// `K_phi`, change of the contact area, what (2.16) stands for. Non-symmetric.
         const ZONE_CHANGE = 1 << 9;
+        /// Change of a following load with the surface it acts on. Non-symmetric.
+        const FOLLOWING_LOAD = 1 << 10;
         /// What stage I of the two-stage scheme keeps (3.6): symmetric.
         const NORMAL_STAGE = Self::MASS.bits() | Self::MATERIAL.bits() | Self::GEOMETRIC.bits()
             | Self::NORMAL_CONTACT.bits() | Self::NORMAL_GEOMETRY.bits() | Self::FRICTION_DAMPING.bits();
         /// What stage II keeps (3.7): symmetric, without the normal contact stiffness.
-        const FRICTION_STAGE = Self::MASS.bits() | Self::MATERIAL.bits() | Self::GEOMETRIC.bits()
-            | Self::FRICTION_DAMPING.bits();
+        const FRICTION_STAGE = Self::NORMAL_STAGE.bits() & !Self::NORMAL_CONTACT.bits();
         /// Everything: the consistent tangent of (3.5).
-        const ALL = (1 << 10) - 1;
+        const ALL = (1 << 11) - 1;
     }
 }

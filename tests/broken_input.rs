@@ -68,6 +68,16 @@ $EndElements
 type Broken = (&'static str, &'static str, i32, &'static [&'static str], usize);
 
 const CASES: &[Broken] = &[
+    (
+        "cells: [4, 4] }",
+        "cells: [4, 4], map: { x: \"0.4 - x\" } }",
+        3,
+        &["block", "the map of the box leaves an element at", "inside out"],
+        2,
+    ),
+    ("cells: [4, 4] }", "cells: [4, 4], map: { z: \"1\" } }", 3, &["case.yml:5:", "2D has no z"], 0),
+    ("cells: [4, 4] }", "cells: [4, 4], map: { x: \"x + t\" } }", 3, &["a mesh does not depend on t"], 0),
+    ("cells: [4, 4] }", "cells: [4, 4], map: { y: \"sqrt(y - 1)\" } }", 3, &["sends [0.0, 0.0] to"], 1),
     // Words of the case file.
     ("density:", "densty:", 3, &["case.yml:7:5", "unknown key 'densty'", "did you mean 'density'?"], 2),
     ("density: 1700", "density: heavy", 3, &["case.yml:7:14", "heavy"], 0),

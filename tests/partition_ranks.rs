@@ -3,6 +3,11 @@
 //! Without the harness: started by cargo, this program starts itself under `mpirun`, once for each number of ranks;
 //! started there, it distributes meshes that every rank also holds whole, and compares.
 
+#[path = "partition_ranks/contact.rs"]
+mod contact;
+#[path = "partition_ranks/exchange.rs"]
+mod exchange;
+
 use std::io::Read;
 use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
@@ -121,6 +126,8 @@ fn check_all(world: &SimpleCommunicator) {
     parts_are_even(world);
     ties_hold(world);
     errors_are_shared(world);
+    exchange::check_all(world);
+    contact::check_all(world);
 }
 
 fn rectangle(kind: ElementKind, y: [f64; 2], cells: [u32; 2]) -> Mesh<2> {

@@ -1,16 +1,20 @@
 //! Contacts of a rank: surfaces with the places of their entries, evaluated into the system.
 
+use super::meeting::{Meeting, Sight};
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
+use crate::contact::deformable::DeformableContact;
+use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::obstacle::Obstacle;
-use crate::contact::point::{ContactLaw, Selection};
-use crate::contact::rigid::{AreaKind, ContactFields, ContactRequest, ContactSink, RigidContact};
-use crate::contact::state::{Branches, Changes, ContactState, Hold};
+use crate::contact::point::ContactLaw;
+use crate::contact::rigid::{ContactSink, RigidContact};
+use crate::contact::state::{Changes, ContactState, ForceChange};
 use crate::contact::surface::{ContactSurface, Ownership, Quadrature};
+use crate::contact::target::{TargetFacets, TargetSurface};
 use crate::element::ElementSink;
 use crate::error::{Error, Result};
 use crate::mesh::Facet;
-use crate::model::{self, Model};
-use crate::partition::LocalMesh;
+use crate::model::{self, Target};
+use crate::partition::{IndexMap, LocalMesh};
 use crate::petsc::{BlockPattern, BlockValues};
 
 /// One contact of the case on this rank.
@@ -18,14 +22,26 @@ pub struct Contact<const D: usize> {
     /// Name in the case file.
     pub name: String,
     /// Surface, target, laws.
-    pub pair: RigidContact<D>,
+    pub pair: Pair<D>,
     /// What its points remember.
     pub state: ContactState<D>,
-    maps: FacetMaps,
+}
+
+/// A contactor with its target.
+pub enum Pair<const D: usize> {
+    /// An obstacle: every rank evaluates the facets that touch its nodes.
+    Rigid {
+        /// Surface, obstacle, laws.
+        contact: RigidContact<D>,
+        /// Where the entries of the facets go.
+        maps: FacetMaps,
+    },
+    /// Another body: a facet is evaluated on one rank.
+    Deformable(Box<Meeting<D>>),
 }
 
 /// Facets may differ in kind: one map for each number of nodes.
-struct FacetMaps {
+pub struct FacetMaps {
     maps: Vec<ScatterMap>,
     /// Map and piece of each facet.
     places: Vec<(usize, usize)>,
@@ -39,12 +55,10 @@ pub struct Place<'a, const D: usize> {
     pub pattern: &'a BlockPattern,
     /// Prescribed unknowns.
     pub constrained: &'a [bool],
-    /// Every facet of the contactor, on whichever rank, has a rule of points at its nodes.
-    pub nodal: bool,
 }
 
 fn flat<const D: usize>(contact: &model::Contact<D>) -> bool {
-    matches!(contact.obstacle, Obstacle::Plane(_))
+    matches!(contact.target, Target::Obstacle(Obstacle::Plane(_)))
 }
 
 /// Facets of a named set.
@@ -58,43 +72,23 @@ pub fn facets_of<'a, const D: usize>(local: &'a LocalMesh<D>, set: &str) -> Resu
     })
 }
 
-/// Whether all these facets have points at their nodes.
-pub fn have_nodal_rule<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> bool {
-    facets.iter().all(|&facet| crate::space::reference(local.mesh.facet_kind(facet)).nodal_rule().is_some())
-}
-
-/// Undeformed area and number of the facets that this rank reports.
-pub fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 2] {
-    let mine = facets.iter().filter(|facet| local.mine[facet.element as usize]);
-    mine.fold([0.0; 2], |[area, count], &facet| [area + facet_area(local, facet), count + 1.0])
-}
-
-fn facet_area<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> f64 {
-    let kind = local.mesh.facet_kind(facet);
-    let mut nodes = Vec::new();
-    local.mesh.facet_nodes(facet, &mut nodes);
-    let points: Vec<_> = nodes.iter().map(|&n| local.mesh.points[n as usize].into()).collect();
-    let element = crate::space::reference(kind);
-    let table = element.tabulate(element.full_rule());
-    let width = table.nodes * (D - 1);
-    let at = |q: usize| {
-        let tangents = crate::space::facet_tangents::<D>(&points, &table.dn[q * width..(q + 1) * width]);
-        table.weights[q] * crate::space::facet_normal(&tangents).norm()
-    };
-    (0..table.points).map(at).sum()
+/// What a contact needs to know of all ranks.
+#[derive(Debug, Clone, Copy)]
+pub struct Measures {
+    /// Mean size of the contactor's facets [m].
+    pub facet_size: f64,
+    /// Every facet of the contactor has a rule of points at its nodes.
+    pub nodal: bool,
+    /// How far the contact looks around.
+    pub sight: Sight,
 }
 
 impl<const D: usize> Contact<D> {
-    /// The contact of the model on this rank; `facet_size` is the mean size of its facets over all ranks [m].
+    /// The contact of the model on this rank.
     ///
     /// # Errors
     /// When the set, the quadrature or a derived law is no good.
-    pub fn new(
-        model: &Model<D>,
-        contact: &model::Contact<D>,
-        facet_size: f64,
-        place: &Place<D>,
-    ) -> Result<Self> {
+    pub fn new(contact: &model::Contact<D>, measures: &Measures, place: &Place<D>) -> Result<Self> {
         let local = place.local;
         let ownership = Ownership {
             owned_nodes: local.index.owned,
@@ -103,52 +97,127 @@ impl<const D: usize> Contact<D> {
         };
         let quadrature = match contact.quadrature {
             model::Quadrature::Nodal => Quadrature::Nodal,
-            model::Quadrature::Auto if flat(contact) && place.nodal => Quadrature::Nodal,
+            model::Quadrature::Auto if flat(contact) && measures.nodal => Quadrature::Nodal,
             model::Quadrature::Gauss | model::Quadrature::Auto => Quadrature::Gauss,
         };
         let facets = facets_of(local, &contact.contactor)?;
-        let surface = ContactSurface::new(&local.mesh, facets, &ownership, quadrature)?;
-        let maps = FacetMaps::new(&surface, place);
-        let state = ContactState::new(surface.point_count());
         let law = ContactLaw {
-            normal: contact.normal.law(model.bodies[contact.body].young_modulus, facet_size)?,
+            normal: contact.normal.law(contact.softer, measures.facet_size)?,
             friction: contact.friction,
         };
         let area = if contact.current_area { AreaKind::Current } else { AreaKind::Reference };
-        let pair = RigidContact { surface, obstacle: contact.obstacle, law, area };
-        Ok(Self { name: contact.name.clone(), pair, state, maps })
+        let pair = match &contact.target {
+            Target::Obstacle(obstacle) => {
+                let surface = ContactSurface::new(&local.mesh, facets, &ownership, quadrature)?;
+                let maps = FacetMaps::new(&surface, place);
+                Pair::Rigid { contact: RigidContact { surface, obstacle: *obstacle, law, area }, maps }
+            }
+            Target::Surface { set, .. } => {
+                let surface = ContactSurface::of_mine(&local.mesh, facets, &ownership, quadrature)?;
+                let surfaces = [facets.to_vec(), facets_of(local, set)?.to_vec()];
+                let target = TargetSurface::new(TargetFacets::default(), &[]);
+                let contact = DeformableContact { surface, target, law, area };
+                Pair::Deformable(Box::new(Meeting::new(contact, surfaces, measures.sight)))
+            }
+        };
+        let mut contact = Self { name: contact.name.clone(), pair, state: ContactState::new(0) };
+        contact.state = ContactState::new(contact.surface().point_count());
+        Ok(contact)
     }
 
-    /// Adds the contact forces to the owned rows of `force` [N].
-    pub fn add_force(
-        &mut self,
-        fields: &ContactFields,
-        (hold, branches): (Hold, Branches),
-        force: &mut [f64],
-    ) {
-        let request = ContactRequest { stiffness: None, hold, branches };
-        let mut sink = Forces::<D> { maps: &self.maps, force };
-        self.pair.evaluate(fields, &request, &mut self.state, &mut sink);
+    /// The contactor.
+    pub fn surface(&self) -> &ContactSurface<D> {
+        match &self.pair {
+            Pair::Rigid { contact, .. } => &contact.surface,
+            Pair::Deformable(meeting) => &meeting.contact.surface,
+        }
     }
 
-    /// Adds the wanted terms to the matrix.
+    /// Its laws.
+    pub fn law(&self) -> &ContactLaw {
+        match &self.pair {
+            Pair::Rigid { contact, .. } => &contact.law,
+            Pair::Deformable(meeting) => &meeting.contact.law,
+        }
+    }
+
+    /// Area on which its tractions act.
+    pub fn area(&self) -> AreaKind {
+        match &self.pair {
+            Pair::Rigid { contact, .. } => contact.area,
+            Pair::Deformable(meeting) => meeting.contact.area,
+        }
+    }
+
+    /// The meeting, where the target is deformable.
+    pub fn meeting(&self) -> Option<&Meeting<D>> {
+        match &self.pair {
+            Pair::Deformable(meeting) => Some(meeting),
+            Pair::Rigid { .. } => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn meeting_mut(&mut self) -> Option<&mut Meeting<D>> {
+        match &mut self.pair {
+            Pair::Deformable(meeting) => Some(meeting),
+            Pair::Rigid { .. } => None,
+        }
+    }
+
+    /// Adds the forces of a contact with an obstacle to the owned rows of `force` [N].
+    pub fn add_force(&mut self, fields: &ContactFields, request: &ContactRequest, force: &mut [f64]) {
+        if let Pair::Rigid { contact, maps } = &self.pair {
+            contact.evaluate(fields, request, &mut self.state, &mut Forces::<D> { maps, force });
+        }
+    }
+
+    /// Adds the wanted terms of a contact with an obstacle to the matrix.
     pub fn add_stiffness(
         &mut self,
         fields: &ContactFields,
-        wanted: (Selection, Hold),
+        request: &ContactRequest,
         constrained: &[bool],
         values: &mut BlockValues,
         lift: Option<LiftTarget>,
     ) {
-        let request =
-            ContactRequest { stiffness: Some(wanted.0), hold: wanted.1, branches: Branches::Predicted };
-        let mut sink = Stiffness::<D> { maps: &self.maps, constrained, values, lift };
-        self.pair.evaluate(fields, &request, &mut self.state, &mut sink);
+        if let Pair::Rigid { contact, maps } = &self.pair {
+            let mut sink = Stiffness::<D> { maps, constrained, values, lift };
+            contact.evaluate(fields, request, &mut self.state, &mut sink);
+        }
+    }
+
+    /// Looks the places of all entries up in another pattern; those of couples are the interface's to find.
+    pub fn relocate(&mut self, pattern: &BlockPattern, index: &IndexMap) {
+        if let Pair::Rigid { maps, .. } = &mut self.pair {
+            maps.maps.iter_mut().for_each(|map| map.relocate(pattern, index));
+        }
+    }
+
+    /// How the forces of the facets that this rank reports differ from the frozen ones.
+    pub fn force_change(&self) -> ForceChange {
+        let mut sum = ForceChange::default();
+        for facet in self.surface().facets().iter().filter(|facet| facet.mine) {
+            sum += self.state.force_change(facet.points.clone());
+        }
+        sum
     }
 
     /// Takes the current points as the new iterate.
     pub fn iterate(&mut self) -> Changes {
-        self.state.iterate(self.pair.surface.representative())
+        let surface = match &self.pair {
+            Pair::Rigid { contact, .. } => &contact.surface,
+            Pair::Deformable(meeting) => &meeting.contact.surface,
+        };
+        self.state.iterate(surface.representative())
+    }
+
+    /// Forgets the iterates of a step.
+    pub fn begin_step(&mut self) {
+        self.state.begin();
+        if let Some(meeting) = self.meeting_mut() {
+            meeting.pairing.begin_step();
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::element::{Configuration, ElementSink, Kinematics, LoadedSurface};
 use crate::error::Result;
 use crate::mesh::{Facet, Mesh};
 use crate::model::{Load, LoadKind};
-use crate::partition::LocalMesh;
+use crate::partition::{IndexMap, LocalMesh};
 use crate::petsc::{BlockPattern, BlockValues};
 
 /// Facets with one number of nodes under one load.
@@ -56,6 +56,12 @@ impl<const D: usize> External<D> {
     pub fn new(loads: &[Load<D>], place: &Place<D>) -> Result<Self> {
         let loads = loads.iter().map(|load| Applied::new(load, place)).collect::<Result<_>>()?;
         Ok(Self { loads, dead: Vec::new(), dead_at: None })
+    }
+
+    /// Looks the places of all entries up in another pattern.
+    pub fn relocate(&mut self, pattern: &BlockPattern, index: &IndexMap) {
+        let patches = self.loads.iter_mut().flat_map(|load| &mut load.patches);
+        patches.for_each(|patch| patch.map.relocate(pattern, index));
     }
 
     /// Whether a load depends on the displacement, and so has a (non-symmetric) stiffness.

@@ -68,7 +68,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn surface_cells(&self) -> SurfaceCells {
         let mut cells = SurfaceCells { offsets: vec![0], ..SurfaceCells::default() };
         for (number, contact) in self.contacts.iter().enumerate() {
-            let surface = &contact.pair.surface;
+            let surface = contact.surface();
             for facet in surface.facets() {
                 cells.nodes.extend_from_slice(surface.facet_nodes(facet));
                 cells.offsets.push(cells.nodes.len() as u32);
@@ -87,10 +87,9 @@ impl<const D: usize> ContactSystem<D> {
     pub fn contact_fields(&self) -> Result<ContactFields> {
         const WIDTH: usize = NodalSums::FIELDS + 1;
         let index = &self.local.index;
-        let nodes = self.local.mesh.points.len();
         let mut gathered = Vector::ghosted(&self.session, index.owned, WIDTH, &index.ghosts)?;
-        for contact in &self.contacts {
-            let sums = NodalSums::of(contact, nodes);
+        for contact in 0..self.contacts.len() {
+            let sums = self.nodal_sums(contact)?;
             let mut values = gathered.owned_mut();
             for (node, row) in values.chunks_exact_mut(WIDTH).enumerate() {
                 row[0] += sums.weights[node];

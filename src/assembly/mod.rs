@@ -3,18 +3,24 @@
 //! Each rank evaluates every element and facet that touches one of its nodes and keeps its own rows, so that
 //! nothing is sent to other ranks while assembling.
 
+mod build;
 mod contact;
 mod energy;
 mod external;
 mod fields;
 mod forces;
+mod interface;
 mod mass;
+mod meeting;
 mod pattern;
+mod renewal;
 mod report;
 mod scatter;
+mod stages;
 mod start;
 mod supports;
 mod system;
+pub mod targets;
 
 pub use energy::{Energies, EnergyLedger};
 pub use fields::{ContactFields, StressFields, SurfaceCells};

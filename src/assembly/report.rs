@@ -1,16 +1,20 @@
 //! What a step reports: contact zones, reactions, and the points that probes watch.
 
+use std::rc::Rc;
+
 use mpi::collective::SystemOperation;
 use mpi::traits::{Communicator, CommunicatorCollectives, Root};
 
 use super::contact::Contact;
+use super::meeting::Meeting;
 use super::system::ContactSystem;
 use crate::contact::point::{PointState, Status};
 use crate::contact::zone::ZoneSummary;
 use crate::dynamics::Dynamics;
 use crate::error::{Error, Result};
 use crate::model::Probe;
-use crate::petsc::Vector;
+use crate::partition::IndexMap;
+use crate::petsc::{Session, Vector};
 use crate::tensor::Vector as Point;
 
 /// Contact as seen at a node: averages over its points, weighted by area.
@@ -78,8 +82,10 @@ impl NodalSums {
     /// Values a node.
     pub const FIELDS: usize = 14;
 
-    /// Gathers all points of a contact; complete at owned nodes.
+    /// Gathers all points of a contact; complete at owned nodes, but for a deformable target only after
+    /// [`complete`](Self::complete). A gap is at most the distance at which targets are looked for.
     pub fn of<const D: usize>(contact: &Contact<D>, nodes: usize) -> Self {
+        let furthest = contact.meeting().map_or(f64::MAX, Meeting::reach);
         let mut gathered = Self { sums: vec![0.0; nodes * Self::FIELDS], weights: vec![0.0; nodes] };
         let history = &contact.state.history;
         let value = |p: usize, point: &PointState<D>| {
@@ -90,7 +96,7 @@ impl NodalSums {
             [
                 point.normal_traction,
                 point.along(&point.friction_traction),
-                point.gap,
+                point.gap.min(furthest),
                 point.along(&point.slip_velocity),
                 closed,
                 slips,
@@ -104,8 +110,29 @@ impl NodalSums {
                 component(v, 2),
             ]
         };
-        contact.pair.gather_nodal(&contact.state, value, (&mut gathered.sums, &mut gathered.weights));
+        contact.surface().gather_nodal(&contact.state, value, (&mut gathered.sums, &mut gathered.weights));
         gathered
+    }
+
+    /// Adds what other ranks evaluated at this rank's nodes. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn complete(&mut self, session: &Rc<Session>, index: &IndexMap) -> Result<()> {
+        const WIDTH: usize = NodalSums::FIELDS + 1;
+        let mut all = Vector::ghosted(session, index.owned, WIDTH, &index.ghosts)?;
+        let parts = self.sums.chunks_exact(Self::FIELDS).zip(&self.weights);
+        for ((own, weight), row) in parts.zip(all.local_mut().chunks_exact_mut(WIDTH)) {
+            row[0] = *weight;
+            row[1..].copy_from_slice(own);
+        }
+        all.add_ghosts_to_owners()?;
+        let parts = self.sums.chunks_exact_mut(Self::FIELDS).zip(&mut self.weights);
+        for ((own, weight), row) in parts.zip(all.local().chunks_exact(WIDTH)) {
+            *weight = row[0];
+            own.copy_from_slice(&row[1..]);
+        }
+        Ok(())
     }
 
     /// The averages at a node; `None` off the surface.
@@ -140,12 +167,19 @@ impl<const D: usize> ContactSystem<D> {
     /// # Errors
     /// When a body has no node at all, or the nearest one is farther away than all bodies are long.
     pub fn watch(&self, probes: &[Probe<D>]) -> Result<Vec<Watched<D>>> {
-        let sums: Vec<NodalSums> = self
-            .contacts
-            .iter()
-            .map(|contact| NodalSums::of(contact, self.local.mesh.points.len()))
-            .collect();
+        let sums = (0..self.contacts.len()).map(|contact| self.nodal_sums(contact));
+        let sums = sums.collect::<Result<Vec<_>>>()?;
         probes.iter().map(|probe| self.nearest(probe, &sums)).collect()
+    }
+
+    /// Nodal sums of a contact, complete at owned nodes. Collective where the target is deformable.
+    pub(super) fn nodal_sums(&self, contact: usize) -> Result<NodalSums> {
+        let contact = &self.contacts[contact];
+        let mut sums = NodalSums::of(contact, self.local.mesh.points.len());
+        if contact.meeting().is_some() {
+            sums.complete(&self.session, &self.local.index)?;
+        }
+        Ok(sums)
     }
 
     fn nearest(&self, probe: &Probe<D>, contacts: &[NodalSums]) -> Result<Watched<D>> {
@@ -193,22 +227,27 @@ impl<const D: usize> ContactSystem<D> {
     /// Motion and contact at the watched nodes; the same on all ranks. Collective.
     ///
     /// # Errors
-    /// None of its own.
+    /// When PETSc refuses.
     pub fn points(&self, watched: &[Watched<D>], u: &Vector, v: &Vector) -> Result<Vec<PointReport<D>>> {
         let world = self.session.world();
         let width = 2 * D + 5;
         let mut own = vec![0.0; watched.len() * width];
         let (u, v) = (u.owned(), v.owned());
         let here = |point: &Watched<D>| point.rank == world.rank();
-        let mut sums: Vec<Option<NodalSums>> = self.contacts.iter().map(|_| None).collect();
+        let mut sums: Vec<Option<NodalSums>> = Vec::with_capacity(self.contacts.len());
+        for (index, contact) in self.contacts.iter().enumerate() {
+            // All ranks take part where the target is deformable, and know of all probes.
+            let wanted = |point: &Watched<D>| {
+                point.contact == Some(index) && (here(point) || contact.meeting().is_some())
+            };
+            sums.push(watched.iter().any(wanted).then(|| self.nodal_sums(index)).transpose()?);
+        }
         for (point, row) in watched.iter().zip(own.chunks_mut(width)).filter(|(point, _)| here(point)) {
             let start = point.node as usize * D;
             row[..D].copy_from_slice(&u[start..start + D]);
             row[D..2 * D].copy_from_slice(&v[start..start + D]);
             let Some(index) = point.contact else { continue };
-            let nodes = self.local.mesh.points.len();
-            let gathered = sums[index].get_or_insert_with(|| NodalSums::of(&self.contacts[index], nodes));
-            if let Some((contact, _)) = gathered.at(point.node) {
+            if let Some((contact, _)) = sums[index].as_ref().and_then(|sums| sums.at(point.node)) {
                 let status = f64::from(contact.status as u8);
                 let values = [
                     contact.normal_traction,
@@ -234,7 +273,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn contact_summaries(&self) -> Vec<ContactSummary<D>> {
         let world = self.session.world();
         let reduce = |contact: &Contact<D>| {
-            let own = contact.pair.summary(&contact.state);
+            let own = contact.surface().summary(&contact.state);
             let mut sums = vec![own.normal_force, own.area, own.friction_power, own.tangential_force];
             sums.extend(own.force.iter().chain(own.friction_force.iter()));
             sums.extend([own.points, own.stick, own.slip].map(|n| n as f64));

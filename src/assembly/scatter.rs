@@ -25,18 +25,26 @@ impl ScatterMap {
         index: &IndexMap,
         constrained: &[bool],
     ) -> Self {
-        let globals: Vec<i32> = nodes.iter().map(|&node| index.global(node)).collect();
-        let mut slots = Vec::with_capacity(nodes.len() * width);
-        for (piece, columns) in nodes.chunks(width.max(1)).zip(globals.chunks(width.max(1))) {
+        let touches = |piece: &[u32]| piece.iter().any(|&n| (0..D).any(|i| constrained[n as usize * D + i]));
+        let constrained = nodes.chunks(width.max(1)).map(touches).collect();
+        let mut map = Self { width, nodes, slots: Vec::new(), constrained };
+        map.relocate(pattern, index);
+        map
+    }
+
+    /// Looks all slots up in another pattern.
+    pub fn relocate(&mut self, pattern: &BlockPattern, index: &IndexMap) {
+        let width = self.width.max(1);
+        let globals: Vec<i32> = self.nodes.iter().map(|&node| index.global(node)).collect();
+        self.slots.clear();
+        self.slots.reserve(self.nodes.len() * width);
+        for (piece, columns) in self.nodes.chunks(width).zip(globals.chunks(width)) {
             for &row in piece {
                 let owned = index.owns(row);
                 let slot = |&column: &i32| if owned { pattern.slot(row as usize, column) } else { None };
-                slots.extend(columns.iter().map(|column| slot(column).unwrap_or(NO_SLOT)));
+                self.slots.extend(columns.iter().map(|column| slot(column).unwrap_or(NO_SLOT)));
             }
         }
-        let touches = |piece: &[u32]| piece.iter().any(|&n| (0..D).any(|i| constrained[n as usize * D + i]));
-        let constrained = nodes.chunks(width.max(1)).map(touches).collect();
-        Self { width, nodes, slots, constrained }
     }
 
     /// Local nodes of a piece.

@@ -5,6 +5,8 @@ use mpi::traits::{CommunicatorCollectives, Root};
 
 use super::contact::facets_of;
 use crate::contact::obstacle::Obstacle;
+use crate::contact::state::ContactState;
+use crate::contact::surface::ContactSurface;
 use crate::error::{Error, Result, agree};
 use crate::mesh::Facet;
 use crate::model::{Contact, InitialOverclosure};
@@ -16,25 +18,26 @@ use crate::tensor::Vector;
 pub struct Overclosure<const D: usize> {
     /// Name of the contact.
     pub contact: String,
-    /// Smallest gap of all contactor nodes, negative where they penetrate [m].
+    /// Smallest gap of all contactor nodes, or points of a deformable contact, negative where they penetrate [m];
+    /// infinite where no target is near.
     pub smallest_gap: f64,
     /// Where that is [m].
     pub place: [f64; D],
-    /// Number of nodes that penetrate.
+    /// Number of those that penetrate.
     pub nodes: u64,
-    /// Number of nodes that may touch.
+    /// Number of those that may touch.
     pub candidates: u64,
 }
 
-/// Looks for contactor nodes behind the target and treats them as the case says. Collective.
+/// Looks for contactor nodes behind an obstacle and treats them as the case says. Collective.
 ///
 /// # Errors
-/// When the case wants an overclosure to be an error, the whole body lies behind the target, or a contactor has no
-/// facet at all.
+/// When the case wants an overclosure to be an error, or the whole body lies behind the obstacle.
 pub fn resolve_overclosure<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &mut LocalMesh<D>,
     contact: &Contact<D>,
+    obstacle: &Obstacle<D>,
 ) -> Result<Overclosure<D>> {
     let facets = agree(world, facets_of(local, &contact.contactor).map(<[Facet]>::to_vec))?;
     let mut nodes = Vec::new();
@@ -45,21 +48,55 @@ pub fn resolve_overclosure<const D: usize>(
     }
     nodes.sort_unstable();
     nodes.dedup();
-    require_free_side(world, local, contact)?;
-    let found = worst(world, local, contact, &nodes);
-    let behind = found.smallest_gap < 0.0;
-    match contact.initial_overclosure {
-        InitialOverclosure::Error if behind => Err(Error::case(format!(
-            "contact '{}' starts with {} nodes behind '{}', the worst by {:.3e} m at {:?}",
-            contact.name, found.nodes, contact.target, -found.smallest_gap, found.place
-        ))
-        .hint("move the body, or set initial_overclosure to adjust or accept")),
-        InitialOverclosure::Adjust if behind => {
-            nodes.iter().for_each(|&node| move_out(&mut local.mesh.points[node as usize], &contact.obstacle));
-            Ok(found)
+    require_free_side(world, local, contact, obstacle)?;
+    let owned = nodes.iter().filter(|&&node| local.index.owns(node));
+    let gaps = owned.map(|&node| {
+        let point = local.mesh.points[node as usize];
+        (obstacle.gap(&Vector::from(point)), point)
+    });
+    let found = worst(world, &contact.name, gaps);
+    if found.smallest_gap < 0.0 {
+        match contact.initial_overclosure {
+            InitialOverclosure::Error => return Err(refusal(contact, &found, "nodes")),
+            InitialOverclosure::Adjust => {
+                nodes.iter().for_each(|&node| move_out(&mut local.mesh.points[node as usize], obstacle));
+            }
+            InitialOverclosure::Accept => {}
         }
-        _ => Ok(found),
     }
+    Ok(found)
+}
+
+/// Gaps of the contact points of a deformable target, as evaluated on the undeformed bodies. Collective.
+///
+/// # Errors
+/// When the case wants an overclosure to be an error.
+pub fn overclosure_of_points<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    contact: &Contact<D>,
+    (surface, state): (&ContactSurface<D>, &ContactState<D>),
+) -> Result<Overclosure<D>> {
+    let gaps = surface.facets().iter().flat_map(|facet| {
+        let nodes = surface.reference_points(facet);
+        facet.points.clone().enumerate().map(move |(q, point)| {
+            let shape = surface.facet_point(facet, q).shape;
+            let place: Vector<D> = nodes.iter().zip(shape).map(|(x, n)| x * *n).sum();
+            (state.current[point].gap, place.into())
+        })
+    });
+    let found = worst(world, &contact.name, gaps);
+    if found.smallest_gap < 0.0 && contact.initial_overclosure == InitialOverclosure::Error {
+        return Err(refusal(contact, &found, "points"));
+    }
+    Ok(found)
+}
+
+fn refusal<const D: usize>(contact: &Contact<D>, found: &Overclosure<D>, what: &str) -> Error {
+    Error::case(format!(
+        "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} m at {:?}",
+        contact.name, found.nodes, contact.target_name, -found.smallest_gap, found.place
+    ))
+    .hint("move the body, or set initial_overclosure to adjust or accept")
 }
 
 /// A body that lies behind its target as a whole tells of an obstacle that is inside out.
@@ -67,18 +104,18 @@ fn require_free_side<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
     contact: &Contact<D>,
+    obstacle: &Obstacle<D>,
 ) -> Result<()> {
     let mesh = &local.mesh;
     let own = (0..mesh.element_count()).filter(|&element| usize::from(mesh.body[element]) == contact.body);
     let points = own.flat_map(|element| mesh.element_nodes(element)).map(|&node| mesh.points[node as usize]);
-    let largest =
-        points.map(|point| contact.obstacle.gap(&Vector::from(point))).fold(f64::NEG_INFINITY, f64::max);
+    let largest = points.map(|point| obstacle.gap(&Vector::from(point))).fold(f64::NEG_INFINITY, f64::max);
     let mut all = 0.0;
     world.all_reduce_into(&largest, &mut all, SystemOperation::max());
     if all > 0.0 {
         return Ok(());
     }
-    let (name, target) = (&contact.name, &contact.target);
+    let (name, target) = (&contact.name, &contact.target_name);
     Err(Error::case(format!(
         "contact '{name}': the whole body lies behind '{target}', no point of it is on the free side"
     ))
@@ -93,17 +130,12 @@ fn move_out<const D: usize>(point: &mut [f64; D], obstacle: &Obstacle<D>) {
     }
 }
 
+/// The smallest of the ranks' gaps.
 fn worst<const D: usize>(
     world: &impl CommunicatorCollectives,
-    local: &LocalMesh<D>,
-    contact: &Contact<D>,
-    nodes: &[u32],
+    contact: &str,
+    gaps: impl Iterator<Item = (f64, [f64; D])>,
 ) -> Overclosure<D> {
-    let owned = nodes.iter().filter(|&&node| local.index.owns(node));
-    let gaps = owned.map(|&node| {
-        let point = local.mesh.points[node as usize];
-        (contact.obstacle.gap(&Vector::from(point)), point)
-    });
     let (mut smallest, mut place, mut count) = (f64::INFINITY, [0.0; D], [0u64; 2]);
     for (gap, point) in gaps {
         count[0] += u64::from(gap < 0.0);
@@ -120,7 +152,7 @@ fn worst<const D: usize>(
     world.all_reduce_into(&holder, &mut first, SystemOperation::min());
     world.process_at_rank(first).broadcast_into(&mut place[..]);
     Overclosure {
-        contact: contact.name.clone(),
+        contact: contact.to_owned(),
         smallest_gap: least,
         place,
         nodes: total[0],

@@ -5,24 +5,27 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::{Contact, Place, facets_of, have_nodal_rule, size_of};
-use super::external::{self, External, Moment};
-use super::forces::{BodyPhysics, Solid, solids};
-use super::mass::{Mass, MassKind, Supported};
+use super::build::{FreeBody, contacts, extent, free_bodies, loads, physics, supports, unit};
+use super::contact::{Contact, Pair};
+use super::external::{External, Moment};
+use super::forces::{Solid, solids};
+use super::interface::Interface;
+use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
 use super::scatter::LiftTarget;
-use super::start::{Overclosure, resolve_overclosure};
+use super::stages::{self, Target, hold};
+use super::start::{Overclosure, overclosure_of_points, resolve_overclosure};
 use super::supports::{Supports, in_space};
+use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::point::{ContactLaw, Selection};
-use crate::contact::rigid::ContactFields;
 use crate::contact::state::{Branches, Changes, Hold};
-use crate::dynamics::{ContactCounts, Dynamics, FrictionMode, Lift, Residual, Stage};
-use crate::element::{Inverted, Kinematics};
+use crate::dynamics::{ContactCounts, Dynamics, ForceChange, Freeze, FrictionMode, Lift, Residual, Stage};
+use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
 use crate::model::Model;
 use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, Event, Format, Matrix, Session, Symmetry, Vector};
-use crate::space::{Boundary, DofMap, Fields};
+use crate::space::Fields;
 use crate::terms::Terms;
 
 /// What the system is built for.
@@ -47,13 +50,8 @@ pub(super) struct Phases {
     contact: Event,
     forces: Event,
     tangent: Event,
-}
-
-/// A body that no support holds in some direction.
-struct FreeBody {
-    body: usize,
-    /// For people: name and directions.
-    words: String,
+    pub search: Event,
+    pub exchange: Event,
 }
 
 /// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
@@ -71,7 +69,15 @@ pub struct ContactSystem<const D: usize> {
     /// `M a` at the last trial state [N].
     pub(super) inertia: Vector,
     overclosures: Vec<Overclosure<D>>,
-    matrix: Matrix,
+    /// Couplings by elements alone.
+    pub(super) elements: Rc<BlockPattern>,
+    /// What deformable contacts share.
+    pub(super) interface: Option<Interface<D>>,
+    /// A contact met a facet that the pattern does not know.
+    missed: bool,
+    /// The matrix knows the rigid-body modes.
+    pub(super) has_modes: bool,
+    pub(super) matrix: Matrix,
     work: Vector,
     fault: Option<Inverted>,
     /// A prescribed value that is no number; told with the next residual, where all ranks listen.
@@ -81,7 +87,7 @@ pub struct ContactSystem<const D: usize> {
     free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     unit: f64,
-    phases: Phases,
+    pub(super) phases: Phases,
 }
 
 impl<const D: usize> ContactSystem<D> {
@@ -96,9 +102,12 @@ impl<const D: usize> ContactSystem<D> {
         options: SystemOptions,
     ) -> Result<Self> {
         let world = session.world();
-        let overclosures =
-            model.contacts.iter().map(|contact| resolve_overclosure(world, &mut local, contact));
-        let overclosures = overclosures.collect::<Result<Vec<_>>>()?;
+        let mut overclosures = Vec::with_capacity(model.contacts.len());
+        for contact in &model.contacts {
+            if let Some(obstacle) = contact.target.obstacle() {
+                overclosures.push(resolve_overclosure(world, &mut local, contact, obstacle)?);
+            }
+        }
         let supports = agree(world, supports(&local, model))?;
         let pattern = Rc::new(pattern_of_elements(&local.mesh, local.assembled, &local.index));
         let constrained = &supports.dofs.constrained;
@@ -119,9 +128,15 @@ impl<const D: usize> ContactSystem<D> {
             contact: Event::register(session, "Contact")?,
             forces: Event::register(session, "ElementForces")?,
             tangent: Event::register(session, "Tangent")?,
+            search: Event::register(session, "ContactSearch")?,
+            exchange: Event::register(session, "ContactExchange")?,
         };
-        Ok(Self {
+        let mut system = Self {
             session: session.clone(),
+            elements: pattern.clone(),
+            interface: None,
+            missed: false,
+            has_modes: false,
             matrix: Matrix::new(session, &pattern, options.format)?,
             inertia: forces.like()?,
             work: forces.like()?,
@@ -141,7 +156,30 @@ impl<const D: usize> ContactSystem<D> {
             trouble: None,
             changes: Changes::default(),
             phases,
-        })
+        };
+        if system.contacts.iter().any(|contact| contact.meeting().is_some()) {
+            system.meet_undeformed(model)?;
+        }
+        Ok(system)
+    }
+
+    /// Finds the targets of deformable contacts and the gaps at the start. Collective.
+    fn meet_undeformed(&mut self, model: &Model<D>) -> Result<()> {
+        let zero = vec![0.0; self.local.mesh.points.len() * D];
+        self.renew(&ContactFields { u: &zero, v: &zero, u_start: &zero })?;
+        let session = self.session.clone();
+        let request = ContactRequest { hold: Hold::Frictionless, ..ContactRequest::default() };
+        let mut force = vec![0.0; self.local.index.owned * D];
+        if let Some(interface) = &mut self.interface {
+            meet(interface, &mut self.contacts, (session.world(), &self.phases), &request, &mut force);
+        }
+        for (at, (contact, given)) in self.contacts.iter().zip(&model.contacts).enumerate() {
+            if contact.meeting().is_some() {
+                let points = (contact.surface(), &contact.state);
+                self.overclosures.insert(at, overclosure_of_points(session.world(), given, points)?);
+            }
+        }
+        Ok(())
     }
 
     /// A zero vector of the system's layout: what states are made of.
@@ -161,7 +199,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Laws of the contacts, derived ones resolved, in the order of the model.
     pub fn contact_laws(&self) -> impl Iterator<Item = &ContactLaw> {
-        self.contacts.iter().map(|contact| &contact.pair.law)
+        self.contacts.iter().map(Contact::law)
     }
 
     /// Number of prescribed unknowns over all ranks. Collective.
@@ -245,7 +283,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Whether friction takes part anywhere.
     pub fn has_friction(&self) -> bool {
-        self.contacts.iter().any(|contact| contact.pair.law.friction.is_some())
+        self.contacts.iter().any(|contact| contact.law().friction.is_some())
     }
 
     /// Whether there is contact at all.
@@ -258,6 +296,7 @@ impl<const D: usize> ContactSystem<D> {
     /// # Errors
     /// When PETSc refuses.
     pub fn set_rigid_body_modes(&mut self) -> Result<()> {
+        self.has_modes = true;
         let mut coordinates = Vector::new(&self.session, self.local.index.owned, D)?;
         for (entry, value) in coordinates.owned_mut().iter_mut().zip(self.local.mesh.points.iter().flatten())
         {
@@ -287,11 +326,16 @@ impl<const D: usize> ContactSystem<D> {
             external.fill(0.0);
             self.external.add_force(&Self::moment(stage, &u), &self.solids, external);
         }
-        let _running = self.phases.contact.begin();
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
-        for pair in &mut self.contacts {
-            pair.add_force(&fields, (hold(stage), branches), contact);
+        let request = ContactRequest { stiffness: None, hold: hold(stage), branches };
+        self.phases.contact.time(|| {
+            self.contacts.iter_mut().for_each(|pair| pair.add_force(&fields, &request, contact));
+        });
+        if let Some(interface) = &mut self.interface {
+            interface.bring(self.session.world(), &fields);
+            self.missed =
+                meet(interface, &mut self.contacts, (self.session.world(), &self.phases), &request, contact);
         }
     }
 
@@ -319,9 +363,22 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Residual on the free unknowns with the branches of the friction law as given.
     fn balance(&mut self, stage: &Stage, branches: Branches, out: &mut Vector) -> Result<Residual> {
+        let (residual, stale) = self.weigh(stage, branches, out)?;
+        if !stale {
+            return Ok(residual);
+        }
+        {
+            let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
+            self.renew(&ContactFields { u: &u, v: &v, u_start: &u_start })?;
+        }
+        self.weigh(stage, branches, out).map(|(residual, _)| residual)
+    }
+
+    /// The residual, and whether contacts have to look around anew.
+    fn weigh(&mut self, stage: &Stage, branches: Branches, out: &mut Vector) -> Result<(Residual, bool)> {
         self.sweep(stage, branches);
         self.weigh_inertia(stage)?;
-        let mut sums = [0.0; 6];
+        let mut sums = [0.0; 7];
         {
             let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
             let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
@@ -339,13 +396,15 @@ impl<const D: usize> ContactSystem<D> {
             sums[0] = f64::NAN;
         }
         sums[5] = f64::from(u8::from(self.trouble.is_some()));
-        let mut total = [0.0; 6];
+        sums[6] = f64::from(u8::from(self.missed || self.is_stale(&stage.trial.u.local())));
+        let mut total = [0.0; 7];
         self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
         if total[5] > 0.0 {
             agree(self.session.world(), self.trouble.take().map_or(Ok(()), Err))?;
         }
         let scale = total[1..5].iter().copied().fold(0.0, f64::max).sqrt();
-        Ok(Residual { norm: total[0].sqrt(), scale })
+        let residual = Residual { norm: total[0].sqrt(), scale };
+        Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
     }
 
     /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones [N].
@@ -380,19 +439,111 @@ impl<const D: usize> ContactSystem<D> {
     /// When PETSc refuses.
     pub fn accept(&mut self, stage: &mut Stage) -> Result<()> {
         let dt = stage.dt;
-        self.contacts.iter_mut().for_each(|contact| contact.state.accept(dt));
+        for contact in &mut self.contacts {
+            contact.state.accept(dt);
+            contact.begin_step();
+        }
         stage.start_forces.copy_from(&self.forces)?;
         stage.accept();
         Ok(())
     }
+
+    /// Assembles the derivative of the residual, restricted to `terms`.
+    fn assemble(&mut self, stage: &Stage, terms: Terms, target: Target, lift: Option<Lift>) -> Result<()> {
+        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
+        let inertia = stage.inertia && terms.contains(Terms::MASS);
+        let mass = self.mass.as_ref().filter(|_| inertia);
+        let (change, mut rhs) = match lift {
+            Some(Lift { change, rhs }) => (Some(change.local()), Some(rhs.owned_mut())),
+            None => (None, None),
+        };
+        let mut lifted = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
+        let constrained = &self.supports.dofs.constrained;
+        let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
+        let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
+        let (rows, holding) = (self.local.index.owned * D, stage.holding);
+        let (phases, interface, world) = (&self.phases, self.interface.as_mut(), self.session.world());
+        let symmetric = symmetric(contacts, external, stage, terms);
+        let matrix = match target {
+            Target::Own => &mut self.matrix,
+            Target::Other(matrix) => matrix,
+        };
+        let inverted = matrix.fill(|values| {
+            let tangent = phases.tangent.begin();
+            match mass {
+                Some(mass) => mass.write_to(weight * shifts.acceleration, values),
+                None => values.zero(),
+            }
+            for (dof, held) in constrained[..rows].iter().enumerate() {
+                if *held || holding > 0.0 {
+                    values.add_diagonal(dof, if *held { unit } else { holding * unit });
+                }
+            }
+            let mut inverted = Ok(());
+            for solid in solids {
+                let lift = lifted.as_mut().map(LiftTarget::reborrow);
+                inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
+            }
+            let lift = lifted.as_mut().map(LiftTarget::reborrow);
+            if terms.contains(Terms::FOLLOWING_LOAD) {
+                external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
+            }
+            drop(tangent);
+            let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
+            let selection = Selection { terms, velocity_shift: shifts.velocity };
+            let request = ContactRequest {
+                stiffness: Some(selection),
+                hold: hold(stage),
+                branches: Branches::Predicted,
+            };
+            phases.contact.time(|| {
+                for pair in contacts.iter_mut() {
+                    let lift = lifted.as_mut().map(LiftTarget::reborrow);
+                    pair.add_stiffness(&fields, &request, constrained, values, lift);
+                }
+            });
+            if let Some(interface) = interface {
+                interface.bring(world, &fields);
+                let lift = lifted.as_mut().map(|lift| (lift.change, &mut *lift.rhs));
+                interface.add_stiffness(world, values, lift, |fields, opening| {
+                    let _running = phases.contact.begin();
+                    for contact in contacts.iter_mut() {
+                        if let Pair::Deformable(meeting) = &contact.pair {
+                            meeting.add_stiffness(fields, &request, &mut contact.state, opening);
+                        }
+                    }
+                });
+            }
+            inverted
+        })?;
+        self.fault = inverted.err();
+        matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
+        Ok(())
+    }
 }
 
-/// What the contact law is told for this stage.
-fn hold(stage: &Stage) -> Hold {
-    match stage.friction {
-        FrictionMode::AsGiven => Hold::Nothing,
-        FrictionMode::Off => Hold::Frictionless,
-    }
+/// Pairs the points of deformable contacts and adds their forces; whether a pair is missing in the couples. Collective.
+fn meet<const D: usize>(
+    interface: &mut Interface<D>,
+    contacts: &mut [Contact<D>],
+    (world, phases): (&impl CommunicatorCollectives, &Phases),
+    request: &ContactRequest,
+    force: &mut [f64],
+) -> bool {
+    let u = interface.fields().u;
+    phases
+        .search
+        .time(|| contacts.iter_mut().filter_map(Contact::meeting_mut).for_each(|meeting| meeting.pair(u)));
+    let missed = interface.add_forces(world, force, |fields, own, mut remote| {
+        let _running = phases.contact.begin();
+        let mut missed = false;
+        for contact in contacts {
+            let Pair::Deformable(meeting) = &contact.pair else { continue };
+            missed |= meeting.add_force(fields, request, &mut contact.state, own, remote.reborrow());
+        }
+        missed
+    });
+    missed.unwrap_or(false)
 }
 
 impl<const D: usize> Dynamics for ContactSystem<D> {
@@ -422,51 +573,11 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {
-        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
-        let inertia = stage.inertia && terms.contains(Terms::MASS);
-        let mass = self.mass.as_ref().filter(|_| inertia);
-        let (change, mut rhs) = match lift {
-            Some(Lift { change, rhs }) => (Some(change.local()), Some(rhs.owned_mut())),
-            None => (None, None),
-        };
-        let mut target = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
-        let constrained = &self.supports.dofs.constrained;
-        let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
-        let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
-        let (rows, holding) = (self.local.index.owned * D, stage.holding);
-        let phases = &self.phases;
-        let symmetric = symmetric(contacts, external, stage, terms);
-        let inverted = self.matrix.fill(|values| {
-            let tangent = phases.tangent.begin();
-            match mass {
-                Some(mass) => mass.write_to(weight * shifts.acceleration, values),
-                None => values.zero(),
-            }
-            for (dof, held) in constrained[..rows].iter().enumerate() {
-                if *held || holding > 0.0 {
-                    values.add_diagonal(dof, if *held { unit } else { holding * unit });
-                }
-            }
-            let mut inverted = Ok(());
-            for solid in solids {
-                let lift = target.as_mut().map(LiftTarget::reborrow);
-                inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
-            }
-            let lift = target.as_mut().map(LiftTarget::reborrow);
-            external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
-            drop(tangent);
-            let _running = phases.contact.begin();
-            let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
-            let selection = Selection { terms, velocity_shift: shifts.velocity };
-            for pair in contacts.iter_mut() {
-                let lift = target.as_mut().map(LiftTarget::reborrow);
-                pair.add_stiffness(&fields, (selection, hold(stage)), constrained, values, lift);
-            }
-            inverted
-        })?;
-        self.fault = inverted.err();
-        self.matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
-        Ok(())
+        self.assemble(stage, terms, Target::Own, lift)
+    }
+
+    fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()> {
+        self.assemble(stage, terms, Target::Other(matrix), None)
     }
 
     fn matrix(&self) -> &Matrix {
@@ -482,7 +593,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let (mut stick, mut slip) = (0, 0);
         for contact in &mut self.contacts {
             own += contact.iterate();
-            let summary = contact.pair.summary(&contact.state);
+            let summary = contact.surface().summary(&contact.state);
             stick += summary.stick;
             slip += summary.slip;
         }
@@ -507,12 +618,26 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         any > 0
     }
 
+    fn freeze(&mut self, what: Freeze) {
+        stages::freeze(&mut self.contacts, what);
+    }
+
+    fn force_change(&self) -> ForceChange {
+        stages::force_change(self.session.world(), &self.contacts)
+    }
+
+    fn contact_normals(&mut self, out: &mut Vector) -> Result<()> {
+        let (world, nodes) = (self.session.world(), self.local.mesh.points.len());
+        stages::contact_normals(world, &self.contacts, self.interface.as_mut(), nodes, out);
+        Ok(())
+    }
+
     fn is_cycling(&self) -> bool {
         self.changes.is_two_cycle()
     }
 
     fn rewind(&mut self) {
-        self.contacts.iter_mut().for_each(|contact| contact.state.begin());
+        self.contacts.iter_mut().for_each(Contact::begin_step);
     }
 
     fn fault(&mut self) -> Option<Error> {
@@ -543,114 +668,9 @@ fn symmetric<const D: usize>(
     let friction = stage.friction == FrictionMode::AsGiven;
     let coupled = Terms::FRICTION_NORMAL_COUPLING | Terms::FRICTION_GEOMETRY;
     let contact = |contact: &Contact<D>| {
-        let area = contact.pair.area == crate::contact::rigid::AreaKind::Current;
-        (friction && contact.pair.law.friction.is_some() && terms.intersects(coupled))
+        let area = contact.area() == AreaKind::Current;
+        (friction && contact.law().friction.is_some() && terms.intersects(coupled))
             || (area && terms.contains(Terms::ZONE_CHANGE))
     };
-    !contacts.iter().any(contact) && !external.follows()
-}
-
-fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
-    let mass = |lumped| if lumped { MassKind::Lumped } else { MassKind::Consistent };
-    let body = |body: &crate::model::Body| BodyPhysics {
-        formulation: body.formulation,
-        mass: mass(body.lumped_mass),
-    };
-    model.bodies.iter().map(body).collect()
-}
-
-fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Result<Supports<D>> {
-    let boundary = |support: &crate::model::Support<D>| Boundary {
-        name: support.name.clone(),
-        set: support.set.clone(),
-        components: std::array::from_fn(|i| support.components[i].is_some()),
-    };
-    let boundaries: Vec<Boundary<D>> = model.supports.iter().map(boundary).collect();
-    let motion = |k: usize, component: usize| &model.supports[k].components[component];
-    let same = |[a, b]: [usize; 2], component| motion(a, component) == motion(b, component);
-    Ok(Supports::new(DofMap::new(&local.mesh, &boundaries, same)?, &model.supports))
-}
-
-fn contacts<const D: usize>(
-    world: &impl CommunicatorCollectives,
-    local: &LocalMesh<D>,
-    model: &Model<D>,
-    pattern: &BlockPattern,
-    constrained: &[bool],
-) -> Result<Vec<Contact<D>>> {
-    let mut contacts = Vec::with_capacity(model.contacts.len());
-    for contact in &model.contacts {
-        let facets = agree(world, facets_of(local, &contact.contactor))?;
-        let own = size_of(local, facets);
-        let missing = u8::from(!have_nodal_rule(local, facets));
-        let mut without = 0;
-        world.all_reduce_into(&missing, &mut without, SystemOperation::max());
-        let mut total = [0.0f64; 2];
-        world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
-        let facet_size = (total[0] / total[1]).powf(1.0 / (D as f64 - 1.0));
-        if total[1] == 0.0 {
-            return Err(Error::case(format!(
-                "contact '{}': the surface '{}' has no facet",
-                contact.name, contact.contactor
-            )));
-        }
-        let place = Place { local, pattern, constrained, nodal: without == 0 };
-        contacts.push(agree(world, Contact::new(model, contact, facet_size, &place))?);
-    }
-    Ok(contacts)
-}
-
-fn loads<const D: usize>(
-    local: &LocalMesh<D>,
-    model: &Model<D>,
-    pattern: &BlockPattern,
-    constrained: &[bool],
-) -> Result<External<D>> {
-    let kinematics: Vec<Kinematics> = model.bodies.iter().map(|body| body.formulation.kinematics).collect();
-    External::new(&model.loads, &external::Place { local, pattern, constrained, kinematics: &kinematics })
-}
-
-/// Bodies that lack a support in some direction; the same on all ranks. Collective.
-fn free_bodies<const D: usize>(
-    world: &impl CommunicatorCollectives,
-    local: &LocalMesh<D>,
-    model: &Model<D>,
-    supports: &Supports<D>,
-) -> Vec<FreeBody> {
-    let mut own = vec![0u8; model.bodies.len() * D];
-    for element in 0..local.mesh.element_count() {
-        let body = usize::from(local.mesh.body[element]);
-        for (node, i) in local.mesh.element_nodes(element).iter().flat_map(|&n| (0..D).map(move |i| (n, i))) {
-            own[body * D + i] |= u8::from(supports.dofs.constrained[node as usize * D + i]);
-        }
-    }
-    let mut held = vec![0u8; own.len()];
-    world.all_reduce_into(&own[..], &mut held[..], SystemOperation::max());
-    let free = |body: usize| {
-        (0..D).filter(|i| held[body * D + i] == 0).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>()
-    };
-    let words = |k: usize| format!("'{}' along {}", model.bodies[k].name, free(k).join(", "));
-    let loose = (0..model.bodies.len()).filter(|&k| !free(k).is_empty());
-    loose.map(|body| FreeBody { body, words: words(body) }).collect()
-}
-
-/// A typical diagonal entry of the stiffness, `E h^(D - 2)` [N/m].
-fn unit<const D: usize>(model: &Model<D>, extent: f64, local: &LocalMesh<D>) -> f64 {
-    let stiffest = model.bodies.iter().map(|body| body.young_modulus).fold(0.0, f64::max);
-    let size = extent / f64::from(local.index.total.max(1)).powf(1.0 / D as f64);
-    stiffest * size.powi(D as i32 - 2)
-}
-
-/// Longest side of the box around all bodies [m].
-fn extent<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
-    let mut bounds = [f64::NEG_INFINITY; 6];
-    for point in &local.mesh.points {
-        for i in 0..D {
-            bounds[i] = bounds[i].max(point[i]);
-            bounds[i + 3] = bounds[i + 3].max(-point[i]);
-        }
-    }
-    let mut all = [0.0; 6];
-    world.all_reduce_into(&bounds[..], &mut all[..], SystemOperation::max());
-    (0..D).map(|i| all[i] + all[i + 3]).fold(0.0, f64::max)
+    !contacts.iter().any(contact) && !(external.follows() && terms.contains(Terms::FOLLOWING_LOAD))
 }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::diagnostics::Complaint;
-use super::function::VaryingVelocity;
+use super::function::{VaryingLength, VaryingVelocity};
 use super::place::At;
 use super::quantity::{Density, Length, Number, Pressure};
 use super::tagged::tagged;
@@ -39,7 +39,7 @@ pub struct Body {
 #[serde(try_from = "MeshKeys", into = "MeshKeys")]
 pub enum Mesh {
     /// Built in.
-    Box(BoxMesh),
+    Box(Box<BoxMesh>),
     /// Read from a Gmsh file.
     File(FileMesh),
 }
@@ -57,6 +57,31 @@ pub struct BoxMesh {
     /// Element; quad4 in 2D and hex8 in 3D if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<At<Element>>,
+    /// Where the points of the box go: curved and graded bodies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<BoxMap>,
+}
+
+/// New coordinates as functions of the coordinates x, y, z in the box; those not given stay.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxMap {
+    /// [m]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x: Option<VaryingLength>,
+    /// [m]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<VaryingLength>,
+    /// [m], in 3D
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z: Option<VaryingLength>,
+}
+
+impl BoxMap {
+    /// The functions in the order of the axes.
+    pub fn functions(&self) -> [Option<&VaryingLength>; 3] {
+        [self.x.as_ref(), self.y.as_ref(), self.z.as_ref()]
+    }
 }
 
 /// A region of a Gmsh file.
@@ -90,7 +115,7 @@ impl TryFrom<MeshKeys> for Mesh {
         match (keys.cuboid, keys.file, keys.region) {
             (Some(_), Some(file), _) => wrong("a mesh is a box or a file, not both", file.place),
             (Some(_), None, Some(region)) => wrong("'region' belongs to a mesh file, not to a box", region.place),
-            (Some(cuboid), None, None) => Ok(Self::Box(cuboid)),
+            (Some(cuboid), None, None) => Ok(Self::Box(Box::new(cuboid))),
             (None, Some(file), region) => Ok(Self::File(FileMesh { file, region })),
             (None, None, _) => Err(Complaint::new("a mesh needs 'box' or 'file'".into())
                 .hint("as in { file: block.msh, region: rubber } or { box: { min: [0, 0], max: [1, 1], cells: [8, 8] } }")),
@@ -101,7 +126,7 @@ impl TryFrom<MeshKeys> for Mesh {
 impl From<Mesh> for MeshKeys {
     fn from(mesh: Mesh) -> Self {
         match mesh {
-            Mesh::Box(cuboid) => Self { cuboid: Some(cuboid), ..Self::default() },
+            Mesh::Box(cuboid) => Self { cuboid: Some(*cuboid), ..Self::default() },
             Mesh::File(FileMesh { file, region }) => Self { file: Some(file), region, cuboid: None },
         }
     }

@@ -28,7 +28,9 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use body::{Body, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Mesh};
+pub use body::{
+    Body, BoxMap, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Mesh,
+};
 pub use boundary::{Action, Boundary, Components};
 pub use contact::{
     Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Quadrature, Regularization,
@@ -39,7 +41,7 @@ pub use output::{Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use place::{At, Named, Place};
 pub use schema::schema;
-pub use solver::{Krylov, Linear, Newton, Solver, Strategy};
+pub use solver::{Inner, Krylov, Linear, Newton, Second, Solver, Strategy, Variant};
 pub use start::Start;
 pub use time::{Scheme, Time};
 

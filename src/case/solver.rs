@@ -12,7 +12,7 @@ use super::tagged::tagged;
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
     /// Treatment of normal contact and friction.
-    pub strategy: Strategy,
+    pub strategy: At<Strategy>,
     /// Newton iteration.
     pub newton: Newton,
     /// Linear solver.
@@ -22,15 +22,50 @@ pub struct Solver {
 }
 
 /// Treatment of normal contact and friction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case")]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Strategy")]
 pub enum Strategy {
     /// Together, by Newton with the full non-symmetric tangent.
     #[default]
     Monolithic,
+    /// In turn, both with symmetric matrices, until they agree; needs a coefficient of friction below about 3. Without
+    /// friction nothing is left to take in turn, and the step is solved as by `monolithic`.
+    Staggered {
+        /// Distance of the stages over the increment of the step, change of friction forces over normal forces, and residual
+        /// of the full system over the largest force, between 0 and 1, both excluded.
+        #[serde(default = "sweep_tolerance")]
+        tolerance: Number,
+        /// Sweeps over both stages before the step is cut, >= 1.
+        #[serde(default = "sweeps")]
+        max_sweeps: At<u32>,
+        /// What the first stage knows of friction.
+        #[serde(default)]
+        variant: Variant,
+    },
 }
 tagged!(Strategy, "strategy");
+
+fn sweep_tolerance() -> Number {
+    Number::new(1e-6)
+}
+
+fn sweeps() -> At<u32> {
+    60.into()
+}
+
+/// What stage I of the staggered strategy knows of friction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Variant")]
+pub enum Variant {
+    /// The bound: friction follows the slip up to it.
+    #[default]
+    FrozenBound,
+    /// The friction traction itself: simpler, and contracts less well.
+    FrozenTraction,
+}
+tagged!(Variant, "variant");
 
 /// Newton iteration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -54,7 +89,7 @@ impl Default for Newton {
 
 /// Linear solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case")]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Linear")]
 pub enum Linear {
     /// Chosen from size, dimension, inertia and symmetry; a solver that fails is followed by a stronger one.
@@ -66,6 +101,15 @@ pub enum Linear {
     GmresAsmIlu,
     /// The same with overlap 2 and one level of fill: fewer iterations, more memory.
     GmresAsmIlu1,
+    /// FGMRES with the two stages of the staggered scheme as preconditioner.
+    TwoStage {
+        /// Operator of the second half.
+        #[serde(default)]
+        second: Second,
+        /// Solver for the symmetric matrices of the stages.
+        #[serde(default)]
+        inner: Inner,
+    },
     /// GMRES with algebraic multigrid and rigid-body modes.
     GmresAmg,
     /// Cholesky factorisation by MUMPS; symmetric systems only.
@@ -79,13 +123,59 @@ pub enum Linear {
 }
 tagged!(Linear, "linear solver");
 
+/// Operator of the second half of the two-stage preconditioner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Second")]
+pub enum Second {
+    /// That of stage I again, which makes up for the friction that new normal tractions bring.
+    #[default]
+    Coupling,
+    /// That of stage II, without normal contact stiffness, the normal components kept at contact nodes.
+    FrictionStage,
+}
+tagged!(Second, "second stage");
+
+/// Solver for the symmetric matrices of the two-stage preconditioner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Inner")]
+pub enum Inner {
+    /// Chosen from size, dimension and inertia.
+    #[default]
+    Auto,
+    /// Cholesky factorisation by MUMPS.
+    Cholesky,
+    /// Conjugate gradients scaled by the diagonal.
+    CgJacobi,
+    /// Conjugate gradients with incomplete Cholesky.
+    CgIcc,
+    /// Conjugate gradients with algebraic multigrid.
+    CgAmg,
+}
+tagged!(Inner, "inner solver");
+
+impl Inner {
+    /// The linear solver that it is; none where it is to be chosen.
+    pub fn linear(self) -> Option<Linear> {
+        match self {
+            Self::Auto => None,
+            Self::Cholesky => Some(Linear::Cholesky),
+            Self::CgJacobi => Some(Linear::CgJacobi),
+            Self::CgIcc => Some(Linear::CgIcc),
+            Self::CgAmg => Some(Linear::CgAmg),
+        }
+    }
+}
+
 impl Linear {
     /// Every linear solver.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Auto,
         Self::Direct,
         Self::GmresAsmIlu,
         Self::GmresAsmIlu1,
+        Self::TwoStage { second: Second::Coupling, inner: Inner::Auto },
         Self::GmresAmg,
         Self::Cholesky,
         Self::CgJacobi,
@@ -100,6 +190,7 @@ impl Linear {
             Self::Direct => "direct",
             Self::GmresAsmIlu => "gmres_asm_ilu",
             Self::GmresAsmIlu1 => "gmres_asm_ilu1",
+            Self::TwoStage { .. } => "two_stage",
             Self::GmresAmg => "gmres_amg",
             Self::Cholesky => "cholesky",
             Self::CgJacobi => "cg_jacobi",

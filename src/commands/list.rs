@@ -8,7 +8,7 @@ use crate::contact::obstacle::OBSTACLES;
 use crate::element::Locking;
 use crate::material::MATERIALS;
 use crate::mesh::ElementKind;
-use crate::solvers::PRESETS;
+use crate::solvers::{PRESETS, STRATEGIES};
 use crate::time::SCHEMES;
 
 /// A heading, the key of the case file under which the names stand, and names with a sentence each.
@@ -47,6 +47,7 @@ fn groups() -> Vec<Group> {
             REGULARIZATIONS.iter().map(|e| own(e.name, e.summary)).collect(),
         ),
         ("Schemes", "time: scheme", SCHEMES.iter().map(|e| own(e.name, e.about)).collect()),
+        ("Strategies", "solver: strategy", STRATEGIES.iter().map(|e| own(e.name, e.about)).collect()),
         ("Linear solvers", "solver: linear", std::iter::once(auto).chain(presets).collect()),
     ]
 }

@@ -20,6 +20,13 @@ pub struct FacetPoint<'a> {
     pub weight: f64,
 }
 
+impl FacetPoint<'_> {
+    /// Position \[m\] between contactor nodes at `nodes`; what follows them is not looked at.
+    pub fn position<const D: usize>(&self, nodes: &[Vector<D>]) -> Vector<D> {
+        nodes.iter().zip(self.shape).map(|(x, n)| x * *n).sum()
+    }
+}
+
 /// Which area carries the traction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AreaMeasure {

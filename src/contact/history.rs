@@ -8,6 +8,8 @@ use crate::tensor::Vector;
 pub struct History<const D: usize> {
     /// `t_T` at the end of the last step \[Pa\]; zero where the point was open.
     pub friction_traction: Vector<D>,
+    /// Friction bound at the end of the last step \[Pa\]; zero where the point was open.
+    pub bound: f64,
     /// Normal at the end of the last step, to which that traction is tangential.
     pub normal: Vector<D>,
     /// Length of the path slid in contact \[m\].
@@ -22,6 +24,7 @@ impl<const D: usize> Default for History<D> {
     fn default() -> Self {
         Self {
             friction_traction: Vector::zeros(),
+            bound: 0.0,
             normal: Vector::zeros(),
             slip: 0.0,
             friction_work: 0.0,
@@ -49,6 +52,7 @@ impl<const D: usize> History<D> {
         let path = if state.is_closed() { state.slip_increment.norm() } else { 0.0 };
         Self {
             friction_traction: state.friction_traction,
+            bound: state.bound,
             normal: state.normal,
             slip: self.slip + path,
             friction_work: self.friction_work + self.work_of_step(state, dt),

@@ -9,7 +9,7 @@ use super::normal::{NORMAL_LAWS, NormalLaw, Penalty, PowerLaw as NormalPowerLaw}
 use super::obstacle::{Obstacle, Plane, Side, Sphere};
 use super::point::{ContactLaw, Selection, Status};
 use super::rigid::{AreaKind, ContactFields, ContactRequest, ContactSink, RigidContact};
-use super::state::{ContactState, Hold};
+use super::state::{ContactState, Hold, Keep};
 use super::surface::{ContactSurface, Ownership, Quadrature};
 use crate::mesh::{BoxShape, ElementKind, Mesh};
 use crate::space::reference;
@@ -99,7 +99,7 @@ fn patch<const D: usize>(element: ElementKind, quadrature: Quadrature) {
     let mut state = ContactState::new(contact.surface.point_count());
     let rest = vec![0.0; mesh.points.len() * D];
     let dense = evaluate(&contact, (&rest, &rest), &ContactRequest::default(), &mut state);
-    let summary = contact.summary(&state);
+    let summary = contact.surface.summary(&state);
     let expected = OVERLAP / COMPLIANCE;
     assert!((summary.normal_force / expected - 1.0).abs() < 1e-12, "{element:?} {quadrature:?}");
     assert!((summary.area - 1.0).abs() < 1e-12);
@@ -110,10 +110,10 @@ fn patch<const D: usize>(element: ElementKind, quadrature: Quadrature) {
     let nodes = mesh.set_nodes("bottom").unwrap().len();
     let counted = if quadrature == Quadrature::Nodal { nodes } else { contact.surface.point_count() };
     assert_eq!((summary.points, summary.slip, summary.stick), (counted, counted, 0), "{element:?}");
-    assert!((contact.energy(&state, 1.0).stored / (0.5 * expected * OVERLAP) - 1.0).abs() < 1e-12);
+    assert!((contact.surface.energy(&state, 1.0).stored / (0.5 * expected * OVERLAP) - 1.0).abs() < 1e-12);
     assert!((contact.overclosure().unwrap().0 / OVERLAP - 1.0).abs() < 1e-12);
     let (mut sum, mut weight) = (vec![0.0; mesh.points.len()], vec![0.0; mesh.points.len()]);
-    contact.gather_nodal(&state, |_, p| [p.normal_traction], (&mut sum, &mut weight));
+    contact.surface.gather_nodal(&state, |_, p| [p.normal_traction], (&mut sum, &mut weight));
     for node in mesh.set_nodes("bottom").unwrap() {
         assert!((sum[node as usize] / weight[node as usize] / expected - 1.0).abs() < 1e-12);
     }
@@ -154,7 +154,7 @@ fn two_ranks_count_what_one_counts() {
         let whole = contact(&mesh, quadrature, friction);
         let mut state = ContactState::new(whole.surface.point_count());
         evaluate(&whole, (&rest, &rest), &ContactRequest::default(), &mut state);
-        let all = whole.summary(&state);
+        let all = whole.surface.summary(&state);
         let mut parts = super::zone::ZoneSummary::default();
         let nodes = mesh.points.len();
         // Second rank: the same mesh with its nodes in reverse, so that it owns the others.
@@ -170,7 +170,7 @@ fn two_ranks_count_what_one_counts() {
             let part = RigidContact { surface, ..whole.clone() };
             let mut state = ContactState::new(part.surface.point_count());
             evaluate(&part, (&rest, &rest), &ContactRequest::default(), &mut state);
-            parts += part.summary(&state);
+            parts += part.surface.summary(&state);
         }
         assert_eq!((parts.points, parts.stick, parts.slip), (all.points, all.stick, all.slip));
         assert!(all.stick > 0 && (parts.normal_force / all.normal_force - 1.0).abs() < 1e-12);
@@ -193,7 +193,8 @@ fn tangent<const D: usize>(element: ElementKind, quadrature: Quadrature, hold: H
     let selection = Selection { terms: Terms::ALL, velocity_shift: 10.0 };
     let zero = vec![0.0; size];
     forced(&zero, &ContactRequest::default());
-    held.borrow_mut().freeze();
+    held.borrow_mut().freeze(Keep::Pressure);
+    held.borrow_mut().freeze(Keep::Friction);
     let matrix =
         forced(&zero, &ContactRequest { stiffness: Some(selection), hold, ..Default::default() }).matrix;
     let direction: Vec<f64> = scatter(size, 5).iter().map(|d| d * 1e-4).collect();
@@ -226,7 +227,7 @@ fn force_is_the_gradient_of_the_energy() {
     let at = |u: &[f64]| {
         let mut state = ContactState::new(contact.surface.point_count());
         let force = evaluate(&contact, (u, &vec![0.0; size]), &ContactRequest::default(), &mut state).force;
-        (contact.energy(&state, 1.0).stored, force)
+        (contact.surface.energy(&state, 1.0).stored, force)
     };
     let zero = vec![0.0; size];
     let force = at(&zero).1;
@@ -252,7 +253,7 @@ fn heat_is_friction_force_times_path() {
         for _ in 0..100 {
             evaluate(&contact, (&u, &v), &ContactRequest::default(), &mut state);
             assert!(state.current.iter().all(|p| p.status == Status::Slip));
-            heat += contact.energy(&state, dt).heat_of_step;
+            heat += contact.surface.energy(&state, dt).heat_of_step;
             state.accept(dt);
         }
         assert!((heat / (100.0 * expected) - 1.0).abs() < 6e-3, "{regularization:?}: {heat}");

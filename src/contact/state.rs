@@ -1,7 +1,7 @@
 //! Everything that the points of one contact remember: the iterate, the history of accepted steps, and the
 //! safeguards of Newton's method. Clone it to roll back.
 
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
 use super::friction::traction::Branch;
 use super::history::History;
@@ -51,6 +51,33 @@ pub enum Hold {
     BoundAndPressure,
     /// Stage I, variant: the friction traction itself.
     FrictionTraction,
+}
+
+/// Tractions that [`ContactState::freeze`] keeps for the stages to hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keep {
+    /// Bound and friction traction at the end of the last step, no pressure: what is known where a step begins.
+    LastStep,
+    /// The current pressure and the bound that belongs to it.
+    Pressure,
+    /// The current friction traction.
+    Friction,
+}
+
+/// Squares of the point forces `A t`, summed \[N^2\]. Sum it over contacts and ranks.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ForceChange {
+    /// Of the change of the friction force since it was frozen.
+    pub friction: f64,
+    /// Of the normal force.
+    pub normal: f64,
+}
+
+impl AddAssign for ForceChange {
+    fn add_assign(&mut self, other: Self) {
+        self.friction += other.friction;
+        self.normal += other.normal;
+    }
 }
 
 /// Which branches of the friction law an evaluation takes.
@@ -159,15 +186,34 @@ impl<const D: usize> ContactState<D> {
         self.track.iter().zip(&self.current).any(|(track, point)| track.reversed(point))
     }
 
-    /// Keeps the current tractions as those that [`Hold`] holds.
-    pub fn freeze(&mut self) {
-        for (held, point) in self.held.iter_mut().zip(&self.current) {
-            *held = Held {
-                normal_traction: point.normal_traction,
-                bound: point.bound,
-                friction_traction: point.friction_traction,
+    /// Keeps tractions as those that [`Hold`] holds. A point that is evaluated under a held bound reports that bound:
+    /// evaluate with [`Hold::Nothing`] before the pressure is kept.
+    pub fn freeze(&mut self, keep: Keep) {
+        let points = self.current.iter().zip(&self.history);
+        for (held, (point, history)) in self.held.iter_mut().zip(points) {
+            *held = match keep {
+                Keep::LastStep => Held {
+                    normal_traction: 0.0,
+                    bound: history.bound,
+                    friction_traction: history.friction_traction,
+                },
+                Keep::Pressure => {
+                    Held { normal_traction: point.normal_traction, bound: point.bound, ..*held }
+                }
+                Keep::Friction => Held { friction_traction: point.friction_traction, ..*held },
             };
         }
+    }
+
+    /// How the forces of these points differ from the frozen ones.
+    pub fn force_change(&self, points: Range<usize>) -> ForceChange {
+        let mut sum = ForceChange::default();
+        for (point, held) in self.current[points.clone()].iter().zip(&self.held[points]) {
+            let change = point.friction_traction - held.friction_traction;
+            sum.friction += (point.area * change).norm_squared();
+            sum.normal += (point.area * point.normal_traction).powi(2);
+        }
+        sum
     }
 
     /// Writes the current points into the history: a step of length `dt` \[s\] was accepted.
@@ -253,7 +299,7 @@ mod tests {
         let saved = state.clone();
         state.current[0] = slipping(1.0);
         state.iterate(&[true]);
-        state.freeze();
+        state.freeze(Keep::Pressure);
         state.accept(1e-3);
         assert_ne!(state, saved);
         state.clone_from(&saved);
@@ -264,8 +310,11 @@ mod tests {
     #[test]
     fn stages_hold_what_was_frozen() {
         let mut state = ContactState::<2>::new(1);
-        state.current[0] = PointState { normal_traction: 3.0, bound: 2.0, ..slipping(1.0) };
-        state.freeze();
+        state.current[0] = PointState { normal_traction: 3.0, bound: 2.0, area: 0.5, ..slipping(1.0) };
+        state.freeze(Keep::Pressure);
+        assert_eq!(state.force_change(0..1), ForceChange { friction: 0.25, normal: 2.25 });
+        state.freeze(Keep::Friction);
+        assert_eq!(state.force_change(0..1).friction, 0.0);
         state.current[0] = open();
         let held = |hold| state.manner(0, hold, Branches::Actual).frozen;
         assert_eq!(held(Hold::Nothing), Frozen::default());
@@ -273,5 +322,21 @@ mod tests {
         assert_eq!(held(Hold::BoundAndPressure).normal_traction, Some(3.0));
         assert_eq!(held(Hold::FrictionTraction).friction_traction, Some(Vector::<2>::new(1.0, 0.0)));
         assert_eq!(held(Hold::Frictionless), Frozen::frictionless());
+    }
+
+    /// A step begins with what was known at the end of the last one, whatever a failed attempt has frozen.
+    #[test]
+    fn a_step_begins_with_the_last_one() {
+        let mut state = ContactState::<2>::new(1);
+        let accepted = PointState { normal_traction: 3.0, bound: 2.0, ..slipping(1.0) };
+        state.current[0] = accepted;
+        state.accept(1e-3);
+        state.current[0] = PointState { bound: 7.0, ..slipping(-5.0) };
+        state.freeze(Keep::Pressure);
+        state.freeze(Keep::Friction);
+        state.freeze(Keep::LastStep);
+        let held = |hold| state.manner(0, hold, Branches::Actual).frozen;
+        assert_eq!(held(Hold::Bound).bound, Some(2.0));
+        assert_eq!(held(Hold::FrictionTraction).friction_traction, Some(accepted.friction_traction));
     }
 }

@@ -55,6 +55,7 @@ pub struct ContactSurface<const D: usize> {
     reference_area: Vec<f64>,
     representative: Vec<bool>,
     quadrature: Quadrature,
+    share: f64,
 }
 
 impl<const D: usize> ContactSurface<D> {
@@ -76,6 +77,7 @@ impl<const D: usize> ContactSurface<D> {
             reference_area: Vec::new(),
             representative: Vec::new(),
             quadrature,
+            share: 1.0,
         };
         let mut table_of = BTreeMap::new();
         for facet in facets {
@@ -91,6 +93,34 @@ impl<const D: usize> ContactSurface<D> {
         }
         surface.choose_representatives(ownership);
         Ok(surface)
+    }
+
+    /// Of local `facets` those that this rank reports: the contactor of a deformable target, each facet of which is
+    /// evaluated by one rank. There every point is counted, under nodal quadrature a node once for each facet.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_mine(
+        mesh: &Mesh<D>,
+        facets: &[Facet],
+        ownership: &Ownership<'_>,
+        quadrature: Quadrature,
+    ) -> Result<Self> {
+        let mine = |facet: &Facet| ownership.mine[facet.element as usize];
+        let facets: Vec<Facet> = facets.iter().copied().filter(mine).collect();
+        let mut surface = Self::new(mesh, &facets, ownership, quadrature)?;
+        surface.representative.fill(true);
+        Ok(surface)
+    }
+
+    /// The surface with its points standing for `share` of their area: a half where contactor and target swap roles in
+    /// a second pass, so that both passes together carry the tractions once.
+    #[must_use]
+    pub fn with_share(mut self, share: f64) -> Self {
+        let change = share / self.share;
+        self.reference_area.iter_mut().for_each(|area| *area *= change);
+        self.share = share;
+        self
     }
 
     fn push(&mut self, mesh: &Mesh<D>, facet: Facet, table: usize, mine: bool) {
@@ -159,10 +189,11 @@ impl<const D: usize> ContactSurface<D> {
 
     /// Shape functions of point `q` of a facet, counted within it.
     pub fn facet_point(&self, facet: &SurfaceFacet, q: usize) -> FacetPoint<'_> {
-        row::<D>(&self.tables[facet.table], q)
+        let point = row::<D>(&self.tables[facet.table], q);
+        FacetPoint { weight: point.weight * self.share, ..point }
     }
 
-    /// Area of a point on the undeformed facet \[m, m^2\].
+    /// Area of a point on the undeformed facet, its share of it \[m, m^2\].
     pub fn reference_area(&self, point: usize) -> f64 {
         self.reference_area[point]
     }

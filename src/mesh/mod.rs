@@ -1,6 +1,7 @@
 //! Meshes: points, elements of any kind, bodies, and named sets of elements, facets and points.
 
 mod boundary;
+mod bounds;
 mod compact;
 mod generate;
 pub mod gmsh;
@@ -8,12 +9,15 @@ mod kind;
 #[cfg(test)]
 mod measure;
 mod merge;
+mod tree;
 pub mod validate;
 
 pub use boundary::FacetIndex;
+pub use bounds::{Bounds, stretch};
 pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use merge::merge;
+pub use tree::BoundsTree;
 
 use std::collections::BTreeMap;
 

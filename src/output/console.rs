@@ -165,14 +165,17 @@ impl Console {
     }
 }
 
-const NEWTON_COLUMNS: &str = "   it   residual  increment  krylov  points  changed  line search";
+const NEWTON_COLUMNS: &str =
+    "       stage   it   residual  increment  krylov  points  changed  line search  contraction";
 
 fn newton_text(row: &IterationRow) -> String {
     let number = |value: Option<f64>| value.map_or("-".to_string(), |value| format!("{value:.3e}"));
-    let factor = row.line_search.map_or("-".to_string(), |value| format!("{value:.3}"));
-    let IterationRow { iteration, krylov_iterations, points, changed, .. } = row;
+    let factor = |value: Option<f64>| value.map_or("-".to_string(), |value| format!("{value:.3}"));
+    let (search, contraction) = (factor(row.line_search), factor(row.contraction));
+    let IterationRow { stage, iteration, krylov_iterations, points, changed, .. } = row;
     let norms = format!("{:>10} {:>10}", number(row.residual), number(row.increment));
-    format!("  {iteration:>3} {norms} {krylov_iterations:>7} {points:>7} {changed:>8} {factor:>12}")
+    let counts = format!("{krylov_iterations:>7} {points:>7} {changed:>8}");
+    format!("  {stage:>10}  {iteration:>3} {norms} {counts} {search:>12} {contraction:>12}")
 }
 
 fn step_text(line: &StepLine, to_go: Option<Duration>) -> String {
@@ -231,6 +234,7 @@ mod tests {
         points: 49,
         changed: 3,
         line_search: None,
+        contraction: None,
     };
 
     fn run(verbosity: Verbosity) -> (String, String) {

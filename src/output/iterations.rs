@@ -6,7 +6,7 @@ use crate::error::Result;
 
 use super::table::{Cell, Table, named};
 
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 13] = [
     "step",
     "time [s]",
     "dt [s]",
@@ -19,6 +19,7 @@ const COLUMNS: [&str; 12] = [
     "points",
     "changed",
     "line_search",
+    "contraction",
 ];
 
 /// One iteration of a nonlinear solve.
@@ -32,7 +33,8 @@ pub struct IterationRow<'a> {
     pub dt: f64,
     /// 1 for the first try, one more after each cut.
     pub attempt: u64,
-    /// What is being solved: `start`, `monolithic`, `normal`, `friction`, ...
+    /// What is being solved: `start`, `monolithic`, or of the staggered strategy `I`, `II` and `sweep`, which ends a
+    /// sweep over both: its number, the monolithic residual, the distance of the stages.
     pub stage: &'a str,
     /// 0 is the predicted state, before any correction.
     pub iteration: u64,
@@ -49,6 +51,8 @@ pub struct IterationRow<'a> {
     pub changed: u64,
     /// Factor on the correction; `None` before the first.
     pub line_search: Option<f64>,
+    /// Distance of the stages over that of the sweep before; `None` but for a sweep that had one before it.
+    pub contraction: Option<f64>,
 }
 
 /// The table of all iterations.
@@ -95,6 +99,7 @@ impl IterationTable {
             Cell::Count(row.points),
             Cell::Count(row.changed),
             row.line_search.into(),
+            row.contraction.into(),
         ])
     }
 }
@@ -122,14 +127,16 @@ mod tests {
             points: 49,
             changed: 3,
             line_search: None,
+            contraction: None,
         };
         table.row(&predicted).unwrap();
         let corrected =
             IterationRow { iteration: 1, increment: Some(2e-5), line_search: Some(1.0), ..predicted };
-        table.row(&IterationRow { krylov_iterations: 8, ..corrected }).unwrap();
+        table.row(&IterationRow { krylov_iterations: 8, contraction: Some(0.25), ..corrected }).unwrap();
         let text = std::fs::read_to_string(scratch.0.join("iterations.csv")).unwrap();
         let expected = "step,time [s],dt [s],attempt,stage,iteration,residual,increment,krylov_iterations,points,\
-            changed,line_search\n1,0.5,0.25,2,monolithic,0,0.001,,0,49,3,\n1,0.5,0.25,2,monolithic,1,0.001,2e-5,8,49,3,1\n";
+            changed,line_search,contraction\n1,0.5,0.25,2,monolithic,0,0.001,,0,49,3,,\n\
+            1,0.5,0.25,2,monolithic,1,0.001,2e-5,8,49,3,1,0.25\n";
         assert_eq!(text, expected);
     }
 }

@@ -25,6 +25,9 @@ pub struct StartUp {
     pub imbalance: f64,
     /// Face pairs of elements on different ranks.
     pub edge_cut: u64,
+    /// Where bodies meet: largest contact load of a rank over the mean, pairs of elements that may touch, and those of
+    /// them on different ranks.
+    pub meeting: Option<(f64, u64, u64)>,
     /// How the equations are solved, in words.
     pub solver: String,
     /// Contact at the start.
@@ -57,6 +60,9 @@ impl fmt::Display for StartUp {
         match self.ranks {
             1 => writeln!(f, "  ranks     1")?,
             n => writeln!(f, "  ranks     {n}, imbalance {:.3}, edge cut {}", self.imbalance, self.edge_cut)?,
+        }
+        if let (Some((imbalance, pairs, cut)), 2..) = (self.meeting, self.ranks) {
+            writeln!(f, "            contact imbalance {imbalance:.3}, {cut} of {pairs} pairs across ranks")?;
         }
         writeln!(f, "  solver    {}", self.solver)?;
         for contact in &self.contacts {
@@ -96,6 +102,12 @@ pub(super) fn summary(record: &Record) -> String {
     text.push_str(&format!("  steps     {} ({} cut)\n", totals.steps, totals.cut_steps));
     text.push_str(&format!("  newton    {} iterations\n", totals.newton_iterations));
     text.push_str(&format!("  krylov    {} iterations\n", totals.krylov_iterations));
+    if totals.inner_krylov_iterations > 0 {
+        text.push_str(&format!(
+            "  inner     {} iterations of the preconditioner\n",
+            totals.inner_krylov_iterations
+        ));
+    }
     record.penetrations.iter().for_each(|contact| text.push_str(&format!("  contact   {contact}\n")));
     if totals.linear_fallbacks > 0 {
         let fallbacks = totals.linear_fallbacks;
@@ -165,6 +177,7 @@ mod tests {
             ranks: 2,
             imbalance: 1.01,
             edge_cut: 48,
+            meeting: Some((1.05, 80, 3)),
             solver: "monolithic, GMRES with ILU(0)".into(),
             contacts: vec![ContactStart {
                 name: "sole".into(),
@@ -175,7 +188,8 @@ mod tests {
             remarks: vec![],
         };
         let expected = "Rubber block\n  mesh      2400 elements, 2499 nodes, 4998 unknowns\n\
-            \x20 ranks     2, imbalance 1.010, edge cut 48\n  solver    monolithic, GMRES with ILU(0)\n\
+            \x20 ranks     2, imbalance 1.010, edge cut 48\n\
+            \x20           contact imbalance 1.050, 3 of 80 pairs across ranks\n  solver    monolithic, GMRES with ILU(0)\n\
             \x20 contact   sole: 49 of 49 points closed, deepest overclosure 1.500e-5 m at (0.480000, 0.000000)\n\
             \x20 results   results/rubber-block";
         assert_eq!(report.to_string(), expected);
@@ -196,6 +210,7 @@ mod tests {
                 cut_steps: 1,
                 newton_iterations: 454,
                 krylov_iterations: 3000,
+                inner_krylov_iterations: 0,
                 linear_fallbacks: 2,
             },
             simulated_time: 0.07,

@@ -21,9 +21,9 @@ pub fn distribute<const D: usize>(
     plan: &Plan,
 ) -> Result<(LocalMesh<D>, Report)> {
     let cut = agree(world, cut(world, mesh, plan))?;
-    let edge_cut = cut.as_ref().map_or(0, |cut| cut.edge_cut);
+    let quality = cut.as_ref().map(|cut| cut.quality.clone()).unwrap_or_default();
     let local = agree(world, exchange(world, cut))?;
-    let report = Report::gather(world, &local, edge_cut);
+    let report = Report::gather(world, &local, &quality);
     Ok((local, report))
 }
 

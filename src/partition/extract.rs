@@ -6,7 +6,7 @@ use super::graph::Graph;
 use super::lists::Lists;
 use super::metis::partition;
 use super::ownership::owners;
-use super::{IndexMap, LocalMesh, Plan};
+use super::{IndexMap, LocalMesh, Plan, Quality};
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, Mesh};
 
@@ -25,8 +25,8 @@ pub(super) struct Cut<const D: usize> {
     sets: Sets,
     /// Local number of each node on the rank in hand, [`NOWHERE`] between ranks.
     local_of: Vec<u32>,
-    /// Weight of the edges of the graph that were cut.
-    pub edge_cut: i64,
+    /// What the parts are worth.
+    pub quality: Quality,
 }
 
 /// Sets seen from their members, as numbers into the names.
@@ -54,7 +54,7 @@ impl<const D: usize> Cut<D> {
         check(&mesh)?;
         let graph = Graph::dual(&mesh, &plan.weights)?;
         let part = partition(&graph, parts)?;
-        let edge_cut = graph.cut(&part);
+        let quality = Quality::new(&graph, &plan.weights, &part, parts);
         drop(graph);
         let touching = Lists::collect(mesh.points.len(), node_element_pairs(&mesh));
         if let Some(lonely) = (0..touching.count()).find(|&node| touching.get(node as u32).is_empty()) {
@@ -73,7 +73,7 @@ impl<const D: usize> Cut<D> {
         let own_elements = Lists::collect(parts, (0..).zip(&part).map(|(element, &rank)| (rank, element)));
         let sets = Sets::new(&mesh);
         let local_of = vec![NOWHERE; mesh.points.len()];
-        Ok(Self { mesh, part, touching, owned, own_elements, global, sets, local_of, edge_cut })
+        Ok(Self { mesh, part, touching, owned, own_elements, global, sets, local_of, quality })
     }
 
     /// The local mesh of a rank.

@@ -4,7 +4,9 @@
 //! parts that touch them; every rank receives all elements that touch one of its nodes, so that it assembles its rows
 //! without a word from others. See [`distribute`].
 
+mod contact_graph;
 mod distribute;
+pub mod exchange;
 mod extract;
 mod graph;
 mod index_map;
@@ -13,15 +15,19 @@ mod message;
 mod metis;
 mod ordering;
 mod ownership;
+mod quality;
 mod report;
 
+pub use contact_graph::{Couple, contact_weights};
 pub use distribute::distribute;
 pub use graph::{ElementWeights, Graph, Pair, Weights};
 pub use index_map::IndexMap;
 pub use metis::partition;
 pub use ordering::Ordering;
+pub use quality::Quality;
 pub use report::Report;
 
+use crate::error::Result;
 use crate::mesh::Mesh;
 
 /// How to partition and number a mesh.
@@ -31,6 +37,20 @@ pub struct Plan {
     pub weights: Weights,
     /// Order of the nodes of one rank.
     pub ordering: Ordering,
+}
+
+impl Plan {
+    /// A plan that keeps together what may touch and shares out contact; without couples the plain one.
+    ///
+    /// `mesh` is there on rank 0 only, and so is what the plan says. Rigid targets need no couple: they tie no elements
+    /// together, and their points cost too little to pay for a second balance, which lengthens the borders.
+    ///
+    /// # Errors
+    /// When a set does not exist; on rank 0 alone, to be agreed upon.
+    pub fn for_contact<const D: usize>(mesh: Option<&Mesh<D>>, couples: &[Couple<'_>]) -> Result<Self> {
+        let weights = mesh.map_or_else(|| Ok(Weights::default()), |mesh| contact_weights(mesh, couples))?;
+        Ok(Self { weights, ..Self::default() })
+    }
 }
 
 /// What a rank holds of the mesh.

@@ -4,7 +4,8 @@ use std::fmt;
 
 use mpi::traits::{CommunicatorCollectives, Root};
 
-use super::LocalMesh;
+use super::quality::imbalance;
+use super::{LocalMesh, Quality};
 
 /// What each rank got; the same on all ranks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,31 +18,57 @@ pub struct Report {
     pub owned: Vec<u64>,
     /// Nodes that each rank holds copies of.
     pub ghosts: Vec<u64>,
-    /// Sides between elements of different ranks, ties by their weight.
+    /// Sides between elements of different ranks.
     pub edge_cut: i64,
+    /// Contactor facets, as far as they were made a load to balance, of each rank's elements.
+    pub contact: Vec<u64>,
+    /// Pairs of elements that are tied because they may touch.
+    pub pairs: u64,
+    /// Those of them whose elements belong to different ranks.
+    pub pairs_cut: u64,
 }
 
 impl Report {
-    /// Collects the report. Collective. `edge_cut` counts on rank 0 only.
+    /// Collects the report. Collective. `quality` counts on rank 0 only.
     pub(super) fn gather<const D: usize>(
         world: &impl CommunicatorCollectives,
         local: &LocalMesh<D>,
-        mut edge_cut: i64,
+        quality: &Quality,
     ) -> Self {
-        world.process_at_rank(0).broadcast_into(&mut edge_cut);
+        let mut told = vec![quality.edge_cut as u64, quality.pairs, quality.pairs_cut];
+        told.extend(&quality.contact);
+        told.resize(3 + world.size() as usize, 0);
+        world.process_at_rank(0).broadcast_into(&mut told[..]);
         let own = local.mine.iter().filter(|&&mine| mine).count();
         let counts = [own, local.assembled, local.index.owned, local.index.ghosts.len()].map(|n| n as u64);
         let mut all = vec![0; counts.len() * world.size() as usize];
         world.all_gather_into(&counts[..], &mut all[..]);
         let column = |k| all.iter().skip(k).step_by(counts.len()).copied().collect();
-        Self { elements: column(0), assembled: column(1), owned: column(2), ghosts: column(3), edge_cut }
+        Self {
+            elements: column(0),
+            assembled: column(1),
+            owned: column(2),
+            ghosts: column(3),
+            edge_cut: told[0] as i64,
+            contact: told[3..].to_vec(),
+            pairs: told[1],
+            pairs_cut: told[2],
+        }
     }
 
     /// Nodes of the fullest rank over the mean; 1 is perfect.
     pub fn imbalance(&self) -> f64 {
-        let total: u64 = self.owned.iter().sum();
-        let most = self.owned.iter().max().copied().unwrap_or(0);
-        if total == 0 { 1.0 } else { most as f64 * self.owned.len() as f64 / total as f64 }
+        imbalance(&self.owned)
+    }
+
+    /// Elements of the rank with most of them over the mean; 1 is perfect.
+    pub fn element_imbalance(&self) -> f64 {
+        imbalance(&self.elements)
+    }
+
+    /// Contactor facets of the rank with most of them over the mean; 1 is perfect.
+    pub fn contact_imbalance(&self) -> f64 {
+        imbalance(&self.contact)
     }
 }
 
@@ -60,7 +87,13 @@ impl fmt::Display for Report {
             span(&self.ghosts),
             100.0 * (self.imbalance() - 1.0),
             self.edge_cut
-        )
+        )?;
+        if self.pairs > 0 {
+            let uneven = 100.0 * (self.contact_imbalance() - 1.0);
+            let (cut, pairs) = (self.pairs_cut, self.pairs);
+            write!(f, "; contact: imbalance {uneven:.1} %, {cut} of {pairs} pairs across ranks")?;
+        }
+        Ok(())
     }
 }
 
@@ -77,6 +110,9 @@ mod tests {
             owned: owned.to_vec(),
             ghosts: vec![1; owned.len()],
             edge_cut: 3,
+            contact: vec![],
+            pairs: 0,
+            pairs_cut: 0,
         };
         assert_eq!(report(&[6, 4, 2]).imbalance(), 1.5);
         assert_eq!(report(&[0, 0]).imbalance(), 1.0);
@@ -84,6 +120,11 @@ mod tests {
         assert_eq!(
             text,
             "each of 3 ranks: 2 elements, 2 to 6 nodes and 1 ghosts; imbalance 50.0 %, 3 sides cut"
+        );
+        let tied = Report { contact: vec![3, 1], pairs: 9, pairs_cut: 2, ..report(&[1, 1]) }.to_string();
+        assert!(
+            tied.ends_with("3 sides cut; contact: imbalance 50.0 %, 2 of 9 pairs across ranks"),
+            "{tied}"
         );
     }
 }

@@ -1,7 +1,7 @@
 //! A distributed block matrix of fixed pattern, filled in place.
 
 use super::call::petsc;
-use super::operator::{Kronecker, Operator};
+use super::operator::{Kronecker, Operator, SharedOperator};
 use super::pattern::BlockPattern;
 use super::scatter::{BlockValues, Scatter};
 use super::session::Session;
@@ -50,6 +50,50 @@ impl Matrix {
     /// As [`Matrix::new`].
     pub fn scalar(session: &Rc<Session>, pattern: &Rc<BlockPattern>) -> Result<Self> {
         Self::build(session, pattern, 1, Format::Aij)
+    }
+
+    /// A zero matrix of the same pattern and storage, with the same rigid-body modes. Collective.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn like(&self) -> Result<Self> {
+        let twin = Self::build(&self.session, &self.pattern, self.block_size, self.format)?;
+        let mut modes = null_mut();
+        petsc!(MatGetNearNullSpace(self.raw, &mut modes))?;
+        petsc!(MatSetNearNullSpace(twin.raw, modes))?;
+        Ok(twin)
+    }
+
+    /// A further owner of the matrix, to multiply with.
+    ///
+    /// # Errors
+    /// PETSc fails.
+    pub fn share(&self) -> Result<SharedOperator> {
+        SharedOperator::new(&self.session, self.raw)
+    }
+
+    /// Adds `factor` times the largest diagonal entry of each node to the directions of `normals`, unit vectors or zero
+    /// at the owned nodes: what is then solved for hardly moves along them. Collective.
+    ///
+    /// # Errors
+    /// PETSc refuses its arrays or the assembly.
+    pub fn hold_directions(&mut self, normals: &Vector, factor: f64) -> Result<()> {
+        let (size, first) = (self.block_size, self.pattern.first_row);
+        let mut diagonal = normals.like()?;
+        self.diagonal(&mut diagonal)?;
+        let (diagonal, normals) = (diagonal.owned(), normals.owned());
+        let pattern = Rc::clone(&self.pattern);
+        self.fill(|values| {
+            let nodes = normals.chunks_exact(size).zip(diagonal.chunks_exact(size)).enumerate();
+            for (row, (normal, entries)) in nodes.filter(|(_, (normal, _))| normal.iter().any(|n| *n != 0.0))
+            {
+                let Some(slot) = pattern.slot(row, first + row as i32) else { continue };
+                let stiffness = factor * entries.iter().copied().fold(0.0, f64::max);
+                let block: Vec<f64> =
+                    normal.iter().flat_map(|a| normal.iter().map(move |b| stiffness * a * b)).collect();
+                values.add(slot, &block);
+            }
+        })
     }
 
     fn build(session: &Rc<Session>, pattern: &Rc<BlockPattern>, size: usize, format: Format) -> Result<Self> {

@@ -22,7 +22,7 @@ mod vector;
 pub use events::{Event, Running};
 pub use krylov::Krylov;
 pub use matrix::{Matrix, Symmetry};
-pub use operator::{Kronecker, Operator, residual_norm};
+pub use operator::{Kronecker, Operator, SharedOperator, residual_norm};
 pub use options::validate as validate_options;
 pub use outcome::{Outcome, Reason, Reuse, Start};
 pub use pattern::BlockPattern;

@@ -32,6 +32,32 @@ pub fn residual_norm(operator: &impl Operator, b: &Vector, x: &Vector, work: &mu
     work.norm()
 }
 
+/// A further owner of an operator, for a closure that outlives the borrow: later values of the operator count.
+pub struct SharedOperator {
+    _session: Rc<Session>,
+    raw: sys::Mat,
+}
+
+impl SharedOperator {
+    pub(super) fn new(session: &Rc<Session>, raw: sys::Mat) -> Result<Self> {
+        petsc!(PetscObjectReference(raw.cast()))?;
+        Ok(Self { _session: Rc::clone(session), raw })
+    }
+}
+
+impl Operator for SharedOperator {
+    fn raw(&self) -> sys::Mat {
+        self.raw
+    }
+}
+
+impl Drop for SharedOperator {
+    fn drop(&mut self) {
+        // SAFETY: gives back the reference that `new` took.
+        unsafe { sys::MatDestroy(&mut self.raw) };
+    }
+}
+
 /// A scalar matrix that acts on every component alike, see [`Matrix::kronecker_identity`](super::Matrix::kronecker_identity).
 pub struct Kronecker {
     _session: Rc<Session>,

@@ -46,6 +46,31 @@ impl BlockPattern {
         Some((slots.start + found) as u32)
     }
 
+    /// The pattern with further blocks (owned row, global column), sorted by row; those that it has may be among them.
+    pub fn widened(&self, further: impl Iterator<Item = (u32, i32)>) -> Self {
+        let mut further = further.peekable();
+        let mut wide = Self { row_offsets: vec![0], columns: Vec::with_capacity(self.slots()), ..*self };
+        for row in 0..self.rows() {
+            let start = wide.columns.len();
+            wide.columns.extend_from_slice(&self.columns[self.row(row)]);
+            while let Some((_, column)) = further.next_if(|&(at, _)| at as usize == row) {
+                wide.columns.push(column);
+            }
+            let new = &mut wide.columns[start..];
+            new.sort_unstable();
+            let mut kept = start;
+            for at in start..wide.columns.len() {
+                if kept == start || wide.columns[kept - 1] != wide.columns[at] {
+                    wide.columns[kept] = wide.columns[at];
+                    kept += 1;
+                }
+            }
+            wide.columns.truncate(kept);
+            wide.row_offsets.push(kept as u32);
+        }
+        wide
+    }
+
     /// Refuses what is no pattern, before PETSc makes something of it.
     pub(super) fn check(&self) -> Result<()> {
         let wrong = |what: &str| Err(Error::internal(format!("pattern of a matrix: {what}")));

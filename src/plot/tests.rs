@@ -98,6 +98,7 @@ fn iteration_row(step: u32, time: f64, iteration: u32) -> IterationRow<'static> 
         points: 49,
         changed: 0,
         line_search: None,
+        contraction: None,
     }
 }
 

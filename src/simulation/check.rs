@@ -7,7 +7,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::journal::{contact_starts, remarks};
-use super::{options, start};
+use super::{options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
 use crate::contact::friction::coefficient::Coefficient;
@@ -15,10 +15,10 @@ use crate::contact::friction::{FrictionLaw, Regularization};
 use crate::contact::obstacle::Obstacle;
 use crate::contact::point::ContactLaw;
 use crate::element::Kinematics;
-use crate::error::{Result, agree};
+use crate::error::Result;
 use crate::mesh::ElementKind;
-use crate::model::{Body, Contact, Model, read_mesh};
-use crate::partition::{LocalMesh, Plan, distribute};
+use crate::model::{Body, Contact, Model, Target};
+use crate::partition::LocalMesh;
 use crate::petsc::Session;
 use crate::solvers::ladder;
 
@@ -32,8 +32,7 @@ const HIGH_PRESSURE: f64 = 0.1;
 pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<String> {
     let world = session.world();
     let model = Model::<D>::new(case)?;
-    let mesh = if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) };
-    let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?;
+    let (local, partition) = share_out(session, case, &model)?;
     let sizes = sizes(world, &local, model.bodies.len());
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
@@ -43,7 +42,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     if case.is_static() {
         start::require_supports(&system, &model)?;
     }
-    let solvers = ladder(&linear, &options::problem::<D>(&system, scheme.has_inertia()))?;
+    let solvers = ladder(&linear, &options::step_problem(case, &system))?;
     let watched = system.watch(&model.probes)?;
 
     let mut text = String::new();
@@ -55,6 +54,8 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     );
     let _ = writeln!(text, "ranks: {partition}");
     let names: Vec<&str> = solvers.iter().map(|preset| preset.name).collect();
+    let strategy = if options::staggered(case).is_some() { "staggered" } else { "monolithic" };
+    let _ = writeln!(text, "strategy: {strategy}");
     let _ = writeln!(text, "linear solver: {}", names.join(", then "));
     let _ = writeln!(text, "{}", steps(case));
     for (body, size) in model.bodies.iter().zip(&sizes) {
@@ -70,7 +71,8 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     if !unused.is_empty() {
         let _ = writeln!(text, "not in this case: {}", unused.join(", "));
     }
-    remarks(&system, &watched).iter().for_each(|remark| text.push_str(&format!("note: {remark}\n")));
+    let notes = remarks(&system, &watched).into_iter().chain(options::remarks(case));
+    notes.for_each(|remark| text.push_str(&format!("note: {remark}\n")));
     Ok(text)
 }
 
@@ -193,7 +195,8 @@ fn terms<const D: usize>(case: &Case, model: &Model<D>) -> (Vec<&'static str>, V
     let speed = frictions().any(|friction| {
         matches!(friction.law, FrictionLaw::Coulomb(law) if matches!(law.coefficient, Coefficient::Stribeck(_)))
     });
-    let curved = model.contacts.iter().any(|contact| !matches!(contact.obstacle, Obstacle::Plane(_)));
+    let curved =
+        model.contacts.iter().any(|contact| !matches!(contact.target, Target::Obstacle(Obstacle::Plane(_))));
     let finite = model.bodies.iter().any(|body| body.formulation.kinematics == Kinematics::Finite);
     let current = model.contacts.iter().any(|contact| contact.current_area);
     let all = [

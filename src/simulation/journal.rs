@@ -18,7 +18,7 @@ use crate::output::record::{Input, Penetration, Record, Totals, Verdict};
 use crate::output::summary::{ContactStart, StartUp};
 use crate::partition::Report;
 use crate::petsc::{Event, Session};
-use crate::solvers::{Fallback, IterationReport, Monolithic, SolveReport};
+use crate::solvers::{Fallback, IterationReport, SolveReport, Strategy};
 use crate::time::StepControl;
 
 /// Where a run comes from and where it goes.
@@ -43,6 +43,8 @@ pub struct Journal<const D: usize> {
     every: u64,
     end: f64,
     model: Model<D>,
+    /// Of the case's choices, until the start-up report tells them.
+    remarks: Vec<String>,
     watched: Vec<Watched<D>>,
     record: Record,
     began: Instant,
@@ -93,6 +95,7 @@ impl<const D: usize> Journal<D> {
             every: u64::from(case.output.fields.every.value),
             end: case.time.end.si,
             model: model.clone(),
+            remarks: super::options::remarks(case),
             watched: Vec::new(),
             record,
             began: Instant::now(),
@@ -110,7 +113,7 @@ impl<const D: usize> Journal<D> {
         &mut self,
         system: &ContactSystem<D>,
         partition: &Report,
-        strategy: &Monolithic,
+        strategy: &dyn Strategy,
     ) -> Result<()> {
         self.watched = system.watch(&self.model.probes)?;
         self.record.unknowns = system.unknowns() as u64;
@@ -126,9 +129,11 @@ impl<const D: usize> Journal<D> {
             ranks: self.record.ranks,
             imbalance: partition.imbalance(),
             edge_cut: partition.edge_cut.unsigned_abs(),
-            solver: strategy.linear().describe(),
+            meeting: (partition.pairs > 0)
+                .then(|| (partition.contact_imbalance(), partition.pairs, partition.pairs_cut)),
+            solver: strategy.describe(),
             contacts: contact_starts(system),
-            remarks: remarks(system, &self.watched),
+            remarks: remarks(system, &self.watched).into_iter().chain(self.remarks.drain(..)).collect(),
         };
         self.console.start_up(&report);
         Ok(())
@@ -176,7 +181,7 @@ impl<const D: usize> Journal<D> {
     /// A solve of the next step begins.
     pub fn attempt(&mut self, stage: &Stage) {
         let attempt = self.now.attempt + 1;
-        self.header(At { time: stage.trial.time, dt: stage.dt, attempt, stage: "monolithic" });
+        self.header(At { time: stage.trial.time, dt: stage.dt, attempt, stage: "step" });
     }
 
     fn header(&mut self, at: At) {
@@ -194,7 +199,7 @@ impl<const D: usize> Journal<D> {
             time: self.now.time,
             dt: self.now.dt,
             attempt: self.now.attempt,
-            stage: self.now.stage,
+            stage: if self.now.stage == "start" { "start" } else { report.phase.name() },
             iteration: u64::from(report.iteration),
             residual: finite(report.residual),
             increment: finite(report.increment),
@@ -202,6 +207,7 @@ impl<const D: usize> Journal<D> {
             points: report.contact.closed,
             changed: report.contact.changed,
             line_search: finite(report.line_search),
+            contraction: report.contraction.and_then(finite),
         };
         self.console.newton_row(&row);
         if let Some(tables) = &mut self.tables {
@@ -227,6 +233,7 @@ impl<const D: usize> Journal<D> {
     fn count(&mut self, report: &SolveReport) {
         self.record.totals.newton_iterations += u64::from(report.newton);
         self.record.totals.krylov_iterations += u64::from(report.krylov);
+        self.record.totals.inner_krylov_iterations += u64::from(report.inner);
     }
 
     /// The rows of the start. Collective.

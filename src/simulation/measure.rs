@@ -9,7 +9,9 @@ use crate::output::record::Phase;
 use crate::petsc::{Event, Session, peak_memory as own_peak_memory};
 
 /// Phases in the order of the record: name there, name of the event.
-const PHASES: [(&str, &str); 6] = [
+const PHASES: [(&str, &str); 8] = [
+    ("search", "ContactSearch"),
+    ("exchange", "ContactExchange"),
     ("contact", "Contact"),
     ("element_forces", "ElementForces"),
     ("element_tangents_and_insertion", "Tangent"),

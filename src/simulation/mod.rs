@@ -13,10 +13,10 @@ use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
 use crate::dynamics::Stage;
 use crate::error::{Error, Result, agree};
-use crate::model::{Model, read_mesh};
-use crate::partition::{Plan, distribute};
+use crate::model::{Model, Target, read_mesh};
+use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
-use crate::solvers::{LinearSolver, Monolithic, Outcome};
+use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
@@ -31,27 +31,22 @@ pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
 /// # Errors
 /// The same on all ranks; what was computed before is kept.
 pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
-    let world = session.world();
     let model = Model::<D>::new(case)?;
-    let mesh = if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) };
-    let (local, partition) = distribute(world, agree(world, mesh)?, &Plan::default())?; // METIS
+    let (local, partition) = share_out(session, case, &model)?; // METIS
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
     let format = options::format(session, case, &local, &linear)?;
     let options = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
     let mut stage = Stage::at_rest(system.pattern_vector())?;
-    let problem = options::problem::<D>(&system, scheme.has_inertia());
-    let solver = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[0], &linear, &problem)?;
-    if solver.wants_rigid_body_modes() {
+    let mut strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
+    if strategy.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }
-    let terms = options::terms(&system);
-    let mut strategy = Monolithic::new(options::newton(case, terms), solver, system.pattern_vector())?;
     let mut journal = Journal::open(session, case, &model, place)?;
-    let outcome = journal.start_up(&system, &partition, &strategy).and_then(|()| {
+    let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
         start::at_equilibrium(&mut system, &mut stage, case, &model, &mut journal)?; // B_0
-        march(&mut system, &mut stage, &mut strategy, case, &mut journal)
+        march(&mut system, &mut stage, &mut *strategy, case, &mut journal)
     });
     if let Err(error) = &outcome {
         session.meet(error);
@@ -60,11 +55,29 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     outcome
 }
 
+/// Reads the meshes on rank 0 and gives each rank its part, facets that may touch together. Collective.
+fn share_out<const D: usize>(
+    session: &Rc<Session>,
+    case: &Case,
+    model: &Model<D>,
+) -> Result<(LocalMesh<D>, Report)> {
+    let world = session.world();
+    let mesh = agree(world, if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) })?;
+    let couples = model.contacts.iter().filter_map(|contact| match &contact.target {
+        Target::Surface { set, .. } => {
+            Some(Couple { contactor: &contact.contactor, target: set, travel: 0.0 })
+        }
+        Target::Obstacle(_) => None,
+    });
+    let plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples.collect::<Vec<_>>()))?;
+    distribute(world, mesh, &plan)
+}
+
 /// From configuration to configuration until the end.
 fn march<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
-    strategy: &mut Monolithic,
+    strategy: &mut dyn Strategy,
     case: &Case,
     journal: &mut Journal<D>,
 ) -> Result<()> {
@@ -86,7 +99,7 @@ fn march<const D: usize>(
             Outcome::Failed(report, reason) => {
                 journal.failed(&report, &reason, &control);
                 if control.fail() == Retry::GiveUp {
-                    return Err(give_up(system, &reason, stage, &control));
+                    return Err(give_up(system, &reason, stage, (&control, strategy.cure())));
                 }
             }
         }
@@ -106,7 +119,7 @@ impl Attempt<'_> {
         &self,
         system: &mut ContactSystem<D>,
         stage: &mut Stage,
-        strategy: &mut Monolithic,
+        strategy: &mut dyn Strategy,
         journal: &mut Journal<D>,
     ) -> Result<Outcome> {
         self.scheme.prepare(stage, self.control.dt())?;
@@ -117,14 +130,14 @@ impl Attempt<'_> {
             false => strategy.follow_prescribed(system, stage)?,
         };
         if moved {
-            let outcome = strategy.solve(system, stage, |row| journal.iteration(row))?;
+            let outcome = strategy.solve(system, stage, &mut |row| journal.iteration(row))?;
             if matches!(outcome, Outcome::Converged(_)) {
                 return Ok(outcome);
             }
         }
         stage.trial.u.copy_from(&stage.start.u)?;
         journal.attempt(stage);
-        strategy.solve(system, stage, |row| journal.iteration(row))
+        strategy.solve(system, stage, &mut |row| journal.iteration(row))
     }
 }
 
@@ -133,7 +146,7 @@ fn give_up<const D: usize>(
     system: &mut ContactSystem<D>,
     reason: &str,
     stage: &Stage,
-    control: &StepControl,
+    (control, cure): (&StepControl, &str),
 ) -> Error {
     use crate::dynamics::Dynamics;
     let place = format!("t = {:.6e} s, step cut to {:.3e} s", stage.start.time, control.dt());
@@ -146,5 +159,5 @@ fn give_up<const D: usize>(
             free.join("; ")
         ));
     }
-    error.hint("results up to this time are kept; try a smaller step, a softer penalty or generalized_alpha")
+    error.hint(&format!("results up to this time are kept; {cure}"))
 }

@@ -2,11 +2,14 @@
 
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
-use crate::dynamics::Dynamics;
+use crate::dynamics::{Dynamics, Known};
 use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
-use crate::solvers::{LinearChoice, NewtonSettings, Preset, Problem, ladder, storage};
+use crate::solvers::{
+    LinearChoice, LinearSolver, Monolithic, NewtonSettings, Preset, Problem, Second, Staggered,
+    StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
+};
 use crate::terms::Terms;
 use crate::time::Scheme;
 
@@ -24,9 +27,72 @@ pub fn scheme(time: &case::Time) -> Scheme {
     }
 }
 
-/// The linear solver that the case names.
+/// The linear solver that the case names; what solves the stages of a staggered step is one for symmetric matrices.
 pub fn linear(case: &Case) -> LinearChoice {
-    Preset::named(case.solver.linear.value.name()).map_or(LinearChoice::Auto, |p| LinearChoice::Named(p.name))
+    let preset = |linear: case::Linear| Preset::named(linear.name()).map(|preset| preset.name);
+    match case.solver.linear.value {
+        case::Linear::TwoStage { second, inner } => LinearChoice::TwoStage(TwoStageSettings {
+            second: match second {
+                case::Second::Coupling => Second::Coupling,
+                case::Second::FrictionStage => Second::FrictionStage,
+            },
+            inner: inner.linear().and_then(preset),
+        }),
+        case::Linear::Direct if staggered(case).is_some() => LinearChoice::Named("cholesky"),
+        linear => preset(linear).map_or(LinearChoice::Auto, LinearChoice::Named),
+    }
+}
+
+fn has_friction(case: &Case) -> bool {
+    case.contact.values().any(|contact| contact.friction != case::Friction::None)
+}
+
+/// How the stages take turns; `None` for the monolithic strategy and where there is no friction to take in turn.
+pub fn staggered(case: &Case) -> Option<StaggeredSettings> {
+    match &case.solver.strategy.value {
+        case::Strategy::Staggered { tolerance, max_sweeps, variant } if has_friction(case) => {
+            let known = match variant {
+                case::Variant::FrozenBound => Known::Bound,
+                case::Variant::FrozenTraction => Known::Traction,
+            };
+            Some(StaggeredSettings { tolerance: tolerance.si, max_sweeps: max_sweeps.value, known })
+        }
+        _ => None,
+    }
+}
+
+/// What a user should know of the choices of the case.
+pub fn remarks(case: &Case) -> Vec<String> {
+    let asked = case.solver.strategy.value != case::Strategy::Monolithic;
+    let idle = asked && staggered(case).is_none();
+    let remark =
+        "no contact has friction: staggered has nothing to take in turn, and the steps are solved at once";
+    idle.then(|| remark.to_owned()).into_iter().collect()
+}
+
+/// How the steps are solved.
+///
+/// # Errors
+/// When a linear solver does not fit the problem.
+pub fn strategy<const D: usize>(
+    case: &Case,
+    system: &ContactSystem<D>,
+    prefix: &str,
+) -> Result<Box<dyn Strategy>> {
+    let pattern = system.pattern_vector();
+    let (linear, problem) = (linear(case), step_problem(case, system));
+    let solver = || LinearSolver::new(pattern, prefix, &linear, &problem);
+    let newton = newton(case, terms(system));
+    Ok(match staggered(case) {
+        Some(settings) => Box::new(Staggered::new(settings, &newton, solver, pattern)?),
+        None => Box::new(Monolithic::new(newton, solver()?, pattern)?),
+    })
+}
+
+/// What the linear solvers of the steps have to deal with: either stage of a staggered one is symmetric.
+pub fn step_problem<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Problem {
+    let problem = problem::<D>(system, scheme(&case.time).has_inertia());
+    Problem { symmetric: problem.symmetric || staggered(case).is_some(), ..problem }
 }
 
 /// What the linear solver has to deal with.
@@ -52,12 +118,11 @@ pub fn format<const D: usize>(
     local: &LocalMesh<D>,
     choice: &LinearChoice,
 ) -> Result<Format> {
-    let friction = case.contact.values().any(|contact| contact.friction != case::Friction::None);
     let problem = Problem {
         unknowns: local.index.total as usize * D,
         dimension: D,
         dynamic: !case.is_static(),
-        symmetric: !friction,
+        symmetric: !has_friction(case) || staggered(case).is_some(),
         contact: !case.contact.is_empty(),
         format: None,
     };

@@ -2,14 +2,41 @@
 
 use crate::dynamics::ContactCounts;
 
+/// What an iteration belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Newton's method on the full system.
+    Monolithic,
+    /// Stage I of the two-stage scheme.
+    NormalStage,
+    /// Stage II of it.
+    FrictionStage,
+    /// The end of a sweep over both stages: the balance of the full system at the result of stage I.
+    Sweep,
+}
+
+impl Phase {
+    /// The word in `iterations.csv`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Monolithic => "monolithic",
+            Self::NormalStage => "I",
+            Self::FrictionStage => "II",
+            Self::Sweep => "sweep",
+        }
+    }
+}
+
 /// One Newton iteration, a row of `iterations.csv` and of the table at `-v`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationReport {
-    /// Number of corrections applied so far; 0 is the first guess.
+    /// What it belongs to.
+    pub phase: Phase,
+    /// Number of corrections applied so far; 0 is the first guess. Of a sweep its number, from 1 on.
     pub iteration: u32,
     /// Residual over the largest force.
     pub residual: f64,
-    /// 2-norm of the correction that led here [m]; 0 for the first guess.
+    /// 2-norm of the correction that led here [m]; 0 for the first guess. Of a sweep the distance of the stages.
     pub increment: f64,
     /// Krylov iterations of that correction.
     pub krylov: u32,
@@ -17,6 +44,17 @@ pub struct IterationReport {
     pub contact: ContactCounts,
     /// Length of the step along the correction, 1 where it was taken whole.
     pub line_search: f64,
+    /// Of a sweep: distance of the stages over that of the sweep before.
+    pub contraction: Option<f64>,
+}
+
+impl IterationReport {
+    /// The first guess of a Newton iteration.
+    pub fn first(residual: f64, contact: ContactCounts) -> Self {
+        let (iteration, increment, krylov, line_search) = (0, 0.0, 0, 1.0);
+        let phase = Phase::Monolithic;
+        Self { phase, iteration, residual, increment, krylov, contact, line_search, contraction: None }
+    }
 }
 
 /// Totals of one solve.
@@ -26,10 +64,21 @@ pub struct SolveReport {
     pub newton: u32,
     /// Krylov iterations.
     pub krylov: u32,
+    /// Krylov iterations within preconditioners.
+    pub inner: u32,
     /// Residual over the largest force at the end.
     pub residual: f64,
     /// Contact points at the end.
     pub contact: ContactCounts,
+}
+
+impl SolveReport {
+    /// Adds the work of another solve.
+    pub fn add_work(&mut self, other: &Self) {
+        self.newton += other.newton;
+        self.krylov += other.krylov;
+        self.inner += other.inner;
+    }
 }
 
 /// How a solve ended.

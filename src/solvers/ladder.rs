@@ -1,6 +1,7 @@
 //! Which linear solver comes first, and which follow when it fails.
 
-use super::presets::Preset;
+use super::presets::{Preset, TWO_STAGE};
+use super::two_stage::TwoStageSettings;
 use crate::error::{Error, Result};
 use crate::petsc::Format;
 
@@ -11,6 +12,8 @@ pub enum LinearChoice {
     Auto,
     /// A preset by name.
     Named(&'static str),
+    /// The two-stage scheme as preconditioner.
+    TwoStage(TwoStageSettings),
 }
 
 /// What the choice depends on.
@@ -57,6 +60,12 @@ impl Problem {
         }
     }
 
+    /// What solves with the symmetric matrices of the two-stage preconditioner where the case does not say.
+    pub(super) fn inner(&self) -> &'static str {
+        let symmetric = Self { symmetric: true, format: Some(Format::Aij), ..*self };
+        symmetric.names()[0]
+    }
+
     fn stores(&self, preset: &Preset) -> bool {
         self.format.is_none_or(|format| preset.formats.contains(&format))
     }
@@ -70,6 +79,7 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
     let names: Vec<&str> = match choice {
         LinearChoice::Auto => problem.names().to_vec(),
         LinearChoice::Named("direct") => vec!["direct"],
+        LinearChoice::TwoStage(_) => vec![TWO_STAGE, "gmres_asm_ilu", "direct"],
         LinearChoice::Named(name) => vec![name, "direct"],
     };
     let known = names.iter().filter_map(|name| Preset::named(name));
@@ -82,7 +92,7 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
             "linear solver '{}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric",
             first.name
         ))
-        .hint("use gmres_asm_ilu, gmres_amg, direct or auto"));
+        .hint("use gmres_asm_ilu, gmres_amg, direct or auto, or strategy: staggered"));
     }
     Ok(presets)
 }

@@ -1,17 +1,22 @@
 //! Linear solves: the presets of a ladder, each checked by the true residual.
 
+use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::ladder::{LinearChoice, Problem, ladder};
 use super::presets::Preset;
+use super::two_stage::{Origin, TwoStage, TwoStageSettings};
+use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
+use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
 
 /// How a linear solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
     /// Krylov iterations of all attempts.
     pub iterations: u32,
+    /// Krylov iterations within the preconditioner.
+    pub inner: u32,
     /// True residual over the right side.
     pub residual: f64,
     /// The preset that did it.
@@ -65,6 +70,11 @@ pub struct LinearSolver {
     symmetric: bool,
     fallbacks: Vec<Fallback>,
     fatigue: Fatigue,
+    /// Pattern of the last matrix: what was made for another one is of no use.
+    pattern: Option<Rc<BlockPattern>>,
+    /// The two-stage preconditioner, made when it is first used; PETSc calls it back.
+    two_stage: Rc<RefCell<Option<TwoStage>>>,
+    stages: TwoStageSettings,
     work: Vector,
     setup: Event,
     solve: Event,
@@ -94,6 +104,9 @@ impl LinearSolver {
             symmetric: problem.symmetric,
             fallbacks: Vec::new(),
             fatigue: Fatigue::default(),
+            pattern: None,
+            two_stage: Rc::default(),
+            stages: stages(choice, problem),
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
             solve: Event::register(session, "Solve")?,
@@ -115,12 +128,34 @@ impl LinearSolver {
     /// Whether a multigrid is on the ladder, or one that the user chose by options.
     pub fn wants_rigid_body_modes(&self) -> bool {
         let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
-        chosen || self.ladder.iter().any(|preset| preset.multigrid)
+        let inner = self.stages.inner.and_then(Preset::named).filter(|_| self.ladder[0].is_two_stage());
+        chosen || self.ladder.iter().copied().chain(inner).any(|preset| preset.multigrid)
     }
 
     /// What failed since the last call.
     pub fn take_fallbacks(&mut self) -> Vec<Fallback> {
         std::mem::take(&mut self.fallbacks)
+    }
+
+    /// Brings matrices of the preconditioner that are not the system's own up to date; nothing where there are none.
+    /// Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn refresh(&mut self, system: &mut dyn Dynamics, stage: &Stage) -> Result<()> {
+        if !self.next_preset().is_two_stage() {
+            return Ok(());
+        }
+        let mut slot = self.two_stage.borrow_mut();
+        let kept = slot.take().filter(|made| made.fits(system.matrix()));
+        let made = match kept {
+            Some(made) => made,
+            None => {
+                let origin = Origin { session: &self.session, like: system.matrix(), pattern: &self.work };
+                TwoStage::new(&origin, self.stages.second, self.stages.inner.unwrap_or("cg_icc"))?
+            }
+        };
+        slot.insert(made).assemble(system, stage)
     }
 
     /// `x` with `|matrix x - rhs| <= tolerance |rhs|`, or `None` where the last rung failed too. Collective.
@@ -134,20 +169,38 @@ impl LinearSolver {
         x: &mut Vector,
         tolerance: f64,
     ) -> Result<Option<Solved>> {
-        let mut iterations = 0;
+        let (mut iterations, mut inner) = (0, 0);
         let size = rhs.norm()?;
+        self.notice(matrix);
         self.step_down();
         loop {
             let tried = self.attempt(matrix, (rhs, size), x, tolerance)?;
             iterations += tried.iterations;
+            inner += self.two_stage.borrow_mut().as_mut().map_or(0, TwoStage::take_iterations);
             if tried.is_good() {
                 let (residual, preset) = (tried.residual, self.preset().name);
-                return Ok(Some(Solved { iterations, residual, preset }));
+                return Ok(Some(Solved { iterations, inner, residual, preset }));
             }
             if self.rung + 1 == self.ladder.len() {
                 return Ok(None);
             }
             self.step_up(&tried);
+        }
+    }
+
+    /// Whether a factorisation does the work, which is to be of the matrix at hand.
+    fn factorises(&self) -> bool {
+        let preset = self.preset();
+        let inner = self.stages.inner.and_then(Preset::named).filter(|_| preset.is_two_stage());
+        !inner.unwrap_or(preset).iterative
+    }
+
+    /// Starts afresh where contact has given the matrix another pattern.
+    fn notice(&mut self, matrix: &Matrix) {
+        let known = self.pattern.replace(Rc::clone(matrix.pattern()));
+        if known.is_some_and(|known| !Rc::ptr_eq(&known, matrix.pattern())) {
+            self.solvers.iter_mut().for_each(|solver| *solver = None);
+            self.fatigue = Fatigue::default();
         }
     }
 
@@ -161,6 +214,12 @@ impl LinearSolver {
         self.calm = 0;
         self.fatigue = Fatigue::default();
         self.fallbacks.push(Fallback { from, to: self.preset().name, why });
+    }
+
+    /// The preset with which the next solve begins.
+    fn next_preset(&self) -> &'static Preset {
+        let calm = self.calm >= self.patience;
+        self.ladder[if calm { 0 } else { self.rung }]
     }
 
     /// Goes back to the first rung after a calm time.
@@ -183,10 +242,14 @@ impl LinearSolver {
         tolerance: f64,
     ) -> Result<Tried> {
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
-        let renew = !self.preset().iterative || self.fatigue.is_tired();
+        let renew = self.factorises() || self.fatigue.is_tired();
+        let reuse = if renew { Reuse::Renew } else { Reuse::Keep };
+        if let (true, Some(stages)) = (self.preset().is_two_stage(), self.two_stage.borrow_mut().as_mut()) {
+            setup.time(|| stages.prepare(matrix, reuse))?;
+        }
         let krylov = self.krylov()?;
         krylov.set_operators(matrix, matrix)?;
-        krylov.reuse_preconditioner(if renew { Reuse::Renew } else { Reuse::Keep })?;
+        krylov.reuse_preconditioner(reuse)?;
         krylov.set_tolerances(tolerance, 0.0, Self::MAX_ITERATIONS)?;
         let tolerance = krylov.tolerance()?;
         setup.time(|| krylov.set_up())?;
@@ -217,6 +280,14 @@ impl LinearSolver {
             krylov.configure(&beside_the_users(options, |name| {
                 self.session.is_given(&format!("{}{name}", self.prefix))
             }))?;
+            let own = !self.session.is_given(&format!("{}pc_type", self.prefix));
+            if own && self.ladder[self.rung].is_two_stage() {
+                let stages = Rc::clone(&self.two_stage);
+                krylov.set_shell_preconditioner(move |r, z| match stages.borrow_mut().as_mut() {
+                    Some(stages) => stages.apply(r, z),
+                    None => Err(Error::internal("the two-stage preconditioner was not assembled")),
+                })?;
+            }
             if !self.symmetric {
                 refuse_symmetric_method(&krylov)?;
             }
@@ -224,6 +295,15 @@ impl LinearSolver {
         }
         slot.as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
     }
+}
+
+/// The two-stage preconditioner that the case asks for, its inner solver chosen.
+fn stages(choice: &LinearChoice, problem: &Problem) -> TwoStageSettings {
+    let asked = match choice {
+        LinearChoice::TwoStage(settings) => *settings,
+        _ => TwoStageSettings::default(),
+    };
+    TwoStageSettings { inner: asked.inner.or(Some(problem.inner())), ..asked }
 }
 
 /// Whether a preconditioner of an earlier matrix still serves: contact and step change the matrix little, and an

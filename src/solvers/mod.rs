@@ -1,4 +1,5 @@
-//! Solvers of one stage: Newton's method on the full system (3.10), and the linear solvers below it.
+//! Solvers of one stage: Newton's method on the full system (3.10), the two-stage scheme (3.6), (3.7), and the linear
+//! solvers below both.
 //!
 //! A solver sees a [`Stage`](crate::dynamics::Stage) and the equations as
 //! [`Dynamics`](crate::dynamics::Dynamics); it knows neither elements nor time integration.
@@ -9,10 +10,16 @@ mod ladder;
 mod linear;
 mod monolithic;
 mod presets;
+mod staggered;
+mod strategy;
+mod two_stage;
 
-pub use convergence::{IterationReport, Outcome, SolveReport};
+pub use convergence::{IterationReport, Outcome, Phase, SolveReport};
 pub use forcing::Forcing;
 pub use ladder::{LinearChoice, Problem, ladder, storage};
 pub use linear::{Fallback, LinearSolver, Solved};
 pub use monolithic::{Monolithic, NewtonSettings};
 pub use presets::{PRESETS, Preset};
+pub use staggered::{Staggered, StaggeredSettings};
+pub use strategy::{STRATEGIES, Strategy};
+pub use two_stage::{Second, TwoStageSettings};

@@ -8,7 +8,7 @@
 
 use super::convergence::{IterationReport, Outcome, SolveReport};
 use super::forcing::Forcing;
-use super::linear::{Fallback, LinearSolver};
+use super::linear::{Fallback, LinearSolver, Solved};
 use crate::dynamics::{Dynamics, Lift, Residual, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
@@ -99,14 +99,7 @@ impl Monolithic {
         self.forcing.restart();
         system.rewind();
         let mut now = self.evaluate(system, stage)?;
-        let mut row = IterationReport {
-            iteration: 0,
-            residual: relative(now),
-            increment: 0.0,
-            krylov: 0,
-            contact: system.observe()?,
-            line_search: 1.0,
-        };
+        let mut row = IterationReport::first(relative(now), system.observe()?);
         loop {
             watch(&row);
             report.residual = row.residual;
@@ -120,7 +113,7 @@ impl Monolithic {
             if row.iteration == self.settings.max_iterations {
                 return Ok(Outcome::Failed(report, self.slow(&report, system)));
             }
-            let Some(krylov) = self.correct(system, stage, now)? else {
+            let Some(solved) = self.correct(system, stage, now)? else {
                 return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
             };
             self.origin.copy_from(&stage.trial.u)?;
@@ -132,12 +125,14 @@ impl Monolithic {
                 iteration: row.iteration + 1,
                 residual: relative(now),
                 increment: point.length * self.correction.norm()?,
-                krylov,
+                krylov: solved.iterations,
                 contact: system.observe()?,
                 line_search: point.length,
+                ..row
             };
             report.newton += 1;
-            report.krylov += krylov;
+            report.krylov += solved.iterations;
+            report.inner += solved.inner;
         }
     }
 
@@ -167,6 +162,7 @@ impl Monolithic {
         self.rhs.scale(-1.0)?;
         let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
         system.jacobian(stage, self.settings.terms, Some(lift))?;
+        self.linear.refresh(system, stage)?;
         let solved =
             self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, self.settings.linear[1])?;
         if solved.is_some() {
@@ -176,23 +172,23 @@ impl Monolithic {
     }
 
     /// Residual at `stage.trial.u`, after rates and prescribed values were brought up to date.
-    fn evaluate(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<Residual> {
+    pub(super) fn evaluate(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<Residual> {
         stage.update_rates()?;
         system.prescribe(stage)?;
         system.residual(stage, &mut self.residual)
     }
 
     /// The Newton correction at the current residual; `None` where every linear solver failed.
-    fn correct(&mut self, system: &mut dyn Dynamics, stage: &Stage, now: Residual) -> Result<Option<u32>> {
+    fn correct(&mut self, system: &mut dyn Dynamics, stage: &Stage, now: Residual) -> Result<Option<Solved>> {
         system.jacobian(stage, self.settings.terms, None)?;
+        self.linear.refresh(system, stage)?;
         match system.predicts() {
             true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
             false => self.rhs.copy_from(&self.residual)?,
         }
         self.rhs.scale(-1.0)?;
         let tolerance = self.forcing.next(now.norm, self.settings.tolerance * now.scale);
-        let solved = self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, tolerance)?;
-        Ok(solved.map(|solved| solved.iterations))
+        self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, tolerance)
     }
 
     /// Takes the correction whole, or the part of it that the safeguards allow.
@@ -268,7 +264,7 @@ impl Monolithic {
 }
 
 /// Residual over the largest force; 0 where there is no force at all.
-fn relative(now: Residual) -> f64 {
+pub(super) fn relative(now: Residual) -> f64 {
     if now.norm == 0.0 { 0.0 } else { now.norm / now.scale }
 }
 

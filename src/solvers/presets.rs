@@ -32,6 +32,9 @@ const AIJ: &[Format] = &[Format::Aij];
 const GMRES: [(&str, &str); 3] =
     [("ksp_type", "gmres"), ("ksp_pc_side", "right"), ("ksp_gmres_restart", "100")];
 
+/// Name of the preset whose preconditioner is the two-stage scheme.
+pub const TWO_STAGE: &str = "two_stage";
+
 /// All presets, for `contact-petsc list`, hints and the ladder.
 ///
 /// Right preconditioning throughout GMRES: its residual is the true one. Overlap 1: block Jacobi needs an
@@ -142,6 +145,16 @@ pub const PRESETS: &[Preset] = &[
         alone: &[],
     },
     Preset {
+        name: TWO_STAGE,
+        about: "FGMRES with normal contact and friction in turn, each by a method for symmetric matrices",
+        symmetric: false,
+        iterative: true,
+        formats: AIJ,
+        multigrid: false,
+        options: &[("ksp_type", "fgmres"), ("ksp_gmres_restart", "100"), ("pc_type", "shell")],
+        alone: &[],
+    },
+    Preset {
         name: "gmres_amg",
         about: "GMRES with multigrid and ILU in turn: large and static with contact",
         symmetric: false,
@@ -162,6 +175,11 @@ pub const PRESETS: &[Preset] = &[
 ];
 
 impl Preset {
+    /// Whether its preconditioner is the two-stage scheme.
+    pub fn is_two_stage(&self) -> bool {
+        self.name == TWO_STAGE
+    }
+
     /// The preset of that name.
     pub fn named(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)

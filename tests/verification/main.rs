@@ -9,6 +9,7 @@ mod manufactured;
 mod march;
 mod motion;
 mod scene;
+mod stages;
 mod tangent;
 mod wave;
 
@@ -36,6 +37,7 @@ const RUNS: &[Run] = &[
     ("start", motion::start, &[0]),
     ("balances", balances::all, &[0, 3]),
     ("tangents", tangent::all, &[0, 2, 3]),
+    ("stages", stages::all, &[0, 2, 3]),
 ];
 
 fn main() -> ExitCode {

@@ -9,7 +9,7 @@ use contact_petsc::contact::normal::{NormalLaw, Penalty, PowerLaw as PowerNormal
 use contact_petsc::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
 use contact_petsc::dynamics::{Dynamics, Lift};
 use contact_petsc::mesh::ElementKind::{Hex8, Quad4, Tet4, Tet10, Tri6};
-use contact_petsc::model::{Contact, InitialOverclosure, LoadKind, NormalChoice, Quadrature};
+use contact_petsc::model::{Contact, InitialOverclosure, LoadKind, NormalChoice, Quadrature, Target};
 use contact_petsc::petsc::{Format, Operator, Session, Vector as Distributed};
 use contact_petsc::tensor::Vector;
 use contact_petsc::terms::Terms;
@@ -21,13 +21,13 @@ const NH: &str = "neo_hookean";
 const SVK: &str = "saint_venant_kirchhoff";
 
 /// A scene with the terms that are at work in it, besides those of the solid and the normal contact.
-struct Case<const D: usize> {
-    name: &'static str,
+pub struct Case<const D: usize> {
+    pub name: &'static str,
     solid: Solid,
     lumped: bool,
     obstacle: Obstacle<D>,
     normal: NormalLaw,
-    friction: Option<Friction>,
+    pub friction: Option<Friction>,
     current_area: bool,
     at_work: Terms,
 }
@@ -74,7 +74,7 @@ fn ball<const D: usize>() -> Obstacle<D> {
     Obstacle::Sphere(Sphere::new(centre, 2.3, Side::Outside).expect("a ball"))
 }
 
-fn plane_cases() -> Vec<Case<2>> {
+pub fn plane_cases() -> Vec<Case<2>> {
     let power = Friction {
         law: FrictionLaw::PowerLaw(PowerLaw::new(8.0, 1.5).expect("positive")),
         regularization: velocity(1e-3),
@@ -133,7 +133,7 @@ fn plane_cases() -> Vec<Case<2>> {
     ]
 }
 
-fn solid_cases() -> Vec<Case<3>> {
+pub fn solid_cases() -> Vec<Case<3>> {
     let stribeck = Coefficient::Stribeck(Stribeck::new(0.9, 0.4, 3.0).expect("positive"));
     let cylinder =
         Cylinder::new(Vector::from([0.4, 0.0, -2.0]), Vector::from([0.1, 1.0, 0.0]), 2.3, Side::Outside);
@@ -172,7 +172,7 @@ fn solid_cases() -> Vec<Case<3>> {
 }
 
 impl<const D: usize> Case<D> {
-    fn scene(&self, session: &Rc<Session>, format: Format) -> Scene<D> {
+    pub fn scene(&self, session: &Rc<Session>, format: Format) -> Scene<D> {
         let mut model = self.solid.model::<D>();
         model.bodies[0].lumped_mass = self.lumped;
         let only = |axis: usize, text| std::array::from_fn(|i| if i == axis { text } else { "" });
@@ -186,8 +186,9 @@ impl<const D: usize> Case<D> {
             name: "sole".to_owned(),
             contactor: "block.bottom".to_owned(),
             body: 0,
-            obstacle: self.obstacle,
-            target: "foundation".to_owned(),
+            target: Target::Obstacle(self.obstacle),
+            target_name: "foundation".to_owned(),
+            softer: 5.0e6,
             normal: NormalChoice::Law(self.normal),
             penetration: None,
             friction: self.friction,
@@ -201,7 +202,7 @@ impl<const D: usize> Case<D> {
 }
 
 /// Numbers in (-1, 1) that look random, and depend on the node of the input mesh and not on the partition.
-fn scatter<const D: usize>(scene: &Scene<D>, seed: f64) -> Vec<f64> {
+pub fn scatter<const D: usize>(scene: &Scene<D>, seed: f64) -> Vec<f64> {
     let entry = |node: &u32, i: usize| {
         ((f64::from(*node) * D as f64 + i as f64 + 1.0) * 12.9898 + seed * 78.233).sin()
     };
@@ -209,12 +210,12 @@ fn scatter<const D: usize>(scene: &Scene<D>, seed: f64) -> Vec<f64> {
     scene.local().input_node.iter().flat_map(|node| (0..D).map(move |i| number(entry(node, i)))).collect()
 }
 
-fn set(vector: &mut Distributed, values: impl IntoIterator<Item = f64>) {
+pub fn set(vector: &mut Distributed, values: impl IntoIterator<Item = f64>) {
     vector.local_mut().iter_mut().zip(values).for_each(|(entry, value)| *entry = value);
 }
 
 /// Brings the stage to a random state in the middle of a step of generalised-alpha.
-fn disturb<const D: usize>(scene: &mut Scene<D>) {
+pub fn disturb<const D: usize>(scene: &mut Scene<D>) {
     let [start, velocity, acceleration, forces, change] =
         [1.0, 2.0, 3.0, 4.0, 5.0].map(|seed| scatter(scene, seed));
     let stage = &mut scene.stage;
@@ -238,7 +239,7 @@ fn disturb<const D: usize>(scene: &mut Scene<D>) {
 }
 
 /// Residual at the state `u + h d`; prescribed unknowns do not move.
-fn residual<const D: usize>(
+pub fn residual<const D: usize>(
     scene: &mut Scene<D>,
     (u, d): (&Distributed, &Distributed),
     h: f64,
@@ -267,7 +268,7 @@ fn slope<const D: usize>(
 }
 
 /// Order with which `R(u + h d) - R(u) - h K d` vanishes.
-fn rate<const D: usize>(scene: &mut Scene<D>, at: (&Distributed, &Distributed), terms: Terms) -> f64 {
+pub fn rate<const D: usize>(scene: &mut Scene<D>, at: (&Distributed, &Distributed), terms: Terms) -> f64 {
     let base = residual(scene, at, 0.0);
     let slope = slope(scene, at, terms);
     let [coarse, fine] = [0.5f64.powi(14), 0.5f64.powi(15)].map(|h: f64| {
@@ -308,7 +309,7 @@ fn lift_rate<const D: usize>(scene: &mut Scene<D>, (u, e): (&Distributed, &mut D
 }
 
 /// Which owned unknowns are prescribed: those that `prescribe` changes.
-fn prescribed<const D: usize>(scene: &mut Scene<D>) -> Vec<bool> {
+pub fn prescribed<const D: usize>(scene: &mut Scene<D>) -> Vec<bool> {
     const FREE: f64 = 7.0;
     scene.stage.trial.u.set(FREE);
     scene.system.prescribe(&mut scene.stage).expect("PETSc");
@@ -333,6 +334,8 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>, format: Format) 
     let whole = rate(&mut scene, at, Terms::ALL);
     assert!(whole > 1.95, "{name}: rate {whole}");
     let at_work = case.at_work | Terms::MASS | Terms::MATERIAL | Terms::GEOMETRIC | Terms::NORMAL_CONTACT;
+    let follows = if case.current_area { Terms::FOLLOWING_LOAD } else { Terms::empty() };
+    let at_work = at_work | follows;
     for term in Terms::ALL.iter() {
         let without = rate(&mut scene, at, Terms::ALL - term);
         let right = if at_work.contains(term) { without < 1.5 } else { without > 1.95 };

@@ -73,6 +73,12 @@ impl Check<'_> {
             cuboid.cells.place,
             format!("{cells} cells are more than a box can have"),
         );
+        for (axis, component) in cuboid.map.iter().flat_map(|map| map.functions().into_iter().enumerate()) {
+            let Some(function) = component else { continue };
+            let message = "a mesh does not depend on t".to_owned();
+            self.require(function.is_constant_in_time(), function.place, message);
+            self.require(axis < self.dimension, function.place, "2D has no z".to_owned());
+        }
         let default = if self.dimension == 2 { Element::Quad4 } else { Element::Hex8 };
         let (element, place) =
             cuboid.element.as_ref().map_or((default, cuboid.cells.place), |e| (e.value, e.place));

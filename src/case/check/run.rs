@@ -2,7 +2,7 @@
 
 use super::super::place::At;
 use super::super::quantity::Number;
-use super::super::{Contact, Friction, Scheme, Start};
+use super::super::{Contact, Friction, Linear, Scheme, Start, Strategy};
 use super::Check;
 
 impl Check<'_> {
@@ -82,15 +82,40 @@ impl Check<'_> {
             self.require(fits, tolerance.place, message);
         }
         self.at_least_one("'max_iterations'", &newton.max_iterations);
+        self.strategy();
         let linear = &self.case.solver.linear;
         let rubs = |contact: &Contact| contact.friction != Friction::None;
-        if linear.needs_symmetry() && self.case.contact.values().any(rubs) {
+        let friction = self.case.contact.values().any(rubs);
+        let in_turn = self.case.solver.strategy.value != Strategy::Monolithic;
+        if matches!(linear.value, Linear::TwoStage { .. }) {
+            if in_turn {
+                self.say(
+                    linear.place,
+                    "two_stage is for the monolithic strategy: the stages of staggered are symmetric",
+                );
+                self.cure("write `linear: auto`, cg_icc or cholesky");
+            } else if !friction {
+                self.say(linear.place, "two_stage splits friction off, and no contact has friction");
+                self.cure("write `linear: auto`");
+            }
+        }
+        if linear.needs_symmetry() && friction && !in_turn {
             self.say(
                 linear.place,
                 "this linear solver needs a symmetric matrix, and friction makes it non-symmetric",
             );
-            self.cure("write `linear: auto`, or a GMRES preset, or direct");
+            self.cure("write `linear: auto`, or a GMRES preset, or direct, or `strategy: staggered`");
         }
+    }
+
+    fn strategy(&mut self) {
+        let Strategy::Staggered { tolerance, max_sweeps, .. } = &self.case.solver.strategy.value else {
+            return;
+        };
+        let fits = tolerance.si > 0.0 && tolerance.si < 1.0;
+        let message = format!("the tolerance of the sweeps must be > 0 and < 1, found {}", tolerance.si);
+        self.require(fits, tolerance.place, message);
+        self.at_least_one("'max_sweeps'", max_sweeps);
     }
 
     pub(super) fn output(&mut self) {

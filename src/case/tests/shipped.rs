@@ -148,6 +148,15 @@ fn schema_and_reader_agree() {
         ("y: -0.05", "y: { table: [[0, 0], [1, 2 mm]] }", true),
         ("y: -0.05", "y: { table: [[0, 0, 1]] }", false),
         ("linear: auto", "newton: { tolerance: 1e-8 }", true),
+        ("strategy: monolithic", "strategy: staggered", true),
+        (
+            "strategy: monolithic",
+            "strategy: { staggered: { variant: frozen_traction, max_sweeps: 9 } }",
+            true,
+        ),
+        ("monolithic, linear: auto", "staggered, linear: cg_icc", true),
+        ("linear: auto", "linear: two_stage", true),
+        ("linear: auto", "linear: { two_stage: { second: friction_stage, inner: cholesky } }", true),
         ("  fields: { every: 10 }\n", "", true),
         ("dimension: 2\n", "", false),
     ] {

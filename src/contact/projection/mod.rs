@@ -17,6 +17,18 @@ use crate::tensor::{Tensor, Vector};
 
 /// A point this far (reference coordinates) outside of a facet still counts as on it.
 const SLACK: f64 = 1e-12;
+
+/// The part of a facet that carries a projection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// The facet itself.
+    Interior,
+    /// In space, the edge from this corner to the next one.
+    Edge(u8),
+    /// This corner; in the plane the only alternative to the interior.
+    Corner(u8),
+}
+
 /// Variation of the projection by one position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProjectionVariation<const D: usize> {
@@ -48,6 +60,8 @@ pub struct Projection<const D: usize> {
     pub distance: f64,
     /// `n` of the facet at `x_p`, outward from its element.
     pub normal: Vector<D>,
+    /// What of the facet is nearest.
+    pub place: Place,
     free: [[f64; 2]; 2],
     frees: usize,
     facet: FacetState<D>,
@@ -85,27 +99,43 @@ fn centre(kind: ElementKind) -> [f64; 2] {
     if kind.dimension() == 2 && kind.corners() == 3 { [1.0 / 3.0; 2] } else { [0.0; 2] }
 }
 
-/// Where a projection was found: coordinates and the directions in which it is free to move.
-type Found = ([f64; 2], [[f64; 2]; 2], usize);
+/// Where a projection was found, and the directions in which it is free to move.
+struct Found {
+    coordinates: [f64; 2],
+    free: [[f64; 2]; 2],
+    frees: usize,
+    place: Place,
+}
 
-fn on_border<const D: usize>(facet: &(ElementKind, &[Vector<D>]), x: &Vector<D>, line: &Line) -> Found {
+impl Found {
+    fn corner(coordinates: [f64; 2], corner: usize) -> Self {
+        Self { coordinates, free: [[0.0; 2]; 2], frees: 0, place: Place::Corner(corner as u8) }
+    }
+}
+
+fn on_border<const D: usize>(facet: &(ElementKind, &[Vector<D>]), x: &Vector<D>, index: usize) -> Found {
+    let line = &border(facet.0)[index];
     let direction = [0.5 * (line.end[0] - line.start[0]), 0.5 * (line.end[1] - line.start[1])];
     let length = direction[0].hypot(direction[1]);
     let distance = |xi: &[f64; 2]| FacetState::at(facet.0, facet.1, x, xi).offset.norm();
-    let nearer_end = if distance(&line.start) <= distance(&line.end) { line.start } else { line.end };
-    let fixed = (nearer_end, [[0.0; 2]; 2], 0);
     if length == 0.0 {
-        return fixed;
+        return Found::corner(line.start, index);
     }
+    let (start, end) = (distance(&line.start), distance(&line.end));
+    let fixed = if start <= end {
+        Found::corner(line.start, index)
+    } else {
+        Found::corner(line.end, (index + 1) % facet.0.corners())
+    };
     let middle = [line.start[0] + direction[0], line.start[1] + direction[1]];
     let Some(xi) = minimise(facet, x, middle, &[direction]) else {
         return fixed;
     };
     let along = ((xi[0] - middle[0]) * direction[0] + (xi[1] - middle[1]) * direction[1]) / (length * length);
-    if along.abs() > 1.0 || distance(&xi) > distance(&nearer_end) {
+    if along.abs() > 1.0 || distance(&xi) > start.min(end) {
         return fixed;
     }
-    (xi, [direction, [0.0; 2]], 1)
+    Found { coordinates: xi, free: [direction, [0.0; 2]], frees: 1, place: Place::Edge(index as u8) }
 }
 
 impl<const D: usize> Projection<D> {
@@ -116,16 +146,15 @@ impl<const D: usize> Projection<D> {
         let facet = (kind, nodes);
         let directions = [[1.0, 0.0], [0.0, 1.0]];
         let interior = minimise(&facet, x, centre(kind), &directions[..D - 1]).filter(|xi| inside(kind, xi));
-        let found: Found = match interior {
-            Some(xi) => (xi, directions, D - 1),
-            None => {
-                let candidates = border(kind).iter().map(|line| on_border(&facet, x, line));
-                let distance = |found: &Found| FacetState::at(kind, nodes, x, &found.0).offset.norm();
-                let nearest = candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-                nearest.unwrap_or((centre(kind), directions, 0))
-            }
-        };
-        Self::assembled(FacetState::at(kind, nodes, x, &found.0), found, x)
+        let over =
+            |coordinates| Found { coordinates, free: directions, frees: D - 1, place: Place::Interior };
+        let found = interior.map(over).unwrap_or_else(|| {
+            let candidates = (0..border(kind).len()).map(|line| on_border(&facet, x, line));
+            let distance = |found: &Found| FacetState::at(kind, nodes, x, &found.coordinates).offset.norm();
+            let nearest = candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            nearest.unwrap_or_else(|| over(centre(kind)))
+        });
+        Self::assembled(FacetState::at(kind, nodes, x, &found.coordinates), found, x)
     }
 
     fn assembled(facet: FacetState<D>, found: Found, x: &Vector<D>) -> Self {
@@ -133,20 +162,29 @@ impl<const D: usize> Projection<D> {
         let size = area.norm();
         let normal = if size > 0.0 { area / size } else { Vector::zeros() };
         Self {
-            coordinates: found.0,
+            coordinates: found.coordinates,
             point: x - facet.offset,
             gap: facet.offset.dot(&normal),
             distance: facet.offset.norm(),
             normal,
-            free: found.1,
-            frees: found.2,
+            place: found.place,
+            free: found.free,
+            frees: found.frees,
             facet,
         }
     }
 
     /// Whether the point lies over the facet, rather than beyond an edge or a vertex.
     pub fn is_interior(&self) -> bool {
-        self.frees == D - 1
+        self.place == Place::Interior
+    }
+
+    /// How far the point lies beyond the facet, along it, in its longest tangents `y_,k` \[-\]; rounding where it lies
+    /// over the facet.
+    pub fn overhang(&self) -> f64 {
+        let along = (self.facet.offset - self.normal * self.gap).norm();
+        let longest = self.facet.tangents.iter().map(Vector::norm).fold(f64::MIN_POSITIVE, f64::max);
+        along / longest
     }
 
     /// `M_b` at the projected point, one for each node of the facet.

@@ -1,6 +1,6 @@
 //! Closest points on facets of every kind, inside, beyond edges and beyond vertices.
 
-use super::Projection;
+use super::{Place, Projection};
 use crate::mesh::ElementKind;
 use crate::space::reference;
 use crate::taylor::{scatter, taylor_rate};
@@ -64,6 +64,16 @@ fn nearest<const D: usize>() {
                 assert!((found.shape().iter().sum::<f64>() - 1.0).abs() < 1e-13);
                 if found.is_interior() {
                     assert!((found.gap.abs() - found.distance).abs() < 1e-12);
+                    assert!(found.overhang() < 1e-12);
+                }
+                let corner = |k: u8| nodes[usize::from(k) % kind.corners()];
+                match found.place {
+                    Place::Interior => {}
+                    Place::Corner(k) => assert!((found.point - corner(k)).norm() < 1e-12, "{kind:?}"),
+                    Place::Edge(k) => {
+                        let ends = (found.point - corner(k)).norm() + (found.point - corner(k + 1)).norm();
+                        assert!(ends < 1.1 * (corner(k) - corner(k + 1)).norm(), "{kind:?}");
+                    }
                 }
             }
         }

@@ -1,0 +1,220 @@
+//! The parts of a system, built from the model on the rank's share of the mesh.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::{Contact, Measures, Place, facets_of};
+use super::external::{self, External};
+use super::forces::BodyPhysics;
+use super::mass::MassKind;
+use super::meeting::Sight;
+use super::supports::Supports;
+use crate::element::Kinematics;
+use crate::error::{Error, Result, agree};
+use crate::mesh::{Bounds, Facet};
+use crate::model::{Model, Target};
+use crate::partition::LocalMesh;
+use crate::petsc::BlockPattern;
+use crate::space::{Boundary, DofMap};
+
+/// A body that no support holds in some direction.
+pub(super) struct FreeBody {
+    /// Index of the body.
+    pub body: usize,
+    /// For people: name and directions.
+    pub words: String,
+}
+
+/// Laws and masses of the bodies.
+pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
+    let mass = |lumped| if lumped { MassKind::Lumped } else { MassKind::Consistent };
+    let body = |body: &crate::model::Body| BodyPhysics {
+        formulation: body.formulation,
+        mass: mass(body.lumped_mass),
+    };
+    model.bodies.iter().map(body).collect()
+}
+
+/// The displacement boundaries.
+///
+/// # Errors
+/// When a set is not there, or two boundaries contradict each other.
+pub(super) fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Result<Supports<D>> {
+    let boundary = |support: &crate::model::Support<D>| Boundary {
+        name: support.name.clone(),
+        set: support.set.clone(),
+        components: std::array::from_fn(|i| support.components[i].is_some()),
+    };
+    let boundaries: Vec<Boundary<D>> = model.supports.iter().map(boundary).collect();
+    let motion = |k: usize, component: usize| &model.supports[k].components[component];
+    let same = |[a, b]: [usize; 2], component| motion(a, component) == motion(b, component);
+    Ok(Supports::new(DofMap::new(&local.mesh, &boundaries, same)?, &model.supports))
+}
+
+/// The contacts. Collective.
+///
+/// # Errors
+/// The same on all ranks.
+pub(super) fn contacts<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    model: &Model<D>,
+    pattern: &BlockPattern,
+    constrained: &[bool],
+) -> Result<Vec<Contact<D>>> {
+    let mut contacts = Vec::with_capacity(model.contacts.len());
+    for contact in &model.contacts {
+        let measures = measures(world, local, contact)?;
+        let place = Place { local, pattern, constrained };
+        contacts.push(agree(world, Contact::new(contact, &measures, &place))?);
+    }
+    Ok(contacts)
+}
+
+/// Sizes of a contact over all ranks. Collective.
+fn measures<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    contact: &crate::model::Contact<D>,
+) -> Result<Measures> {
+    let contactor = agree(world, facets_of(local, &contact.contactor))?;
+    let mut own = size_of(local, contactor).to_vec();
+    let mut most = vec![f64::from(u8::from(!have_nodal_rule(local, contactor))), extent_of(local, contactor)];
+    let mut bodies = vec![contact.body];
+    if let Target::Surface { set, body } = &contact.target {
+        let target = agree(world, facets_of(local, set))?;
+        own.extend(size_of(local, target));
+        most.push(extent_of(local, target));
+        bodies.push(*body);
+    }
+    let mut total = vec![0.0_f64; own.len()];
+    world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
+    let mut largest = vec![0.0; most.len()];
+    world.all_reduce_into(&most[..], &mut largest[..], SystemOperation::max());
+    let names = [&contact.contactor, &contact.target_name];
+    for (name, sums) in names.into_iter().zip(total.chunks(2)) {
+        if sums[1] == 0.0 {
+            let message = format!("contact '{}': the surface '{name}' has no facet", contact.name);
+            return Err(Error::case(message));
+        }
+    }
+    let thickness = bodies.iter().map(|&body| thickness(world, local, body));
+    let sight = Sight {
+        facet: largest[1..].iter().copied().fold(0.0, f64::max),
+        depth: 0.5 * thickness.fold(f64::INFINITY, f64::min),
+    };
+    let facet_size = (total[0] / total[1]).powf(1.0 / (D as f64 - 1.0));
+    Ok(Measures { facet_size, nodal: largest[0] == 0.0, sight })
+}
+
+/// Shortest side of the box around a body [m]. Collective.
+fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, body: usize) -> f64 {
+    let mesh = &local.mesh;
+    let elements = (0..mesh.element_count()).filter(|&element| usize::from(mesh.body[element]) == body);
+    let nodes = elements.flat_map(|element| mesh.element_nodes(element));
+    let sides = box_around(world, nodes.map(|&node| mesh.points[node as usize]));
+    sides.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Sides of the box around points of all ranks [m]. Collective.
+fn box_around<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    points: impl Iterator<Item = [f64; D]>,
+) -> [f64; D] {
+    let mut bounds = [f64::NEG_INFINITY; 6];
+    for point in points {
+        for i in 0..D {
+            bounds[i] = bounds[i].max(point[i]);
+            bounds[i + 3] = bounds[i + 3].max(-point[i]);
+        }
+    }
+    let mut all = [0.0; 6];
+    world.all_reduce_into(&bounds[..], &mut all[..], SystemOperation::max());
+    std::array::from_fn(|i| all[i] + all[i + 3])
+}
+
+/// Whether all these facets have points at their nodes.
+fn have_nodal_rule<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> bool {
+    facets.iter().all(|&facet| crate::space::reference(local.mesh.facet_kind(facet)).nodal_rule().is_some())
+}
+
+/// Undeformed area and number of the facets that this rank reports.
+fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 2] {
+    let mine = facets.iter().filter(|facet| local.mine[facet.element as usize]);
+    mine.fold([0.0; 2], |[area, count], &facet| [area + facet_area(local, facet), count + 1.0])
+}
+
+fn facet_area<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> f64 {
+    let kind = local.mesh.facet_kind(facet);
+    let mut nodes = Vec::new();
+    local.mesh.facet_nodes(facet, &mut nodes);
+    let points: Vec<_> = nodes.iter().map(|&n| local.mesh.points[n as usize].into()).collect();
+    let element = crate::space::reference(kind);
+    let table = element.tabulate(element.full_rule());
+    let width = table.nodes * (D - 1);
+    let at = |q: usize| {
+        let tangents = crate::space::facet_tangents::<D>(&points, &table.dn[q * width..(q + 1) * width]);
+        table.weights[q] * crate::space::facet_normal(&tangents).norm()
+    };
+    (0..table.points).map(at).sum()
+}
+
+/// Largest extent of a facet along an axis [m].
+fn extent_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> f64 {
+    let mut nodes = Vec::new();
+    let mut extent = |&facet: &Facet| {
+        local.mesh.facet_nodes(facet, &mut nodes);
+        Bounds::of(nodes.iter().map(|&node| local.mesh.points[node as usize])).extent()
+    };
+    facets.iter().map(&mut extent).fold(0.0, f64::max)
+}
+
+/// The loads.
+///
+/// # Errors
+/// When a set is not there.
+pub(super) fn loads<const D: usize>(
+    local: &LocalMesh<D>,
+    model: &Model<D>,
+    pattern: &BlockPattern,
+    constrained: &[bool],
+) -> Result<External<D>> {
+    let kinematics: Vec<Kinematics> = model.bodies.iter().map(|body| body.formulation.kinematics).collect();
+    External::new(&model.loads, &external::Place { local, pattern, constrained, kinematics: &kinematics })
+}
+
+/// Bodies that lack a support in some direction; the same on all ranks. Collective.
+pub(super) fn free_bodies<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    model: &Model<D>,
+    supports: &Supports<D>,
+) -> Vec<FreeBody> {
+    let mut own = vec![0u8; model.bodies.len() * D];
+    for element in 0..local.mesh.element_count() {
+        let body = usize::from(local.mesh.body[element]);
+        for (node, i) in local.mesh.element_nodes(element).iter().flat_map(|&n| (0..D).map(move |i| (n, i))) {
+            own[body * D + i] |= u8::from(supports.dofs.constrained[node as usize * D + i]);
+        }
+    }
+    let mut held = vec![0u8; own.len()];
+    world.all_reduce_into(&own[..], &mut held[..], SystemOperation::max());
+    let free = |body: usize| {
+        (0..D).filter(|i| held[body * D + i] == 0).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>()
+    };
+    let words = |k: usize| format!("'{}' along {}", model.bodies[k].name, free(k).join(", "));
+    let loose = (0..model.bodies.len()).filter(|&k| !free(k).is_empty());
+    loose.map(|body| FreeBody { body, words: words(body) }).collect()
+}
+
+/// A typical diagonal entry of the stiffness, `E h^(D - 2)` [N/m].
+pub(super) fn unit<const D: usize>(model: &Model<D>, extent: f64, local: &LocalMesh<D>) -> f64 {
+    let stiffest = model.bodies.iter().map(|body| body.young_modulus).fold(0.0, f64::max);
+    let size = extent / f64::from(local.index.total.max(1)).powf(1.0 / D as f64);
+    stiffest * size.powi(D as i32 - 2)
+}
+
+/// Longest side of the box around all bodies [m].
+pub(super) fn extent<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
+    box_around(world, local.mesh.points.iter().copied()).into_iter().fold(0.0, f64::max)
+}

@@ -1,0 +1,217 @@
+//! What the deformable contacts of a rank share: fields of foreign nodes, and the way of forces and blocks to the
+//! ranks that own their rows.
+//!
+//! A contactor facet is evaluated by one rank. What it contributes to rows of other ranks is collected and sent, one
+//! message a neighbour, in an order agreed when the couplings were found.
+
+mod couplings;
+mod numbering;
+mod sinks;
+
+use mpi::traits::CommunicatorCollectives;
+
+use crate::contact::evaluation::ContactFields;
+use crate::error::Result;
+use crate::partition::IndexMap;
+use crate::partition::exchange::{Field, ForeignRows, NodeExchange, RowExchange};
+use crate::petsc::{BlockPattern, BlockValues, Event, NO_SLOT};
+
+pub use couplings::{Couples, blocks_of};
+pub use numbering::Numbering;
+pub use sinks::{NO_ROW, PairForces, PairLift, PairStiffness, RemoteForce};
+
+/// Fields beyond the rank's own mesh, rows of other ranks, and who gets what.
+pub struct Interface<const D: usize> {
+    foreign: Vec<i32>,
+    bring: NodeExchange,
+    /// Local nodes, then foreign ones.
+    u: Vec<f64>,
+    v: Vec<f64>,
+    u_start: Vec<f64>,
+    change: Vec<f64>,
+    constrained: Vec<bool>,
+    rows: Option<Rows>,
+    /// The time that messages take.
+    exchange: Event,
+}
+
+/// Rows of other ranks that this rank adds to.
+struct Rows {
+    give: NodeExchange,
+    blocks: RowExchange,
+    remote: ForeignRows,
+    row_of: Vec<u32>,
+    /// Blocks of the rank's own rows that couples need, those that others add to included.
+    own: Vec<(u32, i32)>,
+    /// Slots of the blocks that arrive.
+    received: Vec<u32>,
+    force: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl<const D: usize> Interface<D> {
+    /// An interface that knows the foreign nodes, ascending, and nothing of couplings. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks, when a node does not exist.
+    pub fn new(
+        world: &impl CommunicatorCollectives,
+        index: &IndexMap,
+        constrained: &[bool],
+        foreign: Vec<i32>,
+        exchange: Event,
+    ) -> Result<Self> {
+        let mut bring = NodeExchange::new(world, index, &foreign)?;
+        let local = index.local_count() * D;
+        let count = local + foreign.len() * D;
+        let own: Vec<f64> = constrained.iter().map(|&held| f64::from(u8::from(held))).collect();
+        let mut held = vec![0.0; count - local];
+        bring.forward(world, D, &own, &mut held);
+        let constrained = constrained.iter().copied().chain(held.iter().map(|&held| held > 0.5)).collect();
+        let zero = || vec![0.0; count];
+        Ok(Self {
+            foreign,
+            bring,
+            u: zero(),
+            v: zero(),
+            u_start: zero(),
+            change: Vec::new(),
+            constrained,
+            rows: None,
+            exchange,
+        })
+    }
+
+    /// Numbers of the nodes that the fields hold.
+    pub fn numbering<'a>(&'a self, index: &'a IndexMap) -> Numbering<'a> {
+        Numbering { index, foreign: &self.foreign }
+    }
+
+    /// Brings the fields of the rank's nodes, ghosts included, and those of the foreign nodes: one message a
+    /// neighbour. Collective.
+    pub fn bring(&mut self, world: &impl CommunicatorCollectives, fields: &ContactFields) {
+        let all = [(&mut self.u, fields.u), (&mut self.v, fields.v), (&mut self.u_start, fields.u_start)];
+        let mut travelling = all.map(|(all, owned)| {
+            let (local, wanted) = all.split_at_mut(owned.len());
+            local.copy_from_slice(owned);
+            Field { width: D, owned, wanted }
+        });
+        self.exchange.time(|| self.bring.forward_many(world, &mut travelling));
+    }
+
+    /// The fields brought last.
+    pub fn fields(&self) -> ContactFields<'_> {
+        ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start }
+    }
+
+    /// Agrees with the other ranks on the rows that couples touch. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks.
+    pub fn agree_on<'a>(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        index: &IndexMap,
+        couples: impl Iterator<Item = &'a Couples>,
+    ) -> Result<()> {
+        let (mut own, remote) = blocks_of(couples, &self.numbering(index));
+        let globals: Vec<i32> = remote.iter().map(|(row, _)| row).collect();
+        let give = NodeExchange::new(world, index, &globals)?;
+        let blocks = RowExchange::new(world, index, &remote)?;
+        for (row, columns) in blocks.received() {
+            own.extend(columns.iter().map(|&column| (row, column)));
+        }
+        own.sort_unstable();
+        own.dedup();
+        let beyond = index.owned as u32..self.numbering(index).count() as u32;
+        let row = |node| globals.binary_search(&self.numbering(index).global(node));
+        let row_of = beyond.map(|node| row(node).map_or(NO_ROW, |row| row as u32)).collect();
+        let (force, values) = (vec![0.0; globals.len() * D], vec![0.0; remote.blocks() * D * D]);
+        self.rows = Some(Rows { give, blocks, remote, row_of, own, received: Vec::new(), force, values });
+        Ok(())
+    }
+
+    /// Blocks (owned row, global column) that the couples need on this rank, sorted.
+    pub fn blocks(&self) -> &[(u32, i32)] {
+        self.rows.as_ref().map_or(&[], |rows| &rows.own)
+    }
+
+    /// Looks the places of all blocks up in a pattern that holds them.
+    pub fn locate<'a>(
+        &mut self,
+        index: &IndexMap,
+        pattern: &BlockPattern,
+        couples: impl Iterator<Item = &'a mut Couples>,
+    ) {
+        let numbering = Numbering { index, foreign: &self.foreign };
+        let Some(rows) = &mut self.rows else { return };
+        couples.for_each(|couples| couples.locate(&numbering, pattern, &rows.remote));
+        rows.received.clear();
+        for (row, columns) in rows.blocks.received() {
+            let slot = |&column: &i32| pattern.slot(row as usize, column).unwrap_or(NO_SLOT);
+            rows.received.extend(columns.iter().map(slot));
+        }
+    }
+
+    /// Lets `evaluate` collect forces, then sends those of other ranks' rows. Collective.
+    pub fn add_forces<R>(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        own: &mut [f64],
+        evaluate: impl FnOnce(&ContactFields, &mut [f64], RemoteForce) -> R,
+    ) -> Option<R> {
+        let fields = ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start };
+        let rows = self.rows.as_mut()?;
+        rows.force.fill(0.0);
+        let remote = RemoteForce { row_of: &rows.row_of, values: &mut rows.force };
+        let answer = evaluate(&fields, own, remote);
+        self.exchange.time(|| rows.give.reverse_add(world, D, &rows.force, own));
+        Some(answer)
+    }
+
+    /// Lets `evaluate` collect blocks, and columns of prescribed unknowns where there is a `lift` (their change at
+    /// owned nodes, ghosts after them, and the owned rows that take it); sends those of other ranks' rows. Collective.
+    pub fn add_stiffness(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        values: &mut BlockValues,
+        mut lift: Option<(&[f64], &mut [f64])>,
+        evaluate: impl FnOnce(&ContactFields, &mut Opening<'_, '_>),
+    ) {
+        if let Some((change, _)) = &lift {
+            self.change.resize(self.u.len(), 0.0);
+            let (local, wanted) = self.change.split_at_mut(change.len());
+            local.copy_from_slice(change);
+            self.bring.forward(world, D, change, wanted);
+        }
+        let fields = ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start };
+        let Some(rows) = self.rows.as_mut() else { return };
+        rows.values.fill(0.0);
+        rows.force.fill(0.0);
+        let lifted = lift.as_mut().map(|(_, rhs)| PairLift {
+            change: &self.change,
+            rhs,
+            remote: RemoteForce { row_of: &rows.row_of, values: &mut rows.force },
+        });
+        let mut opening =
+            Opening { constrained: &self.constrained, values, remote: &mut rows.values, lift: lifted };
+        evaluate(&fields, &mut opening);
+        let arrived = self.exchange.time(|| rows.blocks.send_values(world, D * D, &rows.values));
+        values.add_blocks(&rows.received, arrived);
+        if let Some((_, rhs)) = lift {
+            rows.give.reverse_add(world, D, &rows.force, rhs);
+        }
+    }
+}
+
+/// Where pairs put their blocks.
+pub struct Opening<'a, 'm> {
+    /// Prescribed unknowns of all nodes.
+    pub constrained: &'a [bool],
+    /// Matrix values of the own rows.
+    pub values: &'a mut BlockValues<'m>,
+    /// Blocks of the others.
+    pub remote: &'a mut [f64],
+    /// Right side for prescribed changes.
+    pub lift: Option<PairLift<'a>>,
+}

@@ -1,0 +1,144 @@
+//! Takes what contact pairs contribute: own rows at once, rows of other ranks into buffers that are sent later.
+
+use super::couplings::{Couples, Place};
+use crate::contact::deformable::{PairContribution, PairSink};
+use crate::petsc::BlockValues;
+
+/// Stands for a node beyond the owned ones that no couple has.
+pub const NO_ROW: u32 = u32::MAX;
+
+/// Where forces of rows that this rank does not own are collected.
+pub struct RemoteForce<'a> {
+    /// Number of the remote row of each node beyond the owned ones.
+    pub row_of: &'a [u32],
+    /// `row * D + component` [N].
+    pub values: &'a mut [f64],
+}
+
+impl RemoteForce<'_> {
+    /// The same for a shorter time.
+    pub fn reborrow(&mut self) -> RemoteForce<'_> {
+        RemoteForce { row_of: self.row_of, values: &mut *self.values }
+    }
+
+    /// The entries of a node beyond the owned ones.
+    fn entries<const D: usize>(&mut self, beyond: usize) -> Option<&mut [f64]> {
+        let row = self.row_of[beyond] as usize;
+        self.values.get_mut(row.saturating_mul(D)..row.saturating_add(1).saturating_mul(D))
+    }
+}
+
+/// Takes forces only.
+pub struct PairForces<'a, const D: usize> {
+    /// Couples of the contact being swept.
+    pub couples: &'a Couples,
+    /// Owned rows [N].
+    pub own: &'a mut [f64],
+    /// The others.
+    pub remote: RemoteForce<'a>,
+    /// A pair was met that is no couple: pattern and rows of others lack it.
+    pub missed: bool,
+}
+
+impl<const D: usize> PairSink for PairForces<'_, D> {
+    fn pair(&mut self, pair: &PairContribution<'_>) {
+        self.missed |= self.couples.find(pair.contactor_facet, pair.target_facet).is_none();
+        let owned = self.own.len() / D;
+        for (&node, part) in pair.nodes.iter().zip(pair.force.chunks_exact(D)) {
+            let node = node as usize;
+            let entries = match node.checked_sub(owned) {
+                None => Some(&mut self.own[node * D..][..D]),
+                Some(beyond) => self.remote.entries::<D>(beyond),
+            };
+            let Some(entries) = entries else { continue };
+            entries.iter_mut().zip(part).for_each(|(entry, value)| *entry += value);
+        }
+    }
+}
+
+/// The prescribed unknowns, and where their columns go.
+pub struct PairLift<'a> {
+    /// Change of the prescribed unknowns at all nodes [m].
+    pub change: &'a [f64],
+    /// Right side, owned rows [N].
+    pub rhs: &'a mut [f64],
+    /// Right side, other rows.
+    pub remote: RemoteForce<'a>,
+}
+
+impl PairLift<'_> {
+    /// The same for a shorter time.
+    pub fn reborrow(&mut self) -> PairLift<'_> {
+        let remote = self.remote.reborrow();
+        PairLift { change: self.change, rhs: &mut *self.rhs, remote }
+    }
+}
+
+/// Takes stiffness only; rows and columns of prescribed unknowns are left out and, where asked for, lifted.
+pub struct PairStiffness<'a, 'm, const D: usize> {
+    /// Couples of the contact being swept.
+    pub couples: &'a Couples,
+    /// Prescribed unknowns of all nodes.
+    pub constrained: &'a [bool],
+    /// Matrix values of the own rows.
+    pub values: &'a mut BlockValues<'m>,
+    /// Blocks of the others, D * D each.
+    pub remote: &'a mut [f64],
+    /// Right side for prescribed changes.
+    pub lift: Option<PairLift<'a>>,
+}
+
+impl<const D: usize> PairSink for PairStiffness<'_, '_, D> {
+    fn pair(&mut self, pair: &PairContribution<'_>) {
+        let couple = self.couples.find(pair.contactor_facet, pair.target_facet);
+        let (Some(stiffness), Some(couple), nodes) = (pair.stiffness, couple, pair.nodes) else { return };
+        let mut block = [0.0; 9];
+        let block = &mut block[..D * D];
+        for (a, &row) in nodes.iter().enumerate() {
+            for (b, &column) in nodes.iter().enumerate() {
+                let at = a * nodes.len() + b;
+                block.copy_from_slice(&stiffness[at * D * D..][..D * D]);
+                self.release(row, column, block);
+                match self.couples.place(couple, at) {
+                    Some(Place::Slot(slot)) => self.values.add(slot, block),
+                    Some(Place::Remote(at)) => {
+                        let entries = &mut self.remote[at as usize * D * D..][..D * D];
+                        entries.iter_mut().zip(&*block).for_each(|(entry, value)| *entry += value);
+                    }
+                    None => {}
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize> PairStiffness<'_, '_, D> {
+    /// Takes prescribed rows and columns out of a block; the columns go to the right side.
+    fn release(&mut self, row: u32, column: u32, block: &mut [f64]) {
+        let (row, column) = (row as usize * D, column as usize * D);
+        for i in 0..D {
+            for j in 0..D {
+                let (held_row, held_column) = (self.constrained[row + i], self.constrained[column + j]);
+                if !held_row && held_column {
+                    self.lift(row + i, column + j, block[i * D + j]);
+                }
+                if held_row || held_column {
+                    block[i * D + j] = 0.0;
+                }
+            }
+        }
+    }
+
+    fn lift(&mut self, row: usize, column: usize, stiffness: f64) {
+        let Some(lift) = &mut self.lift else { return };
+        let part = stiffness * lift.change[column];
+        match row.checked_sub(lift.rhs.len()) {
+            None => lift.rhs[row] -= part,
+            Some(beyond) => {
+                if let Some(entries) = lift.remote.entries::<D>(beyond / D) {
+                    entries[beyond % D] -= part;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Surfaces move: target facets are gathered anew, and the pattern of the matrix follows where it lacks a couple.
+
+use std::rc::Rc;
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::Contact;
+use super::interface::{Couples, Interface};
+use super::mass::{Mass, Supported};
+use super::meeting::{Meeting, Outlook};
+use super::system::ContactSystem;
+use crate::contact::evaluation::ContactFields;
+use crate::error::Result;
+use crate::petsc::{BlockPattern, Matrix};
+
+impl<const D: usize> ContactSystem<D> {
+    fn meetings_mut(&mut self) -> impl Iterator<Item = &mut Meeting<D>> {
+        self.contacts.iter_mut().filter_map(Contact::meeting_mut)
+    }
+
+    /// Current positions of the rank's nodes, ghosts included [m].
+    pub(super) fn positions(&self, u: &[f64]) -> Vec<f64> {
+        self.local.mesh.points.as_flattened().iter().zip(u).map(|(x, u)| x + u).collect()
+    }
+
+    /// Whether some contact of this rank has to look around anew.
+    pub(super) fn is_stale(&self, u: &[f64]) -> bool {
+        if self.interface.is_none() {
+            return false;
+        }
+        let positions = self.positions(u);
+        self.contacts.iter().filter_map(Contact::meeting).any(|meeting| meeting.is_stale(&positions))
+    }
+
+    /// Gathers target facets at these fields and finds the couples; the pattern grows where it lacks one. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses; the same on all ranks.
+    pub(super) fn renew(&mut self, fields: &ContactFields) -> Result<()> {
+        let _running = self.phases.search.begin();
+        let session = self.session.clone();
+        let world = session.world();
+        let positions = self.positions(fields.u);
+        for contact in &mut self.contacts {
+            let super::contact::Pair::Deformable(meeting) = &mut contact.pair else { continue };
+            meeting.gather(world, &self.local, &positions, &contact.state)?;
+        }
+        let mut interface = self.meet()?;
+        interface.bring(world, fields);
+        let u = interface.fields().u.to_vec();
+        self.meetings_mut().for_each(|meeting| meeting.find_couples(&u, Outlook::Now));
+        interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
+        if !self.pattern_holds(&interface) {
+            self.meetings_mut().for_each(|meeting| meeting.find_couples(&u, Outlook::Ahead));
+            interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
+            self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
+        }
+        let places = self.contacts.iter_mut().filter_map(Contact::meeting_mut).map(|m| &mut m.couples);
+        interface.locate(&self.local.index, self.matrix.pattern(), places);
+        self.interface = Some(interface);
+        Ok(())
+    }
+
+    /// One numbering of the foreign nodes of all contacts. Collective.
+    fn meet(&mut self) -> Result<Interface<D>> {
+        let mut foreign: Vec<(i32, [f64; D])> =
+            self.contacts.iter().filter_map(Contact::meeting).flat_map(Meeting::foreign).collect();
+        foreign.sort_unstable_by_key(|(global, _)| *global);
+        foreign.dedup_by_key(|(global, _)| *global);
+        let (globals, points): (Vec<i32>, Vec<[f64; D]>) = foreign.into_iter().unzip();
+        let all: Vec<[f64; D]> = self.local.mesh.points.iter().copied().chain(points).collect();
+        let index = &self.local.index;
+        let meetings = self.contacts.iter_mut().filter_map(Contact::meeting_mut);
+        meetings.for_each(|meeting| meeting.adopt(index, &globals, &all));
+        Interface::new(
+            self.session.world(),
+            index,
+            &self.supports.dofs.constrained,
+            globals,
+            self.phases.exchange.clone(),
+        )
+    }
+
+    /// Whether the pattern has every block that is needed, on all ranks. Collective.
+    fn pattern_holds(&self, interface: &Interface<D>) -> bool {
+        let pattern = self.matrix.pattern();
+        let lacks =
+            interface.blocks().iter().any(|&(row, column)| pattern.slot(row as usize, column).is_none());
+        let mut any = 0;
+        self.session.world().all_reduce_into(&u8::from(lacks), &mut any, SystemOperation::max());
+        any == 0
+    }
+
+    /// Builds the matrix and all places in it anew. Collective.
+    fn adopt_pattern(&mut self, pattern: BlockPattern) -> Result<()> {
+        let pattern = Rc::new(pattern);
+        let index = &self.local.index;
+        self.solids.iter_mut().for_each(|solid| solid.map.relocate(&pattern, index));
+        self.contacts.iter_mut().for_each(|contact| contact.relocate(&pattern, index));
+        self.external.relocate(&pattern, index);
+        if self.mass.is_some() {
+            let supported = Supported { constrained: &self.supports.dofs.constrained, index };
+            self.mass = Some(Mass::new(&self.session, &pattern, &self.solids, &supported)?);
+        }
+        self.matrix = Matrix::new(&self.session, &pattern, self.matrix.format())?;
+        if self.has_modes { self.set_rigid_body_modes() } else { Ok(()) }
+    }
+}
+
+fn couples<const D: usize>(contacts: &[Contact<D>]) -> impl Iterator<Item = &Couples> {
+    contacts.iter().filter_map(Contact::meeting).map(|meeting| &meeting.couples)
+}

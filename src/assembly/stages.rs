@@ -1,0 +1,85 @@
+//! What the stages of the two-stage scheme (3.6), (3.7) hold, put to the contacts.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::Contact;
+use super::interface::Interface;
+use crate::contact::point::PointState;
+use crate::contact::state::{self, Hold, Keep};
+use crate::dynamics::{ForceChange, Freeze, FrictionMode, Known, Split, Stage};
+use crate::petsc::{Matrix, Vector};
+use crate::tensor::Vector as Point;
+
+/// The matrix that takes an assembly.
+pub enum Target<'a> {
+    /// The system's own.
+    Own,
+    /// One of the same pattern.
+    Other(&'a mut Matrix),
+}
+
+/// What the contact law is told for this stage.
+pub fn hold(stage: &Stage) -> Hold {
+    match (stage.friction, stage.split) {
+        (FrictionMode::Off, _) => Hold::Frictionless,
+        (FrictionMode::AsGiven, Split::Monolithic) => Hold::Nothing,
+        (FrictionMode::AsGiven, Split::NormalStage(Known::Bound)) => Hold::Bound,
+        (FrictionMode::AsGiven, Split::NormalStage(Known::Traction)) => Hold::FrictionTraction,
+        (FrictionMode::AsGiven, Split::FrictionStage) => Hold::BoundAndPressure,
+    }
+}
+
+/// Keeps tractions of all points for the stages to hold.
+pub fn freeze<const D: usize>(contacts: &mut [Contact<D>], what: Freeze) {
+    let keep = match what {
+        Freeze::LastStep => Keep::LastStep,
+        Freeze::NormalTractions => Keep::Pressure,
+        Freeze::FrictionTractions => Keep::Friction,
+    };
+    contacts.iter_mut().for_each(|contact| contact.state.freeze(keep));
+}
+
+/// How the friction forces differ from the frozen ones, over all ranks. Collective.
+pub fn force_change<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    contacts: &[Contact<D>],
+) -> ForceChange {
+    let mut own = state::ForceChange::default();
+    contacts.iter().for_each(|contact| own += contact.force_change());
+    let mut total = [0.0f64; 2];
+    world.all_reduce_into(&[own.friction, own.normal], &mut total, SystemOperation::sum());
+    ForceChange { friction: total[0].sqrt(), normal: total[1].sqrt() }
+}
+
+/// Mean normals of the closed points at each of `nodes` local nodes, made unit vectors; the owned ones go to `out`.
+/// Collective where a target is deformable.
+pub fn contact_normals<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    contacts: &[Contact<D>],
+    interface: Option<&mut Interface<D>>,
+    nodes: usize,
+    out: &mut Vector,
+) {
+    let (mut sums, mut weights) = (vec![0.0; nodes * D], vec![0.0; nodes]);
+    for contact in contacts.iter().filter(|contact| contact.meeting().is_none()) {
+        let pressed = |_: usize, point: &PointState<D>| -> [f64; D] {
+            if point.is_closed() { point.normal.into() } else { [0.0; D] }
+        };
+        contact.surface().gather_nodal(&contact.state, pressed, (&mut sums, &mut weights));
+    }
+    let mut normals = out.owned_mut();
+    let owned = normals.len();
+    normals.copy_from_slice(&sums[..owned]);
+    if let Some(interface) = interface {
+        interface.add_forces(world, &mut normals, |_, own, mut remote| {
+            let pairs = contacts.iter().filter_map(|contact| Some((contact.meeting()?, &contact.state)));
+            pairs.for_each(|(meeting, state)| meeting.add_normals(state, own, remote.reborrow()));
+        });
+    }
+    for normal in normals.chunks_exact_mut(D) {
+        let sum = Point::<D>::from_column_slice(normal);
+        let unit = sum.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(Point::zeros);
+        normal.copy_from_slice(unit.as_slice());
+    }
+}

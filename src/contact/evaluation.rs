@@ -1,0 +1,141 @@
+//! What every evaluation of a contact shares, whatever its target: fields in, request, and the work on one point.
+
+use super::geometry::{AreaMeasure, Geometry};
+use super::point::{ContactLaw, Motion, Selection, respond};
+use super::state::{Branches, ContactState, Hold};
+use super::surface::ContactSurface;
+use crate::tensor::Vector;
+
+/// Which configuration gives the area of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AreaKind {
+    /// The deformed facets.
+    #[default]
+    Current,
+    /// The undeformed facets; `K_phi` vanishes.
+    Reference,
+}
+
+impl AreaKind {
+    /// Area of a point of `surface`, as the geometry wants it.
+    pub(super) fn measure<const D: usize>(self, surface: &ContactSurface<D>, point: usize) -> AreaMeasure {
+        match self {
+            Self::Current => AreaMeasure::Current,
+            Self::Reference => AreaMeasure::Reference(surface.reference_area(point)),
+        }
+    }
+}
+
+/// Nodal fields, `node * D + component`: the rank's nodes, ghosts included; for deformable targets the foreign nodes
+/// follow.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactFields<'a> {
+    /// Displacement \[m\].
+    pub u: &'a [f64],
+    /// Velocity \[m/s\].
+    pub v: &'a [f64],
+    /// Displacement at the start of the step \[m\].
+    pub u_start: &'a [f64],
+}
+
+/// What an evaluation is to bring.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ContactRequest {
+    /// The terms of the matrix, or none.
+    pub stiffness: Option<Selection>,
+    /// What is held fixed.
+    pub hold: Hold,
+    /// Branches of the friction law.
+    pub branches: Branches,
+}
+
+/// A node's vector out of a nodal field.
+pub(super) fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
+    Vector::from_column_slice(&field[node as usize * D..][..D])
+}
+
+/// Values of the nodes of a point and what it contributes; refilled for each, so that nothing is allocated anew.
+pub(super) struct Workspace<const D: usize> {
+    /// Contactor nodes, then target nodes.
+    pub nodes: Vec<u32>,
+    pub current: Vec<Vector<D>>,
+    velocity: Vec<Vector<D>>,
+    increment: Vec<Vector<D>>,
+    pub geometry: Geometry<D>,
+    pub force: Vec<f64>,
+    pub stiffness: Vec<f64>,
+}
+
+impl<const D: usize> Workspace<D> {
+    pub fn new() -> Self {
+        Self {
+            nodes: Vec::new(),
+            current: Vec::new(),
+            velocity: Vec::new(),
+            increment: Vec::new(),
+            geometry: Geometry::default(),
+            force: Vec::new(),
+            stiffness: Vec::new(),
+        }
+    }
+
+    /// Forgets all nodes but the first `count`.
+    pub fn keep(&mut self, count: usize) {
+        self.nodes.truncate(count);
+        self.current.truncate(count);
+        self.velocity.truncate(count);
+        self.increment.truncate(count);
+    }
+
+    /// Appends the values of the nodes of a facet.
+    pub fn gather(&mut self, reference: &[Vector<D>], nodes: &[u32], fields: &ContactFields<'_>) {
+        self.nodes.extend_from_slice(nodes);
+        for (reference, &node) in reference.iter().zip(nodes) {
+            let u = at(fields.u, node);
+            self.current.push(reference + u);
+            self.velocity.push(at(fields.v, node));
+            self.increment.push(u - at(fields.u_start, node));
+        }
+    }
+
+    /// Force and stiffness of the gathered nodes, zero.
+    pub fn clear_sums(&mut self, request: &ContactRequest) {
+        let unknowns = self.nodes.len() * D;
+        self.force.clear();
+        self.force.resize(unknowns, 0.0);
+        self.stiffness.clear();
+        if request.stiffness.is_some() {
+            self.stiffness.resize(unknowns * unknowns, 0.0);
+        }
+    }
+
+    /// Evaluates the laws in the present geometry and keeps the state of `point`; whether it contributes, which it
+    /// does once [`add`](Self::add) is called with the answer.
+    pub fn respond(
+        &self,
+        law: &ContactLaw,
+        point: usize,
+        request: &ContactRequest,
+        state: &mut ContactState<D>,
+    ) -> Option<super::point::Response<D>> {
+        let motion =
+            Motion { velocity: &self.velocity, increment: &self.increment, history: &state.history[point] };
+        let manner = state.manner(point, request.hold, request.branches);
+        let response = respond(law, &self.geometry, &motion, &manner);
+        state.current[point] = response.state;
+        response.state.is_closed().then_some(response)
+    }
+
+    /// Adds what a closed point contributes.
+    pub fn add(&mut self, response: &super::point::Response<D>, request: &ContactRequest) {
+        response.add_force(&self.geometry, &mut self.force);
+        if let Some(selection) = &request.stiffness {
+            response.add_stiffness(&self.geometry, selection, &mut self.stiffness);
+        }
+    }
+
+    /// The stiffness, if it was asked for.
+    pub fn stiffness(&self, request: &ContactRequest) -> Option<&[f64]> {
+        request.stiffness.map(|_| &self.stiffness[..])
+    }
+}

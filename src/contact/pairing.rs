@@ -1,0 +1,111 @@
+//! Which target facet each contactor point is paired with.
+
+use super::target::TargetSurface;
+
+/// Times that a point may go back to the facet it came from before it is frozen for the rest of the step.
+const TOGGLES: u8 = 10;
+/// Written in the place of no facet.
+const NONE: u64 = u64::MAX;
+
+/// Facets of one point in the iterations of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Choice {
+    facet: Option<u32>,
+    /// The one before the last change.
+    before: Option<u32>,
+    toggles: u8,
+}
+
+/// What a search changed. Sum it over contacts and ranks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PairChanges {
+    /// Points with another facet than before.
+    pub changed: usize,
+    /// Points whose facet is frozen, since it went to and fro.
+    pub frozen: usize,
+}
+
+impl std::ops::AddAssign for PairChanges {
+    fn add_assign(&mut self, other: Self) {
+        self.changed += other.changed;
+        self.frozen += other.frozen;
+    }
+}
+
+/// The target facet of each point of a contactor on this rank. Clone it to roll back.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Pairing {
+    choices: Vec<Choice>,
+}
+
+impl Pairing {
+    /// As many points, none with a facet.
+    pub fn new(points: usize) -> Self {
+        Self { choices: vec![Choice::default(); points] }
+    }
+
+    /// The facet of a point; None where the point is open for want of one.
+    pub fn facet(&self, point: usize) -> Option<u32> {
+        self.choices[point].facet
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.choices.len()
+    }
+
+    /// Whether there are no points.
+    pub fn is_empty(&self) -> bool {
+        self.choices.is_empty()
+    }
+
+    /// Forgets how often points changed; call it where a step begins.
+    pub fn begin_step(&mut self) {
+        for choice in &mut self.choices {
+            *choice = Choice { before: choice.facet, toggles: 0, ..*choice };
+        }
+    }
+
+    /// Whether the point keeps its facet for the rest of the step.
+    pub fn is_frozen(&self, point: usize) -> bool {
+        self.choices[point].toggles >= TOGGLES
+    }
+
+    /// Takes the facet that the search found for a point; whether it changed. At the last toggle a facet is kept rather
+    /// than none: the gap on it still opens the point.
+    pub fn take(&mut self, point: usize, found: Option<u32>) -> bool {
+        let choice = &mut self.choices[point];
+        if choice.toggles >= TOGGLES || found == choice.facet {
+            return false;
+        }
+        choice.toggles += u8::from(found == choice.before);
+        if choice.toggles >= TOGGLES && found.is_none() {
+            return false;
+        }
+        choice.before = choice.facet;
+        choice.facet = found;
+        true
+    }
+
+    /// For each point the global name of its facet, `u64::MAX` without: what a checkpoint keeps.
+    pub fn identities<const D: usize>(&self, target: &TargetSurface<D>) -> Vec<u64> {
+        let name = |choice: &Choice| choice.facet.map_or(NONE, |facet| target.identity(facet));
+        self.choices.iter().map(name).collect()
+    }
+
+    /// The pairing of a checkpoint; a facet that the rank no longer knows is none.
+    pub fn from_identities<const D: usize>(identities: &[u64], target: &TargetSurface<D>) -> Self {
+        let facet = |&identity: &u64| (identity != NONE).then(|| target.find(identity)).flatten();
+        let choice = |facet: Option<u32>| Choice { facet, before: facet, toggles: 0 };
+        Self { choices: identities.iter().map(facet).map(choice).collect() }
+    }
+
+    /// The same pairing in the numbering of another surface of the same target, counts of toggles kept: what a renewed
+    /// list of known facets asks for.
+    #[must_use]
+    pub fn renumbered<const D: usize>(&self, old: &TargetSurface<D>, new: &TargetSurface<D>) -> Self {
+        let moved = |facet: Option<u32>| facet.and_then(|facet| new.find(old.identity(facet)));
+        let choice = |c: &Choice| Choice { facet: moved(c.facet), before: moved(c.before), ..*c };
+        Self { choices: self.choices.iter().map(choice).collect() }
+    }
+}

@@ -1,0 +1,184 @@
+//! Boxes along the axes: the first, cheap answer to "can these two facets touch?".
+
+use super::ElementKind;
+
+/// A box along the axes [m]; closed, so that boxes that share a face meet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds<const D: usize> {
+    /// Lowest coordinates.
+    pub low: [f64; D],
+    /// Highest coordinates; below `low` where the box is empty.
+    pub high: [f64; D],
+}
+
+impl<const D: usize> Default for Bounds<D> {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
+impl<const D: usize> Bounds<D> {
+    /// The box that meets none and that adds nothing to others.
+    pub const EMPTY: Self = Self { low: [f64::INFINITY; D], high: [f64::NEG_INFINITY; D] };
+
+    /// The smallest box around points.
+    pub fn of(points: impl IntoIterator<Item = [f64; D]>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |all, x| all.join(&Self { low: x, high: x }))
+    }
+
+    /// A box around all of a facet, given its nodes: a curved facet may reach beyond the box around these.
+    pub fn of_facet(kind: ElementKind, nodes: impl IntoIterator<Item = [f64; D]>) -> Self {
+        let nodal = Self::of(nodes);
+        let beyond = overshoot(kind);
+        let edge = |k: usize| beyond * (nodal.high[k] - nodal.low[k]);
+        if beyond == 0.0 || nodal.is_empty() {
+            return nodal;
+        }
+        Self {
+            low: std::array::from_fn(|k| nodal.low[k] - edge(k)),
+            high: std::array::from_fn(|k| nodal.high[k] + edge(k)),
+        }
+    }
+
+    /// Whether there is nothing in it.
+    pub fn is_empty(&self) -> bool {
+        (0..D).any(|k| self.low[k] > self.high[k])
+    }
+
+    /// The smallest box around both.
+    #[must_use]
+    pub fn join(&self, other: &Self) -> Self {
+        Self {
+            low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
+            high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
+        }
+    }
+
+    /// The box moved outward on every side by `distance` [m].
+    #[must_use]
+    pub fn inflate(&self, distance: f64) -> Self {
+        Self { low: self.low.map(|x| x - distance), high: self.high.map(|x| x + distance) }
+    }
+
+    /// Whether the boxes have a point in common.
+    pub fn meets(&self, other: &Self) -> bool {
+        (0..D).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    }
+
+    /// The middle of the box [m].
+    pub fn centre(&self) -> [f64; D] {
+        std::array::from_fn(|k| 0.5 * (self.low[k] + self.high[k]))
+    }
+
+    /// Longest edge [m]; negative where the box is empty.
+    pub fn extent(&self) -> f64 {
+        (0..D).map(|k| self.high[k] - self.low[k]).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Axis of the longest edge.
+    fn axis(&self) -> usize {
+        let edge = |k: usize| self.high[k] - self.low[k];
+        (1..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
+    }
+
+    /// At most `most` boxes that cover `all`, each around boxes that lie near each other.
+    ///
+    /// Halves the list at the median along its longest edge, again and again: a long thin surface becomes a row of boxes.
+    pub fn clusters(all: &mut [Self], most: usize) -> Vec<Self> {
+        let whole = all.iter().fold(Self::EMPTY, |sum, one| sum.join(one));
+        if whole.is_empty() {
+            return Vec::new();
+        }
+        if most < 2 || all.len() < 2 {
+            return vec![whole];
+        }
+        let (axis, middle) = (whole.axis(), all.len() / 2);
+        all.select_nth_unstable_by(middle, |a, b| a.centre()[axis].total_cmp(&b.centre()[axis]));
+        let (one, other) = all.split_at_mut(middle);
+        let mut clusters = Self::clusters(one, most / 2);
+        clusters.extend(Self::clusters(other, most - most / 2));
+        clusters
+    }
+}
+
+/// How far a point of a facet can move, in the longest way that one of its nodes moves.
+///
+/// The greatest sum of the absolute values of the shape functions (Lebesgue's constant); 1 where the facet is linear.
+pub fn stretch(kind: ElementKind) -> f64 {
+    1.0 + 2.0 * overshoot(kind)
+}
+
+/// How far a facet can reach beyond the box around its nodes, in widths of that box.
+///
+/// Coordinates are sums of nodal ones times shape functions that sum up to one; with `L` the greatest sum of the
+/// absolute values of these (Lebesgue's constant), the excess over the middle is at most `L` times half the width.
+fn overshoot(kind: ElementKind) -> f64 {
+    use ElementKind::*;
+    let lebesgue = match kind {
+        Line3 => 5.0 / 4.0,
+        Tri6 => 5.0 / 3.0,
+        Quad8 => 3.0,
+        Quad9 => 25.0 / 16.0,
+        Line2 | Tri3 | Quad4 | Tet4 | Hex8 => 1.0,
+        // No facets.
+        Tet10 | Hex20 | Hex27 => f64::INFINITY,
+    };
+    0.5 * (lebesgue - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::reference;
+
+    /// No curved facet leaves its box, whatever its nodes: the sum of the absolute shape functions says how far it may.
+    #[test]
+    fn curved_facets_stay_in_their_boxes() {
+        use ElementKind::*;
+        for kind in [Line2, Line3, Tri3, Tri6, Quad4, Quad8, Quad9] {
+            let (mut n, mut most) = (vec![0.0; kind.nodes()], 0.0_f64);
+            let triangle = matches!(kind, Tri3 | Tri6);
+            for (i, j) in (0..=60).flat_map(|i| (0..=60).map(move |j| (i, j))) {
+                let (mut xi, mut eta) = (f64::from(i) / 30.0 - 1.0, f64::from(j) / 30.0 - 1.0);
+                if triangle {
+                    (xi, eta) = (0.5 * (xi + 1.0), 0.5 * (eta + 1.0));
+                }
+                if !triangle || xi + eta <= 1.0 {
+                    reference(kind).shape(&[xi, eta, 0.0], &mut n);
+                    most = most.max(n.iter().map(|n| n.abs()).sum());
+                }
+            }
+            let bound = stretch(kind);
+            assert!(most <= bound + 1e-12 && most > bound - 0.01, "{kind}: {most} against {bound}");
+        }
+    }
+
+    /// Clusters cover everything, are as many as asked for at most, and follow a bent strip closely.
+    #[test]
+    fn clusters_cover_a_strip() {
+        let at = |x: [f64; 2]| Bounds { low: x, high: x.map(|x| x + 1.0) };
+        let strip =
+            (0..40).map(|i| at(if i < 20 { [f64::from(i), 0.0] } else { [20.0, f64::from(i) - 20.0] }));
+        let mut boxes: Vec<Bounds<2>> = strip.collect();
+        let all = boxes.clone();
+        for most in 1..=8 {
+            let clusters = Bounds::clusters(&mut boxes, most);
+            assert!(clusters.len() <= most);
+            for one in &all {
+                assert!(clusters.iter().any(|cluster| cluster.join(one) == *cluster), "{one:?}");
+            }
+        }
+        let clusters = Bounds::clusters(&mut boxes, 8);
+        assert!(clusters.iter().all(|cluster| cluster.extent() <= 7.0), "{clusters:?}");
+        assert!(!clusters.iter().any(|cluster| cluster.meets(&at([8.0, 8.0]))));
+        assert!(Bounds::<2>::clusters(&mut [], 8).is_empty());
+    }
+
+    /// Nothing meets the empty box, not even a box of any size.
+    #[test]
+    fn empty_box_meets_nothing() {
+        let all = Bounds { low: [-1e300; 3], high: [1e300; 3] };
+        assert!(!Bounds::EMPTY.meets(&all) && !all.meets(&Bounds::EMPTY) && all.meets(&all));
+        assert_eq!(Bounds::EMPTY.join(&all), all);
+    }
+}

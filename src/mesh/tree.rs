@@ -1,0 +1,62 @@
+//! A tree of boxes: which of many boxes meet a given one, without looking at all of them.
+
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
+
+use super::Bounds;
+
+/// Boxes, numbered as they were given.
+#[derive(Debug, Clone)]
+pub struct BoundsTree<const D: usize> {
+    tree: RTree<GeomWithData<Rectangle<[f64; D]>, u32>>,
+}
+
+impl<const D: usize> BoundsTree<D> {
+    /// A tree of these boxes. Boxes that are empty or not finite meet none.
+    pub fn new(boxes: &[Bounds<D>]) -> Self {
+        let finite = |one: &Bounds<D>| one.low.iter().chain(&one.high).all(|x| x.is_finite());
+        let known = (0..).zip(boxes).filter(|(_, one)| finite(one) && !one.is_empty());
+        let leaves =
+            known.map(|(number, one)| GeomWithData::new(Rectangle::from_corners(one.low, one.high), number));
+        Self { tree: RTree::bulk_load(leaves.collect()) }
+    }
+
+    /// Numbers of the boxes that meet this one, in no order.
+    pub fn meeting(&self, one: &Bounds<D>) -> impl Iterator<Item = u32> + '_ {
+        // An envelope has no empty value: its corners would be swapped.
+        let asked = (!one.is_empty()).then(|| AABB::from_corners(one.low, one.high));
+        asked
+            .into_iter()
+            .flat_map(|asked| self.tree.locate_in_envelope_intersecting(asked))
+            .map(|leaf| leaf.data)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The tree finds what a look at every box finds; empty boxes are never found and find nothing.
+    #[test]
+    fn tree_finds_what_meets() {
+        let mut seed = 7_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 40) as f64 / f64::from(1 << 24)
+        };
+        let mut boxes: Vec<Bounds<3>> = (0..200)
+            .map(|_| {
+                let low: [f64; 3] = std::array::from_fn(|_| random());
+                Bounds { low, high: low.map(|x| x + 0.2 * random()) }
+            })
+            .collect();
+        boxes[17] = Bounds::EMPTY;
+        let tree = BoundsTree::new(&boxes);
+        for asked in &boxes {
+            let mut found: Vec<u32> = tree.meeting(asked).collect();
+            found.sort_unstable();
+            let expected = (0..200).filter(|&k| boxes[k as usize].meets(asked));
+            assert!(found.into_iter().eq(expected));
+        }
+    }
+}

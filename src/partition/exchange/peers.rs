@@ -1,0 +1,111 @@
+//! The ranks on one end of an exchange, and the one place where messages fly.
+
+use mpi::datatype::Equivalence;
+use mpi::request::{Request, scope};
+use mpi::traits::{CommunicatorCollectives, Destination, Source};
+
+/// Ranks, ascending, and how many items go to or come from each.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct Peers {
+    ranks: Vec<i32>,
+    offsets: Vec<usize>,
+}
+
+impl Peers {
+    /// Peers with their counts, ascending; those without items are no peers.
+    pub fn new(counts: impl IntoIterator<Item = (i32, usize)>) -> Self {
+        let mut peers = Self { ranks: Vec::new(), offsets: vec![0] };
+        let mut end = 0;
+        for (rank, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
+            end += count;
+            peers.ranks.push(rank);
+            peers.offsets.push(end);
+        }
+        peers
+    }
+
+    /// Number of peers.
+    pub fn count(&self) -> usize {
+        self.ranks.len()
+    }
+
+    /// Number of items of all peers.
+    pub fn items(&self) -> usize {
+        self.offsets.last().copied().unwrap_or(0)
+    }
+
+    /// Each peer with its part of `all`, which has `width` entries an item.
+    pub fn parts<'a, T>(&'a self, all: &'a [T], width: usize) -> impl Iterator<Item = (i32, &'a [T])> {
+        let ranges = self.offsets.windows(2).map(move |ends| ends[0] * width..ends[1] * width);
+        self.ranks.iter().copied().zip(ranges.map(|range| &all[range]))
+    }
+
+    /// The same, to be written to.
+    fn parts_mut<'a, T>(&self, mut all: &'a mut [T], width: usize) -> Vec<(i32, &'a mut [T])> {
+        let mut parts = Vec::with_capacity(self.count());
+        for (&rank, ends) in self.ranks.iter().zip(self.offsets.windows(2)) {
+            let (part, rest) = std::mem::take(&mut all).split_at_mut((ends[1] - ends[0]) * width);
+            parts.push((rank, part));
+            all = rest;
+        }
+        parts
+    }
+}
+
+/// What travels one way: peers and a buffer with their items one after the other.
+pub(super) struct Cargo<'a, B> {
+    /// The ranks at the other end.
+    pub peers: &'a Peers,
+    /// Items of all peers, `width` entries each.
+    pub items: B,
+}
+
+/// Sends and receives one message a peer and waits for all of them. `width` is the number of entries an item has; both
+/// ends know all lengths.
+pub(super) fn swap<T: Equivalence>(
+    world: &impl CommunicatorCollectives,
+    width: usize,
+    out: Cargo<'_, &[T]>,
+    into: Cargo<'_, &mut [T]>,
+) {
+    if width == 0 {
+        return;
+    }
+    scope(|scope| {
+        // Receives first: a message that is expected needs no copy.
+        let arriving: Vec<Request<'_, [T], _>> = into
+            .peers
+            .parts_mut(into.items, width)
+            .into_iter()
+            .map(|(rank, part)| world.process_at_rank(rank).immediate_receive_into(scope, part))
+            .collect();
+        let leaving: Vec<Request<'_, [T], _>> = out
+            .peers
+            .parts(out.items, width)
+            .map(|(rank, part)| world.process_at_rank(rank).immediate_send(scope, part))
+            .collect();
+        arriving.into_iter().chain(leaving).for_each(Request::wait_without_status);
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each peer has its part, ranks without items have none.
+    #[test]
+    fn parts_follow_each_other() {
+        let peers = Peers::new([(0, 2), (3, 0), (4, 1)]);
+        let mut all = [1, 2, 3, 4, 5, 6];
+        let parts: Vec<(i32, &[i32])> = peers.parts(&all, 2).collect();
+        assert_eq!(parts, [(0, &[1, 2, 3, 4][..]), (4, &[5, 6])]);
+        let written = peers.parts_mut(&mut all, 2);
+        assert_eq!(
+            written.iter().map(|(rank, part)| (*rank, part.len())).collect::<Vec<_>>(),
+            [(0, 4), (4, 2)]
+        );
+        assert_eq!((peers.count(), peers.items()), (2, 3));
+        assert_eq!(Peers::default().items(), 0);
+        assert_eq!(Peers::default().parts(&all, 1).count(), 0);
+    }
+}

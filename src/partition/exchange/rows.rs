@@ -1,0 +1,172 @@
+//! Blocks in rows of the matrix that other ranks own.
+
+use mpi::traits::CommunicatorCollectives;
+
+use super::nodes::Traffic;
+use super::owners::Owners;
+use super::peers::{Cargo, Peers, swap};
+use super::sparse::sparse_all_to_all;
+use crate::error::{Error, Result, agree};
+use crate::partition::IndexMap;
+
+/// Node pairs in rows of other ranks, in compressed form: block `k` is row `rows[i]`, column `columns[k]` with
+/// `offsets[i] <= k < offsets[i + 1]`. Rows and the columns of each ascend.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ForeignRows {
+    rows: Vec<i32>,
+    offsets: Vec<u32>,
+    columns: Vec<i32>,
+}
+
+impl ForeignRows {
+    /// From pairs (row, column) of global nodes, in any order and repeated as they come.
+    pub fn collect(mut pairs: Vec<(i32, i32)>) -> Self {
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut all = Self { rows: Vec::new(), offsets: vec![0], columns: Vec::with_capacity(pairs.len()) };
+        for row in pairs.chunk_by(|a, b| a.0 == b.0) {
+            all.rows.push(row[0].0);
+            all.columns.extend(row.iter().map(|(_, column)| *column));
+            all.offsets.push(all.columns.len() as u32);
+        }
+        all
+    }
+
+    /// Number of blocks.
+    pub fn blocks(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Number of the block of a pair of global nodes; `None` where it is not among them.
+    pub fn slot(&self, row: i32, column: i32) -> Option<u32> {
+        let row = self.rows.binary_search(&row).ok()?;
+        let (from, to) = (self.offsets[row], self.offsets[row + 1]);
+        let at = self.columns[from as usize..to as usize].binary_search(&column).ok()?;
+        Some(from + at as u32)
+    }
+
+    /// Rows with their columns, ascending.
+    pub fn iter(&self) -> impl Iterator<Item = (i32, &[i32])> {
+        let columns = self.offsets.windows(2).map(|ends| &self.columns[ends[0] as usize..ends[1] as usize]);
+        self.rows.iter().copied().zip(columns)
+    }
+}
+
+/// Rows of other ranks that this rank adds to, and rows of its own that others add to, agreed with them.
+#[derive(Debug, Clone, Default)]
+pub struct RowExchange {
+    /// Whom this rank sends how many blocks.
+    owners: Peers,
+    /// Who sends how many blocks.
+    senders: Peers,
+    /// Received rows as local owned nodes, by sender; columns as global nodes.
+    rows: Vec<u32>,
+    offsets: Vec<u32>,
+    columns: Vec<i32>,
+    arrived: Vec<f64>,
+}
+
+impl RowExchange {
+    /// Tells the owners which blocks they will get. Collective.
+    ///
+    /// # Errors
+    /// The same on every rank, when a row does not exist.
+    pub fn new(
+        world: &impl CommunicatorCollectives,
+        index: &IndexMap,
+        foreign: &ForeignRows,
+    ) -> Result<Self> {
+        let table = Owners::gather(world, index);
+        let lists = agree(world, announcements(&table, foreign))?;
+        let blocks = |(rank, _, count): &(i32, Vec<u32>, usize)| (*rank, *count);
+        let owners = Peers::new(lists.iter().map(blocks));
+        let lists: Vec<(i32, Vec<u32>)> = lists.into_iter().map(|(rank, list, _)| (rank, list)).collect();
+        let mut exchange = Self { owners, offsets: vec![0], ..Self::default() };
+        let mut counts = Vec::new();
+        for (rank, list) in sparse_all_to_all(world, &lists) {
+            let before = exchange.columns.len();
+            exchange.note(&list);
+            counts.push((rank, exchange.columns.len() - before));
+        }
+        exchange.senders = Peers::new(counts);
+        Ok(exchange)
+    }
+
+    /// Appends the rows of one announcement.
+    fn note(&mut self, mut list: &[u32]) {
+        while let [row, count, rest @ ..] = list {
+            let (columns, after) = rest.split_at((*count as usize).min(rest.len()));
+            self.rows.push(*row);
+            self.columns.extend(columns.iter().map(|&column| column as i32));
+            self.offsets.push(self.columns.len() as u32);
+            list = after;
+        }
+    }
+
+    /// Rows that others add to, as (local owned node, global columns), in the order in which their blocks arrive: by
+    /// ascending sender, then row, then column. A row stands once for each sender.
+    pub fn received(&self) -> impl Iterator<Item = (u32, &[i32])> {
+        let columns = self.offsets.windows(2).map(|ends| &self.columns[ends[0] as usize..ends[1] as usize]);
+        self.rows.iter().copied().zip(columns)
+    }
+
+    /// Number of blocks that arrive.
+    pub fn received_blocks(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Sends the blocks of [`ForeignRows`], `size` values each in its order, and returns those that arrived in the
+    /// order of [`received`](Self::received), to be added in this order. Collective.
+    pub fn send_values(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        size: usize,
+        blocks: &[f64],
+    ) -> &[f64] {
+        self.arrived.resize(self.columns.len() * size, 0.0);
+        let out = Cargo { peers: &self.owners, items: blocks };
+        swap(world, size, out, Cargo { peers: &self.senders, items: &mut self.arrived });
+        &self.arrived
+    }
+
+    /// What [`send_values`](Self::send_values) with `size` values a block makes this rank send.
+    pub fn traffic(&self, size: usize) -> Traffic {
+        Traffic { messages: self.owners.count(), bytes: self.owners.items() * size * size_of::<f64>() }
+    }
+}
+
+/// For each owner, ascending: its rows, each as local node, number of columns, columns; and the number of blocks.
+fn announcements(table: &Owners, foreign: &ForeignRows) -> Result<Vec<(i32, Vec<u32>, usize)>> {
+    let mut lists: Vec<(i32, Vec<u32>, usize)> = Vec::new();
+    for (row, columns) in foreign.iter() {
+        let Some((owner, local)) = table.find(row) else {
+            return Err(Error::internal(format!("exchange: row {row} of the matrix does not exist")));
+        };
+        if lists.last().is_none_or(|last| last.0 != owner) {
+            lists.push((owner, Vec::new(), 0));
+        }
+        if let Some((_, list, blocks)) = lists.last_mut() {
+            list.extend([local, columns.len() as u32]);
+            list.extend(columns.iter().map(|&column| column as u32));
+            *blocks += columns.len();
+        }
+    }
+    Ok(lists)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pairs come out sorted and once, and each is found again.
+    #[test]
+    fn pairs_are_compressed() {
+        let rows = ForeignRows::collect(vec![(9, 4), (3, 8), (9, 1), (3, 8), (9, 4), (3, 2)]);
+        let all: Vec<_> = rows.iter().collect();
+        assert_eq!(all, [(3, &[2, 8][..]), (9, &[1, 4])]);
+        assert_eq!([(3, 2), (3, 8), (9, 1), (9, 4)].map(|(r, c)| rows.slot(r, c)), [0, 1, 2, 3].map(Some));
+        assert_eq!([(3, 1), (4, 2), (9, 8)].map(|(r, c)| rows.slot(r, c)), [None; 3]);
+        assert_eq!(rows.blocks(), 4);
+        assert_eq!(ForeignRows::collect(vec![]).blocks(), 0);
+    }
+}

@@ -1,0 +1,307 @@
+//! The two-stage scheme (3.6), (3.7): normal contact under known friction, then friction under known pressure, in
+//! turn until both agree (formulation, section 7B).
+//!
+//! Either stage drops one coupling from the residual and every non-symmetric term from the matrix, so that both are
+//! solved by methods for symmetric matrices. The scheme contracts by a factor proportional to the coefficient
+//! of friction, hence not at all where that is large: a step that does not contract has failed.
+
+use super::convergence::{IterationReport, Outcome, Phase, SolveReport};
+use super::linear::{Fallback, LinearSolver};
+use super::monolithic::{Monolithic, NewtonSettings, relative};
+use super::strategy::Strategy;
+use crate::dynamics::{Dynamics, Freeze, Known, Residual, Split, Stage};
+use crate::error::Result;
+use crate::petsc::Vector;
+use crate::terms::Terms;
+
+/// When the sweeps end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StaggeredSettings {
+    /// Distance of the stages over the increment of the step, change of the friction forces over the normal forces, and
+    /// residual of the full system over the largest force, at which the stages agree.
+    pub tolerance: f64,
+    /// Most sweeps over both stages.
+    pub max_sweeps: u32,
+    /// What stage I knows of friction.
+    pub known: Known,
+}
+
+/// The staggered strategy.
+pub struct Staggered {
+    settings: StaggeredSettings,
+    normal: Monolithic,
+    friction: Monolithic,
+    /// What stage I found, the result.
+    found: Vector,
+    work: Vector,
+}
+
+/// How far the stages are from agreement after a sweep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sweep {
+    /// `|u_I - u_II|` \[m\].
+    distance: f64,
+    /// The same over the increment of the step.
+    relative_distance: f64,
+    /// Change of the friction forces over the normal forces.
+    friction: f64,
+    /// Balance of the full system at `u_I`.
+    residual: f64,
+}
+
+/// What the sweeps so far tell of the next ones.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Progress {
+    last: Option<f64>,
+    contraction: Option<f64>,
+    least: Option<f64>,
+    idle: u32,
+}
+
+impl Progress {
+    /// Sweeps without a smaller change of friction after which none is expected.
+    const PATIENCE: u32 = 10;
+
+    fn record(&mut self, sweep: &Sweep) {
+        self.contraction = self.last.filter(|last| *last > 0.0).map(|last| sweep.distance / last);
+        self.last = Some(sweep.distance);
+        let better = self.least.is_none_or(|least| sweep.friction < least);
+        self.idle = if better { 0 } else { self.idle + 1 };
+        self.least = if better { Some(sweep.friction) } else { self.least };
+    }
+
+    fn stagnates(&self) -> bool {
+        self.idle >= Self::PATIENCE
+    }
+}
+
+impl Staggered {
+    /// Each stage is solved to this residual over the largest force at least: the stages are compared, and can not
+    /// agree better than each is solved.
+    const STAGE_TOLERANCE: f64 = 1e-10;
+    /// Corrections of a stage, whose matrix is not the whole derivative.
+    const STAGE_ITERATIONS: u32 = 60;
+    /// Stages that differ by this part of the displacements differ by rounding.
+    const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+    /// A solver for states with the layout of `pattern`; `newton` is how each stage is solved, `linear` makes the
+    /// linear solver of a stage.
+    ///
+    /// # Errors
+    /// When PETSc can not allocate.
+    pub fn new(
+        settings: StaggeredSettings,
+        newton: &NewtonSettings,
+        mut linear: impl FnMut() -> Result<LinearSolver>,
+        pattern: &Vector,
+    ) -> Result<Self> {
+        let mut stage = |terms| {
+            let newton = NewtonSettings {
+                tolerance: newton.tolerance.min(Self::STAGE_TOLERANCE),
+                max_iterations: newton.max_iterations.max(Self::STAGE_ITERATIONS),
+                terms,
+                ..newton.clone()
+            };
+            Monolithic::new(newton, linear()?, pattern)
+        };
+        Ok(Self {
+            settings,
+            normal: stage(Terms::NORMAL_STAGE)?,
+            friction: stage(Terms::FRICTION_STAGE)?,
+            found: pattern.like()?,
+            work: pattern.like()?,
+        })
+    }
+
+    /// Stage I, then the full balance there, which tells the pressure and the bound that stage II holds.
+    fn find_contact(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &mut Stage,
+        watch: &mut dyn FnMut(&IterationReport),
+    ) -> Result<(Outcome, Residual)> {
+        stage.split = Split::NormalStage(self.settings.known);
+        let mut rows = |row: &IterationReport| watch(&IterationReport { phase: Phase::NormalStage, ..*row });
+        let outcome = self.normal.solve(system, stage, &mut rows)?;
+        stage.split = Split::Monolithic;
+        let balance = self.normal.evaluate(system, stage)?;
+        system.freeze(Freeze::NormalTractions);
+        self.found.copy_from(&stage.trial.u)?;
+        Ok((outcome, balance))
+    }
+
+    /// Stage II, then how far both stages are apart.
+    fn find_friction(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &mut Stage,
+        watch: &mut dyn FnMut(&IterationReport),
+    ) -> Result<(Outcome, Sweep)> {
+        stage.split = Split::FrictionStage;
+        let mut rows =
+            |row: &IterationReport| watch(&IterationReport { phase: Phase::FrictionStage, ..*row });
+        let outcome = self.friction.solve(system, stage, &mut rows)?;
+        stage.split = Split::Monolithic;
+        let forces = system.force_change();
+        system.freeze(Freeze::FrictionTractions);
+        self.work.waxpy(-1.0, &self.found, &stage.trial.u)?;
+        let distance = self.work.norm()?;
+        self.work.waxpy(-1.0, &stage.start.u, &self.found)?;
+        let rounding = Self::ROUNDING * (system.extent() + self.found.norm()?);
+        let increment = self.work.norm()?;
+        let sweep = Sweep {
+            distance,
+            relative_distance: if distance <= rounding { 0.0 } else { distance / increment },
+            friction: if forces.friction == 0.0 { 0.0 } else { forces.friction / forces.normal },
+            residual: 0.0,
+        };
+        Ok((outcome, sweep))
+    }
+
+    /// Both stages agree, and what they agree on balances. The latter matters where friction is known as a traction: under
+    /// a stiff stick the law may give another one at displacements that hardly differ.
+    fn agrees(&self, sweep: &Sweep) -> bool {
+        let open = [sweep.relative_distance, sweep.friction, sweep.residual];
+        open.iter().all(|open| *open <= self.settings.tolerance)
+    }
+
+    /// Why the sweeps end without agreement, where they do.
+    fn hopeless(&self, number: u32, sweep: &Sweep, progress: &Progress) -> Option<String> {
+        if number < self.settings.max_sweeps && !progress.stagnates() {
+            return None;
+        }
+        let why = if progress.stagnates() { "stagnates" } else { "is out of sweeps" };
+        let contraction = progress.contraction.map_or(String::new(), |c| format!(", contraction {c:.2}"));
+        Some(format!(
+            "the staggered scheme {why} after {number} sweeps: the stages differ by {:.1e} of the increment, friction \
+             changes by {:.1e} of the normal force, the residual is {:.1e}; not all <= {:.1e}{contraction}",
+            sweep.relative_distance, sweep.friction, sweep.residual, self.settings.tolerance
+        ))
+    }
+
+    fn sweeps(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &mut Stage,
+        watch: &mut dyn FnMut(&IterationReport),
+    ) -> Result<Outcome> {
+        let (mut report, mut progress) = (SolveReport::default(), Progress::default());
+        system.freeze(Freeze::LastStep);
+        for number in 1.. {
+            let (outcome, balance) = self.find_contact(system, stage, watch)?;
+            if let Some(failed) = failure(&mut report, outcome, "stage I") {
+                return Ok(failed);
+            }
+            let (outcome, sweep) = self.find_friction(system, stage, watch)?;
+            if let Some(failed) = failure(&mut report, outcome, "stage II") {
+                return Ok(failed);
+            }
+            let sweep = Sweep { residual: relative(balance), ..sweep };
+            progress.record(&sweep);
+            stage.trial.u.copy_from(&self.found)?;
+            report.residual = sweep.residual;
+            watch(&IterationReport {
+                phase: Phase::Sweep,
+                iteration: number,
+                increment: sweep.distance,
+                contraction: progress.contraction,
+                ..IterationReport::first(sweep.residual, report.contact)
+            });
+            if self.agrees(&sweep) {
+                break;
+            }
+            if let Some(reason) = self.hopeless(number, &sweep, &progress) {
+                return Ok(Outcome::Failed(report, reason));
+            }
+        }
+        // What follows reads forces, tractions and statuses off the last evaluation.
+        report.residual = relative(self.normal.evaluate(system, stage)?);
+        system.rewind();
+        report.contact = system.observe()?;
+        Ok(Outcome::Converged(report))
+    }
+}
+
+/// Adds up the work of a stage; the outcome of the step where the stage failed.
+fn failure(report: &mut SolveReport, outcome: Outcome, name: &str) -> Option<Outcome> {
+    let (Outcome::Converged(of_stage) | Outcome::Failed(of_stage, _)) = &outcome;
+    report.add_work(of_stage);
+    report.contact = of_stage.contact;
+    report.residual = of_stage.residual;
+    match outcome {
+        Outcome::Converged(_) => None,
+        Outcome::Failed(_, reason) => Some(Outcome::Failed(*report, format!("{name}: {reason}"))),
+    }
+}
+
+impl Strategy for Staggered {
+    fn solve(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &mut Stage,
+        watch: &mut dyn FnMut(&IterationReport),
+    ) -> Result<Outcome> {
+        let outcome = self.sweeps(system, stage, watch);
+        stage.split = Split::Monolithic;
+        outcome
+    }
+
+    fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
+        system.freeze(Freeze::LastStep);
+        stage.split = Split::NormalStage(self.settings.known);
+        let moved = self.normal.follow_prescribed(system, stage);
+        stage.split = Split::Monolithic;
+        moved
+    }
+
+    fn describe(&self) -> String {
+        format!("staggered, each stage by {}", self.normal.linear().describe())
+    }
+
+    fn wants_rigid_body_modes(&self) -> bool {
+        self.normal.linear().wants_rigid_body_modes()
+    }
+
+    fn take_fallbacks(&mut self) -> Vec<Fallback> {
+        let mut fallbacks = self.normal.take_fallbacks();
+        fallbacks.extend(self.friction.take_fallbacks());
+        fallbacks
+    }
+
+    fn cure(&self) -> &'static str {
+        "try strategy: monolithic, which does not depend on the coefficient of friction, or a smaller step"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sweep(distance: f64, friction: f64) -> Sweep {
+        Sweep { distance, relative_distance: distance, friction, residual: 0.0 }
+    }
+
+    /// The contraction is the quotient of two distances in a row, and is not known after the first.
+    #[test]
+    fn contraction_compares_two_sweeps() {
+        let mut progress = Progress::default();
+        progress.record(&sweep(1e-2, 1.0));
+        assert_eq!(progress.contraction, None);
+        progress.record(&sweep(2e-3, 0.5));
+        assert!(progress.contraction.is_some_and(|c| (c - 0.2).abs() < 1e-12));
+    }
+
+    /// Friction that does not become smaller in ten sweeps will not, however far the stages are apart.
+    #[test]
+    fn stagnation_is_seen() {
+        let mut progress = Progress::default();
+        for k in 0..10 {
+            progress.record(&sweep(1.0, 0.1 + f64::from(k % 2)));
+            assert!(!progress.stagnates());
+        }
+        progress.record(&sweep(1.0, 0.1));
+        assert!(progress.stagnates());
+        progress.record(&sweep(1.0, 0.05));
+        assert!(!progress.stagnates());
+    }
+}

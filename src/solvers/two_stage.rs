@@ -1,0 +1,174 @@
+//! The two-stage scheme as preconditioner of the monolithic system (formulation, section 12).
+//!
+//! With the symmetric operator `A_I` of stage I and the full `K`, one application to `r` is
+//! `z_1 = A_I^-1 r`, then `z = z_1 + A^-1 (r - K z_1)`. Where `A = A_I` and the inner solves are exact this is
+//! `z = A_I^-1 (r - (K - A_I) z_1)`, the friction that the new normal tractions bring: `K - A_I` is `K_nT` and the
+//! small non-symmetric terms. Written with `K` it takes one product, no matrix of its own for `K_nT`, and corrects the
+//! error of an inexact `z_1` as well. The second reading takes the operator of the paper's stage II,
+//! `A = A_II = A_I - K_CN`, with the normal components of `z_1` kept at the nodes in contact: without that it would
+//! forget the penalty.
+
+use std::rc::Rc;
+
+use super::presets::Preset;
+use crate::dynamics::{Dynamics, Stage};
+use crate::error::{Error, Result};
+use crate::petsc::{Krylov, Matrix, Operator, Reuse, Session, SharedOperator, Vector};
+use crate::terms::Terms;
+
+/// Operator of the second half of an application.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Second {
+    /// That of stage I again: the friction-normal coupling is all that it makes up for.
+    #[default]
+    Coupling,
+    /// The paper's stage II, normal components kept at contact nodes.
+    FrictionStage,
+}
+
+/// What the case says of the preconditioner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TwoStageSettings {
+    /// Operator of the second half.
+    pub second: Second,
+    /// Preset for the symmetric matrices; chosen by the problem where `None`.
+    pub inner: Option<&'static str>,
+}
+
+/// One symmetric operator and what solves with it.
+struct Half {
+    matrix: Matrix,
+    terms: Terms,
+    krylov: Krylov,
+}
+
+/// The preconditioner with its matrices.
+pub struct TwoStage {
+    normal: Half,
+    friction: Option<Half>,
+    /// `K`; known from the first solve on.
+    operator: Option<SharedOperator>,
+    residual: Vector,
+    correction: Vector,
+    normals: Vector,
+    iterations: u32,
+}
+
+/// Where matrices and options come from.
+pub struct Origin<'a> {
+    /// The session.
+    pub session: &'a Rc<Session>,
+    /// A matrix of the pattern.
+    pub like: &'a Matrix,
+    /// A vector of the layout.
+    pub pattern: &'a Vector,
+}
+
+impl Half {
+    fn new(origin: &Origin, terms: Terms, preset: &Preset) -> Result<Self> {
+        let mut krylov = Krylov::new(origin.session, TwoStage::PREFIX)?;
+        krylov.configure(&preset.options_on(origin.session.size() as usize))?;
+        Ok(Self { matrix: origin.like.like()?, terms, krylov })
+    }
+
+    /// Looks at new values of the matrix.
+    fn prepare(&mut self, reuse: Reuse) -> Result<()> {
+        self.krylov.set_operators(&self.matrix, &self.matrix)?;
+        self.krylov.reuse_preconditioner(reuse)?;
+        self.krylov.set_tolerances(TwoStage::TOLERANCE, 0.0, TwoStage::MAX_ITERATIONS)?;
+        self.krylov.set_up()
+    }
+
+    /// `x = matrix^-1 b`, roughly; the iterations, or `None` where it failed.
+    fn solve(&mut self, b: &Vector, x: &mut Vector) -> Result<Option<u32>> {
+        let outcome = self.krylov.solve(b, x)?;
+        Ok(outcome.converged().then_some(outcome.iterations as u32))
+    }
+}
+
+impl TwoStage {
+    /// Prefix of PETSc's options for the inner solvers.
+    pub const PREFIX: &str = "two_stage_";
+    /// Relative tolerance of the inner solves.
+    const TOLERANCE: f64 = 1e-2;
+    /// Iterations after which an inner solve counts as failed.
+    const MAX_ITERATIONS: usize = 1000;
+    /// Stiffness that keeps the normal components at contact nodes, over the diagonal.
+    const HOLD: f64 = 1e6;
+
+    /// A preconditioner whose matrices are still zero. Collective.
+    ///
+    /// # Errors
+    /// No memory, or the inner preset is not one for symmetric matrices.
+    pub fn new(origin: &Origin, second: Second, inner: &str) -> Result<Self> {
+        let preset = Preset::named(inner).filter(|preset| preset.symmetric).ok_or_else(|| {
+            Error::case(format!("'{inner}' does not solve the symmetric systems of two_stage"))
+                .hint("known: cholesky, cg_icc, cg_amg, cg_jacobi")
+        })?;
+        let friction = match second {
+            Second::Coupling => None,
+            Second::FrictionStage => Some(Half::new(origin, Terms::FRICTION_STAGE, preset)?),
+        };
+        Ok(Self {
+            normal: Half::new(origin, Terms::NORMAL_STAGE, preset)?,
+            friction,
+            operator: None,
+            residual: origin.pattern.like()?,
+            correction: origin.pattern.like()?,
+            normals: origin.pattern.like()?,
+            iterations: 0,
+        })
+    }
+
+    /// Whether its matrices have the pattern of `matrix`.
+    pub fn fits(&self, matrix: &Matrix) -> bool {
+        Rc::ptr_eq(self.normal.matrix.pattern(), matrix.pattern())
+    }
+
+    /// Assembles the symmetric operators at the trial state. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage) -> Result<()> {
+        system.jacobian_into(stage, self.normal.terms, &mut self.normal.matrix)?;
+        let Some(friction) = &mut self.friction else { return Ok(()) };
+        system.jacobian_into(stage, friction.terms, &mut friction.matrix)?;
+        system.contact_normals(&mut self.normals)?;
+        friction.matrix.hold_directions(&self.normals, Self::HOLD)
+    }
+
+    /// Prepares to precondition `matrix`, with factors of an earlier one where they are kept. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
+        self.operator = Some(matrix.share()?);
+        self.normal.prepare(reuse)?;
+        self.friction.as_mut().map_or(Ok(()), |half| half.prepare(reuse))
+    }
+
+    /// `z` about `K^-1 r`. Where an inner solve fails `z` is no number, by which the outer method ends and the next
+    /// preset takes over. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn apply(&mut self, r: &Vector, z: &mut Vector) -> Result<()> {
+        let operator = self.operator.as_ref().ok_or_else(|| Error::internal("two_stage without operator"))?;
+        let first = self.normal.solve(r, z)?;
+        operator.multiply(z, &mut self.residual)?;
+        self.residual.aypx(-1.0, r)?;
+        let second = self.friction.as_mut().unwrap_or(&mut self.normal);
+        let second = second.solve(&self.residual, &mut self.correction)?;
+        let (Some(first), Some(second)) = (first, second) else {
+            z.set(f64::NAN);
+            return Ok(());
+        };
+        self.iterations += first + second;
+        z.axpy(1.0, &self.correction)
+    }
+
+    /// Inner iterations since the last call.
+    pub fn take_iterations(&mut self) -> u32 {
+        std::mem::take(&mut self.iterations)
+    }
+}

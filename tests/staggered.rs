@@ -1,0 +1,274 @@
+//! The staggered strategy and the two-stage preconditioner: the answers of the monolithic solve by symmetric matrices.
+
+mod common;
+
+use common::{Folder, Output, Table, run};
+
+/// A rubber layer dragged over a plane fast enough to slip within a few steps.
+const LAYER: &str = "
+dimension: 2
+bodies:
+  layer:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.1], cells: [8, 4], element: quad4 } }
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.45 } }
+    density: 1700
+    kinematics: finite
+    locking: selective_reduced
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact:
+  sole:
+    contactor: layer.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-10 } }
+    friction: { coulomb: { coefficient: MU, regularization: { stick_velocity: 1.0e-3 } } }
+    initial_overclosure: accept
+boundary: { clamp: { on: layer.top, displacement: { x: '5.0 * t', y: -0.005 } } }
+start: { equilibrium: { friction: false, increments: 2 } }
+time: { end: 5.0e-3, step: 5.0e-4, cuts: 0, scheme: { generalized_alpha: { spectral_radius: 0.8 } } }
+output: { fields: { every: 100 }, probes: { left: { at: [0, 0] }, middle: { at: [0.2, 0] }, right: { at: [0.4, 0] } } }
+";
+
+/// A cube dragged aslant over a plane; the return map makes friction a stiffness.
+const CUBE: &str = "
+dimension: 3
+bodies:
+  cube:
+    mesh: { box: { min: [0, 0, 0], max: [0.1, 0.1, 0.1], cells: [4, 4, 4], element: hex8 } }
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
+    density: 1700
+    kinematics: finite
+obstacles: { floor: { plane: { point: [0, 0, 0], normal: [0, 0, 1] } } }
+contact:
+  sole:
+    contactor: cube.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-9 } }
+    friction: { coulomb: { coefficient: MU, regularization: { stick_stiffness: 1.0e8 } } }
+    initial_overclosure: accept
+boundary: { clamp: { on: cube.top, displacement: { x: '0.02 * t', y: '0.01 * t', z: '-0.01 * t' } } }
+time: { end: 1, scheme: { static: { increments: 4 } } }
+output: { fields: { every: 100 }, probes: { corner: { at: [0.1, 0.1, 0] }, centre: { at: [0.05, 0.05, 0] } } }
+";
+
+const MONOLITHIC: &str = "{ linear: direct }";
+
+/// Tighter than the default, so that what is left of the sweeps does not add up over the steps.
+const STAGGERED: &str = "{ strategy: { staggered: { tolerance: 1e-8 } } }";
+
+/// A run with a coefficient of friction and what stands under `solver`.
+struct Solved {
+    folder: Folder,
+    output: Output,
+}
+
+impl Solved {
+    fn by(case: &str, mu: f64, solver: &str, ranks: usize) -> Self {
+        Self::with(case, mu, solver, ranks, &[])
+    }
+
+    fn with(case: &str, mu: f64, solver: &str, ranks: usize, petsc: &[&str]) -> Self {
+        let folder = Folder::new("staggered");
+        folder.write("case.yml", &format!("{}solver: {solver}\n", case.replace("MU", &mu.to_string())));
+        let args: Vec<&str> = ["case.yml", "--output", "out", "--"].iter().chain(petsc).copied().collect();
+        let output = run(ranks, &args, &folder);
+        Self { folder, output }
+    }
+
+    #[track_caller]
+    fn well(self) -> Self {
+        Self { output: self.output.success(), ..self }
+    }
+
+    fn table(&self, name: &str) -> Table {
+        Table::read(&self.folder.join("out").join(name))
+    }
+
+    fn count(&self, key: &str) -> u64 {
+        let text = std::fs::read_to_string(self.folder.join("out/run.json")).expect("a run record");
+        let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        record[key].as_u64().unwrap_or_else(|| panic!("no count {key}"))
+    }
+
+    /// Displacements of all probes, step by step.
+    fn displacements(&self) -> Vec<Vec<f64>> {
+        let probes = self.table("probes.csv");
+        let names: Vec<&str> = probes.names().filter(|name| name.contains(".u_")).collect();
+        let columns: Vec<Vec<f64>> = names.iter().map(|name| probes.numbers(name)).collect();
+        (0..probes.len()).map(|row| columns.iter().map(|column| column[row]).collect()).collect()
+    }
+
+    fn slips(&self) -> bool {
+        self.table("contact.csv").numbers("slip").iter().any(|points| *points > 0.0)
+    }
+}
+
+/// Largest difference at any step over the largest displacement.
+fn apart(a: &Solved, b: &Solved) -> f64 {
+    let (a, b) = (a.displacements(), b.displacements());
+    assert_eq!(a.len(), b.len(), "the steps differ");
+    let largest = a.iter().flatten().fold(0.0f64, |most, u| most.max(u.abs()));
+    let differences = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs());
+    differences.fold(0.0, f64::max) / largest
+}
+
+/// Layer and cube, two coefficients: the staggered answer is the monolithic one at every step, on any number of ranks,
+/// and was found in more than one sweep.
+#[test]
+fn staggered_is_monolithic_on_1_2_3_ranks() {
+    for (case, mu) in [(LAYER, 0.3), (LAYER, 1.0), (CUBE, 0.3), (CUBE, 1.0)] {
+        let expected = Solved::by(case, mu, MONOLITHIC, 1).well();
+        assert!(expected.slips() || mu > 0.5, "friction holds everything");
+        for ranks in [1, 2, 3] {
+            let found = Solved::by(case, mu, STAGGERED, ranks).well();
+            let apart = apart(&expected, &found);
+            assert!(apart < 1e-6, "mu = {mu} on {ranks} ranks: {apart:.1e}");
+            let sweeps = found.table("iterations.csv").only("stage", "sweep").numbers("iteration");
+            assert!(sweeps.iter().any(|number| *number >= 3.0), "mu = {mu} on {ranks} ranks: no sweeps");
+        }
+    }
+}
+
+/// The forces of the full system are those that a step leaves behind: the monolithic residual is small at each last
+/// sweep, and the friction of the tables is that of the monolithic run.
+#[test]
+fn a_step_ends_with_the_full_balance_on_1_rank() {
+    let expected = Solved::by(LAYER, 0.3, MONOLITHIC, 1).well().table("contact.csv");
+    let found = Solved::by(LAYER, 0.3, STAGGERED, 1).well();
+    let friction = [&expected, &found.table("contact.csv")].map(|table| table.numbers("force_t"));
+    let largest = friction[0].iter().fold(0.0f64, |most, force| most.max(force.abs()));
+    for (expected, found) in friction[0].iter().zip(&friction[1]) {
+        assert!((expected - found).abs() < 1e-4 * largest, "{found} instead of {expected}");
+    }
+    let sweeps = found.table("iterations.csv").only("stage", "sweep");
+    let (steps, residuals) = (sweeps.numbers("step"), sweeps.numbers("residual"));
+    for row in 0..sweeps.len() {
+        let last = row + 1 == sweeps.len() || steps[row + 1] > steps[row];
+        assert!(!last || residuals[row] <= 1e-8, "step {}: residual {:.1e}", steps[row], residuals[row]);
+    }
+}
+
+/// Contraction of a run: the median of the sweeps that are not yet at rounding, where the whole base slips.
+fn contraction(mu: f64) -> f64 {
+    let solved = Solved::by(LAYER, mu, STAGGERED, 1).well();
+    let sweeps = solved.table("iterations.csv").only("stage", "sweep");
+    let rows = sweeps.numbers("contraction").into_iter().zip(sweeps.numbers("increment"));
+    let mut factors: Vec<f64> =
+        rows.filter(|(factor, distance)| factor.is_finite() && *distance > 1e-11).map(|row| row.0).collect();
+    assert!(factors.len() > 10, "mu = {mu}: {factors:?}");
+    factors.sort_by(f64::total_cmp);
+    factors[factors.len() / 2]
+}
+
+/// The scheme contracts by a factor proportional to the coefficient of friction.
+#[test]
+fn contraction_is_proportional_to_mu_on_1_rank() {
+    let factors = [0.1, 0.2, 0.4].map(contraction);
+    for pair in factors.windows(2) {
+        let ratio = pair[1] / pair[0];
+        assert!((1.5..2.7).contains(&ratio), "{factors:?}");
+    }
+    assert!((0.1..0.6).contains(&(factors[2] / 0.4)), "{factors:?}");
+}
+
+/// A sweep loop that hits its cap fails the step, with the figures and what to do, and keeps the steps before.
+#[test]
+fn a_cap_that_is_hit_fails_on_1_2_ranks() {
+    for ranks in [1, 2] {
+        let solver = "{ strategy: { staggered: { tolerance: 1e-8, max_sweeps: 3 } } }";
+        let failed = Solved::by(LAYER, 0.4, solver, ranks);
+        let said = &failed.output.stderr;
+        assert_eq!(failed.output.code, Some(5), "{said}");
+        assert_eq!(said.matches("contact-petsc: error:").count(), 1, "{said}");
+        for words in ["out of sweeps after 3 sweeps", "contraction 0.", "1.0e-8", "strategy: monolithic"] {
+            assert!(said.contains(words), "no '{words}' in:\n{said}");
+        }
+        assert!(failed.table("probes.csv").len() >= 2, "nothing was kept");
+    }
+}
+
+/// The variant that freezes the friction traction finds the same where it converges, and does so differently.
+#[test]
+fn frozen_traction_agrees_on_2_ranks() {
+    let solver = "{ strategy: { staggered: { tolerance: 1e-7, variant: frozen_traction } } }";
+    let expected = Solved::by(LAYER, 0.3, MONOLITHIC, 1).well();
+    let found = Solved::by(LAYER, 0.3, solver, 2).well();
+    let apart = apart(&expected, &found);
+    assert!(apart < 1e-5, "{apart:.1e}");
+    let by_bound = Solved::by(LAYER, 0.3, STAGGERED, 2).well();
+    let first = |solved: &Solved| solved.table("iterations.csv").only("stage", "I").numbers("residual");
+    assert_ne!(first(&found), first(&by_bound));
+}
+
+/// Both stages are solved by methods for symmetric matrices where the monolithic matrix refuses them.
+#[test]
+fn stages_are_solved_by_conjugate_gradients_on_2_ranks() {
+    let refused = Solved::by(LAYER, 0.3, "{ linear: cg_icc }", 2).output;
+    assert_eq!(refused.code, Some(3), "{}", refused.stderr);
+    assert!(refused.stderr.contains("`strategy: staggered`"), "{}", refused.stderr);
+    let expected = Solved::by(LAYER, 0.3, STAGGERED, 1).well();
+    for linear in ["cg_icc", "direct"] {
+        let solver = format!("{{ strategy: {{ staggered: {{ tolerance: 1e-8 }} }}, linear: {linear} }}");
+        let found = Solved::by(LAYER, 0.3, &solver, 2).well();
+        assert!(apart(&expected, &found) < 1e-7, "{linear}");
+        assert_eq!(found.count("linear_fallbacks"), 0, "{linear}");
+        let iterations = found.table("iterations.csv").only("stage", "II").numbers("krylov_iterations");
+        let most = iterations.iter().copied().fold(0.0, f64::max);
+        assert!(if linear == "direct" { most == 1.0 } else { most > 3.0 }, "{linear}: {most}");
+        let name = if linear == "direct" { "cholesky" } else { "cg_icc" };
+        assert!(found.output.stdout.contains(&format!("staggered, each stage by {name}")), "{linear}");
+    }
+}
+
+/// Without friction there is nothing to take in turn, which is said.
+#[test]
+fn staggered_without_friction_is_monolithic_on_1_rank() {
+    let coulomb = "{ coulomb: { coefficient: MU, regularization: { stick_velocity: 1.0e-3 } } }";
+    let case = LAYER.replace(coulomb, "none");
+    let [whole, turns] = ["{ linear: auto }", "{ strategy: staggered }"].map(|solver| {
+        let solved = Solved::by(&case, 0.0, solver, 1).well();
+        (solved.displacements(), solved.output.stdout + &solved.output.stderr)
+    });
+    assert_eq!(whole.0, turns.0);
+    assert!(!whole.1.contains("no contact has friction") && turns.1.contains("no contact has friction"));
+}
+
+/// Either reading of the preconditioner gives the answer of the factorisation in far fewer outer iterations than an
+/// incomplete factorisation, and tells its inner ones.
+#[test]
+fn two_stage_saves_outer_iterations_on_1_2_3_4_ranks() {
+    for case in [LAYER, CUBE] {
+        let expected = Solved::by(case, 1.0, MONOLITHIC, 1).well();
+        for ranks in [1, 2, 3, 4] {
+            let plain = Solved::by(case, 1.0, "{ linear: gmres_asm_ilu }", ranks).well();
+            assert_eq!(plain.count("inner_krylov_iterations"), 0);
+            for options in ["inner: cg_icc", "inner: cg_icc, second: friction_stage", "inner: cholesky"] {
+                let solver = format!("{{ linear: {{ two_stage: {{ {options} }} }} }}");
+                let found = Solved::by(case, 1.0, &solver, ranks).well();
+                assert_eq!(found.count("linear_fallbacks"), 0, "{options} on {ranks} ranks");
+                let apart = apart(&expected, &found);
+                assert!(apart < 1e-8, "{options} on {ranks} ranks: {apart:.1e}");
+                let [outer, outer_of_plain] =
+                    [&found, &plain].map(|solved| solved.count("krylov_iterations") as f64);
+                assert!(
+                    outer < 0.6 * outer_of_plain,
+                    "{options} on {ranks} ranks: {outer} and {outer_of_plain}"
+                );
+                assert!(found.count("inner_krylov_iterations") as f64 >= outer, "{options} on {ranks} ranks");
+            }
+        }
+    }
+}
+
+/// An inner solver that fails makes the preconditioner fail, and the next preset takes over.
+#[test]
+fn two_stage_falls_back_on_1_2_ranks() {
+    let expected = Solved::by(LAYER, 0.3, MONOLITHIC, 1).well();
+    for ranks in [1, 2] {
+        let solver = "{ linear: { two_stage: { inner: cg_icc } } }";
+        let found = Solved::with(LAYER, 0.3, solver, ranks, &["-two_stage_ksp_max_it", "1"]).well();
+        assert!(found.count("linear_fallbacks") > 0);
+        assert!(apart(&expected, &found) < 1e-8);
+        let said = format!("{}{}", found.output.stdout, found.output.stderr);
+        assert!(said.contains("gmres_asm_ilu took over"), "{said}");
+    }
+}

@@ -1,0 +1,74 @@
+//! The stages of the two-stage scheme: each with the tangent of what it holds, each with a symmetric matrix.
+
+use std::rc::Rc;
+
+use contact_petsc::dynamics::{Dynamics, Freeze, Known, Split};
+use contact_petsc::petsc::{Format, Session};
+use contact_petsc::terms::Terms;
+
+use super::tangent::{Case, disturb, plane_cases, prescribed, rate, residual, scatter, set, solid_cases};
+
+const STAGES: [(Split, Terms); 3] = [
+    (Split::NormalStage(Known::Bound), Terms::NORMAL_STAGE),
+    (Split::NormalStage(Known::Traction), Terms::NORMAL_STAGE),
+    (Split::FrictionStage, Terms::FRICTION_STAGE),
+];
+
+pub fn all(session: &Rc<Session>) {
+    plane_cases().iter().filter(|case| case.friction.is_some()).for_each(|case| check(session, case));
+    solid_cases().iter().filter(|case| case.friction.is_some()).for_each(|case| check(session, case));
+}
+
+fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>) {
+    let mut scene = case.scene(session, Format::Aij);
+    let held = prescribed(&mut scene);
+    disturb(&mut scene);
+    scene.system.prescribe(&mut scene.stage).expect("PETSc");
+    let mut u = scene.stage.trial.u.like().expect("PETSc");
+    u.copy_from(&scene.stage.trial.u).expect("PETSc");
+    let mut d = u.like().expect("PETSc");
+    let values = scatter(&scene, 6.0).into_iter().zip(&held);
+    set(&mut d, values.map(|(value, held)| if *held { 0.0 } else { 0.5 * value }));
+    let name = format!("{} ({} ranks)", case.name, session.size());
+
+    // Where the stages hold what the balance has, they have its residual.
+    let balance = residual(&mut scene, (&u, &d), 0.0);
+    scene.system.freeze(Freeze::NormalTractions);
+    scene.system.freeze(Freeze::FrictionTractions);
+    let change = scene.system.force_change();
+    assert!(change.friction == 0.0 && change.normal > 0.0, "{name}: {change:?}");
+    let mut matrix = scene.system.matrix().like().expect("PETSc");
+    let size = balance.norm().expect("PETSc");
+    for (split, terms) in STAGES {
+        scene.stage.split = split;
+        let mut apart = residual(&mut scene, (&u, &d), 0.0);
+        apart.axpy(-1.0, &balance).expect("PETSc");
+        let apart = apart.norm().expect("PETSc") / size;
+        assert!(apart < 1e-12, "{name}: {split:?} is {apart:.1e} from the balance");
+        // Away from there they differ, as the tangent of each knows.
+        let found = rate(&mut scene, (&u, &d), Terms::ALL);
+        assert!(found > 1.95, "{name}: rate {found} of {split:?}");
+        residual(&mut scene, (&u, &d), 0.0);
+        scene.system.jacobian_into(&scene.stage, terms, &mut matrix).expect("PETSc");
+        let asymmetry = matrix.asymmetry().expect("PETSc");
+        assert!(asymmetry < 1e-13, "{name}: {split:?} has an asymmetry of {asymmetry:.1e}");
+        assert!(scene.system.is_symmetric(&scene.stage, terms), "{name}: {split:?}");
+    }
+    scene.stage.split = Split::Monolithic;
+    residual(&mut scene, (&u, &d), 0.0);
+    scene.system.jacobian(&scene.stage, Terms::ALL, None).expect("PETSc");
+    let whole = scene.system.matrix().asymmetry().expect("PETSc");
+    assert!(whole > 1e-8, "{name}: the whole matrix is symmetric");
+    nodes_in_contact_have_normals(&mut scene, &name);
+}
+
+/// The normals are unit vectors where there is contact and there alone.
+fn nodes_in_contact_have_normals<const D: usize>(scene: &mut super::scene::Scene<D>, name: &str) {
+    let mut normals = scene.stage.trial.u.like().expect("PETSc");
+    scene.system.contact_normals(&mut normals).expect("PETSc");
+    let sizes: Vec<f64> =
+        normals.owned().chunks_exact(D).map(|n| n.iter().map(|n| n * n).sum::<f64>().sqrt()).collect();
+    assert!(sizes.iter().all(|size| *size == 0.0 || (size - 1.0).abs() < 1e-12), "{name}: {sizes:?}");
+    let total = normals.norm().expect("PETSc");
+    assert!(total > 0.0, "{name}: no node in contact");
+}
