@@ -248,7 +248,8 @@ pub trait Dynamics {
     fn predicts(&self) -> bool;
 
     /// The residual with stick assumed where the slip direction flipped: the right side of the next correction,
-    /// whose matrix [`Dynamics::jacobian`] always is. Collective.
+    /// whose matrix [`Dynamics::jacobian`] always is. To be called after [`Dynamics::residual`] at the same state: only
+    /// the contact forces are computed anew. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.

@@ -311,11 +311,12 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Fills the three parts of the forces at the trial state; remembers an inverted element.
     fn sweep(&mut self, stage: &Stage, branches: Branches) {
-        self.fault = None;
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
         let Parts { internal, contact, external } = &mut self.parts;
-        {
+        // Predicted branches change the contact alone, and come after the residual of the same state.
+        if branches == Branches::Actual {
             let _running = self.phases.forces.begin();
+            self.fault = None;
             internal.fill(0.0);
             for solid in &self.solids {
                 if let Err(inverted) = solid.add_force(&u, internal) {
@@ -469,9 +470,9 @@ impl<const D: usize> ContactSystem<D> {
         };
         let inverted = matrix.fill(|values| {
             let tangent = phases.tangent.begin();
-            values.zero();
-            if let Some(mass) = mass {
-                mass.add_to(weight * shifts.acceleration, values);
+            match mass {
+                Some(mass) => mass.write_to(weight * shifts.acceleration, values),
+                None => values.zero(),
             }
             for (dof, held) in constrained[..rows].iter().enumerate() {
                 if *held || holding > 0.0 {
