@@ -93,7 +93,7 @@ const BROKEN: &[Broken] = &[
     (
         "linear: auto",
         "linear: { two_stage: { inner: gmres_amg } }",
-        "26:64",
+        "26:63",
         &["unknown inner solver", "cg_amg"],
     ),
     ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
