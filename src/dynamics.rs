@@ -292,6 +292,12 @@ pub trait Dynamics {
     /// When PETSc refuses.
     fn contact_normals(&mut self, out: &mut Vector) -> Result<()>;
 
+    /// The owned nodes of facets in contact at the last residual, both sides of deformable ones. Collective.
+    fn contact_nodes(&mut self) -> Vec<bool>;
+
+    /// The owned nodes of bodies that no support holds in some direction.
+    fn floating_nodes(&self) -> Vec<bool>;
+
     /// Whether a slip direction reversed between the last iterate and the last residual. Collective.
     fn reverses(&self) -> bool;
 

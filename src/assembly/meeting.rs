@@ -13,6 +13,7 @@ use crate::contact::target::{TargetFacets, TargetSurface};
 use crate::error::Result;
 use crate::mesh::Facet;
 use crate::partition::{IndexMap, LocalMesh};
+use crate::tensor::Vector as Point;
 
 /// Lengths by which a contact looks around.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -187,6 +188,23 @@ impl<const D: usize> Meeting<D> {
 
     /// Adds the normals of the closed points, by area, to the nodes of both facets.
     pub fn add_normals(&self, state: &ContactState<D>, own: &mut [f64], remote: RemoteForce) {
+        let normal = |point: usize| state.current[point].normal * self.contact.surface.reference_area(point);
+        self.add_closed(state, normal, own, remote);
+    }
+
+    /// Adds one to all entries of the nodes of both facets of each closed point.
+    pub fn add_marks(&self, state: &ContactState<D>, own: &mut [f64], remote: RemoteForce) {
+        self.add_closed(state, |_| Point::repeat(1.0), own, remote);
+    }
+
+    /// Adds a value of each closed point to the nodes of both facets.
+    fn add_closed(
+        &self,
+        state: &ContactState<D>,
+        value: impl Fn(usize) -> Point<D>,
+        own: &mut [f64],
+        remote: RemoteForce,
+    ) {
         let mut sink = PairForces::<D> { couples: &self.couples, own, remote, missed: false };
         let surface = &self.contact.surface;
         for (contactor_facet, facet) in surface.facets().iter().enumerate() {
@@ -194,8 +212,7 @@ impl<const D: usize> Meeting<D> {
                 let Some(target_facet) = self.pairing.facet(point) else { continue };
                 let mut nodes = surface.facet_nodes(facet).to_vec();
                 nodes.extend_from_slice(self.contact.target.nodes(target_facet));
-                let normal = state.current[point].normal * surface.reference_area(point);
-                let force = normal.as_slice().repeat(nodes.len());
+                let force = value(point).as_slice().repeat(nodes.len());
                 let (nodes, force) = (&nodes[..], &force[..]);
                 sink.pair(&PairContribution {
                     point,

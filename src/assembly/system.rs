@@ -632,6 +632,27 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         Ok(())
     }
 
+    fn contact_nodes(&mut self) -> Vec<bool> {
+        let world = self.session.world();
+        stages::contact_nodes(world, &self.contacts, self.interface.as_mut(), self.local.index.owned)
+    }
+
+    fn floating_nodes(&self) -> Vec<bool> {
+        let (mesh, mut floats) = (&self.local.mesh, vec![false; self.local.index.owned]);
+        for element in 0..mesh.element_count() {
+            let body = usize::from(mesh.body[element]);
+            if !self.free_bodies.iter().any(|free| free.body == body) {
+                continue;
+            }
+            for &node in mesh.element_nodes(element) {
+                if let Some(floats) = floats.get_mut(node as usize) {
+                    *floats = true;
+                }
+            }
+        }
+        floats
+    }
+
     fn is_cycling(&self) -> bool {
         self.changes.is_two_cycle()
     }
