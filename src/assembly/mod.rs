@@ -3,9 +3,11 @@
 //! Each rank evaluates every element and facet that touches one of its nodes and keeps its own rows, so that
 //! nothing is sent to other ranks while assembling.
 
+mod balance;
 mod build;
 mod contact;
 mod energy;
+mod equations;
 mod external;
 mod fields;
 mod forces;
@@ -20,6 +22,7 @@ mod stages;
 mod start;
 mod supports;
 mod system;
+mod tangent;
 pub mod targets;
 
 pub use energy::{Energies, EnergyLedger};
