@@ -240,6 +240,7 @@ impl<const D: usize> Meeting<D> {
             values: &mut *opening.values,
             remote: &mut *opening.remote,
             lift: opening.lift.as_mut().map(super::interface::PairLift::reborrow),
+            symmetry: opening.symmetry,
         };
         self.contact.evaluate(fields, request, &self.pairing, state, &mut sink);
     }

@@ -36,6 +36,7 @@ impl<const D: usize> ContactSystem<D> {
         let (rows, holding) = (self.local.index.owned * D, stage.holding);
         let (phases, interface, world) = (&self.phases, self.interface.as_mut(), self.session.world());
         let symmetric = symmetric(contacts, external, stage, terms);
+        let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };
         let matrix = match target {
             Target::Own => &mut self.matrix,
             Target::Other(matrix) => matrix,
@@ -77,7 +78,7 @@ impl<const D: usize> ContactSystem<D> {
             if let Some(interface) = interface {
                 interface.bring(world, &fields);
                 let lift = lifted.as_mut().map(|lift| (lift.change, &mut *lift.rhs));
-                interface.add_stiffness(world, values, lift, |fields, opening| {
+                interface.add_stiffness(world, (values, symmetry), lift, |fields, opening| {
                     let _running = phases.contact.begin();
                     for contact in contacts.iter_mut() {
                         if let Pair::Deformable(meeting) = &contact.pair {
@@ -89,7 +90,7 @@ impl<const D: usize> ContactSystem<D> {
             inverted
         })?;
         self.fault = inverted.err();
-        matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
+        matrix.set_symmetry(symmetry)?;
         Ok(())
     }
 }
