@@ -308,7 +308,8 @@ impl<const D: usize> Journal<D> {
             tables.probes(&points)?;
             tables.contacts(&zones)?;
             tables.reactions(&reactions)?;
-            tables.energies(energies)
+            tables.energies(energies)?;
+            tables.momentum(ledger.momentum())
         });
         agree(self.session.world(), own)
     }
