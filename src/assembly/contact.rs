@@ -212,6 +212,13 @@ impl<const D: usize> Contact<D> {
         self.state.iterate(surface.representative())
     }
 
+    /// The current points are those of an accepted step.
+    pub fn settle(&mut self) {
+        if let Pair::Deformable(meeting) = &mut self.pair {
+            meeting.settle(&self.state);
+        }
+    }
+
     /// Forgets the iterates of a step.
     pub fn begin_step(&mut self) {
         self.state.begin();

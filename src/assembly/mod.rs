@@ -25,7 +25,7 @@ mod system;
 mod tangent;
 pub mod targets;
 
-pub use energy::{Energies, EnergyLedger};
+pub use energy::{Energies, EnergyLedger, Momentum};
 pub use fields::{ContactFields, StressFields, SurfaceCells};
 pub use report::{ContactSummary, NodalContact, PointReport, Watched};
 pub use start::Overclosure;

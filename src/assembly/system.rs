@@ -315,6 +315,7 @@ impl<const D: usize> ContactSystem<D> {
         let dt = stage.dt;
         for contact in &mut self.contacts {
             contact.state.accept(dt);
+            contact.settle();
             contact.begin_step();
         }
         stage.start_forces.copy_from(&self.forces)?;

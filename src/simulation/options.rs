@@ -22,6 +22,7 @@ pub fn scheme(time: &case::Time) -> Scheme {
         case::Scheme::Newmark { beta, gamma } => Scheme::newmark(beta.si, gamma.si),
         case::Scheme::Hht { spectral_radius } => Scheme::hht(spectral_radius.si),
         case::Scheme::GeneralizedAlpha { spectral_radius } => Scheme::generalized_alpha(spectral_radius.si),
+        case::Scheme::Midpoint => Scheme::Midpoint,
         case::Scheme::BackwardEuler => Scheme::BackwardEuler,
         case::Scheme::Static { .. } => Scheme::Static,
     }
