@@ -22,6 +22,7 @@ mod results;
 mod scene;
 mod shapes;
 mod style;
+mod table;
 
 use std::path::{Path, PathBuf};
 
@@ -30,6 +31,8 @@ use crate::output::folder::{unwritable, write_whole};
 
 use results::{Run, distinguish};
 use scene::Shown;
+
+pub use table::{TableFigure, draw_table};
 
 /// What came of plotting.
 #[derive(Debug, Clone, PartialEq, Eq)]
