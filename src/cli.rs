@@ -59,6 +59,16 @@ enum Sub {
         #[arg(short, long, value_name = "DIR")]
         output: Option<PathBuf>,
     },
+    /// Draw columns of a table (CSV) over another one: curves of studies, as scripts/compare-solvers makes them
+    Chart(ChartArguments),
+    /// Cut the mesh of a case into parts without solving, print what each number of parts would cost (CSV)
+    Parts {
+        /// Case file
+        case: PathBuf,
+        /// Numbers of parts
+        #[arg(required = true, value_parser = clap::value_parser!(u32).range(1..=65536))]
+        counts: Vec<u32>,
+    },
     /// Print completions for a shell, to be sourced or saved where the shell looks
     Completions {
         /// Shell
@@ -83,6 +93,49 @@ pub struct RunArguments {
     /// PETSc's own options, after `--`; they win over those of the case
     #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
     pub petsc: Vec<String>,
+}
+
+/// What a chart takes.
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct ChartArguments {
+    /// Table with a header row
+    pub table: PathBuf,
+    /// Column across
+    #[arg(long, value_name = "COLUMN")]
+    pub x: String,
+    /// Column upward
+    #[arg(long, value_name = "COLUMN")]
+    pub y: String,
+    /// Column that parts the rows into curves
+    #[arg(long, value_name = "COLUMN")]
+    pub by: String,
+    /// Column that parts the rows into panels
+    #[arg(long, value_name = "COLUMN")]
+    pub panels: Option<String>,
+    /// Only rows in which a column has one of these values
+    #[arg(long = "where", value_name = "COLUMN=VALUE,...")]
+    pub only: Vec<String>,
+    /// Rows in which a column has none of these values are gaps in their curves
+    #[arg(long, value_name = "COLUMN=VALUE,...")]
+    pub valid: Vec<String>,
+    /// Axes with a logarithmic scale
+    #[arg(long, value_name = "AXIS")]
+    pub log: Vec<ChartAxis>,
+    /// Title of the figure
+    #[arg(long, default_value = "")]
+    pub title: String,
+    /// File of the figure
+    #[arg(short, long, value_name = "SVG")]
+    pub output: PathBuf,
+}
+
+/// An axis of a chart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ChartAxis {
+    /// Across.
+    X,
+    /// Upward.
+    Y,
 }
 
 /// How much a run says.
@@ -133,6 +186,15 @@ pub enum Command {
         /// Folder of the figures.
         output: Option<PathBuf>,
     },
+    /// Draw columns of a table.
+    Chart(ChartArguments),
+    /// Count what numbers of parts would cost.
+    Parts {
+        /// Case file.
+        case: PathBuf,
+        /// Numbers of parts, at least one.
+        counts: Vec<u32>,
+    },
     /// Print completions.
     Completions(Shell),
     /// Print this text and end well: `--help`, `--version`.
@@ -165,6 +227,8 @@ where
         (Some(Sub::List), _) => Ok(Command::List),
         (Some(Sub::Schema), _) => Ok(Command::Schema),
         (Some(Sub::Plot { results, output }), _) => Ok(Command::Plot { results, output }),
+        (Some(Sub::Chart(chart)), _) => Ok(Command::Chart(chart)),
+        (Some(Sub::Parts { case, counts }), _) => Ok(Command::Parts { case, counts }),
         (Some(Sub::Completions { shell }), _) => Ok(Command::Completions(shell)),
         (None, None) => Err(Error::usage("no case is given").hint("contact-petsc --help")),
     }
@@ -258,6 +322,16 @@ mod tests {
         assert_eq!(read("schema").unwrap(), Command::Schema);
         let results = vec![PathBuf::from("a"), PathBuf::from("b")];
         assert_eq!(read("plot a b -o c").unwrap(), Command::Plot { results, output: Some("c".into()) });
+        assert_eq!(
+            read("parts case.yml 2 64").unwrap(),
+            Command::Parts { case: "case.yml".into(), counts: vec![2, 64] }
+        );
+        let chart = match read("chart a.csv --x m --y s --by k --where v=a,b --where c=0 --log x -o a.svg") {
+            Ok(Command::Chart(chart)) => chart,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!((&chart.x[..], &chart.y[..], &chart.log[..]), ("m", "s", &[ChartAxis::X][..]));
+        assert_eq!(chart.only, ["v=a,b", "c=0"]);
         assert_eq!(read("completions bash").unwrap(), Command::Completions(Shell::Bash));
     }
 
@@ -273,6 +347,8 @@ mod tests {
             ("case.yml --output", "--output"),
             ("case.yml -ksp_monitor", "-k"),
             ("plot", "RESULTS"),
+            ("chart a.csv --x m", "--y"),
+            ("parts case.yml 0", "0"),
             ("completions tcsh", "bash"),
             ("list more", "more"),
         ] {

@@ -1,7 +1,9 @@
 //! The commands of the program: each a few calls of what the other modules offer.
 
+mod chart;
 mod check;
 mod list;
+mod parts;
 mod run;
 
 use std::io::Write;
@@ -27,6 +29,8 @@ pub fn execute(command: Command) -> Result<()> {
             let files: Vec<String> = plotted.files.iter().map(|file| file.display().to_string()).collect();
             print(&files.join("\n"))
         }
+        Command::Chart(chart) => plot::draw_table(&chart::figure(&chart)?, &chart.output),
+        Command::Parts { case, counts } => print(parts::parts(&case, &counts)?.trim_end()),
         Command::Check { case, petsc } => print(&check::check(&case, &petsc)?),
         Command::List => print(&list::list()),
     }

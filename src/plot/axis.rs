@@ -5,14 +5,34 @@
 pub struct Quantity {
     /// Its name.
     pub name: String,
-    /// Its SI unit without a prefix; empty for a count, whose ticks are whole.
+    /// Its SI unit without a prefix; empty for a pure number, whose ticks are whole where all values are.
     pub unit: &'static str,
+    /// How it is spread along the axis.
+    pub scale: Scale,
+}
+
+/// How values are spread along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithms; what is not positive has no place.
+    Logarithmic,
+}
+
+impl Scale {
+    fn of(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Logarithmic => value.log10(),
+        }
+    }
 }
 
 impl Quantity {
     /// A quantity of that name and unit.
     pub fn new(name: impl Into<String>, unit: &'static str) -> Self {
-        Self { name: name.into(), unit }
+        Self { name: name.into(), unit, scale: Scale::Linear }
     }
 }
 
@@ -25,6 +45,8 @@ pub struct Axis {
     pub ticks: Vec<(f64, String)>,
     /// Name and unit.
     pub label: String,
+    /// How values are spread between the ends.
+    pub scale: Scale,
 }
 
 impl Axis {
@@ -35,9 +57,14 @@ impl Axis {
         ends: Ends,
         room: f64,
     ) -> Self {
+        if quantity.scale == Scale::Logarithmic {
+            return Self::of_decades(quantity, values, ends);
+        }
+        let values: Vec<f64> = values.into_iter().collect();
+        let counts = quantity.unit.is_empty() && values.iter().all(|v| !v.is_finite() || v.fract() == 0.0);
         let [low, high] = spread(values);
         let step = round_step((high - low) / room.clamp(2.0, 8.0));
-        let step = if quantity.unit.is_empty() { round_step(step.max(1.0).ceil()) } else { step };
+        let step = if counts { round_step(step.max(1.0).ceil()) } else { step };
         let range = match ends {
             Ends::Data => [low, high],
             Ends::Padded => [low - 0.04 * (high - low), high + 0.04 * (high - low)],
@@ -48,7 +75,58 @@ impl Axis {
         let prefix = Prefix::suiting(quantity.unit, range[0].abs().max(range[1].abs()));
         let shown = step / prefix.factor;
         let ticks = positions.map(|at| (at, number(at / prefix.factor, shown))).collect();
-        Self { range, ticks, label: prefix.label(quantity) }
+        Self { range, ticks, label: prefix.label(quantity), scale: Scale::Linear }
+    }
+
+    /// An axis that holds all positive `values` by their logarithms.
+    fn of_decades(quantity: &Quantity, values: impl IntoIterator<Item = f64>, ends: Ends) -> Self {
+        let positive = values.into_iter().filter(|value| *value > 0.0 && value.is_finite());
+        let [low, high] = spread(positive.map(f64::log10));
+        let beyond = if ends == Ends::Data { 0.0 } else { 0.04 * (high - low) };
+        let [low, high] = [low - beyond, high + beyond];
+        // As few of the round numbers as tell where on the axis one is.
+        let rounds: [&[u8]; 4] = [&[1], &[1, 3], &[1, 2, 5], &[1, 2, 3, 4, 5, 6, 7, 8, 9]];
+        let ticks = rounds.map(|leading| decade_ticks(leading, low, high));
+        let ticks = ticks.iter().find(|ticks| ticks.len() > 2).unwrap_or(&ticks[3]).clone();
+        let plain = Prefix { name: "", factor: 1.0 };
+        let range = [low, high].map(|end| 10f64.powf(end));
+        Self { range, ticks, label: plain.label(quantity), scale: Scale::Logarithmic }
+    }
+
+    /// Where a value lies: 0 at the first end, 1 at the last.
+    pub fn share(&self, value: f64) -> f64 {
+        let [first, last] = self.range.map(|end| self.scale.of(end));
+        (self.scale.of(value) - first) / (last - first)
+    }
+}
+
+/// Those numbers between two powers of ten whose leading figures are the given ones.
+fn decade_ticks(leading: &[u8], low: f64, high: f64) -> Vec<(f64, String)> {
+    let powers = low.floor() as i32..=high.ceil() as i32;
+    let all = powers.flat_map(|power| leading.iter().map(move |&figure| (figure, power)));
+    let ticks = all.map(|(figure, power)| (f64::from(figure) * 10f64.powi(power), power_text(figure, power)));
+    ticks.filter(|(at, _)| (low - 1e-9..=high + 1e-9).contains(&at.log10())).collect()
+}
+
+/// A figure times a power of ten as one writes it.
+fn power_text(figure: u8, power: i32) -> String {
+    match power {
+        0..5 => format!("{figure}{}", "0".repeat(power as usize)),
+        -3..0 => format!("0.{}{figure}", "0".repeat((-power - 1) as usize)),
+        _ => {
+            let raised = power.to_string().chars().map(raised).collect::<String>();
+            if figure == 1 { format!("10{raised}") } else { format!("{figure}·10{raised}") }
+        }
+    }
+}
+
+fn raised(letter: char) -> char {
+    match letter {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + digit.to_digit(10).unwrap_or(0)).unwrap_or('⁰'),
     }
 }
 
@@ -160,6 +238,24 @@ mod tests {
         assert_eq!(axis("Pa", &[0.0, 12.0], Ends::Ticks).1, ["0.0", "2.5", "5.0", "7.5", "10.0", "12.5"]);
         assert_eq!(axis("", &[0.0, 3.0], Ends::Ticks).1, ["0", "1", "2", "3"]);
         assert_eq!(axis("m", &[0.0, 0.5], Ends::Padded).0.range, [-0.02, 0.52]);
+    }
+
+    /// Logarithmic axes have a tick a decade over many and finer ones over few; nothing but positive values counts.
+    #[test]
+    fn decades_have_ticks() {
+        let texts = |values: &[f64]| -> Vec<String> {
+            let quantity = Quantity { scale: Scale::Logarithmic, ..Quantity::new("q [s]", "") };
+            let axis = Axis::covering(&quantity, values.iter().copied(), Ends::Padded, 5.0);
+            assert_eq!(axis.label, "q [s]");
+            let inside = |at: f64| (0.0..=1.0).contains(&axis.share(at));
+            assert!(values.iter().all(|&v| v.is_nan() || v <= 0.0 || inside(v)), "{axis:?}");
+            assert!(axis.ticks.iter().all(|&(at, _)| inside(at)), "{axis:?}");
+            axis.ticks.into_iter().map(|(_, text)| text).collect()
+        };
+        assert_eq!(texts(&[1e-12, -1.0, 1e-8, f64::NAN]), ["10⁻¹²", "10⁻¹¹", "10⁻¹⁰", "10⁻⁹", "10⁻⁸"]);
+        assert_eq!(texts(&[0.1, 4.0]), ["0.1", "0.3", "1", "3"]);
+        assert_eq!(texts(&[2e-5, 4.5e-5]), ["2·10⁻⁵", "3·10⁻⁵", "4·10⁻⁵"]);
+        assert!(texts(&[7.0]).len() >= 2 && texts(&[]).len() >= 2);
     }
 
     /// Constant, absent and tiny data give an axis all the same, and all data lie within it.

@@ -80,7 +80,7 @@ impl Canvas<'_> {
         let corners: Vec<_> = points.iter().map(fine).collect();
         self.area.draw(&Polygon::new(corners, fill.filled())).map_err(fault)?;
         let closed: Vec<_> = points.iter().chain(points.first()).copied().collect();
-        self.solid(&closed, rim.unwrap_or(Stroke { colour: fill, dash: &[], width: 0.25 }))
+        self.solid(&closed, rim.unwrap_or(Stroke { width: 0.25, ..Stroke::thin(fill) }))
     }
 
     /// A text of the given height.

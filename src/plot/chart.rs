@@ -99,14 +99,25 @@ impl Panel {
         for curve in &self.curves {
             let points: Vec<_> = curve.points.iter().map(|&point| place_in(frame, [&x, &y], point)).collect();
             canvas.line(&points, curve.stroke)?;
+            points.iter().try_for_each(|&point| draw_mark(canvas, point, curve.stroke))?;
         }
         Ok(())
     }
 }
 
+/// A diamond at a point, for curves of few points.
+fn draw_mark(canvas: &Canvas, [x, y]: [f64; 2], stroke: Stroke) -> Result<()> {
+    let size = stroke.mark;
+    if size <= 0.0 {
+        return Ok(());
+    }
+    let corners = [[x - size, y], [x, y - size], [x + size, y], [x, y + size], [x - size, y]];
+    canvas.line(&corners, Stroke { dash: &[], ..stroke })
+}
+
 /// Where a point in SI lies in a frame.
 pub(super) fn place_in(frame: Frame, axes: [&Axis; 2], point: [f64; 2]) -> [f64; 2] {
-    let share = |i: usize| (point[i] - axes[i].range[0]) / (axes[i].range[1] - axes[i].range[0]);
+    let share = |i: usize| axes[i].share(point[i]);
     [frame[0] + share(0) * (frame[2] - frame[0]), frame[3] - share(1) * (frame[3] - frame[1])]
 }
 

@@ -51,6 +51,12 @@ impl Csv {
         &self.columns
     }
 
+    /// A column of words; `None` where there is no such column.
+    pub fn words(&self, column: &str) -> Option<Vec<&str>> {
+        let index = self.columns.iter().position(|name| name == column)?;
+        Some(self.rows.iter().map(|row| row[index].as_str()).collect())
+    }
+
     /// A column of numbers, NaN where a field is empty; `None` where there is no such column.
     ///
     /// # Errors

@@ -143,7 +143,7 @@ fn draw_face(
     let corners: Vec<_> = face.corners.iter().map(|&point| place(point)).collect();
     let fill = face.value.map_or(PALE, |value| colour(scale, value));
     if face.is_line {
-        return canvas.line(&corners, Stroke { colour: fill, dash: &[], width: 6.0 });
+        return canvas.line(&corners, Stroke { width: 6.0, ..Stroke::thin(fill) });
     }
     let rim = match face.value {
         Some(_) => rim,

@@ -24,6 +24,7 @@ mod results;
 mod scene;
 mod shapes;
 mod style;
+mod table;
 
 use std::path::{Path, PathBuf};
 
@@ -32,6 +33,8 @@ use crate::output::folder::{unwritable, write_whole};
 
 use results::{Run, distinguish};
 use scene::Shown;
+
+pub use table::{TableFigure, draw_table};
 
 /// What came of plotting.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -42,17 +42,24 @@ pub struct Stroke {
     pub dash: &'static [f64],
     /// Width of the line.
     pub width: f64,
+    /// Half the size of the marks at the points; 0 where there are none.
+    pub mark: f64,
 }
 
 impl Stroke {
     /// The stroke of the curve `index`: distinct by colour and, below 42 curves, by colour and dash together.
     pub fn of(index: usize) -> Self {
-        Self { colour: COLOURS[index % COLOURS.len()], dash: DASHES[index % DASHES.len()], width: 1.8 }
+        Self {
+            colour: COLOURS[index % COLOURS.len()],
+            dash: DASHES[index % DASHES.len()],
+            width: 1.8,
+            mark: 0.0,
+        }
     }
 
     /// A thin solid line.
     pub fn thin(colour: RGBColor) -> Self {
-        Self { colour, dash: &[], width: 0.7 }
+        Self { colour, dash: &[], width: 0.7, mark: 0.0 }
     }
 }
 

@@ -4,6 +4,7 @@ mod check;
 mod journal;
 mod measure;
 mod options;
+mod parts;
 mod start;
 mod tables;
 
@@ -13,7 +14,7 @@ use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result, agree};
-use crate::model::{Model, Target, read_mesh};
+use crate::model::{Contact, Model, Target, read_mesh};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, Strategy};
@@ -22,6 +23,7 @@ use crate::time::{Retry, Scheme, StepControl};
 pub use check::check;
 pub use journal::{Journal, Place};
 pub use options::scheme;
+pub use parts::parts;
 
 /// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
 pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
@@ -63,14 +65,19 @@ fn share_out<const D: usize>(
 ) -> Result<(LocalMesh<D>, Report)> {
     let world = session.world();
     let mesh = agree(world, if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) })?;
-    let couples = model.contacts.iter().filter_map(|contact| match &contact.target {
-        Target::Surface { set, .. } => {
-            Some(Couple { contactor: &contact.contactor, target: set, travel: 0.0 })
-        }
-        Target::Obstacle(_) => None,
-    });
-    let plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples.collect::<Vec<_>>()))?;
+    let plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples(model)))?;
     distribute(world, mesh, &plan)
+}
+
+/// Surfaces of the model that may touch each other.
+fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
+    let couple = |contact| match contact {
+        &Contact { ref contactor, target: Target::Surface { ref set, .. }, .. } => {
+            Some(Couple { contactor, target: set, travel: 0.0 })
+        }
+        _ => None,
+    };
+    model.contacts.iter().filter_map(couple).collect()
 }
 
 /// From configuration to configuration until the end.

@@ -1,0 +1,187 @@
+//! Curves from a table of a study: one column over another, a curve for each word of a third.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::output::folder::{unwritable, write_whole};
+
+use super::axis::{Quantity, Scale};
+use super::chart::{Curve, Figure, Panel};
+use super::csv::Csv;
+use super::style::Stroke;
+
+/// Half the size of the mark at a point: the curves of studies have few.
+const MARK: f64 = 3.0;
+
+/// What to draw of a table.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TableFigure {
+    /// The table.
+    pub table: PathBuf,
+    /// Column across.
+    pub x: String,
+    /// Column upward.
+    pub y: String,
+    /// Column that parts the rows into curves.
+    pub by: String,
+    /// Column that parts the rows into panels.
+    pub panels: Option<String>,
+    /// Columns and the words of them that are drawn.
+    pub only: Vec<(String, Vec<String>)>,
+    /// Columns and the words of them without which a row is a gap.
+    pub valid: Vec<(String, Vec<String>)>,
+    /// Whether the axes across and upward are logarithmic.
+    pub logarithmic: [bool; 2],
+    /// Title.
+    pub title: String,
+}
+
+/// Draws a figure of a table into a file.
+///
+/// # Errors
+/// The table, a column or a number is not there, nothing is left to draw, or the file can not be written.
+pub fn draw_table(wanted: &TableFigure, file: &Path) -> Result<()> {
+    let csv = Csv::read(&wanted.table)?;
+    let csv = csv.ok_or_else(|| Error::file(format!("{}: there is no table", wanted.table.display())))?;
+    let svg = figure(wanted, &csv)?.svg()?;
+    if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
+    }
+    write_whole(file, svg.as_bytes())
+}
+
+/// One row that is drawn.
+struct Point<'a> {
+    panel: &'a str,
+    curve: &'a str,
+    at: [f64; 2],
+}
+
+fn figure(wanted: &TableFigure, csv: &Csv) -> Result<Figure> {
+    let points = points(wanted, csv)?;
+    if !points.iter().any(|point| point.at.iter().all(|value| value.is_finite())) {
+        let message = format!("{}: no row is left to draw", wanted.table.display());
+        return Err(Error::file(message).hint("look at the columns and values that were asked for"));
+    }
+    let curves = distinct(points.iter().map(|point| point.curve));
+    let stroke = |index: usize| Stroke { mark: MARK, ..Stroke::of(index) };
+    let panels = distinct(points.iter().map(|point| point.panel)).into_iter().map(|panel| {
+        let of = |curve: &str| {
+            let own = points.iter().filter(|point| point.panel == panel && point.curve == curve);
+            let mut own: Vec<[f64; 2]> = own.map(|point| point.at).collect();
+            own.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            own
+        };
+        let curves = curves.iter().enumerate();
+        let curves = curves.map(|(index, curve)| Curve { points: of(curve), stroke: stroke(index) });
+        let across = if panel.is_empty() { wanted.x.clone() } else { format!("{panel}: {}", wanted.x) };
+        let [x, y] =
+            [(across, wanted.logarithmic[0]), (wanted.y.clone(), wanted.logarithmic[1])].map(quantity);
+        Panel { x, y, curves: curves.collect(), at_least: Vec::new() }
+    });
+    let panels: Vec<Panel> = panels.collect();
+    let legend = curves.iter().enumerate().map(|(index, curve)| (curve.to_string(), stroke(index))).collect();
+    let columns = panels.len().min(2);
+    Ok(Figure { title: wanted.title.clone(), legend, panels, columns })
+}
+
+fn quantity((name, logarithmic): (String, bool)) -> Quantity {
+    let scale = if logarithmic { Scale::Logarithmic } else { Scale::Linear };
+    Quantity { scale, ..Quantity::new(name, "") }
+}
+
+/// The rows that are asked for; values of gaps are not numbers.
+fn points<'a>(wanted: &TableFigure, csv: &'a Csv) -> Result<Vec<Point<'a>>> {
+    let absent = |column: &str| {
+        let columns = csv.columns().join(", ");
+        Error::file(format!("{}: there is no column `{column}`", wanted.table.display()))
+            .hint(&format!("there are: {columns}"))
+    };
+    let numbers = |column: &str| csv.numbers(column)?.ok_or_else(|| absent(column));
+    let words = |column: &str| csv.words(column).ok_or_else(|| absent(column));
+    let conditions = |conditions: &[(String, Vec<String>)]| -> Result<Vec<bool>> {
+        let mut holds = vec![true; words(&wanted.by)?.len()];
+        for (column, values) in conditions {
+            for (hold, word) in holds.iter_mut().zip(words(column)?) {
+                *hold &= values.iter().any(|value| value == word);
+            }
+        }
+        Ok(holds)
+    };
+    let (x, y, curves) = (numbers(&wanted.x)?, numbers(&wanted.y)?, words(&wanted.by)?);
+    let panels = wanted.panels.as_deref().map(words).transpose()?.unwrap_or_else(|| vec![""; x.len()]);
+    let (drawn, valid) = (conditions(&wanted.only)?, conditions(&wanted.valid)?);
+    let point = |row: usize| {
+        let upward = if valid[row] { y[row] } else { f64::NAN };
+        Point { panel: panels[row], curve: curves[row], at: [x[row], upward] }
+    };
+    Ok((0..x.len()).filter(|&row| drawn[row]).map(point).collect())
+}
+
+/// The words, each once, in the order of their first appearance.
+fn distinct<'a>(words: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut all = Vec::new();
+    words.for_each(|word| {
+        if !all.contains(&word) {
+            all.push(word);
+        }
+    });
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::folder::tests::Scratch;
+
+    const TABLE: &str = "scene,mu,way,solves,code\n\
+        a,1,direct,3,0\na,0.1,direct,2,0\na,1,cg,9,0\na,2,cg,,5\na,4,cg,20,5\nb,1,direct,4,0\nc,7,direct,1,0\n";
+
+    fn wanted(path: &Path) -> TableFigure {
+        TableFigure {
+            table: path.into(),
+            x: "mu".into(),
+            y: "solves".into(),
+            by: "way".into(),
+            panels: Some("scene".into()),
+            only: vec![("scene".into(), vec!["a".into(), "b".into()])],
+            valid: vec![("code".into(), vec!["0".into()])],
+            logarithmic: [true, false],
+            title: "Solves".into(),
+        }
+    }
+
+    /// Rows fall into panels and curves, sorted across; what is not asked for is left out, what failed is a gap.
+    #[test]
+    fn rows_become_curves() {
+        let scratch = Scratch::new("chart");
+        let path = scratch.0.join("a.csv");
+        std::fs::write(&path, TABLE).unwrap();
+        let wanted = wanted(&path);
+        let csv = Csv::read(&path).unwrap().unwrap();
+        let drawn = figure(&wanted, &csv).unwrap();
+        assert_eq!(drawn.panels.len(), 2);
+        assert_eq!(drawn.panels[0].curves[0].points, [[0.1, 2.0], [1.0, 3.0]]);
+        let cg = &drawn.panels[0].curves[1].points;
+        assert!(cg.len() == 3 && cg[0] == [1.0, 9.0] && cg[1][1].is_nan() && cg[2][1].is_nan(), "{cg:?}");
+        assert_eq!(drawn.legend.iter().map(|(name, _)| &name[..]).collect::<Vec<_>>(), ["direct", "cg"]);
+        assert_eq!(drawn.panels[1].x.name, "b: mu");
+        draw_table(&wanted, &scratch.0.join("figures/a.svg")).unwrap();
+        assert!(std::fs::read_to_string(scratch.0.join("figures/a.svg")).unwrap().contains("Solves"));
+    }
+
+    /// A column that is not there is named with those that are; a table without rows to draw is an error.
+    #[test]
+    fn says_what_is_missing() {
+        let scratch = Scratch::new("chart-missing");
+        let path = scratch.0.join("a.csv");
+        assert!(draw_table(&wanted(&path), &path).unwrap_err().message.contains("no table"));
+        std::fs::write(&path, TABLE).unwrap();
+        let error =
+            |wanted: TableFigure| draw_table(&wanted, &scratch.0.join("a.svg")).unwrap_err().to_string();
+        let text = error(TableFigure { y: "sovles".into(), ..wanted(&path) });
+        assert!(text.contains("`sovles`") && text.contains("solves"), "{text}");
+        let nothing = TableFigure { only: vec![("scene".into(), vec!["d".into()])], ..wanted(&path) };
+        assert!(error(nothing).contains("no row"));
+    }
+}
