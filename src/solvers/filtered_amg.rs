@@ -189,7 +189,7 @@ impl Own for FilteredAmg {
         let Self { passes, bulk, zone, operator, residual, correction } = self;
         let operator = operator.as_ref().ok_or_else(|| Error::internal("multigrid without operator"))?;
         z.set(0.0);
-        residual.copy_from(r)?;
+        residual.aypx(0.0, r)?;
         let mut well = true;
         if zone.is_there() {
             well &= zone.correct(residual, z)?;
