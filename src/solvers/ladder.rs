@@ -48,11 +48,6 @@ impl Problem {
             }
     }
 
-    /// Whether incomplete factors would surely take more iterations than they are worth beside filtered multigrid.
-    fn is_large(&self) -> bool {
-        self.contact && self.unknowns > 300_000
-    }
-
     fn names(&self) -> &'static [&'static str] {
         // The factorisations and preconditioners that gain from symmetry want scalar rows.
         let symmetric = self.symmetric && self.format != Some(Format::Baij);
@@ -62,10 +57,9 @@ impl Problem {
             (false, true, true) if self.contact => &["cg_icc", CG_FILTERED_AMG, "cholesky", "direct"],
             (false, true, true) => &["cg_icc", "cholesky", "direct"],
             (false, true, false) if !self.contact => &["cg_amg", "cg_icc", "cholesky", "direct"],
-            (false, true, false) if self.is_large() => &[CG_FILTERED_AMG, "cg_icc", "cholesky", "direct"],
-            (false, true, false) => &["cg_icc", CG_FILTERED_AMG, "cholesky", "direct"],
-            (false, false, false) if self.is_large() => &[FILTERED_AMG, "gmres_asm_ilu", "direct"],
-            (false, false, _) if self.contact => &["gmres_asm_ilu", FILTERED_AMG, "direct"],
+            (false, true, false) => &[CG_FILTERED_AMG, "cg_icc", "cholesky", "direct"],
+            (false, false, false) if self.contact => &[FILTERED_AMG, "gmres_asm_ilu", "direct"],
+            (false, false, true) if self.contact => &["gmres_asm_ilu", FILTERED_AMG, "direct"],
             (false, false, _) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
         }
     }

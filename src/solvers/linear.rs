@@ -148,12 +148,8 @@ impl LinearSolver {
     }
 
     /// Brings matrices of the preconditioner that are not the system's own up to date; nothing where there are none.
-    /// Collective.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn refresh(&mut self, system: &mut dyn Dynamics, stage: &Stage) -> Result<()> {
-        let preset = self.next_preset();
+    fn refresh(&mut self, system: &mut dyn Dynamics, stage: &Stage) -> Result<()> {
+        let preset = self.preset();
         if !preset.is_own() {
             return Ok(());
         }
@@ -180,7 +176,27 @@ impl LinearSolver {
         })
     }
 
-    /// `x` with `|matrix x - rhs| <= tolerance |rhs|`, or `None` where the last rung failed too. Collective.
+    /// `x` with `|matrix x - rhs| <= tolerance |rhs|` for the matrix that the system has assembled, or `None` where the
+    /// last rung failed too. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn solve_system(
+        &mut self,
+        (system, stage): (&mut dyn Dynamics, &Stage),
+        rhs: &Vector,
+        x: &mut Vector,
+        tolerance: f64,
+    ) -> Result<Option<Solved>> {
+        let size = rhs.norm()?;
+        self.notice(system.matrix());
+        self.climb(|solver| {
+            solver.refresh(system, stage)?;
+            solver.attempt(system.matrix(), (rhs, size), x, tolerance)
+        })
+    }
+
+    /// The same for a matrix alone, hence without presets that want more of the system. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
@@ -191,12 +207,17 @@ impl LinearSolver {
         x: &mut Vector,
         tolerance: f64,
     ) -> Result<Option<Solved>> {
-        let (mut iterations, mut inner) = (0, 0);
         let size = rhs.norm()?;
         self.notice(matrix);
+        self.climb(|solver| solver.attempt(matrix, (rhs, size), x, tolerance))
+    }
+
+    /// Tries the current preset and, while they fail, those that follow.
+    fn climb(&mut self, mut attempt: impl FnMut(&mut Self) -> Result<Tried>) -> Result<Option<Solved>> {
+        let (mut iterations, mut inner) = (0, 0);
         self.step_down();
         loop {
-            let tried = self.attempt(matrix, (rhs, size), x, tolerance)?;
+            let tried = attempt(self)?;
             iterations += tried.iterations;
             inner += self.own.borrow_mut().as_mut().map_or(0, |own| own.take_iterations());
             if tried.is_good() {
@@ -242,12 +263,6 @@ impl LinearSolver {
         self.calm = 0;
         self.fatigue = Fatigue::default();
         self.fallbacks.push(Fallback { from, to: self.preset().name, why });
-    }
-
-    /// The preset with which the next solve begins.
-    fn next_preset(&self) -> &'static Preset {
-        let calm = self.calm >= self.patience;
-        self.ladder[if calm { 0 } else { self.rung }]
     }
 
     /// Goes back to the first rung after a calm time.
