@@ -302,7 +302,7 @@ pub fn disturb<const D: usize>(scene: &mut Scene<D>) {
     set(&mut stage.start.a, acceleration.iter().map(|value| 3.0 * value));
     set(&mut stage.start_forces, forces);
     stage.start.time = 0.3;
-    Scheme::generalized_alpha(0.8).prepare(stage, 0.1).expect("PETSc");
+    Scheme::generalized_alpha(0.8).prepare(stage, 0.1, 0.4).expect("PETSc");
     // Along x and y all points of the block move on, so that the increment slips where the velocity does.
     let drift = [0.03, 0.02, 0.0];
     let last = |dof: usize| dof % D == D - 1;
