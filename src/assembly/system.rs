@@ -11,6 +11,7 @@ use super::external::{External, Moment};
 use super::forces::{Solid, solids};
 use super::interface::Interface;
 use super::mass::{Mass, Supported};
+use super::meeting::Meeting;
 use super::pattern::pattern_of_elements;
 use super::scatter::LiftTarget;
 use super::stages::{self, Target, hold};
@@ -635,6 +636,11 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
 
     fn is_cycling(&self) -> bool {
         self.changes.is_two_cycle()
+    }
+
+    fn stride(&self) -> f64 {
+        let strides = self.contacts.iter().filter_map(|contact| contact.meeting().map(Meeting::stride));
+        strides.fold(f64::INFINITY, f64::min)
     }
 
     fn rewind(&mut self) {
