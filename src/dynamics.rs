@@ -304,6 +304,10 @@ pub trait Dynamics {
     /// Whether the contact points returned to the statuses of two iterates before.
     fn is_cycling(&self) -> bool;
 
+    /// Longest motion of a node in one correction of bodies that contact alone holds \[m\]: one that nothing holds yet
+    /// would pass through its target in a single stride.
+    fn stride(&self) -> f64;
+
     /// Forgets the iterates since the start of the step.
     fn rewind(&mut self);
 

@@ -4,6 +4,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::contact::Contact;
+use super::meeting::Meeting;
 use super::stages::{self, Target};
 use super::system::ContactSystem;
 use super::tangent::symmetric;
@@ -124,6 +125,11 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
 
     fn is_cycling(&self) -> bool {
         self.changes.is_two_cycle()
+    }
+
+    fn stride(&self) -> f64 {
+        let strides = self.contacts.iter().filter_map(|contact| contact.meeting().map(Meeting::stride));
+        strides.fold(f64::INFINITY, f64::min)
     }
 
     fn rewind(&mut self) {

@@ -78,6 +78,12 @@ impl<const D: usize> Meeting<D> {
         Self { contact, pairing, couples, sight, below: sight.depth, surfaces, gather: None, search: None }
     }
 
+    /// Motion that no point can pass through the target by: half a facet, and half of the depth at which points count
+    /// as its own [m].
+    pub fn stride(&self) -> f64 {
+        0.5 * self.sight.facet.min(self.sight.depth)
+    }
+
     /// Distance at which targets are looked for [m].
     pub fn reach(&self) -> f64 {
         self.sight.limits(0.0).reach

@@ -29,7 +29,11 @@ pub struct Overclosure<const D: usize> {
     pub candidates: u64,
 }
 
-/// Looks for contactor nodes behind an obstacle and treats them as the case says. Collective.
+/// Surfaces that overlap by less than this part of the extent of all bodies touch exactly: more is not known of a
+/// coordinate.
+const ROUNDING: f64 = 1e-12;
+
+/// Looks for contactor nodes behind an obstacle and treats them as the case says; `extent` of all bodies \[m\]. Collective.
 ///
 /// # Errors
 /// When the case wants an overclosure to be an error, or the whole body lies behind the obstacle.
@@ -38,6 +42,7 @@ pub fn resolve_overclosure<const D: usize>(
     local: &mut LocalMesh<D>,
     contact: &Contact<D>,
     obstacle: &Obstacle<D>,
+    extent: f64,
 ) -> Result<Overclosure<D>> {
     let facets = agree(world, facets_of(local, &contact.contactor).map(<[Facet]>::to_vec))?;
     let mut nodes = Vec::new();
@@ -54,7 +59,7 @@ pub fn resolve_overclosure<const D: usize>(
         let point = local.mesh.points[node as usize];
         (obstacle.gap(&Vector::from(point)), point)
     });
-    let found = worst(world, &contact.name, gaps);
+    let found = worst(world, &contact.name, touching(extent, gaps));
     if found.smallest_gap < 0.0 {
         match contact.initial_overclosure {
             InitialOverclosure::Error => return Err(refusal(contact, &found, "nodes")),
@@ -67,7 +72,7 @@ pub fn resolve_overclosure<const D: usize>(
     Ok(found)
 }
 
-/// Gaps of the contact points of a deformable target, as evaluated on the undeformed bodies. Collective.
+/// Gaps of the contact points of a deformable target, as evaluated on the undeformed bodies of `extent` \[m\]. Collective.
 ///
 /// # Errors
 /// When the case wants an overclosure to be an error.
@@ -75,6 +80,7 @@ pub fn overclosure_of_points<const D: usize>(
     world: &impl CommunicatorCollectives,
     contact: &Contact<D>,
     (surface, state): (&ContactSurface<D>, &ContactState<D>),
+    extent: f64,
 ) -> Result<Overclosure<D>> {
     let gaps = surface.facets().iter().flat_map(|facet| {
         let nodes = surface.reference_points(facet);
@@ -84,7 +90,7 @@ pub fn overclosure_of_points<const D: usize>(
             (state.current[point].gap, place.into())
         })
     });
-    let found = worst(world, &contact.name, gaps);
+    let found = worst(world, &contact.name, touching(extent, gaps));
     if found.smallest_gap < 0.0 && contact.initial_overclosure == InitialOverclosure::Error {
         return Err(refusal(contact, &found, "points"));
     }
@@ -128,6 +134,14 @@ fn move_out<const D: usize>(point: &mut [f64; D], obstacle: &Obstacle<D>) {
     if at.gap < 0.0 {
         *point = (Vector::from(*point) - at.normal * at.gap).into();
     }
+}
+
+/// The gaps, zero where they are the rounding of coordinates.
+fn touching<const D: usize>(
+    extent: f64,
+    gaps: impl Iterator<Item = (f64, [f64; D])>,
+) -> impl Iterator<Item = (f64, [f64; D])> {
+    gaps.map(move |(gap, point)| (if gap.abs() <= ROUNDING * extent { 0.0 } else { gap }, point))
 }
 
 /// The smallest of the ranks' gaps.

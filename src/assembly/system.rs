@@ -99,10 +99,11 @@ impl<const D: usize> ContactSystem<D> {
         options: SystemOptions,
     ) -> Result<Self> {
         let world = session.world();
+        let extent = extent(world, &local);
         let mut overclosures = Vec::with_capacity(model.contacts.len());
         for contact in &model.contacts {
             if let Some(obstacle) = contact.target.obstacle() {
-                overclosures.push(resolve_overclosure(world, &mut local, contact, obstacle)?);
+                overclosures.push(resolve_overclosure(world, &mut local, contact, obstacle, extent)?);
             }
         }
         let supports = agree(world, supports(&local, model))?;
@@ -118,7 +119,6 @@ impl<const D: usize> ContactSystem<D> {
             None
         };
         let forces = Vector::ghosted(session, local.index.owned, D, &local.index.ghosts)?;
-        let extent = extent(world, &local);
         let rows = local.index.owned * D;
         let parts = Parts { internal: vec![0.0; rows], contact: vec![0.0; rows], external: vec![0.0; rows] };
         let phases = Phases {
@@ -173,7 +173,8 @@ impl<const D: usize> ContactSystem<D> {
         for (at, (contact, given)) in self.contacts.iter().zip(&model.contacts).enumerate() {
             if contact.meeting().is_some() {
                 let points = (contact.surface(), &contact.state);
-                self.overclosures.insert(at, overclosure_of_points(session.world(), given, points)?);
+                self.overclosures
+                    .insert(at, overclosure_of_points(session.world(), given, points, self.extent)?);
             }
         }
         Ok(())

@@ -197,20 +197,21 @@ impl Monolithic {
         before: Residual,
         search: bool,
     ) -> Result<Point> {
-        let full = self.at(system, stage, 1.0)?;
+        let whole = self.stride(system, stage)?;
+        let full = self.at(system, stage, whole)?;
         let good = full.norm.is_finite() && full.norm < Self::GROWTH * before.norm;
-        let fast = full.norm * Self::REDUCTION <= before.norm || self.converged(full);
+        let fast = full.norm * Self::REDUCTION <= before.norm || self.converged(full) || whole < 1.0;
         if good && (fast || !search) {
-            return Ok(Point { length: 1.0, residual: full });
+            return Ok(Point { length: whole, residual: full });
         }
         // Between opposite slip branches lies stick, which the next correction assumes; a shorter step would stay
         // on the flat branch and creep.
         if full.norm.is_finite() && system.reverses() {
-            return Ok(Point { length: 1.0, residual: full });
+            return Ok(Point { length: whole, residual: full });
         }
-        let mut best = Point { length: 1.0, residual: full };
+        let mut best = Point { length: whole, residual: full };
         for halving in 1..=Self::HALVINGS {
-            let length = 0.5f64.powi(halving);
+            let length = whole * 0.5f64.powi(halving);
             let residual = self.at(system, stage, length)?;
             let better = !best.residual.norm.is_finite() || residual.norm < best.residual.norm;
             if residual.norm.is_finite() && better {
@@ -223,6 +224,16 @@ impl Monolithic {
         }
         let residual = self.at(system, stage, best.length)?;
         Ok(Point { length: best.length, residual })
+    }
+
+    /// The part of the correction that is taken at most: all of it, unless it carries a body that nothing holds, where
+    /// the residual knows nothing of the target until it is touched.
+    fn stride(&self, system: &dyn Dynamics, stage: &Stage) -> Result<f64> {
+        if stage.holding == 0.0 {
+            return Ok(1.0);
+        }
+        let (limit, motion) = (system.stride(), self.correction.max_norm()?);
+        Ok(if motion > limit { limit / motion } else { 1.0 })
     }
 
     /// Residual at the origin plus a part of the correction.
