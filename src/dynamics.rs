@@ -248,7 +248,8 @@ pub trait Dynamics {
     fn predicts(&self) -> bool;
 
     /// The residual with stick assumed where the slip direction flipped: the right side of the next correction,
-    /// whose matrix [`Dynamics::jacobian`] always is. Collective.
+    /// whose matrix [`Dynamics::jacobian`] always is. To be called after [`Dynamics::residual`] at the same state: only
+    /// the contact forces are computed anew. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
@@ -290,6 +291,12 @@ pub trait Dynamics {
     /// # Errors
     /// When PETSc refuses.
     fn contact_normals(&mut self, out: &mut Vector) -> Result<()>;
+
+    /// The owned nodes of facets in contact at the last residual, both sides of deformable ones. Collective.
+    fn contact_nodes(&mut self) -> Vec<bool>;
+
+    /// The owned nodes of bodies that no support holds in some direction.
+    fn floating_nodes(&self) -> Vec<bool>;
 
     /// Whether a slip direction reversed between the last iterate and the last residual. Collective.
     fn reverses(&self) -> bool;

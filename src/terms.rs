@@ -33,6 +33,8 @@ bitflags! {
             | Self::NORMAL_CONTACT.bits() | Self::NORMAL_GEOMETRY.bits() | Self::FRICTION_DAMPING.bits();
         /// What stage II keeps (3.7): symmetric, without the normal contact stiffness.
         const FRICTION_STAGE = Self::NORMAL_STAGE.bits() & !Self::NORMAL_CONTACT.bits();
+        /// The bodies without their contacts. Symmetric.
+        const BODIES = Self::MASS.bits() | Self::MATERIAL.bits() | Self::GEOMETRIC.bits();
         /// Everything: the consistent tangent of (3.5).
         const ALL = (1 << 11) - 1;
     }

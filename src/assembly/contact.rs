@@ -32,7 +32,7 @@ pub enum Pair<const D: usize> {
     /// An obstacle: every rank evaluates the facets that touch its nodes.
     Rigid {
         /// Surface, obstacle, laws.
-        contact: RigidContact<D>,
+        contact: Box<RigidContact<D>>,
         /// Where the entries of the facets go.
         maps: FacetMaps,
     },
@@ -110,7 +110,10 @@ impl<const D: usize> Contact<D> {
             Target::Obstacle(obstacle) => {
                 let surface = ContactSurface::new(&local.mesh, facets, &ownership, quadrature)?;
                 let maps = FacetMaps::new(&surface, place);
-                Pair::Rigid { contact: RigidContact { surface, obstacle: *obstacle, law, area }, maps }
+                Pair::Rigid {
+                    contact: Box::new(RigidContact { surface, obstacle: *obstacle, law, area }),
+                    maps,
+                }
             }
             Target::Surface { set, .. } => {
                 let surface = ContactSurface::of_mine(&local.mesh, facets, &ownership, quadrature)?;
@@ -210,6 +213,13 @@ impl<const D: usize> Contact<D> {
             Pair::Deformable(meeting) => &meeting.contact.surface,
         };
         self.state.iterate(surface.representative())
+    }
+
+    /// The current points are those of an accepted step.
+    pub fn settle(&mut self) {
+        if let Pair::Deformable(meeting) = &mut self.pair {
+            meeting.settle(&self.state);
+        }
     }
 
     /// Forgets the iterates of a step.

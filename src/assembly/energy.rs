@@ -1,4 +1,4 @@
-//! The energy ledger: where energy is, where it went, and what the integration leaves over.
+//! The energy ledger: where energy is, where it went, and what the integration leaves over; and the momentum.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -32,12 +32,22 @@ impl Energies {
     }
 }
 
+/// Momentum of all bodies together at one instant, per metre of depth in 2D.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Momentum {
+    /// `int rho v dV`, the components that the space has [N s].
+    pub linear: [f64; 3],
+    /// `int rho x x v dV` about the origin at the current places; in the plane the last component alone [N m s].
+    pub angular: [f64; 3],
+}
+
 /// Sums up work and heat from step to step.
 pub struct EnergyLedger {
     /// Loads and reactions at the start of the step [N].
     drive: Vec<f64>,
     at_start: f64,
     now: Energies,
+    momentum: Momentum,
     reactions: Vector,
 }
 
@@ -52,7 +62,8 @@ impl EnergyLedger {
         reactions: Vector,
     ) -> Result<Self> {
         let drive = vec![0.0; reactions.owned_len()];
-        let mut ledger = Self { drive, at_start: 0.0, now: Energies::default(), reactions };
+        let mut ledger =
+            Self { drive, at_start: 0.0, now: Energies::default(), momentum: Momentum::default(), reactions };
         let [kinetic, strain, contact, ..] = ledger.step(system, stage, 0.0)?;
         ledger.now = Energies { kinetic, strain, contact, ..Energies::default() };
         ledger.at_start = ledger.now.total();
@@ -83,6 +94,11 @@ impl EnergyLedger {
         &self.now
     }
 
+    /// The momentum at the end of the last step.
+    pub fn momentum(&self) -> &Momentum {
+        &self.momentum
+    }
+
     /// Reactions of the supports at the end of the last step, owned unknowns [N].
     pub fn reactions(&self) -> &Vector {
         &self.reactions
@@ -96,8 +112,11 @@ impl EnergyLedger {
         dt: f64,
     ) -> Result<[f64; 5]> {
         system.imbalance(stage, &mut self.reactions)?;
-        let kinetic = system.kinetic_energy(stage)?;
-        let mut own = [kinetic, 0.0, 0.0, 0.0, 0.0];
+        let (kinetic, momentum) = system.motion(stage)?;
+        let mut own = [0.0; 11];
+        own[0] = kinetic;
+        own[5..8].copy_from_slice(&momentum.linear);
+        own[8..11].copy_from_slice(&momentum.angular);
         let u = stage.trial.u.local();
         own[1] = system.solids.iter().map(|solid| solid.group.strain_energy(&u, &system.local.mine)).sum();
         for contact in &system.contacts {
@@ -113,18 +132,31 @@ impl EnergyLedger {
             own[4] += 0.5 * (*drive + now) * (u[i] - before[i]);
             *drive = now;
         }
-        let mut total = [0.0; 5];
+        let mut total = [0.0; 11];
         system.session.world().all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
-        Ok(total)
+        let three = |k: usize| [total[k], total[k + 1], total[k + 2]];
+        self.momentum = Momentum { linear: three(5), angular: three(8) };
+        Ok([total[0], total[1], total[2], total[3], total[4]])
     }
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// This rank's share of `v . M v / 2` at the trial state [J]. Collective.
-    fn kinetic_energy(&mut self, stage: &Stage) -> Result<f64> {
-        let Some(mass) = &self.mass else { return Ok(0.0) };
+    /// This rank's shares of `v . M v / 2` [J] and of the momentum at the trial state. Collective.
+    fn motion(&mut self, stage: &Stage) -> Result<(f64, Momentum)> {
+        let Some(mass) = &self.mass else { return Ok((0.0, Momentum::default())) };
         mass.multiply(&stage.trial.v, &mut self.inertia)?;
-        let (v, momentum) = (stage.trial.v.owned(), self.inertia.owned());
-        Ok(0.5 * v.iter().zip(momentum.iter()).map(|(v, p)| v * p).sum::<f64>())
+        let (u, v, p) = (stage.trial.u.owned(), stage.trial.v.owned(), self.inertia.owned());
+        let kinetic = 0.5 * v.iter().zip(p.iter()).map(|(v, p)| v * p).sum::<f64>();
+        let mut momentum = Momentum::default();
+        for ((place, u), p) in self.local.mesh.points.iter().zip(u.chunks_exact(D)).zip(p.chunks_exact(D)) {
+            let at = |i: usize| if i < D { place[i] + u[i] } else { 0.0 };
+            let p = |i: usize| if i < D { p[i] } else { 0.0 };
+            for i in 0..3 {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                momentum.linear[i] += p(i);
+                momentum.angular[i] += at(j) * p(k) - at(k) * p(j);
+            }
+        }
+        Ok((kinetic, momentum))
     }
 }

@@ -52,11 +52,9 @@ impl Mass {
         Ok(Self { values, masked, operator, _nodes: nodes })
     }
 
-    /// Adds `factor M` to a matrix of the same pattern, without the rows and columns of prescribed unknowns.
-    pub fn add_to(&self, factor: f64, values: &mut BlockValues) {
-        for (slot, m) in self.values.iter().enumerate() {
-            values.add_isotropic(slot as u32, factor * m);
-        }
+    /// Makes a matrix of the same pattern `factor M`, without the rows and columns of prescribed unknowns.
+    pub fn write_to(&self, factor: f64, values: &mut BlockValues) {
+        values.set_isotropic(factor, &self.values);
         for &(slot, rows, columns) in &self.masked {
             values.mask(slot, rows, columns);
         }

@@ -13,6 +13,7 @@ use crate::contact::target::{TargetFacets, TargetSurface};
 use crate::error::Result;
 use crate::mesh::Facet;
 use crate::partition::{IndexMap, LocalMesh};
+use crate::tensor::Vector as Point;
 
 /// Lengths by which a contact looks around.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,7 +96,7 @@ impl<const D: usize> Meeting<D> {
         state: &ContactState<D>,
     ) -> Result<()> {
         if self.gather.is_some() {
-            self.below = state.current.iter().map(|point| -point.gap).fold(0.0, f64::max);
+            self.below = deepest(state);
         }
         let [contactor, target] = &self.surfaces;
         let surfaces = Surfaces { local, contactor, target };
@@ -164,6 +165,14 @@ impl<const D: usize> Meeting<D> {
         });
     }
 
+    /// Looks no deeper from now on than the points of the accepted `state` lie: the first look is as deep as they may,
+    /// and dear where most of the points are open.
+    pub fn settle(&mut self, state: &ContactState<D>) {
+        self.below = self.below.min(deepest(state));
+        let reach = self.sight.limits(self.below).reach;
+        self.search.iter_mut().for_each(|search| search.shorten(reach));
+    }
+
     /// Finds the facet of each point at the displacements of all nodes.
     pub fn pair(&mut self, u: &[f64]) {
         let limits = self.sight.limits(self.below);
@@ -187,6 +196,23 @@ impl<const D: usize> Meeting<D> {
 
     /// Adds the normals of the closed points, by area, to the nodes of both facets.
     pub fn add_normals(&self, state: &ContactState<D>, own: &mut [f64], remote: RemoteForce) {
+        let normal = |point: usize| state.current[point].normal * self.contact.surface.reference_area(point);
+        self.add_closed(state, normal, own, remote);
+    }
+
+    /// Adds one to all entries of the nodes of both facets of each closed point.
+    pub fn add_marks(&self, state: &ContactState<D>, own: &mut [f64], remote: RemoteForce) {
+        self.add_closed(state, |_| Point::repeat(1.0), own, remote);
+    }
+
+    /// Adds a value of each closed point to the nodes of both facets.
+    fn add_closed(
+        &self,
+        state: &ContactState<D>,
+        value: impl Fn(usize) -> Point<D>,
+        own: &mut [f64],
+        remote: RemoteForce,
+    ) {
         let mut sink = PairForces::<D> { couples: &self.couples, own, remote, missed: false };
         let surface = &self.contact.surface;
         for (contactor_facet, facet) in surface.facets().iter().enumerate() {
@@ -194,8 +220,7 @@ impl<const D: usize> Meeting<D> {
                 let Some(target_facet) = self.pairing.facet(point) else { continue };
                 let mut nodes = surface.facet_nodes(facet).to_vec();
                 nodes.extend_from_slice(self.contact.target.nodes(target_facet));
-                let normal = state.current[point].normal * surface.reference_area(point);
-                let force = normal.as_slice().repeat(nodes.len());
+                let force = value(point).as_slice().repeat(nodes.len());
                 let (nodes, force) = (&nodes[..], &force[..]);
                 sink.pair(&PairContribution {
                     point,
@@ -223,7 +248,13 @@ impl<const D: usize> Meeting<D> {
             values: &mut *opening.values,
             remote: &mut *opening.remote,
             lift: opening.lift.as_mut().map(super::interface::PairLift::reborrow),
+            symmetry: opening.symmetry,
         };
         self.contact.evaluate(fields, request, &self.pairing, state, &mut sink);
     }
+}
+
+/// Depth of the deepest point [m], 0 where none penetrates.
+fn deepest<const D: usize>(state: &ContactState<D>) -> f64 {
+    state.current.iter().map(|point| -point.gap).fold(0.0, f64::max)
 }

@@ -3,9 +3,11 @@
 //! Each rank evaluates every element and facet that touches one of its nodes and keeps its own rows, so that
 //! nothing is sent to other ranks while assembling.
 
+mod balance;
 mod build;
 mod contact;
 mod energy;
+mod equations;
 mod external;
 mod fields;
 mod forces;
@@ -20,9 +22,10 @@ mod stages;
 mod start;
 mod supports;
 mod system;
+mod tangent;
 pub mod targets;
 
-pub use energy::{Energies, EnergyLedger};
+pub use energy::{Energies, EnergyLedger, Momentum};
 pub use fields::{ContactFields, StressFields, SurfaceCells};
 pub use report::{ContactSummary, NodalContact, PointReport, Watched};
 pub use start::Overclosure;

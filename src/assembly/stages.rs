@@ -83,3 +83,32 @@ pub fn contact_normals<const D: usize>(
         normal.copy_from_slice(unit.as_slice());
     }
 }
+
+/// Which of the owned nodes belong to facets with a closed point, on either side. Collective where a target is
+/// deformable.
+pub fn contact_nodes<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    contacts: &[Contact<D>],
+    interface: Option<&mut Interface<D>>,
+    owned: usize,
+) -> Vec<bool> {
+    let mut marks = vec![0.0; owned * D];
+    for contact in contacts.iter().filter(|contact| contact.meeting().is_none()) {
+        let (surface, state) = (contact.surface(), &contact.state);
+        let pressed = surface.facets().iter().filter(|facet| {
+            facet.points.clone().any(|point| state.current.get(point).is_some_and(PointState::is_closed))
+        });
+        for &node in pressed.flat_map(|facet| surface.facet_nodes(facet)) {
+            if let Some(mark) = marks.get_mut(node as usize * D) {
+                *mark = 1.0;
+            }
+        }
+    }
+    if let Some(interface) = interface {
+        interface.add_forces(world, &mut marks, |_, own, mut remote| {
+            let pairs = contacts.iter().filter_map(|contact| Some((contact.meeting()?, &contact.state)));
+            pairs.for_each(|(meeting, state)| meeting.add_marks(state, own, remote.reborrow()));
+        });
+    }
+    marks.chunks_exact(D).map(|node| node[0] > 0.0).collect()
+}

@@ -1,32 +1,29 @@
-//! The equations of motion of one rank's share, as solvers and integrators see them.
+//! The discretised bodies of one rank's share: what there is, how it is built, how a step ends.
 
 use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::balance::meet;
 use super::build::{FreeBody, contacts, extent, free_bodies, loads, physics, supports, unit};
-use super::contact::{Contact, Pair};
-use super::external::{External, Moment};
+use super::contact::Contact;
+use super::external::External;
 use super::forces::{Solid, solids};
 use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
-use super::scatter::LiftTarget;
-use super::stages::{self, Target, hold};
 use super::start::{Overclosure, overclosure_of_points, resolve_overclosure};
 use super::supports::{Supports, in_space};
-use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
-use crate::contact::point::{ContactLaw, Selection};
-use crate::contact::state::{Branches, Changes, Hold};
-use crate::dynamics::{ContactCounts, Dynamics, ForceChange, Freeze, FrictionMode, Lift, Residual, Stage};
+use crate::contact::evaluation::{ContactFields, ContactRequest};
+use crate::contact::point::ContactLaw;
+use crate::contact::state::{Changes, Hold};
+use crate::dynamics::Stage;
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
-use crate::model::Model;
+use crate::model::{self, Model, Target};
 use crate::partition::LocalMesh;
-use crate::petsc::{BlockPattern, Event, Format, Matrix, Session, Symmetry, Vector};
-use crate::space::Fields;
-use crate::terms::Terms;
+use crate::petsc::{BlockPattern, Event, Format, Matrix, Session, Vector};
 
 /// What the system is built for.
 #[derive(Debug, Clone, Copy)]
@@ -47,9 +44,9 @@ pub(super) struct Parts {
 
 /// Phases whose time is recorded.
 pub(super) struct Phases {
-    contact: Event,
-    forces: Event,
-    tangent: Event,
+    pub contact: Event,
+    pub forces: Event,
+    pub tangent: Event,
     pub search: Event,
     pub exchange: Event,
 }
@@ -74,19 +71,19 @@ pub struct ContactSystem<const D: usize> {
     /// What deformable contacts share.
     pub(super) interface: Option<Interface<D>>,
     /// A contact met a facet that the pattern does not know.
-    missed: bool,
+    pub(super) missed: bool,
     /// The matrix knows the rigid-body modes.
     pub(super) has_modes: bool,
     pub(super) matrix: Matrix,
-    work: Vector,
-    fault: Option<Inverted>,
+    pub(super) work: Vector,
+    pub(super) fault: Option<Inverted>,
     /// A prescribed value that is no number; told with the next residual, where all ranks listen.
-    trouble: Option<Error>,
-    changes: Changes,
-    extent: f64,
-    free_bodies: Vec<FreeBody>,
+    pub(super) trouble: Option<Error>,
+    pub(super) changes: Changes,
+    pub(super) extent: f64,
+    pub(super) free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
-    unit: f64,
+    pub(super) unit: f64,
     pub(super) phases: Phases,
 }
 
@@ -238,7 +235,11 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Those of them that no contact can hold either.
     pub fn lost_bodies(&self, model: &Model<D>) -> Vec<String> {
-        let touches = |body: usize| model.contacts.iter().any(|contact| contact.body == body);
+        let touched = |contact: &model::Contact<D>, body: usize| {
+            contact.body == body
+                || matches!(&contact.target, Target::Surface { body: other, .. } if *other == body)
+        };
+        let touches = |body: usize| model.contacts.iter().any(|contact| touched(contact, body));
         let lost = self.free_bodies.iter().filter(|free| !touches(free.body));
         lost.map(|free| free.words.clone()).collect()
     }
@@ -305,132 +306,6 @@ impl<const D: usize> ContactSystem<D> {
         self.matrix.set_near_null_space(&coordinates)
     }
 
-    fn moment<'a>(stage: &Stage, u: &'a [f64]) -> Moment<'a> {
-        Moment { time: stage.trial.time, u, factor: stage.load_factor }
-    }
-
-    /// Fills the three parts of the forces at the trial state; remembers an inverted element.
-    fn sweep(&mut self, stage: &Stage, branches: Branches) {
-        self.fault = None;
-        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
-        let Parts { internal, contact, external } = &mut self.parts;
-        {
-            let _running = self.phases.forces.begin();
-            internal.fill(0.0);
-            for solid in &self.solids {
-                if let Err(inverted) = solid.add_force(&u, internal) {
-                    self.fault.get_or_insert(inverted);
-                }
-            }
-            external.fill(0.0);
-            self.external.add_force(&Self::moment(stage, &u), &self.solids, external);
-        }
-        contact.fill(0.0);
-        let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
-        let request = ContactRequest { stiffness: None, hold: hold(stage), branches };
-        self.phases.contact.time(|| {
-            self.contacts.iter_mut().for_each(|pair| pair.add_force(&fields, &request, contact));
-        });
-        if let Some(interface) = &mut self.interface {
-            interface.bring(self.session.world(), &fields);
-            self.missed =
-                meet(interface, &mut self.contacts, (self.session.world(), &self.phases), &request, contact);
-        }
-    }
-
-    /// `M (w_0 a_start + w_1 a_end)` into `work`, and nothing where there is no inertia.
-    fn weigh_inertia(&mut self, stage: &Stage) -> Result<()> {
-        let Some(mass) = self.mass.as_ref().filter(|_| stage.inertia) else {
-            self.work.set(0.0);
-            return Ok(());
-        };
-        let [at_start, at_end] = stage.balance.mass;
-        self.inertia.copy_from(&stage.trial.a)?;
-        self.inertia.axpby(at_start, at_end, &stage.start.a)?;
-        // The scheme's own accelerations lag, so that their mean lies where the mean of the forces does. Prescribed
-        // accelerations do not lag: they take the weights of the forces, or the scheme falls to first order.
-        {
-            let mut mean = self.inertia.owned_mut();
-            let (start, end) = (stage.start.a.owned(), stage.trial.a.owned());
-            let held = self.supports.dofs.constrained[..mean.len()].iter().enumerate();
-            for (dof, _) in held.filter(|(_, held)| **held) {
-                mean[dof] = stage.balance.start_force * start[dof] + end[dof];
-            }
-        }
-        mass.multiply(&self.inertia, &mut self.work)
-    }
-
-    /// Residual on the free unknowns with the branches of the friction law as given.
-    fn balance(&mut self, stage: &Stage, branches: Branches, out: &mut Vector) -> Result<Residual> {
-        let (residual, stale) = self.weigh(stage, branches, out)?;
-        if !stale {
-            return Ok(residual);
-        }
-        {
-            let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
-            self.renew(&ContactFields { u: &u, v: &v, u_start: &u_start })?;
-        }
-        self.weigh(stage, branches, out).map(|(residual, _)| residual)
-    }
-
-    /// The residual, and whether contacts have to look around anew.
-    fn weigh(&mut self, stage: &Stage, branches: Branches, out: &mut Vector) -> Result<(Residual, bool)> {
-        self.sweep(stage, branches);
-        self.weigh_inertia(stage)?;
-        let mut sums = [0.0; 7];
-        {
-            let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
-            let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
-            let Parts { internal, contact, external } = &self.parts;
-            let constrained = &self.supports.dofs.constrained;
-            for i in 0..out.len() {
-                forces[i] = internal[i] - external[i] - contact[i];
-                let total = inertia[i] + stage.balance.start_force * start[i] + forces[i];
-                out[i] = if constrained[i] { 0.0 } else { total };
-                let terms = [out[i], internal[i], contact[i], external[i], inertia[i]];
-                sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term * term);
-            }
-        }
-        if self.fault.is_some() {
-            sums[0] = f64::NAN;
-        }
-        sums[5] = f64::from(u8::from(self.trouble.is_some()));
-        sums[6] = f64::from(u8::from(self.missed || self.is_stale(&stage.trial.u.local())));
-        let mut total = [0.0; 7];
-        self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
-        if total[5] > 0.0 {
-            agree(self.session.world(), self.trouble.take().map_or(Ok(()), Err))?;
-        }
-        let scale = total[1..5].iter().copied().fold(0.0, f64::max).sqrt();
-        let residual = Residual { norm: total[0].sqrt(), scale };
-        Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
-    }
-
-    /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones [N].
-    ///
-    /// To be called after [`Dynamics::residual`] at the same state. Collective.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn imbalance(&mut self, stage: &Stage, out: &mut Vector) -> Result<()> {
-        match self.mass.as_ref().filter(|_| stage.inertia) {
-            Some(mass) => mass.multiply(&stage.trial.a, out)?,
-            None => out.set(0.0),
-        }
-        out.axpy(1.0, &self.forces)
-    }
-
-    /// The inverted element in words: number, place, determinant.
-    fn describe(&self, inverted: &Inverted) -> Error {
-        let mesh = &self.local.mesh;
-        let centre = mesh.element_centre(inverted.element as usize);
-        let number = self.local.input_element[inverted.element as usize];
-        Error::guard(format!(
-            "element {number} at {centre:?} is turned inside out (det F = {:.3e})",
-            inverted.det
-        ))
-    }
-
     /// Ends the step: contact points remember their tractions, the forces become those at the start of the next
     /// step, the trial state becomes its start.
     ///
@@ -440,236 +315,11 @@ impl<const D: usize> ContactSystem<D> {
         let dt = stage.dt;
         for contact in &mut self.contacts {
             contact.state.accept(dt);
+            contact.settle();
             contact.begin_step();
         }
         stage.start_forces.copy_from(&self.forces)?;
         stage.accept();
         Ok(())
     }
-
-    /// Assembles the derivative of the residual, restricted to `terms`.
-    fn assemble(&mut self, stage: &Stage, terms: Terms, target: Target, lift: Option<Lift>) -> Result<()> {
-        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
-        let inertia = stage.inertia && terms.contains(Terms::MASS);
-        let mass = self.mass.as_ref().filter(|_| inertia);
-        let (change, mut rhs) = match lift {
-            Some(Lift { change, rhs }) => (Some(change.local()), Some(rhs.owned_mut())),
-            None => (None, None),
-        };
-        let mut lifted = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
-        let constrained = &self.supports.dofs.constrained;
-        let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
-        let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
-        let (rows, holding) = (self.local.index.owned * D, stage.holding);
-        let (phases, interface, world) = (&self.phases, self.interface.as_mut(), self.session.world());
-        let symmetric = symmetric(contacts, external, stage, terms);
-        let matrix = match target {
-            Target::Own => &mut self.matrix,
-            Target::Other(matrix) => matrix,
-        };
-        let inverted = matrix.fill(|values| {
-            let tangent = phases.tangent.begin();
-            values.zero();
-            if let Some(mass) = mass {
-                mass.add_to(weight * shifts.acceleration, values);
-            }
-            for (dof, held) in constrained[..rows].iter().enumerate() {
-                if *held || holding > 0.0 {
-                    values.add_diagonal(dof, if *held { unit } else { holding * unit });
-                }
-            }
-            let mut inverted = Ok(());
-            for solid in solids {
-                let lift = lifted.as_mut().map(LiftTarget::reborrow);
-                inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
-            }
-            let lift = lifted.as_mut().map(LiftTarget::reborrow);
-            if terms.contains(Terms::FOLLOWING_LOAD) {
-                external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
-            }
-            drop(tangent);
-            let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
-            let selection = Selection { terms, velocity_shift: shifts.velocity };
-            let request = ContactRequest {
-                stiffness: Some(selection),
-                hold: hold(stage),
-                branches: Branches::Predicted,
-            };
-            phases.contact.time(|| {
-                for pair in contacts.iter_mut() {
-                    let lift = lifted.as_mut().map(LiftTarget::reborrow);
-                    pair.add_stiffness(&fields, &request, constrained, values, lift);
-                }
-            });
-            if let Some(interface) = interface {
-                interface.bring(world, &fields);
-                let lift = lifted.as_mut().map(|lift| (lift.change, &mut *lift.rhs));
-                interface.add_stiffness(world, values, lift, |fields, opening| {
-                    let _running = phases.contact.begin();
-                    for contact in contacts.iter_mut() {
-                        if let Pair::Deformable(meeting) = &contact.pair {
-                            meeting.add_stiffness(fields, &request, &mut contact.state, opening);
-                        }
-                    }
-                });
-            }
-            inverted
-        })?;
-        self.fault = inverted.err();
-        matrix.set_symmetry(if symmetric { Symmetry::Symmetric } else { Symmetry::None })?;
-        Ok(())
-    }
-}
-
-/// Pairs the points of deformable contacts and adds their forces; whether a pair is missing in the couples. Collective.
-fn meet<const D: usize>(
-    interface: &mut Interface<D>,
-    contacts: &mut [Contact<D>],
-    (world, phases): (&impl CommunicatorCollectives, &Phases),
-    request: &ContactRequest,
-    force: &mut [f64],
-) -> bool {
-    let u = interface.fields().u;
-    phases
-        .search
-        .time(|| contacts.iter_mut().filter_map(Contact::meeting_mut).for_each(|meeting| meeting.pair(u)));
-    let missed = interface.add_forces(world, force, |fields, own, mut remote| {
-        let _running = phases.contact.begin();
-        let mut missed = false;
-        for contact in contacts {
-            let Pair::Deformable(meeting) = &contact.pair else { continue };
-            missed |= meeting.add_force(fields, request, &mut contact.state, own, remote.reborrow());
-        }
-        missed
-    });
-    missed.unwrap_or(false)
-}
-
-impl<const D: usize> Dynamics for ContactSystem<D> {
-    fn prescribe(&mut self, stage: &mut Stage) -> Result<()> {
-        let (time, factor) = (stage.trial.time, stage.load_factor);
-        let filled = {
-            let (mut u, mut v, mut a) =
-                (stage.trial.u.local_mut(), stage.trial.v.local_mut(), stage.trial.a.local_mut());
-            let fields = Fields { u: &mut u, v: &mut v, a: &mut a };
-            self.supports.fill(&self.local.mesh.points, time, factor, fields)
-        };
-        self.trouble = filled.err();
-        stage.trial.u.update_ghosts()?;
-        stage.trial.v.update_ghosts()
-    }
-
-    fn residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
-        self.balance(stage, Branches::Actual, out)
-    }
-
-    fn predicts(&self) -> bool {
-        self.changes.flipped > 0
-    }
-
-    fn predicted_residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
-        self.balance(stage, Branches::Predicted, out)
-    }
-
-    fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {
-        self.assemble(stage, terms, Target::Own, lift)
-    }
-
-    fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()> {
-        self.assemble(stage, terms, Target::Other(matrix), None)
-    }
-
-    fn matrix(&self) -> &Matrix {
-        &self.matrix
-    }
-
-    fn is_symmetric(&self, stage: &Stage, terms: Terms) -> bool {
-        symmetric(&self.contacts, &self.external, stage, terms)
-    }
-
-    fn observe(&mut self) -> Result<ContactCounts> {
-        let mut own = Changes::default();
-        let (mut stick, mut slip) = (0, 0);
-        for contact in &mut self.contacts {
-            own += contact.iterate();
-            let summary = contact.surface().summary(&contact.state);
-            stick += summary.stick;
-            slip += summary.slip;
-        }
-        let counts = [own.closed, own.changed, own.alternating, own.flipped, stick, slip].map(|n| n as u64);
-        let mut total = [0u64; 6];
-        self.session.world().all_reduce_into(&counts[..], &mut total[..], SystemOperation::sum());
-        let [closed, changed, alternating, flipped, stick, slip] = total;
-        let usize_of = |n: u64| n as usize;
-        self.changes = Changes {
-            closed: usize_of(closed),
-            changed: usize_of(changed),
-            alternating: usize_of(alternating),
-            flipped: usize_of(flipped),
-        };
-        Ok(ContactCounts { closed, stick, slip, changed, flipped })
-    }
-
-    fn reverses(&self) -> bool {
-        let own = u8::from(self.contacts.iter().any(|contact| contact.state.reverses()));
-        let mut any = 0;
-        self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
-        any > 0
-    }
-
-    fn freeze(&mut self, what: Freeze) {
-        stages::freeze(&mut self.contacts, what);
-    }
-
-    fn force_change(&self) -> ForceChange {
-        stages::force_change(self.session.world(), &self.contacts)
-    }
-
-    fn contact_normals(&mut self, out: &mut Vector) -> Result<()> {
-        let (world, nodes) = (self.session.world(), self.local.mesh.points.len());
-        stages::contact_normals(world, &self.contacts, self.interface.as_mut(), nodes, out);
-        Ok(())
-    }
-
-    fn is_cycling(&self) -> bool {
-        self.changes.is_two_cycle()
-    }
-
-    fn rewind(&mut self) {
-        self.contacts.iter_mut().for_each(Contact::begin_step);
-    }
-
-    fn fault(&mut self) -> Option<Error> {
-        let own = self.fault.map(|inverted| self.describe(&inverted));
-        agree(self.session.world(), own.map_or(Ok(()), Err)).err()
-    }
-
-    fn restless_points(&mut self) -> String {
-        match self.changes.changed {
-            0 => String::new(),
-            1 => "1 contact point still changes its status".to_owned(),
-            n => format!("{n} contact points still change their status"),
-        }
-    }
-
-    fn extent(&self) -> f64 {
-        self.extent
-    }
-}
-
-/// Friction, a changing area or a following load make the matrix non-symmetric.
-fn symmetric<const D: usize>(
-    contacts: &[Contact<D>],
-    external: &External<D>,
-    stage: &Stage,
-    terms: Terms,
-) -> bool {
-    let friction = stage.friction == FrictionMode::AsGiven;
-    let coupled = Terms::FRICTION_NORMAL_COUPLING | Terms::FRICTION_GEOMETRY;
-    let contact = |contact: &Contact<D>| {
-        let area = contact.area() == AreaKind::Current;
-        (friction && contact.law().friction.is_some() && terms.intersects(coupled))
-            || (area && terms.contains(Terms::ZONE_CHANGE))
-    };
-    !contacts.iter().any(contact) && !(external.follows() && terms.contains(Terms::FOLLOWING_LOAD))
 }

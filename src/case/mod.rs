@@ -41,7 +41,7 @@ pub use output::{Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use place::{At, Named, Place};
 pub use schema::schema;
-pub use solver::{Inner, Krylov, Linear, Newton, Second, Solver, Strategy, Variant};
+pub use solver::{Inner, Krylov, Linear, Newton, Passes, Second, Solver, Strategy, Variant};
 pub use start::Start;
 pub use time::{Scheme, Time};
 

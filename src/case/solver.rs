@@ -110,6 +110,15 @@ pub enum Linear {
         #[serde(default)]
         inner: Inner,
     },
+    /// GMRES with a factorisation of the nodes in contact around a cycle of multigrid that sees no contact.
+    FilteredAmg {
+        /// Element layers around the facets in contact that are factorised with them.
+        #[serde(default = "layers")]
+        layers: u32,
+        /// When the factorisation is used.
+        #[serde(default)]
+        passes: Passes,
+    },
     /// GMRES with algebraic multigrid and rigid-body modes.
     GmresAmg,
     /// Cholesky factorisation by MUMPS; symmetric systems only.
@@ -120,8 +129,33 @@ pub enum Linear {
     CgIcc,
     /// Conjugate gradients with algebraic multigrid; symmetric systems only.
     CgAmg,
+    /// Conjugate gradients with the preconditioner of `filtered_amg`; symmetric systems only.
+    CgFilteredAmg {
+        /// Element layers around the facets in contact that are factorised with them.
+        #[serde(default = "layers")]
+        layers: u32,
+    },
 }
 tagged!(Linear, "linear solver");
+
+const LAYERS: u32 = 2;
+
+fn layers() -> u32 {
+    LAYERS
+}
+
+/// When the filtered multigrid solves on the nodes in contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Passes")]
+pub enum Passes {
+    /// Before the cycle of multigrid and after it.
+    #[default]
+    Around,
+    /// Only before it, to measure what the second is worth.
+    Before,
+}
+tagged!(Passes, "order of passes");
 
 /// Operator of the second half of the two-stage preconditioner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -170,17 +204,19 @@ impl Inner {
 
 impl Linear {
     /// Every linear solver.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Auto,
         Self::Direct,
         Self::GmresAsmIlu,
         Self::GmresAsmIlu1,
         Self::TwoStage { second: Second::Coupling, inner: Inner::Auto },
+        Self::FilteredAmg { layers: LAYERS, passes: Passes::Around },
         Self::GmresAmg,
         Self::Cholesky,
         Self::CgJacobi,
         Self::CgIcc,
         Self::CgAmg,
+        Self::CgFilteredAmg { layers: LAYERS },
     ];
 
     /// The name in the case file.
@@ -191,17 +227,22 @@ impl Linear {
             Self::GmresAsmIlu => "gmres_asm_ilu",
             Self::GmresAsmIlu1 => "gmres_asm_ilu1",
             Self::TwoStage { .. } => "two_stage",
+            Self::FilteredAmg { .. } => "filtered_amg",
             Self::GmresAmg => "gmres_amg",
             Self::Cholesky => "cholesky",
             Self::CgJacobi => "cg_jacobi",
             Self::CgIcc => "cg_icc",
             Self::CgAmg => "cg_amg",
+            Self::CgFilteredAmg { .. } => "cg_filtered_amg",
         }
     }
 
     /// Whether the method needs a symmetric matrix, hence no friction and no follower load.
     pub fn needs_symmetry(self) -> bool {
-        matches!(self, Self::Cholesky | Self::CgJacobi | Self::CgIcc | Self::CgAmg)
+        matches!(
+            self,
+            Self::Cholesky | Self::CgJacobi | Self::CgIcc | Self::CgAmg | Self::CgFilteredAmg { .. }
+        )
     }
 }
 

@@ -61,6 +61,8 @@ pub enum Scheme {
         #[serde(default = "default_radius")]
         spectral_radius: Number,
     },
+    /// Balance in the middle of the step: keeps linear and angular momentum, damps nothing.
+    Midpoint,
     /// First order, damps strongly.
     BackwardEuler,
     /// No inertia.

@@ -123,6 +123,11 @@ impl<const D: usize> Search<D> {
         search
     }
 
+    /// From now on looks no further than `reach` \[m\].
+    pub fn shorten(&mut self, reach: f64) {
+        self.limits.reach = self.limits.reach.min(reach);
+    }
+
     /// Follows the target to the displacements `u`; the tree is built anew once its facets have moved by half their
     /// mean size. False, and nothing done, where `u` is no displacement: such an iterate is not searched.
     fn follow(&mut self, target: &TargetSurface<D>, u: &[f64]) -> bool {
@@ -224,20 +229,30 @@ impl<const D: usize> Search<D> {
     /// Looks at facets from the nearest box on, until what is left is further away than the best of what was seen.
     fn find(&mut self, probe: &Probe<'_, D>, target: &TargetSurface<D>, u: &[f64]) -> Option<u32> {
         self.seen.clear();
-        let mut best = self.limits.reach;
+        // Which facet counts is dear to ask where many are seen: it is asked where one may, and again as more are seen.
+        let (mut possible, mut asked) = (self.limits.reach, 0);
         for (leaf, squared) in self.tree.nearest_neighbor_iter_with_distance_2(probe.x.into()) {
-            if squared.sqrt() - self.motion > best + probe.tie {
+            let left = squared.sqrt() - self.motion - probe.tie;
+            if left > self.limits.reach {
                 break;
+            }
+            if left > possible && 2 * self.seen.len() > 3 * asked {
+                if left > nearest(&mut self.seen, target, probe.tie).unwrap_or(self.limits.reach) {
+                    break;
+                }
+                asked = self.seen.len();
             }
             target.current(leaf.data, u, &mut self.nodes);
             let seen = look(probe, target, leaf.data, &self.nodes, &self.limits);
             if seen.distance > self.limits.reach {
                 continue;
             }
+            if seen.eligible {
+                possible = possible.min(seen.distance);
+            }
             self.seen.push(seen);
-            let counting = self.seen.iter().filter(|seen| counts(seen, &self.seen, target, probe.tie));
-            best = counting.map(|seen| seen.distance).fold(self.limits.reach, f64::min);
         }
+        let best = nearest(&mut self.seen, target, probe.tie)?;
         let tied = || {
             let near = self.seen.iter().filter(|seen| seen.distance <= best + probe.tie);
             near.filter(|seen| counts(seen, &self.seen, target, probe.tie))
@@ -276,6 +291,12 @@ fn look<const D: usize>(
         && !target.is_off_end(facet, &projection)
         && !share_a_node(probe.nodes, target.nodes(facet));
     Seen { facet, distance: projection.distance, gap: projection.gap, place: projection.place, eligible }
+}
+
+/// Distance of the nearest facet that counts; sorts those `seen` by distance.
+fn nearest<const D: usize>(seen: &mut [Seen], target: &TargetSurface<D>, tie: f64) -> Option<f64> {
+    seen.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    seen.iter().find(|this| counts(this, seen, target, tie)).map(|this| this.distance)
 }
 
 /// Whether a facet may be chosen, as far as the facets `seen` tell.

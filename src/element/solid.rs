@@ -99,7 +99,8 @@ pub(super) struct Sample<L, const D: usize> {
     pub volume: L,
     /// Takes the slopes to reference gradients [1/m].
     pub map: Square<L, D>,
-    grad_u: Square<L, D>,
+    /// Displacement gradient.
+    pub grad_u: Square<L, D>,
 }
 
 /// Everything that the loop over a group writes to; allocated once per evaluation.
@@ -125,7 +126,7 @@ pub(super) struct Workspace<L, const D: usize> {
 
 impl<L: Lane, const D: usize> Workspace<L, D> {
     #[inline(always)]
-    fn new(unit: L, group: &ElementGroup<D>) -> Self {
+    pub(super) fn new(unit: L, group: &ElementGroup<D>) -> Self {
         let n = group.kind.nodes();
         let zero = unit.constant(0.0);
         let rows = || vec![[zero; D]; n];
@@ -150,7 +151,13 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
 
     /// Fetches a batch and clears the sums.
     #[inline(always)]
-    fn gather(&mut self, unit: L, nodes: &[[u32; WIDTH]], points: &[[[f64; WIDTH]; D]], u: &[f64]) {
+    pub(super) fn gather(
+        &mut self,
+        unit: L,
+        nodes: &[[u32; WIDTH]],
+        points: &[[[f64; WIDTH]; D]],
+        u: &[f64],
+    ) {
         let zero = unit.constant(0.0);
         for (a, (nodes, points)) in nodes.iter().zip(points).enumerate() {
             for i in 0..D {
@@ -170,7 +177,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
 
     /// Goes to a sample: sets the slopes and returns what depends on geometry and displacement there.
     #[inline(always)]
-    fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> Sample<L, D> {
+    pub(super) fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> Sample<L, D> {
         if pass.sampling == Sampling::Mean {
             let inverse = self.volume.recip();
             for (slope, mean) in self.slopes.iter_mut().zip(&self.mean) {

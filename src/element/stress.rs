@@ -1,4 +1,4 @@
-//! What a result file wants of the solid: Cauchy stress, `det F`, and the strain energy.
+//! What a result file wants of the solid: Cauchy stress and `det F`.
 
 use nalgebra::DMatrix;
 
@@ -98,30 +98,6 @@ impl<const D: usize> ElementGroup<D> {
                 Fit::add(&fit.to_nodes, &states, &mut stress.nodes);
             }
             receive(index, &stress);
-        }
-    }
-
-    /// Strain energy [J] (in 2D per metre of depth) of the elements for which `mine[element]` holds.
-    pub fn strain_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
-        let mut element = Element::new(self.kind);
-        let mut sum = 0.0;
-        for index in (0..self.elements.len()).filter(|&index| mine[self.elements[index] as usize]) {
-            element.load(self, index, u);
-            for pass in &self.passes {
-                for q in 0..pass.samples() {
-                    let (grad_u, weight) = element.gradient(pass, q);
-                    sum += weight * self.energy(&pass.moduli, &grad_u);
-                }
-            }
-        }
-        sum
-    }
-
-    fn energy(&self, moduli: &Moduli<f64>, grad_u: &Square<f64, D>) -> f64 {
-        match (self.formulation.kinematics, self.formulation.material.model) {
-            (Kinematics::Linear, _) => Hooke::energy(moduli, grad_u),
-            (_, Model::SaintVenantKirchhoff) => SaintVenantKirchhoff::energy(moduli, grad_u),
-            (_, Model::NeoHookean) => NeoHookean::energy(moduli, grad_u),
         }
     }
 

@@ -75,6 +75,10 @@ impl Real for Register {
     fn ln_1p(self) -> Self {
         ln_1p(self)
     }
+    #[inline(always)]
+    fn vanishes(self) -> bool {
+        self.lanes() == [0.0; WIDTH]
+    }
 }
 
 impl Lane for Register {

@@ -28,6 +28,13 @@ pub trait Real:
     /// `ln(1 + self)` without cancellation; NaN below -1.
     #[must_use]
     fn ln_1p(self) -> Self;
+    /// Whether it is zero in every lane, so that what it multiplies need not be computed. Numbers that also carry
+    /// derivatives always say no.
+    #[must_use]
+    #[inline(always)]
+    fn vanishes(self) -> bool {
+        false
+    }
 }
 
 impl Real for f64 {
@@ -47,6 +54,10 @@ impl Real for f64 {
     #[inline(always)]
     fn ln_1p(self) -> Self {
         f64::ln_1p(self)
+    }
+    #[inline(always)]
+    fn vanishes(self) -> bool {
+        self == 0.0
     }
 }
 
@@ -138,6 +149,10 @@ impl Real for Portable {
     #[inline(always)]
     fn ln_1p(self) -> Self {
         ln_1p(self)
+    }
+    #[inline(always)]
+    fn vanishes(self) -> bool {
+        self.0 == [0.0; WIDTH]
     }
 }
 

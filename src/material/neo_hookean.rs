@@ -28,7 +28,9 @@ impl Law for NeoHookean {
             }
         }
         let inverse_stretch = inner_gram(&inverse_transpose);
-        let pressure = moduli.lambda * growth.ln_1p();
+        // Where locking is cured most samples carry the shear terms alone.
+        let vanishes = moduli.lambda.vanishes();
+        let pressure = if vanishes { moduli.lambda } else { moduli.lambda * growth.ln_1p() };
         let second_piola = stress(moduli.mu + moduli.mu, pressure, &inverse_stretch, &green_strain(grad_u));
         Response {
             second_piola,

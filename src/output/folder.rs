@@ -15,11 +15,12 @@ pub const RECORD: &str = "run.json";
 
 /// What a run may leave in its folder, apart from [`RECORD`]; only these are removed when a result is
 /// replaced.
-const OWN: [&str; 10] = [
+const OWN: [&str; 11] = [
     "probes.csv",
     "contact.csv",
     "reactions.csv",
     "energy.csv",
+    "momentum.csv",
     "iterations.csv",
     "fields.pvd",
     "contact.pvd",

@@ -16,6 +16,7 @@ pub mod energy;
 pub mod fields;
 pub mod folder;
 pub mod iterations;
+pub mod momentum;
 mod pace;
 pub mod probes;
 pub mod pvd;

@@ -45,8 +45,8 @@ pub struct ContactStart {
     pub points: u64,
     /// Those that are closed at the start.
     pub closed: u64,
-    /// The deepest overclosure [m] and where [m]; `None` where nothing overlaps.
-    pub overclosure: Option<(f64, Vec<f64>)>,
+    /// The smallest gap, negative for an overclosure, and where [m]; `None` where no target is near.
+    pub nearest: Option<(f64, Vec<f64>)>,
 }
 
 impl fmt::Display for StartUp {
@@ -78,12 +78,11 @@ impl fmt::Display for StartUp {
 impl fmt::Display for ContactStart {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "{}: {} of {} points closed", self.name, self.closed, self.points)?;
-        match &self.overclosure {
-            None => write!(f, ", no overclosure"),
-            Some((depth, at)) => {
-                let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
-                write!(f, ", deepest overclosure {depth:.3e} m at ({})", at.join(", "))
-            }
+        let Some((gap, at)) = &self.nearest else { return write!(f, ", no target near") };
+        let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
+        match *gap < 0.0 {
+            true => write!(f, ", deepest overclosure {:.3e} m at ({})", -gap, at.join(", ")),
+            false => write!(f, ", no overclosure, smallest gap {gap:.3e} m at ({})", at.join(", ")),
         }
     }
 }
@@ -183,7 +182,7 @@ mod tests {
                 name: "sole".into(),
                 points: 49,
                 closed: 49,
-                overclosure: Some((1.5e-5, vec![0.48, 0.0])),
+                nearest: Some((-1.5e-5, vec![0.48, 0.0])),
             }],
             remarks: vec![],
         };

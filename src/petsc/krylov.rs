@@ -1,7 +1,6 @@
 //! A linear solver: Krylov method and preconditioner, chosen by PETSc's options.
 
 use super::call::{check, petsc, take_detail};
-use super::matrix::Matrix;
 use super::operator::Operator;
 use super::options::{insert, remove, text};
 use super::outcome::{Outcome, Reason, Reuse, Start};
@@ -76,7 +75,7 @@ impl Krylov {
     ///
     /// # Errors
     /// The sizes do not fit.
-    pub fn set_operators(&mut self, operator: &impl Operator, preconditioner: &Matrix) -> Result<()> {
+    pub fn set_operators(&mut self, operator: &impl Operator, preconditioner: &impl Operator) -> Result<()> {
         petsc!(KSPSetOperators(self.raw, operator.raw(), preconditioner.raw()))
     }
 

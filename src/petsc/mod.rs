@@ -16,6 +16,7 @@ mod scatter;
 mod session;
 mod shell;
 mod storage;
+mod submatrix;
 mod values;
 mod vector;
 
@@ -30,5 +31,6 @@ pub use scatter::{BlockValues, NO_SLOT};
 pub use session::{Session, memory, peak_memory, versions};
 pub use shell::ShellOperator;
 pub use storage::Format;
+pub use submatrix::SubMatrix;
 pub use values::{Values, ValuesMut};
 pub use vector::Vector;

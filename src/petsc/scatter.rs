@@ -129,9 +129,9 @@ impl BlockValues<'_> {
             (Format::Aij, 1) => self.add_rows::<1>(slots, blocks),
             (Format::Aij, 2) => self.add_rows::<2>(slots, blocks),
             (Format::Aij, _) => self.add_rows::<3>(slots, blocks),
-            (Format::Baij, 1) => self.add_columns::<1>(slots, blocks),
-            (Format::Baij, 2) => self.add_columns::<2>(slots, blocks),
-            (Format::Baij, _) => self.add_columns::<3>(slots, blocks),
+            (Format::Baij, 1) => self.add_columns::<1, 1>(slots, blocks),
+            (Format::Baij, 2) => self.add_columns::<2, 4>(slots, blocks),
+            (Format::Baij, _) => self.add_columns::<3, 9>(slots, blocks),
         }
     }
 
@@ -152,17 +152,49 @@ impl BlockValues<'_> {
         }
     }
 
-    fn add_columns<const D: usize>(&mut self, slots: &[u32], blocks: &[f64]) {
-        for (&slot, block) in slots.iter().zip(blocks.chunks_exact(D * D)) {
+    /// Blocks as arrays of `SIZE = D * D`: lengths that the compiler knows need no check an entry.
+    fn add_columns<const D: usize, const SIZE: usize>(&mut self, slots: &[u32], blocks: &[f64]) {
+        for (&slot, block) in slots.iter().zip(blocks.as_chunks::<SIZE>().0) {
             if slot == NO_SLOT {
                 continue;
             }
-            let (part, start) = self.scatter.place(slot);
-            let values = &mut self.parts[part][start..][..D * D];
+            let Some(values) = self.whole_block::<SIZE>(slot) else { continue };
             for j in 0..D {
                 for i in 0..D {
                     values[j * D + i] += block[i * D + j];
                 }
+            }
+        }
+    }
+
+    /// The values of a block that BAIJ stores in one piece.
+    #[inline]
+    fn whole_block<const SIZE: usize>(&mut self, slot: u32) -> Option<&mut [f64; SIZE]> {
+        let (part, start) = self.scatter.place(slot);
+        self.parts[part].get_mut(start..)?.first_chunk_mut()
+    }
+
+    /// Each block becomes `factor * values[slot]` times the unit block, as of a mass: in one pass what
+    /// [`zero`](Self::zero) and [`add_isotropic`](Self::add_isotropic) do in two.
+    pub fn set_isotropic(&mut self, factor: f64, values: &[f64]) {
+        match (self.scatter.format, self.scatter.block_size) {
+            (Format::Baij, 2) => self.set_units::<2, 4>(factor, values),
+            (Format::Baij, 3) => self.set_units::<3, 9>(factor, values),
+            _ => {
+                self.zero();
+                for (slot, value) in values.iter().enumerate() {
+                    self.add_isotropic(slot as u32, factor * value);
+                }
+            }
+        }
+    }
+
+    fn set_units<const D: usize, const SIZE: usize>(&mut self, factor: f64, values: &[f64]) {
+        for (slot, value) in values.iter().enumerate() {
+            let Some(block) = self.whole_block::<SIZE>(slot as u32) else { continue };
+            *block = [0.0; SIZE];
+            for i in 0..D {
+                block[i * (D + 1)] = factor * value;
             }
         }
     }

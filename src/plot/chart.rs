@@ -90,7 +90,9 @@ impl Panel {
     fn draw(&self, canvas: &Canvas, place: Frame, margin: f64) -> Result<()> {
         let [left, top, right, bottom] = place;
         let frame = [left + margin, top + 10.0, right - 8.0, bottom - 48.0];
-        let x = Axis::covering(&self.x, self.all(0), Ends::Data, (frame[2] - frame[0]) / 70.0);
+        // Time has its ends; a curve in another plane should not run along the frame.
+        let ends = if self.x.unit == "s" { Ends::Data } else { Ends::Padded };
+        let x = Axis::covering(&self.x, self.all(0), ends, (frame[2] - frame[0]) / 70.0);
         let y = self.upward(bottom - top);
         draw_axes(canvas, frame, &x, &y)?;
         canvas.text(&y.label, [left + 16.0, (frame[1] + frame[3]) / 2.0], LABEL, Anchor::Upward)?;

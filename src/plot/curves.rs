@@ -1,4 +1,4 @@
-//! The figures over time: contact stresses, displacement, energy, iterations; of one run, or of several
+//! The figures of the tables: contact stresses, motion, phase planes, energy, iterations; of one run, or of several
 //! compared.
 
 use crate::error::Result;
@@ -27,7 +27,10 @@ pub fn figures(runs: &[Run]) -> Result<Vec<Named>> {
     for probe in &probes {
         figures.extend(contact_stresses(runs, probe)?);
         figures.extend(displacement(runs, probe)?);
+        figures.extend(phase_plane(runs, probe)?);
     }
+    figures.extend(vertical_motion(runs, &probes)?);
+    figures.extend(normal_stresses(runs, &probes)?);
     figures.extend(energy(runs)?);
     figures.extend(iterations(runs)?);
     Ok(figures)
@@ -69,6 +72,84 @@ fn displacement(runs: &[Run], probe: &str) -> Result<Option<Named>> {
         format!("displacement_{}", file_name(probe)),
         Figure { title, legend: legend(runs), panels, columns: 1 },
     )))
+}
+
+/// Horizontal velocity of a probe over its horizontal displacement (Fig. 13), where it has a velocity.
+fn phase_plane(runs: &[Run], probe: &str) -> Result<Option<Named>> {
+    let [u, v] = ["u_x [m]", "v_x [m/s]"].map(|column| format!("{probe}.{column}"));
+    let mut curves = Vec::new();
+    for (index, run) in runs.iter().enumerate() {
+        let Some(csv) = &run.probes else { continue };
+        if let (Some(u), Some(v)) = (csv.numbers(&u)?, csv.numbers(&v)?) {
+            // A loop that is wound many times is read by thin lines only.
+            let stroke = Stroke { width: 1.1, ..Stroke::of(index) };
+            curves.push(Curve { points: u.into_iter().zip(v).map(|(u, v)| [u, v]).collect(), stroke });
+        }
+    }
+    if curves.iter().flat_map(|curve| &curve.points).all(|point| point[1] == 0.0) {
+        return Ok(None);
+    }
+    let [x, y] = [Quantity::new("horizontal displacement", "m"), Quantity::new("horizontal velocity", "m/s")];
+    let panels = vec![Panel { x, y, curves, at_least: vec![0.0] }];
+    let title = titled(runs, &format!("Phase plane of {probe}"));
+    Ok(filled((
+        format!("phase_plane_{}", file_name(probe)),
+        Figure { title, legend: legend(runs), panels, columns: 1 },
+    )))
+}
+
+/// Vertical displacement of all probes (Fig. 11).
+fn vertical_motion(runs: &[Run], probes: &[String]) -> Result<Option<Named>> {
+    let has = |axis: &str| {
+        let column = |probe: &String| format!("{probe}.{axis} [m]");
+        let columns = || runs.iter().filter_map(|run| run.probes.as_ref()).flat_map(Csv::columns);
+        probes.iter().any(|probe| columns().any(|name| *name == column(probe)))
+    };
+    let axis = if has("u_z") { "u_z" } else { "u_y" };
+    let name = ["Vertical motion", "vertical displacement", "m"];
+    together(runs, probes, (&format!("{axis} [m]"), name)).map(|figure| {
+        figure.map(|mut figure| {
+            figure.panels.iter_mut().for_each(|panel| panel.at_least.clear());
+            ("vertical_motion".into(), figure)
+        })
+    })
+}
+
+/// Normal contact stress of all probes (Fig. 12).
+fn normal_stresses(runs: &[Run], probes: &[String]) -> Result<Option<Named>> {
+    let name = ["Normal contact stresses", "normal stress", "Pa"];
+    let figure = together(runs, probes, ("contact_pressure [Pa]", name))?;
+    Ok(figure.map(|figure| ("normal_stresses".into(), figure)))
+}
+
+/// One quantity of all probes that have it: in one panel for one run, in a panel for each probe where runs compare.
+fn together(
+    runs: &[Run],
+    probes: &[String],
+    (column, [title, name, unit]): (&str, [&'static str; 3]),
+) -> Result<Option<Figure>> {
+    let mut shown = Vec::new();
+    for probe in probes {
+        let curves = over_time(runs, |run| run.probes.as_ref(), &format!("{probe}.{column}"))?;
+        if !is_blank(&curves) {
+            shown.push((probe, curves));
+        }
+    }
+    if shown.is_empty() {
+        return Ok(None);
+    }
+    let title = titled(runs, title);
+    if runs.len() > 1 {
+        let panels =
+            shown.into_iter().map(|(probe, curves)| panel(&format!("{name}, {probe}"), unit, curves));
+        return Ok(Some(Figure { title, legend: legend(runs), panels: panels.collect(), columns: 2 }));
+    }
+    let legend = shown.iter().enumerate().map(|(k, (probe, _))| (probe.to_string(), Stroke::of(k))).collect();
+    let curves = shown.into_iter().enumerate().flat_map(|(k, (_, curves))| {
+        curves.into_iter().map(move |curve| Curve { stroke: Stroke::of(k), ..curve })
+    });
+    let panels = vec![panel(name, unit, curves.collect())];
+    Ok(Some(Figure { title, legend, panels, columns: 1 }))
 }
 
 const ENERGIES: [&str; 8] = [

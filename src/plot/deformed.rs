@@ -1,4 +1,4 @@
-//! The deformed bodies at the end (Fig. 4), coloured by von Mises stress or by contact pressure; several runs
+//! The deformed bodies at the end (Figs 4 and 10), coloured by von Mises stress or by contact pressure; several runs
 //! on one scale.
 
 use crate::error::Result;
@@ -21,8 +21,13 @@ const MOST_RIMS: usize = 6000;
 /// # Errors
 /// The drawing library fails.
 pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> {
+    let factor = magnification(shots.iter().map(|(_, shot)| shot));
+    let scene = |shot: &Shot| match factor {
+        1.0 => Scene::of(shot, shown),
+        _ => Scene::of(&magnified(shot, factor), shown),
+    };
     let scenes: Vec<(String, Scene)> =
-        shots.iter().map(|(title, shot)| (caption(title, shot), Scene::of(shot, shown))).collect();
+        shots.iter().map(|(title, shot)| (caption(title, shot), scene(shot))).collect();
     let values = || scenes.iter().flat_map(|(_, scene)| scene.faces.iter().filter_map(|face| face.value));
     if values().next().is_none() {
         return Ok(None);
@@ -31,6 +36,10 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
         Shown::VonMises => ("von Mises stress", "Deformed mesh, von Mises stress"),
         Shown::Pressure => ("contact pressure", "Deformed mesh, contact pressure"),
     };
+    let title = match factor {
+        1.0 => title.to_string(),
+        _ => format!("{title}, displacements {factor} times enlarged"),
+    };
     let scale = Axis::covering(&Quantity::new(name, "Pa"), values(), Ends::Ticks, 5.0);
     let columns = if scenes.len() == 1 { 1 } else { 2 };
     let width = (WIDTH - bar_width(&scale) - 24.0) / columns as f64;
@@ -38,7 +47,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
     let rows = scenes.len().div_ceil(columns);
     let total = HEAD + height * rows as f64 + 8.0;
     let svg = sheet([WIDTH, total], |canvas| {
-        canvas.text(title, [16.0, 22.0], TITLE, Anchor::Start)?;
+        canvas.text(&title, [16.0, 22.0], TITLE, Anchor::Start)?;
         for (index, (caption, scene)) in scenes.iter().enumerate() {
             let left = 8.0 + (index % columns) as f64 * width;
             let top = HEAD + (index / columns) as f64 * height;
@@ -48,6 +57,30 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
         draw_bar(canvas, [left, HEAD + 30.0, WIDTH, (HEAD + height - 48.0).min(HEAD + 430.0)], &scale)
     });
     svg.map(Some)
+}
+
+/// Share of the bodies' size below which displacements are not seen, and to which they are enlarged then.
+const UNSEEN: [f64; 2] = [0.01, 0.04];
+
+/// By how much displacements are enlarged: 1, 2 or 5 times a power of ten, the same for all shots.
+fn magnification<'a>(shots: impl Iterator<Item = &'a Shot>) -> f64 {
+    let share = shots.map(|shot| shot.bodies.largest_displacement() / shot.bodies.diagonal());
+    let share = share.filter(|share| share.is_finite()).fold(0.0, f64::max);
+    if share == 0.0 || share >= UNSEEN[0] {
+        return 1.0;
+    }
+    let wanted = UNSEEN[1] / share;
+    let power = 10f64.powf(wanted.log10().floor());
+    let round = [5.0, 2.0, 1.0].into_iter().find(|factor| factor * power <= wanted);
+    round.unwrap_or(1.0) * power
+}
+
+fn magnified(shot: &Shot, factor: f64) -> Shot {
+    let mut shot = shot.clone();
+    let all =
+        shot.bodies.displacement.iter_mut().chain(shot.surfaces.iter_mut().flat_map(|s| &mut s.displacement));
+    all.flatten().for_each(|u| *u *= factor);
+    shot
 }
 
 fn caption(title: &str, shot: &Shot) -> String {
@@ -135,6 +168,23 @@ fn equal_axes(frame: Frame, extent: [[f64; 2]; 2]) -> [Axis; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::grid::Grid;
+
+    /// What one would not see is enlarged by a round factor, what one sees is left alone.
+    #[test]
+    fn small_displacements_are_enlarged() {
+        let shot = |u: f64| {
+            let points = vec![[0.0; 3], [3.0, 4.0, 0.0]];
+            let bodies = Grid { points, displacement: vec![[0.0, u, 0.0]; 2], ..Grid::default() };
+            Shot { time: 0.0, surfaces: Some(bodies.clone()), bodies }
+        };
+        for (u, factor) in [(0.0, 1.0), (0.06, 1.0), (0.01, 20.0), (8e-4, 200.0), (6e-6, 20_000.0)] {
+            assert_eq!(magnification([&shot(u), &shot(0.0)].into_iter()), factor, "{u}");
+        }
+        let large = magnified(&shot(0.01), 20.0);
+        assert_eq!(large.bodies.displacement, large.surfaces.unwrap().displacement);
+        assert!((large.bodies.displacement[1][1] - 0.2).abs() < 1e-15);
+    }
 
     /// A metre is as long across as upward.
     #[test]

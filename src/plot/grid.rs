@@ -24,6 +24,22 @@ pub struct Grid {
     pub values: Vec<f64>,
 }
 
+impl Grid {
+    /// Length of the largest displacement [m].
+    pub fn largest_displacement(&self) -> f64 {
+        self.displacement.iter().map(|u| u[0].hypot(u[1]).hypot(u[2])).fold(0.0, f64::max)
+    }
+
+    /// Diagonal of the box of all reference positions [m], 0 where there is none.
+    pub fn diagonal(&self) -> f64 {
+        let extent = |i: usize| {
+            let along = self.points.iter().map(|point| point[i]);
+            along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+        };
+        if self.points.is_empty() { 0.0 } else { extent(0).hypot(extent(1)).hypot(extent(2)) }
+    }
+}
+
 /// The bodies and their contact surfaces at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shot {

@@ -4,7 +4,9 @@
 //! |---|---|
 //! | `contact_stresses_PROBE.svg` | normal and tangential stress (Figs 5 and 6) |
 //! | `displacement_PROBE.svg` | horizontal displacement (Fig. 7) |
-//! | `deformed_von_mises.svg`, `deformed_pressure.svg` | the bodies at the last field step (Fig. 4) |
+//! | `vertical_motion.svg`, `normal_stresses.svg` | all probes together (Figs 11 and 12) |
+//! | `phase_plane_PROBE.svg` | horizontal velocity over horizontal displacement (Fig. 13) |
+//! | `deformed_von_mises.svg`, `deformed_pressure.svg` | the bodies at the last field step (Figs 4 and 10) |
 //! | `energy.svg`, `iterations.svg` | the ledger; Newton iterations a step |
 //!
 //! Several folders are drawn in the same figures with a legend of the runs' titles. What is not there is left

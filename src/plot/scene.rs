@@ -78,7 +78,7 @@ impl Scene {
             (true, Shown::Pressure) => View::from_front_right(-0.42),
         };
         let skin = skin(&shot.bodies);
-        let size = diagonal(&shot.bodies);
+        let size = shot.bodies.diagonal();
         let mut faces = Vec::new();
         for (owner, ring) in &skin {
             let value = (shown == Shown::VonMises).then(|| shot.bodies.values[*owner]);
@@ -152,14 +152,6 @@ fn outline(grid: &Grid, skin: &[(usize, Vec<usize>)]) -> Vec<[[f64; 2]; 2]> {
     }
     let single = edges.into_iter().filter(|(_, count)| *count == 1);
     single.map(|(ends, _)| ends.map(|point| View::PLANE.flat(grid.points[point]))).collect()
-}
-
-fn diagonal(grid: &Grid) -> f64 {
-    let extent = |i: usize| {
-        let along = grid.points.iter().map(|point| point[i]);
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
-    };
-    if grid.points.is_empty() { 0.0 } else { extent(0).hypot(extent(1)).hypot(extent(2)) }
 }
 
 #[cfg(test)]

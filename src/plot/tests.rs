@@ -66,7 +66,10 @@ fn probe_row<const D: usize>(time: f64, friction: f64) -> ProbeRow<D> {
     let contact = ProbeContact { contact_pressure, traction_t, gap: None, slip_velocity: 0.1, status };
     let mut u = [0.0; D];
     u[0] = 0.012 * (1.0 - friction * 0.5) * (1.0 - (PI * time / 0.05).cos());
-    ProbeRow { u, v: [0.0; D], contact: Some(contact) }
+    u[D - 1] = -0.05 - 0.002 * (900.0 * time).sin();
+    let mut v = [0.0; D];
+    v[0] = 0.012 * (1.0 - friction * 0.5) * PI / 0.05 * (PI * time / 0.05).sin();
+    ProbeRow { u, v, contact: Some(contact) }
 }
 
 fn ledger(time: f64, friction: f64) -> EnergyRow {
@@ -189,11 +192,15 @@ fn figures_in(folder: &Path, files: &[PathBuf]) -> Vec<String> {
     files.iter().map(|file| file.file_stem().unwrap().to_string_lossy().into_owned()).collect()
 }
 
-const ALL: [&str; 8] = [
+const ALL: [&str; 12] = [
     "contact_stresses_node_50",
     "displacement_node_50",
+    "phase_plane_node_50",
     "contact_stresses_node_98",
     "displacement_node_98",
+    "phase_plane_node_98",
+    "vertical_motion",
+    "normal_stresses",
     "energy",
     "iterations",
     "deformed_von_mises",
@@ -219,6 +226,10 @@ fn one_run_gives_every_figure() {
     let normal = svg.matches("stroke=\"#0072B2\"").count();
     let tangential = svg.matches("stroke=\"#D55E00\"").count();
     assert!(normal == 2 && tangential > 10, "solid {normal}, dashed {tangential}");
+    let together = fs::read_to_string(figures.join("normal_stresses.svg")).unwrap();
+    assert!(["node_50", "node_98", "normal stress (MPa)"].iter().all(|text| together.contains(text)));
+    let plane = fs::read_to_string(figures.join("phase_plane_node_50.svg")).unwrap();
+    assert!(plane.contains("horizontal velocity (m/s)") && !plane.contains("time ("));
     let deformed = fs::read_to_string(figures.join("deformed_von_mises.svg")).unwrap();
     assert!(deformed.matches("<polygon").count() >= 24 * 24, "the cells of both ranks");
     let inside = plot(std::slice::from_ref(&path), None).unwrap();
@@ -270,7 +281,7 @@ fn a_killed_run_is_drawn_as_far_as_it_goes() {
     fs::write(&piece, &bytes[..bytes.len() / 2]).unwrap();
     fs::remove_file(path.join("iterations.csv")).unwrap();
     let plotted = plot(std::slice::from_ref(&path), None).unwrap();
-    assert_eq!(figures_in(&path.join("figures"), &plotted.files), ALL[..5]);
+    assert_eq!(figures_in(&path.join("figures"), &plotted.files), ALL[..9]);
     let notes = plotted.notes.join("\n");
     for part in [
         "has not completed",

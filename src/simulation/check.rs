@@ -153,7 +153,13 @@ fn describe_contact<const D: usize>(
     (bodies, sizes): (&[Body], &[Size]),
     case: &Case,
 ) {
-    let (body, size) = (&bodies[contact.body], &sizes[contact.body]);
+    let other = match &contact.target {
+        Target::Surface { body, .. } => *body,
+        Target::Obstacle(_) => contact.body,
+    };
+    // Between two bodies the softer one says which pressure is high and which stiffness is much.
+    let [own, its] = [contact.body, other].map(|body| (&bodies[body], &sizes[body]));
+    let (body, size) = if its.0.young_modulus < own.0.young_modulus { its } else { own };
     let high = HIGH_PRESSURE * body.young_modulus;
     let penetration = law.normal.penetration(high);
     let stiffness = -law.normal.evaluate(-penetration).derivative;

@@ -308,7 +308,8 @@ impl<const D: usize> Journal<D> {
             tables.probes(&points)?;
             tables.contacts(&zones)?;
             tables.reactions(&reactions)?;
-            tables.energies(energies)
+            tables.energies(energies)?;
+            tables.momentum(ledger.momentum())
         });
         agree(self.session.world(), own)
     }
@@ -421,9 +422,14 @@ pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<C
         name: found.contact.clone(),
         points: found.candidates,
         closed: found.nodes,
-        overclosure: (found.smallest_gap < 0.0).then(|| (-found.smallest_gap, found.place.to_vec())),
+        nearest: is_near(found).then(|| (found.smallest_gap, found.place.to_vec())),
     };
     system.overclosures().iter().map(start).collect()
+}
+
+/// Whether any contactor point has a target at all.
+fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
+    found.smallest_gap < f64::MAX
 }
 
 /// What a user should know before the run.

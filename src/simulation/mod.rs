@@ -12,7 +12,7 @@ use std::rc::Rc;
 
 use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
-use crate::dynamics::Stage;
+use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result, agree};
 use crate::model::{Contact, Model, Target, read_mesh};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
@@ -95,6 +95,7 @@ fn march<const D: usize>(
     while !control.finished() {
         let attempt = Attempt { scheme, control: &control };
         let outcome = attempt.solve(system, stage, strategy, journal)?;
+        let outcome = attempt.finish(system, stage, outcome)?;
         journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
             Outcome::Converged(report) => {
@@ -129,8 +130,7 @@ impl Attempt<'_> {
         strategy: &mut dyn Strategy,
         journal: &mut Journal<D>,
     ) -> Result<Outcome> {
-        self.scheme.prepare(stage, self.control.dt())?;
-        stage.trial.time = self.control.end_of_step();
+        self.scheme.prepare(stage, self.control.dt(), self.control.end_of_step())?;
         journal.attempt(stage);
         let moved = match self.scheme.has_inertia() {
             true => self.scheme.extrapolate(stage).map(|()| true)?,
@@ -146,6 +146,27 @@ impl Attempt<'_> {
         journal.attempt(stage);
         strategy.solve(system, stage, &mut |row| journal.iteration(row))
     }
+
+    /// Goes on to the end of the step where the scheme has balanced its middle, and evaluates the forces there.
+    fn finish<const D: usize>(
+        &self,
+        system: &mut ContactSystem<D>,
+        stage: &mut Stage,
+        outcome: Outcome,
+    ) -> Result<Outcome> {
+        let Outcome::Converged(report) = outcome else { return Ok(outcome) };
+        if !self.scheme.finish(stage, self.control.end_of_step())? {
+            return Ok(Outcome::Converged(report));
+        }
+        system.prescribe(stage)?;
+        let mut residual = system.pattern_vector().like()?;
+        let is_sound = system.residual(stage, &mut residual)?.norm.is_finite();
+        Ok(if is_sound {
+            Outcome::Converged(report)
+        } else {
+            Outcome::Failed(report, "an element is turned inside out at the end of the step".into())
+        })
+    }
 }
 
 /// The error that ends a run whose step can not be cut further.
@@ -155,7 +176,6 @@ fn give_up<const D: usize>(
     stage: &Stage,
     (control, cure): (&StepControl, &str),
 ) -> Error {
-    use crate::dynamics::Dynamics;
     let place = format!("t = {:.6e} s, step cut to {:.3e} s", stage.start.time, control.dt());
     let fault = system.fault();
     let error = fault.unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);

@@ -7,8 +7,8 @@ use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
 use crate::solvers::{
-    LinearChoice, LinearSolver, Monolithic, NewtonSettings, Preset, Problem, Second, Staggered,
-    StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
+    FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Passes, Preset, Problem,
+    Second, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
 };
 use crate::terms::Terms;
 use crate::time::Scheme;
@@ -22,6 +22,7 @@ pub fn scheme(time: &case::Time) -> Scheme {
         case::Scheme::Newmark { beta, gamma } => Scheme::newmark(beta.si, gamma.si),
         case::Scheme::Hht { spectral_radius } => Scheme::hht(spectral_radius.si),
         case::Scheme::GeneralizedAlpha { spectral_radius } => Scheme::generalized_alpha(spectral_radius.si),
+        case::Scheme::Midpoint => Scheme::Midpoint,
         case::Scheme::BackwardEuler => Scheme::BackwardEuler,
         case::Scheme::Static { .. } => Scheme::Static,
     }
@@ -30,7 +31,13 @@ pub fn scheme(time: &case::Time) -> Scheme {
 /// The linear solver that the case names; what solves the stages of a staggered step is one for symmetric matrices.
 pub fn linear(case: &Case) -> LinearChoice {
     let preset = |linear: case::Linear| Preset::named(linear.name()).map(|preset| preset.name);
-    match case.solver.linear.value {
+    let asked = case.solver.linear.value;
+    let filtered = |layers, passes| {
+        preset(asked).map_or(LinearChoice::Auto, |name| {
+            LinearChoice::FilteredAmg(name, FilteredAmgSettings { layers, passes })
+        })
+    };
+    match asked {
         case::Linear::TwoStage { second, inner } => LinearChoice::TwoStage(TwoStageSettings {
             second: match second {
                 case::Second::Coupling => Second::Coupling,
@@ -38,6 +45,14 @@ pub fn linear(case: &Case) -> LinearChoice {
             },
             inner: inner.linear().and_then(preset),
         }),
+        case::Linear::FilteredAmg { layers, passes } => filtered(
+            layers,
+            match passes {
+                case::Passes::Around => Passes::Around,
+                case::Passes::Before => Passes::Before,
+            },
+        ),
+        case::Linear::CgFilteredAmg { layers } => filtered(layers, Passes::Around),
         case::Linear::Direct if staggered(case).is_some() => LinearChoice::Named("cholesky"),
         linear => preset(linear).map_or(LinearChoice::Auto, LinearChoice::Named),
     }

@@ -74,9 +74,8 @@ fn press<const D: usize>(
     stage.holding = if system.is_held() { 0.0 } else { HOLDING };
     let mut level = Levels::new(increments.max(1));
     while let Some(factor) = level.next() {
-        Scheme::Static.prepare(stage, 1.0)?;
+        Scheme::Static.prepare(stage, 1.0, 0.0)?;
         stage.shifts = if friction { stage.shifts } else { Shifts::default() };
-        stage.trial.time = 0.0;
         stage.load_factor = factor;
         journal.start_attempt(factor);
         let moved = strategy.follow_prescribed(system, stage)?;

@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use crate::assembly::{ContactSummary, Energies, NodalContact, PointReport, Watched};
+use crate::assembly::{ContactSummary, Energies, Momentum, NodalContact, PointReport, Watched};
 use crate::contact::point::Status as PointStatus;
 use crate::error::{Error, Result};
 use crate::output::Status;
 use crate::output::contact::{ContactRow, ContactTable};
 use crate::output::energy::{EnergyRow, EnergyTable};
 use crate::output::iterations::{IterationRow, IterationTable};
+use crate::output::momentum::{MomentumRow, MomentumTable};
 use crate::output::probes::{Probe, ProbeContact, ProbeRow, ProbeTable};
 use crate::output::reactions::{ReactionRow, ReactionTable};
 
@@ -18,6 +19,7 @@ pub struct Tables<const D: usize> {
     contact: ContactTable<D>,
     reactions: ReactionTable<D>,
     energy: EnergyTable,
+    momentum: MomentumTable<D>,
     iterations: IterationTable,
     /// An iteration that could not be written; told at the end of the step, where all ranks listen.
     trouble: Option<Error>,
@@ -37,6 +39,7 @@ impl<const D: usize> Tables<D> {
             contact: ContactTable::create(folder)?,
             reactions: ReactionTable::create(folder)?,
             energy: EnergyTable::create(folder)?,
+            momentum: MomentumTable::create(folder)?,
             iterations: IterationTable::create(folder)?,
             trouble: None,
             step: 0,
@@ -129,6 +132,15 @@ impl<const D: usize> Tables<D> {
             total: energies.total(),
         };
         self.energy.row(self.step, self.time, &row)
+    }
+
+    /// One row of the momentum.
+    ///
+    /// # Errors
+    /// When the file can not be written.
+    pub fn momentum(&mut self, momentum: &Momentum) -> Result<()> {
+        let Momentum { linear, angular } = *momentum;
+        self.momentum.row(self.step, self.time, &MomentumRow { linear, angular })
     }
 
     /// One row of an iteration.

@@ -1,6 +1,7 @@
 //! Which linear solver comes first, and which follow when it fails.
 
-use super::presets::{Preset, TWO_STAGE};
+use super::filtered_amg::FilteredAmgSettings;
+use super::presets::{CG_FILTERED_AMG, FILTERED_AMG, Preset, TWO_STAGE};
 use super::two_stage::TwoStageSettings;
 use crate::error::{Error, Result};
 use crate::petsc::Format;
@@ -14,6 +15,8 @@ pub enum LinearChoice {
     Named(&'static str),
     /// The two-stage scheme as preconditioner.
     TwoStage(TwoStageSettings),
+    /// A preset of the filtered multigrid by name.
+    FilteredAmg(&'static str, FilteredAmgSettings),
 }
 
 /// What the choice depends on.
@@ -51,19 +54,23 @@ impl Problem {
         match (self.is_small(), symmetric, self.dynamic) {
             (true, true, _) => &["cholesky", "direct"],
             (true, false, _) => &["direct"],
+            (false, true, true) if self.contact => &["cg_icc", CG_FILTERED_AMG, "cholesky", "direct"],
             (false, true, true) => &["cg_icc", "cholesky", "direct"],
             (false, true, false) if !self.contact => &["cg_amg", "cg_icc", "cholesky", "direct"],
-            (false, true, false) => &["cg_icc", "cholesky", "direct"],
-            (false, false, true) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
-            (false, false, false) if self.unknowns > 500_000 => &["gmres_asm_ilu", "gmres_amg", "direct"],
-            (false, false, false) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
+            (false, true, false) => &[CG_FILTERED_AMG, "cg_icc", "cholesky", "direct"],
+            (false, false, false) if self.contact => &[FILTERED_AMG, "gmres_asm_ilu", "direct"],
+            (false, false, true) if self.contact => &["gmres_asm_ilu", FILTERED_AMG, "direct"],
+            (false, false, _) => &["gmres_asm_ilu", "gmres_asm_ilu1", "direct"],
         }
     }
 
     /// What solves with the symmetric matrices of the two-stage preconditioner where the case does not say.
     pub(super) fn inner(&self) -> &'static str {
         let symmetric = Self { symmetric: true, format: Some(Format::Aij), ..*self };
-        symmetric.names()[0]
+        let names = symmetric.names().iter();
+        // A preconditioner with matrices of its own does not nest.
+        let plain = |name: &&&str| Preset::named(name).is_some_and(|preset| !preset.is_own());
+        names.copied().find(|name| plain(&name)).unwrap_or("cg_icc")
     }
 
     fn stores(&self, preset: &Preset) -> bool {
@@ -81,6 +88,8 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
         LinearChoice::Named("direct") => vec!["direct"],
         LinearChoice::TwoStage(_) => vec![TWO_STAGE, "gmres_asm_ilu", "direct"],
         LinearChoice::Named(name) => vec![name, "direct"],
+        LinearChoice::FilteredAmg(name, _) if problem.symmetric => vec![name, "direct"],
+        LinearChoice::FilteredAmg(name, _) => vec![name, "gmres_asm_ilu", "direct"],
     };
     let known = names.iter().filter_map(|name| Preset::named(name));
     let presets: Vec<&Preset> = known.filter(|preset| problem.stores(preset)).collect();

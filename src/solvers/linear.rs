@@ -3,9 +3,11 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use super::filtered_amg::{FilteredAmg, FilteredAmgSettings};
 use super::ladder::{LinearChoice, Problem, ladder};
+use super::own::{Origin, Own};
 use super::presets::Preset;
-use super::two_stage::{Origin, TwoStage, TwoStageSettings};
+use super::two_stage::{TwoStage, TwoStageSettings};
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
@@ -72,9 +74,11 @@ pub struct LinearSolver {
     fatigue: Fatigue,
     /// Pattern of the last matrix: what was made for another one is of no use.
     pattern: Option<Rc<BlockPattern>>,
-    /// The two-stage preconditioner, made when it is first used; PETSc calls it back.
-    two_stage: Rc<RefCell<Option<TwoStage>>>,
+    /// The preconditioner with matrices of its own, made when it is first used; PETSc calls it back. A ladder has one
+    /// such preset at most.
+    own: Rc<RefCell<Option<Box<dyn Own>>>>,
     stages: TwoStageSettings,
+    filter: FilteredAmgSettings,
     work: Vector,
     setup: Event,
     solve: Event,
@@ -83,6 +87,8 @@ pub struct LinearSolver {
 impl LinearSolver {
     /// Iterations after which a preset counts as failed.
     const MAX_ITERATIONS: usize = 500;
+    /// The same where filtered multigrid stands by: so many cheap iterations cost as much as its dear ones.
+    const WORTHWHILE: usize = 200;
     /// Solves on a higher rung before the first is tried again, for the first time; twice as many each time after.
     const PATIENCE: u32 = 25;
 
@@ -105,8 +111,12 @@ impl LinearSolver {
             fallbacks: Vec::new(),
             fatigue: Fatigue::default(),
             pattern: None,
-            two_stage: Rc::default(),
+            own: Rc::default(),
             stages: stages(choice, problem),
+            filter: match choice {
+                LinearChoice::FilteredAmg(_, settings) => *settings,
+                _ => FilteredAmgSettings::default(),
+            },
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
             solve: Event::register(session, "Solve")?,
@@ -138,27 +148,55 @@ impl LinearSolver {
     }
 
     /// Brings matrices of the preconditioner that are not the system's own up to date; nothing where there are none.
-    /// Collective.
+    fn refresh(&mut self, system: &mut dyn Dynamics, stage: &Stage) -> Result<()> {
+        let preset = self.preset();
+        if !preset.is_own() {
+            return Ok(());
+        }
+        let kept = self.own.borrow_mut().take().filter(|made| made.fits(system.matrix()));
+        let renew = kept.is_none() || self.fatigue.is_tired();
+        let mut made = match kept {
+            Some(made) => made,
+            None => self.make(preset, system.matrix())?,
+        };
+        made.assemble(system, stage, if renew { Reuse::Renew } else { Reuse::Keep })?;
+        *self.own.borrow_mut() = Some(made);
+        Ok(())
+    }
+
+    /// The preconditioner of a preset that has matrices of its own, for such a matrix. Collective.
+    fn make(&self, preset: &Preset, like: &Matrix) -> Result<Box<dyn Own>> {
+        let origin = Origin { session: &self.session, like, pattern: &self.work };
+        Ok(match preset.is_two_stage() {
+            true => {
+                let inner = self.stages.inner.unwrap_or("cg_icc");
+                Box::new(TwoStage::new(&origin, self.stages.second, inner)?)
+            }
+            false => Box::new(FilteredAmg::new(&origin, self.filter)?),
+        })
+    }
+
+    /// `x` with `|matrix x - rhs| <= tolerance |rhs|` for the matrix that the system has assembled, or `None` where the
+    /// last rung failed too. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn refresh(&mut self, system: &mut dyn Dynamics, stage: &Stage) -> Result<()> {
-        if !self.next_preset().is_two_stage() {
-            return Ok(());
-        }
-        let mut slot = self.two_stage.borrow_mut();
-        let kept = slot.take().filter(|made| made.fits(system.matrix()));
-        let made = match kept {
-            Some(made) => made,
-            None => {
-                let origin = Origin { session: &self.session, like: system.matrix(), pattern: &self.work };
-                TwoStage::new(&origin, self.stages.second, self.stages.inner.unwrap_or("cg_icc"))?
-            }
-        };
-        slot.insert(made).assemble(system, stage)
+    pub fn solve_system(
+        &mut self,
+        (system, stage): (&mut dyn Dynamics, &Stage),
+        rhs: &Vector,
+        x: &mut Vector,
+        tolerance: f64,
+    ) -> Result<Option<Solved>> {
+        let size = rhs.norm()?;
+        self.notice(system.matrix());
+        self.climb(|solver| {
+            solver.refresh(system, stage)?;
+            solver.attempt(system.matrix(), (rhs, size), x, tolerance)
+        })
     }
 
-    /// `x` with `|matrix x - rhs| <= tolerance |rhs|`, or `None` where the last rung failed too. Collective.
+    /// The same for a matrix alone, hence without presets that want more of the system. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
@@ -169,14 +207,19 @@ impl LinearSolver {
         x: &mut Vector,
         tolerance: f64,
     ) -> Result<Option<Solved>> {
-        let (mut iterations, mut inner) = (0, 0);
         let size = rhs.norm()?;
         self.notice(matrix);
+        self.climb(|solver| solver.attempt(matrix, (rhs, size), x, tolerance))
+    }
+
+    /// Tries the current preset and, while they fail, those that follow.
+    fn climb(&mut self, mut attempt: impl FnMut(&mut Self) -> Result<Tried>) -> Result<Option<Solved>> {
+        let (mut iterations, mut inner) = (0, 0);
         self.step_down();
         loop {
-            let tried = self.attempt(matrix, (rhs, size), x, tolerance)?;
+            let tried = attempt(self)?;
             iterations += tried.iterations;
-            inner += self.two_stage.borrow_mut().as_mut().map_or(0, TwoStage::take_iterations);
+            inner += self.own.borrow_mut().as_mut().map_or(0, |own| own.take_iterations());
             if tried.is_good() {
                 let (residual, preset) = (tried.residual, self.preset().name);
                 return Ok(Some(Solved { iterations, inner, residual, preset }));
@@ -193,6 +236,12 @@ impl LinearSolver {
         let preset = self.preset();
         let inner = self.stages.inner.and_then(Preset::named).filter(|_| preset.is_two_stage());
         !inner.unwrap_or(preset).iterative
+    }
+
+    /// Iterations after which the current preset counts as failed.
+    fn most(&self) -> usize {
+        let next = self.ladder.get(self.rung + 1).is_some_and(|next| next.is_own());
+        if next { Self::WORTHWHILE } else { Self::MAX_ITERATIONS }
     }
 
     /// Starts afresh where contact has given the matrix another pattern.
@@ -214,12 +263,6 @@ impl LinearSolver {
         self.calm = 0;
         self.fatigue = Fatigue::default();
         self.fallbacks.push(Fallback { from, to: self.preset().name, why });
-    }
-
-    /// The preset with which the next solve begins.
-    fn next_preset(&self) -> &'static Preset {
-        let calm = self.calm >= self.patience;
-        self.ladder[if calm { 0 } else { self.rung }]
     }
 
     /// Goes back to the first rung after a calm time.
@@ -244,13 +287,14 @@ impl LinearSolver {
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
         let renew = self.factorises() || self.fatigue.is_tired();
         let reuse = if renew { Reuse::Renew } else { Reuse::Keep };
-        if let (true, Some(stages)) = (self.preset().is_two_stage(), self.two_stage.borrow_mut().as_mut()) {
-            setup.time(|| stages.prepare(matrix, reuse))?;
+        if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
+            setup.time(|| own.prepare(matrix, reuse))?;
         }
+        let most = self.most();
         let krylov = self.krylov()?;
         krylov.set_operators(matrix, matrix)?;
         krylov.reuse_preconditioner(reuse)?;
-        krylov.set_tolerances(tolerance, 0.0, Self::MAX_ITERATIONS)?;
+        krylov.set_tolerances(tolerance, 0.0, most)?;
         let tolerance = krylov.tolerance()?;
         setup.time(|| krylov.set_up())?;
         let outcome = solve.time(|| krylov.solve(rhs, x))?;
@@ -261,6 +305,9 @@ impl LinearSolver {
         };
         let iterations = outcome.iterations as u32;
         self.fatigue.record(renew, iterations, tolerance);
+        if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
+            own.learn(self.fatigue.last);
+        }
         let tried = Tried { iterations, residual, tolerance, reason: outcome.reason.to_string() };
         if renew || tried.is_good() {
             return Ok(tried);
@@ -281,11 +328,11 @@ impl LinearSolver {
                 self.session.is_given(&format!("{}{name}", self.prefix))
             }))?;
             let own = !self.session.is_given(&format!("{}pc_type", self.prefix));
-            if own && self.ladder[self.rung].is_two_stage() {
-                let stages = Rc::clone(&self.two_stage);
-                krylov.set_shell_preconditioner(move |r, z| match stages.borrow_mut().as_mut() {
-                    Some(stages) => stages.apply(r, z),
-                    None => Err(Error::internal("the two-stage preconditioner was not assembled")),
+            if own && self.ladder[self.rung].is_own() {
+                let own = Rc::clone(&self.own);
+                krylov.set_shell_preconditioner(move |r, z| match own.borrow_mut().as_mut() {
+                    Some(own) => own.apply(r, z),
+                    None => Err(Error::internal("a preconditioner was used before it was assembled")),
                 })?;
             }
             if !self.symmetric {

@@ -5,16 +5,20 @@
 //! [`Dynamics`](crate::dynamics::Dynamics); it knows neither elements nor time integration.
 
 mod convergence;
+mod filtered_amg;
 mod forcing;
 mod ladder;
 mod linear;
 mod monolithic;
+mod own;
 mod presets;
 mod staggered;
 mod strategy;
 mod two_stage;
+mod zone;
 
 pub use convergence::{IterationReport, Outcome, Phase, SolveReport};
+pub use filtered_amg::{FilteredAmgSettings, Passes};
 pub use forcing::Forcing;
 pub use ladder::{LinearChoice, Problem, ladder, storage};
 pub use linear::{Fallback, LinearSolver, Solved};

@@ -162,9 +162,8 @@ impl Monolithic {
         self.rhs.scale(-1.0)?;
         let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
         system.jacobian(stage, self.settings.terms, Some(lift))?;
-        self.linear.refresh(system, stage)?;
-        let solved =
-            self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, self.settings.linear[1])?;
+        let tolerance = self.settings.linear[1];
+        let solved = self.linear.solve_system((system, stage), &self.rhs, &mut self.correction, tolerance)?;
         if solved.is_some() {
             stage.trial.u.axpy(1.0, &self.correction)?;
         }
@@ -181,14 +180,13 @@ impl Monolithic {
     /// The Newton correction at the current residual; `None` where every linear solver failed.
     fn correct(&mut self, system: &mut dyn Dynamics, stage: &Stage, now: Residual) -> Result<Option<Solved>> {
         system.jacobian(stage, self.settings.terms, None)?;
-        self.linear.refresh(system, stage)?;
         match system.predicts() {
             true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
             false => self.rhs.copy_from(&self.residual)?,
         }
         self.rhs.scale(-1.0)?;
         let tolerance = self.forcing.next(now.norm, self.settings.tolerance * now.scale);
-        self.linear.solve(system.matrix(), &self.rhs, &mut self.correction, tolerance)
+        self.linear.solve_system((system, stage), &self.rhs, &mut self.correction, tolerance)
     }
 
     /// Takes the correction whole, or the part of it that the safeguards allow.

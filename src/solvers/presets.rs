@@ -35,6 +35,11 @@ const GMRES: [(&str, &str); 3] =
 /// Name of the preset whose preconditioner is the two-stage scheme.
 pub const TWO_STAGE: &str = "two_stage";
 
+/// Names of the presets whose preconditioner is multigrid beside a factorisation of what is in contact.
+pub const FILTERED_AMG: &str = "filtered_amg";
+/// The same for symmetric matrices.
+pub const CG_FILTERED_AMG: &str = "cg_filtered_amg";
+
 /// All presets, for `contact-petsc list`, hints and the ladder.
 ///
 /// Right preconditioning throughout GMRES: its residual is the true one. Overlap 1: block Jacobi needs an
@@ -155,6 +160,26 @@ pub const PRESETS: &[Preset] = &[
         alone: &[],
     },
     Preset {
+        name: FILTERED_AMG,
+        about: "GMRES with a factorisation of the nodes in contact around multigrid that sees no contact: large problems",
+        symmetric: false,
+        iterative: true,
+        formats: BOTH,
+        multigrid: true,
+        options: &[GMRES[0], GMRES[1], GMRES[2], ("pc_type", "shell")],
+        alone: &[],
+    },
+    Preset {
+        name: CG_FILTERED_AMG,
+        about: "conjugate gradients with the same: large, symmetric, with contact",
+        symmetric: true,
+        iterative: true,
+        formats: BOTH,
+        multigrid: true,
+        options: &[("ksp_type", "cg"), ("ksp_norm_type", "unpreconditioned"), ("pc_type", "shell")],
+        alone: &[],
+    },
+    Preset {
         name: "gmres_amg",
         about: "GMRES with multigrid and ILU in turn: large and static with contact",
         symmetric: false,
@@ -178,6 +203,11 @@ impl Preset {
     /// Whether its preconditioner is the two-stage scheme.
     pub fn is_two_stage(&self) -> bool {
         self.name == TWO_STAGE
+    }
+
+    /// Whether the program makes its preconditioner, with matrices of its own.
+    pub fn is_own(&self) -> bool {
+        self.is_two_stage() || [FILTERED_AMG, CG_FILTERED_AMG].contains(&self.name)
     }
 
     /// The preset of that name.

@@ -10,10 +10,11 @@
 
 use std::rc::Rc;
 
+use super::own::{Origin, Own};
 use super::presets::Preset;
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{Krylov, Matrix, Operator, Reuse, Session, SharedOperator, Vector};
+use crate::petsc::{Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
 
 /// Operator of the second half of an application.
@@ -52,16 +53,6 @@ pub struct TwoStage {
     correction: Vector,
     normals: Vector,
     iterations: u32,
-}
-
-/// Where matrices and options come from.
-pub struct Origin<'a> {
-    /// The session.
-    pub session: &'a Rc<Session>,
-    /// A matrix of the pattern.
-    pub like: &'a Matrix,
-    /// A vector of the layout.
-    pub pattern: &'a Vector,
 }
 
 impl Half {
@@ -119,17 +110,14 @@ impl TwoStage {
             iterations: 0,
         })
     }
+}
 
-    /// Whether its matrices have the pattern of `matrix`.
-    pub fn fits(&self, matrix: &Matrix) -> bool {
+impl Own for TwoStage {
+    fn fits(&self, matrix: &Matrix) -> bool {
         Rc::ptr_eq(self.normal.matrix.pattern(), matrix.pattern())
     }
 
-    /// Assembles the symmetric operators at the trial state. Collective.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage) -> Result<()> {
+    fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage, _: Reuse) -> Result<()> {
         system.jacobian_into(stage, self.normal.terms, &mut self.normal.matrix)?;
         let Some(friction) = &mut self.friction else { return Ok(()) };
         system.jacobian_into(stage, friction.terms, &mut friction.matrix)?;
@@ -137,22 +125,13 @@ impl TwoStage {
         friction.matrix.hold_directions(&self.normals, Self::HOLD)
     }
 
-    /// Prepares to precondition `matrix`, with factors of an earlier one where they are kept. Collective.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
+    fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
         self.operator = Some(matrix.share()?);
         self.normal.prepare(reuse)?;
         self.friction.as_mut().map_or(Ok(()), |half| half.prepare(reuse))
     }
 
-    /// `z` about `K^-1 r`. Where an inner solve fails `z` is no number, by which the outer method ends and the next
-    /// preset takes over. Collective.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn apply(&mut self, r: &Vector, z: &mut Vector) -> Result<()> {
+    fn apply(&mut self, r: &Vector, z: &mut Vector) -> Result<()> {
         let operator = self.operator.as_ref().ok_or_else(|| Error::internal("two_stage without operator"))?;
         let first = self.normal.solve(r, z)?;
         operator.multiply(z, &mut self.residual)?;
@@ -167,8 +146,7 @@ impl TwoStage {
         z.axpy(1.0, &self.correction)
     }
 
-    /// Inner iterations since the last call.
-    pub fn take_iterations(&mut self) -> u32 {
+    fn take_iterations(&mut self) -> u32 {
         std::mem::take(&mut self.iterations)
     }
 }

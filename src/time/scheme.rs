@@ -1,9 +1,9 @@
-//! Newmark, HHT, generalised-alpha, backward Euler and statics as one family (formulation, section 6).
+//! Newmark, HHT, generalised-alpha, midpoint, backward Euler and statics as one family (formulation, sections 6, 13).
 
 use crate::dynamics::{Balance, Shifts, Stage};
 use crate::error::Result;
 
-/// A one-step scheme whose only unknown is the displacement at the end of the step.
+/// A one-step scheme whose only unknown is the displacement at the end of the step, or in its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scheme {
     /// Displacement and velocity by Newmark's formulas, inertia and forces weighted between start and end.
@@ -22,6 +22,9 @@ pub enum Scheme {
     },
     /// `v = du/dt`, `a = dv/dt`: first order, damps strongly.
     BackwardEuler,
+    /// Balance in the middle of the step, at the mean of the displacements and of the velocities: backward Euler over
+    /// half of the step, continued in a straight line by [`Scheme::finish`]. Keeps linear and angular momentum.
+    Midpoint,
     /// No inertia; the velocity `du/dt` drives friction alone.
     Static,
 }
@@ -47,6 +50,10 @@ pub const SCHEMES: &[SchemeEntry] = &[
     SchemeEntry {
         name: "generalized_alpha",
         about: "Chung, Hulbert by the spectral radius at infinity (0 to 1): second order, damps ringing",
+    },
+    SchemeEntry {
+        name: "midpoint",
+        about: "midpoint rule: second order, keeps linear and angular momentum, damps nothing",
     },
     SchemeEntry { name: "backward_euler", about: "first order, strong damping, the most robust" },
     SchemeEntry { name: "static", about: "no inertia; time is the load parameter" },
@@ -84,6 +91,7 @@ impl Scheme {
                 Shifts { velocity: gamma / (beta * dt), acceleration: 1.0 / (beta * dt * dt) }
             }
             Self::BackwardEuler => Shifts { velocity: 1.0 / dt, acceleration: 1.0 / (dt * dt) },
+            Self::Midpoint => Self::BackwardEuler.shifts(0.5 * dt),
             Self::Static => Shifts { velocity: 1.0 / dt, acceleration: 0.0 },
         }
     }
@@ -95,20 +103,26 @@ impl Scheme {
                 let end = 1.0 - alpha_f;
                 Balance { mass: [alpha_m / end, (1.0 - alpha_m) / end], start_force: alpha_f / end }
             }
-            Self::BackwardEuler | Self::Static => Balance::AT_THE_END,
+            Self::BackwardEuler | Self::Midpoint | Self::Static => Balance::AT_THE_END,
         }
     }
 
-    /// Prepares a step of `dt` [s] from `stage.start`: shifts, bases, and the start displacement as first guess.
+    /// Whether the forces are balanced in the middle of the step.
+    pub fn is_midpoint(self) -> bool {
+        self == Self::Midpoint
+    }
+
+    /// Prepares a step from `stage.start` to the instant `end` [s]: shifts, bases, and the start displacement as first
+    /// guess.
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn prepare(self, stage: &mut Stage, dt: f64) -> Result<()> {
+    pub fn prepare(self, stage: &mut Stage, dt: f64, end: f64) -> Result<()> {
         stage.dt = dt;
         stage.shifts = self.shifts(dt);
         stage.balance = self.balance();
         stage.inertia = self.has_inertia();
-        stage.trial.time = stage.start.time + dt;
+        stage.trial.time = if self.is_midpoint() { 0.5 * (stage.start.time + end) } else { end };
         self.bases(stage)?;
         stage.trial.u.copy_from(&stage.start.u)
     }
@@ -118,7 +132,26 @@ impl Scheme {
     /// # Errors
     /// When PETSc refuses.
     pub fn extrapolate(self, stage: &mut Stage) -> Result<()> {
-        if self.has_inertia() { stage.trial.u.axpy(stage.dt, &stage.start.v) } else { Ok(()) }
+        match self {
+            Self::Static => Ok(()),
+            Self::Midpoint => stage.trial.u.axpy(0.5 * stage.dt, &stage.start.v),
+            _ => stage.trial.u.axpy(stage.dt, &stage.start.v),
+        }
+    }
+
+    /// Goes on from the middle of the step to its end, where the trial state is not there yet: `u` and `v` in a straight
+    /// line, `a` as in the middle. Prescribed values and forces are the system's to follow; true where they have to.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn finish(self, stage: &mut Stage, end: f64) -> Result<bool> {
+        if !self.is_midpoint() {
+            return Ok(false);
+        }
+        stage.trial.u.axpby(-1.0, 2.0, &stage.start.u)?;
+        stage.trial.v.axpby(-1.0, 2.0, &stage.start.v)?;
+        stage.trial.time = end;
+        Ok(true)
     }
 
     /// `v` and `a` at the end of the step if the displacement did not change.
@@ -134,6 +167,7 @@ impl Scheme {
                     (v[i] + dt * ((1.0 - gamma) * a[i] + gamma * base), base)
                 }
                 Self::BackwardEuler => (0.0, -v[i] / dt),
+                Self::Midpoint => (0.0, -2.0 * v[i] / dt),
                 Self::Static => (0.0, 0.0),
             };
         }
@@ -157,19 +191,24 @@ mod tests {
                     let base = -v / (beta * dt) - (0.5 / beta - 1.0) * a;
                     (v + dt * ((1.0 - gamma) * a + gamma * base), base)
                 }
+                Scheme::Midpoint => (0.0, -2.0 * v / dt),
                 _ => (0.0, -v / dt),
             };
             let stiffness = balance.mass[1] * m * shifts.acceleration + k;
             let inertia = m * (balance.mass[0] * a + balance.mass[1] * a_base);
             let residual = inertia + k * (balance.start_force + 1.0) * u;
             let change = -residual / stiffness;
+            let [u_start, v_start] = [u, v];
             u += change;
             (v, a) = (v_base + shifts.velocity * change, a_base + shifts.acceleration * change);
+            if scheme.is_midpoint() {
+                (u, v) = (2.0 * u - u_start, 2.0 * v - v_start);
+            }
         }
         u
     }
 
-    /// Newmark, HHT and generalised-alpha converge with order 2 on an oscillator, backward Euler with order 1.
+    /// Newmark, HHT, generalised-alpha and midpoint converge with order 2 on an oscillator, backward Euler with order 1.
     #[test]
     fn schemes_converge_with_their_order() {
         let exact = (3.0f64 * 1.0).cos() + 0.5 / 3.0 * (3.0f64 * 1.0).sin();
@@ -178,6 +217,7 @@ mod tests {
             (Scheme::hht(0.8), 2.0),
             (Scheme::generalized_alpha(0.8), 2.0),
             (Scheme::generalized_alpha(0.0), 2.0),
+            (Scheme::Midpoint, 2.0),
             (Scheme::BackwardEuler, 1.0),
         ];
         for (scheme, order) in cases {

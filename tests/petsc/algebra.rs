@@ -123,6 +123,19 @@ fn matrix_equals_dense(session: &Rc<Session>, local: &Local, format: Format) {
     });
     assert!(blocks_agree.unwrap(), "blocks of {format:?}");
 
+    // A mass takes the place of whatever was there.
+    let masses: Vec<f64> = (0..local.pattern.slots()).map(wave).collect();
+    let isotropic = matrix.fill(|values| {
+        values.set_isotropic(2.0, &masses);
+        let mut block = vec![0.0; d * d];
+        (0..local.pattern.slots()).all(|slot| {
+            values.block(slot as u32, &mut block);
+            (0..d * d).all(|k| block[k] == if k / d == k % d { 2.0 * masses[slot] } else { 0.0 })
+        })
+    });
+    assert!(isotropic.unwrap(), "mass in {format:?}");
+    matrix.fill(|values| local.fill(values)).unwrap();
+
     let x = local.vector(session, wave);
     let mut y = x.like().unwrap();
     let agrees = |y: &Vector, entry: &dyn Fn(usize, usize) -> f64| {

@@ -133,7 +133,8 @@ fn drift<const D: usize>(session: &Rc<Session>, kind: ElementKind, step: f64) ->
     let at_start = momenta(&scene);
     for _ in 0..(0.4 / step).round() as usize {
         let Scene { system, stage, .. } = &mut scene;
-        Scheme::newmark(0.25, 0.5).prepare(stage, step).expect("PETSc");
+        let end = stage.start.time + step;
+        Scheme::newmark(0.25, 0.5).prepare(stage, step, end).expect("PETSc");
         let outcome = strategy.solve(system, stage, |_| ()).expect("PETSc");
         assert!(matches!(outcome, Outcome::Converged(_)), "{outcome:?}");
         system.accept(stage).expect("PETSc");

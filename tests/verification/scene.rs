@@ -150,7 +150,7 @@ impl<const D: usize> Scene<D> {
         let mut scene = Self::new(session, mesh, model, options);
         let choice = if D == 3 && !scene.system.has_following_loads() { "cg_icc" } else { "direct" };
         let mut strategy = scene.strategy(&LinearChoice::Named(choice), false);
-        Scheme::Static.prepare(&mut scene.stage, 1.0).expect("a stage");
+        Scheme::Static.prepare(&mut scene.stage, 1.0, 1.0).expect("a stage");
         let moved = strategy.follow_prescribed(&mut scene.system, &mut scene.stage);
         assert!(moved.expect("PETSc"), "the first guess");
         let outcome = strategy.solve(&mut scene.system, &mut scene.stage, |_| ()).expect("PETSc");

@@ -8,8 +8,9 @@ use contact_petsc::contact::friction::{Coulomb, Friction, FrictionLaw, PowerLaw,
 use contact_petsc::contact::normal::{NormalLaw, Penalty, PowerLaw as PowerNormal};
 use contact_petsc::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
 use contact_petsc::dynamics::{Dynamics, Lift};
-use contact_petsc::mesh::ElementKind::{Hex8, Quad4, Tet4, Tet10, Tri6};
-use contact_petsc::model::{Contact, InitialOverclosure, LoadKind, NormalChoice, Quadrature, Target};
+use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
+use contact_petsc::mesh::{BoxShape, Facet, Mesh};
+use contact_petsc::model::{Body, Contact, InitialOverclosure, LoadKind, NormalChoice, Quadrature, Target};
 use contact_petsc::petsc::{Format, Operator, Session, Vector as Distributed};
 use contact_petsc::tensor::Vector;
 use contact_petsc::terms::Terms;
@@ -26,6 +27,8 @@ pub struct Case<const D: usize> {
     solid: Solid,
     lumped: bool,
     obstacle: Obstacle<D>,
+    /// Elements of a second body that takes the place of the obstacle.
+    bed: Option<ElementKind>,
     normal: NormalLaw,
     pub friction: Option<Friction>,
     current_area: bool,
@@ -87,6 +90,7 @@ pub fn plane_cases() -> Vec<Case<2>> {
         solid: Solid::new(kind, law),
         lumped: false,
         obstacle: floor(),
+        bed: None,
         normal: penalty(),
         friction,
         current_area: true,
@@ -127,6 +131,19 @@ pub fn plane_cases() -> Vec<Case<2>> {
         },
         Case { current_area: false, ..new("no friction", Quad4, NH, None, Terms::empty()) },
         Case {
+            bed: Some(Quad4),
+            ..new("stick on a body", Quad4, NH, coulomb(constant(), velocity(8.0)), damped | CURVED)
+        },
+        Case {
+            bed: Some(Tri6),
+            ..new("slip on a body", Quad9, NH, coulomb(constant(), velocity(1e-3)), RUBBING | CURVED)
+        },
+        Case {
+            bed: Some(Quad4),
+            current_area: false,
+            ..new("no friction on a body", Tri6, NH, None, Terms::NORMAL_GEOMETRY)
+        },
+        Case {
             obstacle: ball(),
             ..new("no friction on a disc", Quad4, SVK, None, Terms::NORMAL_GEOMETRY | Terms::ZONE_CHANGE)
         },
@@ -143,6 +160,7 @@ pub fn solid_cases() -> Vec<Case<3>> {
         solid: Solid::new(kind, law),
         lumped: false,
         obstacle: floor(),
+        bed: None,
         normal: penalty(),
         friction,
         current_area: true,
@@ -167,6 +185,14 @@ pub fn solid_cases() -> Vec<Case<3>> {
                 damped | CURVED | Terms::COEFFICIENT_CHANGE,
             )
         },
+        Case {
+            bed: Some(Tet4),
+            ..new("stick on a body in space", Hex8, NH, coulomb(constant(), velocity(8.0)), damped | CURVED)
+        },
+        Case {
+            bed: Some(Hex8),
+            ..new("slip on a body in space", Tet10, SVK, coulomb(constant(), velocity(1e-3)), damped | CURVED)
+        },
         new("slip by stiffness in space", Tet4, NH, coulomb(constant(), slip), damped),
     ]
 }
@@ -186,7 +212,10 @@ impl<const D: usize> Case<D> {
             name: "sole".to_owned(),
             contactor: "block.bottom".to_owned(),
             body: 0,
-            target: Target::Obstacle(self.obstacle),
+            target: match self.bed {
+                None => Target::Obstacle(self.obstacle),
+                Some(_) => Target::Surface { set: "bed.top".to_owned(), body: 1 },
+            },
             target_name: "foundation".to_owned(),
             softer: 5.0e6,
             normal: NormalChoice::Law(self.normal),
@@ -197,8 +226,40 @@ impl<const D: usize> Case<D> {
             initial_overclosure: InitialOverclosure::Accept,
         });
         let options = SystemOptions { inertia: true, format };
-        Scene::new(session, self.solid.mesh(2, |_| ()), &model, options)
+        let mut mesh = self.solid.mesh(2, |_| ());
+        if let Some(kind) = self.bed {
+            let bed = Solid::new(kind, NH);
+            model.bodies.push(Body { name: "bed".to_owned(), ..bed.model::<D>().bodies.remove(0) });
+            model.supports.push(support("bed.bottom", std::array::from_fn(|_| "0.1 * t")));
+            mesh = beside(mesh, &bed);
+        }
+        Scene::new(session, mesh, &model, options)
     }
+}
+
+/// A second body below the block, wider and of other cells, into whose top the whole bottom of the block has sunk.
+fn beside<const D: usize>(mut block: Mesh<D>, bed: &Solid) -> Mesh<D> {
+    let mut bed = BoxShape {
+        min: std::array::from_fn(|i| if i + 1 == D { -1.0 } else { -0.45 }),
+        max: std::array::from_fn(|i| if i + 1 == D { 0.2 } else { 1.55 }),
+        cells: [3; D],
+        element: bed.kind,
+    }
+    .mesh()
+    .expect("a box");
+    let first = block.points.len() as u32;
+    let elements = block.element_count() as u32;
+    block.points.append(&mut bed.points);
+    for element in 0..bed.element_count() {
+        let nodes: Vec<u32> = bed.element_nodes(element).iter().map(|node| node + first).collect();
+        block.push(bed.kinds[element], nodes);
+        *block.body.last_mut().expect("just pushed") = 1;
+    }
+    for (name, facets) in bed.facet_sets {
+        let facets = facets.iter().map(|facet| Facet { element: facet.element + elements, ..*facet });
+        block.facet_sets.insert(format!("bed.{name}"), facets.collect());
+    }
+    block
 }
 
 /// Numbers in (-1, 1) that look random, and depend on the node of the input mesh and not on the partition.
@@ -214,26 +275,40 @@ pub fn set(vector: &mut Distributed, values: impl IntoIterator<Item = f64>) {
     vector.local_mut().iter_mut().zip(values).for_each(|(entry, value)| *entry = value);
 }
 
+/// One for the nodes of the block, zero for those of the body under it.
+fn moving<const D: usize>(scene: &Scene<D>) -> Vec<f64> {
+    let mesh = &scene.local().mesh;
+    let mut moves = vec![1.0; mesh.points.len()];
+    for element in (0..mesh.element_count()).filter(|&element| mesh.body[element] == 1) {
+        mesh.element_nodes(element).iter().for_each(|&node| moves[node as usize] = 0.0);
+    }
+    moves
+}
+
 /// Brings the stage to a random state in the middle of a step of generalised-alpha.
 pub fn disturb<const D: usize>(scene: &mut Scene<D>) {
     let [start, velocity, acceleration, forces, change] =
         [1.0, 2.0, 3.0, 4.0, 5.0].map(|seed| scatter(scene, seed));
+    let moves = moving(scene);
     let stage = &mut scene.stage;
     set(&mut stage.start.u, start.iter().map(|value| 0.02 * value));
     set(
         &mut stage.start.v,
-        velocity.iter().enumerate().map(|(dof, value)| [5.0, 3.0, 0.5][dof % D] + 0.4 * value),
+        velocity
+            .iter()
+            .enumerate()
+            .map(|(dof, value)| moves[dof / D] * [5.0, 3.0, 0.5][dof % D] + 0.4 * value),
     );
     set(&mut stage.start.a, acceleration.iter().map(|value| 3.0 * value));
     set(&mut stage.start_forces, forces);
     stage.start.time = 0.3;
-    Scheme::generalized_alpha(0.8).prepare(stage, 0.1).expect("PETSc");
-    // Along x and y all points move on, so that the increment slips where the velocity does.
+    Scheme::generalized_alpha(0.8).prepare(stage, 0.1, 0.4).expect("PETSc");
+    // Along x and y all points of the block move on, so that the increment slips where the velocity does.
     let drift = [0.03, 0.02, 0.0];
     let last = |dof: usize| dof % D == D - 1;
     let moved = start.iter().zip(change).enumerate();
     let moved = moved.map(|(dof, (start, change))| {
-        0.02 * (start + 0.5 * change) + if last(dof) { 0.0 } else { drift[dof % D] }
+        0.02 * (start + 0.5 * change) + if last(dof) { 0.0 } else { moves[dof / D] * drift[dof % D] }
     });
     set(&mut stage.trial.u, moved);
 }

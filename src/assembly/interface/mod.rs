@@ -14,7 +14,7 @@ use crate::contact::evaluation::ContactFields;
 use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::partition::exchange::{Field, ForeignRows, NodeExchange, RowExchange};
-use crate::petsc::{BlockPattern, BlockValues, Event, NO_SLOT};
+use crate::petsc::{BlockPattern, BlockValues, Event, NO_SLOT, Symmetry};
 
 pub use couplings::{Couples, blocks_of};
 pub use numbering::Numbering;
@@ -174,7 +174,7 @@ impl<const D: usize> Interface<D> {
     pub fn add_stiffness(
         &mut self,
         world: &impl CommunicatorCollectives,
-        values: &mut BlockValues,
+        (values, symmetry): (&mut BlockValues, Symmetry),
         mut lift: Option<(&[f64], &mut [f64])>,
         evaluate: impl FnOnce(&ContactFields, &mut Opening<'_, '_>),
     ) {
@@ -193,8 +193,13 @@ impl<const D: usize> Interface<D> {
             rhs,
             remote: RemoteForce { row_of: &rows.row_of, values: &mut rows.force },
         });
-        let mut opening =
-            Opening { constrained: &self.constrained, values, remote: &mut rows.values, lift: lifted };
+        let mut opening = Opening {
+            constrained: &self.constrained,
+            values,
+            remote: &mut rows.values,
+            lift: lifted,
+            symmetry,
+        };
         evaluate(&fields, &mut opening);
         let arrived = self.exchange.time(|| rows.blocks.send_values(world, D * D, &rows.values));
         values.add_blocks(&rows.received, arrived);
@@ -214,4 +219,6 @@ pub struct Opening<'a, 'm> {
     pub remote: &'a mut [f64],
     /// Right side for prescribed changes.
     pub lift: Option<PairLift<'a>>,
+    /// What the matrix promises.
+    pub symmetry: Symmetry,
 }

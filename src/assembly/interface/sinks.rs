@@ -2,7 +2,7 @@
 
 use super::couplings::{Couples, Place};
 use crate::contact::deformable::{PairContribution, PairSink};
-use crate::petsc::BlockValues;
+use crate::petsc::{BlockValues, Symmetry};
 
 /// Stands for a node beyond the owned ones that no couple has.
 pub const NO_ROW: u32 = u32::MAX;
@@ -86,6 +86,9 @@ pub struct PairStiffness<'a, 'm, const D: usize> {
     pub remote: &'a mut [f64],
     /// Right side for prescribed changes.
     pub lift: Option<PairLift<'a>>,
+    /// What the matrix promises: where it is symmetric, so are the pairs made. Of the terms that a symmetric matrix
+    /// keeps only those of points clipped at the edge of a facet are not, by their overhang.
+    pub symmetry: Symmetry,
 }
 
 impl<const D: usize> PairSink for PairStiffness<'_, '_, D> {
@@ -98,6 +101,12 @@ impl<const D: usize> PairSink for PairStiffness<'_, '_, D> {
             for (b, &column) in nodes.iter().enumerate() {
                 let at = a * nodes.len() + b;
                 block.copy_from_slice(&stiffness[at * D * D..][..D * D]);
+                if self.symmetry != Symmetry::None {
+                    let mirrored = &stiffness[(b * nodes.len() + a) * D * D..][..D * D];
+                    for (ij, entry) in block.iter_mut().enumerate() {
+                        *entry = 0.5 * (*entry + mirrored[ij % D * D + ij / D]);
+                    }
+                }
                 self.release(row, column, block);
                 match self.couples.place(couple, at) {
                     Some(Place::Slot(slot)) => self.values.add(slot, block),

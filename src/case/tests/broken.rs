@@ -93,8 +93,14 @@ const BROKEN: &[Broken] = &[
     (
         "linear: auto",
         "linear: { two_stage: { inner: gmres_amg } }",
-        "26:64",
+        "26:63",
         &["unknown inner solver", "cg_amg"],
+    ),
+    (
+        "linear: auto",
+        "linear: { filtered_amg: { passes: after } }",
+        "26:68",
+        &["unknown order of passes", "around"],
     ),
     ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
     ("element: quad4", "element: quad5", "5:70", &["unknown element 'quad5'", "'quad4'"]),

@@ -1,0 +1,167 @@
+//! The residual (3.9): forces of elements, contacts and loads, and the inertia.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::{Contact, Pair};
+use super::external::Moment;
+use super::interface::Interface;
+use super::stages::hold;
+use super::system::{ContactSystem, Parts, Phases};
+use crate::contact::evaluation::{ContactFields, ContactRequest};
+use crate::contact::state::Branches;
+use crate::dynamics::{Residual, Stage};
+use crate::error::{Result, agree};
+use crate::petsc::Vector;
+
+impl<const D: usize> ContactSystem<D> {
+    pub(super) fn moment<'a>(stage: &Stage, u: &'a [f64]) -> Moment<'a> {
+        Moment { time: stage.trial.time, u, factor: stage.load_factor }
+    }
+
+    /// Fills the three parts of the forces at the trial state; remembers an inverted element.
+    pub(super) fn sweep(&mut self, stage: &Stage, branches: Branches) {
+        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
+        let Parts { internal, contact, external } = &mut self.parts;
+        // Predicted branches change the contact alone, and come after the residual of the same state.
+        if branches == Branches::Actual {
+            let _running = self.phases.forces.begin();
+            self.fault = None;
+            internal.fill(0.0);
+            for solid in &self.solids {
+                if let Err(inverted) = solid.add_force(&u, internal) {
+                    self.fault.get_or_insert(inverted);
+                }
+            }
+            external.fill(0.0);
+            self.external.add_force(&Self::moment(stage, &u), &self.solids, external);
+        }
+        contact.fill(0.0);
+        let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
+        let request = ContactRequest { stiffness: None, hold: hold(stage), branches };
+        self.phases.contact.time(|| {
+            self.contacts.iter_mut().for_each(|pair| pair.add_force(&fields, &request, contact));
+        });
+        if let Some(interface) = &mut self.interface {
+            interface.bring(self.session.world(), &fields);
+            self.missed =
+                meet(interface, &mut self.contacts, (self.session.world(), &self.phases), &request, contact);
+        }
+    }
+
+    /// `M (w_0 a_start + w_1 a_end)` into `work`, and nothing where there is no inertia.
+    pub(super) fn weigh_inertia(&mut self, stage: &Stage) -> Result<()> {
+        let Some(mass) = self.mass.as_ref().filter(|_| stage.inertia) else {
+            self.work.set(0.0);
+            return Ok(());
+        };
+        let [at_start, at_end] = stage.balance.mass;
+        self.inertia.copy_from(&stage.trial.a)?;
+        self.inertia.axpby(at_start, at_end, &stage.start.a)?;
+        // The scheme's own accelerations lag, so that their mean lies where the mean of the forces does. Prescribed
+        // accelerations do not lag: they take the weights of the forces, or the scheme falls to first order.
+        {
+            let mut mean = self.inertia.owned_mut();
+            let (start, end) = (stage.start.a.owned(), stage.trial.a.owned());
+            let held = self.supports.dofs.constrained[..mean.len()].iter().enumerate();
+            for (dof, _) in held.filter(|(_, held)| **held) {
+                mean[dof] = stage.balance.start_force * start[dof] + end[dof];
+            }
+        }
+        mass.multiply(&self.inertia, &mut self.work)
+    }
+
+    /// Residual on the free unknowns with the branches of the friction law as given.
+    pub(super) fn balance(
+        &mut self,
+        stage: &Stage,
+        branches: Branches,
+        out: &mut Vector,
+    ) -> Result<Residual> {
+        let (residual, stale) = self.weigh(stage, branches, out)?;
+        if !stale {
+            return Ok(residual);
+        }
+        {
+            let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
+            self.renew(&ContactFields { u: &u, v: &v, u_start: &u_start })?;
+        }
+        self.weigh(stage, branches, out).map(|(residual, _)| residual)
+    }
+
+    /// The residual, and whether contacts have to look around anew.
+    pub(super) fn weigh(
+        &mut self,
+        stage: &Stage,
+        branches: Branches,
+        out: &mut Vector,
+    ) -> Result<(Residual, bool)> {
+        self.sweep(stage, branches);
+        self.weigh_inertia(stage)?;
+        let mut sums = [0.0; 7];
+        {
+            let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
+            let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
+            let Parts { internal, contact, external } = &self.parts;
+            let constrained = &self.supports.dofs.constrained;
+            for i in 0..out.len() {
+                forces[i] = internal[i] - external[i] - contact[i];
+                let total = inertia[i] + stage.balance.start_force * start[i] + forces[i];
+                out[i] = if constrained[i] { 0.0 } else { total };
+                let terms = [out[i], internal[i], contact[i], external[i], inertia[i]];
+                sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term * term);
+            }
+        }
+        if self.fault.is_some() {
+            sums[0] = f64::NAN;
+        }
+        sums[5] = f64::from(u8::from(self.trouble.is_some()));
+        sums[6] = f64::from(u8::from(self.missed || self.is_stale(&stage.trial.u.local())));
+        let mut total = [0.0; 7];
+        self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
+        if total[5] > 0.0 {
+            agree(self.session.world(), self.trouble.take().map_or(Ok(()), Err))?;
+        }
+        let scale = total[1..5].iter().copied().fold(0.0, f64::max).sqrt();
+        let residual = Residual { norm: total[0].sqrt(), scale };
+        Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
+    }
+
+    /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones [N].
+    ///
+    /// To be called after [`Dynamics::residual`] at the same state. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn imbalance(&mut self, stage: &Stage, out: &mut Vector) -> Result<()> {
+        match self.mass.as_ref().filter(|_| stage.inertia) {
+            Some(mass) => mass.multiply(&stage.trial.a, out)?,
+            None => out.set(0.0),
+        }
+        out.axpy(1.0, &self.forces)
+    }
+}
+
+/// Pairs the points of deformable contacts and adds their forces; whether a pair is missing in the couples. Collective.
+pub(super) fn meet<const D: usize>(
+    interface: &mut Interface<D>,
+    contacts: &mut [Contact<D>],
+    (world, phases): (&impl CommunicatorCollectives, &Phases),
+    request: &ContactRequest,
+    force: &mut [f64],
+) -> bool {
+    let u = interface.fields().u;
+    phases
+        .search
+        .time(|| contacts.iter_mut().filter_map(Contact::meeting_mut).for_each(|meeting| meeting.pair(u)));
+    let missed = interface.add_forces(world, force, |fields, own, mut remote| {
+        let _running = phases.contact.begin();
+        let mut missed = false;
+        for contact in contacts {
+            let Pair::Deformable(meeting) = &contact.pair else { continue };
+            missed |= meeting.add_force(fields, request, &mut contact.state, own, remote.reborrow());
+        }
+        missed
+    });
+    missed.unwrap_or(false)
+}

@@ -1,0 +1,162 @@
+//! The system as solvers and integrators see it.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::Contact;
+use super::stages::{self, Target};
+use super::system::ContactSystem;
+use super::tangent::symmetric;
+use crate::contact::state::{Branches, Changes};
+use crate::dynamics::{ContactCounts, Dynamics, ForceChange, Freeze, Lift, Residual, Stage};
+use crate::element::Inverted;
+use crate::error::{Error, Result, agree};
+use crate::petsc::{Matrix, Vector};
+use crate::space::Fields;
+use crate::terms::Terms;
+
+impl<const D: usize> Dynamics for ContactSystem<D> {
+    fn prescribe(&mut self, stage: &mut Stage) -> Result<()> {
+        let (time, factor) = (stage.trial.time, stage.load_factor);
+        let filled = {
+            let (mut u, mut v, mut a) =
+                (stage.trial.u.local_mut(), stage.trial.v.local_mut(), stage.trial.a.local_mut());
+            let fields = Fields { u: &mut u, v: &mut v, a: &mut a };
+            self.supports.fill(&self.local.mesh.points, time, factor, fields)
+        };
+        self.trouble = filled.err();
+        stage.trial.u.update_ghosts()?;
+        stage.trial.v.update_ghosts()
+    }
+
+    fn residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
+        self.balance(stage, Branches::Actual, out)
+    }
+
+    fn predicts(&self) -> bool {
+        self.changes.flipped > 0
+    }
+
+    fn predicted_residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
+        self.balance(stage, Branches::Predicted, out)
+    }
+
+    fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {
+        self.assemble(stage, terms, Target::Own, lift)
+    }
+
+    fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()> {
+        self.assemble(stage, terms, Target::Other(matrix), None)
+    }
+
+    fn matrix(&self) -> &Matrix {
+        &self.matrix
+    }
+
+    fn is_symmetric(&self, stage: &Stage, terms: Terms) -> bool {
+        symmetric(&self.contacts, &self.external, stage, terms)
+    }
+
+    fn observe(&mut self) -> Result<ContactCounts> {
+        let mut own = Changes::default();
+        let (mut stick, mut slip) = (0, 0);
+        for contact in &mut self.contacts {
+            own += contact.iterate();
+            let summary = contact.surface().summary(&contact.state);
+            stick += summary.stick;
+            slip += summary.slip;
+        }
+        let counts = [own.closed, own.changed, own.alternating, own.flipped, stick, slip].map(|n| n as u64);
+        let mut total = [0u64; 6];
+        self.session.world().all_reduce_into(&counts[..], &mut total[..], SystemOperation::sum());
+        let [closed, changed, alternating, flipped, stick, slip] = total;
+        let usize_of = |n: u64| n as usize;
+        self.changes = Changes {
+            closed: usize_of(closed),
+            changed: usize_of(changed),
+            alternating: usize_of(alternating),
+            flipped: usize_of(flipped),
+        };
+        Ok(ContactCounts { closed, stick, slip, changed, flipped })
+    }
+
+    fn reverses(&self) -> bool {
+        let own = u8::from(self.contacts.iter().any(|contact| contact.state.reverses()));
+        let mut any = 0;
+        self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
+        any > 0
+    }
+
+    fn freeze(&mut self, what: Freeze) {
+        stages::freeze(&mut self.contacts, what);
+    }
+
+    fn force_change(&self) -> ForceChange {
+        stages::force_change(self.session.world(), &self.contacts)
+    }
+
+    fn contact_normals(&mut self, out: &mut Vector) -> Result<()> {
+        let (world, nodes) = (self.session.world(), self.local.mesh.points.len());
+        stages::contact_normals(world, &self.contacts, self.interface.as_mut(), nodes, out);
+        Ok(())
+    }
+
+    fn contact_nodes(&mut self) -> Vec<bool> {
+        let world = self.session.world();
+        stages::contact_nodes(world, &self.contacts, self.interface.as_mut(), self.local.index.owned)
+    }
+
+    fn floating_nodes(&self) -> Vec<bool> {
+        let (mesh, mut floats) = (&self.local.mesh, vec![false; self.local.index.owned]);
+        for element in 0..mesh.element_count() {
+            let body = usize::from(mesh.body[element]);
+            if !self.free_bodies.iter().any(|free| free.body == body) {
+                continue;
+            }
+            for &node in mesh.element_nodes(element) {
+                if let Some(floats) = floats.get_mut(node as usize) {
+                    *floats = true;
+                }
+            }
+        }
+        floats
+    }
+
+    fn is_cycling(&self) -> bool {
+        self.changes.is_two_cycle()
+    }
+
+    fn rewind(&mut self) {
+        self.contacts.iter_mut().for_each(Contact::begin_step);
+    }
+
+    fn fault(&mut self) -> Option<Error> {
+        let own = self.fault.map(|inverted| self.describe(&inverted));
+        agree(self.session.world(), own.map_or(Ok(()), Err)).err()
+    }
+
+    fn restless_points(&mut self) -> String {
+        match self.changes.changed {
+            0 => String::new(),
+            1 => "1 contact point still changes its status".to_owned(),
+            n => format!("{n} contact points still change their status"),
+        }
+    }
+
+    fn extent(&self) -> f64 {
+        self.extent
+    }
+}
+
+impl<const D: usize> ContactSystem<D> {
+    /// The inverted element in words: number, place, determinant.
+    fn describe(&self, inverted: &Inverted) -> Error {
+        let mesh = &self.local.mesh;
+        let centre = mesh.element_centre(inverted.element as usize);
+        let number = self.local.input_element[inverted.element as usize];
+        Error::guard(format!(
+            "element {number} at {centre:?} is turned inside out (det F = {:.3e})",
+            inverted.det
+        ))
+    }
+}

@@ -1,0 +1,114 @@
+//! The matrix of (3.5), (3.6) or (3.7): the wanted terms of the derivative of the residual.
+
+use super::contact::{Contact, Pair};
+use super::external::External;
+use super::scatter::LiftTarget;
+use super::stages::{Target, hold};
+use super::system::ContactSystem;
+use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
+use crate::contact::point::Selection;
+use crate::contact::state::Branches;
+use crate::dynamics::{FrictionMode, Lift, Stage};
+use crate::error::Result;
+use crate::petsc::Symmetry;
+use crate::terms::Terms;
+
+impl<const D: usize> ContactSystem<D> {
+    /// Assembles the derivative of the residual, restricted to `terms`.
+    pub(super) fn assemble(
+        &mut self,
+        stage: &Stage,
+        terms: Terms,
+        target: Target,
+        lift: Option<Lift>,
+    ) -> Result<()> {
+        let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
+        let inertia = stage.inertia && terms.contains(Terms::MASS);
+        let mass = self.mass.as_ref().filter(|_| inertia);
+        let (change, mut rhs) = match lift {
+            Some(Lift { change, rhs }) => (Some(change.local()), Some(rhs.owned_mut())),
+            None => (None, None),
+        };
+        let mut lifted = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
+        let constrained = &self.supports.dofs.constrained;
+        let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
+        let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
+        let (rows, holding) = (self.local.index.owned * D, stage.holding);
+        let (phases, interface, world) = (&self.phases, self.interface.as_mut(), self.session.world());
+        let symmetric = symmetric(contacts, external, stage, terms);
+        let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };
+        let matrix = match target {
+            Target::Own => &mut self.matrix,
+            Target::Other(matrix) => matrix,
+        };
+        let inverted = matrix.fill(|values| {
+            let tangent = phases.tangent.begin();
+            match mass {
+                Some(mass) => mass.write_to(weight * shifts.acceleration, values),
+                None => values.zero(),
+            }
+            for (dof, held) in constrained[..rows].iter().enumerate() {
+                if *held || holding > 0.0 {
+                    values.add_diagonal(dof, if *held { unit } else { holding * unit });
+                }
+            }
+            let mut inverted = Ok(());
+            for solid in solids {
+                let lift = lifted.as_mut().map(LiftTarget::reborrow);
+                inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
+            }
+            let lift = lifted.as_mut().map(LiftTarget::reborrow);
+            if terms.contains(Terms::FOLLOWING_LOAD) {
+                external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
+            }
+            drop(tangent);
+            let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
+            let selection = Selection { terms, velocity_shift: shifts.velocity };
+            let request = ContactRequest {
+                stiffness: Some(selection),
+                hold: hold(stage),
+                branches: Branches::Predicted,
+            };
+            phases.contact.time(|| {
+                for pair in contacts.iter_mut() {
+                    let lift = lifted.as_mut().map(LiftTarget::reborrow);
+                    pair.add_stiffness(&fields, &request, constrained, values, lift);
+                }
+            });
+            if let Some(interface) = interface {
+                interface.bring(world, &fields);
+                let lift = lifted.as_mut().map(|lift| (lift.change, &mut *lift.rhs));
+                interface.add_stiffness(world, (values, symmetry), lift, |fields, opening| {
+                    let _running = phases.contact.begin();
+                    for contact in contacts.iter_mut() {
+                        if let Pair::Deformable(meeting) = &contact.pair {
+                            meeting.add_stiffness(fields, &request, &mut contact.state, opening);
+                        }
+                    }
+                });
+            }
+            inverted
+        })?;
+        self.fault = inverted.err();
+        matrix.set_symmetry(symmetry)?;
+        Ok(())
+    }
+}
+
+/// Friction, a changing area or a following load make the matrix non-symmetric.
+pub(super) fn symmetric<const D: usize>(
+    contacts: &[Contact<D>],
+    external: &External<D>,
+    stage: &Stage,
+    terms: Terms,
+) -> bool {
+    let friction = stage.friction == FrictionMode::AsGiven;
+    let coupled = Terms::FRICTION_NORMAL_COUPLING | Terms::FRICTION_GEOMETRY;
+    let contact = |contact: &Contact<D>| {
+        let area = contact.area() == AreaKind::Current;
+        (friction && contact.law().friction.is_some() && terms.intersects(coupled))
+            || (area && terms.contains(Terms::ZONE_CHANGE))
+    };
+    let follows = external.follows() && terms.contains(Terms::FOLLOWING_LOAD);
+    !follows && !contacts.iter().any(contact)
+}

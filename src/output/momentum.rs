@@ -1,0 +1,85 @@
+//! `momentum.csv`: linear and angular momentum of all bodies together, one row a step.
+
+use std::path::Path;
+
+use crate::error::Result;
+
+use super::AXES;
+use super::table::{Cell, Table, named};
+
+/// The momentum at the end of one step, per metre of depth in 2D.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MomentumRow {
+    /// `int rho v dV` [N s]; the plane has the first two components.
+    pub linear: [f64; 3],
+    /// `int rho x x v dV` about the origin at the current places [N m s]; the plane has the last component.
+    pub angular: [f64; 3],
+}
+
+/// The table of the momentum.
+#[derive(Debug)]
+pub struct MomentumTable<const D: usize> {
+    table: Table,
+}
+
+impl<const D: usize> MomentumTable<D> {
+    /// Name of the file in the results folder.
+    pub const FILE: &str = "momentum.csv";
+
+    /// Makes the table in `folder`. Rank 0 only.
+    ///
+    /// # Errors
+    /// The file can not be written.
+    pub fn create(folder: &Path) -> Result<Self> {
+        Ok(Self { table: Table::create(&folder.join(Self::FILE), columns::<D>())? })
+    }
+
+    /// Goes on after `last_step`, see [`Table::resume`].
+    ///
+    /// # Errors
+    /// The file is missing, has other columns, or can not be written.
+    pub fn resume(folder: &Path, last_step: u64) -> Result<Self> {
+        Ok(Self { table: Table::resume(&folder.join(Self::FILE), columns::<D>(), last_step)? })
+    }
+
+    /// Writes the row of a step at a time [s].
+    ///
+    /// # Errors
+    /// A value is not finite, or the disk refuses.
+    pub fn row(&mut self, step: u64, time: f64, row: &MomentumRow) -> Result<()> {
+        let head = [Cell::Count(step), Cell::Number(time)];
+        let values = row.linear[..D].iter().chain(&row.angular[turning::<D>()]).copied().map(Cell::Number);
+        self.table.row(&head.into_iter().chain(values).collect::<Vec<_>>())
+    }
+}
+
+/// The axes about which bodies of `D` dimensions can turn.
+fn turning<const D: usize>() -> std::ops::Range<usize> {
+    if D == 2 { 2..3 } else { 0..3 }
+}
+
+fn columns<const D: usize>() -> Vec<String> {
+    let mut columns = named(&["step", "time [s]"]);
+    columns.extend(AXES[..D].iter().map(|axis| format!("linear_{axis} [N s]")));
+    columns.extend(AXES[turning::<D>()].iter().map(|axis| format!("angular_{axis} [N m s]")));
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::folder::tests::Scratch;
+    use super::*;
+
+    /// Header and rows in 2D and 3D: what a space has not is left out.
+    #[test]
+    fn has_the_components_of_its_space() {
+        let scratch = Scratch::new("momentum");
+        let row = MomentumRow { linear: [1.0, 2.0, 3.0], angular: [4.0, 5.0, 6.0] };
+        MomentumTable::<2>::create(&scratch.0).unwrap().row(1, 0.5, &row).unwrap();
+        let text = std::fs::read_to_string(scratch.0.join("momentum.csv")).unwrap();
+        assert_eq!(text, "step,time [s],linear_x [N s],linear_y [N s],angular_z [N m s]\n1,0.5,1,2,6\n");
+        MomentumTable::<3>::create(&scratch.0).unwrap().row(1, 0.5, &row).unwrap();
+        let text = std::fs::read_to_string(scratch.0.join("momentum.csv")).unwrap();
+        assert!(text.ends_with("angular_x [N m s],angular_y [N m s],angular_z [N m s]\n1,0.5,1,2,3,4,5,6\n"));
+    }
+}

@@ -1,0 +1,98 @@
+//! Rows and columns of a matrix that belong to some of the nodes, as a matrix of its own.
+
+use super::call::petsc;
+use super::matrix::Matrix;
+use super::operator::Operator;
+use super::session::Session;
+use super::vector::Vector;
+use crate::error::Result;
+use petsc_sys as sys;
+use std::ptr::null_mut;
+use std::rc::Rc;
+
+/// `P^T A P`, where `P` picks nodes; each rank keeps the rows of the picked nodes that it owns.
+pub struct SubMatrix {
+    session: Rc<Session>,
+    raw: sys::Mat,
+    rows: sys::IS,
+    /// Owned nodes that were picked, ascending.
+    nodes: Vec<u32>,
+    block_size: usize,
+}
+
+impl SubMatrix {
+    /// The part of `whole` on these owned nodes, ascending; a rank may pick none. Collective.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn new(session: &Rc<Session>, whole: &Matrix, nodes: Vec<u32>) -> Result<Self> {
+        let (size, first) = (whole.block_size(), whole.pattern().first_row);
+        let globals: Vec<i32> = nodes.iter().map(|&node| first + node as i32).collect();
+        let mut part =
+            Self { session: Rc::clone(session), raw: null_mut(), rows: null_mut(), nodes, block_size: size };
+        let (comm, count) = (session.comm(), globals.len() as i32);
+        petsc!(ISCreateBlock(
+            comm,
+            size as i32,
+            count,
+            globals.as_ptr(),
+            sys::PETSC_COPY_VALUES,
+            &mut part.rows
+        ))?;
+        let (rows, initial) = (part.rows, sys::MAT_INITIAL_MATRIX);
+        petsc!(MatCreateSubMatrix(whole.raw(), rows, rows, initial, &mut part.raw))?;
+        Ok(part)
+    }
+
+    /// Takes over the present values of the matrix that it is a part of. Collective.
+    ///
+    /// # Errors
+    /// The pattern is another one.
+    pub fn extract(&mut self, whole: &Matrix) -> Result<()> {
+        let reuse = sys::MAT_REUSE_MATRIX;
+        petsc!(MatCreateSubMatrix(whole.raw(), self.rows, self.rows, reuse, &mut self.raw))
+    }
+
+    /// A zero vector of its layout. Collective.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn vector(&self) -> Result<Vector> {
+        Vector::new(&self.session, self.nodes.len(), self.block_size)
+    }
+
+    /// `part = P^T whole`.
+    pub fn restrict(&self, whole: &Vector, part: &mut Vector) {
+        let (whole, mut part) = (whole.owned(), part.owned_mut());
+        let size = self.block_size;
+        for (values, &node) in part.chunks_exact_mut(size).zip(&self.nodes) {
+            values.copy_from_slice(&whole[node as usize * size..][..size]);
+        }
+    }
+
+    /// `whole += P part`.
+    pub fn add_to(&self, part: &Vector, whole: &mut Vector) {
+        let (part, mut whole) = (part.owned(), whole.owned_mut());
+        let size = self.block_size;
+        for (values, &node) in part.chunks_exact(size).zip(&self.nodes) {
+            let sums = &mut whole[node as usize * size..][..size];
+            sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+        }
+    }
+}
+
+impl Operator for SubMatrix {
+    fn raw(&self) -> sys::Mat {
+        self.raw
+    }
+}
+
+impl Drop for SubMatrix {
+    fn drop(&mut self) {
+        // SAFETY: the handles are ours, and PETSc runs since we hold the session.
+        unsafe {
+            sys::MatDestroy(&mut self.raw);
+            sys::ISDestroy(&mut self.rows);
+        }
+    }
+}

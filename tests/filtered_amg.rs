@@ -1,0 +1,230 @@
+//! The filtered multigrid: few iterations whatever the penalty, the coefficient of friction and the number of ranks.
+
+mod common;
+
+use common::{Folder, Output, Table, run};
+
+/// Two boxes whose meshes do not match, the upper one pressed and dragged by its top.
+const BOXES: &str = "
+dimension: 3
+bodies:
+  lower:
+    mesh: { box: { min: [0, 0, 0], max: [1, 1, 0.5], cells: [N, N, HALF], element: hex8 } }
+    material: { neo_hookean: { young_modulus: 1.0e7, poisson_ratio: 0.3 } }
+    density: 1000
+    kinematics: finite
+  upper:
+    mesh: { box: { min: [0, 0, TOUCH], max: [1, 1, 1], cells: [M, M, HALF], element: hex8 } }
+    material: { neo_hookean: { young_modulus: 1.0e7, poisson_ratio: 0.3 } }
+    density: 1000
+    kinematics: finite
+contact:
+  joint:
+    contactor: upper.bottom
+    target: lower.top
+    normal: { penalty: { compliance: COMPLIANCE } }
+    friction: FRICTION
+    initial_overclosure: accept
+boundary:
+  base: { on: lower.bottom, displacement: { x: 0, y: 0, z: 0 } }
+  press: { on: upper.top, PRESS }
+TIME
+output: { fields: { every: 1000 }, probes: { below: { at: [1, 1, 0.5], on: lower } } }
+";
+
+const STATIC: &str = "time: { end: 1, scheme: { static: { increments: 1 } } }";
+const PRESSED: &str = "displacement: { x: '0.004 * t', y: 0, z: '-0.005 * t' }";
+
+/// Newton with solves of one tolerance, so that iterations can be compared.
+const NEWTON: &str = "newton: { inexact: false, tolerance: 1e-7 }, krylov: { tolerance: 1e-8 }";
+
+#[derive(Clone, Copy)]
+struct Scene {
+    cells: u32,
+    /// Penalty over Young's modulus by the size of an element: at 100 a strain of 1 % opens 0.01 % of it.
+    kappa: f64,
+    mu: f64,
+    press: &'static str,
+    /// CFL number of the step; none in statics.
+    cfl: Option<f64>,
+}
+
+const COARSE: Scene = Scene { cells: 8, kappa: 100.0, mu: 1.0, press: PRESSED, cfl: None };
+
+impl Scene {
+    fn text(&self) -> String {
+        let size = 1.0 / f64::from(self.cells);
+        let compliance = size / (self.kappa * 1e7);
+        let stick = match self.cfl {
+            Some(_) => "stick_velocity: 1.0e-3".to_owned(),
+            None => format!("stick_stiffness: {:e}", 1.0 / compliance),
+        };
+        let friction = match self.mu > 0.0 {
+            true => format!("{{ coulomb: {{ coefficient: {}, regularization: {{ {stick} }} }} }}", self.mu),
+            false => "none".to_owned(),
+        };
+        let time = self.cfl.map_or(STATIC.to_owned(), |cfl| {
+            let step = cfl * size / 100.0;
+            format!(
+                "start: {{ equilibrium: {{ friction: false, increments: 1 }} }}
+time: {{ end: {}, step: {step}, scheme: {{ generalized_alpha: {{ spectral_radius: 0.8 }} }} }}",
+                2.0 * step
+            )
+        });
+        let drag = |cfl: f64| {
+            format!("displacement: {{ x: '{} * t', y: 0, z: -0.005 }}", 0.002 / (cfl * size / 100.0))
+        };
+        let press = self.cfl.map_or(self.press.to_owned(), drag);
+        BOXES
+            .replace("HALF", &(self.cells / 2).to_string())
+            .replace("N, N", &format!("{0}, {0}", self.cells))
+            .replace("M, M", &format!("{0}, {0}", self.cells - 1))
+            .replace("COMPLIANCE", &format!("{compliance:e}"))
+            .replace("FRICTION", &friction)
+            .replace("PRESS", &press)
+            .replace("TIME", &time)
+            // Closed from the start everywhere, by less than the load will close it.
+            .replace("TOUCH", &format!("{:.12}", 0.5 - 0.005 * size / self.kappa))
+    }
+
+    #[track_caller]
+    fn solved(&self, linear: &str, ranks: usize, petsc: &[&str]) -> Solved {
+        let folder = Folder::new("filtered");
+        folder.write("case.yml", &format!("{}solver: {{ linear: {linear}, {NEWTON} }}\n", self.text()));
+        let args: Vec<&str> = ["case.yml", "--output", "out", "--"].iter().chain(petsc).copied().collect();
+        let output = run(ranks, &args, &folder).success();
+        Solved { folder, output }
+    }
+}
+
+struct Solved {
+    folder: Folder,
+    output: Output,
+}
+
+impl Solved {
+    fn table(&self, name: &str) -> Table {
+        Table::read(&self.folder.join("out").join(name))
+    }
+
+    /// Most iterations of a linear solve of the steps.
+    fn most(&self) -> f64 {
+        let table = self.table("iterations.csv");
+        let steps = table.numbers("time").into_iter().zip(table.numbers("krylov_iterations"));
+        steps.filter(|(time, _)| *time > 0.0).map(|(_, krylov)| krylov).fold(0.0, f64::max)
+    }
+
+    fn count(&self, key: &str) -> u64 {
+        let text = std::fs::read_to_string(self.folder.join("out/run.json")).expect("a run record");
+        let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        record[key].as_u64().expect("a count")
+    }
+
+    #[track_caller]
+    fn without_help(self) -> Self {
+        assert_eq!(self.count("linear_fallbacks"), 0, "{}{}", self.output.stdout, self.output.stderr);
+        self
+    }
+
+    fn apart(&self, other: &Self) -> f64 {
+        let [mine, theirs] = [self, other].map(|solved| {
+            let probes = solved.table("probes.csv");
+            let names: Vec<&str> = probes.names().filter(|name| name.contains(".u_")).collect();
+            names.iter().flat_map(|name| probes.numbers(name)).collect::<Vec<_>>()
+        });
+        let largest = theirs.iter().fold(0.0f64, |most, u| most.max(u.abs()));
+        mine.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest
+    }
+}
+
+/// Statics: the answer of the factorisation in at most 40 iterations on any number of ranks.
+#[test]
+fn solves_statics_on_1_2_3_ranks() {
+    let expected = COARSE.solved("direct", 1, &[]);
+    for ranks in [1, 2, 3] {
+        let found = COARSE.solved("filtered_amg", ranks, &[]).without_help();
+        assert!(found.most() <= 40.0, "{ranks} ranks: {} iterations", found.most());
+        let apart = found.apart(&expected);
+        assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
+    }
+}
+
+/// Motion in steps far beyond what an explicit method could take.
+#[test]
+fn solves_dynamics_on_1_2_3_ranks() {
+    let scene = Scene { cfl: Some(50.0), ..COARSE };
+    let expected = scene.solved("direct", 1, &[]);
+    for ranks in [1, 2, 3] {
+        let found = scene.solved("filtered_amg", ranks, &[]).without_help();
+        assert!(found.most() <= 40.0, "{ranks} ranks: {} iterations", found.most());
+        let apart = found.apart(&expected);
+        assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
+    }
+}
+
+/// A body that only contact holds, by conjugate gradients and by GMRES.
+#[test]
+fn solves_without_friction_and_supports() {
+    let press = "displacement: { x: 0, y: 0 }, traction: { z: '-1e5 * t' }";
+    let scene = Scene { mu: 0.0, press, ..COARSE };
+    let expected = scene.solved("direct", 1, &[]);
+    for linear in ["cg_filtered_amg", "filtered_amg"] {
+        for ranks in [1, 2] {
+            let found = scene.solved(linear, ranks, &[]).without_help();
+            assert!(found.most() <= 45.0, "{linear} on {ranks} ranks: {} iterations", found.most());
+            let apart = found.apart(&expected);
+            assert!(apart < 1e-6, "{linear} on {ranks} ranks: {apart:.1e}");
+        }
+    }
+}
+
+/// Neither the penalty nor the coefficient of friction matters.
+#[test]
+fn penalty_and_friction_do_not_matter() {
+    // A gentle load, from which Newton's method does not stray at the stiffest penalty.
+    let press = "displacement: { x: '0.0003 * t', y: 0, z: '-0.001 * t' }";
+    let most = |kappa: f64, mu: f64| {
+        Scene { kappa, mu, press, ..COARSE }.solved("filtered_amg", 2, &[]).without_help().most()
+    };
+    let usual = most(1e3, 1.0);
+    for (kappa, mu) in [(1e1, 1.0), (1e5, 1.0), (1e3, 0.0), (1e3, 0.3), (1e3, 3.0)] {
+        let found = most(kappa, mu);
+        assert!((found - usual).abs() <= 8.0, "kappa {kappa:e}, mu {mu}: {found}, and {usual}");
+        assert!(found <= 40.0, "kappa {kappa:e}, mu {mu}: {found}");
+    }
+}
+
+/// Each part is needed: the solve on the nodes in contact, and its second pass.
+#[test]
+fn every_part_matters() {
+    let scene = Scene { kappa: 1e3, ..COARSE };
+    let whole = scene.solved("filtered_amg", 1, &[]).most();
+    let once = scene.solved("{ filtered_amg: { passes: before } }", 1, &[]).most();
+    assert!(once > whole + 2.0, "{once} without the second pass, {whole} with it");
+    let thin = scene.solved("{ filtered_amg: { layers: 0 } }", 1, &[]).most();
+    assert!(thin > whole + 2.0, "{thin} with no layer, {whole} with two");
+    let blind = scene.solved("filtered_amg", 1, &["-filter_pc_type", "jacobi"]);
+    let worse = blind.count("linear_fallbacks") > 0 || blind.most() > 2.0 * whole;
+    assert!(worse, "{} without the factorisation, {whole} with it", blind.most());
+}
+
+/// More ranks than the scene can use: some have no node in contact, some none at all.
+#[test]
+fn ranks_may_have_nothing() {
+    let scene = Scene { cells: 2, ..COARSE };
+    let expected = scene.solved("direct", 1, &[]);
+    for ranks in [4, 10] {
+        let found = scene.solved("filtered_amg", ranks, &[]).without_help();
+        let apart = found.apart(&expected);
+        assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
+    }
+}
+
+/// At six times the unknowns the iterations hardly grow, and the program chooses this solver by itself from some size on.
+#[test]
+fn iterations_hardly_grow() {
+    let coarse = COARSE.solved("filtered_amg", 2, &[]).most();
+    let fine = Scene { cells: 16, ..COARSE }.solved("filtered_amg", 2, &[]).without_help();
+    assert!(fine.count("unknowns") > 15_000);
+    assert!(fine.most() <= 40.0 && fine.most() <= 1.5 * coarse, "{} and {coarse}", fine.most());
+}

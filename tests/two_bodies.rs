@@ -1,0 +1,315 @@
+//! The scenes of two deformable bodies at reduced size: what the paper says of them, what must be kept, and the same
+//! answer on any number of ranks.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Folder, Table};
+
+/// A shipped case with some of its text replaced; each text must be there.
+#[track_caller]
+fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
+    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    for (from, to) in changes {
+        assert!(text.contains(from), "{case} has no '{from}'");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+/// Results of one run, which ended well.
+struct Results(Folder);
+
+impl Results {
+    #[track_caller]
+    fn of(text: &str, ranks: usize) -> Self {
+        let folder = Folder::new("two-bodies");
+        folder.write("case.yml", text);
+        common::run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+        Self(folder)
+    }
+
+    fn table(&self, name: &str) -> Table {
+        Table::read(&self.0.join("out").join(name))
+    }
+
+    fn record(&self) -> serde_json::Value {
+        let text = std::fs::read_to_string(self.0.join("out/run.json")).expect("a run record");
+        serde_json::from_str(&text).expect("JSON")
+    }
+
+    /// Columns of `probes.csv` whose names hold `part`.
+    fn probes(&self, part: &str) -> Vec<Vec<f64>> {
+        let table = self.table("probes.csv");
+        let names: Vec<&str> = table.names().filter(|name| name.contains(part)).collect();
+        names.iter().map(|name| table.numbers(name)).collect()
+    }
+}
+
+fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+/// Largest difference of displacements of all probes at all steps over the largest of them.
+#[track_caller]
+fn apart(one: &Results, other: &Results) -> f64 {
+    let [a, b] = [one, other].map(|results| results.probes(".u_").concat());
+    assert!(!a.is_empty() && a.len() == b.len(), "{} and {} displacements", a.len(), b.len());
+    largest(a.iter().zip(&b).map(|(a, b)| a - b)) / largest(a)
+}
+
+/// Displacements, Newton iterations and contact points are those of one rank on each of `ranks`.
+#[track_caller]
+fn invariant(text: &str, ranks: &[usize]) {
+    const DIRECT: &str = "{ linear: direct, newton: { inexact: false, tolerance: 1.0e-11 } }";
+    let others = text.lines().filter(|line| !line.starts_with("solver:"));
+    let text: String =
+        others.chain([&*format!("solver: {DIRECT}")]).map(|line| format!("{line}\n")).collect();
+    let alone = Results::of(&text, 1);
+    let points = |results: &Results| {
+        let table = results.table("contact.csv");
+        ["points", "stick", "slip"].map(|name| table.texts(name).join(" "))
+    };
+    assert!(largest(alone.table("contact.csv").numbers("points")) > 0.0, "nothing touches");
+    for &ranks in ranks {
+        let together = Results::of(&text, ranks);
+        let [one, many] = [&alone, &together].map(|results| results.record()["newton_iterations"].clone());
+        assert_eq!(one, many, "{ranks} ranks: Newton iterations");
+        assert_eq!(points(&alone), points(&together), "{ranks} ranks: contact points");
+        let apart = apart(&alone, &together);
+        assert!(apart < 1e-9, "{ranks} ranks: displacements differ by {apart:.1e} of the largest");
+    }
+}
+
+const COARSE_BLOCK: [(&str, &str); 3] = [
+    ("cells: [20, 10]", "cells: [10, 5]"),
+    ("cells: [50, 16]", "cells: [25, 8]"),
+    ("end: 0.094", "end: 0.03"),
+];
+
+/// Weight of the block and P_y [N].
+const BURDEN: f64 = 2200.0 * 0.5 * 9.81 + 3.0e5;
+
+/// Sum of the reactions at the start.
+fn supports_at_rest(results: &Results) -> [f64; 2] {
+    let table = results.table("reactions.csv");
+    let steps = table.numbers("step");
+    ["force_x", "force_y"].map(|column| {
+        steps.iter().zip(table.numbers(column)).filter(|(step, _)| **step == 0.0).map(|row| row.1).sum()
+    })
+}
+
+/// The static start is in balance, nothing had to hold the block along x, and the block stands still until it is pushed.
+#[test]
+fn the_concrete_block_rests_on_its_base() {
+    for case in ["concrete-block/case.yml", "concrete-block/as-printed.yml"] {
+        let results = Results::of(&shipped(case, &COARSE_BLOCK).replace("end: 0.03", "end: 5.0e-4"), 1);
+        let [x, y] = supports_at_rest(&results);
+        assert!((y / BURDEN - 1.0).abs() < 1e-8, "{case}: base {y}, burden {BURDEN}");
+        assert!(x.abs() < 1e-8 * BURDEN, "{case}: {x} N along x");
+        // A, C, B come in this order; symmetry holds C in place.
+        let [along, down] =
+            ["u_x", "u_y"].map(|u| results.probes(u).iter().map(|u| u[0]).collect::<Vec<_>>());
+        assert!(along[1].abs() < 1e-9 * down[1].abs(), "{case}: {along:?}");
+        assert!((down[0] - down[2]).abs() < 1e-9 * down[1].abs() && down[1] < 0.0, "{case}: {down:?}");
+    }
+}
+
+/// "An evident swaying process of the block evoked by the short-time load. The middle point C demonstrates a stable
+/// vertical displacement with a value which results from the initial state."
+#[test]
+fn the_concrete_block_sways_about_its_middle() {
+    let results = Results::of(&shipped("concrete-block/case.yml", &COARSE_BLOCK), 1);
+    let [a, c, b] =
+        <[Vec<f64>; 4]>::try_from(results.probes("u_y")).map(|[a, c, b, _]| [a, c, b]).expect("probes");
+    let settled = c[0].abs();
+    let strayed = largest(c.iter().map(|u| u - c[0]));
+    assert!(strayed < 0.02 * settled, "C strays by {strayed} of {settled}");
+    let tilt: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+    assert!(largest(tilt.iter().copied()) > 0.2 * settled, "no sway");
+    let times = results.table("probes.csv").numbers("time");
+    let swings: Vec<f64> =
+        (1..tilt.len()).filter(|&i| tilt[i - 1] * tilt[i] < 0.0).map(|i| times[i]).collect();
+    let after: Vec<f64> = swings.into_iter().filter(|time| *time > 0.01).collect();
+    assert!(after.len() >= 2, "{after:?}");
+    let period = 2.0 * (after[after.len() - 1] - after[0]) / (after.len() - 1) as f64;
+    // 18 ms on the whole, between crossings of the two oscillations that take part 16 to 21.
+    assert!((0.014..0.022).contains(&period), "period {period}");
+}
+
+/// Both strategies find the same motion, while the block is pushed and after.
+#[test]
+fn the_concrete_block_by_stages() {
+    let text = shipped("concrete-block/case.yml", &COARSE_BLOCK).replace("end: 0.03", "end: 0.0125");
+    let solver = |text: &str, solver: &str| Results::of(&format!("{text}\nsolver: {solver}\n"), 1);
+    let monolithic = solver(&text, "{ linear: direct }");
+    let staggered = solver(&text, "{ strategy: { staggered: { tolerance: 1.0e-8 } } }");
+    let apart = apart(&monolithic, &staggered);
+    assert!(apart < 1e-6, "{apart:.1e}");
+}
+
+#[test]
+fn the_concrete_block_on_2_3_4_8_ranks() {
+    let text = shipped("concrete-block/case.yml", &COARSE_BLOCK).replace("end: 0.03", "end: 5.0e-3");
+    invariant(&text, &[2, 3, 4, 8]);
+}
+
+/// Largest change of columns of `momentum.csv` over the momentum that one body brings.
+fn change(results: &Results, columns: &[&str], scale: f64) -> f64 {
+    let table = results.table("momentum.csv");
+    let changes = columns.iter().flat_map(|column| {
+        let values = table.numbers(column);
+        let start = values[0];
+        values.into_iter().map(move |value| value - start).collect::<Vec<_>>()
+    });
+    largest(changes) / scale
+}
+
+/// What the lever between a point and its projection lets friction do to the angular momentum: the integral of largest
+/// penetration times friction over time, and some for the sums over steps.
+fn lever(results: &Results) -> f64 {
+    let table = results.table("contact.csv");
+    let columns = ["time", "max_penetration", "force_t", "force_n"].map(|name| table.numbers(name));
+    let moment = |i: usize| columns[1][i] * columns[2][i].abs().max(0.5 * columns[3][i]);
+    (1..columns[0].len()).map(|i| (columns[0][i] - columns[0][i - 1]) * moment(i).max(moment(i - 1))).sum()
+}
+
+const DISCS: [(&str, &str); 3] = [
+    ("cells: [12, 12]", "cells: [6, 6]"),
+    ("cells: [14, 14]", "cells: [7, 7]"),
+    ("step: 5.0e-5", "step: 1.0e-4"),
+];
+
+/// Without friction the forces act along the line from a point to its projection: both momenta are kept to rounding.
+#[test]
+fn colliding_discs_keep_their_momentum() {
+    let results = Results::of(&shipped("collision/case.yml", &DISCS), 1);
+    let pressed = results.table("contact.csv").numbers("force_n");
+    assert!(pressed[0] == 0.0 && largest(pressed.iter().copied()) > 1e4 && pressed[pressed.len() - 1] == 0.0);
+    // A disc of 1000 kg/m3 and 0.1 m at 3 m/s, passing the origin at up to 0.09 m.
+    let linear = 1000.0 * std::f64::consts::PI * 0.01 * 3.0;
+    assert!(change(&results, &["linear_x", "linear_y"], linear) < 1e-10);
+    assert!(change(&results, &["angular_z"], 0.09 * linear) < 1e-10);
+    let momentum = results.table("momentum.csv");
+    assert!((momentum.numbers("linear_x")[0] / linear - 1.0 / 3.0).abs() < 0.02, "of 3 and - 2 m/s");
+    let ledger = results.table("energy.csv");
+    assert!((ledger.last("total") / ledger.numbers("total")[0] - 1.0).abs() < 5e-3, "energy");
+}
+
+/// With friction linear momentum is kept to rounding; angular momentum as far as the lever of friction over the
+/// penetration allows. Friction sets the discs spinning.
+#[test]
+fn colliding_discs_with_friction() {
+    let results = Results::of(&shipped("collision/friction.yml", &DISCS), 1);
+    let linear = 1000.0 * std::f64::consts::PI * 0.01 * 3.0;
+    assert!(change(&results, &["linear_x", "linear_y"], linear) < 1e-10);
+    let (turned, allowed) = (change(&results, &["angular_z"], 1.0), lever(&results));
+    assert!(turned <= allowed && allowed < 5e-3 * linear * 0.09, "{turned} of {allowed}");
+    assert!(results.table("energy.csv").last("friction_dissipated") > 1.0);
+}
+
+/// Faces at gap zero bounce off each other like any others.
+#[test]
+fn touching_blocks_bounce() {
+    let changes =
+        [("cells: [8, 8]", "cells: [4, 4]"), ("cells: [7, 7]", "cells: [3, 3]"), ("5.0e-5", "1.0e-4")];
+    let results = Results::of(&shipped("collision/touching.yml", &changes), 1);
+    // 10 kg at 2 m/s.
+    assert!(change(&results, &["linear_x", "linear_y"], 20.0) < 1e-10);
+    assert!(change(&results, &["angular_z"], 1.0) <= lever(&results));
+    let contact = results.table("contact.csv");
+    assert_eq!(contact.numbers("force_n")[0], 0.0, "touching, not pressed");
+    assert!(largest(contact.numbers("force_n")) > 1e4 && contact.last("force_n") == 0.0);
+    // Over the second half of the time, in which they ring about their means.
+    let probes = results.table("probes.csv");
+    let way = |name: &str| probes.last(name) - probes.numbers(name)[probes.len() / 2];
+    let [left, right] = ["left.u_x", "right.u_x"].map(way);
+    assert!(left < -0.004 && right > 0.004 && left > -0.012 && right < 0.012, "{left}, {right}");
+    assert!(largest(results.probes(".u_").concat()) < 0.05, "nothing is thrown away");
+}
+
+const BALLS: [(&str, &str); 4] = [
+    ("cells: [6, 6, 6]", "cells: [3, 3, 3]"),
+    ("cells: [7, 7, 7]", "cells: [4, 4, 4]"),
+    ("step: 1.0e-4", "step: 2.0e-4"),
+    ("compliance: 1.0e-10", "compliance: 1.0e-9"),
+];
+
+#[test]
+fn colliding_balls_keep_their_momentum() {
+    let case =
+        shipped("collision/solid.yml", &BALLS).replace("stick_stiffness: 5.0e9", "stick_stiffness: 5.0e8");
+    let (linear, angular) = (["linear_x", "linear_y", "linear_z"], ["angular_x", "angular_y", "angular_z"]);
+    let scale = 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-3 * 3.0;
+    let rubbing = Results::of(&case, 1);
+    assert!(change(&rubbing, &linear, scale) < 1e-10);
+    assert!(change(&rubbing, &angular, 1.0) <= lever(&rubbing));
+    let friction = "{ coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 5.0e8 } } }";
+    assert!(case.contains(friction));
+    let smooth = Results::of(&case.replace(friction, "none"), 1);
+    assert!(largest(smooth.table("contact.csv").numbers("force_n")) > 1e3);
+    assert!(change(&smooth, &linear, scale) < 1e-10);
+    assert!(change(&smooth, &angular, 0.09 * scale) < 1e-10);
+}
+
+#[test]
+fn collisions_on_2_3_4_ranks() {
+    let discs = shipped("collision/friction.yml", &DISCS).replace("end: 0.012", "end: 0.002");
+    invariant(&discs, &[2, 3, 4]);
+    let touching =
+        shipped("collision/touching.yml", &[("cells: [8, 8]", "cells: [4, 4]"), ("0.008", "0.001")]);
+    invariant(&touching, &[2, 3, 4]);
+    invariant(&shipped("collision/solid.yml", &BALLS).replace("end: 0.010", "end: 0.002"), &[2, 3, 4]);
+}
+
+/// Half as fine as shipped; still half an element a step.
+const COARSE_IRON: [(&str, &str); 3] = [
+    ("cells: [48, 6]", "cells: [24, 3]"),
+    ("cells: [40, 10]", "cells: [20, 5]"),
+    ("step: 2.5e-2", "step: 5.0e-2"),
+];
+
+/// Pressed with eight facets in contact and dragged over fifteen, half a facet a step: no step fails, the indenter's force is that of the contact, all of
+/// the sole slips, and the force changes little on its way.
+#[test]
+fn ironing_is_smooth() {
+    let shallow = [("cells: [48, 6]", "cells: [48, 2]"), ("cells: [40, 10]", "cells: [40, 5]")];
+    let results = Results::of(&shipped("ironing/case.yml", &shallow), 1);
+    let record = results.record();
+    assert_eq!(record["cut_steps"], 0);
+    let contact = results.table("contact.csv");
+    let grip = results.table("reactions.csv").only("boundary", "grip");
+    let scale = largest(contact.numbers("force_n"));
+    for column in ["force_x", "force_y"] {
+        // The contactor is the slab: what the grip does to the indenter, the contact does to the slab.
+        let pairs = contact.numbers(column).into_iter().zip(grip.numbers(column));
+        assert!(largest(pairs.map(|(slab, grip)| slab - grip)) < 1e-6 * scale, "{column}");
+    }
+    let times = contact.numbers("time");
+    let sliding = |column: &str| -> Vec<f64> {
+        let rows = times.iter().zip(contact.numbers(column));
+        rows.filter(|(time, _)| **time > 0.5).map(|(_, force)| force).collect()
+    };
+    assert_eq!(sliding("slip"), sliding("points"));
+    for (across, along) in sliding("force_n").iter().zip(sliding("force_t")) {
+        assert!((along.abs() / across - 0.3).abs() < 0.01, "{along} of {across}");
+    }
+    let pressed = sliding("force_y");
+    for three in pressed.windows(3) {
+        let bend = three[1] - 0.5 * (three[0] + three[2]);
+        assert!(bend.abs() < 0.01 * three[1].abs(), "jitter {bend} of {}", three[1]);
+    }
+}
+
+/// The shipped scene in space at a third of its cells.
+const COARSE_IRON_3D: [(&str, &str); 2] =
+    [("cells: [12, 12, 2]", "cells: [8, 8, 1]"), ("cells: [15, 11, 3]", "cells: [12, 8, 2]")];
+
+#[test]
+fn ironing_on_2_3_4_ranks() {
+    invariant(&shipped("ironing/case.yml", &COARSE_IRON), &[2, 3, 4]);
+    let space = shipped("ironing/solid.yml", &COARSE_IRON_3D).replace("end: 1,", "end: 0.5,");
+    invariant(&space, &[2, 3, 4]);
+}
