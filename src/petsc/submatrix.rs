@@ -49,8 +49,10 @@ impl SubMatrix {
     /// # Errors
     /// The pattern is another one.
     pub fn extract(&mut self, whole: &Matrix) -> Result<()> {
-        let reuse = sys::MAT_REUSE_MATRIX;
-        petsc!(MatCreateSubMatrix(whole.raw(), self.rows, self.rows, reuse, &mut self.raw))
+        // Anew: distributed BAIJ (3.18) does not know its own part again where a rank has no rows in it.
+        petsc!(MatDestroy(&mut self.raw))?;
+        let initial = sys::MAT_INITIAL_MATRIX;
+        petsc!(MatCreateSubMatrix(whole.raw(), self.rows, self.rows, initial, &mut self.raw))
     }
 
     /// A zero vector of its layout. Collective.

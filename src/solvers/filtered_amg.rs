@@ -64,13 +64,11 @@ pub struct FilteredAmg {
 impl Bulk {
     /// Prefix of PETSc's options for the multigrid.
     const PREFIX: &str = "bulk_";
-    /// One cycle. The threshold keeps stored zeros, places for contact, from joining nodes of two bodies. Gentle
-    /// coarsening saves a fifth of the iterations for a third more set-up, which is seldom.
-    const OPTIONS: [(&str, &str); 5] = [
+    /// One cycle. The threshold keeps stored zeros, places for contact, from joining nodes of two bodies.
+    const OPTIONS: [(&str, &str); 4] = [
         ("ksp_type", "preonly"),
         ("pc_type", "gamg"),
         ("pc_gamg_threshold", "0.0"),
-        ("pc_gamg_aggressive_coarsening", "0"),
         ("pc_gamg_reuse_interpolation", "true"),
     ];
     /// Spring on the unknowns of a floating body, over the diagonal entry, what inertia gives included.
