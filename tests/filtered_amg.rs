@@ -165,7 +165,7 @@ fn solves_dynamics_on_1_2_3_ranks() {
 /// A body that only contact holds, by conjugate gradients and by GMRES.
 #[test]
 fn solves_without_friction_and_supports() {
-    let press = "displacement: { x: 0, y: 0 }, traction: { z: '-1e5 * t' }";
+    let press = "displacement: { x: 0, y: 0 } }\n  load: { on: upper.top, traction: { z: '-1e5 * t' }";
     let scene = Scene { mu: 0.0, press, ..COARSE };
     let expected = scene.solved("direct", 1, &[]);
     for linear in ["cg_filtered_amg", "filtered_amg"] {
@@ -220,11 +220,10 @@ fn ranks_may_have_nothing() {
     }
 }
 
-/// At six times the unknowns the iterations hardly grow, and the program chooses this solver by itself from some size on.
+/// Iterations stay few where most of the mesh lies outside of the layers around the contact.
 #[test]
-fn iterations_hardly_grow() {
-    let coarse = COARSE.solved("filtered_amg", 2, &[]).most();
+fn iterations_stay_few() {
     let fine = Scene { cells: 16, ..COARSE }.solved("filtered_amg", 2, &[]).without_help();
-    assert!(fine.count("unknowns") > 15_000);
-    assert!(fine.most() <= 40.0 && fine.most() <= 1.5 * coarse, "{} and {coarse}", fine.most());
+    assert!(fine.count("unknowns") > 14_000, "{}", fine.count("unknowns"));
+    assert!(fine.most() <= 25.0, "{}", fine.most());
 }

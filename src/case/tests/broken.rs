@@ -99,7 +99,7 @@ const BROKEN: &[Broken] = &[
     (
         "linear: auto",
         "linear: { filtered_amg: { passes: after } }",
-        "26:68",
+        "26:67",
         &["unknown order of passes", "around"],
     ),
     ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
