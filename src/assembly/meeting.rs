@@ -143,9 +143,9 @@ impl<const D: usize> Meeting<D> {
 
     /// Whether this rank's facets moved so far since the gathering that others may have come near: if no rank says so,
     /// the gathered facets are all that matter.
-    pub fn is_stale(&self, positions: &[f64]) -> bool {
+    pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D]) -> bool {
         let Some(gather) = &self.gather else { return true };
-        let [contactor, target] = gather.motion(positions);
+        let [contactor, target] = gather.motion(position);
         !gather.holds([2.0 * contactor.max(target), 0.0])
     }
 

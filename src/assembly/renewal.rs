@@ -19,18 +19,14 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter_mut().filter_map(Contact::meeting_mut)
     }
 
-    /// Current positions of the rank's nodes, ghosts included [m].
-    pub(super) fn positions(&self, u: &[f64]) -> Vec<f64> {
-        self.local.mesh.points.as_flattened().iter().zip(u).map(|(x, u)| x + u).collect()
-    }
-
     /// Whether some contact of this rank has to look around anew.
     pub(super) fn is_stale(&self, u: &[f64]) -> bool {
-        if self.interface.is_none() {
-            return false;
-        }
-        let positions = self.positions(u);
-        self.contacts.iter().filter_map(Contact::meeting).any(|meeting| meeting.is_stale(&positions))
+        let points = &self.local.mesh.points;
+        let position = |node: u32| {
+            let node = node as usize;
+            std::array::from_fn(|i| points[node][i] + u[node * D + i])
+        };
+        self.contacts.iter().filter_map(Contact::meeting).any(|meeting| meeting.is_stale(position))
     }
 
     /// Gathers target facets at these fields and finds the couples; the pattern grows where it lacks one. Collective.
@@ -41,7 +37,8 @@ impl<const D: usize> ContactSystem<D> {
         let _running = self.phases.search.begin();
         let session = self.session.clone();
         let world = session.world();
-        let positions = self.positions(fields.u);
+        let points = self.local.mesh.points.as_flattened();
+        let positions: Vec<f64> = points.iter().zip(fields.u).map(|(x, u)| x + u).collect();
         for contact in &mut self.contacts {
             let super::contact::Pair::Deformable(meeting) = &mut contact.pair else { continue };
             meeting.gather(world, &self.local, &positions, &contact.state)?;

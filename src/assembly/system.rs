@@ -177,8 +177,7 @@ impl<const D: usize> ContactSystem<D> {
                     .insert(at, overclosure_of_points(session.world(), given, points, self.extent)?);
             }
         }
-        // The first look went as deep as a point may lie; from now on the deepest point decides.
-        self.renew(&ContactFields { u: &zero, v: &zero, u_start: &zero })
+        Ok(())
     }
 
     /// A zero vector of the system's layout: what states are made of.

@@ -12,7 +12,7 @@ use super::pairing::{PairChanges, Pairing};
 use super::projection::{Place, Projection};
 use super::surface::{ContactSurface, SurfaceFacet};
 use super::target::TargetSurface;
-use crate::mesh::ElementKind;
+use crate::mesh::{Bounds, ElementKind, stretch};
 use crate::space::{facet_normal, facet_tangents};
 use crate::tensor::Vector;
 
@@ -78,35 +78,6 @@ struct Probe<'a, const D: usize> {
     tie: f64,
 }
 
-/// How far a facet may stick out of the box of its nodes, in extents of the box: from the largest sum of its absolute
-/// shape functions, `(max sum |N_a| - 1) / 2`.
-fn overshoot(kind: ElementKind) -> f64 {
-    match kind {
-        ElementKind::Line3 => 0.125,
-        ElementKind::Tri6 => 1.0 / 3.0,
-        ElementKind::Quad9 => 0.28125,
-        ElementKind::Quad8 => 1.0,
-        _ => 0.0,
-    }
-}
-
-/// A box that holds the facet with nodes at `points`, wider by `by` all around.
-fn boxed<const D: usize>(kind: ElementKind, points: &[Vector<D>], by: f64) -> ([f64; D], [f64; D]) {
-    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for point in points {
-        for i in 0..D {
-            low[i] = low[i].min(point[i]);
-            high[i] = high[i].max(point[i]);
-        }
-    }
-    for i in 0..D {
-        let wider = overshoot(kind) * (high[i] - low[i]) + by;
-        low[i] -= wider;
-        high[i] += wider;
-    }
-    (low, high)
-}
-
 impl<const D: usize> Search<D> {
     /// A search among the facets of `target` at the displacements `u`.
     pub fn new(target: &TargetSurface<D>, limits: SearchLimits, u: &[f64]) -> Self {
@@ -135,12 +106,12 @@ impl<const D: usize> Search<D> {
             return false;
         }
         let facets = 0..target.len() as u32;
-        let widest = facets.clone().map(|facet| overshoot(target.kind(facet))).fold(0.0, f64::max);
+        let widest = facets.clone().map(|facet| stretch(target.kind(facet))).fold(1.0, f64::max);
         let now = facets.clone().flat_map(|facet| {
             target.reference_points(facet).iter().zip(target.nodes(facet)).map(|(x, &node)| x + at(u, node))
         });
         let furthest = now.zip(&self.built_at).map(|(x, old)| (x - old).norm_squared()).fold(0.0, f64::max);
-        self.motion = (1.0 + 2.0 * widest) * furthest.sqrt();
+        self.motion = widest * furthest.sqrt();
         let known = self.built_at.len() == facets.clone().map(|f| target.nodes(f).len()).sum::<usize>();
         if known && self.motion <= self.margin {
             return true;
@@ -151,9 +122,9 @@ impl<const D: usize> Search<D> {
         for facet in facets {
             target.current(facet, u, &mut self.nodes);
             self.built_at.extend_from_slice(&self.nodes);
-            let (low, high) = boxed(target.kind(facet), &self.nodes, 0.0);
-            size += (Vector::from(high) - Vector::from(low)).norm();
-            leaves.push(GeomWithData::new(Rectangle::from_corners(low, high), facet));
+            let bounds = bounds(target.kind(facet), &self.nodes);
+            size += (Vector::from(bounds.high) - Vector::from(bounds.low)).norm();
+            leaves.push(GeomWithData::new(Rectangle::from_corners(bounds.low, bounds.high), facet));
         }
         self.margin = 0.5 * size / target.len().max(1) as f64;
         self.motion = 0.0;
@@ -173,13 +144,13 @@ impl<const D: usize> Search<D> {
             let nodes = sides.contactor.facet_nodes(facet);
             points.clear();
             points.extend(current_points(sides.contactor, facet, u));
-            let (low, high) = boxed(facet.kind, &points, 2.0 * radius);
-            let wide = AABB::from_corners(low.map(|c| c - self.motion), high.map(|c| c + self.motion));
+            let near = bounds(facet.kind, &points).inflate(2.0 * radius);
+            let wide = near.inflate(self.motion);
+            let wide = AABB::from_corners(wide.low, wide.high);
             for leaf in self.tree.locate_in_envelope_intersecting(wide) {
                 let target = leaf.data;
                 sides.target.current(target, u, &mut self.nodes);
-                let (from, to) = boxed(sides.target.kind(target), &self.nodes, 0.0);
-                let meet = (0..D).all(|i| from[i] <= high[i] && to[i] >= low[i]);
+                let meet = bounds(sides.target.kind(target), &self.nodes).meets(&near);
                 if meet && !share_a_node(nodes, sides.target.nodes(target)) {
                     couples.push((index as u32, target));
                 }
@@ -272,6 +243,11 @@ fn current_points<'a, const D: usize>(
 ) -> impl Iterator<Item = Vector<D>> + 'a {
     let nodes = surface.reference_points(facet).iter().zip(surface.facet_nodes(facet));
     nodes.map(|(reference, &node)| reference + at(u, node))
+}
+
+/// A box around a facet with nodes at `points` \[m\].
+fn bounds<const D: usize>(kind: ElementKind, points: &[Vector<D>]) -> Bounds<D> {
+    Bounds::of_facet(kind, points.iter().map(|&point| point.into()))
 }
 
 fn share_a_node(these: &[u32], those: &[u32]) -> bool {

@@ -98,9 +98,10 @@ impl<const D: usize> TargetGather<D> {
 
     /// How far this rank's own facets of contactor and target have moved since they were gathered, at most [m].
     ///
-    /// The largest of each over all ranks goes to [`holds`](Self::holds).
-    pub fn motion(&self, positions: &[f64]) -> [f64; 2] {
-        [self.contactor.motion(positions), self.target.motion(positions)]
+    /// `position` tells the current position of a local node \[m\]. The largest of each over all ranks goes to
+    /// [`holds`](Self::holds).
+    pub fn motion(&self, position: impl Fn(u32) -> [f64; D]) -> [f64; 2] {
+        [self.contactor.motion(&position), self.target.motion(&position)]
     }
 
     /// Whether the facets still are all that matter, after the surfaces moved by `motion` (largest of all ranks) [m].
@@ -132,10 +133,10 @@ impl<const D: usize> Track<D> {
     }
 
     /// In the norm of the largest component, in which boxes are inflated. Infinite where a position is no number.
-    fn motion(&self, positions: &[f64]) -> f64 {
+    fn motion(&self, position: impl Fn(u32) -> [f64; D]) -> f64 {
         let mut most = 0.0_f64;
         for (&node, place) in self.nodes.iter().zip(&self.places) {
-            let now: [f64; D] = position(positions, node);
+            let now = position(node);
             for k in 0..D {
                 let moved = (now[k] - place[k]).abs();
                 most = if moved.is_finite() { moved.max(most) } else { f64::INFINITY };
