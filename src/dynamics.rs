@@ -118,6 +118,15 @@ pub struct ForceChange {
     pub normal: f64,
 }
 
+/// How far contact is from what was asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shortfall {
+    /// Penetration, or gap under pressure, over what is allowed: the largest of all points.
+    pub ratio: f64,
+    /// That penetration or gap [m].
+    pub depth: f64,
+}
+
 /// One step on its way: where it starts, where it is, and how the rates follow from the displacement.
 pub struct Stage {
     /// The accepted state at the start of the step.
@@ -316,6 +325,16 @@ pub trait Dynamics {
 
     /// The contact points that changed last, as a phrase for a message; empty where there are none. Collective.
     fn restless_points(&mut self) -> String;
+
+    /// Takes the multipliers of contact as the last accepted step left them.
+    fn recall_multipliers(&mut self);
+
+    /// How far contact points of the last residual are from touching exactly; `None` where no tolerance was asked for.
+    /// Collective.
+    fn shortfall(&self) -> Option<Shortfall>;
+
+    /// Takes the pressures of the last residual as multipliers of contact.
+    fn augment(&mut self);
 
     /// Length of the largest body [m]: what rounding is measured against.
     fn extent(&self) -> f64;

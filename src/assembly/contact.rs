@@ -25,6 +25,10 @@ pub struct Contact<const D: usize> {
     pub pair: Pair<D>,
     /// What its points remember.
     pub state: ContactState<D>,
+    /// Mean size of the contactor's facets \[m\].
+    pub facet_size: f64,
+    /// Penetration that multipliers shall not leave over \[m\]; none where the law is not augmented.
+    pub tolerance: Option<f64>,
 }
 
 /// A contactor with its target.
@@ -123,7 +127,13 @@ impl<const D: usize> Contact<D> {
                 Pair::Deformable(Box::new(Meeting::new(contact, surfaces, measures.sight)))
             }
         };
-        let mut contact = Self { name: contact.name.clone(), pair, state: ContactState::new(0) };
+        let mut contact = Self {
+            name: contact.name.clone(),
+            pair,
+            state: ContactState::new(0),
+            facet_size: measures.facet_size,
+            tolerance: None,
+        };
         contact.state = ContactState::new(contact.surface().point_count());
         Ok(contact)
     }
@@ -141,6 +151,14 @@ impl<const D: usize> Contact<D> {
         match &self.pair {
             Pair::Rigid { contact, .. } => &contact.law,
             Pair::Deformable(meeting) => &meeting.contact.law,
+        }
+    }
+
+    /// Its laws, to be changed between steps.
+    pub fn law_mut(&mut self) -> &mut ContactLaw {
+        match &mut self.pair {
+            Pair::Rigid { contact, .. } => &mut contact.law,
+            Pair::Deformable(meeting) => &mut meeting.contact.law,
         }
     }
 

@@ -51,6 +51,13 @@ pub struct EnergyLedger {
     reactions: Vector,
 }
 
+/// A ledger before a step.
+pub struct SavedLedger {
+    drive: Vec<f64>,
+    now: Energies,
+    momentum: Momentum,
+}
+
 impl EnergyLedger {
     /// A ledger that begins at the start of `stage`, where `reactions` act on the supports. Collective.
     ///
@@ -87,6 +94,16 @@ impl EnergyLedger {
         let numerical = external_work - gained - friction_dissipated;
         self.now = Energies { kinetic, strain, contact, friction_dissipated, external_work, numerical };
         Ok(self.now)
+    }
+
+    /// What [`restore`](Self::restore) takes back to: the ledger before a step that may be repeated.
+    pub fn save(&self) -> SavedLedger {
+        SavedLedger { drive: self.drive.clone(), now: self.now, momentum: self.momentum }
+    }
+
+    /// The step since then is repeated.
+    pub fn restore(&mut self, saved: SavedLedger) {
+        (self.drive, self.now, self.momentum) = (saved.drive, saved.now, saved.momentum);
     }
 
     /// The energies of the last step.

@@ -3,13 +3,14 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::accuracy;
 use super::contact::Contact;
 use super::meeting::Meeting;
 use super::stages::{self, Target};
 use super::system::ContactSystem;
 use super::tangent::symmetric;
 use crate::contact::state::{Branches, Changes};
-use crate::dynamics::{ContactCounts, Dynamics, ForceChange, Freeze, Lift, Residual, Stage};
+use crate::dynamics::{ContactCounts, Dynamics, ForceChange, Freeze, Lift, Residual, Shortfall, Stage};
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
 use crate::petsc::{Matrix, Vector};
@@ -147,6 +148,18 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             1 => "1 contact point still changes its status".to_owned(),
             n => format!("{n} contact points still change their status"),
         }
+    }
+
+    fn recall_multipliers(&mut self) {
+        self.contacts.iter_mut().for_each(Contact::recall_multipliers);
+    }
+
+    fn shortfall(&self) -> Option<Shortfall> {
+        accuracy::shortfall(self.session.world(), &self.contacts)
+    }
+
+    fn augment(&mut self) {
+        self.contacts.iter_mut().for_each(Contact::take_multipliers);
     }
 
     fn extent(&self) -> f64 {

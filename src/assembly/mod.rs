@@ -3,6 +3,7 @@
 //! Each rank evaluates every element and facet that touches one of its nodes and keeps its own rows, so that
 //! nothing is sent to other ranks while assembling.
 
+mod accuracy;
 mod balance;
 mod build;
 mod contact;
@@ -25,7 +26,8 @@ mod system;
 mod tangent;
 pub mod targets;
 
-pub use energy::{Energies, EnergyLedger, Momentum};
+pub use accuracy::{Asked, Stuck};
+pub use energy::{Energies, EnergyLedger, Momentum, SavedLedger};
 pub use fields::{ContactFields, StressFields, SurfaceCells};
 pub use report::{ContactSummary, NodalContact, PointReport, Watched};
 pub use start::Overclosure;

@@ -278,6 +278,7 @@ impl<const D: usize> ContactSystem<D> {
             for (history, point) in state.history.iter_mut().zip(&state.current) {
                 *history = crate::contact::history::History::start(point);
             }
+            state.remember_multipliers();
             state.begin();
         }
         stage.start_forces.copy_from(&self.forces)

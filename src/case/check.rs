@@ -1,5 +1,6 @@
 //! Checks that need no mesh: ranges, names, dimensions, options that exclude each other.
 
+mod accuracy;
 mod body;
 mod boundary;
 mod contact;
@@ -29,6 +30,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     check.time();
     check.start();
     check.solver();
+    check.accuracy();
     check.output();
     check.found
 }

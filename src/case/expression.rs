@@ -88,6 +88,13 @@ impl Expression {
         self.root.evaluate(&[point[0], point[1], point[2], t])
     }
 
+    /// Instants at which `t` passes a number that it is compared with.
+    pub(super) fn kinks(&self) -> Vec<f64> {
+        let mut kinks = Vec::new();
+        self.root.collect_kinks(&mut kinks);
+        kinks
+    }
+
     pub(super) fn motion(&self, point: [f64; 3], t: f64) -> Motion {
         let [x, y, z] = point.map(Motion::constant);
         self.root.evaluate(&[x, y, z, Motion::time(t)])
@@ -118,7 +125,50 @@ impl Node {
     }
 }
 
+impl Node {
+    fn collect_kinks(&self, kinks: &mut Vec<f64>) {
+        match self {
+            Self::Number(_) | Self::Variable(_) => {}
+            Self::Negate(node) => node.collect_kinks(kinks),
+            Self::Binary(operator, a, b) => {
+                let sides = [(a.as_ref(), b.as_ref()), (b.as_ref(), a.as_ref())];
+                let time = sides.into_iter().find(|(side, _)| matches!(side, Self::Variable(3)));
+                if let Some((_, other)) = time.filter(|_| operator.compares())
+                    && other.is_a_number()
+                {
+                    kinks.push(other.evaluate(&[0.0; 4]));
+                }
+                [a, b].iter().for_each(|side| side.collect_kinks(kinks));
+            }
+            Self::Call(function, arguments) => {
+                if let (Function::Min | Function::Max, [Self::Variable(3), other] | [other, Self::Variable(3)]) =
+                    (function, arguments.as_slice())
+                    && other.is_a_number()
+                {
+                    kinks.push(other.evaluate(&[0.0; 4]));
+                }
+                arguments.iter().for_each(|node| node.collect_kinks(kinks));
+            }
+        }
+    }
+
+    fn is_a_number(&self) -> bool {
+        match self {
+            Self::Number(_) => true,
+            Self::Variable(_) => false,
+            Self::Negate(node) => node.is_a_number(),
+            Self::Binary(_, a, b) => a.is_a_number() && b.is_a_number(),
+            Self::Call(_, arguments) => arguments.iter().all(Self::is_a_number),
+        }
+    }
+}
+
 impl Operator {
+    fn compares(self) -> bool {
+        use Operator::{Equal, Greater, GreaterEqual, Less, LessEqual, NotEqual};
+        matches!(self, Less | LessEqual | Greater | GreaterEqual | Equal | NotEqual)
+    }
+
     fn apply<T: Scalar>(self, a: T, b: T) -> T {
         let (x, y) = (a.real(), b.real());
         let truth = |holds: bool| T::constant(f64::from(u8::from(holds)));

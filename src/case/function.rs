@@ -93,6 +93,16 @@ impl Function {
         }
     }
 
+    /// Instants at which the value or its rate may jump: rows of a table, and where an expression compares `t` alone with
+    /// a number \[s\].
+    pub fn kinks(&self) -> Vec<f64> {
+        match &self.form {
+            Form::Constant(_) => Vec::new(),
+            Form::Expression { parsed, .. } => parsed.kinks(),
+            Form::Table(rows) => rows.iter().map(|row| row[0]).collect(),
+        }
+    }
+
     /// Whether the value is the same at every point.
     pub fn is_constant_in_space(&self) -> bool {
         match &self.form {

@@ -3,6 +3,7 @@
 //! The doc comments of the fields are the descriptions in the schema (`contact-petsc schema`), and the defaults stand
 //! here and nowhere else. A physical constant has none.
 
+mod accuracy;
 mod body;
 mod boundary;
 mod check;
@@ -28,6 +29,7 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use accuracy::{Accuracy, LEVELS, Level, Penetration as PenetrationTolerance};
 pub use body::{
     Body, BoxMap, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Mesh,
 };
@@ -73,6 +75,9 @@ pub struct Case {
     pub start: Option<At<Start>>,
     /// Time and its discretisation.
     pub time: Time,
+    /// How wrong the answer may be: steps, multipliers of contact and tolerances of Newton's method follow from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<At<Accuracy>>,
     /// How the equations of a step are solved.
     #[serde(default)]
     pub solver: Solver,

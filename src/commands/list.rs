@@ -1,5 +1,6 @@
 //! `contact-petsc list`: what a case can name, from the tables that hold the laws themselves.
 
+use crate::case::LEVELS;
 use crate::contact::friction::FRICTION_LAWS;
 use crate::contact::friction::coefficient::COEFFICIENTS;
 use crate::contact::friction::regularization::REGULARIZATIONS;
@@ -47,6 +48,7 @@ fn groups() -> Vec<Group> {
             REGULARIZATIONS.iter().map(|e| own(e.name, e.summary)).collect(),
         ),
         ("Schemes", "time: scheme", SCHEMES.iter().map(|e| own(e.name, e.about)).collect()),
+        ("Accuracies", "accuracy", LEVELS.iter().map(|e| own(e.name, e.about)).collect()),
         ("Strategies", "solver: strategy", STRATEGIES.iter().map(|e| own(e.name, e.about)).collect()),
         ("Linear solvers", "solver: linear", std::iter::once(auto).chain(presets).collect()),
     ]

@@ -18,6 +18,8 @@ pub struct History<const D: usize> {
     pub friction_work: f64,
     /// `-t_T . v_T` at the end of the last step \[W/m^2\].
     pub friction_power: f64,
+    /// Multiplier of the augmented normal law at the end of the last step \[Pa\]; zero where the law is not augmented.
+    pub multiplier: f64,
 }
 
 impl<const D: usize> Default for History<D> {
@@ -29,6 +31,7 @@ impl<const D: usize> Default for History<D> {
             slip: 0.0,
             friction_work: 0.0,
             friction_power: 0.0,
+            multiplier: 0.0,
         }
     }
 }
@@ -57,6 +60,7 @@ impl<const D: usize> History<D> {
             slip: self.slip + path,
             friction_work: self.friction_work + self.work_of_step(state, dt),
             friction_power: power,
+            multiplier: self.multiplier,
         }
     }
 

@@ -136,6 +136,9 @@ pub struct ContactState<const D: usize> {
     pub history: Vec<History<D>>,
     track: Vec<Track<D>>,
     held: Vec<Held<D>>,
+    /// Penetrations at which the normal law alone has the pressures of the multipliers \[m\]; empty where the law is not
+    /// augmented.
+    offsets: Vec<f64>,
 }
 
 impl<const D: usize> ContactState<D> {
@@ -147,6 +150,7 @@ impl<const D: usize> ContactState<D> {
             history: vec![History::default(); points],
             track: vec![Track::default(); points],
             held: vec![held; points],
+            offsets: Vec::new(),
         }
     }
 
@@ -221,7 +225,40 @@ impl<const D: usize> ContactState<D> {
         for (history, point) in self.history.iter_mut().zip(&self.current) {
             *history = history.advance(point, dt);
         }
+        self.remember_multipliers();
         self.begin();
+    }
+
+    /// The normal law is augmented from now on.
+    pub fn augment(&mut self) {
+        self.offsets = vec![0.0; self.current.len()];
+    }
+
+    /// Whether the normal law is augmented.
+    pub fn is_augmented(&self) -> bool {
+        !self.offsets.is_empty()
+    }
+
+    /// Takes the multipliers of the last accepted step; `penetration` is the inverse of the normal law.
+    pub fn recall_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
+        for (offset, history) in self.offsets.iter_mut().zip(&self.history) {
+            *offset = penetration(history.multiplier);
+        }
+    }
+
+    /// Takes the current pressures as multipliers (Uzawa): at the same gap they are then met at no penetration.
+    pub fn take_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
+        for (offset, point) in self.offsets.iter_mut().zip(&self.current) {
+            *offset = penetration(point.normal_traction);
+        }
+    }
+
+    /// Keeps the current pressures as the multipliers that the next step begins with.
+    pub fn remember_multipliers(&mut self) {
+        if self.is_augmented() {
+            let points = self.history.iter_mut().zip(&self.current);
+            points.for_each(|(history, point)| history.multiplier = point.normal_traction);
+        }
     }
 
     /// How point `p` is to be evaluated.
@@ -239,7 +276,7 @@ impl<const D: usize> ContactState<D> {
         };
         let predicted = branches == Branches::Predicted && self.track[p].flipped;
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
-        Manner { branch, frozen }
+        Manner { branch, frozen, offset: self.offsets.get(p).copied().unwrap_or(0.0) }
     }
 }
 

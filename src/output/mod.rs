@@ -10,6 +10,7 @@
 //! | `fields.pvd`, `contact.pvd` | [`pvd::Series`] | rewritten by renaming, never names a step that is not there |
 //! | `run.json` | [`record::Record`] | rewritten by renaming; `running` until the end |
 
+pub mod accuracy;
 pub mod console;
 pub mod contact;
 pub mod energy;

@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 
 use crate::error::{Cause, Error, Result};
 
+use super::accuracy::AccuracyRecord;
 use super::folder::{PROGRAM, RECORD, trouble, write_whole};
 
 /// How a run stands.
@@ -124,6 +125,8 @@ pub struct Record {
     pub peak_memory: Vec<u64>,
     /// How deep the contacts went so far.
     pub penetrations: Vec<Penetration>,
+    /// What accuracy was asked and achieved, where the case asks for one.
+    pub accuracy: Option<AccuracyRecord>,
     /// How it stands.
     pub verdict: Verdict,
 }
@@ -150,7 +153,7 @@ impl Record {
             self.versions.iter().map(|(name, version)| (name.clone(), json!(version))).collect();
         let phases: Map<String, Value> =
             self.phases.iter().map(|(name, phase)| (name.clone(), json!(phase))).collect();
-        json!({
+        let mut record = json!({
             "program": PROGRAM,
             "verdict": verdict,
             "reason": reason,
@@ -172,7 +175,11 @@ impl Record {
             "versions": versions,
             "inputs": self.inputs,
             "case": self.case,
-        })
+        });
+        if let (Some(accuracy), Value::Object(entries)) = (&self.accuracy, &mut record) {
+            entries.insert("accuracy".to_owned(), json!(accuracy));
+        }
+        record
     }
 }
 
@@ -223,6 +230,7 @@ mod tests {
             ],
             peak_memory: vec![1 << 27, 1 << 26],
             penetrations: vec![],
+            accuracy: None,
             verdict,
         }
     }

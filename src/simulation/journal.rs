@@ -10,6 +10,7 @@ use crate::case::{Case, Mesh};
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Result, agree};
 use crate::model::Model;
+use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Attempt, Console, StepLine, Verbosity};
 use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
 use crate::output::folder::ResultsFolder;
@@ -84,6 +85,7 @@ impl<const D: usize> Journal<D> {
             phases: Vec::new(),
             peak_memory: Vec::new(),
             penetrations: model.contacts.iter().map(untouched).collect(),
+            accuracy: None,
             verdict: Verdict::Running,
         };
         Ok(Self {
@@ -222,6 +224,17 @@ impl<const D: usize> Journal<D> {
         self.console.note(&format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt()));
     }
 
+    /// A step was solved and is repeated, since its errors are too large.
+    pub fn repeated(&mut self, report: &SolveReport, control: &StepControl) {
+        self.count(report);
+        self.console.note(&format!("step {} is repeated with {:.3e} s", self.step + 1, control.dt()));
+    }
+
+    /// What accuracy was achieved so far.
+    pub fn accuracy(&mut self, accuracy: AccuracyRecord) {
+        self.record.accuracy = Some(accuracy);
+    }
+
     /// Linear solvers failed in the last solve, and stronger ones took over.
     pub fn fallbacks(&mut self, fallbacks: &[Fallback]) {
         self.record.totals.linear_fallbacks += fallbacks.len() as u64;
@@ -248,7 +261,7 @@ impl<const D: usize> Journal<D> {
         control: &StepControl,
     ) -> Result<()> {
         self.now = At::default();
-        self.console.begin(control.time(), control.time() + control.dt() * control.nominal_steps() as f64);
+        self.console.begin(control.time(), control.end());
         self.rows(system, stage, (ledger, ledger.now()), 0.0)?;
         self.write_fields(system, stage)?;
         self.write_record(stage.trial.time)
@@ -370,7 +383,8 @@ impl<const D: usize> Journal<D> {
         if outcome.is_ok() {
             self.console.finish(&self.record);
             let warnings = self.record.penetrations.iter().filter_map(warning);
-            warnings.for_each(|text| self.console.note(&text));
+            let missed = self.record.accuracy.and_then(|accuracy| accuracy.warning());
+            warnings.chain(missed).for_each(|text| self.console.note(&text));
             return agree(self.session.world(), written);
         }
         Ok(())

@@ -4,6 +4,7 @@ mod check;
 mod journal;
 mod measure;
 mod options;
+mod pace;
 mod parts;
 mod start;
 mod tables;
@@ -19,6 +20,8 @@ use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
+
+use pace::Pace;
 
 pub use check::check;
 pub use journal::{Journal, Place};
@@ -40,6 +43,7 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let format = options::format(session, case, &local, &linear)?;
     let options = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
+    pace::augment(&mut system, case);
     let mut stage = Stage::at_rest(system.pattern_vector())?;
     let mut strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
     if strategy.wants_rigid_body_modes() {
@@ -48,7 +52,7 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let mut journal = Journal::open(session, case, &model, place)?;
     let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
         start::at_equilibrium(&mut system, &mut stage, case, &model, &mut journal)?; // B_0
-        march(&mut system, &mut stage, &mut *strategy, case, &mut journal)
+        march((&mut system, &mut stage), &mut *strategy, case, &model, &mut journal)
     });
     if let Err(error) = &outcome {
         session.meet(error);
@@ -82,24 +86,33 @@ fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
 
 /// From configuration to configuration until the end.
 fn march<const D: usize>(
-    system: &mut ContactSystem<D>,
-    stage: &mut Stage,
+    (system, stage): (&mut ContactSystem<D>, &mut Stage),
     strategy: &mut dyn Strategy,
     case: &Case,
+    model: &Model<D>,
     journal: &mut Journal<D>,
 ) -> Result<()> {
     let scheme = options::scheme(&case.time);
-    let mut control = StepControl::new(0.0, case.time.end.si, case.time.step(), case.time.cuts.value);
+    let mut control = pace::control(case, model);
+    let mut pace = Pace::new(system, stage, case, model)?;
     let mut ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
     journal.begin(system, stage, &ledger, &control)?;
     while !control.finished() {
+        pace.prepare(system);
         let attempt = Attempt { scheme, control: &control };
         let outcome = attempt.solve(system, stage, strategy, journal)?;
         let outcome = attempt.finish(system, stage, outcome)?;
         journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
             Outcome::Converged(report) => {
+                let (before, saved) = (*ledger.now(), pace.save(&ledger, &control));
                 let energies = ledger.advance(system, stage)?;
+                if !pace.accepts((system, stage), &mut control, [&before, &energies], &report)? {
+                    saved.into_iter().for_each(|saved| ledger.restore(saved));
+                    journal.repeated(&report, &control);
+                    continue;
+                }
+                pace.advance(system, stage, &control, journal)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
 use crate::solvers::{
-    FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Passes, Preset, Problem,
+    Augmented, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Passes, Preset, Problem,
     Second, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
 };
 use crate::terms::Terms;
@@ -98,10 +98,18 @@ pub fn strategy<const D: usize>(
     let (linear, problem) = (linear(case), step_problem(case, system));
     let solver = || LinearSolver::new(pattern, prefix, &linear, &problem);
     let newton = newton(case, terms(system));
-    Ok(match staggered(case) {
+    Ok(augmented(system, match staggered(case) {
         Some(settings) => Box::new(Staggered::new(settings, &newton, solver, pattern)?),
         None => Box::new(Monolithic::new(newton, solver()?, pattern)?),
-    })
+    }))
+}
+
+/// The strategy, by multipliers where a penetration is asked for.
+pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strategy>) -> Box<dyn Strategy> {
+    match system.smallest_tolerance() {
+        Some(_) => Box::new(Augmented::new(inner)),
+        None => inner,
+    }
 }
 
 /// What the linear solvers of the steps have to deal with: either stage of a staggered one is symmetric.
@@ -156,11 +164,23 @@ pub fn newton(case: &Case, terms: Terms) -> NewtonSettings {
     let (newton, krylov) = (&case.solver.newton, &case.solver.krylov);
     let tightest = krylov.tolerance.si;
     NewtonSettings {
-        tolerance: newton.tolerance.si,
+        tolerance: newton_tolerance(case),
         max_iterations: newton.max_iterations.value,
         linear: [if newton.inexact { tightest.max(LOOSEST) } else { tightest }, tightest],
         line_search: newton.line_search,
         terms,
+    }
+}
+
+/// Newton's tolerance: the user's, or where an accuracy is asked for one that leaves no trace in it.
+fn newton_tolerance(case: &Case) -> f64 {
+    /// Residual over the largest force, over the error in time that is allowed.
+    const RATIO: f64 = 1e-4;
+    let given = case.solver.newton.tolerance;
+    let time = case.accuracy.as_ref().and_then(|accuracy| accuracy.time);
+    match time {
+        Some(time) if given.place.line == 0 => (RATIO * time.si).clamp(given.si, 1e-6),
+        _ => given.si,
     }
 }
 

@@ -70,7 +70,8 @@ fn press<const D: usize>(
     if linear.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }
-    let mut strategy = Monolithic::new(options::newton(case, terms), linear, system.pattern_vector())?;
+    let newton = Monolithic::new(options::newton(case, terms), linear, system.pattern_vector())?;
+    let mut strategy = options::augmented(system, Box::new(newton));
     stage.holding = if system.is_held() { 0.0 } else { HOLDING };
     let mut level = Levels::new(increments.max(1));
     while let Some(factor) = level.next() {
@@ -80,7 +81,7 @@ fn press<const D: usize>(
         journal.start_attempt(factor);
         let moved = strategy.follow_prescribed(system, stage)?;
         let outcome = match moved {
-            true => strategy.solve(system, stage, |row| journal.iteration(row))?,
+            true => strategy.solve(system, stage, &mut |row| journal.iteration(row))?,
             false => {
                 Outcome::Failed(Default::default(), "the prescribed displacement can not be followed".into())
             }

@@ -13,6 +13,8 @@ pub enum Phase {
     FrictionStage,
     /// The end of a sweep over both stages: the balance of the full system at the result of stage I.
     Sweep,
+    /// An update of the multipliers of contact.
+    Augment,
 }
 
 impl Phase {
@@ -23,6 +25,7 @@ impl Phase {
             Self::NormalStage => "I",
             Self::FrictionStage => "II",
             Self::Sweep => "sweep",
+            Self::Augment => "augment",
         }
     }
 }
@@ -32,11 +35,12 @@ impl Phase {
 pub struct IterationReport {
     /// What it belongs to.
     pub phase: Phase,
-    /// Number of corrections applied so far; 0 is the first guess. Of a sweep its number, from 1 on.
+    /// Number of corrections applied so far; 0 is the first guess. Of a sweep or an update its number, from 1 on.
     pub iteration: u32,
     /// Residual over the largest force.
     pub residual: f64,
-    /// 2-norm of the correction that led here [m]; 0 for the first guess. Of a sweep the distance of the stages.
+    /// 2-norm of the correction that led here [m]; 0 for the first guess. Of a sweep the distance of the stages, of
+    /// an update the penetration or gap that is left.
     pub increment: f64,
     /// Krylov iterations of that correction.
     pub krylov: u32,

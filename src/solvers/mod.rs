@@ -4,6 +4,7 @@
 //! A solver sees a [`Stage`](crate::dynamics::Stage) and the equations as
 //! [`Dynamics`](crate::dynamics::Dynamics); it knows neither elements nor time integration.
 
+mod augmented;
 mod convergence;
 mod filtered_amg;
 mod forcing;
@@ -17,6 +18,7 @@ mod strategy;
 mod two_stage;
 mod zone;
 
+pub use augmented::Augmented;
 pub use convergence::{IterationReport, Outcome, Phase, SolveReport};
 pub use filtered_amg::{FilteredAmgSettings, Passes};
 pub use forcing::Forcing;

@@ -1,4 +1,9 @@
-//! Steps that fail are cut in two, and grow again when both halves are done.
+//! How a run walks through time: in equal steps, or in steps as long as the errors allow.
+
+use serde::{Deserialize, Serialize};
+
+use super::adaptive::{Adaptive, Judgement};
+use super::halving::Halving;
 
 /// What to do after a failed attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,139 +14,112 @@ pub enum Retry {
     GiveUp,
 }
 
-/// Walks from start to end in steps of the nominal length, each of which may split into halves, recursively.
-///
-/// Instants are computed from counters, not by accumulation, so that the last one is the end exactly.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StepControl {
-    start: f64,
-    nominal: f64,
-    steps: u64,
-    done: u64,
-    /// Depth of the current cut: the step is `nominal / 2^depth`.
-    depth: u32,
-    /// Position within the nominal step, in units of the current step.
-    position: u64,
-    max_depth: u32,
-    cuts: u64,
+/// The steps of a run. What it holds is all that it needs to go on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StepControl {
+    /// Equal steps that are cut in two where they fail.
+    Halving(Halving),
+    /// Steps that follow an estimate of their errors.
+    Adaptive(Adaptive),
 }
 
 impl StepControl {
-    /// Steps of about `step` from `start` to `end` [s], cut at most `max_depth` times.
-    ///
-    /// The nominal step is the largest that divides the interval and does not pass `step`.
+    /// Steps of about `step` from `start` to `end` \[s\], cut at most `max_depth` times; see [`Halving`].
     pub fn new(start: f64, end: f64, step: f64, max_depth: u32) -> Self {
-        let steps = ((end - start) / step * (1.0 - 1e-12)).ceil().max(1.0);
-        Self {
-            start,
-            nominal: (end - start) / steps,
-            steps: steps as u64,
-            done: 0,
-            depth: 0,
-            position: 0,
-            max_depth,
-            cuts: 0,
-        }
+        Self::Halving(Halving::new(start, end, step, max_depth))
+    }
+
+    /// Steps of at most `largest` that follow their errors and end at each of `instants` \[s\]; see [`Adaptive`].
+    pub fn adaptive([start, end]: [f64; 2], largest: f64, instants: &[f64], max_cuts: u32) -> Self {
+        Self::Adaptive(Adaptive::new([start, end], largest, instants, max_cuts))
     }
 
     /// The end is reached.
     pub fn finished(&self) -> bool {
-        self.done == self.steps
+        match self {
+            Self::Halving(steps) => steps.finished(),
+            Self::Adaptive(steps) => steps.finished(),
+        }
     }
 
     /// Length of the next step [s].
     pub fn dt(&self) -> f64 {
-        self.nominal / (1u64 << self.depth) as f64
+        match self {
+            Self::Halving(steps) => steps.dt(),
+            Self::Adaptive(steps) => steps.dt(),
+        }
     }
 
     /// Instant now [s].
     pub fn time(&self) -> f64 {
-        let within = self.position as f64 / (1u64 << self.depth) as f64;
-        self.start + self.nominal * (self.done as f64 + within)
+        match self {
+            Self::Halving(steps) => steps.time(),
+            Self::Adaptive(steps) => steps.time(),
+        }
     }
 
     /// Instant at the end of the next step [s].
     pub fn end_of_step(&self) -> f64 {
-        let within = (self.position + 1) as f64 / (1u64 << self.depth) as f64;
-        self.start + self.nominal * (self.done as f64 + within)
+        match self {
+            Self::Halving(steps) => steps.end_of_step(),
+            Self::Adaptive(steps) => steps.end_of_step(),
+        }
+    }
+
+    /// The end [s].
+    pub fn end(&self) -> f64 {
+        match self {
+            Self::Halving(steps) => steps.end(),
+            Self::Adaptive(steps) => steps.end(),
+        }
     }
 
     /// Completed part of the interval, between 0 and 1.
     pub fn fraction(&self) -> f64 {
-        (self.time() - self.start) / (self.nominal * self.steps as f64)
+        match self {
+            Self::Halving(steps) => steps.fraction(),
+            Self::Adaptive(steps) => steps.fraction(),
+        }
     }
 
-    /// Number of nominal steps.
-    pub fn nominal_steps(&self) -> u64 {
-        self.steps
-    }
-
-    /// Number of cuts so far.
+    /// Steps that could not be solved and were cut.
     pub fn cuts(&self) -> u64 {
-        self.cuts
+        match self {
+            Self::Halving(steps) => steps.cuts(),
+            Self::Adaptive(steps) => steps.cuts(),
+        }
     }
 
-    /// The step succeeded; where both halves of a cut are done the next step is longer again.
+    /// Steps that were solved and repeated, since their errors were too large.
+    pub fn rejected(&self) -> u64 {
+        match self {
+            Self::Halving(_) => 0,
+            Self::Adaptive(steps) => steps.rejected(),
+        }
+    }
+
+    /// Whether a step that was solved is taken; equal steps always are.
+    pub fn judge(&mut self, judgement: &Judgement) -> bool {
+        match self {
+            Self::Halving(_) => true,
+            Self::Adaptive(steps) => steps.judge(judgement),
+        }
+    }
+
+    /// The step is accepted.
     pub fn succeed(&mut self) {
-        self.position += 1;
-        while self.depth > 0 && self.position.is_multiple_of(2) {
-            self.depth -= 1;
-            self.position /= 2;
-        }
-        if self.depth == 0 {
-            self.done += self.position;
-            self.position = 0;
+        match self {
+            Self::Halving(steps) => steps.succeed(),
+            Self::Adaptive(steps) => steps.succeed(),
         }
     }
 
-    /// The step failed: offers half of it, down to the depth that was allowed.
+    /// The step failed: offers a shorter one.
     pub fn fail(&mut self) -> Retry {
-        if self.depth == self.max_depth {
-            return Retry::GiveUp;
+        match self {
+            Self::Halving(steps) => steps.fail(),
+            Self::Adaptive(steps) => steps.fail(),
         }
-        self.depth += 1;
-        self.position *= 2;
-        self.cuts += 1;
-        Retry::Cut
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Without failures the instants are the multiples of the step and the last is the end exactly.
-    #[test]
-    fn walks_to_the_end() {
-        let mut control = StepControl::new(0.0, 0.07, 5e-4, 5);
-        assert_eq!(control.nominal_steps(), 140);
-        while !control.finished() {
-            control.succeed();
-        }
-        assert_eq!(control.time(), 0.07);
-    }
-
-    /// A failed step is done in halves and quarters, and the step is whole again afterwards.
-    #[test]
-    fn cuts_and_grows_again() {
-        let mut control = StepControl::new(0.0, 2.0, 1.0, 5);
-        assert_eq!(control.fail(), Retry::Cut);
-        assert_eq!(control.fail(), Retry::Cut);
-        let mut instants = Vec::new();
-        while !control.finished() {
-            control.succeed();
-            instants.push(control.time());
-        }
-        assert_eq!(instants, [0.25, 0.5, 1.0, 2.0]);
-        assert_eq!(control.cuts(), 2);
-    }
-
-    /// At the allowed depth it gives up instead of cutting for ever.
-    #[test]
-    fn gives_up_at_the_depth() {
-        let mut control = StepControl::new(0.0, 1.0, 0.3, 1);
-        assert!((control.dt() - 0.25).abs() < 1e-15);
-        assert_eq!(control.fail(), Retry::Cut);
-        assert_eq!(control.fail(), Retry::GiveUp);
     }
 }

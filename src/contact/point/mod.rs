@@ -73,6 +73,9 @@ pub struct Manner<const D: usize> {
     pub branch: Branch,
     /// Tractions held fixed.
     pub frozen: Frozen<D>,
+    /// Penetration at which the normal law has the pressure of the multiplier \[m\]: the law is evaluated at
+    /// `gap - offset`, which for the penalty is `t_n = <lambda - g / eps_n>`.
+    pub offset: f64,
 }
 
 /// Derivatives of the tractions at a closed point: what the stiffness is made of.
@@ -123,11 +126,12 @@ pub fn respond<const D: usize>(
         old_normal: &motion.history.normal,
     };
     let slip_velocity = slip.slip_velocity();
-    if geometry.gap > 0.0 && !frozen.presses() {
+    let shifted = geometry.gap - manner.offset;
+    if shifted > 0.0 && !frozen.presses() {
         return Response { state: PointState { slip_velocity, ..state }, slopes: None };
     }
-    let normal = normal_response(law, geometry.gap, frozen);
-    let friction = friction_response(law, geometry.gap, normal, &slip, manner);
+    let normal = normal_response(law, shifted, frozen);
+    let friction = friction_response(law, shifted, normal, &slip, manner);
     let state = PointState {
         normal_traction: normal.traction,
         friction_traction: friction.answer.traction,
@@ -135,7 +139,7 @@ pub fn respond<const D: usize>(
         slip_velocity,
         slip_increment: slip.slip_increment(),
         status: if friction.answer.slips { Status::Slip } else { Status::Stick },
-        potential: law.normal.evaluate(geometry.gap).potential,
+        potential: potential(law, geometry.gap, manner),
         recoverable: law
             .friction
             .map_or(0.0, |f| f.regularization.recoverable_energy(&friction.answer.traction)),
@@ -157,6 +161,15 @@ pub fn respond<const D: usize>(
         by_coordinates: [along(0), along(1)],
     };
     Response { state, slopes: Some(slopes) }
+}
+
+/// Energy stored at a closed point. A multiplier does no work where it meets the gap exactly: what is stored is half the
+/// pressure times the penetration that is left, which without a multiplier is the potential of the penalty.
+fn potential<const D: usize>(law: &ContactLaw, gap: f64, manner: &Manner<D>) -> f64 {
+    if manner.offset == 0.0 {
+        return law.normal.evaluate(gap).potential;
+    }
+    0.5 * law.normal.evaluate(gap - manner.offset).traction * (-gap).max(0.0)
 }
 
 fn normal_response<const D: usize>(law: &ContactLaw, gap: f64, frozen: &Frozen<D>) -> NormalResponse {

@@ -1,0 +1,36 @@
+//! Checks of `accuracy`.
+
+use super::super::quantity::Number;
+use super::super::{Normal, Scheme};
+use super::Check;
+
+impl Check<'_> {
+    pub(super) fn accuracy(&mut self) {
+        let Some(accuracy) = &self.case.accuracy else { return };
+        if let Some(penetration) = &accuracy.penetration {
+            let (value, at) = penetration.value();
+            self.require(value > 0.0, at, format!("the penetration must be > 0, found {value}"));
+            let given = at.line > 0;
+            let power = self.case.contact.values().any(|c| matches!(c.normal, Normal::PowerLaw { .. }));
+            if given && power {
+                self.say(at, "a contact has a power law, whose penetration is that of its roughness: no multiplier can remove it");
+                self.cure("write `penetration: none`, or `normal: penalty`");
+            }
+        }
+        self.part("the slip", accuracy.slip);
+        self.part("the error in time", accuracy.time);
+        self.part("the energy", accuracy.energy);
+        let massless = matches!(self.case.time.scheme.value, Scheme::Static { .. });
+        let timed = accuracy.time.filter(|time| massless && time.place.line > 0);
+        if let Some(time) = timed {
+            self.say(time.place, "statics has no error in time: its steps follow the effort of Newton's method");
+            self.cure("leave out `time`, or write `time: none` for equal steps");
+        }
+    }
+
+    fn part(&mut self, what: &str, value: Option<Number>) {
+        let Some(value) = value else { return };
+        let fits = value.si > 0.0 && value.si < 1.0;
+        self.require(fits, value.place, format!("{what} must be > 0 and < 1, found {}", value.si));
+    }
+}

@@ -1,0 +1,97 @@
+//! Augmented Lagrange: the penetration that is asked for, by multipliers in place of an ever stiffer penalty.
+//!
+//! `t_n = <lambda - g / eps_n>` is solved with `lambda` held; the pressure found is the next `lambda` (Uzawa), until what
+//! is left of the gap at closed points is small enough. Each update reduces it by about the stiffness of the
+//! bodies over that of the penalty. The multipliers of the last step are where the next one begins.
+
+use super::convergence::{IterationReport, Outcome, Phase, SolveReport};
+use super::linear::Fallback;
+use super::strategy::Strategy;
+use crate::dynamics::{Dynamics, Stage};
+use crate::error::Result;
+
+/// A strategy whose contact is augmented.
+pub struct Augmented {
+    inner: Box<dyn Strategy>,
+}
+
+impl Augmented {
+    /// Updates of the multipliers before the step is cut.
+    const MOST: u32 = 25;
+    /// Updates that bring nothing, in a row, before the step is cut.
+    const IDLE: u32 = 4;
+    /// An update that leaves more than this of the gap brings nothing.
+    const PROGRESS: f64 = 0.95;
+
+    /// Solves by `inner` with multipliers held.
+    pub fn new(inner: Box<dyn Strategy>) -> Self {
+        Self { inner }
+    }
+}
+
+impl Strategy for Augmented {
+    fn solve(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &mut Stage,
+        watch: &mut dyn FnMut(&IterationReport),
+    ) -> Result<Outcome> {
+        system.recall_multipliers();
+        let mut report = SolveReport::default();
+        let (mut least, mut idle) = (f64::INFINITY, 0);
+        for update in 1.. {
+            let outcome = self.inner.solve(system, stage, watch)?;
+            let (Outcome::Converged(solved) | Outcome::Failed(solved, _)) = &outcome;
+            report.add_work(solved);
+            (report.residual, report.contact) = (solved.residual, solved.contact);
+            if let Outcome::Failed(_, reason) = outcome {
+                return Ok(Outcome::Failed(report, reason));
+            }
+            let Some(left) = system.shortfall().filter(|left| left.ratio > 1.0) else {
+                return Ok(Outcome::Converged(report));
+            };
+            idle = if left.ratio > Self::PROGRESS * least { idle + 1 } else { 0 };
+            least = least.min(left.ratio);
+            if update > Self::MOST || idle >= Self::IDLE {
+                let depth = left.depth;
+                return Ok(Outcome::Failed(
+                    report,
+                    format!(
+                        "contact points are {depth:.2e} m from touching, {:.2e} m is asked, after {update} updates of the \
+                         multipliers",
+                        depth / left.ratio
+                    ),
+                ));
+            }
+            system.augment();
+            watch(&IterationReport {
+                phase: Phase::Augment,
+                iteration: update,
+                increment: left.depth,
+                ..IterationReport::first(report.residual, report.contact)
+            });
+        }
+        Ok(Outcome::Failed(report, String::new()))
+    }
+
+    fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
+        system.recall_multipliers();
+        self.inner.follow_prescribed(system, stage)
+    }
+
+    fn describe(&self) -> String {
+        format!("augmented, {}", self.inner.describe())
+    }
+
+    fn wants_rigid_body_modes(&self) -> bool {
+        self.inner.wants_rigid_body_modes()
+    }
+
+    fn take_fallbacks(&mut self) -> Vec<Fallback> {
+        self.inner.take_fallbacks()
+    }
+
+    fn cure(&self) -> &'static str {
+        "try a stiffer penalty, which needs fewer updates of the multipliers, or a larger accuracy.penetration"
+    }
+}

@@ -1,0 +1,257 @@
+//! Steps as long as the errors allow, landing on given instants.
+//!
+//! What a step adds to an error is compared with its share of what may be added until the end
+//! ([`Budget`](super::Budget)); the next step follows by a proportional and integral control (Gustafsson 1991). A contact
+//! that opens or closes makes the velocity jump: such a step is an event, for which a lump of the budget may be spent, and
+//! the estimate begins anew behind it, so that the jump does not drive the step to nothing.
+
+use serde::{Deserialize, Serialize};
+
+use super::step_control::Retry;
+
+/// What a step that could be solved did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judgement {
+    /// The largest of the errors of the step over what was allowed.
+    pub ratio: f64,
+    /// Power of the step with which that ratio falls.
+    pub order: f64,
+    /// The velocity jumps in this step, or did just before.
+    pub event: bool,
+    /// Longest growth of the next step that the solver wants.
+    pub ease: f64,
+}
+
+/// Walks from start to end in steps of varying length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Adaptive {
+    start: f64,
+    now: f64,
+    /// Instants that a step shall end at, increasing; the last is the end.
+    instants: Vec<f64>,
+    largest: f64,
+    smallest: f64,
+    /// The step that is wanted, whatever instant is near.
+    wish: f64,
+    /// The shortest step after failures.
+    floor: f64,
+    last_ratio: f64,
+    /// Where the step that was judged ends.
+    landing: Option<f64>,
+    /// Steps that shall not grow.
+    hold: u32,
+    cuts: u64,
+    rejected: u64,
+}
+
+impl Adaptive {
+    /// Errors shorten a step down to this part of the largest, no further.
+    const SMALLEST: f64 = 1.0 / 1024.0;
+    /// The control aims at this part of what is allowed.
+    const AIM: f64 = 0.6;
+    /// A step is repeated where it exceeds what is allowed by this factor; less is made up for by the next ones.
+    const PATIENCE: f64 = 2.0;
+    const INTEGRAL: f64 = 0.7;
+    const PROPORTIONAL: f64 = 0.4;
+    const GROWTH: f64 = 2.0;
+    const SHRINKAGE: f64 = 0.2;
+    /// Steps are wished for in this part of an octave, so that rounding does not tell ranks apart.
+    const GRAIN: f64 = 16.0;
+
+    /// Steps of at most `largest` from `start` to `end` \[s\], ending at each of `instants` between; a step that fails
+    /// is halved `max_cuts` times beyond the smallest that errors may ask for.
+    pub fn new([start, end]: [f64; 2], largest: f64, instants: &[f64], max_cuts: u32) -> Self {
+        let close = 1e-9 * (end - start);
+        let mut instants: Vec<f64> =
+            instants.iter().copied().filter(|&t| t > start + close && t < end - close).chain([end]).collect();
+        instants.sort_by(f64::total_cmp);
+        instants.dedup_by(|b, a| *b - *a < close);
+        let largest = largest.min(end - start);
+        let smallest = largest * Self::SMALLEST;
+        Self {
+            start,
+            now: start,
+            instants,
+            largest,
+            smallest,
+            wish: largest,
+            floor: smallest * 0.5f64.powi(max_cuts.min(30) as i32),
+            last_ratio: 1.0,
+            landing: None,
+            hold: 0,
+            cuts: 0,
+            rejected: 0,
+        }
+    }
+
+    /// The end \[s\].
+    pub fn end(&self) -> f64 {
+        self.instants.last().copied().unwrap_or(self.now)
+    }
+
+    /// The end is reached.
+    pub fn finished(&self) -> bool {
+        self.now >= self.end()
+    }
+
+    /// Instant now \[s\].
+    pub fn time(&self) -> f64 {
+        self.now
+    }
+
+    /// Completed part of the interval.
+    pub fn fraction(&self) -> f64 {
+        (self.now - self.start) / (self.end() - self.start)
+    }
+
+    /// Instant at the end of the next step \[s\]: the next given instant where it is near, half way to it where one step
+    /// would leave a sliver.
+    pub fn end_of_step(&self) -> f64 {
+        let Some(&target) = self.instants.iter().find(|&&t| t > self.now) else { return self.now };
+        let left = target - self.now;
+        match self.wish {
+            wish if wish >= left * (1.0 - 1e-6) => target,
+            wish if wish > 0.5 * left => self.now + 0.5 * left,
+            wish => self.now + wish,
+        }
+    }
+
+    /// Length of the next step \[s\].
+    pub fn dt(&self) -> f64 {
+        self.end_of_step() - self.now
+    }
+
+    /// Steps that were cut since they could not be solved.
+    pub fn cuts(&self) -> u64 {
+        self.cuts
+    }
+
+    /// Steps that were solved and repeated since their errors were too large.
+    pub fn rejected(&self) -> u64 {
+        self.rejected
+    }
+
+    /// Whether the step is taken; the next one offered is as long as this one allows.
+    pub fn judge(&mut self, judgement: &Judgement) -> bool {
+        let dt = self.dt();
+        let Judgement { ratio, order, event, ease } = *judgement;
+        let ratio = ratio.max(1e-6) / Self::AIM;
+        if ratio * Self::AIM > Self::PATIENCE && dt > self.smallest * (1.0 + 1e-9) {
+            self.rejected += 1;
+            self.wish = self.grained(dt * ratio.powf(-1.0 / order).clamp(Self::SHRINKAGE, 0.7));
+            self.last_ratio = 1.0;
+            self.hold = 1;
+            return false;
+        }
+        self.landing = Some(self.end_of_step());
+        let control =
+            ratio.powf(-Self::INTEGRAL / order) * self.last_ratio.powf(Self::PROPORTIONAL / order);
+        // A step that was shortened to end at an instant says little against the longer one.
+        let longest = Self::GROWTH.max(self.wish / dt).min(ease.max(0.5));
+        let held = event || self.hold > 0;
+        let factor = control.clamp(Self::SHRINKAGE, if held { 1.0f64.min(longest) } else { longest });
+        self.hold = if event { 2 } else { self.hold.saturating_sub(1) };
+        self.last_ratio = ratio;
+        self.wish = match held && factor == 1.0 {
+            true => self.wish.min(self.largest),
+            false => self.grained(dt * factor),
+        };
+        true
+    }
+
+    /// A wish on the grid of lengths.
+    fn grained(&self, wish: f64) -> f64 {
+        let octaves = (Self::GRAIN * (wish / self.largest).log2() + 1e-6).floor() / Self::GRAIN;
+        (self.largest * octaves.exp2()).clamp(self.smallest, self.largest)
+    }
+
+    /// The step that was judged is accepted.
+    pub fn succeed(&mut self) {
+        self.now = self.landing.take().unwrap_or_else(|| self.end_of_step());
+    }
+
+    /// The step could not be solved.
+    pub fn fail(&mut self) -> Retry {
+        let dt = self.dt();
+        if 0.5 * dt < self.floor {
+            return Retry::GiveUp;
+        }
+        self.wish = 0.5 * dt;
+        self.hold = 2;
+        self.cuts += 1;
+        Retry::Cut
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judged(ratio: f64) -> Judgement {
+        Judgement { ratio, order: 2.0, event: false, ease: f64::INFINITY }
+    }
+
+    /// Every instant that is asked for is the end of a step, to the last digit, and no step is a sliver.
+    #[test]
+    fn lands_on_instants() {
+        let instants = [0.3, 0.301, 0.7];
+        let mut control = Adaptive::new([0.0, 1.0], 0.1, &instants, 5);
+        let mut ends = Vec::new();
+        while !control.finished() {
+            assert!(control.dt() > 9e-4 && control.dt() <= 0.1 + 1e-15, "{}", control.dt());
+            assert!(control.judge(&judged(0.6 * (control.dt() / 0.1).powi(2))));
+            control.succeed();
+            ends.push(control.time());
+        }
+        assert!(instants.iter().all(|instant| ends.contains(instant)), "{ends:?}");
+        assert_eq!(ends.last(), Some(&1.0));
+    }
+
+    /// An error that is the square of the step over what a time scale allows leads to steps of that scale.
+    #[test]
+    fn follows_the_error() {
+        let allowed = |t: f64| if t < 0.5 { 0.02 } else { 0.005 };
+        let mut control = Adaptive::new([0.0, 1.0], 0.05, &[], 5);
+        let mut last = [0.0; 2];
+        while !control.finished() {
+            let scale = allowed(control.time());
+            if control.judge(&judged((control.dt() / scale).powi(2))) {
+                control.succeed();
+                let settled = control.time() < 0.45 || (0.7..0.9).contains(&control.time());
+                if settled {
+                    last[usize::from(control.time() > 0.5)] = control.dt() / scale;
+                }
+            }
+        }
+        assert!(last.iter().all(|ratio| (0.6..1.0).contains(ratio)), "{last:?}");
+        assert!(control.rejected() >= 1 && control.rejected() < 4, "{}", control.rejected());
+    }
+
+    /// Behind an event the step neither grows nor falls to nothing; where no step is small enough the run goes on.
+    #[test]
+    fn events_do_not_stop_the_run() {
+        let mut control = Adaptive::new([0.0, 1.0], 0.1, &[], 5);
+        control.judge(&judged(100.0));
+        let step = control.dt();
+        assert!(control.judge(&Judgement { event: true, ..judged(1e-3) }));
+        control.succeed();
+        assert!(control.judge(&judged(1e-3)));
+        control.succeed();
+        assert_eq!(control.dt(), step);
+        let mut tries = 0;
+        while !control.judge(&judged(1e9)) {
+            tries += 1;
+        }
+        assert!(tries < 10 && control.dt() >= 0.1 / 1024.0 * 0.999);
+    }
+
+    /// Steps that can not be solved are halved until it is hopeless, and the control survives being written down.
+    #[test]
+    fn gives_up_at_the_floor() {
+        let mut control = Adaptive::new([0.0, 1.0], 0.1, &[0.25], 2);
+        let cuts = (0..).take_while(|_| control.fail() == Retry::Cut).count();
+        assert_eq!(cuts, 12);
+        let text = serde_json::to_string(&control).unwrap();
+        assert_eq!(serde_json::from_str::<Adaptive>(&text).unwrap(), control);
+    }
+}
