@@ -99,7 +99,7 @@ fn march<const D: usize>(
     journal.begin(system, stage, &ledger, &control)?;
     while !control.finished() {
         pace.prepare(system);
-        let attempt = Attempt { scheme, control: &control };
+        let attempt = Attempt { scheme, control: &control, pace: &pace };
         let outcome = attempt.solve(system, stage, strategy, journal)?;
         let outcome = attempt.finish(system, stage, outcome)?;
         journal.fallbacks(&strategy.take_fallbacks());
@@ -132,6 +132,7 @@ fn march<const D: usize>(
 struct Attempt<'a> {
     scheme: Scheme,
     control: &'a StepControl,
+    pace: &'a Pace,
 }
 
 impl Attempt<'_> {
@@ -146,7 +147,7 @@ impl Attempt<'_> {
         self.scheme.prepare(stage, self.control.dt(), self.control.end_of_step())?;
         journal.attempt(stage);
         let moved = match self.scheme.has_inertia() {
-            true => self.scheme.extrapolate(stage).map(|()| true)?,
+            true => self.scheme.extrapolate(stage).and_then(|()| self.pace.predict(stage)).map(|()| true)?,
             false => strategy.follow_prescribed(system, stage)?,
         };
         if moved {

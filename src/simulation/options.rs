@@ -175,11 +175,11 @@ pub fn newton(case: &Case, terms: Terms) -> NewtonSettings {
 /// Newton's tolerance: the user's, or where an accuracy is asked for one that leaves no trace in it.
 fn newton_tolerance(case: &Case) -> f64 {
     /// Residual over the largest force, over the error in time that is allowed.
-    const RATIO: f64 = 1e-4;
+    const RATIO: f64 = 1e-3;
     let given = case.solver.newton.tolerance;
     let time = case.accuracy.as_ref().and_then(|accuracy| accuracy.time);
     match time {
-        Some(time) if given.place.line == 0 => (RATIO * time.si).clamp(given.si, 1e-6),
+        Some(time) if given.place.line == 0 => (RATIO * time.si).clamp(given.si, 1e-5),
         _ => given.si,
     }
 }

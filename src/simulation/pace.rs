@@ -7,13 +7,13 @@ use super::options;
 use crate::assembly::{Asked, ContactSystem, Energies, EnergyLedger, SavedLedger, Stuck};
 use crate::case::{Accuracy, Case, PenetrationTolerance};
 use crate::contact::friction::Regularization;
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{Dynamics, Stage, State};
 use crate::error::Result;
 use crate::model::{LoadKind, Model};
 use crate::output::accuracy::{AccuracyRecord, Errors};
 use crate::petsc::Vector;
 use crate::solvers::SolveReport;
-use crate::time::estimate::{FIELDS, weights};
+use crate::time::estimate::{FIELDS, extrapolation, weights};
 use crate::time::{Budget, Judgement, Scheme, StepControl};
 
 /// What watches the errors of a run; without `accuracy` in the case it is nothing, and costs nothing.
@@ -59,6 +59,8 @@ struct Past {
     instants: [f64; 2],
     known: usize,
     error: Vector,
+    /// Whether a parabola through them told the last displacement better than the velocity at the start of its step.
+    curved: bool,
 }
 
 /// Augments the contacts where the case asks for a penetration. To be called before any equilibrium is sought.
@@ -118,6 +120,7 @@ impl Pace {
                 instants: [0.0; 2],
                 known: 0,
                 error: stage.start.u.like()?,
+                curved: false,
             }),
             false => None,
         };
@@ -152,6 +155,18 @@ impl Pace {
         if let Some(watch) = &self.watch {
             watch.prepare(system);
         }
+    }
+
+    /// Moves the first guess to where the last displacements point, where they are of one smooth motion.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
+        let Some(past) = self.watch.as_ref().and_then(|watch| watch.past.as_ref()) else { return Ok(()) };
+        if past.known < 2 || !past.curved {
+            return Ok(());
+        }
+        past.extrapolate(&stage.start, stage.trial.time, &mut stage.trial.u)
     }
 
     /// What the ledger has to go back to where the next step is repeated.
@@ -209,6 +224,35 @@ impl Pace {
     }
 }
 
+impl Past {
+    /// The parabola through the last two displacements and that of `start`, at the instant `at` \[s\].
+    fn extrapolate(&self, start: &State, at: f64, out: &mut Vector) -> Result<()> {
+        let [far, near, last] = extrapolation([self.instants[1], self.instants[0], start.time], at);
+        out.copy_from(&start.u)?;
+        out.scale(last)?;
+        out.axpy(near, &self.u[0])?;
+        out.axpy(far, &self.u[1])
+    }
+
+    /// Takes the displacement at the start of a step that is accepted, and notes which guess would have been better.
+    fn push(&mut self, stage: &Stage, restart: bool) -> Result<()> {
+        if self.known == 2 {
+            self.error.waxpy(-1.0, &stage.start.u, &stage.trial.u)?;
+            self.error.axpy(-stage.dt, &stage.start.v)?;
+            let straight = self.error.norm()?;
+            let mut error = self.error.like()?;
+            self.extrapolate(&stage.start, stage.trial.time, &mut error)?;
+            error.axpy(-1.0, &stage.trial.u)?;
+            self.curved = error.norm()? < straight;
+        }
+        self.u.swap(0, 1);
+        self.u[0].copy_from(&stage.start.u)?;
+        self.instants = [stage.start.time, self.instants[0]];
+        self.known = if restart { 0 } else { (self.known + 1).min(2) };
+        Ok(())
+    }
+}
+
 impl Watch {
     /// Newton iterations up to which a step may grow, and from which it shrinks.
     const EFFORT: [u32; 2] = [7, 14];
@@ -218,7 +262,7 @@ impl Watch {
     fn observe_size<const D: usize>(
         &mut self,
         system: &mut ContactSystem<D>,
-        state: &crate::dynamics::State,
+        state: &State,
     ) -> Result<()> {
         let moved = system.mean_size(&state.u, self.weight)?;
         let about_to = self.step * system.mean_size(&state.v, self.weight)?;
@@ -310,10 +354,7 @@ impl Watch {
 
     fn advance<const D: usize>(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Result<()> {
         if let Some(past) = &mut self.past {
-            past.u.swap(0, 1);
-            past.u[0].copy_from(&stage.start.u)?;
-            past.instants = [stage.start.time, past.instants[0]];
-            past.known = if self.memory.unsettled == 2 { 0 } else { (past.known + 1).min(2) };
+            past.push(stage, self.memory.unsettled == 2)?;
         }
         let Stuck { creep, give } = system.stuck();
         let depth = system.shortfall().map_or(0.0, |left| left.depth);

@@ -49,6 +49,14 @@ pub fn weights([damping, turn]: [f64; 2], instants: &Instants, known: usize) -> 
     })
 }
 
+/// Weights of three displacements, one an instant, in the parabola through them at `at` \[s\].
+pub fn extrapolation(instants: [f64; 3], at: f64) -> [f64; 3] {
+    std::array::from_fn(|k| {
+        let others = (0..3).filter(|other| *other != k);
+        others.map(|other| (at - instants[other]) / (instants[k] - instants[other])).product()
+    })
+}
+
 /// Divided differences of second and third order up to the end of the step; rates at its start take the place of
 /// displacements before it that are not known.
 fn differences(t: &Instants, fields: &[f64; FIELDS], known: usize) -> [f64; 2] {
@@ -133,6 +141,15 @@ mod tests {
             assert!(((coarse / sum).log2() - scheme.order()).abs() < 0.1, "{scheme:?}: {coarse:e}, {sum:e}");
         }
         assert_eq!(Scheme::Static.local_error(), None);
+    }
+
+    /// A parabola is continued exactly.
+    #[test]
+    fn extrapolates_parabolas() {
+        let u = |t: f64| 3.0 * t * t - t + 2.0;
+        let weights = extrapolation([0.1, 0.3, 0.35], 0.5);
+        let value: f64 = weights.iter().zip([0.1, 0.3, 0.35]).map(|(w, t)| w * u(t)).sum();
+        assert!((value - u(0.5)).abs() < 1e-13);
     }
 
     /// Where only rates at the start are known the differences are those of a smooth motion all the same.
