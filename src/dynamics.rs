@@ -326,15 +326,15 @@ pub trait Dynamics {
     /// The contact points that changed last, as a phrase for a message; empty where there are none. Collective.
     fn restless_points(&mut self) -> String;
 
-    /// Takes the multipliers of contact as the last accepted step left them.
+    /// Takes the multipliers that are sought as the last accepted step left them.
     fn recall_multipliers(&mut self);
 
     /// How far contact points of the last residual are from touching exactly; `None` where no tolerance was asked for.
     /// Collective.
     fn shortfall(&self) -> Option<Shortfall>;
 
-    /// Takes the pressures of the last residual as multipliers of contact.
-    fn augment(&mut self);
+    /// Brings contact that is not in motion closer to what was asked, by multipliers or by a stiffer penalty. Collective.
+    fn improve(&mut self);
 
     /// Length of the largest body [m]: what rounding is measured against.
     fn extent(&self) -> f64;

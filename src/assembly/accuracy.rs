@@ -6,8 +6,9 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact::Contact;
 use super::system::ContactSystem;
 use crate::contact::friction::Regularization;
-use crate::contact::normal::NormalLaw;
+use crate::contact::normal::{NormalLaw, Penalty};
 use crate::contact::point::Status;
+use crate::contact::state::Augmentation;
 use crate::dynamics::Shortfall;
 use crate::error::Result;
 use crate::petsc::Vector;
@@ -42,9 +43,40 @@ impl<const D: usize> Contact<D> {
         let law = self.law().normal;
         self.state.take_multipliers(|pressure| law.penetration(pressure));
     }
+
+    /// Those that the next step begins with.
+    pub fn remember_multipliers(&mut self) {
+        if let NormalLaw::Penalty(law) = self.law().normal {
+            self.state.remember_multipliers(1.0 / law.normal_compliance());
+        }
+    }
+
+    /// Makes the penalty stiffer by `factor`, up to a most; returns the factor that it took.
+    pub fn stiffen(&mut self, factor: f64) -> f64 {
+        /// Beyond it rounding takes over.
+        const MOST: f64 = 65536.0;
+        let factor = factor.min(MOST / self.stiffening);
+        let NormalLaw::Penalty(law) = self.law().normal else { return 1.0 };
+        let Ok(stiffer) = Penalty::new(law.normal_compliance() / factor) else { return 1.0 };
+        self.law_mut().normal = NormalLaw::Penalty(stiffer);
+        self.stiffening *= factor;
+        factor
+    }
 }
 
-/// How far the closed points are from touching exactly, over all ranks. Collective.
+/// How far the closed points of each contact are from touching exactly, over all ranks \[m\]. Collective.
+fn depths<const D: usize>(world: &impl CommunicatorCollectives, contacts: &[Contact<D>]) -> Vec<f64> {
+    let depth = |contact: &Contact<D>| {
+        let closed = contact.state.current.iter().filter(|point| point.is_closed());
+        closed.map(|point| point.gap.abs()).fold(0.0, f64::max)
+    };
+    let own: Vec<f64> = contacts.iter().map(depth).collect();
+    let mut all = vec![0.0; own.len()];
+    world.all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+    all
+}
+
+/// The contact that is farthest from what was asked of it; `None` where nothing was asked. Collective.
 pub fn shortfall<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[Contact<D>],
@@ -52,30 +84,84 @@ pub fn shortfall<const D: usize>(
     if contacts.iter().all(|contact| contact.tolerance.is_none()) {
         return None;
     }
-    let mut own = [0.0f64; 2];
-    for contact in contacts {
+    let depths = depths(world, contacts);
+    let asked = contacts.iter().zip(&depths).filter_map(|(contact, depth)| Some((contact.tolerance?, *depth)));
+    let shortfall = |(tolerance, depth)| Shortfall { ratio: depth / tolerance, depth };
+    asked.map(shortfall).max_by(|a, b| a.ratio.total_cmp(&b.ratio))
+}
+
+/// Brings contacts that are not in motion closer to what was asked: by multipliers where they are sought, by a stiffer
+/// penalty elsewhere. Collective.
+pub fn improve<const D: usize>(world: &impl CommunicatorCollectives, contacts: &mut [Contact<D>]) {
+    let depths = depths(world, contacts);
+    for (contact, depth) in contacts.iter_mut().zip(depths) {
         let Some(tolerance) = contact.tolerance else { continue };
-        let closed = contact.state.current.iter().filter(|point| point.is_closed());
-        let depth = closed.map(|point| point.gap.abs()).fold(0.0, f64::max);
-        own = [own[0].max(depth / tolerance), own[1].max(depth)];
+        if contact.state.seeks_multipliers() {
+            contact.take_multipliers();
+        } else if depth > 0.25 * tolerance {
+            contact.stiffen((4.0 * depth / tolerance).log2().ceil().exp2());
+        }
     }
-    let mut all = [0.0; 2];
-    world.all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
-    Some(Shortfall { ratio: all[0], depth: all[1] })
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Augments every penalty law by multipliers that leave no more penetration than is asked; a power law is left
-    /// alone, since its penetration is that of the surface.
-    pub fn augment_contacts(&mut self, asked: Asked) {
+    /// Asks every penalty law to leave no more penetration: by multipliers where there is no inertia; in dynamics, where a
+    /// multiplier that changes pushes nodes by the whole tolerance within one step and feeds energy into the contact, by
+    /// a stiffer penalty, see [`keep_penetration`](Self::keep_penetration). A power law is left alone: its
+    /// penetration is that of the surface.
+    pub fn limit_penetration(&mut self, asked: Asked) {
+        let multipliers = !self.is_dynamic();
         for contact in &mut self.contacts {
             if let NormalLaw::Penalty(_) = contact.law().normal {
                 contact.tolerance = Some(match asked {
                     Asked::Length(length) => length,
                     Asked::Relative(part) => part * contact.facet_size,
                 });
-                contact.state.augment();
+                contact.state.augment(if multipliers { Augmentation::Sought } else { Augmentation::Carried });
             }
+        }
+    }
+
+    /// Between steps of a motion: makes a contact stiffer that would pass its tolerance if its pressure grew by half, and
+    /// leaves the tractions of now as they are. Collective.
+    pub fn keep_penetration(&mut self) {
+        /// Elastic part of the penetration over what is left of the tolerance, beyond which the contact becomes stiffer.
+        const GROWTH: f64 = 2.0;
+        /// As much of the tolerance is taken to be left at least.
+        const LEAST: f64 = 0.05;
+        /// By this factor.
+        const FACTOR: f64 = 4.0;
+        if !self.is_dynamic() || self.contacts.iter().all(|contact| contact.tolerance.is_none()) {
+            return;
+        }
+        let depths = depths(self.session.world(), &self.contacts);
+        let elastic = |contact: &Contact<D>| {
+            let pressures = contact.state.current.iter().map(|point| point.normal_traction);
+            contact.law().normal.penetration(pressures.fold(0.0, f64::max))
+        };
+        let own: Vec<f64> = self.contacts.iter().map(elastic).collect();
+        let mut all = vec![0.0; own.len()];
+        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+        for ((contact, depth), elastic) in self.contacts.iter_mut().zip(depths).zip(all) {
+            let Some(tolerance) = contact.tolerance else { continue };
+            let left = (tolerance - depth).max(LEAST * tolerance);
+            if elastic > GROWTH * left {
+                let factor = contact.stiffen(FACTOR);
+                contact.state.stiffen(factor);
+            }
+        }
+    }
+
+    /// How much stiffer than their laws say the contacts are.
+    pub fn stiffenings(&self) -> Vec<f64> {
+        self.contacts.iter().map(|contact| contact.stiffening).collect()
+    }
+
+    /// Makes the contacts as much stiffer than their laws say.
+    pub fn recall_stiffenings(&mut self, stiffenings: &[f64]) {
+        let contacts = self.contacts.iter_mut().zip(stiffenings);
+        for (contact, factor) in contacts {
+            contact.stiffen(factor / contact.stiffening);
         }
     }
 

@@ -27,8 +27,10 @@ pub struct Contact<const D: usize> {
     pub state: ContactState<D>,
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
-    /// Penetration that multipliers shall not leave over \[m\]; none where the law is not augmented.
+    /// Penetration that is asked for \[m\]; none where any will do.
     pub tolerance: Option<f64>,
+    /// How much stiffer than its law says the contact is, to keep that penetration.
+    pub stiffening: f64,
 }
 
 /// A contactor with its target.
@@ -133,6 +135,7 @@ impl<const D: usize> Contact<D> {
             state: ContactState::new(0),
             facet_size: measures.facet_size,
             tolerance: None,
+            stiffening: 1.0,
         };
         contact.state = ContactState::new(contact.surface().point_count());
         Ok(contact)

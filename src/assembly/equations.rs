@@ -151,15 +151,15 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn recall_multipliers(&mut self) {
-        self.contacts.iter_mut().for_each(Contact::recall_multipliers);
+        self.contacts.iter_mut().filter(|contact| contact.state.seeks_multipliers()).for_each(Contact::recall_multipliers);
     }
 
     fn shortfall(&self) -> Option<Shortfall> {
         accuracy::shortfall(self.session.world(), &self.contacts)
     }
 
-    fn augment(&mut self) {
-        self.contacts.iter_mut().for_each(Contact::take_multipliers);
+    fn improve(&mut self) {
+        accuracy::improve(self.session.world(), &mut self.contacts);
     }
 
     fn extent(&self) -> f64 {

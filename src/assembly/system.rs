@@ -278,8 +278,8 @@ impl<const D: usize> ContactSystem<D> {
             for (history, point) in state.history.iter_mut().zip(&state.current) {
                 *history = crate::contact::history::History::start(point);
             }
-            state.remember_multipliers();
             state.begin();
+            contact.remember_multipliers();
         }
         stage.start_forces.copy_from(&self.forces)
     }
@@ -317,6 +317,7 @@ impl<const D: usize> ContactSystem<D> {
         let dt = stage.dt;
         for contact in &mut self.contacts {
             contact.state.accept(dt);
+            contact.remember_multipliers();
             contact.settle();
             contact.begin_step();
         }

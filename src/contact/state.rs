@@ -127,6 +127,16 @@ struct Held<const D: usize> {
     friction_traction: Vector<D>,
 }
 
+/// Where the multipliers of an augmented normal law come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Augmentation {
+    /// Uzawa's method seeks those that leave no gap: they push, and are not negative.
+    Sought,
+    /// A penalty that became stiffer in mid-run keeps the tractions of closed points by multipliers that pull, and are not
+    /// positive: the contact is stiffer from there on, and nothing jumps.
+    Carried,
+}
+
 /// State of all points of one contact on this rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactState<const D: usize> {
@@ -139,6 +149,7 @@ pub struct ContactState<const D: usize> {
     /// Penetrations at which the normal law alone has the pressures of the multipliers \[m\]; empty where the law is not
     /// augmented.
     offsets: Vec<f64>,
+    way: Augmentation,
 }
 
 impl<const D: usize> ContactState<D> {
@@ -151,6 +162,7 @@ impl<const D: usize> ContactState<D> {
             track: vec![Track::default(); points],
             held: vec![held; points],
             offsets: Vec::new(),
+            way: Augmentation::Sought,
         }
     }
 
@@ -225,18 +237,18 @@ impl<const D: usize> ContactState<D> {
         for (history, point) in self.history.iter_mut().zip(&self.current) {
             *history = history.advance(point, dt);
         }
-        self.remember_multipliers();
         self.begin();
     }
 
-    /// The normal law is augmented from now on.
-    pub fn augment(&mut self) {
+    /// The normal law is augmented from now on, in this way.
+    pub fn augment(&mut self, way: Augmentation) {
         self.offsets = vec![0.0; self.current.len()];
+        self.way = way;
     }
 
-    /// Whether the normal law is augmented.
-    pub fn is_augmented(&self) -> bool {
-        !self.offsets.is_empty()
+    /// Whether multipliers are sought by Uzawa's method.
+    pub fn seeks_multipliers(&self) -> bool {
+        !self.offsets.is_empty() && self.way == Augmentation::Sought
     }
 
     /// Takes the multipliers of the last accepted step; `penetration` is the inverse of the normal law.
@@ -253,11 +265,25 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
-    /// Keeps the current pressures as the multipliers that the next step begins with.
-    pub fn remember_multipliers(&mut self) {
-        if self.is_augmented() {
-            let points = self.history.iter_mut().zip(&self.current);
-            points.for_each(|(history, point)| history.multiplier = point.normal_traction);
+    /// The penalty becomes stiffer by `factor`: closed points keep their tractions where they are.
+    pub fn stiffen(&mut self, factor: f64) {
+        for (offset, point) in self.offsets.iter_mut().zip(&self.current).filter(|(_, point)| point.is_closed()) {
+            *offset = point.gap + (*offset - point.gap) / factor;
+        }
+    }
+
+    /// Keeps the multipliers that the next step begins with: sought ones are the current pressures, carried ones end
+    /// where a point has truly opened. `stiffness` of the penalty \[Pa/m\].
+    pub fn remember_multipliers(&mut self, stiffness: f64) {
+        let points = self.offsets.iter_mut().zip(&self.current).zip(&mut self.history);
+        for ((offset, point), history) in points {
+            history.multiplier = match self.way {
+                Augmentation::Sought => point.normal_traction,
+                Augmentation::Carried => {
+                    *offset = if point.gap > 0.0 { 0.0 } else { *offset };
+                    *offset * stiffness
+                }
+            };
         }
     }
 

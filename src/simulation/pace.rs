@@ -35,6 +35,8 @@ pub struct Memory {
     closed: u64,
     /// Steps that the last jump of the velocity still shows in.
     unsettled: u32,
+    /// How much stiffer than their laws say the contacts are.
+    stiffenings: Vec<f64>,
 }
 
 struct Watch {
@@ -63,10 +65,10 @@ struct Past {
     curved: bool,
 }
 
-/// Augments the contacts where the case asks for a penetration. To be called before any equilibrium is sought.
-pub fn augment<const D: usize>(system: &mut ContactSystem<D>, case: &Case) {
+/// Limits the penetration where the case asks for it. To be called before any equilibrium is sought.
+pub fn limit_penetration<const D: usize>(system: &mut ContactSystem<D>, case: &Case) {
     let Some(asked) = case.accuracy.as_ref().and_then(|accuracy| accuracy.penetration) else { return };
-    system.augment_contacts(match asked {
+    system.limit_penetration(match asked {
         PenetrationTolerance::Length(length) => Asked::Length(length.si),
         PenetrationTolerance::Relative(part) => Asked::Relative(part.si),
     });
@@ -142,6 +144,7 @@ impl Pace {
                 contact: [0.0; 3],
                 closed,
                 unsettled: 2,
+                stiffenings: system.stiffenings(),
             },
             past,
             judged: [0.0; 2],
@@ -200,7 +203,7 @@ impl Pace {
     /// When PETSc refuses.
     pub fn advance<const D: usize>(
         &mut self,
-        system: &ContactSystem<D>,
+        system: &mut ContactSystem<D>,
         stage: &Stage,
         control: &StepControl,
         journal: &mut Journal<D>,
@@ -217,8 +220,9 @@ impl Pace {
     }
 
     /// Goes on with what was kept.
-    pub fn recall(&mut self, memory: Memory) {
+    pub fn recall<const D: usize>(&mut self, system: &mut ContactSystem<D>, memory: Memory) {
         if let Some(watch) = &mut self.watch {
+            system.recall_stiffenings(&memory.stiffenings);
             watch.memory = Memory { unsettled: 2, ..memory };
         }
     }
@@ -256,6 +260,8 @@ impl Past {
 impl Watch {
     /// Newton iterations up to which a step may grow, and from which it shrinks.
     const EFFORT: [u32; 2] = [7, 14];
+    /// A penetration beyond what is asked by any part has the step repeated.
+    const REPEAT: f64 = 2.01;
     /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
     const SAFETY: f64 = 1.5;
 
@@ -307,6 +313,9 @@ impl Watch {
             let gained = now.numerical.abs() - before.numerical.abs();
             ratio = ratio.max(gained / allowed);
         }
+        if let Some(left) = system.shortfall().filter(|left| left.ratio > 1.0 && self.scheme.has_inertia()) {
+            ratio = ratio.max(Self::REPEAT * left.ratio);
+        }
         let event = jumps && ratio > 0.1;
         let ease = match report.newton {
             newton if newton <= Self::EFFORT[0] => f64::INFINITY,
@@ -352,12 +361,14 @@ impl Watch {
         Ok(Self::SAFETY * system.mean_size(&past.error, self.weight)?)
     }
 
-    fn advance<const D: usize>(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Result<()> {
+    fn advance<const D: usize>(&mut self, system: &mut ContactSystem<D>, stage: &Stage) -> Result<()> {
         if let Some(past) = &mut self.past {
             past.push(stage, self.memory.unsettled == 2)?;
         }
         let Stuck { creep, give } = system.stuck();
         let depth = system.shortfall().map_or(0.0, |left| left.depth);
+        system.keep_penetration();
+        self.memory.stiffenings = system.stiffenings();
         for (most, now) in self.memory.contact.iter_mut().zip([depth, creep, give]) {
             *most = most.max(now);
         }

@@ -47,7 +47,9 @@ impl Strategy for Augmented {
             if let Outcome::Failed(_, reason) = outcome {
                 return Ok(Outcome::Failed(report, reason));
             }
-            let Some(left) = system.shortfall().filter(|left| left.ratio > 1.0) else {
+            // In motion the penalty grows between steps instead: inertia leaves it no chance within one.
+            let left = if stage.inertia { None } else { system.shortfall() };
+            let Some(left) = left.filter(|left| left.ratio > 1.0) else {
                 return Ok(Outcome::Converged(report));
             };
             idle = if left.ratio > Self::PROGRESS * least { idle + 1 } else { 0 };
@@ -63,7 +65,7 @@ impl Strategy for Augmented {
                     ),
                 ));
             }
-            system.augment();
+            system.improve();
             watch(&IterationReport {
                 phase: Phase::Augment,
                 iteration: update,

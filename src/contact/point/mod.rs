@@ -163,13 +163,11 @@ pub fn respond<const D: usize>(
     Response { state, slopes: Some(slopes) }
 }
 
-/// Energy stored at a closed point. A multiplier does no work where it meets the gap exactly: what is stored is half the
-/// pressure times the penetration that is left, which without a multiplier is the potential of the penalty.
+/// Energy stored at a closed point. A multiplier that pushes does no work where it meets the gap exactly: what is stored is
+/// half the pressure times the penetration that is left, which without a multiplier is the potential of the penalty.
 fn potential<const D: usize>(law: &ContactLaw, gap: f64, manner: &Manner<D>) -> f64 {
-    if manner.offset == 0.0 {
-        return law.normal.evaluate(gap).potential;
-    }
-    0.5 * law.normal.evaluate(gap - manner.offset).traction * (-gap).max(0.0)
+    let shifted = law.normal.evaluate(gap - manner.offset);
+    if manner.offset > 0.0 { 0.5 * shifted.traction * (-gap).max(0.0) } else { shifted.potential }
 }
 
 fn normal_response<const D: usize>(law: &ContactLaw, gap: f64, frozen: &Frozen<D>) -> NormalResponse {
