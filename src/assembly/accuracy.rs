@@ -85,7 +85,8 @@ pub fn shortfall<const D: usize>(
         return None;
     }
     let depths = depths(world, contacts);
-    let asked = contacts.iter().zip(&depths).filter_map(|(contact, depth)| Some((contact.tolerance?, *depth)));
+    let asked =
+        contacts.iter().zip(&depths).filter_map(|(contact, depth)| Some((contact.tolerance?, *depth)));
     let shortfall = |(tolerance, depth)| Shortfall { ratio: depth / tolerance, depth };
     asked.map(shortfall).max_by(|a, b| a.ratio.total_cmp(&b.ratio))
 }
@@ -122,17 +123,20 @@ impl<const D: usize> ContactSystem<D> {
         }
     }
 
-    /// Between steps of a motion: makes a contact stiffer that would pass its tolerance if its pressure grew by half, and
-    /// leaves the tractions of now as they are. Collective.
-    pub fn keep_penetration(&mut self) {
+    /// Makes a contact in motion stiffer that passed its tolerance in the present step, or would if its pressure grew by
+    /// half, and leaves the tractions at the start of the step as they are, at its end where it is accepted. Collective.
+    pub fn keep_penetration(&mut self, accepted: bool) {
         /// Elastic part of the penetration over what is left of the tolerance, beyond which the contact becomes stiffer.
         const GROWTH: f64 = 2.0;
         /// As much of the tolerance is taken to be left at least.
-        const LEAST: f64 = 0.05;
+        const LEAST: f64 = 0.25;
         /// By this factor.
         const FACTOR: f64 = 4.0;
         if !self.is_dynamic() || self.contacts.iter().all(|contact| contact.tolerance.is_none()) {
             return;
+        }
+        if accepted {
+            self.contacts.iter_mut().for_each(|contact| contact.state.note_gaps());
         }
         let depths = depths(self.session.world(), &self.contacts);
         let elastic = |contact: &Contact<D>| {
@@ -178,11 +182,11 @@ impl<const D: usize> ContactSystem<D> {
         for (contact, given) in self.contacts.iter_mut().zip(given) {
             let Some(given) = *given else { continue };
             let wanted = match given {
-                Regularization::StickVelocity { velocity } | Regularization::SmoothStickVelocity { velocity } => {
-                    velocity / speed
-                }
+                Regularization::StickVelocity { velocity }
+                | Regularization::SmoothStickVelocity { velocity } => velocity / speed,
                 Regularization::StickStiffness { stiffness } => {
-                    let traction = |point: &crate::contact::point::PointState<D>| point.friction_traction.norm();
+                    let traction =
+                        |point: &crate::contact::point::PointState<D>| point.friction_traction.norm();
                     let own = contact.state.current.iter().map(traction).fold(0.0, f64::max);
                     let mut most = 0.0;
                     self.session.world().all_reduce_into(&own, &mut most, SystemOperation::max());

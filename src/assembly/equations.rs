@@ -151,7 +151,10 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn recall_multipliers(&mut self) {
-        self.contacts.iter_mut().filter(|contact| contact.state.seeks_multipliers()).for_each(Contact::recall_multipliers);
+        self.contacts
+            .iter_mut()
+            .filter(|contact| contact.state.seeks_multipliers())
+            .for_each(Contact::recall_multipliers);
     }
 
     fn shortfall(&self) -> Option<Shortfall> {

@@ -48,9 +48,21 @@ pub struct Level {
 
 /// All levels; what a case leaves out of a mapping is that of the second, `balanced`.
 pub const LEVELS: [Level; 3] = [
-    Level { name: "fast", values: [1e-2, 1e-2, 1e-2, 5e-2], about: "1 % of displacements and facets, 5 % of energy" },
-    Level { name: "balanced", values: [1e-3, 1e-3, 1e-3, 2e-2], about: "0.1 % of displacements and facets, 2 % of energy" },
-    Level { name: "tight", values: [1e-4, 1e-4, 1e-4, 5e-3], about: "0.01 % of displacements and facets, 0.5 % of energy" },
+    Level {
+        name: "fast",
+        values: [1e-2, 1e-2, 1e-2, 5e-2],
+        about: "1 % of displacements and facets, 5 % of energy",
+    },
+    Level {
+        name: "balanced",
+        values: [1e-3, 1e-3, 1e-3, 2e-2],
+        about: "0.1 % of displacements and facets, 2 % of energy",
+    },
+    Level {
+        name: "tight",
+        values: [1e-4, 1e-4, 1e-4, 5e-3],
+        about: "0.01 % of displacements and facets, 0.5 % of energy",
+    },
 ];
 
 const KEYS: [&str; 4] = ["penetration", "slip", "time", "energy"];
@@ -214,7 +226,11 @@ impl Serialize for Penetration {
 
 impl Serialize for Accuracy {
     fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
-        fn entry<M: SerializeMap, T: Serialize>(map: &mut M, key: &str, part: &Option<T>) -> Result<(), M::Error> {
+        fn entry<M: SerializeMap, T: Serialize>(
+            map: &mut M,
+            key: &str,
+            part: &Option<T>,
+        ) -> Result<(), M::Error> {
             match part {
                 Some(value) => map.serialize_entry(key, value),
                 None => map.serialize_entry(key, "none"),

@@ -141,8 +141,10 @@ impl Node {
                 [a, b].iter().for_each(|side| side.collect_kinks(kinks));
             }
             Self::Call(function, arguments) => {
-                if let (Function::Min | Function::Max, [Self::Variable(3), other] | [other, Self::Variable(3)]) =
-                    (function, arguments.as_slice())
+                if let (
+                    Function::Min | Function::Max,
+                    [Self::Variable(3), other] | [other, Self::Variable(3)],
+                ) = (function, arguments.as_slice())
                     && other.is_a_number()
                 {
                     kinks.push(other.evaluate(&[0.0; 4]));

@@ -149,6 +149,8 @@ pub struct ContactState<const D: usize> {
     /// Penetrations at which the normal law alone has the pressures of the multipliers \[m\]; empty where the law is not
     /// augmented.
     offsets: Vec<f64>,
+    /// Gaps at the end of the last accepted step \[m\]; empty likewise.
+    gaps: Vec<f64>,
     way: Augmentation,
 }
 
@@ -162,6 +164,7 @@ impl<const D: usize> ContactState<D> {
             track: vec![Track::default(); points],
             held: vec![held; points],
             offsets: Vec::new(),
+            gaps: Vec::new(),
             way: Augmentation::Sought,
         }
     }
@@ -243,6 +246,7 @@ impl<const D: usize> ContactState<D> {
     /// The normal law is augmented from now on, in this way.
     pub fn augment(&mut self, way: Augmentation) {
         self.offsets = vec![0.0; self.current.len()];
+        self.gaps = vec![f64::INFINITY; self.current.len()];
         self.way = way;
     }
 
@@ -265,16 +269,24 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
-    /// The penalty becomes stiffer by `factor`: closed points keep their tractions where they are.
+    /// Takes note of the gaps of a step that is accepted.
+    pub fn note_gaps(&mut self) {
+        self.gaps.iter_mut().zip(&self.current).for_each(|(gap, point)| *gap = point.gap);
+    }
+
+    /// The penalty becomes stiffer by `factor`: points that were closed at the end of the last accepted step keep the
+    /// tractions that they had there.
     pub fn stiffen(&mut self, factor: f64) {
-        for (offset, point) in self.offsets.iter_mut().zip(&self.current).filter(|(_, point)| point.is_closed()) {
-            *offset = point.gap + (*offset - point.gap) / factor;
+        for (offset, gap) in self.offsets.iter_mut().zip(&self.gaps).filter(|(offset, gap)| **gap < **offset)
+        {
+            *offset = gap + (*offset - gap) / factor;
         }
     }
 
     /// Keeps the multipliers that the next step begins with: sought ones are the current pressures, carried ones end
     /// where a point has truly opened. `stiffness` of the penalty \[Pa/m\].
     pub fn remember_multipliers(&mut self, stiffness: f64) {
+        self.note_gaps();
         let points = self.offsets.iter_mut().zip(&self.current).zip(&mut self.history);
         for ((offset, point), history) in points {
             history.multiplier = match self.way {
@@ -401,5 +413,40 @@ mod tests {
         let held = |hold| state.manner(0, hold, Branches::Actual).frozen;
         assert_eq!(held(Hold::Bound).bound, Some(2.0));
         assert_eq!(held(Hold::FrictionTraction).friction_traction, Some(accepted.friction_traction));
+    }
+
+    /// Sought multipliers are the pressures, and the next step begins with them.
+    #[test]
+    fn sought_multipliers_are_warm() {
+        let mut state = ContactState::<2>::new(1);
+        state.augment(Augmentation::Sought);
+        state.current[0] = PointState { normal_traction: 3.0, gap: -0.3, ..slipping(1.0) };
+        state.take_multipliers(|pressure| 0.1 * pressure);
+        assert!((state.manner(0, Hold::Nothing, Branches::Actual).offset - 0.3).abs() < 1e-15);
+        state.remember_multipliers(10.0);
+        state.current[0] = open();
+        state.take_multipliers(|pressure| 0.1 * pressure);
+        assert_eq!(state.manner(0, Hold::Nothing, Branches::Actual).offset, 0.0);
+        state.recall_multipliers(|pressure| 0.1 * pressure);
+        assert!((state.manner(0, Hold::Nothing, Branches::Actual).offset - 0.3).abs() < 1e-15);
+    }
+
+    /// A penalty that becomes stiffer in mid-run keeps the traction of a closed point; once open the point forgets.
+    #[test]
+    fn stiffening_leaves_tractions() {
+        let mut state = ContactState::<2>::new(2);
+        state.augment(Augmentation::Carried);
+        state.current[0] = PointState { gap: -0.4, ..slipping(1.0) };
+        state.remember_multipliers(10.0);
+        state.stiffen(4.0);
+        let offset = |state: &ContactState<2>, p| state.manner(p, Hold::Nothing, Branches::Actual).offset;
+        let traction = |stiffness: f64, offset: f64| stiffness * (offset + 0.4);
+        assert!((traction(40.0, offset(&state, 0)) - traction(10.0, 0.0)).abs() < 1e-12);
+        assert_eq!(offset(&state, 1), 0.0);
+        state.remember_multipliers(40.0);
+        assert!((state.history[0].multiplier - 40.0 * offset(&state, 0)).abs() < 1e-12);
+        state.current[0] = PointState { gap: 0.1, ..open() };
+        state.remember_multipliers(40.0);
+        assert_eq!((offset(&state, 0), state.history[0].multiplier), (0.0, 0.0));
     }
 }

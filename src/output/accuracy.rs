@@ -59,8 +59,10 @@ impl AccuracyRecord {
 
 impl fmt::Display for AccuracyRecord {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let parts: Vec<String> =
-            self.parts().map(|(name, achieved, asked)| format!("{name} {achieved:.1e} of {asked:.1e}")).collect();
+        let parts: Vec<String> = self
+            .parts()
+            .map(|(name, achieved, asked)| format!("{name} {achieved:.1e} of {asked:.1e}"))
+            .collect();
         write!(f, "{}; {} steps repeated", parts.join(", "), self.repeated_steps)
     }
 }

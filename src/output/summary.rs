@@ -108,6 +108,7 @@ pub(super) fn summary(record: &Record) -> String {
         ));
     }
     record.penetrations.iter().for_each(|contact| text.push_str(&format!("  contact   {contact}\n")));
+    record.accuracy.iter().for_each(|accuracy| text.push_str(&format!("  accuracy  {accuracy}\n")));
     if totals.linear_fallbacks > 0 {
         let fallbacks = totals.linear_fallbacks;
         text.push_str(&format!("  fallbacks {fallbacks} of the linear solver to a stronger one\n"));
@@ -219,6 +220,7 @@ mod tests {
                 ("element_kernels".into(), Phase { seconds: 6.5, count: 12345 }),
             ],
             peak_memory: vec![1 << 27, 1 << 26],
+            accuracy: None,
             penetrations: vec![
                 Penetration { contact: "sole".into(), deepest: 4e-5, asked: Some(5e-5) },
                 Penetration { contact: "heel".into(), deepest: 0.0, asked: None },

@@ -21,11 +21,10 @@ use crate::petsc::Session;
 use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
-use pace::Pace;
-
 pub use check::check;
 pub use journal::{Journal, Place};
 pub use options::scheme;
+pub use pace::{Memory, Pace};
 pub use parts::parts;
 
 /// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.

@@ -7,8 +7,8 @@ use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
 use crate::solvers::{
-    Augmented, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Passes, Preset, Problem,
-    Second, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
+    Augmented, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Passes, Preset,
+    Problem, Second, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
 };
 use crate::terms::Terms;
 use crate::time::Scheme;
@@ -98,10 +98,13 @@ pub fn strategy<const D: usize>(
     let (linear, problem) = (linear(case), step_problem(case, system));
     let solver = || LinearSolver::new(pattern, prefix, &linear, &problem);
     let newton = newton(case, terms(system));
-    Ok(augmented(system, match staggered(case) {
-        Some(settings) => Box::new(Staggered::new(settings, &newton, solver, pattern)?),
-        None => Box::new(Monolithic::new(newton, solver()?, pattern)?),
-    }))
+    Ok(augmented(
+        system,
+        match staggered(case) {
+            Some(settings) => Box::new(Staggered::new(settings, &newton, solver, pattern)?),
+            None => Box::new(Monolithic::new(newton, solver()?, pattern)?),
+        },
+    ))
 }
 
 /// The strategy, by multipliers where a penetration is asked for.

@@ -83,9 +83,7 @@ fn adapts(case: &Case) -> bool {
 pub fn control<const D: usize>(case: &Case, model: &Model<D>) -> StepControl {
     let time = &case.time;
     match adapts(case) {
-        true => {
-            StepControl::adaptive([0.0, time.end.si], time.step(), &kinks(model), time.cuts.value)
-        }
+        true => StepControl::adaptive([0.0, time.end.si], time.step(), &kinks(model), time.cuts.value),
         false => StepControl::new(0.0, time.end.si, time.step(), time.cuts.value),
     }
 }
@@ -265,11 +263,7 @@ impl Watch {
     /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
     const SAFETY: f64 = 1.5;
 
-    fn observe_size<const D: usize>(
-        &mut self,
-        system: &mut ContactSystem<D>,
-        state: &State,
-    ) -> Result<()> {
+    fn observe_size<const D: usize>(&mut self, system: &mut ContactSystem<D>, state: &State) -> Result<()> {
         let moved = system.mean_size(&state.u, self.weight)?;
         let about_to = self.step * system.mean_size(&state.v, self.weight)?;
         self.memory.size = self.memory.size.max(moved).max(about_to);
@@ -313,8 +307,9 @@ impl Watch {
             let gained = now.numerical.abs() - before.numerical.abs();
             ratio = ratio.max(gained / allowed);
         }
-        if let Some(left) = system.shortfall().filter(|left| left.ratio > 1.0 && self.scheme.has_inertia()) {
-            ratio = ratio.max(Self::REPEAT * left.ratio);
+        if self.scheme.has_inertia() && system.shortfall().is_some_and(|left| left.ratio > 1.0) {
+            system.keep_penetration(false);
+            ratio = ratio.max(Self::REPEAT);
         }
         let event = jumps && ratio > 0.1;
         let ease = match report.newton {
@@ -347,7 +342,9 @@ impl Watch {
 
     /// Estimated error of the step, root mean square \[m\].
     fn error<const D: usize>(&mut self, system: &mut ContactSystem<D>, stage: &Stage) -> Result<f64> {
-        let (Some(past), Some(constants)) = (&mut self.past, self.scheme.local_error()) else { return Ok(0.0) };
+        let (Some(past), Some(constants)) = (&mut self.past, self.scheme.local_error()) else {
+            return Ok(0.0);
+        };
         let instants = [past.instants[1], past.instants[0], stage.start.time, stage.trial.time];
         let weights = weights(constants, &instants, past.known);
         let [near, far] = &past.u;
@@ -367,7 +364,7 @@ impl Watch {
         }
         let Stuck { creep, give } = system.stuck();
         let depth = system.shortfall().map_or(0.0, |left| left.depth);
-        system.keep_penetration();
+        system.keep_penetration(true);
         self.memory.stiffenings = system.stiffenings();
         for (most, now) in self.memory.contact.iter_mut().zip([depth, creep, give]) {
             *most = most.max(now);

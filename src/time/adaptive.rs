@@ -144,8 +144,7 @@ impl Adaptive {
             return false;
         }
         self.landing = Some(self.end_of_step());
-        let control =
-            ratio.powf(-Self::INTEGRAL / order) * self.last_ratio.powf(Self::PROPORTIONAL / order);
+        let control = ratio.powf(-Self::INTEGRAL / order) * self.last_ratio.powf(Self::PROPORTIONAL / order);
         // A step that was shortened to end at an instant says little against the longer one.
         let longest = Self::GROWTH.max(self.wish / dt).min(ease.max(0.5));
         let held = event || self.hold > 0;

@@ -23,7 +23,10 @@ impl Check<'_> {
         let massless = matches!(self.case.time.scheme.value, Scheme::Static { .. });
         let timed = accuracy.time.filter(|time| massless && time.place.line > 0);
         if let Some(time) = timed {
-            self.say(time.place, "statics has no error in time: its steps follow the effort of Newton's method");
+            self.say(
+                time.place,
+                "statics has no error in time: its steps follow the effort of Newton's method",
+            );
             self.cure("leave out `time`, or write `time: none` for equal steps");
         }
     }

@@ -1,5 +1,6 @@
 //! Tests of reading cases: what is wrong is shown where it stands, what is right comes through unchanged.
 
+mod accuracy;
 mod broken;
 mod functions;
 mod shipped;

@@ -46,7 +46,9 @@ impl Regularization {
     pub fn stiffened(self, factor: f64) -> Self {
         match self {
             Self::StickVelocity { velocity } => Self::StickVelocity { velocity: velocity / factor },
-            Self::SmoothStickVelocity { velocity } => Self::SmoothStickVelocity { velocity: velocity / factor },
+            Self::SmoothStickVelocity { velocity } => {
+                Self::SmoothStickVelocity { velocity: velocity / factor }
+            }
             Self::StickStiffness { stiffness } => Self::StickStiffness { stiffness: stiffness * factor },
         }
     }

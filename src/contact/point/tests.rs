@@ -419,3 +419,25 @@ fn matrices_are_those_of_the_formulation() {
     let traction = up * state.normal_traction - along * (mu * state.normal_traction * slip);
     assert!((state.traction() - traction).norm() < 1e-13 * traction.norm());
 }
+
+/// With a multiplier the tangent is as consistent, a point presses beyond its target, and at no penetration the traction
+/// is the multiplier.
+#[test]
+fn multipliers_keep_the_tangent() {
+    let stick = Regularization::stick_velocity(10.0).unwrap();
+    let law = ContactLaw { normal: penalty(), friction: coulomb(0.7, stick) };
+    let ball = Obstacle::<3>::clone(&(OBSTACLES[1].samples_3d)()[0]);
+    for (target, gap, offset) in [
+        (Target::Rigid(ball), 0.02, 0.05),
+        (Target::Rigid(ball), -0.02, -0.005),
+        (Target::Facet(ElementKind::Quad4), 0.02, 0.05),
+    ] {
+        let mut scene = Scene::new(ElementKind::Quad4, target, law, gap);
+        scene.manner.offset = offset;
+        assert_ne!(scene.state().status, Status::Open);
+        check(&scene, "multiplier");
+        let NormalLaw::Penalty(penalty) = law.normal else { unreachable!() };
+        let expected = (offset - scene.state().gap) / penalty.normal_compliance();
+        assert!((scene.state().normal_traction / expected - 1.0).abs() < 1e-12);
+    }
+}

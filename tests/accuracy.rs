@@ -1,0 +1,131 @@
+//! An accuracy that is asked for is kept: by the record, against a reference, on any number of ranks.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Folder, Table, run};
+
+struct Results(Folder);
+
+impl Results {
+    fn of(text: &str, ranks: usize) -> Self {
+        let folder = Folder::new("accuracy");
+        folder.write("case.yml", text);
+        run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+        Self(folder)
+    }
+
+    fn table(&self, name: &str) -> Table {
+        Table::read(&self.0.join("out").join(name))
+    }
+
+    /// Asked and achieved of a part of the record.
+    fn part(&self, name: &str) -> [f64; 2] {
+        let text = std::fs::read_to_string(self.0.join("out/run.json")).expect("a record");
+        let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        ["asked", "achieved"].map(|which| record["accuracy"][which][name].as_f64().expect(name))
+    }
+
+    fn newton(&self) -> usize {
+        self.table("iterations.csv").numbers("iteration").iter().filter(|&&iteration| iteration > 0.0).count()
+    }
+}
+
+fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
+    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    for (from, to) in changes {
+        assert!(text.contains(from), "{case} has no '{from}'");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+fn rubber(step: &str, accuracy: &str) -> String {
+    let changes =
+        [("cells: [48, 50]", "cells: [12, 13]"), ("end: 0.07", "end: 0.03"), ("step: 5.0e-4", step)];
+    shipped("rubber-block/case.yml", &changes) + accuracy
+}
+
+/// The block is dragged within every tolerance, by the record and against steps of 4 microseconds; the steps vary, and are
+/// the same on 1, 2 and 3 ranks, as are the Newton iterations.
+#[test]
+fn the_rubber_block_keeps_its_accuracy() {
+    let accuracy = "accuracy: { time: 5e-3, penetration: { relative: 1e-3 } }\n";
+    let alone = Results::of(&rubber("step: 4.0e-3", accuracy), 1);
+    for part in ["time", "slip", "energy", "penetration [m]"] {
+        let [asked, achieved] = alone.part(part);
+        assert!(achieved <= asked, "{part}: {achieved:e} > {asked:e}");
+    }
+    let (probes, steps) = (alone.table("probes.csv"), alone.table("probes.csv").numbers("dt"));
+    let (least, most) = steps[1..].iter().fold((1.0f64, 0.0f64), |(a, b), dt| (a.min(*dt), b.max(*dt)));
+    assert!(most > 1.5 * least && most <= 4e-3, "steps from {least:e} to {most:e}");
+    assert_eq!(probes.numbers("time").last(), Some(&0.03));
+
+    let fine = accuracy.replace("time: 5e-3", "time: none");
+    let reference = Results::of(&rubber("step: 1.0e-5", &fine), 1).table("probes.csv");
+    for node in ["node_50", "node_98"] {
+        for component in ["u_x", "u_y"] {
+            let last = |table: &Table| *table.numbers(&format!("{node}.{component}")).last().expect("a row");
+            let error = (last(&probes) - last(&reference)).abs();
+            assert!(error < 5e-3 * 0.05, "{node}.{component}: {error:e}");
+        }
+    }
+
+    for ranks in [2, 3] {
+        let several = Results::of(&rubber("step: 4.0e-3", accuracy), ranks);
+        assert_eq!(several.newton(), alone.newton(), "{ranks} ranks");
+        let others = several.table("probes.csv").numbers("dt");
+        assert_eq!(others.len(), steps.len(), "{ranks} ranks");
+        let apart = |(a, b): (&f64, &f64)| (a - b).abs() / most;
+        assert!(steps.iter().zip(&others).map(apart).all(|apart| apart < 1e-9), "{ranks} ranks");
+    }
+}
+
+/// Between two bodies in statics multipliers take the penetration away that a soft penalty leaves, in the plane and in
+/// space, on any number of ranks, and the answer is still that of the patch.
+#[test]
+fn multipliers_take_penetration_away() {
+    for (case, ranks) in [("patch/blocks.yml", [1, 3]), ("patch/blocks-solid.yml", [1, 2])] {
+        let text = shipped(case, &[]) + "accuracy: { penetration: { relative: 1e-4 }, time: none }\n";
+        let [alone, several] = ranks.map(|ranks| Results::of(&text, ranks));
+        let [asked, achieved] = alone.part("penetration [m]");
+        assert!(achieved <= asked, "{case}: {achieved:e} > {asked:e}");
+        let deepest = |results: &Results| {
+            results.table("contact.csv").numbers("max_penetration").iter().fold(0.0f64, |a, b| a.max(*b))
+        };
+        let soft = deepest(&Results::of(&shipped(case, &[]), 1));
+        assert!(soft > 3.0 * asked, "{case}: the penalty alone leaves {soft:e}");
+        assert_eq!(alone.newton(), several.newton(), "{case}");
+        let iterations = alone.table("iterations.csv");
+        let rows = iterations.texts("stage");
+        assert!(rows.contains(&"augment"), "{case}");
+    }
+}
+
+/// A step ends at every row of a table of loads, and nothing of accuracy stands in the record of a case without it.
+#[test]
+fn steps_end_at_rows_of_tables() {
+    let text = "dimension: 2
+bodies:
+  bar:
+    mesh: { box: { min: [0, 0], max: [1, 0.2], cells: [6, 1] } }
+    material: { neo_hookean: { young_modulus: 1e6, poisson_ratio: 0 } }
+    density: 1000
+boundary:
+  held: { on: bar.left, displacement: { x: 0, y: 0 } }
+  pull: { on: bar.right, traction: { x: { table: [[0, 0], [0.013, 100], [0.0201, 0]] } } }
+time: { end: 0.1, step: 0.01 }
+";
+    let free = Results::of(&format!("{text}accuracy: fast\n"), 1);
+    let times = free.table("probes.csv").numbers("time");
+    for instant in [0.013, 0.0201, 0.1] {
+        assert!(times.contains(&instant), "{instant} is not among {times:?}");
+    }
+    let [asked, achieved] = free.part("time");
+    assert!(achieved <= asked, "{achieved:e}");
+    let plain = Results::of(text, 1);
+    assert!(!std::fs::read_to_string(plain.0.join("out/run.json")).expect("a record").contains("accuracy"));
+    assert_eq!(plain.table("probes.csv").numbers("time").len(), 11);
+}
