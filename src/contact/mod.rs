@@ -14,6 +14,7 @@ pub mod evaluation;
 pub mod friction;
 pub mod geometry;
 pub mod history;
+pub mod multipliers;
 pub mod normal;
 pub mod obstacle;
 #[cfg(test)]

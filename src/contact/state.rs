@@ -5,6 +5,7 @@ use std::ops::{AddAssign, Range};
 
 use super::friction::traction::Branch;
 use super::history::History;
+use super::multipliers::Multipliers;
 use super::point::{Frozen, Manner, PointState, Status};
 use crate::tensor::Vector;
 
@@ -127,16 +128,6 @@ struct Held<const D: usize> {
     friction_traction: Vector<D>,
 }
 
-/// Where the multipliers of an augmented normal law come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Augmentation {
-    /// Uzawa's method seeks those that leave no gap: they push, and are not negative.
-    Sought,
-    /// A penalty that became stiffer in mid-run keeps the tractions of closed points by multipliers that pull, and are not
-    /// positive: the contact is stiffer from there on, and nothing jumps.
-    Carried,
-}
-
 /// State of all points of one contact on this rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactState<const D: usize> {
@@ -146,12 +137,8 @@ pub struct ContactState<const D: usize> {
     pub history: Vec<History<D>>,
     track: Vec<Track<D>>,
     held: Vec<Held<D>>,
-    /// Penetrations at which the normal law alone has the pressures of the multipliers \[m\]; empty where the law is not
-    /// augmented.
-    offsets: Vec<f64>,
-    /// Gaps at the end of the last accepted step \[m\]; empty likewise.
-    gaps: Vec<f64>,
-    way: Augmentation,
+    /// Of the augmented normal law.
+    pub(super) multipliers: Multipliers,
 }
 
 impl<const D: usize> ContactState<D> {
@@ -163,9 +150,7 @@ impl<const D: usize> ContactState<D> {
             history: vec![History::default(); points],
             track: vec![Track::default(); points],
             held: vec![held; points],
-            offsets: Vec::new(),
-            gaps: Vec::new(),
-            way: Augmentation::Sought,
+            multipliers: Multipliers::default(),
         }
     }
 
@@ -243,62 +228,6 @@ impl<const D: usize> ContactState<D> {
         self.begin();
     }
 
-    /// The normal law is augmented from now on, in this way.
-    pub fn augment(&mut self, way: Augmentation) {
-        self.offsets = vec![0.0; self.current.len()];
-        self.gaps = vec![f64::INFINITY; self.current.len()];
-        self.way = way;
-    }
-
-    /// Whether multipliers are sought by Uzawa's method.
-    pub fn seeks_multipliers(&self) -> bool {
-        !self.offsets.is_empty() && self.way == Augmentation::Sought
-    }
-
-    /// Takes the multipliers of the last accepted step; `penetration` is the inverse of the normal law.
-    pub fn recall_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
-        for (offset, history) in self.offsets.iter_mut().zip(&self.history) {
-            *offset = penetration(history.multiplier);
-        }
-    }
-
-    /// Takes the current pressures as multipliers (Uzawa): at the same gap they are then met at no penetration.
-    pub fn take_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
-        for (offset, point) in self.offsets.iter_mut().zip(&self.current) {
-            *offset = penetration(point.normal_traction);
-        }
-    }
-
-    /// Takes note of the gaps of a step that is accepted.
-    pub fn note_gaps(&mut self) {
-        self.gaps.iter_mut().zip(&self.current).for_each(|(gap, point)| *gap = point.gap);
-    }
-
-    /// The penalty becomes stiffer by `factor`: points that were closed at the end of the last accepted step keep the
-    /// tractions that they had there.
-    pub fn stiffen(&mut self, factor: f64) {
-        for (offset, gap) in self.offsets.iter_mut().zip(&self.gaps).filter(|(offset, gap)| **gap < **offset)
-        {
-            *offset = gap + (*offset - gap) / factor;
-        }
-    }
-
-    /// Keeps the multipliers that the next step begins with: sought ones are the current pressures, carried ones end
-    /// where a point has truly opened. `stiffness` of the penalty \[Pa/m\].
-    pub fn remember_multipliers(&mut self, stiffness: f64) {
-        self.note_gaps();
-        let points = self.offsets.iter_mut().zip(&self.current).zip(&mut self.history);
-        for ((offset, point), history) in points {
-            history.multiplier = match self.way {
-                Augmentation::Sought => point.normal_traction,
-                Augmentation::Carried => {
-                    *offset = if point.gap > 0.0 { 0.0 } else { *offset };
-                    *offset * stiffness
-                }
-            };
-        }
-    }
-
     /// How point `p` is to be evaluated.
     pub(super) fn manner(&self, p: usize, hold: Hold, branches: Branches) -> Manner<D> {
         let held = &self.held[p];
@@ -314,7 +243,7 @@ impl<const D: usize> ContactState<D> {
         };
         let predicted = branches == Branches::Predicted && self.track[p].flipped;
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
-        Manner { branch, frozen, offset: self.offsets.get(p).copied().unwrap_or(0.0) }
+        Manner { branch, frozen, offset: self.multipliers.offsets.get(p).copied().unwrap_or(0.0) }
     }
 }
 
@@ -413,40 +342,5 @@ mod tests {
         let held = |hold| state.manner(0, hold, Branches::Actual).frozen;
         assert_eq!(held(Hold::Bound).bound, Some(2.0));
         assert_eq!(held(Hold::FrictionTraction).friction_traction, Some(accepted.friction_traction));
-    }
-
-    /// Sought multipliers are the pressures, and the next step begins with them.
-    #[test]
-    fn sought_multipliers_are_warm() {
-        let mut state = ContactState::<2>::new(1);
-        state.augment(Augmentation::Sought);
-        state.current[0] = PointState { normal_traction: 3.0, gap: -0.3, ..slipping(1.0) };
-        state.take_multipliers(|pressure| 0.1 * pressure);
-        assert!((state.manner(0, Hold::Nothing, Branches::Actual).offset - 0.3).abs() < 1e-15);
-        state.remember_multipliers(10.0);
-        state.current[0] = open();
-        state.take_multipliers(|pressure| 0.1 * pressure);
-        assert_eq!(state.manner(0, Hold::Nothing, Branches::Actual).offset, 0.0);
-        state.recall_multipliers(|pressure| 0.1 * pressure);
-        assert!((state.manner(0, Hold::Nothing, Branches::Actual).offset - 0.3).abs() < 1e-15);
-    }
-
-    /// A penalty that becomes stiffer in mid-run keeps the traction of a closed point; once open the point forgets.
-    #[test]
-    fn stiffening_leaves_tractions() {
-        let mut state = ContactState::<2>::new(2);
-        state.augment(Augmentation::Carried);
-        state.current[0] = PointState { gap: -0.4, ..slipping(1.0) };
-        state.remember_multipliers(10.0);
-        state.stiffen(4.0);
-        let offset = |state: &ContactState<2>, p| state.manner(p, Hold::Nothing, Branches::Actual).offset;
-        let traction = |stiffness: f64, offset: f64| stiffness * (offset + 0.4);
-        assert!((traction(40.0, offset(&state, 0)) - traction(10.0, 0.0)).abs() < 1e-12);
-        assert_eq!(offset(&state, 1), 0.0);
-        state.remember_multipliers(40.0);
-        assert!((state.history[0].multiplier - 40.0 * offset(&state, 0)).abs() < 1e-12);
-        state.current[0] = PointState { gap: 0.1, ..open() };
-        state.remember_multipliers(40.0);
-        assert_eq!((offset(&state, 0), state.history[0].multiplier), (0.0, 0.0));
     }
 }
