@@ -132,12 +132,23 @@ fn on_border<const D: usize>(facet: &Polynomial<D>, index: usize) -> (f64, Found
         (end, Found::corner(line.end, (index + 1) % facet.kind.corners()))
     };
     let middle = [line.start[0] + direction[0], line.start[1] + direction[1]];
-    let Some(xi) = minimise(facet, middle, &[direction]) else {
-        return fixed;
+    let along = if facet.has_straight_edges() {
+        let view = facet.at(&middle);
+        let tangent = view.along(&direction);
+        view.offset.dot(&tangent) / tangent.norm_squared()
+    } else {
+        let Some(xi) = minimise(facet, middle, &[direction]) else {
+            return fixed;
+        };
+        ((xi[0] - middle[0]) * direction[0] + (xi[1] - middle[1]) * direction[1]) / (length * length)
     };
-    let along = ((xi[0] - middle[0]) * direction[0] + (xi[1] - middle[1]) * direction[1]) / (length * length);
+    // An edge without length has no parameter.
+    if !(-1.0..=1.0).contains(&along) {
+        return fixed;
+    }
+    let xi = [middle[0] + along * direction[0], middle[1] + along * direction[1]];
     let distance = facet.distance(&xi);
-    if along.abs() > 1.0 || distance > fixed.0 {
+    if distance > fixed.0 {
         return fixed;
     }
     let place = Place::Edge(index as u8);

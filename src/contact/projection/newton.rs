@@ -6,6 +6,9 @@ use super::polynomial::Polynomial;
 const STEPS: usize = 40;
 /// Reference coordinates are found to this.
 const TOLERANCE: f64 = 1e-14;
+/// Beyond these reference coordinates, three steps from the middle, the nearest point is not sought on: it lies on the
+/// border.
+const FAR: f64 = 3.0;
 /// Nodes of the largest facet, quad9.
 pub(super) const LARGEST: usize = 9;
 
@@ -46,7 +49,7 @@ pub(super) fn minimise<const D: usize>(
         if size < TOLERANCE {
             return Some(xi);
         }
-        if xi.iter().any(|c| c.abs() > 10.0) {
+        if xi.iter().any(|c| c.abs() > FAR) {
             return None;
         }
     }
