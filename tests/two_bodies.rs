@@ -309,3 +309,55 @@ fn ironing_on_2_3_4_ranks() {
     let space = shipped("ironing/solid.yml", &COARSE_IRON_3D).replace("end: 1,", "end: 0.42,");
     invariant(&space, &[2, 3, 4]);
 }
+
+/// A block that starts 1 mm inside of another: what is adjusted neither presses nor counts, and what is pressed further
+/// answers like a block that started on the surface.
+#[test]
+fn an_adjusted_overclosure_does_not_press() {
+    let case = |overlap: f64, treatment: &str, push: f64| {
+        format!(
+            "
+dimension: 2
+bodies:
+  lower:
+    mesh: {{ box: {{ min: [-0.05, 0], max: [0.45, 0.2], cells: [7, 3] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 1.0e6, poisson_ratio: 0.3 }} }}
+  upper:
+    mesh: {{ box: {{ min: [0, {low}], max: [0.4, {high}], cells: [4, 2] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 1.0e6, poisson_ratio: 0.3 }} }}
+contact:
+  face:
+    contactor: upper.bottom
+    target: lower.top
+    normal: {{ penalty: {{ compliance: 1.0e-9 }} }}
+    friction: {{ coulomb: {{ coefficient: 0.3, regularization: {{ stick_stiffness: 1.0e8 }} }} }}
+    quadrature: gauss
+    initial_overclosure: {treatment}
+boundary:
+  top: {{ on: upper.top, displacement: {{ x: 0, y: {push} }} }}
+  base: {{ on: lower.bottom, displacement: {{ x: 0, y: 0 }} }}
+time: {{ end: 1, scheme: {{ static: {{ increments: 2 }} }} }}
+",
+            low = 0.2 - overlap,
+            high = 0.4 - overlap,
+        )
+    };
+    let last = |overlap, treatment, push, ranks| {
+        let table = Results::of(&case(overlap, treatment, push), ranks).table("contact.csv");
+        ["force_y", "max_penetration"].map(|column| table.last(column))
+    };
+    let [pressed, _] = last(1e-3, "accept", 0.0, 1);
+    assert!(pressed > 100.0, "the overlap presses where it is accepted: {pressed}");
+    let [at_rest, depth] = last(1e-3, "adjust", 0.0, 1);
+    assert!(at_rest.abs() < 1e-6 && depth < 1e-12, "{at_rest} N, {depth} m");
+    let touching = last(0.0, "error", -5e-3, 1);
+    for ranks in [1, 3] {
+        let adjusted = last(1e-3, "adjust", -5e-3, ranks);
+        for (adjusted, touching) in adjusted.iter().zip(touching) {
+            assert!(
+                (adjusted - touching).abs() < 1e-3 * touching,
+                "{ranks} ranks: {adjusted} for {touching}"
+            );
+        }
+    }
+}

@@ -102,7 +102,7 @@ impl<const D: usize> Meeting<D> {
         state: &ContactState<D>,
     ) -> Result<()> {
         if self.gather.is_some() {
-            self.below = deepest(state);
+            self.below = state.depth();
         }
         let [contactor, target] = &self.surfaces;
         let surfaces = Surfaces { local, contactor, target };
@@ -174,7 +174,7 @@ impl<const D: usize> Meeting<D> {
     /// Looks no deeper from now on than the points of the accepted `state` lie: the first look is as deep as they may,
     /// and dear where most of the points are open.
     pub fn settle(&mut self, state: &ContactState<D>) {
-        self.below = self.below.min(deepest(state));
+        self.below = self.below.min(state.depth());
         let reach = self.sight.limits(self.below).reach;
         self.search.iter_mut().for_each(|search| search.shorten(reach));
     }
@@ -258,9 +258,4 @@ impl<const D: usize> Meeting<D> {
         };
         self.contact.evaluate(fields, request, &self.pairing, state, &mut sink);
     }
-}
-
-/// Depth of the deepest point [m], 0 where none penetrates.
-fn deepest<const D: usize>(state: &ContactState<D>) -> f64 {
-    state.current.iter().map(|point| -point.gap).fold(0.0, f64::max)
 }

@@ -13,7 +13,7 @@ use super::forces::{Solid, solids};
 use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
-use super::start::{Overclosure, overclosure_of_points, resolve_overclosure};
+use super::start::{Overclosure, resolve_overclosure, resolve_overclosure_of_points};
 use super::supports::{Supports, in_space};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::ContactLaw;
@@ -170,11 +170,10 @@ impl<const D: usize> ContactSystem<D> {
         if let Some(interface) = &mut self.interface {
             meet(interface, &mut self.contacts, (session.world(), &self.phases), &request, &mut force);
         }
-        for (at, (contact, given)) in self.contacts.iter().zip(&model.contacts).enumerate() {
+        for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
             if contact.meeting().is_some() {
-                let points = (contact.surface(), &contact.state);
                 self.overclosures
-                    .insert(at, overclosure_of_points(session.world(), given, points, self.extent)?);
+                    .insert(at, resolve_overclosure_of_points(session.world(), given, contact, self.extent)?);
             }
         }
         Ok(())

@@ -85,6 +85,7 @@ impl<const D: usize> DeformableContact<D> {
                 work.keep(nodes.len());
                 work.gather(self.target.reference_points(target), self.target.nodes(target), fields);
                 self.locate((&self.surface.facet_point(facet, q), point), target, &mut work);
+                work.geometry.gap -= state.adjusted(point);
                 let Some(response) = work.respond(&self.law, point, request, state) else { continue };
                 work.clear_sums(request);
                 work.add(&response, request);

@@ -136,6 +136,8 @@ pub struct ContactState<const D: usize> {
     pub history: Vec<History<D>>,
     track: Vec<Track<D>>,
     held: Vec<Held<D>>,
+    /// Gaps at the start that count as none \[m\], all <= 0; empty where nothing was adjusted.
+    adjusted: Vec<f64>,
 }
 
 impl<const D: usize> ContactState<D> {
@@ -147,7 +149,24 @@ impl<const D: usize> ContactState<D> {
             history: vec![History::default(); points],
             track: vec![Track::default(); points],
             held: vec![held; points],
+            adjusted: Vec::new(),
         }
+    }
+
+    /// From now on measures the gaps of the points that penetrate at the last evaluation from there.
+    pub fn adjust(&mut self) {
+        self.adjusted = self.current.iter().map(|point| point.gap.min(0.0)).collect();
+    }
+
+    /// The gap of point `p` at the start that counts as none \[m\].
+    pub fn adjusted(&self, p: usize) -> f64 {
+        self.adjusted.get(p).copied().unwrap_or(0.0)
+    }
+
+    /// Depth of the deepest point below its target \[m\], whatever of it was there at the start; zero where none is.
+    pub fn depth(&self) -> f64 {
+        let depth = |(p, point): (usize, &PointState<D>)| -(point.gap + self.adjusted(p));
+        self.current.iter().enumerate().map(depth).fold(0.0, f64::max)
     }
 
     /// Forgets iterates and safeguards; call it where a step, or a stage of it, begins.
