@@ -2,23 +2,26 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 
+use crate::case::{quantity, unit};
 use crate::error::{Error, Result};
 
 const EXAMPLES: &str = "\
 Examples:
   contact-petsc meshes/rubber-block/case.yml
   mpirun -n 2 contact-petsc meshes/rubber-block/case.yml --output results/block
+  contact-petsc case.yml --wall-time \"55 min\"; contact-petsc case.yml --restart
   contact-petsc check case.yml
   contact-petsc case.yml -v -- -log_view
   contact-petsc plot results/block results/block-power-law
 
 Exit codes: 0 done, 2 usage, 3 invalid case, 4 mesh or file, 5 not converged (results up to the last good step are
-kept), 6 physics guard, 70 internal fault.";
+kept), 6 physics guard, 7 stopped on request with a checkpoint, 70 internal fault.";
 
 /// Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
 #[derive(Debug, Parser)]
@@ -84,6 +87,12 @@ pub struct RunArguments {
     /// Results folder; `results/` and the name of the case's folder or file unless given
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Go on from the last checkpoint of the results folder, or from the one given
+    #[arg(long, value_name = "CHECKPOINT", num_args = 0..=1, require_equals = true)]
+    pub restart: Option<Option<PathBuf>>,
+    /// Stop before this wall time is over, with a checkpoint and exit code 7: seconds, or as in "55 min", "2 h", 1:30:00
+    #[arg(long, value_name = "TIME", value_parser = wall_time)]
+    pub wall_time: Option<Duration>,
     /// Print the Newton table (-v), and the linear solvers' iterations (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
@@ -234,6 +243,25 @@ where
     }
 }
 
+/// Seconds, a number with a unit of time, or hours, minutes and seconds as queues have them.
+fn wall_time(text: &str) -> std::result::Result<Duration, String> {
+    let clock = || {
+        let parts: Option<Vec<f64>> = text.split(':').map(|part| part.parse().ok()).collect();
+        parts
+            .filter(|parts| parts.len() == 3)
+            .map(|parts| parts.iter().fold(0.0, |sum, part| 60.0 * sum + part))
+    };
+    let with_unit = || {
+        let (si, dimension) = unit::parse(text).ok()?;
+        (dimension == quantity::Duration::DIMENSION).then_some(si)
+    };
+    let seconds = text.parse().ok().or_else(clock).or_else(with_unit);
+    let length = seconds
+        .filter(|seconds| *seconds > 0.0)
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    length.ok_or_else(|| "not a length of time > 0, as in 3300, \"55 min\" or 0:55:00".to_owned())
+}
+
 /// clap's own text, whose first word this program adds itself.
 fn usage(error: &clap::Error) -> Error {
     let text = error.render().to_string();
@@ -284,6 +312,8 @@ mod tests {
         let plain = RunArguments {
             case: "case.yml".into(),
             output: None,
+            restart: None,
+            wall_time: None,
             verbose: 0,
             quiet: false,
             petsc: Vec::new(),
@@ -307,6 +337,21 @@ mod tests {
             levels.into_iter().chain([("-vv", Verbosity::Linear), ("-vvv", Verbosity::Linear)])
         {
             assert_eq!(run(&format!("case.yml {flag}")).verbosity(), level);
+        }
+    }
+
+    /// A restart names its checkpoint after `=` or none, and a wall time reads in several ways.
+    #[test]
+    fn restarts_and_wall_times_are_read() {
+        assert_eq!(run("case.yml --restart").restart, Some(None));
+        assert_eq!(run("--restart case.yml").restart, Some(None));
+        assert_eq!(run("case.yml --restart=a.ckpt").restart, Some(Some("a.ckpt".into())));
+        for (text, seconds) in [("90", 90), ("2min", 120), ("0:55:00", 3300), ("1.5h", 5400)] {
+            let limit = run(&format!("case.yml --wall-time {text}")).wall_time;
+            assert_eq!(limit, Some(Duration::from_secs(seconds)), "{text}");
+        }
+        for text in ["0", "-5", "5m/s", "soon", "1:2", "nan"] {
+            assert!(read(&format!("case.yml --wall-time={text}")).is_err(), "{text}");
         }
     }
 
