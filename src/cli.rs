@@ -8,8 +8,8 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 
-use crate::case::{quantity, unit};
 use crate::error::{Error, Result};
+use crate::output::pace::wall_time;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -241,25 +241,6 @@ where
         (Some(Sub::Completions { shell }), _) => Ok(Command::Completions(shell)),
         (None, None) => Err(Error::usage("no case is given").hint("contact-petsc --help")),
     }
-}
-
-/// Seconds, a number with a unit of time, or hours, minutes and seconds as queues have them.
-fn wall_time(text: &str) -> std::result::Result<Duration, String> {
-    let clock = || {
-        let parts: Option<Vec<f64>> = text.split(':').map(|part| part.parse().ok()).collect();
-        parts
-            .filter(|parts| parts.len() == 3)
-            .map(|parts| parts.iter().fold(0.0, |sum, part| 60.0 * sum + part))
-    };
-    let with_unit = || {
-        let (si, dimension) = unit::parse(text).ok()?;
-        (dimension == quantity::Duration::DIMENSION).then_some(si)
-    };
-    let seconds = text.parse().ok().or_else(clock).or_else(with_unit);
-    let length = seconds
-        .filter(|seconds| *seconds > 0.0)
-        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    length.ok_or_else(|| "not a length of time > 0, as in 3300, \"55 min\" or 0:55:00".to_owned())
 }
 
 /// clap's own text, whose first word this program adds itself.

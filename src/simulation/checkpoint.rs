@@ -7,7 +7,8 @@ use std::time::Instant;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::journal::{Journal, Place};
+use super::journal::Journal;
+use super::place::Place;
 use super::restart::State;
 use super::signals::Signals;
 use super::{SOLVER_PREFIXES, options};

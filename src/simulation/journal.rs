@@ -2,49 +2,26 @@
 
 use std::path::PathBuf;
 use std::rc::Rc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Instant, SystemTime};
 
-use super::restart::{Begin, Saved};
+use super::place::{Place, prepare, versions};
+use super::restart::Saved;
 use super::resume::Past;
 use super::tables::Tables;
 use crate::assembly::{ContactSystem, Energies, EnergyLedger, Overclosure, SurfaceCells, Watched};
-use crate::case::{Case, Mesh};
+use crate::case::Case;
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Result, agree};
 use crate::model::Model;
-use crate::output::console::{Attempt, Console, StepLine, Verbosity};
+use crate::output::console::{Attempt, Console, StepLine};
 use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
-use crate::output::folder::ResultsFolder;
 use crate::output::iterations::IterationRow;
-use crate::output::record::{Input, Penetration, Record, Totals, Verdict};
+use crate::output::record::{Penetration, Record, Totals, Verdict};
 use crate::output::summary::{ContactStart, StartUp};
-use crate::output::table::Lengths;
 use crate::partition::Report;
 use crate::petsc::{Event, Session};
 use crate::solvers::{Fallback, IterationReport, SolveReport, Strategy};
 use crate::time::StepControl;
-
-/// Where a run comes from and where it goes.
-#[derive(Debug, Clone)]
-pub struct Place {
-    /// The case file.
-    pub case_file: PathBuf,
-    /// The results folder.
-    pub folder: PathBuf,
-    /// How much the console says.
-    pub verbosity: Verbosity,
-    /// From the start, or from a checkpoint.
-    pub begin: Begin,
-    /// Wall time of this process in place of the case's.
-    pub wall_time: Option<Duration>,
-}
-
-impl Place {
-    /// The command that goes on with this run, but for `--restart`.
-    pub fn command(&self) -> String {
-        format!("contact-petsc {} --output {}", self.case_file.display(), self.folder.display())
-    }
-}
 
 /// The journal of a run.
 pub struct Journal<const D: usize> {
@@ -429,39 +406,6 @@ fn warning(contact: &Penetration) -> Option<String> {
          hint: ask for {:.1e} m, or give normal: {{ penalty: {{ compliance: ... }} }}",
         asked * asked / deepest
     ))
-}
-
-/// Case file and mesh files with their hashes.
-pub(super) fn inputs(case: &Case, place: &Place) -> Result<Vec<Input>> {
-    let mut inputs = vec![Input::of(&place.case_file)?];
-    for body in case.bodies.values() {
-        if let Mesh::File(file) = &body.mesh {
-            inputs.push(Input::of(&case.resolve(&file.file.value))?);
-        }
-    }
-    Ok(inputs)
-}
-
-fn prepare<const D: usize>(
-    case: &Case,
-    place: &Place,
-    lengths: Option<&Lengths>,
-) -> Result<(Option<Tables<D>>, Vec<Input>)> {
-    let inputs = inputs(case, place)?;
-    let folder = match lengths {
-        Some(_) => ResultsFolder::open(&place.folder)?,
-        None => ResultsFolder::create(&place.folder)?,
-    };
-    Ok((Some(Tables::open(folder.path(), lengths)?), inputs))
-}
-
-fn versions() -> Vec<(String, String)> {
-    let own = ("contact-petsc".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
-    let split = |text: String| {
-        let (name, version) = text.split_once(' ').map_or((text.as_str(), ""), |parts| parts);
-        (name.to_owned(), version.to_owned())
-    };
-    std::iter::once(own).chain(crate::petsc::versions().into_iter().map(split)).collect()
 }
 
 /// The contacts as the undeformed bodies have them.

@@ -6,6 +6,7 @@ mod journal;
 mod measure;
 mod options;
 mod parts;
+mod place;
 mod restart;
 mod resume;
 mod signals;
@@ -25,9 +26,10 @@ use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
-pub use journal::{Journal, Place};
+pub use journal::Journal;
 pub use options::scheme;
 pub use parts::parts;
+pub use place::Place;
 pub use restart::Begin;
 
 use checkpoint::{Keeper, Moment};

@@ -6,7 +6,8 @@ use std::rc::Rc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::journal::{Journal, Place, inputs};
+use super::journal::Journal;
+use super::place::{Place, inputs};
 use super::resume::Past;
 use super::start;
 use crate::assembly::{Balances, ContactSystem, EnergyLedger};
