@@ -171,6 +171,14 @@ fn other_schemes_to_the_last_bit_on_1_and_2_ranks() {
     goes_on_to_the_last_bit(&shipped("sliding-block/return-map.yml", &small, staggered, 10), 1);
 }
 
+/// Statics of bodies that contact and a spring in the matrix hold: the spring is as it was.
+#[test]
+fn loose_bodies_to_the_last_bit_on_1_and_2_ranks() {
+    let text = shipped("patch/plane.yml", &[("increments: 2", "increments: 6")], "{ linear: auto }", 2);
+    goes_on_to_the_last_bit(&text, 1);
+    goes_on_to_the_last_bit(&text.replace("linear: auto", "linear: gmres_asm_ilu"), 2);
+}
+
 /// Three dimensions.
 #[test]
 fn rubber_cube_to_the_last_bit_on_1_and_2_ranks() {

@@ -105,9 +105,7 @@ fn gather(world: &impl CommunicatorCollectives, words: &[u64]) -> Vec<u64> {
     let starts = counts.iter().scan(0, |sum, &count| Some(std::mem::replace(sum, *sum + count)));
     let starts: Vec<i32> = starts.collect();
     let mut all = vec![0u64; counts.iter().map(|&count| count as usize).sum()];
-    let mut parts = PartitionMut::new(&mut all[..], &counts[..], &starts[..]);
-    root.gather_varcount_into_root(words, &mut parts);
-    drop(parts);
+    root.gather_varcount_into_root(words, &mut PartitionMut::new(&mut all[..], &counts[..], &starts[..]));
     all
 }
 

@@ -62,6 +62,17 @@ impl Pace {
 mod tests {
     use super::*;
 
+    /// Wall times read as queues and people write them.
+    #[test]
+    fn wall_times_are_read() {
+        for (text, seconds) in [("90", 90), ("2 min", 120), ("0:55:00", 3300), ("1.5 h", 5400)] {
+            assert_eq!(wall_time(text), Ok(Duration::from_secs(seconds)), "{text}");
+        }
+        for text in ["0", "-5", "5 m/s", "soon", "1:2", "nan", ""] {
+            assert!(wall_time(text).is_err(), "{text}");
+        }
+    }
+
     /// The time to go follows the pace of late steps, and is absent before the first.
     #[test]
     fn time_to_go_follows_the_pace() {

@@ -45,7 +45,7 @@ pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
 pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
     let mut keeper = Keeper::new(session, case, place)?;
     let model = Model::<D>::new(case)?;
-    let saved = Saved::find::<D>(session, case, place)?;
+    let mut saved = Saved::find::<D>(session, case, place)?;
     let (local, partition) = share_out(session, case, &model)?; // METIS
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
@@ -57,6 +57,7 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     if strategy.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }
+    saved.as_mut().map_or(Ok(()), |saved| saved.read(&system))?;
     let mut journal = Journal::open(session, (case, &model), place, saved.as_ref())?;
     let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
         let clocks = match &saved {

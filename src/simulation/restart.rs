@@ -12,7 +12,7 @@ use super::resume::Past;
 use super::start;
 use crate::assembly::{Balances, ContactSystem, EnergyLedger};
 use crate::case::Case;
-use crate::checkpoint::{self, Store, share};
+use crate::checkpoint::{self, Store, Table, share};
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 use crate::output::folder::ResultsFolder;
@@ -114,6 +114,7 @@ pub struct Saved {
     path: PathBuf,
     /// What it says of the run.
     pub state: State,
+    tables: Vec<Table>,
 }
 
 impl Saved {
@@ -129,13 +130,22 @@ impl Saved {
         let text = share(session.world(), own)?;
         let (path, state) =
             serde_json::from_str(&text).map_err(|error| Error::internal(format!("checkpoint: {error}")))?;
-        Ok(Some(Self { path, state }))
+        Ok(Some(Self { path, state, tables: Vec::new() }))
     }
 
-    /// Brings the run back to where it was. Collective.
+    /// Reads what the file holds for this rank, before anything of the results is touched. Collective.
     ///
     /// # Errors
-    /// The same on all ranks, when the file does not fit the mesh.
+    /// The same on all ranks, when the file does not fit the mesh or this version of the program.
+    pub fn read<const D: usize>(&mut self, system: &ContactSystem<D>) -> Result<()> {
+        self.tables = system.wanted();
+        checkpoint::read(system.session().world(), &self.path, &mut self.tables)
+    }
+
+    /// Brings the run back to where it was, as [`read`](Self::read). Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses, or the record can not be written.
     pub fn resume<const D: usize>(
         &self,
         system: &mut ContactSystem<D>,
@@ -143,9 +153,7 @@ impl Saved {
         case: &Case,
         journal: &mut Journal<D>,
     ) -> Result<(StepControl, EnergyLedger)> {
-        let mut tables = system.wanted();
-        checkpoint::read(system.session().world(), &self.path, &mut tables)?;
-        let drive = system.restore(stage, &tables)?;
+        let drive = system.restore(stage, &self.tables)?;
         stage.start.time = self.state.time;
         stage.holding = start::holding(system, case);
         system.forget(stage)?;
