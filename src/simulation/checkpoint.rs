@@ -17,7 +17,7 @@ use crate::case::Case;
 use crate::checkpoint::{self, Store};
 use crate::dynamics::Stage;
 use crate::error::{Error, Result, agree};
-use crate::petsc::Session;
+use crate::petsc::{Event, Session};
 use crate::solvers::Strategy;
 use crate::time::StepControl;
 
@@ -43,6 +43,7 @@ pub struct Moment<'a, const D: usize> {
 /// Watches the steps of a run.
 pub struct Keeper {
     session: Rc<Session>,
+    output: Event,
     signals: Signals,
     store: Store,
     /// How a user goes on.
@@ -68,6 +69,7 @@ impl Keeper {
         let (every, keep) = wanted.map_or((None, 2), |c| (Some(u64::from(c.every.value)), c.keep.value));
         Ok(Self {
             session: session.clone(),
+            output: Event::register(session, "Output")?,
             signals: Signals::listen()?,
             store: Store::of(&place.folder),
             command: place.command(),
@@ -126,9 +128,10 @@ impl Keeper {
         (control, ledger): (&StepControl, &EnergyLedger),
         journal: &mut Journal<D>,
     ) -> Result<PathBuf> {
-        let began = Instant::now();
+        let (began, output) = (Instant::now(), self.output.clone());
         let world = self.session.world();
         let past = journal.past()?;
+        let _running = output.begin();
         let path = self.store.path(journal.step());
         let tables = system.memory(stage, ledger.drive());
         let state =
