@@ -2,23 +2,26 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 
 use crate::error::{Error, Result};
+use crate::output::pace::wall_time;
 
 const EXAMPLES: &str = "\
 Examples:
   contact-petsc meshes/rubber-block/case.yml
   mpirun -n 2 contact-petsc meshes/rubber-block/case.yml --output results/block
+  contact-petsc case.yml --wall-time \"55 min\"; contact-petsc case.yml --restart
   contact-petsc check case.yml
   contact-petsc case.yml -v -- -log_view
   contact-petsc plot results/block results/block-power-law
 
 Exit codes: 0 done, 2 usage, 3 invalid case, 4 mesh or file, 5 not converged (results up to the last good step are
-kept), 6 physics guard, 70 internal fault.";
+kept), 6 physics guard, 7 stopped on request with a checkpoint, 70 internal fault.";
 
 /// Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
 #[derive(Debug, Parser)]
@@ -84,6 +87,12 @@ pub struct RunArguments {
     /// Results folder; `results/` and the name of the case's folder or file unless given
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Go on from the last checkpoint of the results folder, or from the one given
+    #[arg(long, value_name = "CHECKPOINT", num_args = 0..=1, require_equals = true)]
+    pub restart: Option<Option<PathBuf>>,
+    /// Stop before this wall time is over, with a checkpoint and exit code 7: seconds, or as in "55 min", "2 h", 1:30:00
+    #[arg(long, value_name = "TIME", value_parser = wall_time)]
+    pub wall_time: Option<Duration>,
     /// Print the Newton table (-v), and the linear solvers' iterations (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
@@ -284,6 +293,8 @@ mod tests {
         let plain = RunArguments {
             case: "case.yml".into(),
             output: None,
+            restart: None,
+            wall_time: None,
             verbose: 0,
             quiet: false,
             petsc: Vec::new(),
@@ -308,6 +319,14 @@ mod tests {
         {
             assert_eq!(run(&format!("case.yml {flag}")).verbosity(), level);
         }
+    }
+
+    /// A restart names its checkpoint after `=` or none.
+    #[test]
+    fn restarts_are_read() {
+        assert_eq!(run("--restart case.yml --wall-time 2min").restart, Some(None));
+        assert_eq!(run("case.yml --restart=a.ckpt").restart, Some(Some("a.ckpt".into())));
+        assert!(read("case.yml --wall-time soon").is_err());
     }
 
     /// The other commands read their arguments.

@@ -11,7 +11,7 @@
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
 //! | 0 | [`error`], [`tensor`], [`square`], [`lanes`], [`terms`] | causes and exit codes; small tensors; SIMD lanes; the terms of (3.5) |
-//! | 1 | [`case`]; [`petsc`] | what the user writes; owners of PETSc's objects |
+//! | 1 | [`case`]; [`petsc`]; [`checkpoint`] | what the user writes; owners of PETSc's objects; files from which a run goes on |
 //! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
 //! | 3 | [`partition`] | METIS, who owns what, distribution |
 //! | 4 | [`space`] | reference elements, quadrature, prescribed unknowns (3.1) |
@@ -47,6 +47,7 @@
 
 pub mod assembly;
 pub mod case;
+pub mod checkpoint;
 pub mod cli;
 pub mod commands;
 pub mod contact;

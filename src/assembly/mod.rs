@@ -14,6 +14,7 @@ mod forces;
 mod interface;
 mod mass;
 mod meeting;
+mod memory;
 mod pattern;
 mod renewal;
 mod report;
@@ -25,7 +26,7 @@ mod system;
 mod tangent;
 pub mod targets;
 
-pub use energy::{Energies, EnergyLedger, Momentum};
+pub use energy::{Balances, Energies, EnergyLedger, Momentum};
 pub use fields::{ContactFields, StressFields, SurfaceCells};
 pub use report::{ContactSummary, NodalContact, PointReport, Watched};
 pub use start::Overclosure;

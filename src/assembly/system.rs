@@ -179,6 +179,11 @@ impl<const D: usize> ContactSystem<D> {
         Ok(())
     }
 
+    /// The session of all ranks.
+    pub fn session(&self) -> &Rc<Session> {
+        &self.session
+    }
+
     /// A zero vector of the system's layout: what states are made of.
     pub fn pattern_vector(&self) -> &Vector {
         &self.forces

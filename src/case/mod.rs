@@ -37,7 +37,7 @@ pub use contact::{
 };
 pub use function::{Function, Motion};
 pub use obstacle::{Obstacle, Side};
-pub use output::{Fields, Output, Probe};
+pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use place::{At, Named, Place};
 pub use schema::schema;

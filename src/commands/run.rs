@@ -3,15 +3,14 @@
 use std::path::Path;
 use std::rc::Rc;
 
-use mpi::traits::{Communicator, Root};
-
 use crate::case::Case;
+use crate::checkpoint::share;
 use crate::cli::{self, RunArguments};
-use crate::error::{Cause, Error, Result, agree};
+use crate::error::{Cause, Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::folder::default_folder;
 use crate::petsc::Session;
-use crate::simulation::{self, Place};
+use crate::simulation::{self, Begin, Place};
 
 /// Runs a case. Collective.
 ///
@@ -29,12 +28,21 @@ fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {
         monitor_linear_solvers(session)?;
     }
     let folder = arguments.output.clone().map_or_else(|| default_folder(&arguments.case), Ok)?;
-    let place = Place { case_file: arguments.case.clone(), folder, verbosity: verbosity(arguments) };
+    let place = Place {
+        case_file: arguments.case.clone(),
+        folder,
+        verbosity: verbosity(arguments),
+        begin: begin(arguments),
+        wall_time: arguments.wall_time,
+    };
     let outcome = match case.dimension.value {
         2 => simulation::run::<2>(session, &case, &place),
         _ => simulation::run::<3>(session, &case, &place),
     };
-    let solved = outcome.as_ref().err().is_none_or(|e| matches!(e.cause, Cause::NotConverged | Cause::Guard));
+    let solved = outcome
+        .as_ref()
+        .err()
+        .is_none_or(|e| matches!(e.cause, Cause::NotConverged | Cause::Guard | Cause::Stopped));
     if solved && session.rank() == 0 && place.verbosity > Verbosity::Silent {
         session.unused_options()?.iter().for_each(|option| {
             eprintln!("contact-petsc: warning: the PETSc option `{option}` was used by nothing");
@@ -69,15 +77,16 @@ pub fn read(session: &Rc<Session>, path: &Path) -> Result<Case> {
     let world = session.world();
     let name = path.display().to_string();
     let own = if session.rank() == 0 { Case::load(path) } else { Ok(String::new()) };
-    let mut text = agree(world, own)?.into_bytes();
-    let mut length = text.len() as u64;
-    world.process_at_rank(0).broadcast_into(&mut length);
-    text.resize(length as usize, 0);
-    if length > 0 {
-        world.process_at_rank(0).broadcast_into(&mut text[..]);
-    }
-    let text = String::from_utf8(text).map_err(|error| Error::internal(error.to_string()))?;
+    let text = share(world, own)?;
     agree(world, Case::parse(&text, &name))
+}
+
+fn begin(arguments: &RunArguments) -> Begin {
+    match &arguments.restart {
+        None => Begin::Anew,
+        Some(None) => Begin::Newest,
+        Some(Some(path)) => Begin::From(path.clone()),
+    }
 }
 
 fn verbosity(arguments: &RunArguments) -> Verbosity {

@@ -68,7 +68,72 @@ impl<const D: usize> History<D> {
     }
 }
 
+/// What a checkpoint keeps of a point: a fixed list of named numbers.
+impl<const D: usize> History<D> {
+    /// The names, in the order of [`columns`](Self::columns).
+    pub fn names() -> Vec<String> {
+        let axes =
+            |name: &'static str| ["x", "y", "z"].iter().take(D).map(move |axis| format!("{name}_{axis}"));
+        let one = |name: &str| std::iter::once(name.to_owned());
+        let traction = axes("friction_traction").chain(one("bound")).chain(axes("normal"));
+        traction.chain(one("slip")).chain(one("friction_work")).chain(one("friction_power")).collect()
+    }
+
+    /// Appends the numbers.
+    pub fn columns(&self, into: &mut Vec<f64>) {
+        let Self { friction_traction, bound, normal, slip, friction_work, friction_power } = self;
+        into.extend(friction_traction.iter());
+        into.push(*bound);
+        into.extend(normal.iter());
+        into.extend([*slip, *friction_work, *friction_power]);
+    }
+
+    /// The memory that gave these numbers; `None` where they are too few.
+    pub fn from_columns(columns: &[f64]) -> Option<Self> {
+        let mut left = columns;
+        let mut take = |count: usize| {
+            let (taken, rest) = left.split_at_checked(count)?;
+            left = rest;
+            Some(taken)
+        };
+        let friction_traction = Vector::from_column_slice(take(D)?);
+        let bound = take(1)?[0];
+        let normal = Vector::from_column_slice(take(D)?);
+        let (slip, friction_work, friction_power) = (take(1)?[0], take(1)?[0], take(1)?[0]);
+        Some(Self { friction_traction, bound, normal, slip, friction_work, friction_power })
+    }
+}
+
 /// Whether the return map made this state: its power is not heat, since elastic stick gives it back.
 fn sticks_elastically<const D: usize>(state: &PointState<D>) -> bool {
     state.recoverable > 0.0 || state.plastic_work > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn comes_back<const D: usize>() {
+        let vector = |first: f64| Vector::<D>::from_fn(|i, _| first + i as f64);
+        let history = History {
+            friction_traction: vector(1.0),
+            bound: 4.0,
+            normal: vector(5.0),
+            slip: 8.0,
+            friction_work: 9.0,
+            friction_power: 10.0,
+        };
+        let mut columns = Vec::new();
+        history.columns(&mut columns);
+        assert_eq!(columns.len(), History::<D>::names().len());
+        assert_eq!(History::from_columns(&columns), Some(history));
+        assert_eq!(History::<D>::from_columns(&columns[1..]), None);
+    }
+
+    /// The columns of a checkpoint hold all that a point remembers, each under a name.
+    #[test]
+    fn columns_hold_everything() {
+        comes_back::<2>();
+        comes_back::<3>();
+    }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
@@ -19,6 +19,11 @@ pub enum Verdict {
     Running,
     /// The end time was reached.
     Completed,
+    /// It stopped on request, with a checkpoint.
+    Stopped {
+        /// Why, as the user read it.
+        reason: String,
+    },
     /// It ended early.
     Failed {
         /// The error as the user read it.
@@ -31,12 +36,15 @@ pub enum Verdict {
 impl Verdict {
     /// The verdict that goes with an error.
     pub fn of(error: &Error) -> Self {
+        if error.cause == Cause::Stopped {
+            return Self::Stopped { reason: error.message.clone() };
+        }
         Self::Failed { reason: error.message.clone(), code: error.exit_code() }
     }
 }
 
 /// Time and calls of one phase.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Phase {
     /// Wall time, the largest over ranks [s].
     pub seconds: f64,
@@ -45,7 +53,7 @@ pub struct Phase {
 }
 
 /// How deep a contact went.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Penetration {
     /// Name in the case.
     pub contact: String,
@@ -80,7 +88,7 @@ impl Input {
 }
 
 /// Sums over the run so far.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Totals {
     /// Steps that were accepted.
     pub steps: u64,
@@ -94,6 +102,8 @@ pub struct Totals {
     pub inner_krylov_iterations: u64,
     /// Linear solvers that failed and were followed by a stronger one.
     pub linear_fallbacks: u64,
+    /// How often the run went on from a checkpoint.
+    pub restarts: u64,
 }
 
 /// The run record. Rank 0 writes it.
@@ -144,6 +154,7 @@ impl Record {
         let (verdict, reason, code) = match &self.verdict {
             Verdict::Running => ("running", None, None),
             Verdict::Completed => ("completed", None, Some(0)),
+            Verdict::Stopped { reason } => ("stopped", Some(reason), Some(Cause::Stopped as i32)),
             Verdict::Failed { reason, code } => ("failed", Some(reason), Some(*code)),
         };
         let versions: Map<String, Value> =
@@ -166,6 +177,7 @@ impl Record {
             "krylov_iterations": self.totals.krylov_iterations,
             "inner_krylov_iterations": self.totals.inner_krylov_iterations,
             "linear_fallbacks": self.totals.linear_fallbacks,
+            "restarts": self.totals.restarts,
             "phases": phases,
             "peak_memory_bytes": self.peak_memory,
             "penetration": self.penetrations,
@@ -214,6 +226,7 @@ mod tests {
                 krylov_iterations: 3000,
                 inner_krylov_iterations: 0,
                 linear_fallbacks: 2,
+                restarts: 1,
             },
             simulated_time: 0.07,
             wall_seconds: 9.5,
@@ -241,6 +254,8 @@ mod tests {
         let failed = read(Verdict::of(&Error::guard("element 3 is inverted")));
         assert_eq!((&failed["verdict"], &failed["exit_code"]), (&json!("failed"), &json!(6)));
         assert_eq!(failed["reason"], "element 3 is inverted");
+        let stopped = read(Verdict::of(&Error::stopped("SIGTERM")));
+        assert_eq!((&stopped["verdict"], &stopped["exit_code"]), (&json!("stopped"), &json!(7)));
         let completed = read(Verdict::Completed);
         assert_eq!((&completed["verdict"], &completed["exit_code"]), (&json!("completed"), &json!(0)));
         assert_eq!(completed["phases"]["search"], json!({"seconds": 0.5, "count": 454}));

@@ -92,6 +92,7 @@ pub(super) fn summary(record: &Record) -> String {
     let verdict = match &record.verdict {
         Verdict::Running => "still running".to_string(),
         Verdict::Completed => "completed".to_string(),
+        Verdict::Stopped { .. } => "stopped on request".to_string(),
         Verdict::Failed { code, .. } => format!("ended early with exit code {code}"),
     };
     let totals = record.totals;
@@ -211,6 +212,7 @@ mod tests {
                 krylov_iterations: 3000,
                 inner_krylov_iterations: 0,
                 linear_fallbacks: 2,
+                restarts: 0,
             },
             simulated_time: 0.07,
             wall_seconds: 10.0,

@@ -248,7 +248,7 @@ fn status_bytes(field: &str) -> u64 {
 }
 
 fn say(error: &Error) {
-    let _ = std::io::stderr().write_all(format!("contact-petsc: error: {error}\n").as_bytes());
+    let _ = std::io::stderr().write_all(format!("contact-petsc: {}: {error}\n", error.label()).as_bytes());
 }
 
 /// Ends all ranks for a fault that leaves no way to go on, with one message.

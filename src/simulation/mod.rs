@@ -1,10 +1,15 @@
 //! A run from the case to its results, in the order of the paper's section 3.
 
 mod check;
+mod checkpoint;
 mod journal;
 mod measure;
 mod options;
 mod parts;
+mod place;
+mod restart;
+mod resume;
+mod signals;
 mod start;
 mod tables;
 
@@ -21,9 +26,14 @@ use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
-pub use journal::{Journal, Place};
+pub use journal::Journal;
 pub use options::scheme;
 pub use parts::parts;
+pub use place::Place;
+pub use restart::Begin;
+
+use checkpoint::{Keeper, Moment};
+use restart::Saved;
 
 /// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
 pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
@@ -33,7 +43,9 @@ pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
 /// # Errors
 /// The same on all ranks; what was computed before is kept.
 pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
+    let mut keeper = Keeper::new(session, case, place)?;
     let model = Model::<D>::new(case)?;
+    let mut saved = Saved::find::<D>(session, case, place)?;
     let (local, partition) = share_out(session, case, &model)?; // METIS
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
@@ -45,10 +57,14 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     if strategy.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }
-    let mut journal = Journal::open(session, case, &model, place)?;
+    saved.as_mut().map_or(Ok(()), |saved| saved.read(&system))?;
+    let mut journal = Journal::open(session, (case, &model), place, saved.as_ref())?;
     let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
-        start::at_equilibrium(&mut system, &mut stage, case, &model, &mut journal)?; // B_0
-        march(&mut system, &mut stage, &mut *strategy, case, &mut journal)
+        let clocks = match &saved {
+            None => begin(&mut system, &mut stage, (case, &model), &mut journal)?, // B_0
+            Some(saved) => saved.resume(&mut system, &mut stage, case, &mut journal)?,
+        };
+        march((&mut system, &mut stage), &mut strategy, case, &mut journal, (clocks, &mut keeper))
     });
     if let Err(error) = &outcome {
         session.meet(error);
@@ -80,21 +96,32 @@ fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
     model.contacts.iter().filter_map(couple).collect()
 }
 
-/// From configuration to configuration until the end.
-fn march<const D: usize>(
+/// The start of the motion, its rows, and what counts from there.
+fn begin<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
-    strategy: &mut dyn Strategy,
+    (case, model): (&Case, &Model<D>),
+    journal: &mut Journal<D>,
+) -> Result<(StepControl, EnergyLedger)> {
+    start::at_equilibrium(system, stage, case, model, journal)?;
+    let control = StepControl::new(0.0, case.time.end.si, case.time.step(), case.time.cuts.value);
+    let ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
+    journal.begin(system, stage, &ledger, &control)?;
+    Ok((control, ledger))
+}
+
+/// From configuration to configuration until the end.
+fn march<const D: usize>(
+    (system, stage): (&mut ContactSystem<D>, &mut Stage),
+    strategy: &mut Box<dyn Strategy>,
     case: &Case,
     journal: &mut Journal<D>,
+    ((mut control, mut ledger), keeper): ((StepControl, EnergyLedger), &mut Keeper),
 ) -> Result<()> {
     let scheme = options::scheme(&case.time);
-    let mut control = StepControl::new(0.0, case.time.end.si, case.time.step(), case.time.cuts.value);
-    let mut ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
-    journal.begin(system, stage, &ledger, &control)?;
     while !control.finished() {
         let attempt = Attempt { scheme, control: &control };
-        let outcome = attempt.solve(system, stage, strategy, journal)?;
+        let outcome = attempt.solve(system, stage, &mut **strategy, journal)?;
         let outcome = attempt.finish(system, stage, outcome)?;
         journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
@@ -103,6 +130,10 @@ fn march<const D: usize>(
                 journal.record(system, stage, (&ledger, &energies), &report)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
+                keeper.step_done(
+                    Moment { system, stage, strategy, control: &control, ledger: &ledger, journal },
+                    case,
+                )?;
             }
             Outcome::Failed(report, reason) => {
                 journal.failed(&report, &reason, &control);

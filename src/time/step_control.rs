@@ -1,5 +1,7 @@
 //! Steps that fail are cut in two, and grow again when both halves are done.
 
+use serde::{Deserialize, Serialize};
+
 /// What to do after a failed attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Retry {
@@ -12,7 +14,7 @@ pub enum Retry {
 /// Walks from start to end in steps of the nominal length, each of which may split into halves, recursively.
 ///
 /// Instants are computed from counters, not by accumulation, so that the last one is the end exactly.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepControl {
     start: f64,
     nominal: f64,

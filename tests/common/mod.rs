@@ -92,6 +92,11 @@ impl Running {
         self.child.id()
     }
 
+    /// Whether it has not ended yet.
+    pub fn goes_on(&mut self) -> bool {
+        matches!(self.child.try_wait(), Ok(None))
+    }
+
     /// Waits for the end, at most for `limit` from the start.
     pub fn wait(mut self, limit: Duration) -> Output {
         let code = loop {

@@ -121,6 +121,11 @@ impl Check<'_> {
     pub(super) fn output(&mut self) {
         let output = &self.case.output;
         self.at_least_one("'every'", &output.fields.every);
+        if let Some(checkpoint) = &output.checkpoint {
+            self.at_least_one("'every'", &checkpoint.every);
+            self.at_least_one("'keep'", &checkpoint.keep);
+            checkpoint.wall_time.into_iter().for_each(|limit| self.positive("the wall time", limit));
+        }
         for probe in output.probes.values() {
             self.size("the position of a probe", &probe.at);
             let Some(on) = &probe.on else { continue };
