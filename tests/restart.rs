@@ -325,6 +325,26 @@ fn signals_stop_with_a_checkpoint() {
     assert!(apart <= AGREEMENT, "{apart:.1e}");
 }
 
+/// A second SIGINT does not wait for the end of the step.
+#[test]
+fn a_second_interrupt_ends_at_once() {
+    let slow = [("cells: [48, 50]", "cells: [150, 150]"), ("end: 0.07", "end: 0.01")];
+    let folder = place(&shipped("rubber-block/case.yml", &slow, "{ linear: direct }", 5));
+    let running = Running::start(0, &["case.yml", "-q", "-o", "out"], &folder);
+    let deadline = std::time::Instant::now() + Duration::from_secs(60);
+    while !folder.join("out/run.json").exists() && std::time::Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let interrupt = || std::process::Command::new("kill").args(["-INT", &running.id().to_string()]).status();
+    for _ in 0..2 {
+        interrupt().expect("kill");
+        std::thread::sleep(Duration::from_millis(300));
+    }
+    let ended = running.wait(Duration::from_secs(30));
+    assert_eq!(ended.code, Some(130), "{}", ended.stderr);
+    assert!(checkpoints(&folder.join("out")).is_empty());
+}
+
 /// A wall time ends the run with code 7, from the command line or the case; jobs one after the other come to the end, and
 /// the last one may be told to go on once more.
 #[test]

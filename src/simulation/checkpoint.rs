@@ -52,8 +52,8 @@ pub struct Keeper {
     keep: usize,
     limit: Option<f64>,
     began: Instant,
-    /// End of the last step.
-    last: Instant,
+    /// End of the last step; what comes before the first one is done once only.
+    last: Option<Instant>,
     /// Longest step and longest checkpoint so far [s].
     longest: [f64; 2],
 }
@@ -77,7 +77,7 @@ impl Keeper {
             keep: keep as usize,
             limit: place.wall_time.map(|limit| limit.as_secs_f64()).or(limit),
             began: Instant::now(),
-            last: Instant::now(),
+            last: None,
             longest: [0.0; 2],
         })
     }
@@ -103,14 +103,14 @@ impl Keeper {
             system.forget(stage)?;
             *strategy = options::strategy(case, system, SOLVER_PREFIXES[0])?;
         }
-        self.last = Instant::now();
+        self.last = Some(Instant::now());
         Ok(())
     }
 
     /// Why any rank was asked to stop; 0 where none was. Collective.
     fn asked(&mut self) -> i32 {
-        let seconds = self.last.elapsed().as_secs_f64();
-        self.last = Instant::now();
+        let seconds = self.last.map_or(0.0, |last| last.elapsed().as_secs_f64());
+        self.last = Some(Instant::now());
         self.longest[0] = self.longest[0].max(seconds);
         let ahead = self.began.elapsed().as_secs_f64() + self.longest.iter().sum::<f64>();
         let over = self.limit.is_some_and(|limit| ahead >= limit);
