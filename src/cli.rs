@@ -16,6 +16,7 @@ Examples:
   contact-petsc check case.yml
   contact-petsc case.yml -v -- -log_view
   contact-petsc plot results/block results/block-power-law
+  contact-petsc study meshes/rubber-block/study.yml
 
 Exit codes: 0 done, 2 usage, 3 invalid case, 4 mesh or file, 5 not converged (results up to the last good step are
 kept), 6 physics guard, 70 internal fault.";
@@ -49,7 +50,13 @@ enum Sub {
     /// List what a case can name: elements, materials, laws, schemes, solvers
     List,
     /// Print the JSON schema (draft-07) of a case file, for editors
-    Schema,
+    Schema {
+        /// That of a study file instead
+        #[arg(long)]
+        study: bool,
+    },
+    /// Run a study: a case with keys varied, errors against costs, advice; goes on where it was left
+    Study(StudyArguments),
     /// Draw figures (SVG) of one result, or of several in common figures
     Plot {
         /// Results folders
@@ -85,6 +92,31 @@ pub struct RunArguments {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Print the Newton table (-v), and the linear solvers' iterations (-vv)
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// PETSc's own options, after `--`; they win over those of the case
+    #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
+    pub petsc: Vec<String>,
+}
+
+/// What a study takes.
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct StudyArguments {
+    /// Study file
+    pub study: PathBuf,
+    /// Results folder; `results/` and the name of the study's folder or file unless given
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// List the members, run none
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Run members once more that failed before
+    #[arg(long)]
+    pub rerun_failed: bool,
+    /// Let the members speak (-v), with their Newton tables (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
     /// Print errors only
@@ -154,11 +186,24 @@ pub enum Verbosity {
 impl RunArguments {
     /// How much the run says.
     pub fn verbosity(&self) -> Verbosity {
-        match (self.quiet, self.verbose) {
-            (true, _) => Verbosity::Quiet,
-            (false, 0) => Verbosity::Normal,
-            (false, 1) => Verbosity::Newton,
-            (false, _) => Verbosity::Linear,
+        Verbosity::of(self.quiet, self.verbose)
+    }
+}
+
+impl StudyArguments {
+    /// How much the study says.
+    pub fn verbosity(&self) -> Verbosity {
+        Verbosity::of(self.quiet, self.verbose)
+    }
+}
+
+impl Verbosity {
+    fn of(quiet: bool, verbose: u8) -> Self {
+        match (quiet, verbose) {
+            (true, _) => Self::Quiet,
+            (false, 0) => Self::Normal,
+            (false, 1) => Self::Newton,
+            (false, _) => Self::Linear,
         }
     }
 }
@@ -177,8 +222,13 @@ pub enum Command {
     },
     /// List what a case can name.
     List,
-    /// Print the schema of a case file.
-    Schema,
+    /// Print the schema of a case file, or of a study file.
+    Schema {
+        /// Of a study file.
+        study: bool,
+    },
+    /// Run a study.
+    Study(StudyArguments),
     /// Draw figures.
     Plot {
         /// Results folders, at least one.
@@ -225,7 +275,8 @@ where
         (None, Some(run)) | (Some(Sub::Run(run)), _) => Ok(Command::Run(run)),
         (Some(Sub::Check { case, petsc }), _) => Ok(Command::Check { case, petsc }),
         (Some(Sub::List), _) => Ok(Command::List),
-        (Some(Sub::Schema), _) => Ok(Command::Schema),
+        (Some(Sub::Schema { study }), _) => Ok(Command::Schema { study }),
+        (Some(Sub::Study(study)), _) => Ok(Command::Study(study)),
         (Some(Sub::Plot { results, output }), _) => Ok(Command::Plot { results, output }),
         (Some(Sub::Chart(chart)), _) => Ok(Command::Chart(chart)),
         (Some(Sub::Parts { case, counts }), _) => Ok(Command::Parts { case, counts }),

@@ -155,7 +155,7 @@ impl<'de> Visitor<'de> for AnyTree {
 }
 
 /// Reads YAML whose nodes belong to the file of that number.
-pub(super) fn read_as<T: serde::de::DeserializeOwned>(file: usize, source: &Source) -> Result<T> {
+pub(crate) fn read_as<T: serde::de::DeserializeOwned>(file: usize, source: &Source) -> Result<T> {
     FILE.set(file);
     let options = serde_saphyr::options! { strict_booleans: true };
     let read = serde_saphyr::from_str_with_options(&source.text, options);

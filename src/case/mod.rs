@@ -20,7 +20,7 @@ pub mod quantity;
 mod schema;
 mod solver;
 mod start;
-mod tagged;
+pub(crate) mod tagged;
 mod time;
 pub mod unit;
 
@@ -42,7 +42,7 @@ pub use obstacle::{Obstacle, Side};
 pub use output::{Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use place::{At, Named, Place};
-pub use schema::schema;
+pub use schema::{schema, schema_of};
 pub use solver::{Inner, Krylov, Linear, Newton, Passes, Second, Solver, Strategy, Variant};
 pub use start::Start;
 pub use time::{Scheme, Time};

@@ -5,6 +5,7 @@ mod check;
 mod list;
 mod parts;
 mod run;
+mod study;
 
 use std::io::Write;
 
@@ -20,7 +21,11 @@ use crate::plot;
 pub fn execute(command: Command) -> Result<()> {
     match command {
         Command::Run(arguments) => run::run(&arguments),
-        Command::Schema => print(&serde_json::to_string_pretty(&case::schema()).map_err(fault)?),
+        Command::Schema { study } => {
+            let schema = if study { crate::study::schema() } else { case::schema() };
+            print(&serde_json::to_string_pretty(&schema).map_err(fault)?)
+        }
+        Command::Study(arguments) => study::study(&arguments),
         Command::Completions(shell) => print(&cli::completions(shell)),
         Command::Print(text) => print(text.trim_end()),
         Command::Plot { results, output } => {

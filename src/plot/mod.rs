@@ -34,6 +34,10 @@ use crate::output::folder::{unwritable, write_whole};
 use results::{Run, distinguish};
 use scene::Shown;
 
+pub use axis::{Quantity, Scale};
+pub use chart::{Curve, Figure, Panel};
+pub use csv::Csv;
+pub use style::Stroke;
 pub use table::{TableFigure, draw_table};
 
 /// What came of plotting.

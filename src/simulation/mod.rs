@@ -1,6 +1,7 @@
 //! A run from the case to its results, in the order of the paper's section 3.
 
 mod check;
+mod input;
 mod journal;
 mod measure;
 mod options;
@@ -21,6 +22,7 @@ use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
+pub use input::{give_options, shared_text, take_back_options};
 pub use journal::{Journal, Place};
 pub use options::scheme;
 pub use parts::parts;
