@@ -66,6 +66,17 @@ enum Sub {
         #[arg(short, long, value_name = "DIR")]
         output: Option<PathBuf>,
     },
+    /// Write one page about a result or a study, report.html: pictures, numbers, warnings, the case; needs no network
+    Report {
+        /// Results folder of a run or of a study
+        results: PathBuf,
+        /// Times [s] at which the bodies are shown; start, middle and end unless given
+        #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', allow_negative_numbers = true)]
+        at: Vec<f64>,
+        /// File of the page; `report.html` in the results folder unless given
+        #[arg(short, long, value_name = "HTML")]
+        output: Option<PathBuf>,
+    },
     /// Draw columns of a table (CSV) over another one: curves of studies, as scripts/compare-solvers makes them
     Chart(ChartArguments),
     /// Cut the mesh of a case into parts without solving, print what each number of parts would cost (CSV)
@@ -209,7 +220,7 @@ impl Verbosity {
 }
 
 /// What the user asks for.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Command {
     /// Compute a case.
     Run(RunArguments),
@@ -234,6 +245,15 @@ pub enum Command {
         /// Results folders, at least one.
         results: Vec<PathBuf>,
         /// Folder of the figures.
+        output: Option<PathBuf>,
+    },
+    /// Write a page about results.
+    Report {
+        /// Results folder of a run or of a study.
+        results: PathBuf,
+        /// Times [s] at which the bodies are shown.
+        at: Vec<f64>,
+        /// File of the page.
         output: Option<PathBuf>,
     },
     /// Draw columns of a table.
@@ -278,6 +298,7 @@ where
         (Some(Sub::Schema { study }), _) => Ok(Command::Schema { study }),
         (Some(Sub::Study(study)), _) => Ok(Command::Study(study)),
         (Some(Sub::Plot { results, output }), _) => Ok(Command::Plot { results, output }),
+        (Some(Sub::Report { results, at, output }), _) => Ok(Command::Report { results, at, output }),
         (Some(Sub::Chart(chart)), _) => Ok(Command::Chart(chart)),
         (Some(Sub::Parts { case, counts }), _) => Ok(Command::Parts { case, counts }),
         (Some(Sub::Completions { shell }), _) => Ok(Command::Completions(shell)),
@@ -370,13 +391,24 @@ mod tests {
             Command::Check { case: "case.yml".into(), petsc }
         );
         assert_eq!(read("list").unwrap(), Command::List);
-        assert_eq!(read("schema").unwrap(), Command::Schema);
+        assert_eq!(read("schema").unwrap(), Command::Schema { study: false });
         let results = vec![PathBuf::from("a"), PathBuf::from("b")];
         assert_eq!(read("plot a b -o c").unwrap(), Command::Plot { results, output: Some("c".into()) });
         assert_eq!(
             read("parts case.yml 2 64").unwrap(),
             Command::Parts { case: "case.yml".into(), counts: vec![2, 64] }
         );
+        assert_eq!(
+            read("report a --at 0,0.5 -o a.html").unwrap(),
+            Command::Report { results: "a".into(), at: vec![0.0, 0.5], output: Some("a.html".into()) }
+        );
+        let study = match read("study s.yml --rerun-failed -v -o a -- -ksp_monitor") {
+            Ok(Command::Study(study)) => study,
+            other => panic!("{other:?}"),
+        };
+        assert!(study.rerun_failed && !study.dry_run && study.petsc == ["-ksp_monitor"]);
+        assert_eq!((study.verbosity(), study.output), (Verbosity::Newton, Some("a".into())));
+        assert_eq!(read("schema --study").unwrap(), Command::Schema { study: true });
         let chart = match read("chart a.csv --x m --y s --by k --where v=a,b --where c=0 --log x -o a.svg") {
             Ok(Command::Chart(chart)) => chart,
             other => panic!("{other:?}"),

@@ -34,6 +34,11 @@ pub fn execute(command: Command) -> Result<()> {
             let files: Vec<String> = plotted.files.iter().map(|file| file.display().to_string()).collect();
             print(&files.join("\n"))
         }
+        Command::Report { results, at, output } => {
+            let written = crate::report::report(&results, &at, output.as_deref())?;
+            written.notes.iter().for_each(|note| eprintln!("note: {note}"));
+            print(&written.file.display().to_string())
+        }
         Command::Chart(chart) => plot::draw_table(&chart::figure(&chart)?, &chart.output),
         Command::Parts { case, counts } => print(parts::parts(&case, &counts)?.trim_end()),
         Command::Check { case, petsc } => print(&check::check(&case, &petsc)?),

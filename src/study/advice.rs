@@ -31,7 +31,8 @@ impl Findings<'_> {
     fn sentence(&self, quantity: usize, target: f64) -> String {
         let name = &self.quantities[quantity];
         let asked = percent(target);
-        let Some((row, error)) = cheapest(self.judged(quantity), target) else {
+        let all: Vec<(&Row, f64)> = self.judged(quantity).collect();
+        let Some((row, error)) = cheapest(&all, &all, target) else {
             return match self.judged(quantity).min_by(|a, b| a.1.total_cmp(&b.1)) {
                 None => format!(
                     "for {asked} in {name} there is nothing to say: no member has an error to judge by"
@@ -50,6 +51,11 @@ impl Findings<'_> {
             seconds(row.cost.cpu),
             percent(error)
         );
+        let lucky =
+            all.iter().filter(|(other, error)| *error <= target && other.cost.cpu < row.cost.cpu).count();
+        if lucky > 0 {
+            text.push_str(&format!("; {lucky} cheaper only by luck: refined, they are worse than that"));
+        }
         for other in self.others(row) {
             text.push_str(&self.compared(quantity, target, other));
         }
@@ -72,12 +78,16 @@ impl Findings<'_> {
     }
 
     fn compared(&self, quantity: usize, target: f64, label: &str) -> String {
-        let of =
-            || self.judged(quantity).filter(|(row, _)| row.labels.first().is_some_and(|own| own == label));
+        let all: Vec<(&Row, f64)> = self.judged(quantity).collect();
+        let of = |row: &Row| row.labels.first().is_some_and(|own| own == label);
+        let own: Vec<(&Row, f64)> = all.iter().copied().filter(|(row, _)| of(row)).collect();
         let who = format!("{} = {label}", self.axes[0]);
-        match cheapest(of(), target) {
+        match cheapest(&own, &all, target) {
             Some((row, _)) => format!("; the cheapest with {who} needs {}", seconds(row.cost.cpu)),
-            None => match of().map(|(_, error)| error).min_by(f64::total_cmp) {
+            None if own.iter().any(|(_, error)| *error <= target) => {
+                format!("; with {who} some do by luck only")
+            }
+            None => match own.iter().map(|(_, error)| *error).min_by(f64::total_cmp) {
                 Some(best) => format!("; with {who} none suffices, {} at best", percent(best)),
                 None => format!("; with {who} none completed"),
             },
@@ -94,8 +104,21 @@ impl Findings<'_> {
     }
 }
 
-fn cheapest<'a>(rows: impl Iterator<Item = (&'a Row, f64)>, target: f64) -> Option<(&'a Row, f64)> {
-    rows.filter(|(_, error)| *error <= target).min_by(|a, b| a.0.cost.cpu.total_cmp(&b.0.cost.cpu))
+/// The cheapest of `rows` that suffices and does so not by luck alone: refined along any one axis, it would still.
+fn cheapest<'a>(rows: &[(&'a Row, f64)], all: &[(&Row, f64)], target: f64) -> Option<(&'a Row, f64)> {
+    let is_lucky = |row: &Row| all.iter().any(|(other, error)| *error > target && is_refinement(other, row));
+    let suffices = rows.iter().filter(|(row, error)| *error <= target && !is_lucky(row));
+    suffices.copied().min_by(|a, b| a.0.cost.cpu.total_cmp(&b.0.cost.cpu))
+}
+
+/// Whether a member differs from another by more unknowns or steps along one axis, of several not the first, which is that of
+/// the compared.
+fn is_refinement(finer: &Row, row: &Row) -> bool {
+    let labels = || row.labels.iter().zip(&finer.labels);
+    let is_varied = |(own, other): (&String, &String)| own != other && !own.is_empty() && !other.is_empty();
+    let first = usize::from(row.labels.len() > 1);
+    let differences = labels().filter(|(own, other)| own != other).count();
+    differences == 1 && labels().skip(first).any(is_varied) && finer.cost.size() > row.cost.size()
 }
 
 /// A share in per cent, two figures.
@@ -165,6 +188,28 @@ mod tests {
         );
         let nothing = Findings { rows: &rows[3..4], ..findings };
         assert!(nothing.advice(&[0.1])[0].contains("nothing to say"));
+    }
+
+    /// What suffices by luck alone, because the same with a finer mesh does not, is not advised, and the sentence says so.
+    #[test]
+    fn luck_is_not_advised() {
+        let mut rows = vec![
+            of(["a", "1"], 0.1, 0.001),
+            of(["a", "2"], 0.2, 0.3),
+            of(["a", "3"], 0.4, 0.005),
+            of(["b", "1"], 9.0, 0.2),
+        ];
+        for (row, unknowns) in rows.iter_mut().zip([1, 2, 3, 1]) {
+            row.cost = Cost { unknowns, steps: 1, ..row.cost.clone() };
+        }
+        let names = ["scheme", "h"].map(str::to_owned);
+        let findings = Findings { axes: &names, quantities: &["force".into()], rows: &rows };
+        let advice = findings.advice(&[0.01]);
+        assert!(advice[0].contains("use scheme = a, h = 3: 0.4 s"), "{advice:?}");
+        assert!(
+            advice[0].contains("1 cheaper only by luck") && advice[0].contains("b none suffices"),
+            "{advice:?}"
+        );
     }
 
     /// Numbers have two figures.
