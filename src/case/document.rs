@@ -11,6 +11,7 @@ use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_saphyr::Spanned;
 
 use super::diagnostics::{Complaint, Source};
+use super::path::put;
 use super::place::{At, Named, Place};
 use crate::error::Result;
 
@@ -18,9 +19,6 @@ thread_local! {
     /// The file that is being read; a YAML reader does not carry it.
     static FILE: Cell<usize> = const { Cell::new(0) };
 }
-
-/// Mappings whose keys are names that the user chose: a path may not make an entry by the way.
-const NAMES: [&str; 5] = ["bodies", "obstacles", "contact", "boundary", "output.probes"];
 
 /// A file, by its number in the document, and a place in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -34,7 +32,7 @@ pub(super) struct Origin {
 pub struct Node {
     /// What is written.
     pub tree: Tree,
-    origin: Origin,
+    pub(super) origin: Origin,
 }
 
 /// What a piece of YAML is.
@@ -278,233 +276,5 @@ fn number_text(number: f64) -> String {
         n if n.is_nan() => ".nan".into(),
         n if n.is_infinite() => if n > 0.0 { ".inf" } else { "-.inf" }.into(),
         n => format!("{n:?}"),
-    }
-}
-
-/// A step of a path: a key or a position, with its first character within the path.
-#[derive(Debug, Clone, PartialEq)]
-enum Step {
-    Key(String, usize),
-    Entry(usize, usize),
-}
-
-fn steps(path: &At<String>) -> std::result::Result<Vec<Step>, Complaint> {
-    let wrong = |offset: usize, message: String| {
-        Err(Complaint::new(message)
-            .at(path.place)
-            .offset(offset)
-            .hint("a path is `key.key[0].key`, as in bodies.block.mesh.box.cells[0]"))
-    };
-    let mut steps = Vec::new();
-    let mut offset = 0;
-    for part in path.value.split('.') {
-        let (key, rest) = part.find('[').map_or((part, ""), |at| part.split_at(at));
-        if key.is_empty() {
-            return wrong(offset, format!("a key is missing in the path '{}'", path.value));
-        }
-        steps.push(Step::Key(key.to_owned(), offset));
-        let mut inner = offset + key.chars().count();
-        for entry in rest.split_inclusive(']').filter(|entry| !entry.is_empty()) {
-            let number =
-                entry.strip_prefix('[').and_then(|e| e.strip_suffix(']')).and_then(|e| e.parse().ok());
-            let Some(number) = number else {
-                return wrong(inner, format!("'{entry}' is no position in a list"));
-            };
-            steps.push(Step::Entry(number, inner));
-            inner += entry.chars().count();
-        }
-        offset += part.chars().count() + 1;
-    }
-    Ok(steps)
-}
-
-fn put(root: &mut Node, path: &At<String>, value: &Node) -> std::result::Result<(), Complaint> {
-    let steps = steps(path)?;
-    let takes_away = value.tree == Tree::Null;
-    let mut node = root;
-    let mut so_far = String::new();
-    for (index, step) in steps.iter().enumerate() {
-        let is_last = index + 1 == steps.len();
-        let at = |offset: usize, length: usize| Origin {
-            file: value.origin.file,
-            place: Place { column: path.place.column + offset + quotes(path), length, ..path.place },
-        };
-        node = match step {
-            Step::Key(key, offset) => {
-                let origin = at(*offset, key.chars().count());
-                let entry = Entry { key, parent: &so_far, origin, is_last };
-                if is_last && takes_away {
-                    return entry.take_away(node);
-                }
-                let inner = entry.find(node)?;
-                so_far = if so_far.is_empty() { key.clone() } else { format!("{so_far}.{key}") };
-                inner
-            }
-            Step::Entry(position, offset) => {
-                let place = at(*offset, 1).place;
-                so_far.push_str(&format!("[{position}]"));
-                let Tree::List(entries) = &mut node.tree else {
-                    return Err(Complaint::new(format!("'{so_far}': this is no list in the case")).at(place));
-                };
-                let count = entries.len();
-                entries.get_mut(*position).ok_or_else(|| {
-                    let message = format!("'{so_far}': the list in the case has {count} entries");
-                    Complaint::new(message).at(place).hint("the first entry is [0]")
-                })?
-            }
-        };
-    }
-    *node = value.clone();
-    Ok(())
-}
-
-/// A key on the way of a path.
-struct Entry<'a> {
-    key: &'a str,
-    /// The path before it.
-    parent: &'a str,
-    origin: Origin,
-    is_last: bool,
-}
-
-impl Entry<'_> {
-    /// The node under the key, made where the case leaves it to a default.
-    fn find<'n>(&self, node: &'n mut Node) -> std::result::Result<&'n mut Node, Complaint> {
-        let entries = self.entries(node)?;
-        let at = match entries.iter().position(|(name, _)| name.value == self.key) {
-            Some(found) => found,
-            None if !self.is_last && NAMES.contains(&self.parent) => {
-                let noun = format!("name under {}", self.parent);
-                return Err(self.unknown(&noun, entries));
-            }
-            None => {
-                let key = At { value: self.key.to_owned(), place: self.origin.place };
-                entries.push((key, Node { tree: Tree::Map(Vec::new()), origin: self.origin }));
-                entries.len() - 1
-            }
-        };
-        let (key, inner) = &mut entries[at];
-        if self.is_last {
-            key.place = self.origin.place;
-        }
-        Ok(inner)
-    }
-
-    fn take_away(&self, node: &mut Node) -> std::result::Result<(), Complaint> {
-        let entries = self.entries(node)?;
-        let before = entries.len();
-        entries.retain(|(name, _)| name.value != self.key);
-        if entries.len() == before { Err(self.unknown("key to take away", entries)) } else { Ok(()) }
-    }
-
-    fn entries<'n>(
-        &self,
-        node: &'n mut Node,
-    ) -> std::result::Result<&'n mut Vec<(At<String>, Node)>, Complaint> {
-        if node.tree == Tree::Null {
-            node.tree = Tree::Map(Vec::new());
-        }
-        let label = node.label();
-        match &mut node.tree {
-            Tree::Map(entries) => Ok(entries),
-            _ => Err(no_mapping(self.parent, self.key, &label).at(self.origin.place)),
-        }
-    }
-
-    fn unknown(&self, noun: &str, entries: &[(At<String>, Node)]) -> Complaint {
-        let names = entries.iter().map(|(name, _)| name.value.as_str());
-        Complaint::unknown(noun, self.key, names).at(self.origin.place)
-    }
-}
-
-/// A quoted path begins a character later than its place.
-fn quotes(path: &At<String>) -> usize {
-    usize::from(path.place.length == path.value.chars().count() + 2)
-}
-
-fn no_mapping(parent: &str, key: &str, label: &str) -> Complaint {
-    Complaint::new(format!("'{parent}' is '{label}' in the case, no mapping with '{key}'"))
-        .hint(format!("set the whole of it, as in `{parent}: {{ {key}: ... }}`"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::case::Case;
-
-    const CASE: &str = "dimension: 2\nbodies:\n  block:\n    mesh: { box: { min: [0, 0], max: [1, 1], cells: [2, 2] } }\n    \
-        material: { neo_hookean: { young_modulus: \"5 MPa\", poisson_ratio: 0.3 } }\n    density: 1.7e3\nboundary:\n  \
-        clamp: { on: block.top, displacement: { x: \"1.0 * t\", y: -0.05 } }\ntime: { end: 0.01, step: 1.0e-3 }\n";
-
-    fn changed(overrides: &str) -> Result<Case> {
-        let source = Source::new(overrides, Path::new("study.yml"));
-        let overrides: Named<Node> = read_as(1, &source)?;
-        let mut document = Document::read(CASE, Path::new("folder/case.yml"), source)?;
-        document.put(&overrides)?;
-        Case::from_document(&document)
-    }
-
-    /// Without changes the case is the same as read directly, to the last bit; with them it is the one that says so.
-    #[test]
-    fn overrides_are_as_if_written() {
-        let plain = Case::parse(CASE, "folder/case.yml").unwrap();
-        assert_eq!(
-            changed("{}").unwrap().to_json().unwrap().to_string(),
-            plain.to_json().unwrap().to_string()
-        );
-        let case = changed(
-            "time.step: 0.5 ms\nbodies.block.mesh.box.cells[1]: 7\nsolver.newton.max_iterations: 9\n\"time.scheme\": \
-             midpoint\nbodies.block.mesh.box.element: quad9\n",
-        );
-        let text = CASE
-            .replace("step: 1.0e-3", "step: 5.0e-4, scheme: midpoint")
-            .replace("cells: [2, 2]", "cells: [2, 7], element: quad9")
-            + "solver: { newton: { max_iterations: 9 } }\n";
-        let direct = Case::parse(&text, "case.yml").unwrap();
-        let case = case.unwrap();
-        assert_eq!(case, direct);
-        assert_eq!(case.digest().unwrap(), direct.digest().unwrap());
-        assert_ne!(case.digest().unwrap(), plain.digest().unwrap());
-        assert_eq!(case.resolve("a.msh"), Path::new("folder/a.msh"));
-    }
-
-    /// `null` takes a key away, so that its default stands.
-    #[test]
-    fn null_takes_away() {
-        let case =
-            changed("bodies.block.density: 2\ntime.end: 1\nbodies.block.mesh.box.cells: [1, 1]\n").unwrap();
-        assert_eq!(case.time.end.si, 1.0);
-        let text = changed("time.step: null").unwrap_err().message;
-        assert!(text.contains("'step'"), "{text}");
-        let text = changed("time.stepp: null").unwrap_err().message;
-        assert!(text.contains("did you mean 'step'") && text.contains("study.yml:1:6"), "{text}");
-    }
-
-    /// What is wrong is told where the user wrote it: overrides in the study, the rest in the case; with the nearest key.
-    #[test]
-    fn errors_point_into_the_right_file() {
-        for (overrides, place, words) in [
-            ("time.stepp: 1", "study.yml:1:6", "did you mean 'step'"),
-            ("\ntime.step: -1", "study.yml:2:12", "step"),
-            ("a: 1\n", "study.yml:1:1", "unknown key 'a'"),
-            ("bodies.blok.density: 1", "study.yml:1:8", "did you mean 'block'"),
-            ("dimension.x: 1", "study.yml:1:11", "'dimension' is '2'"),
-            ("bodies.block.mesh.box.cells[2]: 1", "study.yml:1:28", "2 entries"),
-            ("bodies.block.density[0]: 1", "study.yml:1:21", "no list"),
-            ("bodies..density: 1", "study.yml:1:8", "a key is missing"),
-            ("bodies.block.mesh.box.cells[x]: 1", "study.yml:1:28", "no position"),
-            ("boundary.clamp.on: blok.top", "study.yml:1:20", "blok"),
-            ("bodies.block.mesh.box.element: quad7", "study.yml:1:32", "quad7"),
-            ("bodies: { b: 1 }", "study.yml:1:14", "expected"),
-        ] {
-            let text = changed(overrides).map(|_| "read".to_owned()).unwrap_or_else(|e| e.message);
-            assert!(text.contains(place) && text.contains(words), "{overrides}: {text}");
-        }
-        let broken = CASE.replace("density", "densty");
-        let document =
-            Document::read(&broken, Path::new("case.yml"), Source::new("", Path::new("study.yml"))).unwrap();
-        let text = Case::from_document(&document).unwrap_err().message;
-        assert!(text.contains("case.yml:6:5") && text.contains("did you mean 'density'"), "{text}");
-        assert!(text.contains("densty: 1.7e3"), "the line itself: {text}");
     }
 }

@@ -14,6 +14,7 @@ mod expression;
 pub mod function;
 mod obstacle;
 mod output;
+mod path;
 mod petsc;
 pub mod place;
 pub mod quantity;

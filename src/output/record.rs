@@ -103,7 +103,7 @@ pub struct Balance {
     pub elements: Vec<u64>,
     /// Nodes that it owns.
     pub nodes: Vec<u64>,
-    /// Contactor facets of its elements, as far as they were made a load to balance.
+    /// Contactor facets of its elements.
     pub contact_facets: Vec<u64>,
     /// Processor time outside of the kernel, waiting in MPI included [s].
     pub cpu_seconds: Vec<f64>,

@@ -26,7 +26,8 @@ summary { cursor: pointer; } ul { padding-left: 1.2em; }
 @media print {
   body { max-width: none; padding: 0; font-size: 10.5pt; }
   h2 { break-after: avoid; } figure, tr, .warning { break-inside: avoid; }
-  pre { white-space: pre-wrap; overflow: visible; } .wide { overflow: visible; }
+  pre { white-space: pre-wrap; overflow: visible; } .wide { overflow: visible; } table { font-size: 8pt; }
+  th, td { padding-right: .5em; }
   .bar, .bar span, .verdict, .warning, pre { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   details::details-content { content-visibility: visible; block-size: auto; }
 }

@@ -43,7 +43,7 @@ pub fn page(folder: &Path, marker: &Value) -> Result<(String, Vec<String>)> {
     }
     page.section("members", "Members");
     match Csv::read(&folder.join("study.csv"))? {
-        Some(csv) => members(&mut page, &csv),
+        Some(csv) => members(&mut page, &csv, &texts("axes")),
         None => notes.push("study.csv: not there".into()),
     }
     page.section("study", "The study");
@@ -55,17 +55,34 @@ pub fn page(folder: &Path, marker: &Value) -> Result<(String, Vec<String>)> {
     Ok((page.finish(&title), notes))
 }
 
-fn members(page: &mut Page, csv: &Csv) {
-    // The labels of the axes say the same as the name.
-    let shown: Vec<&String> = csv.columns().iter().collect();
-    let columns: Vec<Vec<&str>> = shown.iter().filter_map(|name| csv.words(name)).collect();
-    let count = columns.first().map_or(0, Vec::len);
-    let cell = |word: &str| match word.parse::<f64>() {
-        Ok(number) => Cell::Number(figures_of(number, 4)),
-        Err(_) => Cell::text(word),
+/// The members by their values, errors and costs; what else is known of them stands in `study.csv`.
+fn members(page: &mut Page, csv: &Csv, axes: &[String]) {
+    let costs = ["cpu [s]", "newton", "steps", "unknowns", "memory [MiB]", "energy drift", "reason"];
+    let is_axis = |name: &&String| axes.contains(name);
+    let is_shown = |name: &&String| {
+        is_axis(name) || *name == "verdict" || name.ends_with(" error") || costs.contains(&name.as_str())
+    };
+    let named: Vec<&str> = csv.words("member").unwrap_or_default();
+    let mut header = Vec::new();
+    let mut columns: Vec<Vec<&str>> = Vec::new();
+    if !csv.columns().iter().any(|name| is_axis(&name)) {
+        header.push("member");
+        columns.push(named.clone());
+    }
+    for name in csv.columns().iter().filter(is_shown) {
+        header.push(name.as_str());
+        columns.push(csv.words(name).unwrap_or_default());
+    }
+    let cell = |row: usize, column: usize| match columns[column][row] {
+        // A member outside of the grid has a name instead of values.
+        "" if column == 0 => Cell::text(named[row]),
+        word => match word.parse::<f64>() {
+            Ok(number) => Cell::Number(figures_of(number, 3)),
+            Err(_) => Cell::text(word),
+        },
     };
     let rows: Vec<Vec<Cell>> =
-        (0..count).map(|row| columns.iter().map(|column| cell(column[row])).collect()).collect();
-    let header: Vec<&str> = shown.iter().map(|name| name.as_str()).collect();
+        (0..named.len()).map(|row| (0..columns.len()).map(|column| cell(row, column)).collect()).collect();
     page.table(&header, &rows);
+    page.paragraph("Errors are relative; values and further costs stand in study.csv.");
 }

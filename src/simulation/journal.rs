@@ -122,7 +122,8 @@ impl<const D: usize> Journal<D> {
         self.record.unknowns = system.unknowns() as u64;
         self.record.balance.elements = partition.elements.clone();
         self.record.balance.nodes = partition.owned.clone();
-        self.record.balance.contact_facets = partition.contact.clone();
+        let facets = system.surface_cells().mine.iter().filter(|&&mine| mine).count();
+        self.record.balance.contact_facets = super::measure::of_each_rank(&self.session, facets as u64);
         let own = self.tables.as_mut().map_or(Ok(()), |tables| tables.watch(&self.folder, &self.watched));
         agree(self.session.world(), own)?;
         self.fields = Some(self.field_writer(system));

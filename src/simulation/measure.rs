@@ -45,7 +45,12 @@ pub fn seconds(session: &Rc<Session>) -> [Vec<f64>; 2] {
 
 /// Largest resident memory of each rank [bytes]. Collective.
 pub fn peak_memory(session: &Rc<Session>) -> Vec<u64> {
+    of_each_rank(session, own_peak_memory())
+}
+
+/// A count of each rank. Collective.
+pub fn of_each_rank(session: &Rc<Session>, own: u64) -> Vec<u64> {
     let mut all = vec![0; session.size() as usize];
-    session.world().all_gather_into(&own_peak_memory(), &mut all[..]);
+    session.world().all_gather_into(&own, &mut all[..]);
     all
 }

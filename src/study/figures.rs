@@ -6,6 +6,16 @@ use super::row::{Row, State};
 use crate::error::Result;
 use crate::plot::{Curve, Figure, Panel, Quantity, Scale, Stroke};
 
+/// What a member counts.
+type Size = fn(&Row) -> u64;
+
+/// Members that differ in one axis alone: their other labels, their colour, and each one's size and point.
+struct Family {
+    labels: Vec<String>,
+    colour: usize,
+    points: Vec<(u64, [f64; 2])>,
+}
+
 /// Half the size of the mark of a member.
 const MARK: f64 = 3.5;
 
@@ -107,7 +117,7 @@ impl Findings<'_> {
     /// Error over unknowns and over steps, a panel for each of them that is varied; members joined that differ in one axis.
     fn convergence(&self, quantity: usize) -> Figure {
         let error = format!("relative error of {}", self.quantities[quantity]);
-        let sizes: [(&str, fn(&Row) -> u64); 2] =
+        let sizes: [(&str, Size); 2] =
             [("unknowns of a step", |row| row.cost.unknowns), ("steps", |row| row.cost.steps)];
         let mut panels = Vec::new();
         for (name, size) in sizes {
@@ -138,7 +148,7 @@ impl Findings<'_> {
 
     /// The three panels of the Time-Accuracy-Size spectrum.
     fn spectrum(&self, quantity: usize) -> Figure {
-        let size: fn(&Row) -> u64 = |row| row.cost.unknowns * row.cost.steps.max(1);
+        let size: Size = |row| row.cost.unknowns * row.cost.steps.max(1);
         let plain = |name: &str| Quantity::new(name, "");
         let panel = |x: Quantity, y: Quantity, point: &dyn Fn(&Row, f64) -> [f64; 2]| Panel {
             x,
@@ -177,23 +187,23 @@ impl Findings<'_> {
             labels.map(|(k, label)| if Some(k) == along { String::new() } else { label.clone() }).collect()
         };
         let colours = self.colours();
-        let mut groups: Vec<(Vec<String>, usize, Vec<(u64, [f64; 2])>)> = Vec::new();
+        let mut families: Vec<Family> = Vec::new();
         for (_, row, error) in self.drawn(quantity) {
-            let own = key(row);
-            let colour =
-                colours.iter().position(|word| row.labels.first().is_some_and(|l| l == word)).unwrap_or(0);
+            let labels = key(row);
+            let is_its = |word: &&str| row.labels.first().is_some_and(|label| label == word);
+            let colour = colours.iter().position(is_its).unwrap_or(0);
             let entry = (size(row), point(row, error));
-            match groups.iter_mut().find(|(key, its, _)| *key == own && *its == colour) {
-                Some((_, _, points)) => points.push(entry),
-                None => groups.push((own, colour, vec![entry])),
+            match families.iter_mut().find(|family| family.labels == labels && family.colour == colour) {
+                Some(family) => family.points.push(entry),
+                None => families.push(Family { labels, colour, points: vec![entry] }),
             }
         }
-        let curve = |(_, colour, mut points): (Vec<String>, usize, Vec<(u64, [f64; 2])>)| {
-            points.sort_by_key(|(size, _)| *size);
-            let stroke = Stroke { width: 1.2, mark: MARK, ..Stroke::of(colour) };
-            Curve { points: points.into_iter().map(|(_, point)| point).collect(), stroke }
+        let curve = |mut family: Family| {
+            family.points.sort_by_key(|(size, _)| *size);
+            let stroke = Stroke { width: 1.2, mark: MARK, ..Stroke::of(family.colour) };
+            Curve { points: family.points.into_iter().map(|(_, point)| point).collect(), stroke }
         };
-        groups.into_iter().map(curve).collect()
+        families.into_iter().map(curve).collect()
     }
 
     /// The axis along which the size grows most; the first one, which the colours tell, only where no other does.

@@ -64,7 +64,7 @@ fn broken_studies_are_told_where_and_why() {
         (
             "reference: { member: { time.step: 0.5 ms } }\n",
             "",
-            "study.yml:12:3",
+            "study.yml:13:3",
             "nothing to be compared with",
         ),
         ("{ member: { time.step: 0.5 ms } }", "best", "study.yml:12:12", "unknown reference 'best'"),
