@@ -37,6 +37,12 @@ impl Findings<'_> {
                 None => format!(
                     "for {asked} in {name} there is nothing to say: no member has an error to judge by"
                 ),
+                Some((row, error)) if error <= target => format!(
+                    "for {asked} in {name} no member suffices but by luck: {} has {} after {}, and more when refined",
+                    self.described(row),
+                    percent(error),
+                    seconds(row.cost.cpu)
+                ),
                 Some((row, error)) => format!(
                     "for {asked} in {name} no member suffices; the nearest is {} with {} after {}",
                     self.described(row),
