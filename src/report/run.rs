@@ -10,6 +10,9 @@ use crate::plot;
 /// Pictures above this size are left out: a browser would choke on them \[bytes\].
 const MOST: usize = 12 << 20;
 
+/// Warnings that one sees at once; further ones open on demand.
+const SHOWN: usize = 8;
+
 /// The page about the results in a folder, and notes on what is missing.
 ///
 /// # Errors
@@ -66,7 +69,10 @@ fn warnings(page: &mut Page, record: &Value) {
     page.section("warnings", "Warnings");
     let warnings: Vec<&str> =
         record["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    warnings.iter().for_each(|warning| page.warning(warning));
+    warnings.iter().take(SHOWN).for_each(|warning| page.warning(warning));
+    if warnings.len() > SHOWN {
+        page.details(&format!("{} more", warnings.len() - SHOWN), &warnings[SHOWN..].join("\n"));
+    }
     match (&record["warnings"], warnings.is_empty()) {
         (Value::Array(_), true) => page.paragraph("None."),
         (Value::Null, _) => page.paragraph("This result was written before warnings were kept."),

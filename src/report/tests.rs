@@ -105,6 +105,20 @@ fn a_page_is_whole_and_escaped() {
     assert!(report(&scratch.0.join("absent"), &[], None).is_err());
 }
 
+/// Of many warnings the first stand in full and the rest opens on demand.
+#[test]
+fn many_warnings_are_folded() {
+    let scratch = Scratch::new("report-warnings");
+    let warnings: Vec<String> = (0..30).map(|k| format!("step {k} failed")).collect();
+    let record =
+        serde_json::json!({ "program": "contact-petsc", "verdict": "completed", "warnings": warnings });
+    std::fs::write(scratch.0.join("run.json"), record.to_string()).unwrap();
+    let page = std::fs::read_to_string(report(&scratch.0, &[], None).unwrap().file).unwrap();
+    check(&page);
+    assert_eq!(page.matches("class=\"warning\"").count(), 8);
+    assert!(page.contains("<summary>22 more</summary>") && page.contains("step 29 failed"));
+}
+
 /// A record of an older version, or one that a killed start left behind, still gives a page.
 #[test]
 fn a_bare_record_gives_a_page() {
