@@ -91,9 +91,13 @@ fn a_study_is_the_same_on_1_and_2_ranks() {
     assert_eq!(table.numbers("reaction error")[0], 0.0);
     assert!(table.numbers("reaction error")[1..5].iter().all(|error| *error > 0.0));
     assert!(table.numbers("cpu")[..5].iter().chain(&table.numbers("memory")[..5]).all(|cost| *cost > 0.0));
-    // A member is an ordinary results folder, with the phases of itself alone.
+    // A member is an ordinary results folder, with the phases of itself alone: they do not exceed its wall time.
     let record = fs::read_to_string(folders[0].join("out/members/element-quad9_h-0.1/run.json")).unwrap();
-    assert!(record.contains("\"verdict\": \"completed\"") && record.contains("\"case_sha256\""), "{record}");
+    let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+    assert!(record["verdict"] == "completed" && record["case_sha256"].is_string(), "{record}");
+    let phases = record["phases"].as_object().unwrap().values();
+    let seconds: f64 = phases.map(|phase| phase["seconds"].as_f64().unwrap()).sum();
+    assert!(seconds < 1.1 * record["wall_seconds"].as_f64().unwrap(), "{record}");
     for file in [
         "advice.txt",
         "study.md",
