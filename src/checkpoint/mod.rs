@@ -20,5 +20,5 @@ mod table;
 
 pub use file::{FORMAT, Header, Section, verify};
 pub use store::{Found, Store};
-pub use stream::{read, share, write};
+pub use stream::{read, write};
 pub use table::Table;

@@ -14,21 +14,6 @@ use crate::error::{Error, Result, agree};
 /// Words that rank 0 reads at a time.
 const PIECE: usize = 1 << 17;
 
-/// Gives a text that rank 0 brings to all ranks. Collective.
-///
-/// # Errors
-/// That of rank 0, on all ranks.
-pub fn share(world: &impl CommunicatorCollectives, own: Result<String>) -> Result<String> {
-    let mut text = agree(world, own)?.into_bytes();
-    let mut length = text.len() as u64;
-    world.process_at_rank(0).broadcast_into(&mut length);
-    text.resize(length as usize, 0);
-    if length > 0 {
-        world.process_at_rank(0).broadcast_into(&mut text[..]);
-    }
-    String::from_utf8(text).map_err(|error| Error::internal(error.to_string()))
-}
-
 /// Writes a checkpoint of the rows of all ranks; each row is given by one rank. What rank 0 says as `state` goes to the
 /// header. Collective.
 ///

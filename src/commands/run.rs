@@ -4,13 +4,12 @@ use std::path::Path;
 use std::rc::Rc;
 
 use crate::case::Case;
-use crate::checkpoint::share;
 use crate::cli::{self, RunArguments};
 use crate::error::{Cause, Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::folder::default_folder;
 use crate::petsc::Session;
-use crate::simulation::{self, Begin, Place};
+use crate::simulation::{self, Begin, Place, give_options, shared_text};
 
 /// Runs a case. Collective.
 ///
@@ -51,15 +50,6 @@ fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {
     outcome
 }
 
-/// Hands the options that stand in the case to PETSc; those of the command line win.
-///
-/// # Errors
-/// When PETSc refuses a name.
-pub fn give_options(session: &Session, case: &Case) -> Result<()> {
-    let mut options = case.petsc.iter();
-    options.try_for_each(|(name, value)| session.give(&name.value, value.0.as_deref().unwrap_or_default()))
-}
-
 /// `-vv`: every linear solver prints the residual of each iteration, and why it stopped.
 fn monitor_linear_solvers(session: &Session) -> Result<()> {
     for prefix in simulation::SOLVER_PREFIXES {
@@ -74,11 +64,9 @@ fn monitor_linear_solvers(session: &Session) -> Result<()> {
 /// # Errors
 /// The same on all ranks.
 pub fn read(session: &Rc<Session>, path: &Path) -> Result<Case> {
-    let world = session.world();
-    let name = path.display().to_string();
     let own = if session.rank() == 0 { Case::load(path) } else { Ok(String::new()) };
-    let text = share(world, own)?;
-    agree(world, Case::parse(&text, &name))
+    let text = shared_text(session, own)?;
+    agree(session.world(), Case::parse(&text, &path.display().to_string()))
 }
 
 fn begin(arguments: &RunArguments) -> Begin {

@@ -106,11 +106,28 @@ pub struct Totals {
     pub restarts: u64,
 }
 
+/// What each rank has and does, an entry a rank.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Balance {
+    /// Elements that belong to it.
+    pub elements: Vec<u64>,
+    /// Nodes that it owns.
+    pub nodes: Vec<u64>,
+    /// Contactor facets of its elements.
+    pub contact_facets: Vec<u64>,
+    /// Processor time outside of the kernel, waiting in MPI included [s].
+    pub cpu_seconds: Vec<f64>,
+    /// Wall time in search, contact, element forces and tangents, where ranks do not wait for each other [s].
+    pub work_seconds: Vec<f64>,
+}
+
 /// The run record. Rank 0 writes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     /// The case as completed with its defaults.
     pub case: Value,
+    /// SHA-256 of the completed case.
+    pub digest: String,
     /// The case file and the mesh files.
     pub inputs: Vec<Input>,
     /// Name and version of the program and of each library.
@@ -132,13 +149,29 @@ pub struct Record {
     pub phases: Vec<(String, Phase)>,
     /// Largest resident memory of each rank [bytes].
     pub peak_memory: Vec<u64>,
+    /// What each rank has and does.
+    pub balance: Balance,
     /// How deep the contacts went so far.
     pub penetrations: Vec<Penetration>,
+    /// What the user was warned of or told to mind, one sentence each.
+    pub warnings: Vec<String>,
     /// How it stands.
     pub verdict: Verdict,
 }
 
+/// Warnings of a run that are kept; a run of a million cut steps needs no million sentences.
+const MOST_WARNINGS: usize = 100;
+
 impl Record {
+    /// Keeps a warning for whoever reads the record.
+    pub fn warn(&mut self, text: String) {
+        match self.warnings.len() {
+            count if count < MOST_WARNINGS => self.warnings.push(text),
+            MOST_WARNINGS => self.warnings.push("further warnings are left out".into()),
+            _ => {}
+        }
+    }
+
     /// Writes `run.json` into the results folder, replacing the last one in one go.
     ///
     /// # Errors
@@ -180,9 +213,12 @@ impl Record {
             "restarts": self.totals.restarts,
             "phases": phases,
             "peak_memory_bytes": self.peak_memory,
+            "balance": self.balance,
             "penetration": self.penetrations,
+            "warnings": self.warnings,
             "versions": versions,
             "inputs": self.inputs,
+            "case_sha256": self.digest,
             "case": self.case,
         })
     }
@@ -214,6 +250,7 @@ mod tests {
     fn sample(verdict: Verdict) -> Record {
         Record {
             case: json!({"title": "Rubber block", "dimension": 2}),
+            digest: String::new(),
             inputs: vec![],
             versions: vec![("petsc".into(), "3.18.5".into())],
             ranks: 2,
@@ -235,7 +272,9 @@ mod tests {
                 ("solve".into(), Phase::default()),
             ],
             peak_memory: vec![1 << 27, 1 << 26],
+            balance: Balance::default(),
             penetrations: vec![],
+            warnings: vec!["watch it".into()],
             verdict,
         }
     }
@@ -261,6 +300,7 @@ mod tests {
         assert_eq!(completed["phases"]["search"], json!({"seconds": 0.5, "count": 454}));
         assert_eq!(completed["case"]["title"], "Rubber block");
         assert_eq!(completed["peak_memory_bytes"][0], 1 << 27);
+        assert_eq!(completed["warnings"][0], "watch it");
         assert_eq!(std::fs::read_dir(&scratch.0).unwrap().count(), 1);
         assert!(ResultsFolder::open(&scratch.0).is_ok());
     }

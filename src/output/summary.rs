@@ -200,6 +200,7 @@ mod tests {
     fn phases_are_aligned_and_complete() {
         let record = Record {
             case: serde_json::Value::Null,
+            digest: String::new(),
             inputs: vec![],
             versions: vec![],
             ranks: 2,
@@ -221,6 +222,8 @@ mod tests {
                 ("element_kernels".into(), Phase { seconds: 6.5, count: 12345 }),
             ],
             peak_memory: vec![1 << 27, 1 << 26],
+            balance: Default::default(),
+            warnings: vec![],
             penetrations: vec![
                 Penetration { contact: "sole".into(), deepest: 4e-5, asked: Some(5e-5) },
                 Penetration { contact: "heel".into(), deepest: 0.0, asked: None },

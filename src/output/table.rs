@@ -153,6 +153,27 @@ impl Table {
     }
 }
 
+/// A whole table as text, for those that are rewritten and not appended to.
+///
+/// # Errors
+/// As [`Table::row`].
+pub fn whole(name: &str, columns: &[String], rows: &[Vec<Cell>]) -> Result<String> {
+    let mut text = header(columns);
+    for cells in rows {
+        let bad = cells.iter().any(|cell| matches!(cell, Cell::Number(value) if !value.is_finite()));
+        if bad || cells.len() != columns.len() {
+            return Err(Error::internal(format!("{name}: a row that does not fit its header, or no number")));
+        }
+        for cell in cells {
+            push(&mut text, cell);
+            text.push(',');
+        }
+        text.pop();
+        text.push('\n');
+    }
+    Ok(text)
+}
+
 fn header(columns: &[String]) -> String {
     let mut line = String::new();
     for column in columns {

@@ -53,6 +53,9 @@ fn record(title: &str, verdict: Verdict) -> Record {
         wall_seconds: 1.0,
         phases: vec![],
         peak_memory: vec![],
+        digest: String::new(),
+        balance: Default::default(),
+        warnings: vec![],
         penetrations: vec![],
         verdict,
     }

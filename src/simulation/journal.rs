@@ -16,7 +16,7 @@ use crate::model::Model;
 use crate::output::console::{Attempt, Console, StepLine};
 use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
 use crate::output::iterations::IterationRow;
-use crate::output::record::{Penetration, Record, Totals, Verdict};
+use crate::output::record::{Balance, Penetration, Record, Totals, Verdict};
 use crate::output::summary::{ContactStart, StartUp};
 use crate::partition::Report;
 use crate::petsc::{Event, Session};
@@ -73,6 +73,7 @@ impl<const D: usize> Journal<D> {
         let (tables, inputs) = agree(session.world(), own)?;
         let mut record = Record {
             case: case.to_json()?,
+            digest: case.digest()?,
             inputs,
             versions: versions(),
             ranks: session.size() as usize,
@@ -83,7 +84,9 @@ impl<const D: usize> Journal<D> {
             wall_seconds: 0.0,
             phases: Vec::new(),
             peak_memory: Vec::new(),
+            balance: Balance::default(),
             penetrations: model.contacts.iter().map(untouched).collect(),
+            warnings: Vec::new(),
             verdict: Verdict::Running,
         };
         past.iter().for_each(|(past, _)| past.recall(&mut record));
@@ -119,6 +122,10 @@ impl<const D: usize> Journal<D> {
     ) -> Result<()> {
         self.watched = system.watch(&self.model.probes)?;
         self.record.unknowns = system.unknowns() as u64;
+        self.record.balance.elements = partition.elements.clone();
+        self.record.balance.nodes = partition.owned.clone();
+        let facets = system.surface_cells().mine.iter().filter(|&&mine| mine).count();
+        self.record.balance.contact_facets = super::measure::of_each_rank(&self.session, facets as u64);
         let lengths = self.past.as_ref().map(|(past, _)| &past.lengths);
         let watch = |tables: &mut Tables<D>| tables.watch(&self.folder, &self.watched, lengths);
         agree(self.session.world(), self.tables.as_mut().map_or(Ok(()), watch))?;
@@ -144,6 +151,7 @@ impl<const D: usize> Journal<D> {
             contacts: contact_starts(system),
             remarks: remarks(system, &self.watched).into_iter().chain(self.remarks.drain(..)).collect(),
         };
+        self.record.warnings.clone_from(&report.remarks);
         self.console.start_up(&report);
         Ok(())
     }
@@ -228,14 +236,18 @@ impl<const D: usize> Journal<D> {
     pub fn failed(&mut self, report: &SolveReport, reason: &str, control: &StepControl) {
         self.count(report);
         self.record.totals.cut_steps += 1;
-        self.console.note(&format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt()));
+        let note = format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt());
+        self.console.note(&note);
+        self.record.warn(note);
     }
 
     /// Linear solvers failed in the last solve, and stronger ones took over.
     pub fn fallbacks(&mut self, fallbacks: &[Fallback]) {
         self.record.totals.linear_fallbacks += fallbacks.len() as u64;
         for Fallback { from, to, why } in fallbacks {
-            self.console.note(&format!("linear solver {from} failed ({why}); {to} took over"));
+            let note = format!("linear solver {from} failed ({why}); {to} took over");
+            self.console.note(&note);
+            self.record.warn(note);
         }
     }
 
@@ -369,6 +381,8 @@ impl<const D: usize> Journal<D> {
         if let Some((past, _)) = &self.past {
             past.add_to(&mut self.record.wall_seconds, &mut self.record.phases);
         }
+        let [cpu, work] = super::measure::seconds(&self.session);
+        (self.record.balance.cpu_seconds, self.record.balance.work_seconds) = (cpu, work);
     }
 
     /// Ends the journal with the verdict. Collective.
@@ -378,11 +392,13 @@ impl<const D: usize> Journal<D> {
     pub fn close(&mut self, outcome: &Result<()>) -> Result<()> {
         self.measure();
         self.record.verdict = outcome.as_ref().map_or_else(Verdict::of, |()| Verdict::Completed);
+        let warnings: Vec<String> = self.record.penetrations.iter().filter_map(warning).collect();
+        let plain = |text: &String| text.trim_start_matches("warning: ").to_owned();
+        self.record.warnings.extend(warnings.iter().map(plain));
         let written = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
         if outcome.is_ok() {
             self.console.finish(&self.record);
-            let warnings = self.record.penetrations.iter().filter_map(warning);
-            warnings.for_each(|text| self.console.note(&text));
+            warnings.iter().for_each(|text| self.console.note(text));
             return agree(self.session.world(), written);
         }
         Ok(())

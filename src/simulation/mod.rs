@@ -2,6 +2,7 @@
 
 mod check;
 mod checkpoint;
+mod input;
 mod journal;
 mod measure;
 mod options;
@@ -26,6 +27,7 @@ use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
+pub use input::{give_options, shared_text, take_back_options};
 pub use journal::Journal;
 pub use options::scheme;
 pub use parts::parts;

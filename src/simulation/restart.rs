@@ -6,13 +6,14 @@ use std::rc::Rc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::input::shared_text;
 use super::journal::Journal;
 use super::place::{Place, inputs};
 use super::resume::Past;
 use super::start;
 use crate::assembly::{Balances, ContactSystem, EnergyLedger};
 use crate::case::Case;
-use crate::checkpoint::{self, Store, Table, share};
+use crate::checkpoint::{self, Store, Table};
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 use crate::output::folder::ResultsFolder;
@@ -127,7 +128,7 @@ impl Saved {
             return Ok(None);
         }
         let own = if session.rank() == 0 { look::<D>(case, place) } else { Ok(String::new()) };
-        let text = share(session.world(), own)?;
+        let text = shared_text(session, own)?;
         let (path, state) =
             serde_json::from_str(&text).map_err(|error| Error::internal(format!("checkpoint: {error}")))?;
         Ok(Some(Self { path, state, tables: Vec::new() }))

@@ -1,6 +1,7 @@
 //! Tests of reading cases: what is wrong is shown where it stands, what is right comes through unchanged.
 
 mod broken;
+mod document;
 mod functions;
 mod shipped;
 mod units;
