@@ -212,6 +212,13 @@ impl<const D: usize> Model<D> {
         Ok(model)
     }
 
+    /// Whether forces that conserve over a step have a symmetric matrix: all kinematics linear, all targets flat.
+    pub fn has_symmetric_steps(&self) -> bool {
+        let linear = |body: &Body| body.formulation.kinematics == Kinematics::Linear;
+        let flat = |contact: &Contact<D>| matches!(contact.target, Target::Obstacle(Obstacle::Plane(_)));
+        self.bodies.iter().all(linear) && self.contacts.iter().all(flat)
+    }
+
     fn add(&mut self, name: &str, set: &str, action: Action) -> Result<()> {
         let name = name.to_owned();
         let set = set.to_owned();
@@ -261,7 +268,9 @@ impl<const D: usize> Model<D> {
             penetration,
             friction: friction(&contact.friction).map_err(within)?,
             quadrature: contact.quadrature.value,
-            current_area: contact.area == case::Area::Current,
+            // The potential of a contact lies on the reference area: forces that conserve act on it as well.
+            current_area: contact.area == case::Area::Current
+                && case.time.scheme.value != case::Scheme::Conserving,
             initial_overclosure: contact.initial_overclosure,
         })
     }

@@ -81,6 +81,8 @@ pub struct ContactSystem<const D: usize> {
     pub(super) trouble: Option<Error>,
     pub(super) changes: Changes,
     pub(super) extent: f64,
+    /// Forces that conserve over a step have a symmetric matrix: everything is linear, and targets are flat.
+    pub(super) symmetric_steps: bool,
     pub(super) free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     pub(super) unit: f64,
@@ -139,6 +141,7 @@ impl<const D: usize> ContactSystem<D> {
             work: forces.like()?,
             forces,
             extent,
+            symmetric_steps: model.has_symmetric_steps(),
             free_bodies: free_bodies(world, &local, model, &supports),
             unit: unit(model, extent, &local),
             local,
@@ -217,6 +220,11 @@ impl<const D: usize> ContactSystem<D> {
     /// Whether a load follows the surface, which makes the matrix non-symmetric.
     pub fn has_following_loads(&self) -> bool {
         self.external.follows()
+    }
+
+    /// Whether the matrix of forces that conserve over a step is symmetric, where loads and friction leave it so.
+    pub fn has_symmetric_steps(&self) -> bool {
+        self.symmetric_steps
     }
 
     /// Whether the system was built with inertia.

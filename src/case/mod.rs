@@ -166,6 +166,15 @@ impl Case {
         &self.source.text
     }
 
+    /// Whether the scheme conserves over steps that are not linear: its matrix is then not symmetric.
+    pub fn has_unsymmetric_steps(&self) -> bool {
+        let curved =
+            |contact: &Contact| !matches!(self.obstacles.get(&contact.target), Some(Obstacle::Plane { .. }));
+        self.time.scheme.value == Scheme::Conserving
+            && (self.bodies.values().any(|body| body.kinematics == Kinematics::Finite)
+                || self.contact.values().any(curved))
+    }
+
     /// Whether the case has no inertia.
     pub fn is_static(&self) -> bool {
         matches!(self.time.scheme.value, Scheme::Static { .. })

@@ -12,7 +12,7 @@ use std::rc::Rc;
 
 use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{Dynamics, OverStep, Stage};
 use crate::error::{Error, Result, agree};
 use crate::model::{Contact, Model, Target, read_mesh};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
@@ -157,6 +157,9 @@ impl Attempt<'_> {
         let Outcome::Converged(report) = outcome else { return Ok(outcome) };
         if !self.scheme.finish(stage, self.control.end_of_step())? {
             return Ok(Outcome::Converged(report));
+        }
+        if stage.over_step == OverStep::End {
+            return system.settle_end(stage).map(|()| Outcome::Converged(report));
         }
         system.prescribe(stage)?;
         let mut residual = system.pattern_vector().like()?;

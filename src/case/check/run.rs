@@ -35,7 +35,7 @@ impl Check<'_> {
             Scheme::GeneralizedAlpha { spectral_radius } => {
                 self.within("the spectral radius", spectral_radius, [0.0, 1.0]);
             }
-            Scheme::BackwardEuler | Scheme::Midpoint => {}
+            Scheme::BackwardEuler | Scheme::Midpoint | Scheme::Conserving => {}
             Scheme::Static { increments } => self.increments(increments.as_ref()),
         }
         if time.step.is_none() && !self.case.is_static() {
