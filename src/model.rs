@@ -35,6 +35,8 @@ pub struct Body {
     pub formulation: Formulation,
     /// Diagonal mass.
     pub lumped_mass: bool,
+    /// The mass matrix leaves out the nodes of contact surfaces.
+    pub redistributed_mass: bool,
     /// Young's modulus [Pa], to which penalties are compared.
     pub young_modulus: f64,
     /// Velocity at the start [m/s], one function a component; empty where it rests.
@@ -300,6 +302,7 @@ fn body(name: &str, body: &case::Body) -> Result<Body> {
         name: name.to_owned(),
         formulation,
         lumped_mass: body.mass == case::Mass::Lumped,
+        redistributed_mass: body.mass == case::Mass::Redistributed,
         young_modulus,
         initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| f.function.clone()).collect()),
     })

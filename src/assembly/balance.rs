@@ -129,6 +129,15 @@ impl<const D: usize> ContactSystem<D> {
         Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
     }
 
+    /// Zero at the nodes without mass, which have no acceleration of their own.
+    pub fn rest_massless(&self, rhs: &mut Vector) {
+        let Some(mass) = &self.mass else { return };
+        let mut rhs = rhs.owned_mut();
+        for &node in mass.massless() {
+            rhs[node as usize * D..][..D].fill(0.0);
+        }
+    }
+
     /// Sets the prescribed unknowns at the end of a step over which forces conserve; accelerations stay those of its middle,
     /// which the reactions are for. Collective.
     ///

@@ -5,6 +5,7 @@
 
 mod balance;
 mod build;
+mod closing;
 mod contact;
 mod energy;
 mod equations;
@@ -15,6 +16,7 @@ mod interface;
 mod mass;
 mod meeting;
 mod pattern;
+mod redistribution;
 mod renewal;
 mod report;
 mod scatter;
@@ -25,6 +27,7 @@ mod system;
 mod tangent;
 pub mod targets;
 
+pub use closing::Closing;
 pub use energy::{Energies, EnergyLedger, Momentum};
 pub use fields::{ContactFields, StressFields, SurfaceCells};
 pub use report::{ContactSummary, NodalContact, PointReport, Watched};

@@ -13,6 +13,7 @@ use super::forces::{Solid, solids};
 use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
+use super::redistribution::Redistribution;
 use super::start::{Overclosure, overclosure_of_points, resolve_overclosure};
 use super::supports::{Supports, in_space};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
@@ -60,6 +61,7 @@ pub struct ContactSystem<const D: usize> {
     pub(super) supports: Supports<D>,
     pub(super) external: External<D>,
     pub(super) mass: Option<Mass>,
+    pub(super) redistribution: Option<Redistribution>,
     pub(super) parts: Parts,
     /// `Q - F_ext - F_n - F_T` at the last trial state [N].
     pub(super) forces: Vector,
@@ -114,9 +116,13 @@ impl<const D: usize> ContactSystem<D> {
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
         let contacts = contacts(world, &local, model, &pattern, constrained)?;
         let external = agree(world, loads(&local, model, &pattern, constrained))?;
+        let redistribution = match options.inertia {
+            true => Redistribution::new(session, &local, model, &solids)?,
+            false => None,
+        };
         let mass = if options.inertia {
             let supported = Supported { constrained, index: &local.index };
-            Some(Mass::new(session, &pattern, &solids, &supported)?)
+            Some(Mass::new(session, &pattern, &solids, &supported, redistribution.as_ref())?)
         } else {
             None
         };
@@ -150,6 +156,7 @@ impl<const D: usize> ContactSystem<D> {
             supports,
             external,
             mass,
+            redistribution,
             parts,
             overclosures,
             fault: None,

@@ -49,6 +49,12 @@ impl<const D: usize> ContactSystem<D> {
                 Some(mass) => mass.write_to(weight * shifts.acceleration, values),
                 None => values.zero(),
             }
+            if let Some(mass) = mass.filter(|_| terms == Terms::MASS) {
+                // The mass alone is singular at nodes without any.
+                let massless =
+                    mass.massless().iter().flat_map(|&node| (0..D).map(move |i| node as usize * D + i));
+                massless.filter(|&dof| !constrained[dof]).for_each(|dof| values.add_diagonal(dof, unit));
+            }
             for (dof, held) in constrained[..rows].iter().enumerate() {
                 if *held || holding > 0.0 {
                     values.add_diagonal(dof, if *held { unit } else { holding * unit });

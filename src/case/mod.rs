@@ -11,6 +11,7 @@ pub mod diagnostics;
 mod dual;
 mod expression;
 pub mod function;
+mod guard;
 mod obstacle;
 mod output;
 mod petsc;
@@ -36,6 +37,7 @@ pub use contact::{
     Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Quadrature, Regularization,
 };
 pub use function::{Function, Motion};
+pub use guard::Guard;
 pub use obstacle::{Obstacle, Side};
 pub use output::{Fields, Output, Probe};
 pub use petsc::PetscValue;
@@ -76,6 +78,9 @@ pub struct Case {
     /// How the equations of a step are solved.
     #[serde(default)]
     pub solver: Solver,
+    /// Physics that a run must keep, or end.
+    #[serde(default)]
+    pub guard: Guard,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,

@@ -124,6 +124,8 @@ pub struct Record {
     pub peak_memory: Vec<u64>,
     /// How deep the contacts went so far.
     pub penetrations: Vec<Penetration>,
+    /// What the user was warned of.
+    pub warnings: Vec<String>,
     /// How it stands.
     pub verdict: Verdict,
 }
@@ -169,6 +171,7 @@ impl Record {
             "phases": phases,
             "peak_memory_bytes": self.peak_memory,
             "penetration": self.penetrations,
+            "warnings": self.warnings,
             "versions": versions,
             "inputs": self.inputs,
             "case": self.case,
@@ -223,6 +226,7 @@ mod tests {
             ],
             peak_memory: vec![1 << 27, 1 << 26],
             penetrations: vec![],
+            warnings: vec![],
             verdict,
         }
     }

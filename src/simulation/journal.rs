@@ -83,6 +83,7 @@ impl<const D: usize> Journal<D> {
             wall_seconds: 0.0,
             phases: Vec::new(),
             peak_memory: Vec::new(),
+            warnings: Vec::new(),
             penetrations: model.contacts.iter().map(untouched).collect(),
             verdict: Verdict::Running,
         };
@@ -213,6 +214,17 @@ impl<const D: usize> Journal<D> {
         if let Some(tables) = &mut self.tables {
             tables.iteration(&row);
         }
+    }
+
+    /// The model of the run.
+    pub fn model(&self) -> &Model<D> {
+        &self.model
+    }
+
+    /// What a user should know now, and finds in `run.json` later.
+    pub fn warn(&mut self, text: &str) {
+        self.console.note(text);
+        self.record.warnings.push(text.to_owned());
     }
 
     /// An attempt failed.

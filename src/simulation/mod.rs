@@ -1,6 +1,7 @@
 //! A run from the case to its results, in the order of the paper's section 3.
 
 mod check;
+mod guard;
 mod journal;
 mod measure;
 mod options;
@@ -92,6 +93,7 @@ fn march<const D: usize>(
     let mut control = StepControl::new(0.0, case.time.end.si, case.time.step(), case.time.cuts.value);
     let mut ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
     journal.begin(system, stage, &ledger, &control)?;
+    let mut guard = guard::Guard::new(case, journal.model(), scheme, ledger.now());
     while !control.finished() {
         let attempt = Attempt { scheme, control: &control };
         let outcome = attempt.solve(system, stage, strategy, journal)?;
@@ -101,6 +103,8 @@ fn march<const D: usize>(
             Outcome::Converged(report) => {
                 let energies = ledger.advance(system, stage)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;
+                guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
+                guard.energy(&energies, stage.trial.time)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
             }
