@@ -96,8 +96,9 @@ impl Redistribution {
         let heavy = |a: usize| !self.massless[nodes[a] as usize];
         let total: f64 = mass.iter().sum();
         let diagonal: f64 = mass.iter().step_by(n + 1).sum();
-        let lumped =
-            |k: usize| if k % (n + 1) == 0 && diagonal > 0.0 { mass[k] * total / diagonal } else { 0.0 };
+        let lumped = |k: usize| {
+            if k.is_multiple_of(n + 1) && diagonal > 0.0 { mass[k] * total / diagonal } else { 0.0 }
+        };
         let mean = |k: usize| 0.5 * (mass[k] + lumped(k));
         out.clear();
         out.extend((0..n * n).map(|k| if heavy(k / n) && heavy(k % n) { mean(k) } else { 0.0 }));
@@ -255,7 +256,7 @@ impl<const D: usize> Frame<D> {
 /// The smallest polynomial that keeps all moments; none where there is none.
 fn solve((matrix, right): &(DMatrix<f64>, DVector<f64>)) -> Option<DVector<f64>> {
     let mass = right[0];
-    if !(mass > 0.0) {
+    if mass.is_nan() || mass <= 0.0 {
         return None;
     }
     let found = matrix.clone().svd(true, true).solve(right, 1e-12 * mass).ok()?;

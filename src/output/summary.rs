@@ -219,6 +219,7 @@ mod tests {
                 ("element_kernels".into(), Phase { seconds: 6.5, count: 12345 }),
             ],
             peak_memory: vec![1 << 27, 1 << 26],
+            warnings: vec![],
             penetrations: vec![
                 Penetration { contact: "sole".into(), deepest: 4e-5, asked: Some(5e-5) },
                 Penetration { contact: "heel".into(), deepest: 0.0, asked: None },

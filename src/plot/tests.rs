@@ -53,6 +53,7 @@ fn record(title: &str, verdict: Verdict) -> Record {
         wall_seconds: 1.0,
         phases: vec![],
         peak_memory: vec![],
+        warnings: vec![],
         penetrations: vec![],
         verdict,
     }

@@ -9,9 +9,10 @@
 //!
 //! It is written as `t_n = tau r`, `tau` the mean of the law's pressure between `g_0` and `g_1`, which always is one, and
 //! `r = (g_1 - g_0) / delta`, which is 1 on a plane and `1 + O(du^2)` on a curved target. Where the gap hardly changes
-//! the quotient says nothing, and is led to 1: `r = 1 + (g_1 - g_0 - delta) delta / (delta^2 + eps^2)`, `eps` a thousandth of
-//! the penetration. There, and where the target facet changed so much that `r` leaves (0, 2), the work is not that of the
-//! potential, and the ledger shows what it misses.
+//! the quotient says nothing, and is led to 1: with `m = g_1 - g_0 - delta`, what the motion misses of the change,
+//! `r = 1 + m delta^3 / (delta^4 + (0.6 m)^4 + eps^4)`, `eps` a thousandth of the penetration. That is the quotient but for
+//! a part `(0.6 m / delta)^4` of `m`, smooth in all that moves, and between 0 and 2 whatever a change of facet does to the gap;
+//! where it is not the quotient, the ledger shows what the work misses.
 //!
 //! Friction does the same with the slip `s = P (sum_a c_a du_a) - g dn`, which has no part of a common rotation either:
 //! its last term is the lever of the gap. The force on a node is `(c_a 1 - g dn/dx_a)^T t_T`, its work over the step
@@ -28,6 +29,9 @@ use crate::terms::Terms;
 
 /// A gap that changes by less than this part of the penetration is not asked what its change did.
 const STILL: f64 = 1e-3;
+
+/// Fourth power of 0.6: keeps the ratio of gap change and motion between 0 and 2.
+const MISS: f64 = 0.1296;
 
 /// A point over a step: its geometry in the middle and at the end, and the motion of its nodes.
 #[derive(Debug, Clone, Copy)]
@@ -150,20 +154,28 @@ fn pressure(law: &NormalLaw, gaps: [f64; 2], change: f64) -> Pressure {
         return Pressure::default();
     }
     let [start, end] = gaps;
-    let still = STILL * (-start).max(0.0);
-    let size = change * change + still * still + f64::MIN_POSITIVE;
     let miss = end - start - change;
-    let ratio = 1.0 + miss * change / size;
-    if !(0.0..=2.0).contains(&ratio) {
-        let ratio = if ratio > 2.0 { 2.0 } else { 0.0 };
-        return Pressure { value: mean * ratio, by_end: derivative * ratio, by_motion: 0.0 };
-    }
-    let by_change = (miss - change) / size - 2.0 * miss * (change / size) * (change / size);
+    let [ratio, by_miss, by_change] = ratio(miss, change, STILL * (-start).max(0.0));
     Pressure {
         value: mean * ratio,
-        by_end: derivative * ratio + mean * change / size,
-        by_motion: mean * by_change,
+        by_end: derivative * ratio + mean * by_miss,
+        by_motion: mean * (by_change - by_miss),
     }
+}
+
+/// `r = 1 + miss change^3 / (change^4 + (k miss)^4 + still^4)`, between 0 and 2, and its derivatives by `miss` and `change`.
+pub(super) fn ratio(miss: f64, change: f64, still: f64) -> [f64; 3] {
+    // Scaled first: fourth powers of small lengths underflow.
+    let largest = miss.abs().max(change.abs()).max(still);
+    if largest < f64::MIN_POSITIVE {
+        return [1.0, 0.0, 0.0];
+    }
+    let (m, c, s) = (miss / largest, change / largest, still / largest);
+    let size = c.powi(4) + MISS * m.powi(4) + s.powi(4);
+    let part = m * c.powi(3) / size;
+    let by_miss = (c.powi(3) - part * 4.0 * MISS * m.powi(3)) / size;
+    let by_change = (3.0 * m * c.powi(2) - part * 4.0 * c.powi(3)) / size;
+    [1.0 + part, by_miss / largest, by_change / largest]
 }
 
 /// Bound, `dt_T/dt_n` and the traction: the bound is that of the penetration under the mean pressure.

@@ -1,6 +1,6 @@
 //! The point kernel over a step: its work, its resultant and moment, its tangent.
 
-use super::step::{StepMotion, StepResponse, respond_over_step};
+use super::step::{StepMotion, StepResponse, ratio, respond_over_step};
 use super::{ContactLaw, Manner, Selection};
 use crate::contact::friction::coefficient::{Coefficient, Constant};
 use crate::contact::friction::{Coulomb, Friction, FrictionLaw, Regularization};
@@ -242,4 +242,31 @@ fn tangent_over_a_step_has_order_two() {
             .into_iter()
             .for_each(|obstacle| derivatives::<3>(ElementKind::Quad4, Some(obstacle)));
     }
+}
+
+/// The ratio of gap change and motion is that quotient where they are near, stays between 0 and 2 wherever they are not,
+/// and has smooth derivatives at any size of either.
+#[test]
+fn ratio_is_bounded_and_smooth() {
+    for still in [0.0, 1e-6] {
+        for change in [-1e-3, -1e-9, 0.0, 1e-30, 2e-5] {
+            for miss in [-1e-2, -1e-8, 0.0, 1e-40, 3e-4] {
+                let [value, ..] = ratio(miss, change, still);
+                assert!((0.0..=2.0).contains(&value), "{miss} {change} {still}: {value}");
+                let f = |x: &[f64]| vec![ratio(x[0], x[1], still)[0]];
+                let df = |x: &[f64], d: &[f64]| {
+                    let [_, by_miss, by_change] = ratio(x[0], x[1], still);
+                    vec![by_miss * d[0] + by_change * d[1]]
+                };
+                let size = 0.1 * f64::abs(miss).max(f64::abs(change)).max(still);
+                if size > 1e-200 {
+                    let rate = taylor_rate(f, df, &[miss, change], &[0.3 * size, -0.7 * size]);
+                    assert!(rate > 1.9, "{miss} {change} {still}: {rate}");
+                }
+            }
+        }
+    }
+    let near = ratio(1e-6, 1e-3, 0.0)[0];
+    assert!((near - (1e-3 + 1e-6) / 1e-3).abs() < 1e-14);
+    assert_eq!(ratio(0.0, 0.0, 0.0), [1.0, 0.0, 0.0]);
 }
