@@ -10,8 +10,8 @@
 //! It is written as `t_n = tau r`, `tau` the mean of the law's pressure between `g_0` and `g_1`, which always is one, and
 //! `r = (g_1 - g_0) / delta`, which is 1 on a plane and `1 + O(du^2)` on a curved target. Where the gap hardly changes
 //! the quotient says nothing, and is led to 1: with `m = g_1 - g_0 - delta`, what the motion misses of the change,
-//! `r = 1 + m delta^3 / (delta^4 + (0.6 m)^4 + eps^4)`, `eps` a thousandth of the penetration. That is the quotient but for
-//! a part `(0.6 m / delta)^4` of `m`, smooth in all that moves, and between 0 and 2 whatever a change of facet does to the gap;
+//! `r = 1 + m delta^7 / (delta^8 + (0.7 m)^8 + eps^8)`, `eps` a thousandth of the penetration. That is the quotient but for
+//! a part `(0.7 m / delta)^8` of `m`, smooth in all that moves, and between 0 and 2 whatever a change of facet does to the gap;
 //! where it is not the quotient, the ledger shows what the work misses.
 //!
 //! Friction does the same with the slip `s = P (sum_a c_a du_a) - g dn`, which has no part of a common rotation either:
@@ -30,8 +30,8 @@ use crate::terms::Terms;
 /// A gap that changes by less than this part of the penetration is not asked what its change did.
 const STILL: f64 = 1e-3;
 
-/// Fourth power of 0.6: keeps the ratio of gap change and motion between 0 and 2.
-const MISS: f64 = 0.1296;
+/// Eighth power of 0.7: keeps the ratio of gap change and motion between 0 and 2.
+const MISS: f64 = 0.057_648_01;
 
 /// A point over a step: its geometry in the middle and at the end, and the motion of its nodes.
 #[derive(Debug, Clone, Copy)]
@@ -163,18 +163,18 @@ fn pressure(law: &NormalLaw, gaps: [f64; 2], change: f64) -> Pressure {
     }
 }
 
-/// `r = 1 + miss change^3 / (change^4 + (k miss)^4 + still^4)`, between 0 and 2, and its derivatives by `miss` and `change`.
+/// `r = 1 + miss change^7 / (change^8 + (k miss)^8 + still^8)`, between 0 and 2, and its derivatives by `miss` and `change`.
 pub(super) fn ratio(miss: f64, change: f64, still: f64) -> [f64; 3] {
-    // Scaled first: fourth powers of small lengths underflow.
+    // Scaled first: eighth powers of small lengths underflow.
     let largest = miss.abs().max(change.abs()).max(still);
     if largest < f64::MIN_POSITIVE {
         return [1.0, 0.0, 0.0];
     }
     let (m, c, s) = (miss / largest, change / largest, still / largest);
-    let size = c.powi(4) + MISS * m.powi(4) + s.powi(4);
-    let part = m * c.powi(3) / size;
-    let by_miss = (c.powi(3) - part * 4.0 * MISS * m.powi(3)) / size;
-    let by_change = (3.0 * m * c.powi(2) - part * 4.0 * c.powi(3)) / size;
+    let size = c.powi(8) + MISS * m.powi(8) + s.powi(8);
+    let part = m * c.powi(7) / size;
+    let by_miss = (c.powi(7) - part * 8.0 * MISS * m.powi(7)) / size;
+    let by_change = (7.0 * m * c.powi(6) - part * 8.0 * c.powi(7)) / size;
     [1.0 + part, by_miss / largest, by_change / largest]
 }
 
