@@ -4,7 +4,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::system::ContactSystem;
-use crate::dynamics::Stage;
+use crate::dynamics::{OverStep, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
 use serde::{Deserialize, Serialize};
@@ -155,7 +155,9 @@ impl EnergyLedger {
         for (i, drive) in self.drive.iter_mut().enumerate() {
             let reaction = if constrained[i] { reactions[i] } else { 0.0 };
             let now = system.parts.external[i] + reaction;
-            own[4] += 0.5 * (*drive + now) * (u[i] - before[i]);
+            // Over a step that conserves, the forces now are those that acted all the while.
+            let mean = if stage.over_step == OverStep::End { now } else { 0.5 * (*drive + now) };
+            own[4] += mean * (u[i] - before[i]);
             *drive = now;
         }
         let mut total = [0.0; 11];

@@ -5,6 +5,7 @@
 
 mod balance;
 mod build;
+mod closing;
 mod contact;
 mod energy;
 mod equations;
@@ -16,6 +17,7 @@ mod mass;
 mod meeting;
 mod memory;
 mod pattern;
+mod redistribution;
 mod renewal;
 mod report;
 mod scatter;
@@ -26,6 +28,7 @@ mod system;
 mod tangent;
 pub mod targets;
 
+pub use closing::Closing;
 pub use energy::{Balances, Energies, EnergyLedger, Momentum};
 pub use fields::{ContactFields, StressFields, SurfaceCells};
 pub use report::{ContactSummary, NodalContact, PointReport, Watched};

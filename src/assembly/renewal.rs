@@ -123,7 +123,13 @@ impl<const D: usize> ContactSystem<D> {
         self.external.relocate(&pattern, index);
         if self.mass.is_some() {
             let supported = Supported { constrained: &self.supports.dofs.constrained, index };
-            self.mass = Some(Mass::new(&self.session, &pattern, &self.solids, &supported)?);
+            self.mass = Some(Mass::new(
+                &self.session,
+                &pattern,
+                &self.solids,
+                &supported,
+                self.redistribution.as_ref(),
+            )?);
         }
         self.matrix = Matrix::new(&self.session, &pattern, self.matrix.format())?;
         if self.has_modes { self.set_rigid_body_modes() } else { Ok(()) }

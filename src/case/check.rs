@@ -29,6 +29,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     check.time();
     check.start();
     check.solver();
+    check.guard();
     check.output();
     check.found
 }

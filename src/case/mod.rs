@@ -12,6 +12,7 @@ pub mod document;
 mod dual;
 mod expression;
 pub mod function;
+mod guard;
 mod obstacle;
 mod output;
 mod path;
@@ -39,6 +40,7 @@ pub use contact::{
     Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Quadrature, Regularization,
 };
 pub use function::{Function, Motion};
+pub use guard::Guard;
 pub use obstacle::{Obstacle, Side};
 pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
@@ -80,6 +82,9 @@ pub struct Case {
     /// How the equations of a step are solved.
     #[serde(default)]
     pub solver: Solver,
+    /// Physics that a run must keep, or end.
+    #[serde(default)]
+    pub guard: Guard,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,
@@ -178,6 +183,15 @@ impl Case {
     /// The text of the case file.
     pub fn text(&self) -> &str {
         &self.source.text
+    }
+
+    /// Whether the scheme conserves over steps that are not linear: its matrix is then not symmetric.
+    pub fn has_unsymmetric_steps(&self) -> bool {
+        let curved =
+            |contact: &Contact| !matches!(self.obstacles.get(&contact.target), Some(Obstacle::Plane { .. }));
+        self.time.scheme.value == Scheme::Conserving
+            && (self.bodies.values().any(|body| body.kinematics == Kinematics::Finite)
+                || self.contact.values().any(curved))
     }
 
     /// Whether the case has no inertia.

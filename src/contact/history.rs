@@ -16,6 +16,8 @@ pub struct History<const D: usize> {
     pub slip: f64,
     /// Work per area that friction turned into heat \[J/m^2\], never falling.
     pub friction_work: f64,
+    /// Gap at the end of the last step \[m\]; infinite where there was none.
+    pub gap: f64,
     /// `-t_T . v_T` at the end of the last step \[W/m^2\].
     pub friction_power: f64,
 }
@@ -28,6 +30,7 @@ impl<const D: usize> Default for History<D> {
             normal: Vector::zeros(),
             slip: 0.0,
             friction_work: 0.0,
+            gap: f64::INFINITY,
             friction_power: 0.0,
         }
     }
@@ -39,7 +42,7 @@ impl<const D: usize> History<D> {
     /// Velocity form: power by the trapezoidal rule, exact where friction and deceleration are constant.
     /// Return map: the plastic work of the step.
     pub fn work_of_step(&self, state: &PointState<D>, dt: f64) -> f64 {
-        if sticks_elastically(state) {
+        if heat_is_known(state) {
             return state.plastic_work;
         }
         0.5 * dt * (self.friction_power + state.friction_power().max(0.0))
@@ -48,7 +51,7 @@ impl<const D: usize> History<D> {
     /// The memory after a step of length `dt` \[s\] that ended in `state`. Pure.
     #[must_use]
     pub fn advance(&self, state: &PointState<D>, dt: f64) -> Self {
-        let power = if sticks_elastically(state) { 0.0 } else { state.friction_power().max(0.0) };
+        let power = if heat_is_known(state) { 0.0 } else { state.friction_power().max(0.0) };
         let path = if state.is_closed() { state.slip_increment.norm() } else { 0.0 };
         Self {
             friction_traction: state.friction_traction,
@@ -56,6 +59,7 @@ impl<const D: usize> History<D> {
             normal: state.normal,
             slip: self.slip + path,
             friction_work: self.friction_work + self.work_of_step(state, dt),
+            gap: state.gap,
             friction_power: power,
         }
     }
@@ -76,16 +80,16 @@ impl<const D: usize> History<D> {
             |name: &'static str| ["x", "y", "z"].iter().take(D).map(move |axis| format!("{name}_{axis}"));
         let one = |name: &str| std::iter::once(name.to_owned());
         let traction = axes("friction_traction").chain(one("bound")).chain(axes("normal"));
-        traction.chain(one("slip")).chain(one("friction_work")).chain(one("friction_power")).collect()
+        traction.chain(["slip", "friction_work", "gap", "friction_power"].into_iter().flat_map(one)).collect()
     }
 
     /// Appends the numbers.
     pub fn columns(&self, into: &mut Vec<f64>) {
-        let Self { friction_traction, bound, normal, slip, friction_work, friction_power } = self;
+        let Self { friction_traction, bound, normal, slip, friction_work, gap, friction_power } = self;
         into.extend(friction_traction.iter());
         into.push(*bound);
         into.extend(normal.iter());
-        into.extend([*slip, *friction_work, *friction_power]);
+        into.extend([*slip, *friction_work, *gap, *friction_power]);
     }
 
     /// The memory that gave these numbers; `None` where they are too few.
@@ -99,14 +103,15 @@ impl<const D: usize> History<D> {
         let friction_traction = Vector::from_column_slice(take(D)?);
         let bound = take(1)?[0];
         let normal = Vector::from_column_slice(take(D)?);
-        let (slip, friction_work, friction_power) = (take(1)?[0], take(1)?[0], take(1)?[0]);
-        Some(Self { friction_traction, bound, normal, slip, friction_work, friction_power })
+        let &[slip, friction_work, gap, friction_power] = left else { return None };
+        Some(Self { friction_traction, bound, normal, slip, friction_work, gap, friction_power })
     }
 }
 
-/// Whether the return map made this state: its power is not heat, since elastic stick gives it back.
-fn sticks_elastically<const D: usize>(state: &PointState<D>) -> bool {
-    state.recoverable > 0.0 || state.plastic_work > 0.0
+/// Whether the heat of the step is known: the return map's power is not heat, since elastic stick gives it back, and over
+/// a step the work of the tractions is known as a whole.
+fn heat_is_known<const D: usize>(state: &PointState<D>) -> bool {
+    state.over_step || state.recoverable > 0.0 || state.plastic_work > 0.0
 }
 
 #[cfg(test)]
@@ -121,7 +126,8 @@ mod tests {
             normal: vector(5.0),
             slip: 8.0,
             friction_work: 9.0,
-            friction_power: 10.0,
+            gap: 10.0,
+            friction_power: 11.0,
         };
         let mut columns = Vec::new();
         history.columns(&mut columns);

@@ -7,6 +7,7 @@ use std::time::Instant;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::guard::Guard;
 use super::journal::Journal;
 use super::place::Place;
 use super::restart::State;
@@ -32,10 +33,8 @@ pub struct Moment<'a, const D: usize> {
     pub stage: &'a mut Stage,
     /// What solved the step.
     pub strategy: &'a mut Box<dyn Strategy>,
-    /// Where in time the run is.
-    pub control: &'a StepControl,
-    /// The energies.
-    pub ledger: &'a EnergyLedger,
+    /// Where in time the run is, the energies, and what watches them.
+    pub watch: (&'a StepControl, &'a EnergyLedger, &'a Guard),
     /// The results.
     pub journal: &'a mut Journal<D>,
 }
@@ -88,14 +87,14 @@ impl Keeper {
     /// # Errors
     /// The same on all ranks: the checkpoint can not be written, or [`Cause::Stopped`](crate::error::Cause::Stopped).
     pub fn step_done<const D: usize>(&mut self, run: Moment<'_, D>, case: &Case) -> Result<()> {
-        let finished = run.control.finished();
+        let finished = run.watch.0.finished();
         let asked = if finished { 0 } else { self.asked() };
         let due = self.every.is_some_and(|every| finished || run.journal.step().is_multiple_of(every));
         if !due && asked == 0 {
             return Ok(());
         }
-        let Moment { system, stage, strategy, control, ledger, journal } = run;
-        let path = self.write(case, (system, stage), (control, ledger), journal)?;
+        let Moment { system, stage, strategy, watch, journal } = run;
+        let path = self.write(case, (system, stage), watch, journal)?;
         if asked != 0 {
             return Err(self.stopped(asked, stage.start.time, &path));
         }
@@ -125,7 +124,7 @@ impl Keeper {
         &mut self,
         case: &Case,
         (system, stage): (&ContactSystem<D>, &Stage),
-        (control, ledger): (&StepControl, &EnergyLedger),
+        (control, ledger, guard): (&StepControl, &EnergyLedger, &Guard),
         journal: &mut Journal<D>,
     ) -> Result<PathBuf> {
         let (began, output) = (Instant::now(), self.output.clone());
@@ -134,8 +133,12 @@ impl Keeper {
         let _running = output.begin();
         let path = self.store.path(journal.step());
         let tables = system.memory(stage, ledger.drive());
-        let state =
-            State::new::<D>(case, journal.inputs(), (control, stage.start.time), (ledger.balances(), past));
+        let state = State::new::<D>(
+            case,
+            journal.inputs(),
+            (control, stage.start.time),
+            (ledger.balances(), guard, past),
+        );
         let state = agree(world, state.and_then(|state| state.to_json()))?;
         checkpoint::write(world, &path, state, &tables).map_err(|error| self.with_older(error))?;
         if self.session.rank() == 0 {

@@ -232,6 +232,17 @@ impl<const D: usize> Journal<D> {
         }
     }
 
+    /// The model of the run.
+    pub fn model(&self) -> &Model<D> {
+        &self.model
+    }
+
+    /// What a user should know now, and finds in `run.json` later.
+    pub fn warn(&mut self, text: &str) {
+        self.console.note(text);
+        self.record.warn(text.trim_start_matches("warning: ").to_owned());
+    }
+
     /// An attempt failed.
     pub fn failed(&mut self, report: &SolveReport, reason: &str, control: &StepControl) {
         self.count(report);

@@ -2,6 +2,7 @@
 
 mod check;
 mod checkpoint;
+mod guard;
 mod input;
 mod journal;
 mod measure;
@@ -18,7 +19,7 @@ use std::rc::Rc;
 
 use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{Dynamics, OverStep, Stage};
 use crate::error::{Error, Result, agree};
 use crate::model::{Contact, Model, Target, read_mesh};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
@@ -35,6 +36,7 @@ pub use place::Place;
 pub use restart::Begin;
 
 use checkpoint::{Keeper, Moment};
+use guard::Guard;
 use restart::Saved;
 
 /// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
@@ -62,11 +64,11 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     saved.as_mut().map_or(Ok(()), |saved| saved.read(&system))?;
     let mut journal = Journal::open(session, (case, &model), place, saved.as_ref())?;
     let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
-        let clocks = match &saved {
+        let watch = match &saved {
             None => begin(&mut system, &mut stage, (case, &model), &mut journal)?, // B_0
             Some(saved) => saved.resume(&mut system, &mut stage, case, &mut journal)?,
         };
-        march((&mut system, &mut stage), &mut strategy, case, &mut journal, (clocks, &mut keeper))
+        march((&mut system, &mut stage), &mut strategy, case, &mut journal, (watch, &mut keeper))
     });
     if let Err(error) = &outcome {
         session.meet(error);
@@ -98,18 +100,29 @@ fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
     model.contacts.iter().filter_map(couple).collect()
 }
 
+/// What counts and watches from step to step.
+pub struct Watch {
+    /// Where in time the run is.
+    control: StepControl,
+    /// The energies.
+    ledger: EnergyLedger,
+    /// Whether they are explained.
+    guard: Guard,
+}
+
 /// The start of the motion, its rows, and what counts from there.
 fn begin<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
     (case, model): (&Case, &Model<D>),
     journal: &mut Journal<D>,
-) -> Result<(StepControl, EnergyLedger)> {
+) -> Result<Watch> {
     start::at_equilibrium(system, stage, case, model, journal)?;
     let control = StepControl::new(0.0, case.time.end.si, case.time.step(), case.time.cuts.value);
     let ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
     journal.begin(system, stage, &ledger, &control)?;
-    Ok((control, ledger))
+    let guard = Guard::new(case, model, options::scheme(&case.time), ledger.now());
+    Ok(Watch { control, ledger, guard })
 }
 
 /// From configuration to configuration until the end.
@@ -118,9 +131,10 @@ fn march<const D: usize>(
     strategy: &mut Box<dyn Strategy>,
     case: &Case,
     journal: &mut Journal<D>,
-    ((mut control, mut ledger), keeper): ((StepControl, EnergyLedger), &mut Keeper),
+    (watch, keeper): (Watch, &mut Keeper),
 ) -> Result<()> {
     let scheme = options::scheme(&case.time);
+    let Watch { mut control, mut ledger, mut guard } = watch;
     while !control.finished() {
         let attempt = Attempt { scheme, control: &control };
         let outcome = attempt.solve(system, stage, &mut **strategy, journal)?;
@@ -130,10 +144,12 @@ fn march<const D: usize>(
             Outcome::Converged(report) => {
                 let energies = ledger.advance(system, stage)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;
+                guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
+                guard.energy(&energies, stage.trial.time)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
                 keeper.step_done(
-                    Moment { system, stage, strategy, control: &control, ledger: &ledger, journal },
+                    Moment { system, stage, strategy, watch: (&control, &ledger, &guard), journal },
                     case,
                 )?;
             }
@@ -190,6 +206,9 @@ impl Attempt<'_> {
         let Outcome::Converged(report) = outcome else { return Ok(outcome) };
         if !self.scheme.finish(stage, self.control.end_of_step())? {
             return Ok(Outcome::Converged(report));
+        }
+        if stage.over_step == OverStep::End {
+            return system.settle_end(stage).map(|()| Outcome::Converged(report));
         }
         system.prescribe(stage)?;
         let mut residual = system.pattern_vector().like()?;

@@ -6,11 +6,12 @@ use std::rc::Rc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::guard::Guard;
 use super::input::shared_text;
 use super::journal::Journal;
 use super::place::{Place, inputs};
 use super::resume::Past;
-use super::start;
+use super::{Watch, start};
 use crate::assembly::{Balances, ContactSystem, EnergyLedger};
 use crate::case::Case;
 use crate::checkpoint::{self, Store, Table};
@@ -50,6 +51,7 @@ pub struct State {
     meshes: Vec<String>,
     control: StepControl,
     balances: Balances,
+    guard: Guard,
     /// What was done so far.
     pub past: Past,
 }
@@ -63,7 +65,7 @@ impl State {
         case: &Case,
         inputs: &[Input],
         (control, time): (&StepControl, f64),
-        (balances, past): (Balances, Past),
+        (balances, guard, past): (Balances, &Guard, Past),
     ) -> Result<Self> {
         Ok(Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -74,6 +76,7 @@ impl State {
             meshes: meshes(inputs),
             control: control.clone(),
             balances,
+            guard: guard.clone(),
             past,
         })
     }
@@ -153,7 +156,7 @@ impl Saved {
         stage: &mut Stage,
         case: &Case,
         journal: &mut Journal<D>,
-    ) -> Result<(StepControl, EnergyLedger)> {
+    ) -> Result<Watch> {
         let drive = system.restore(stage, &self.tables)?;
         stage.start.time = self.state.time;
         stage.holding = start::holding(system, case);
@@ -161,7 +164,7 @@ impl Saved {
         let control = self.control(case);
         let ledger = EnergyLedger::resume(self.state.balances, drive, system.pattern_vector().like()?);
         journal.go_on(&control, &format!("goes on from {}", self.path.display()))?;
-        Ok((control, ledger))
+        Ok(Watch { control, ledger, guard: self.state.guard.clone() })
     }
 
     /// The control as it was, or a new one to another end.

@@ -186,6 +186,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     let mut change = system.pattern_vector().like()?;
     system.residual(stage, &mut rhs)?;
     rhs.scale(-1.0)?;
+    system.rest_massless(&mut rhs);
     system.jacobian(stage, Terms::MASS, None)?;
     let problem = Problem { symmetric: true, contact: false, ..options::problem::<D>(system, true) };
     let choice = LinearChoice::Named("cg_jacobi");

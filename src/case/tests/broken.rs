@@ -282,6 +282,21 @@ const BROKEN: &[Broken] = &[
     ("\"1.0 * t\"", "{ tabel: [[0, 0]] }", "23:48", &["unknown key 'tabel'", "'table'"]),
     ("\"0.1 * y\"", "\"0.1 * t\"", "10:24", &["can not depend on t"]),
     // Statics.
+    ("petsc:", "guard: { energy: 0 }\npetsc:", "31:18", &["energy guard must be > 0, found 0"]),
+    ("petsc:", "guard: { energy: -0.1 }\npetsc:", "31:18", &["energy guard must be > 0"]),
+    ("petsc:", "guard: { enegy: 0.1 }\npetsc:", "31:10", &["unknown key 'enegy'", "'energy'"]),
+    (
+        "density:",
+        "mass: redistribted\n    density:",
+        "7:11",
+        &["unknown mass matrix 'redistribted'", "'redistributed'"],
+    ),
+    (
+        TIME,
+        "time: { end: 1, step: 0.1, scheme: conservng }",
+        "25:36",
+        &["unknown scheme 'conservng'", "'conserving'"],
+    ),
     (TIME, "time: { end: 1, step: 0.1, scheme: static }", "24:8", &["a static case has no start"]),
     (TIME, "time: { end: 1, scheme: { static: {} } }", "25:25", &["needs 'increments'"]),
     (
