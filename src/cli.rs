@@ -2,23 +2,27 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 
 use crate::error::{Error, Result};
+use crate::output::pace::wall_time;
 
 const EXAMPLES: &str = "\
 Examples:
   contact-petsc meshes/rubber-block/case.yml
   mpirun -n 2 contact-petsc meshes/rubber-block/case.yml --output results/block
+  contact-petsc case.yml --wall-time \"55 min\"; contact-petsc case.yml --restart
   contact-petsc check case.yml
   contact-petsc case.yml -v -- -log_view
   contact-petsc plot results/block results/block-power-law
+  contact-petsc study meshes/rubber-block/study.yml
 
 Exit codes: 0 done, 2 usage, 3 invalid case, 4 mesh or file, 5 not converged (results up to the last good step are
-kept), 6 physics guard, 70 internal fault.";
+kept), 6 physics guard, 7 stopped on request with a checkpoint, 70 internal fault.";
 
 /// Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
 #[derive(Debug, Parser)]
@@ -49,7 +53,13 @@ enum Sub {
     /// List what a case can name: elements, materials, laws, schemes, solvers
     List,
     /// Print the JSON schema (draft-07) of a case file, for editors
-    Schema,
+    Schema {
+        /// That of a study file instead
+        #[arg(long)]
+        study: bool,
+    },
+    /// Run a study: a case with keys varied, errors against costs, advice; goes on where it was left
+    Study(StudyArguments),
     /// Draw figures (SVG) of one result, or of several in common figures
     Plot {
         /// Results folders
@@ -57,6 +67,17 @@ enum Sub {
         results: Vec<PathBuf>,
         /// Folder of the figures; the first results folder unless given
         #[arg(short, long, value_name = "DIR")]
+        output: Option<PathBuf>,
+    },
+    /// Write one page about a result or a study, report.html: pictures, numbers, warnings, the case; needs no network
+    Report {
+        /// Results folder of a run or of a study
+        results: PathBuf,
+        /// Times [s] at which the bodies are shown; start, middle and end unless given
+        #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', allow_negative_numbers = true)]
+        at: Vec<f64>,
+        /// File of the page; `report.html` in the results folder unless given
+        #[arg(short, long, value_name = "HTML")]
         output: Option<PathBuf>,
     },
     /// Draw columns of a table (CSV) over another one: curves of studies, as scripts/compare-solvers makes them
@@ -84,7 +105,38 @@ pub struct RunArguments {
     /// Results folder; `results/` and the name of the case's folder or file unless given
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    /// Go on from the last checkpoint of the results folder, or from the one given
+    #[arg(long, value_name = "CHECKPOINT", num_args = 0..=1, require_equals = true)]
+    pub restart: Option<Option<PathBuf>>,
+    /// Stop before this wall time is over, with a checkpoint and exit code 7: seconds, or as in "55 min", "2 h", 1:30:00
+    #[arg(long, value_name = "TIME", value_parser = wall_time)]
+    pub wall_time: Option<Duration>,
     /// Print the Newton table (-v), and the linear solvers' iterations (-vv)
+    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// PETSc's own options, after `--`; they win over those of the case
+    #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
+    pub petsc: Vec<String>,
+}
+
+/// What a study takes.
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct StudyArguments {
+    /// Study file
+    pub study: PathBuf,
+    /// Results folder; `results/` and the name of the study's folder or file unless given
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// List the members, run none
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Run members once more that failed before
+    #[arg(long)]
+    pub rerun_failed: bool,
+    /// Let the members speak (-v), with their Newton tables (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
     /// Print errors only
@@ -154,17 +206,30 @@ pub enum Verbosity {
 impl RunArguments {
     /// How much the run says.
     pub fn verbosity(&self) -> Verbosity {
-        match (self.quiet, self.verbose) {
-            (true, _) => Verbosity::Quiet,
-            (false, 0) => Verbosity::Normal,
-            (false, 1) => Verbosity::Newton,
-            (false, _) => Verbosity::Linear,
+        Verbosity::of(self.quiet, self.verbose)
+    }
+}
+
+impl StudyArguments {
+    /// How much the study says.
+    pub fn verbosity(&self) -> Verbosity {
+        Verbosity::of(self.quiet, self.verbose)
+    }
+}
+
+impl Verbosity {
+    fn of(quiet: bool, verbose: u8) -> Self {
+        match (quiet, verbose) {
+            (true, _) => Self::Quiet,
+            (false, 0) => Self::Normal,
+            (false, 1) => Self::Newton,
+            (false, _) => Self::Linear,
         }
     }
 }
 
 /// What the user asks for.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Command {
     /// Compute a case.
     Run(RunArguments),
@@ -177,13 +242,27 @@ pub enum Command {
     },
     /// List what a case can name.
     List,
-    /// Print the schema of a case file.
-    Schema,
+    /// Print the schema of a case file, or of a study file.
+    Schema {
+        /// Of a study file.
+        study: bool,
+    },
+    /// Run a study.
+    Study(StudyArguments),
     /// Draw figures.
     Plot {
         /// Results folders, at least one.
         results: Vec<PathBuf>,
         /// Folder of the figures.
+        output: Option<PathBuf>,
+    },
+    /// Write a page about results.
+    Report {
+        /// Results folder of a run or of a study.
+        results: PathBuf,
+        /// Times [s] at which the bodies are shown.
+        at: Vec<f64>,
+        /// File of the page.
         output: Option<PathBuf>,
     },
     /// Draw columns of a table.
@@ -225,8 +304,10 @@ where
         (None, Some(run)) | (Some(Sub::Run(run)), _) => Ok(Command::Run(run)),
         (Some(Sub::Check { case, petsc }), _) => Ok(Command::Check { case, petsc }),
         (Some(Sub::List), _) => Ok(Command::List),
-        (Some(Sub::Schema), _) => Ok(Command::Schema),
+        (Some(Sub::Schema { study }), _) => Ok(Command::Schema { study }),
+        (Some(Sub::Study(study)), _) => Ok(Command::Study(study)),
         (Some(Sub::Plot { results, output }), _) => Ok(Command::Plot { results, output }),
+        (Some(Sub::Report { results, at, output }), _) => Ok(Command::Report { results, at, output }),
         (Some(Sub::Chart(chart)), _) => Ok(Command::Chart(chart)),
         (Some(Sub::Parts { case, counts }), _) => Ok(Command::Parts { case, counts }),
         (Some(Sub::Completions { shell }), _) => Ok(Command::Completions(shell)),
@@ -248,136 +329,4 @@ pub fn completions(shell: Shell) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::error::Cause;
-
-    const VERSIONS: &str = "PETSc 3.18.5\nOpen MPI 4.1.4\nMETIS 5.1.0\n";
-
-    fn read(line: &str) -> Result<Command> {
-        parse(std::iter::once("contact-petsc").chain(line.split_whitespace()), VERSIONS)
-    }
-
-    fn run(line: &str) -> RunArguments {
-        match read(line) {
-            Ok(Command::Run(run)) => run,
-            other => panic!("{line}: {other:?}"),
-        }
-    }
-
-    fn printed(line: &str) -> String {
-        match read(line) {
-            Ok(Command::Print(text)) => text,
-            other => panic!("{line}: {other:?}"),
-        }
-    }
-
-    /// The definition is consistent in clap's own eyes.
-    #[test]
-    fn the_definition_is_sound() {
-        Line::command().debug_assert();
-    }
-
-    /// A first argument that is no command is a case.
-    #[test]
-    fn a_case_alone_is_a_run() {
-        let plain = RunArguments {
-            case: "case.yml".into(),
-            output: None,
-            verbose: 0,
-            quiet: false,
-            petsc: Vec::new(),
-        };
-        assert_eq!(run("case.yml"), plain);
-        assert_eq!(run("run case.yml"), plain);
-        assert_eq!(run("run run").case, PathBuf::from("run"));
-        assert_eq!(run("./check").case, PathBuf::from("./check"));
-    }
-
-    /// Options stand before and after the case, PETSc's after `--`, whatever they look like.
-    #[test]
-    fn options_reach_the_run() {
-        for line in ["case.yml -vv --output out", "run -o out -v -v case.yml"] {
-            let run = run(&format!("{line} -- -ksp_monitor -pc_type lu -v --help"));
-            assert_eq!(run.output, Some("out".into()));
-            assert_eq!(run.petsc, ["-ksp_monitor", "-pc_type", "lu", "-v", "--help"]);
-        }
-        let levels = [("", Verbosity::Normal), ("-q", Verbosity::Quiet), ("-v", Verbosity::Newton)];
-        for (flag, level) in
-            levels.into_iter().chain([("-vv", Verbosity::Linear), ("-vvv", Verbosity::Linear)])
-        {
-            assert_eq!(run(&format!("case.yml {flag}")).verbosity(), level);
-        }
-    }
-
-    /// The other commands read their arguments.
-    #[test]
-    fn commands_are_read() {
-        let petsc = vec!["-info".to_string()];
-        assert_eq!(
-            read("check case.yml -- -info").unwrap(),
-            Command::Check { case: "case.yml".into(), petsc }
-        );
-        assert_eq!(read("list").unwrap(), Command::List);
-        assert_eq!(read("schema").unwrap(), Command::Schema);
-        let results = vec![PathBuf::from("a"), PathBuf::from("b")];
-        assert_eq!(read("plot a b -o c").unwrap(), Command::Plot { results, output: Some("c".into()) });
-        assert_eq!(
-            read("parts case.yml 2 64").unwrap(),
-            Command::Parts { case: "case.yml".into(), counts: vec![2, 64] }
-        );
-        let chart = match read("chart a.csv --x m --y s --by k --where v=a,b --where c=0 --log x -o a.svg") {
-            Ok(Command::Chart(chart)) => chart,
-            other => panic!("{other:?}"),
-        };
-        assert_eq!((&chart.x[..], &chart.y[..], &chart.log[..]), ("m", "s", &[ChartAxis::X][..]));
-        assert_eq!(chart.only, ["v=a,b", "c=0"]);
-        assert_eq!(read("completions bash").unwrap(), Command::Completions(Shell::Bash));
-    }
-
-    /// A wrong line is a usage error, exit code 2, that says what is wrong.
-    #[test]
-    fn wrong_lines_are_usage_errors() {
-        for (line, words) in [
-            ("", "Usage"),
-            ("run", "CASE"),
-            ("case.yml other.yml", "other.yml"),
-            ("case.yml --outptu x", "--outptu"),
-            ("case.yml -q -v", "--quiet"),
-            ("case.yml --output", "--output"),
-            ("case.yml -ksp_monitor", "-k"),
-            ("plot", "RESULTS"),
-            ("chart a.csv --x m", "--y"),
-            ("parts case.yml 0", "0"),
-            ("completions tcsh", "bash"),
-            ("list more", "more"),
-        ] {
-            let error = read(line).map(|command| panic!("{line}: {command:?}")).unwrap_err();
-            assert_eq!((error.cause, error.exit_code()), (Cause::Usage, 2), "{line}");
-            assert!(
-                error.message.contains(words) && !error.message.starts_with("error"),
-                "{line}: {}",
-                error.message
-            );
-        }
-    }
-
-    /// Help has an example, the version names the libraries.
-    #[test]
-    fn help_and_version_inform() {
-        for words in ["mpirun -n 2 contact-petsc", "--output", "plot", "Exit codes", "-- -log_view"] {
-            assert!(printed("--help").contains(words), "{words}: {}", printed("--help"));
-        }
-        assert!(printed("plot --help").contains("RESULTS"));
-        assert!(printed("--version").contains("PETSc 3.18.5\nOpen MPI 4.1.4\nMETIS 5.1.0"));
-        assert_eq!(printed("-V").trim(), format!("contact-petsc {}", env!("CARGO_PKG_VERSION")));
-    }
-
-    /// Completions know the commands.
-    #[test]
-    fn completions_know_the_commands() {
-        for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
-            assert!(completions(shell).contains("schema"), "{shell}");
-        }
-    }
-}
+mod tests;

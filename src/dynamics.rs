@@ -127,6 +127,18 @@ pub struct Shortfall {
     pub depth: f64,
 }
 
+/// Whether forces are taken over a step as a whole, such that their work is the change of energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OverStep {
+    /// Forces are those of the trial state.
+    #[default]
+    No,
+    /// The trial state is the middle of the step, which ends as far from it as it started.
+    Middle,
+    /// The trial state is the end of the step; forces and accelerations are still those of its middle.
+    End,
+}
+
 /// One step on its way: where it starts, where it is, and how the rates follow from the displacement.
 pub struct Stage {
     /// The accepted state at the start of the step.
@@ -141,6 +153,8 @@ pub struct Stage {
     pub balance: Balance,
     /// Whether the inertia takes part.
     pub inertia: bool,
+    /// Whether forces conserve over the step.
+    pub over_step: OverStep,
     /// Friction as given or off.
     pub friction: FrictionMode,
     /// What a staggered solve holds at present.
@@ -171,6 +185,7 @@ impl Stage {
             shifts: Shifts::default(),
             balance: Balance::AT_THE_END,
             inertia: false,
+            over_step: OverStep::No,
             friction: FrictionMode::AsGiven,
             split: Split::Monolithic,
             holding: 0.0,

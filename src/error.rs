@@ -17,15 +17,15 @@ pub enum Cause {
     NotConverged = 5,
     /// A physics guard fired: inverted element, unexplained energy.
     Guard = 6,
-    /// A wall-time limit was reached; a checkpoint was written.
-    TimeLimit = 7,
+    /// Asked to stop, by a signal or a wall-time limit; a checkpoint was written.
+    Stopped = 7,
     /// A fault of the program or of a library below it.
     Internal = 70,
 }
 
 impl Cause {
     fn from_code(code: i32) -> Self {
-        [Self::Usage, Self::Case, Self::File, Self::NotConverged, Self::Guard, Self::TimeLimit]
+        [Self::Usage, Self::Case, Self::File, Self::NotConverged, Self::Guard, Self::Stopped]
             .into_iter()
             .find(|cause| *cause as i32 == code)
             .unwrap_or(Self::Internal)
@@ -78,6 +78,11 @@ impl Error {
         Self::new(Cause::Guard, message)
     }
 
+    /// Stopped on request with a checkpoint.
+    pub fn stopped(message: impl Into<String>) -> Self {
+        Self::new(Cause::Stopped, message)
+    }
+
     /// The program or a library is at fault.
     pub fn internal(message: impl Into<String>) -> Self {
         Self::new(Cause::Internal, message)
@@ -96,6 +101,11 @@ impl Error {
         self.message.push_str("\nhint: ");
         self.message.push_str(cure);
         self
+    }
+
+    /// What the user reads before the message: a run that stops as it was asked to is no error.
+    pub fn label(&self) -> &'static str {
+        if self.cause == Cause::Stopped { "stopped" } else { "error" }
     }
 
     /// Exit code of the process, see [`Cause`].

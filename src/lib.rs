@@ -11,7 +11,7 @@
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
 //! | 0 | [`error`], [`tensor`], [`square`], [`lanes`], [`terms`] | causes and exit codes; small tensors; SIMD lanes; the terms of (3.5) |
-//! | 1 | [`case`]; [`petsc`] | what the user writes; owners of PETSc's objects |
+//! | 1 | [`case`]; [`petsc`]; [`checkpoint`] | what the user writes; owners of PETSc's objects; files from which a run goes on |
 //! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
 //! | 3 | [`partition`] | METIS, who owns what, distribution |
 //! | 4 | [`space`] | reference elements, quadrature, prescribed unknowns (3.1) |
@@ -20,7 +20,9 @@
 //! | 7 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
 //! | 8 | [`solvers`]; [`time`] | monolithic and staggered Newton, linear solvers; Newmark and its family |
 //! | 9 | [`output`], [`plot`] | tables, fields, record, console; figures |
-//! | 10 | [`simulation`], [`commands`], [`cli`] | the run, in the order of the paper's section 3; the command line |
+//! | 10 | [`simulation`]; [`report`] | the run, in the order of the paper's section 3; a page about results |
+//! | 11 | [`study`] | many runs: errors against costs, advice |
+//! | 12 | [`commands`], [`cli`] | the command line |
 //!
 //! # From the paper's symbols to names
 //!
@@ -47,6 +49,7 @@
 
 pub mod assembly;
 pub mod case;
+pub mod checkpoint;
 pub mod cli;
 pub mod commands;
 pub mod contact;
@@ -61,10 +64,12 @@ pub mod output;
 pub mod partition;
 pub mod petsc;
 pub mod plot;
+pub mod report;
 pub mod simulation;
 pub mod solvers;
 pub mod space;
 pub mod square;
+pub mod study;
 #[cfg(test)]
 pub mod taylor;
 pub mod tensor;

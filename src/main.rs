@@ -12,7 +12,7 @@ fn main() -> ExitCode {
         Err(error) => {
             // What was told already has no words left.
             if commands::speaks() && !error.message.is_empty() {
-                eprintln!("contact-petsc: error: {error}");
+                eprintln!("contact-petsc: {}: {error}", error.label());
             }
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(70))
         }

@@ -35,6 +35,8 @@ pub struct Body {
     pub formulation: Formulation,
     /// Diagonal mass.
     pub lumped_mass: bool,
+    /// The mass matrix leaves out the nodes of contact surfaces.
+    pub redistributed_mass: bool,
     /// Young's modulus [Pa], to which penalties are compared.
     pub young_modulus: f64,
     /// Velocity at the start [m/s], one function a component; empty where it rests.
@@ -212,6 +214,13 @@ impl<const D: usize> Model<D> {
         Ok(model)
     }
 
+    /// Whether forces that conserve over a step have a symmetric matrix: all kinematics linear, all targets flat.
+    pub fn has_symmetric_steps(&self) -> bool {
+        let linear = |body: &Body| body.formulation.kinematics == Kinematics::Linear;
+        let flat = |contact: &Contact<D>| matches!(contact.target, Target::Obstacle(Obstacle::Plane(_)));
+        self.bodies.iter().all(linear) && self.contacts.iter().all(flat)
+    }
+
     fn add(&mut self, name: &str, set: &str, action: Action) -> Result<()> {
         let name = name.to_owned();
         let set = set.to_owned();
@@ -261,7 +270,9 @@ impl<const D: usize> Model<D> {
             penetration,
             friction: friction(&contact.friction).map_err(within)?,
             quadrature: contact.quadrature.value,
-            current_area: contact.area == case::Area::Current,
+            // The potential of a contact lies on the reference area: forces that conserve act on it as well.
+            current_area: contact.area == case::Area::Current
+                && case.time.scheme.value != case::Scheme::Conserving,
             initial_overclosure: contact.initial_overclosure,
         })
     }
@@ -291,6 +302,7 @@ fn body(name: &str, body: &case::Body) -> Result<Body> {
         name: name.to_owned(),
         formulation,
         lumped_mass: body.mass == case::Mass::Lumped,
+        redistributed_mass: body.mass == case::Mass::Redistributed,
         young_modulus,
         initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| f.function.clone()).collect()),
     })

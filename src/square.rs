@@ -233,6 +233,68 @@ pub fn det_minus_one<T: Real, const D: usize>(h: &Square<T, D>) -> T {
     trace(h) + det_minus_one_minus_trace(h)
 }
 
+/// `a + b`, each entry.
+#[inline(always)]
+pub fn sum<T: Real, const D: usize>(a: &Square<T, D>, b: &Square<T, D>) -> Square<T, D> {
+    let mut out = *a;
+    for i in 0..D {
+        for j in 0..D {
+            out[i][j] = a[i][j] + b[i][j];
+        }
+    }
+    out
+}
+
+/// `a : b`.
+#[inline(always)]
+pub fn double_dot<T: Real, const D: usize>(a: &Square<T, D>, b: &Square<T, D>) -> T {
+    let mut out = dot(&a[0], &b[0]);
+    for i in 1..D {
+        out = out + dot(&a[i], &b[i]);
+    }
+    out
+}
+
+/// The cofactors of `1 + a` without the ones, `tr(a) 1 - a^T` plus, in space, the cofactors of `a`; no digits are lost
+/// where `a` is small.
+#[inline(always)]
+pub fn cofactor_minus_one<T: Real, const D: usize>(a: &Square<T, D>) -> Square<T, D> {
+    let (trace, columns, second) = (trace(a), transpose(a), cofactor(a));
+    let mut out = *a;
+    for i in 0..D {
+        for j in 0..D {
+            let linear = if i == j { trace - columns[i][j] } else { -columns[i][j] };
+            out[i][j] = if D == 2 { linear } else { linear + second[i][j] };
+        }
+    }
+    out
+}
+
+/// Derivative of the cofactors of a symmetric `a` along a symmetric `b`; in the plane it does not depend on `a`.
+#[inline(always)]
+pub fn cofactor_change<T: Real, const D: usize>(a: &Square<T, D>, b: &Square<T, D>) -> Square<T, D> {
+    let change = trace(b);
+    let mut out = *b;
+    if D == 2 {
+        for i in 0..D {
+            for j in 0..D {
+                out[i][j] = if i == j { change - b[i][j] } else { -b[i][j] };
+            }
+        }
+        return out;
+    }
+    let size = trace(a);
+    let middle = size * change - double_dot(a, b);
+    let (left, right) = (product(a, b), product(b, a));
+    for i in 0..D {
+        for j in 0..D {
+            let rest = left[i][j] + right[i][j] - size * b[i][j] - change * a[i][j];
+            out[i][j] = if i == j { rest + middle } else { rest };
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

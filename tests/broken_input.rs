@@ -289,7 +289,8 @@ fn wrong_command_lines_are_usage_errors() {
     for (line, words, ranks) in [
         (&[][..], "Usage", 0),
         (&["a.yml", "b.yml"], "b.yml", 2),
-        (&["a.yml", "--restart"], "--restart", 2),
+        (&["a.yml", "--restrat"], "--restrat", 2),
+        (&["a.yml", "--wall-time", "soon"], "0:55:00", 0),
         (&["a.yml", "-q", "-v"], "cannot be used with", 0),
         (&["plot"], "RESULTS", 0),
         (&["list", "more"], "more", 0),

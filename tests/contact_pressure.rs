@@ -180,7 +180,7 @@ fn a_cylinder_on_a_block_on_1_2_3_4_ranks() {
 fn two_cylinders_are_cattaneo_mindlin() {
     for mu in [0.2, 0.3] {
         let coefficient = format!("coefficient: {mu}");
-        let coarse = [("cells: [80, 32]", "cells: [40, 16]"), ("coefficient: 0.2", &coefficient)];
+        let coarse = [("cells: [120, 48]", "cells: [40, 16]"), ("coefficient: 0.2", &coefficient)];
         let folder = run(&shipped("cattaneo-mindlin/case.yml", &coarse), 1);
         let forces = table(&folder, "contact.csv");
         let (pressed, sheared) = (forces.last("force_y"), -forces.last("force_x"));

@@ -166,7 +166,15 @@ impl<const D: usize> ContactSystem<D> {
         let contacts = self.contacts.iter_mut().zip(stiffenings);
         for (contact, factor) in contacts {
             contact.stiffen(factor / contact.stiffening);
+            if let NormalLaw::Penalty(law) = contact.law().normal {
+                contact.state.resume_multipliers(1.0 / law.normal_compliance());
+            }
         }
+    }
+
+    /// Takes note of the gaps at the last residual as those of the last accepted step.
+    pub fn note_gaps(&mut self) {
+        self.contacts.iter_mut().for_each(|contact| contact.state.note_gaps());
     }
 
     /// The smallest penetration that is asked for [m].

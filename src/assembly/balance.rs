@@ -5,12 +5,13 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact::{Contact, Pair};
 use super::external::Moment;
+use super::forces::At;
 use super::interface::Interface;
 use super::stages::hold;
 use super::system::{ContactSystem, Parts, Phases};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::Branches;
-use crate::dynamics::{Residual, Stage};
+use crate::dynamics::{Dynamics, OverStep, Residual, Stage};
 use crate::error::{Result, agree};
 use crate::petsc::Vector;
 
@@ -29,7 +30,7 @@ impl<const D: usize> ContactSystem<D> {
             self.fault = None;
             internal.fill(0.0);
             for solid in &self.solids {
-                if let Err(inverted) = solid.add_force(&u, internal) {
+                if let Err(inverted) = solid.add_force(&At::of(stage, &u, &u_start), internal) {
                     self.fault.get_or_insert(inverted);
                 }
             }
@@ -38,7 +39,8 @@ impl<const D: usize> ContactSystem<D> {
         }
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
-        let request = ContactRequest { stiffness: None, hold: hold(stage), branches };
+        let over_step = stage.over_step == OverStep::Middle;
+        let request = ContactRequest { stiffness: None, hold: hold(stage), branches, over_step };
         self.phases.contact.time(|| {
             self.contacts.iter_mut().for_each(|pair| pair.add_force(&fields, &request, contact));
         });
@@ -125,6 +127,26 @@ impl<const D: usize> ContactSystem<D> {
         let scale = total[1..5].iter().copied().fold(0.0, f64::max).sqrt();
         let residual = Residual { norm: total[0].sqrt(), scale };
         Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
+    }
+
+    /// Zero at the nodes without mass, which have no acceleration of their own.
+    pub fn rest_massless(&self, rhs: &mut Vector) {
+        let Some(mass) = &self.mass else { return };
+        let mut rhs = rhs.owned_mut();
+        for &node in mass.massless() {
+            rhs[node as usize * D..][..D].fill(0.0);
+        }
+    }
+
+    /// Sets the prescribed unknowns at the end of a step over which forces conserve; accelerations stay those of its middle,
+    /// which the reactions are for. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn settle_end(&mut self, stage: &mut Stage) -> Result<()> {
+        self.work.copy_from(&stage.trial.a)?;
+        self.prescribe(stage)?;
+        stage.trial.a.copy_from(&self.work)
     }
 
     /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones [N].

@@ -27,10 +27,13 @@ pub(super) struct FreeBody {
 
 /// Laws and masses of the bodies.
 pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
-    let mass = |lumped| if lumped { MassKind::Lumped } else { MassKind::Consistent };
     let body = |body: &crate::model::Body| BodyPhysics {
         formulation: body.formulation,
-        mass: mass(body.lumped_mass),
+        mass: match body {
+            body if body.lumped_mass => MassKind::Lumped,
+            body if body.redistributed_mass => MassKind::Redistributed,
+            _ => MassKind::Consistent,
+        },
     };
     model.bodies.iter().map(body).collect()
 }

@@ -4,12 +4,13 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::system::ContactSystem;
-use crate::dynamics::Stage;
+use crate::dynamics::{OverStep, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
+use serde::{Deserialize, Serialize};
 
 /// Energies of one instant and sums since the start [J, per metre of depth in 2D].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
     /// `v . M v / 2`.
     pub kinetic: f64,
@@ -58,7 +59,32 @@ pub struct SavedLedger {
     momentum: Momentum,
 }
 
+/// What a ledger remembers from step to step, beside the [`EnergyLedger::drive`] of each rank.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Balances {
+    /// Energy at the start [J].
+    pub at_start: f64,
+    /// The energies of the last step.
+    pub now: Energies,
+}
+
 impl EnergyLedger {
+    /// A ledger that goes on from what another one remembered, with its `drive` [N]; `reactions` is where the next ones go.
+    pub fn resume(balances: Balances, drive: Vec<f64>, reactions: Vector) -> Self {
+        let Balances { at_start, now } = balances;
+        Self { drive, at_start, now, momentum: Momentum::default(), reactions }
+    }
+
+    /// What to go on from.
+    pub fn balances(&self) -> Balances {
+        Balances { at_start: self.at_start, now: self.now }
+    }
+
+    /// Loads and reactions at the end of the last step, owned unknowns [N].
+    pub fn drive(&self) -> &[f64] {
+        &self.drive
+    }
+
     /// A ledger that begins at the start of `stage`, where `reactions` act on the supports. Collective.
     ///
     /// # Errors
@@ -146,7 +172,9 @@ impl EnergyLedger {
         for (i, drive) in self.drive.iter_mut().enumerate() {
             let reaction = if constrained[i] { reactions[i] } else { 0.0 };
             let now = system.parts.external[i] + reaction;
-            own[4] += 0.5 * (*drive + now) * (u[i] - before[i]);
+            // Over a step that conserves, the forces now are those that acted all the while.
+            let mean = if stage.over_step == OverStep::End { now } else { 0.5 * (*drive + now) };
+            own[4] += mean * (u[i] - before[i]);
             *drive = now;
         }
         let mut total = [0.0; 11];

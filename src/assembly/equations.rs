@@ -10,7 +10,9 @@ use super::stages::{self, Target};
 use super::system::ContactSystem;
 use super::tangent::symmetric;
 use crate::contact::state::{Branches, Changes};
-use crate::dynamics::{ContactCounts, Dynamics, ForceChange, Freeze, Lift, Residual, Shortfall, Stage};
+use crate::dynamics::{
+    ContactCounts, Dynamics, ForceChange, Freeze, Lift, OverStep, Residual, Shortfall, Stage,
+};
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
 use crate::petsc::{Matrix, Vector};
@@ -24,9 +26,14 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             let (mut u, mut v, mut a) =
                 (stage.trial.u.local_mut(), stage.trial.v.local_mut(), stage.trial.a.local_mut());
             let fields = Fields { u: &mut u, v: &mut v, a: &mut a };
+            // Prescribed motion is known at the end of a step alone: its middle is the mean, or work would be lost.
+            let time = if stage.over_step == OverStep::Middle { stage.start.time + stage.dt } else { time };
             self.supports.fill(&self.local.mesh.points, time, factor, fields)
         };
         self.trouble = filled.err();
+        if stage.over_step == OverStep::Middle {
+            self.prescribe_middle(stage);
+        }
         stage.trial.u.update_ghosts()?;
         stage.trial.v.update_ghosts()
     }
@@ -57,6 +64,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
 
     fn is_symmetric(&self, stage: &Stage, terms: Terms) -> bool {
         symmetric(&self.contacts, &self.external, stage, terms)
+            && (stage.over_step == OverStep::No || self.symmetric_steps)
     }
 
     fn observe(&mut self) -> Result<ContactCounts> {
@@ -171,6 +179,18 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
 }
 
 impl<const D: usize> ContactSystem<D> {
+    /// Takes the prescribed unknowns from the end of the step, where they were set, to its middle.
+    fn prescribe_middle(&self, stage: &mut Stage) {
+        let Stage { start, trial, dt, .. } = stage;
+        let (mut u, mut v, mut a) = (trial.u.local_mut(), trial.v.local_mut(), trial.a.local_mut());
+        let (u_start, v_start) = (start.u.local(), start.v.local());
+        for (dof, _) in self.supports.dofs.constrained.iter().enumerate().filter(|(_, held)| **held) {
+            a[dof] = (v[dof] - v_start[dof]) / *dt;
+            v[dof] = (u[dof] - u_start[dof]) / *dt;
+            u[dof] = 0.5 * (u[dof] + u_start[dof]);
+        }
+    }
+
     /// The inverted element in words: number, place, determinant.
     fn describe(&self, inverted: &Inverted) -> Error {
         let mesh = &self.local.mesh;

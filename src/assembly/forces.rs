@@ -4,12 +4,29 @@ use std::collections::BTreeMap;
 
 use super::mass::MassKind;
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
-use crate::element::{ElementGroup, Formulation, Inverted, Request};
+use crate::dynamics::{OverStep, Stage};
+use crate::element::{ElementGroup, ElementSink, Formulation, Inverted, Request};
 use crate::error::Result;
 use crate::mesh::ElementKind;
 use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, BlockValues};
 use crate::terms::Terms;
+
+/// Displacements at which solids are evaluated, local nodes [m].
+#[derive(Debug, Clone, Copy)]
+pub struct At<'a> {
+    /// The trial state.
+    pub u: &'a [f64],
+    /// The start of the step, where forces conserve over a step in whose middle the trial state is.
+    pub start: Option<&'a [f64]>,
+}
+
+impl<'a> At<'a> {
+    /// The trial state `u` of `stage`, whose start is at `start`.
+    pub fn of(stage: &Stage, u: &'a [f64], start: &'a [f64]) -> Self {
+        Self { u, start: (stage.over_step == OverStep::Middle).then_some(start) }
+    }
+}
 
 /// Elements of one kind and body, with the places of their entries.
 pub struct Solid<const D: usize> {
@@ -62,8 +79,20 @@ impl<const D: usize> Solid<D> {
     ///
     /// # Errors
     /// The first element that is turned inside out.
-    pub fn add_force(&self, u: &[f64], force: &mut [f64]) -> std::result::Result<(), Inverted> {
-        self.group.evaluate(u, Request::FORCE, &mut ForceSink::<D> { map: &self.map, force })
+    pub fn add_force(&self, at: &At, force: &mut [f64]) -> std::result::Result<(), Inverted> {
+        self.evaluate(at, Request::FORCE, &mut ForceSink::<D> { map: &self.map, force })
+    }
+
+    fn evaluate(
+        &self,
+        at: &At,
+        request: Request,
+        sink: &mut dyn ElementSink,
+    ) -> std::result::Result<(), Inverted> {
+        match at.start {
+            Some(start) => self.group.evaluate_step(start, at.u, request, sink),
+            None => self.group.evaluate(at.u, request, sink),
+        }
     }
 
     /// Adds the wanted stiffness terms to the matrix.
@@ -72,7 +101,7 @@ impl<const D: usize> Solid<D> {
     /// The first element that is turned inside out.
     pub fn add_stiffness(
         &self,
-        u: &[f64],
+        at: &At,
         terms: Terms,
         constrained: &[bool],
         values: &mut BlockValues,
@@ -80,6 +109,6 @@ impl<const D: usize> Solid<D> {
     ) -> std::result::Result<(), Inverted> {
         let scratch = Vec::with_capacity((self.map.width * D).pow(2));
         let mut sink = MatrixSink::<D> { map: &self.map, constrained, values, lift, scratch };
-        self.group.evaluate(u, Request { stiffness: Some(terms) }, &mut sink)
+        self.evaluate(at, Request { stiffness: Some(terms) }, &mut sink)
     }
 }

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::forces::Solid;
+use super::redistribution::Redistribution;
 use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::petsc::{BlockPattern, BlockValues, Kronecker, Matrix, Operator, Session, Vector};
@@ -14,6 +15,8 @@ pub enum MassKind {
     Consistent,
     /// Diagonal.
     Lumped,
+    /// Consistent, without the nodes that may touch, see [`super::redistribution`].
+    Redistributed,
 }
 
 /// `M` of (3.5).
@@ -22,6 +25,8 @@ pub struct Mass {
     values: Vec<f64>,
     /// Slots that touch prescribed unknowns, with the components of row and column.
     masked: Vec<(u32, u8, u8)>,
+    /// Owned nodes without mass.
+    massless: Vec<u32>,
     operator: Kronecker,
     _nodes: Matrix,
 }
@@ -36,11 +41,16 @@ impl Mass {
         pattern: &Rc<BlockPattern>,
         solids: &[Solid<D>],
         supported: &Supported,
+        redistribution: Option<&Redistribution>,
     ) -> Result<Self> {
         let mut values = vec![0.0; pattern.slots()];
         for solid in solids {
-            add_solid(solid, &mut values);
+            add_solid(solid, redistribution, &mut values);
         }
+        let massless = redistribution.map_or_else(Vec::new, |redistribution| {
+            let owned = redistribution.massless()[..pattern.rows()].iter().enumerate();
+            owned.filter(|(_, massless)| **massless).map(|(node, _)| node as u32).collect()
+        });
         let mut nodes = Matrix::scalar(session, pattern)?;
         nodes.fill(|entries| {
             entries.zero();
@@ -49,7 +59,7 @@ impl Mass {
         })?;
         let operator = nodes.kronecker_identity(D)?;
         let masked = masked::<D>(pattern, supported);
-        Ok(Self { values, masked, operator, _nodes: nodes })
+        Ok(Self { values, masked, massless, operator, _nodes: nodes })
     }
 
     /// Makes a matrix of the same pattern `factor M`, without the rows and columns of prescribed unknowns.
@@ -58,6 +68,11 @@ impl Mass {
         for &(slot, rows, columns) in &self.masked {
             values.mask(slot, rows, columns);
         }
+    }
+
+    /// Owned nodes without mass: their rows are zero.
+    pub fn massless(&self) -> &[u32] {
+        &self.massless
     }
 
     /// `out = M a` [N]. Collective.
@@ -95,18 +110,23 @@ fn masked<const D: usize>(pattern: &BlockPattern, supported: &Supported) -> Vec<
     masked
 }
 
-fn add_solid<const D: usize>(solid: &Solid<D>, values: &mut [f64]) {
+fn add_solid<const D: usize>(solid: &Solid<D>, redistribution: Option<&Redistribution>, values: &mut [f64]) {
     let map = &solid.map;
     let mut add = |slot: u32, value: f64| {
         if let Some(entry) = values.get_mut(slot as usize) {
             *entry += value;
         }
     };
-    match solid.mass {
-        MassKind::Consistent => solid.group.mass(|index, mass| {
+    let mut left = Vec::new();
+    match (solid.mass, redistribution) {
+        (MassKind::Redistributed, Some(redistribution)) => solid.group.mass(|index, mass| {
+            redistribution.apply(map.nodes(index), mass, &mut left);
+            map.slots(index).iter().zip(&left).for_each(|(&slot, &value)| add(slot, value));
+        }),
+        (MassKind::Consistent | MassKind::Redistributed, _) => solid.group.mass(|index, mass| {
             map.slots(index).iter().zip(mass).for_each(|(&slot, &value)| add(slot, value));
         }),
-        MassKind::Lumped => solid.group.lumped_mass(|index, mass| {
+        (MassKind::Lumped, _) => solid.group.lumped_mass(|index, mass| {
             let slots = map.slots(index);
             mass.iter().enumerate().for_each(|(a, &value)| add(slots[a * (map.width + 1)], value));
         }),

@@ -68,14 +68,16 @@ pub struct Meeting<const D: usize> {
     surfaces: [Vec<Facet>; 2],
     gather: Option<TargetGather<D>>,
     search: Option<Search<D>>,
+    /// Facets by name that the points shall have on the target gathered next.
+    recalled: Option<Vec<u64>>,
 }
 
 impl<const D: usize> Meeting<D> {
     /// A contact of `surfaces` (contactor, target) that knows nothing of its target yet.
     pub fn new(contact: DeformableContact<D>, surfaces: [Vec<Facet>; 2], sight: Sight) -> Self {
         let pairing = Pairing::new(contact.surface.point_count());
-        let couples = Couples::default();
-        Self { contact, pairing, couples, sight, below: sight.depth, surfaces, gather: None, search: None }
+        let (couples, below) = (Couples::default(), sight.depth);
+        Self { contact, pairing, couples, sight, below, surfaces, gather: None, search: None, recalled: None }
     }
 
     /// Motion that no point can pass through the target by: half a facet, and half of the depth at which points count
@@ -102,7 +104,7 @@ impl<const D: usize> Meeting<D> {
         state: &ContactState<D>,
     ) -> Result<()> {
         if self.gather.is_some() {
-            self.below = deepest(state);
+            self.below = state.depth();
         }
         let [contactor, target] = &self.surfaces;
         let surfaces = Surfaces { local, contactor, target };
@@ -130,7 +132,10 @@ impl<const D: usize> Meeting<D> {
             bodies: gathered.bodies.clone(),
         };
         let target = TargetSurface::new(facets, points);
-        self.pairing = self.pairing.renumbered(&self.contact.target, &target);
+        self.pairing = match self.recalled.take() {
+            Some(identities) => Pairing::from_identities(&identities, &target),
+            None => self.pairing.renumbered(&self.contact.target, &target),
+        };
         self.contact.target = target;
         self.search = None;
     }
@@ -139,6 +144,21 @@ impl<const D: usize> Meeting<D> {
     pub fn foreign(&self) -> impl Iterator<Item = (i32, [f64; D])> + '_ {
         let facets = self.gather.iter().map(|gather| &gather.facets);
         facets.flat_map(|facets| facets.foreign.iter().copied().zip(facets.foreign_points.iter().copied()))
+    }
+
+    /// The name of the facet of each point, which a checkpoint keeps.
+    pub fn identities(&self) -> Vec<u64> {
+        self.pairing.identities(&self.contact.target)
+    }
+
+    /// Gives the points the facets of these names as soon as the target is gathered anew, and forgets all else of them.
+    pub fn recall(&mut self, identities: Vec<u64>) {
+        self.recalled = Some(identities);
+    }
+
+    /// Whether names were given since the target was gathered last.
+    pub fn recalls(&self) -> bool {
+        self.recalled.is_some()
     }
 
     /// Whether this rank's facets moved so far since the gathering that others may have come near: if no rank says so,
@@ -174,7 +194,7 @@ impl<const D: usize> Meeting<D> {
     /// Looks no deeper from now on than the points of the accepted `state` lie: the first look is as deep as they may,
     /// and dear where most of the points are open.
     pub fn settle(&mut self, state: &ContactState<D>) {
-        self.below = self.below.min(deepest(state));
+        self.below = self.below.min(state.depth());
         let reach = self.sight.limits(self.below).reach;
         self.search.iter_mut().for_each(|search| search.shorten(reach));
     }
@@ -258,9 +278,4 @@ impl<const D: usize> Meeting<D> {
         };
         self.contact.evaluate(fields, request, &self.pairing, state, &mut sink);
     }
-}
-
-/// Depth of the deepest point [m], 0 where none penetrates.
-fn deepest<const D: usize>(state: &ContactState<D>) -> f64 {
-    state.current.iter().map(|point| -point.gap).fold(0.0, f64::max)
 }

@@ -6,6 +6,7 @@
 mod accuracy;
 mod balance;
 mod build;
+mod closing;
 mod contact;
 mod energy;
 mod equations;
@@ -15,7 +16,9 @@ mod forces;
 mod interface;
 mod mass;
 mod meeting;
+mod memory;
 mod pattern;
+mod redistribution;
 mod renewal;
 mod report;
 mod scatter;
@@ -27,7 +30,8 @@ mod tangent;
 pub mod targets;
 
 pub use accuracy::{Asked, Stuck};
-pub use energy::{Energies, EnergyLedger, Momentum, SavedLedger};
+pub use closing::Closing;
+pub use energy::{Balances, Energies, EnergyLedger, Momentum, SavedLedger};
 pub use fields::{ContactFields, StressFields, SurfaceCells};
 pub use report::{ContactSummary, NodalContact, PointReport, Watched};
 pub use start::Overclosure;

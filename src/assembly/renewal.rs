@@ -14,6 +14,15 @@ use crate::contact::evaluation::ContactFields;
 use crate::error::Result;
 use crate::petsc::{BlockPattern, Matrix};
 
+/// What a look around starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Known {
+    /// The pattern, which may do.
+    Pattern,
+    /// Nothing.
+    Nothing,
+}
+
 impl<const D: usize> ContactSystem<D> {
     fn meetings_mut(&mut self) -> impl Iterator<Item = &mut Meeting<D>> {
         self.contacts.iter_mut().filter_map(Contact::meeting_mut)
@@ -34,6 +43,20 @@ impl<const D: usize> ContactSystem<D> {
     /// # Errors
     /// When PETSc refuses; the same on all ranks.
     pub(super) fn renew(&mut self, fields: &ContactFields) -> Result<()> {
+        self.look_around(fields, Known::Pattern)
+    }
+
+    /// The same, and makes the pattern anew from what is near now: whatever was met before leaves no trace. Collective.
+    ///
+    /// # Errors
+    /// As [`renew`](Self::renew).
+    pub(super) fn renew_all(&mut self, fields: &ContactFields) -> Result<()> {
+        self.look_around(fields, Known::Nothing)?;
+        self.contacts.iter_mut().for_each(Contact::begin_step);
+        Ok(())
+    }
+
+    fn look_around(&mut self, fields: &ContactFields, known: Known) -> Result<()> {
         let _running = self.phases.search.begin();
         let session = self.session.clone();
         let world = session.world();
@@ -46,9 +69,11 @@ impl<const D: usize> ContactSystem<D> {
         let mut interface = self.meet()?;
         interface.bring(world, fields);
         let u = interface.fields().u.to_vec();
-        self.meetings_mut().for_each(|meeting| meeting.find_couples(&u, Outlook::Now));
-        interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
-        if !self.pattern_holds(&interface) {
+        if known == Known::Pattern {
+            self.meetings_mut().for_each(|meeting| meeting.find_couples(&u, Outlook::Now));
+            interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
+        }
+        if known == Known::Nothing || !self.pattern_holds(&interface) {
             self.meetings_mut().for_each(|meeting| meeting.find_couples(&u, Outlook::Ahead));
             interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
             self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
@@ -98,7 +123,13 @@ impl<const D: usize> ContactSystem<D> {
         self.external.relocate(&pattern, index);
         if self.mass.is_some() {
             let supported = Supported { constrained: &self.supports.dofs.constrained, index };
-            self.mass = Some(Mass::new(&self.session, &pattern, &self.solids, &supported)?);
+            self.mass = Some(Mass::new(
+                &self.session,
+                &pattern,
+                &self.solids,
+                &supported,
+                self.redistribution.as_ref(),
+            )?);
         }
         self.matrix = Matrix::new(&self.session, &pattern, self.matrix.format())?;
         if self.has_modes { self.set_rigid_body_modes() } else { Ok(()) }

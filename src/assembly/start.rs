@@ -5,8 +5,6 @@ use mpi::traits::{CommunicatorCollectives, Root};
 
 use super::contact::facets_of;
 use crate::contact::obstacle::Obstacle;
-use crate::contact::state::ContactState;
-use crate::contact::surface::ContactSurface;
 use crate::error::{Error, Result, agree};
 use crate::mesh::Facet;
 use crate::model::{Contact, InitialOverclosure};
@@ -72,16 +70,18 @@ pub fn resolve_overclosure<const D: usize>(
     Ok(found)
 }
 
-/// Gaps of the contact points of a deformable target, as evaluated on the undeformed bodies of `extent` \[m\]. Collective.
+/// Looks for contact points below a deformable target, as evaluated on the undeformed bodies of `extent` \[m\], and
+/// treats them as the case says. Collective.
 ///
 /// # Errors
 /// When the case wants an overclosure to be an error.
-pub fn overclosure_of_points<const D: usize>(
+pub fn resolve_overclosure_of_points<const D: usize>(
     world: &impl CommunicatorCollectives,
-    contact: &Contact<D>,
-    (surface, state): (&ContactSurface<D>, &ContactState<D>),
+    given: &Contact<D>,
+    contact: &mut super::contact::Contact<D>,
     extent: f64,
 ) -> Result<Overclosure<D>> {
+    let (surface, state) = (contact.surface(), &contact.state);
     let gaps = surface.facets().iter().flat_map(|facet| {
         let nodes = surface.reference_points(facet);
         facet.points.clone().enumerate().map(move |(q, point)| {
@@ -90,9 +90,13 @@ pub fn overclosure_of_points<const D: usize>(
             (state.current[point].gap, place.into())
         })
     });
-    let found = worst(world, &contact.name, touching(extent, gaps));
-    if found.smallest_gap < 0.0 && contact.initial_overclosure == InitialOverclosure::Error {
-        return Err(refusal(contact, &found, "points"));
+    let found = worst(world, &given.name, touching(extent, gaps));
+    if found.smallest_gap < 0.0 {
+        match given.initial_overclosure {
+            InitialOverclosure::Error => return Err(refusal(given, &found, "points")),
+            InitialOverclosure::Adjust => contact.state.adjust(),
+            InitialOverclosure::Accept => {}
+        }
     }
     Ok(found)
 }

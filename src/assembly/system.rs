@@ -13,7 +13,8 @@ use super::forces::{Solid, solids};
 use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
-use super::start::{Overclosure, overclosure_of_points, resolve_overclosure};
+use super::redistribution::Redistribution;
+use super::start::{Overclosure, resolve_overclosure, resolve_overclosure_of_points};
 use super::supports::{Supports, in_space};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::ContactLaw;
@@ -60,6 +61,7 @@ pub struct ContactSystem<const D: usize> {
     pub(super) supports: Supports<D>,
     pub(super) external: External<D>,
     pub(super) mass: Option<Mass>,
+    pub(super) redistribution: Option<Redistribution>,
     pub(super) parts: Parts,
     /// `Q - F_ext - F_n - F_T` at the last trial state [N].
     pub(super) forces: Vector,
@@ -81,6 +83,8 @@ pub struct ContactSystem<const D: usize> {
     pub(super) trouble: Option<Error>,
     pub(super) changes: Changes,
     pub(super) extent: f64,
+    /// Forces that conserve over a step have a symmetric matrix: everything is linear, and targets are flat.
+    pub(super) symmetric_steps: bool,
     pub(super) free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     pub(super) unit: f64,
@@ -112,9 +116,13 @@ impl<const D: usize> ContactSystem<D> {
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
         let contacts = contacts(world, &local, model, &pattern, constrained)?;
         let external = agree(world, loads(&local, model, &pattern, constrained))?;
+        let redistribution = match options.inertia {
+            true => Redistribution::new(session, &local, model, &solids)?,
+            false => None,
+        };
         let mass = if options.inertia {
             let supported = Supported { constrained, index: &local.index };
-            Some(Mass::new(session, &pattern, &solids, &supported)?)
+            Some(Mass::new(session, &pattern, &solids, &supported, redistribution.as_ref())?)
         } else {
             None
         };
@@ -139,6 +147,7 @@ impl<const D: usize> ContactSystem<D> {
             work: forces.like()?,
             forces,
             extent,
+            symmetric_steps: model.has_symmetric_steps(),
             free_bodies: free_bodies(world, &local, model, &supports),
             unit: unit(model, extent, &local),
             local,
@@ -147,6 +156,7 @@ impl<const D: usize> ContactSystem<D> {
             supports,
             external,
             mass,
+            redistribution,
             parts,
             overclosures,
             fault: None,
@@ -170,14 +180,18 @@ impl<const D: usize> ContactSystem<D> {
         if let Some(interface) = &mut self.interface {
             meet(interface, &mut self.contacts, (session.world(), &self.phases), &request, &mut force);
         }
-        for (at, (contact, given)) in self.contacts.iter().zip(&model.contacts).enumerate() {
+        for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
             if contact.meeting().is_some() {
-                let points = (contact.surface(), &contact.state);
                 self.overclosures
-                    .insert(at, overclosure_of_points(session.world(), given, points, self.extent)?);
+                    .insert(at, resolve_overclosure_of_points(session.world(), given, contact, self.extent)?);
             }
         }
         Ok(())
+    }
+
+    /// The session of all ranks.
+    pub fn session(&self) -> &Rc<Session> {
+        &self.session
     }
 
     /// A zero vector of the system's layout: what states are made of.
@@ -217,6 +231,11 @@ impl<const D: usize> ContactSystem<D> {
     /// Whether a load follows the surface, which makes the matrix non-symmetric.
     pub fn has_following_loads(&self) -> bool {
         self.external.follows()
+    }
+
+    /// Whether the matrix of forces that conserve over a step is symmetric, where loads and friction leave it so.
+    pub fn has_symmetric_steps(&self) -> bool {
+        self.symmetric_steps
     }
 
     /// Whether the system was built with inertia.

@@ -2,13 +2,14 @@
 
 use super::contact::{Contact, Pair};
 use super::external::External;
+use super::forces::At;
 use super::scatter::LiftTarget;
 use super::stages::{Target, hold};
 use super::system::ContactSystem;
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::point::Selection;
 use crate::contact::state::Branches;
-use crate::dynamics::{FrictionMode, Lift, Stage};
+use crate::dynamics::{FrictionMode, Lift, OverStep, Stage};
 use crate::error::Result;
 use crate::petsc::Symmetry;
 use crate::terms::Terms;
@@ -35,7 +36,8 @@ impl<const D: usize> ContactSystem<D> {
         let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
         let (rows, holding) = (self.local.index.owned * D, stage.holding);
         let (phases, interface, world) = (&self.phases, self.interface.as_mut(), self.session.world());
-        let symmetric = symmetric(contacts, external, stage, terms);
+        let symmetric = symmetric(contacts, external, stage, terms)
+            && (stage.over_step == OverStep::No || self.symmetric_steps);
         let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };
         let matrix = match target {
             Target::Own => &mut self.matrix,
@@ -47,6 +49,12 @@ impl<const D: usize> ContactSystem<D> {
                 Some(mass) => mass.write_to(weight * shifts.acceleration, values),
                 None => values.zero(),
             }
+            if let Some(mass) = mass.filter(|_| terms == Terms::MASS) {
+                // The mass alone is singular at nodes without any.
+                let massless =
+                    mass.massless().iter().flat_map(|&node| (0..D).map(move |i| node as usize * D + i));
+                massless.filter(|&dof| !constrained[dof]).for_each(|dof| values.add_diagonal(dof, unit));
+            }
             for (dof, held) in constrained[..rows].iter().enumerate() {
                 if *held || holding > 0.0 {
                     values.add_diagonal(dof, if *held { unit } else { holding * unit });
@@ -55,7 +63,13 @@ impl<const D: usize> ContactSystem<D> {
             let mut inverted = Ok(());
             for solid in solids {
                 let lift = lifted.as_mut().map(LiftTarget::reborrow);
-                inverted = inverted.and(solid.add_stiffness(&u, terms, constrained, values, lift));
+                inverted = inverted.and(solid.add_stiffness(
+                    &At::of(stage, &u, &u_start),
+                    terms,
+                    constrained,
+                    values,
+                    lift,
+                ));
             }
             let lift = lifted.as_mut().map(LiftTarget::reborrow);
             if terms.contains(Terms::FOLLOWING_LOAD) {
@@ -68,6 +82,7 @@ impl<const D: usize> ContactSystem<D> {
                 stiffness: Some(selection),
                 hold: hold(stage),
                 branches: Branches::Predicted,
+                over_step: stage.over_step == OverStep::Middle,
             };
             phases.contact.time(|| {
                 for pair in contacts.iter_mut() {

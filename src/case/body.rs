@@ -258,5 +258,8 @@ pub enum Mass {
     Consistent,
     /// Diagonal with the same total.
     Lumped,
+    /// For impact: nodes of contact surfaces have no mass, so that contact forces have nothing to ring against. Keeps mass,
+    /// centre of mass and, as far as it can be, inertia.
+    Redistributed,
 }
 tagged!(Mass, "mass matrix");

@@ -31,6 +31,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     check.start();
     check.solver();
     check.accuracy();
+    check.guard();
     check.output();
     check.found
 }

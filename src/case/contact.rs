@@ -178,7 +178,8 @@ pub enum InitialOverclosure {
     /// End with the place of the worst.
     #[default]
     Error,
-    /// Measure the gap from the start.
+    /// Take it away without stress: nodes behind an obstacle are moved onto it, below a body the gap is measured from the
+    /// start.
     Adjust,
     /// Take it as it is: it presses.
     Accept,

@@ -1,11 +1,13 @@
 //! What a user reads when the case file is wrong: place, sentence, the line itself, a cure.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_saphyr::Error as Yaml;
 
+use super::document::Origins;
 use super::place::Place;
 use crate::error::Error;
 
@@ -20,6 +22,8 @@ pub struct Source {
     pub text: String,
     /// Folder of the file, which paths in it are relative to.
     pub directory: PathBuf,
+    /// Where its lines come from, if the text was put together from other files.
+    pub(super) origins: Option<Rc<Origins>>,
 }
 
 impl PartialEq for Source {
@@ -113,8 +117,17 @@ pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
 }
 
 impl Source {
+    /// The text of a file.
+    pub fn new(text: &str, path: &Path) -> Self {
+        let directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        Self { name: path.display().to_string(), text: text.to_owned(), directory, origins: None }
+    }
+
     /// The error that shows a complaint: `name:line:column: message`, the line, the hint.
     pub fn error(&self, complaint: &Complaint) -> Error {
+        if let Some((source, complaint)) = self.origins.as_ref().and_then(|o| o.translate(complaint)) {
+            return source.error(&complaint);
+        }
         let mut place = complaint.place;
         if place.line == 0 {
             let error = Error::case(format!("{}: {}", self.name, complaint.message));

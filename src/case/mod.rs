@@ -9,18 +9,21 @@ mod boundary;
 mod check;
 mod contact;
 pub mod diagnostics;
+pub mod document;
 mod dual;
 mod expression;
 pub mod function;
+mod guard;
 mod obstacle;
 mod output;
+mod path;
 mod petsc;
 pub mod place;
 pub mod quantity;
 mod schema;
 mod solver;
 mod start;
-mod tagged;
+pub(crate) mod tagged;
 mod time;
 pub mod unit;
 
@@ -28,6 +31,7 @@ use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 pub use accuracy::{Accuracy, LEVELS, Level, Penetration as PenetrationTolerance};
 pub use body::{
@@ -38,17 +42,19 @@ pub use contact::{
     Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Quadrature, Regularization,
 };
 pub use function::{Function, Motion};
+pub use guard::Guard;
 pub use obstacle::{Obstacle, Side};
-pub use output::{Fields, Output, Probe};
+pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use place::{At, Named, Place};
-pub use schema::schema;
+pub use schema::{schema, schema_of};
 pub use solver::{Inner, Krylov, Linear, Newton, Passes, Second, Solver, Strategy, Variant};
 pub use start::Start;
 pub use time::{Scheme, Time};
 
 use crate::error::{Error, Result};
 use diagnostics::{Complaint, Source};
+use document::Document;
 
 /// A case as written in `case.yml`, completed with the defaults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -81,6 +87,9 @@ pub struct Case {
     /// How the equations of a step are solved.
     #[serde(default)]
     pub solver: Solver,
+    /// Physics that a run must keep, or end.
+    #[serde(default)]
+    pub guard: Guard,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,
@@ -119,11 +128,21 @@ impl Case {
     /// # Errors
     /// What is wrong, as `name:line:column: message`, with the line itself and a hint.
     pub fn parse(text: &str, name: &str) -> Result<Self> {
-        let directory = Path::new(name).parent().map(Path::to_path_buf).unwrap_or_default();
-        let source = Source { name: name.to_string(), text: text.to_string(), directory };
-        let options = serde_saphyr::options! { strict_booleans: true };
-        let read = serde_saphyr::from_str_with_options::<Self>(text, options);
-        let mut case = read.map_err(|error| source.yaml_error(&error))?;
+        Self::of(Source::new(text, Path::new(name)))
+    }
+
+    /// Reads, checks and completes a case whose keys a study has changed.
+    ///
+    /// # Errors
+    /// What is wrong, at its place in the case or in the study.
+    pub fn from_document(document: &Document) -> Result<Self> {
+        let (mut source, origins) = document.write();
+        source.origins = Some(origins);
+        Self::of(source)
+    }
+
+    fn of(source: Source) -> Result<Self> {
+        let mut case: Self = document::read_as(0, &source)?;
         case.source = source;
         let mut complaints = check::complaints(&case);
         if complaints.is_empty() {
@@ -171,6 +190,15 @@ impl Case {
         &self.source.text
     }
 
+    /// Whether the scheme conserves over steps that are not linear: its matrix is then not symmetric.
+    pub fn has_unsymmetric_steps(&self) -> bool {
+        let curved =
+            |contact: &Contact| !matches!(self.obstacles.get(&contact.target), Some(Obstacle::Plane { .. }));
+        self.time.scheme.value == Scheme::Conserving
+            && (self.bodies.values().any(|body| body.kinematics == Kinematics::Finite)
+                || self.contact.values().any(curved))
+    }
+
     /// Whether the case has no inertia.
     pub fn is_static(&self) -> bool {
         matches!(self.time.scheme.value, Scheme::Static { .. })
@@ -182,6 +210,15 @@ impl Case {
     /// A fault of the program.
     pub fn to_yaml(&self) -> Result<String> {
         serde_saphyr::to_string(self).map_err(|error| Error::internal(format!("case to YAML: {error}")))
+    }
+
+    /// SHA-256 of the completed case, by which a study knows a member that is done.
+    ///
+    /// # Errors
+    /// A fault of the program.
+    pub fn digest(&self) -> Result<String> {
+        let text = self.to_json()?.to_string();
+        Ok(Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect())
     }
 
     /// The completed case as JSON.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::place::{At, Named};
-use super::quantity::Length;
+use super::quantity::{Duration, Length};
 
 /// What is written beside the histories, which are always written every step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -14,6 +14,28 @@ pub struct Output {
     pub fields: Fields,
     /// Material points whose history is written, by name.
     pub probes: Named<Probe>,
+    /// Files from which `--restart` goes on; a signal writes one also without this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checkpoint: Option<Checkpoint>,
+}
+
+/// Files from which a run goes on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Checkpoint {
+    /// Every so many steps, >= 1; one is written at the end as well.
+    pub every: At<u32>,
+    /// The last so many are kept, >= 1.
+    pub keep: At<u32>,
+    /// Wall time of this process [s], > 0: the run stops before it with a checkpoint and exit code 7. `--wall-time` wins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_time: Option<Duration>,
+}
+
+impl Default for Checkpoint {
+    fn default() -> Self {
+        Self { every: 100.into(), keep: 2.into(), wall_time: None }
+    }
 }
 
 /// Fields for ParaView.

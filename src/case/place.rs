@@ -100,6 +100,12 @@ impl<T> Default for Named<T> {
     }
 }
 
+impl<T> FromIterator<(At<String>, T)> for Named<T> {
+    fn from_iter<I: IntoIterator<Item = (At<String>, T)>>(entries: I) -> Self {
+        Self(entries.into_iter().collect())
+    }
+}
+
 impl<T> Named<T> {
     /// The entry of that name.
     pub fn get(&self, name: &str) -> Option<&T> {

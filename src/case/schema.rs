@@ -1,16 +1,21 @@
 //! The JSON schema of a case file, for editors; made from the types, so it can not lag behind them.
 
-use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
+use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value, json};
 
 use super::Case;
 
 /// Draft-07 schema of a case file.
 pub fn schema() -> Value {
+    schema_of::<Case>()
+}
+
+/// Draft-07 schema of a file of ours.
+pub fn schema_of<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft07().for_deserialize();
-    let mut schema = settings.into_generator().into_root_schema_for::<Case>();
+    let mut schema = settings.into_generator().into_root_schema_for::<T>();
     let definitions = schema.get("definitions").cloned().unwrap_or_default();
     RecursiveTransform(|schema: &mut Schema| both_spellings(schema, &definitions)).transform(&mut schema);
     schema.to_value()

@@ -15,27 +15,31 @@ use serde::forward_to_deserialize_any;
 use super::diagnostics::Complaint;
 use super::place::At;
 
-/// Makes a `#[serde(remote = "Self")]` enum readable in both spellings; the noun is what errors call it.
+/// Makes a `#[serde(remote = "Self")]` enum readable in both spellings; the noun is what errors call it. With
+/// `read` in front it is read only, never written.
 macro_rules! tagged {
-    ($law:ty, $noun:literal) => {
+    (read $law:ty, $noun:literal) => {
         impl<'de> serde::Deserialize<'de> for $law {
-            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
                 <$law>::deserialize($crate::case::tagged::Tagged { inner: deserializer, noun: $noun })
             }
         }
+    };
+    ($law:ty, $noun:literal) => {
+        $crate::case::tagged::tagged!(read $law, $noun);
         impl serde::Serialize for $law {
-            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
                 <$law>::serialize(self, serializer)
             }
         }
     };
 }
-pub(super) use tagged;
+pub(crate) use tagged;
 
 /// Deserializer that hands a name or a one-entry mapping to an enum's visitor.
-pub(super) struct Tagged<D> {
-    pub inner: D,
-    pub noun: &'static str,
+pub(crate) struct Tagged<D> {
+    pub(crate) inner: D,
+    pub(crate) noun: &'static str,
 }
 
 impl<'de, D: Deserializer<'de>> Deserializer<'de> for Tagged<D> {

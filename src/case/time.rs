@@ -63,6 +63,9 @@ pub enum Scheme {
     },
     /// Balance in the middle of the step: keeps linear and angular momentum, damps nothing.
     Midpoint,
+    /// For impact: the midpoint rule with forces in bodies and contacts that change the energy by the work they do. Keeps
+    /// energy, linear and angular momentum, damps nothing; contact acts on the reference area. Best with `mass: redistributed`.
+    Conserving,
     /// First order, damps strongly.
     BackwardEuler,
     /// No inertia.

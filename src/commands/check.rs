@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::run::{give_options, read};
+use super::run::read;
 use crate::error::Result;
 use crate::petsc::Session;
-use crate::simulation;
+use crate::simulation::{self, give_options};
 
 /// The completed case and what follows from it, as YAML whose comments hold the derived numbers. Collective.
 ///

@@ -5,6 +5,7 @@ mod check;
 mod list;
 mod parts;
 mod run;
+mod study;
 
 use std::io::Write;
 
@@ -20,7 +21,11 @@ use crate::plot;
 pub fn execute(command: Command) -> Result<()> {
     match command {
         Command::Run(arguments) => run::run(&arguments),
-        Command::Schema => print(&serde_json::to_string_pretty(&case::schema()).map_err(fault)?),
+        Command::Schema { study } => {
+            let schema = if study { crate::study::schema() } else { case::schema() };
+            print(&serde_json::to_string_pretty(&schema).map_err(fault)?)
+        }
+        Command::Study(arguments) => study::study(&arguments),
         Command::Completions(shell) => print(&cli::completions(shell)),
         Command::Print(text) => print(text.trim_end()),
         Command::Plot { results, output } => {
@@ -28,6 +33,11 @@ pub fn execute(command: Command) -> Result<()> {
             plotted.notes.iter().for_each(|note| eprintln!("note: {note}"));
             let files: Vec<String> = plotted.files.iter().map(|file| file.display().to_string()).collect();
             print(&files.join("\n"))
+        }
+        Command::Report { results, at, output } => {
+            let written = crate::report::report(&results, &at, output.as_deref())?;
+            written.notes.iter().for_each(|note| eprintln!("note: {note}"));
+            print(&written.file.display().to_string())
         }
         Command::Chart(chart) => plot::draw_table(&chart::figure(&chart)?, &chart.output),
         Command::Parts { case, counts } => print(parts::parts(&case, &counts)?.trim_end()),

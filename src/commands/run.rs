@@ -3,15 +3,13 @@
 use std::path::Path;
 use std::rc::Rc;
 
-use mpi::traits::{Communicator, Root};
-
 use crate::case::Case;
 use crate::cli::{self, RunArguments};
-use crate::error::{Cause, Error, Result, agree};
+use crate::error::{Cause, Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::folder::default_folder;
 use crate::petsc::Session;
-use crate::simulation::{self, Place};
+use crate::simulation::{self, Begin, Place, give_options, shared_text};
 
 /// Runs a case. Collective.
 ///
@@ -29,27 +27,27 @@ fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {
         monitor_linear_solvers(session)?;
     }
     let folder = arguments.output.clone().map_or_else(|| default_folder(&arguments.case), Ok)?;
-    let place = Place { case_file: arguments.case.clone(), folder, verbosity: verbosity(arguments) };
+    let place = Place {
+        case_file: arguments.case.clone(),
+        folder,
+        verbosity: verbosity(arguments),
+        begin: begin(arguments),
+        wall_time: arguments.wall_time,
+    };
     let outcome = match case.dimension.value {
         2 => simulation::run::<2>(session, &case, &place),
         _ => simulation::run::<3>(session, &case, &place),
     };
-    let solved = outcome.as_ref().err().is_none_or(|e| matches!(e.cause, Cause::NotConverged | Cause::Guard));
+    let solved = outcome
+        .as_ref()
+        .err()
+        .is_none_or(|e| matches!(e.cause, Cause::NotConverged | Cause::Guard | Cause::Stopped));
     if solved && session.rank() == 0 && place.verbosity > Verbosity::Silent {
         session.unused_options()?.iter().for_each(|option| {
             eprintln!("contact-petsc: warning: the PETSc option `{option}` was used by nothing");
         });
     }
     outcome
-}
-
-/// Hands the options that stand in the case to PETSc; those of the command line win.
-///
-/// # Errors
-/// When PETSc refuses a name.
-pub fn give_options(session: &Session, case: &Case) -> Result<()> {
-    let mut options = case.petsc.iter();
-    options.try_for_each(|(name, value)| session.give(&name.value, value.0.as_deref().unwrap_or_default()))
 }
 
 /// `-vv`: every linear solver prints the residual of each iteration, and why it stopped.
@@ -66,18 +64,17 @@ fn monitor_linear_solvers(session: &Session) -> Result<()> {
 /// # Errors
 /// The same on all ranks.
 pub fn read(session: &Rc<Session>, path: &Path) -> Result<Case> {
-    let world = session.world();
-    let name = path.display().to_string();
     let own = if session.rank() == 0 { Case::load(path) } else { Ok(String::new()) };
-    let mut text = agree(world, own)?.into_bytes();
-    let mut length = text.len() as u64;
-    world.process_at_rank(0).broadcast_into(&mut length);
-    text.resize(length as usize, 0);
-    if length > 0 {
-        world.process_at_rank(0).broadcast_into(&mut text[..]);
+    let text = shared_text(session, own)?;
+    agree(session.world(), Case::parse(&text, &path.display().to_string()))
+}
+
+fn begin(arguments: &RunArguments) -> Begin {
+    match &arguments.restart {
+        None => Begin::Anew,
+        Some(None) => Begin::Newest,
+        Some(Some(path)) => Begin::From(path.clone()),
     }
-    let text = String::from_utf8(text).map_err(|error| Error::internal(error.to_string()))?;
-    agree(world, Case::parse(&text, &name))
 }
 
 fn verbosity(arguments: &RunArguments) -> Verbosity {

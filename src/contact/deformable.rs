@@ -84,7 +84,13 @@ impl<const D: usize> DeformableContact<D> {
                 };
                 work.keep(nodes.len());
                 work.gather(self.target.reference_points(target), self.target.nodes(target), fields);
-                self.locate((&self.surface.facet_point(facet, q), point), target, &mut work);
+                let at = self.surface.facet_point(facet, q);
+                self.locate((&at, point), target, &mut work);
+                work.geometry.gap -= state.adjusted(point);
+                if request.over_step {
+                    self.locate_end(&at, target, &mut work);
+                    work.end_geometry.gap -= state.adjusted(point);
+                }
                 let Some(response) = work.respond(&self.law, point, request, state) else { continue };
                 work.clear_sums(request);
                 work.add(&response, request);
@@ -98,6 +104,14 @@ impl<const D: usize> DeformableContact<D> {
                 });
             }
         }
+    }
+
+    /// The point at the end of the step, on the facet that it has in the middle.
+    fn locate_end(&self, at: &super::geometry::FacetPoint<'_>, target: u32, work: &mut Workspace<D>) {
+        work.go_to_end();
+        let (contactor, facet) = work.end.split_at(at.shape.len());
+        let projection = Projection::of(&at.position(contactor), self.target.kind(target), facet);
+        work.end_geometry.against_facet(at, &projection);
     }
 
     fn locate(

@@ -1,7 +1,8 @@
 //! What every evaluation of a contact shares, whatever its target: fields in, request, and the work on one point.
 
 use super::geometry::{AreaMeasure, Geometry};
-use super::point::{ContactLaw, Motion, Selection, respond};
+use super::point::step::{StepMotion, StepResponse, respond_over_step};
+use super::point::{ContactLaw, Motion, Response, Selection, respond};
 use super::state::{Branches, ContactState, Hold};
 use super::surface::ContactSurface;
 use crate::tensor::Vector;
@@ -47,6 +48,16 @@ pub struct ContactRequest {
     pub hold: Hold,
     /// Branches of the friction law.
     pub branches: Branches,
+    /// The displacements are those in the middle of a step: forces conserve over it, see [`super::point::step`].
+    pub over_step: bool,
+}
+
+/// A closed point, ready to contribute.
+pub(super) enum Answer<const D: usize> {
+    /// In the configuration given.
+    Now(Response<D>),
+    /// Over the step in whose middle that is.
+    OverStep(StepResponse<D>),
 }
 
 /// A node's vector out of a nodal field.
@@ -62,6 +73,9 @@ pub(super) struct Workspace<const D: usize> {
     velocity: Vec<Vector<D>>,
     increment: Vec<Vector<D>>,
     pub geometry: Geometry<D>,
+    /// Places and geometry at the end of a step; empty where nothing is evaluated over one.
+    pub end: Vec<Vector<D>>,
+    pub end_geometry: Geometry<D>,
     pub force: Vec<f64>,
     pub stiffness: Vec<f64>,
 }
@@ -74,6 +88,8 @@ impl<const D: usize> Workspace<D> {
             velocity: Vec::new(),
             increment: Vec::new(),
             geometry: Geometry::default(),
+            end: Vec::new(),
+            end_geometry: Geometry::default(),
             force: Vec::new(),
             stiffness: Vec::new(),
         }
@@ -98,6 +114,12 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
+    /// Places of the gathered nodes at the end of the step: as far from the middle as the start.
+    pub fn go_to_end(&mut self) {
+        self.end.clear();
+        self.end.extend(self.current.iter().zip(&self.increment).map(|(x, u)| x + u));
+    }
+
     /// Force and stiffness of the gathered nodes, zero.
     pub fn clear_sums(&mut self, request: &ContactRequest) {
         let unknowns = self.nodes.len() * D;
@@ -117,20 +139,43 @@ impl<const D: usize> Workspace<D> {
         point: usize,
         request: &ContactRequest,
         state: &mut ContactState<D>,
-    ) -> Option<super::point::Response<D>> {
+    ) -> Option<Answer<D>> {
+        let manner = state.manner(point, request.hold, request.branches);
+        if request.over_step {
+            let motion = StepMotion {
+                middle: &self.geometry,
+                end: &self.end_geometry,
+                velocity: &self.velocity,
+                increment: &self.increment,
+                history: &state.history[point],
+            };
+            let response = respond_over_step(law, &motion, &manner);
+            state.current[point] = response.state;
+            return response.is_closed().then_some(Answer::OverStep(response));
+        }
         let motion =
             Motion { velocity: &self.velocity, increment: &self.increment, history: &state.history[point] };
-        let manner = state.manner(point, request.hold, request.branches);
         let response = respond(law, &self.geometry, &motion, &manner);
         state.current[point] = response.state;
-        response.state.is_closed().then_some(response)
+        response.state.is_closed().then_some(Answer::Now(response))
     }
 
     /// Adds what a closed point contributes.
-    pub fn add(&mut self, response: &super::point::Response<D>, request: &ContactRequest) {
-        response.add_force(&self.geometry, &mut self.force);
-        if let Some(selection) = &request.stiffness {
-            response.add_stiffness(&self.geometry, selection, &mut self.stiffness);
+    pub fn add(&mut self, answer: &Answer<D>, request: &ContactRequest) {
+        match answer {
+            Answer::Now(response) => {
+                response.add_force(&self.geometry, &mut self.force);
+                if let Some(selection) = &request.stiffness {
+                    response.add_stiffness(&self.geometry, selection, &mut self.stiffness);
+                }
+            }
+            Answer::OverStep(response) => {
+                response.add_force(&self.geometry, &mut self.force);
+                if let Some(selection) = &request.stiffness {
+                    let geometry = (&self.geometry, &self.end_geometry);
+                    response.add_stiffness(geometry, selection, &mut self.stiffness);
+                }
+            }
         }
     }
 

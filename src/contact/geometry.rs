@@ -103,18 +103,14 @@ impl<const D: usize> Geometry<D> {
         self.gap = target.gap;
         self.normal = target.normal;
         self.nodes.clear();
-        for &n in point.shape {
-            let variation = target.by_contactor();
-            self.nodes.push(NodeVariation {
-                gap: variation.gap * n,
-                normal: variation.normal * n,
-                coordinates: variation.coordinates.map(|c| c * n),
-                ..NodeVariation::of(n)
-            });
-        }
-        for node in 0..target.shape().len() {
-            self.nodes.push(target.by_target_node(node));
-        }
+        let variation = target.by_contactor();
+        self.nodes.extend(point.shape.iter().map(|&n| NodeVariation {
+            gap: variation.gap * n,
+            normal: variation.normal * n,
+            coordinates: variation.coordinates.map(|c| c * n),
+            ..NodeVariation::of(n)
+        }));
+        self.nodes.extend(target.by_target_nodes());
     }
 
     /// Fills in the area of the point, `w |x_,1 x x_,2|` or the reference one; call it after the gap.

@@ -16,6 +16,8 @@ pub struct History<const D: usize> {
     pub slip: f64,
     /// Work per area that friction turned into heat \[J/m^2\], never falling.
     pub friction_work: f64,
+    /// Gap at the end of the last step \[m\]; infinite where there was none.
+    pub gap: f64,
     /// `-t_T . v_T` at the end of the last step \[W/m^2\].
     pub friction_power: f64,
     /// Multiplier of the augmented normal law at the end of the last step \[Pa\]; zero where the law is not augmented.
@@ -30,6 +32,7 @@ impl<const D: usize> Default for History<D> {
             normal: Vector::zeros(),
             slip: 0.0,
             friction_work: 0.0,
+            gap: f64::INFINITY,
             friction_power: 0.0,
             multiplier: 0.0,
         }
@@ -42,7 +45,7 @@ impl<const D: usize> History<D> {
     /// Velocity form: power by the trapezoidal rule, exact where friction and deceleration are constant.
     /// Return map: the plastic work of the step.
     pub fn work_of_step(&self, state: &PointState<D>, dt: f64) -> f64 {
-        if sticks_elastically(state) {
+        if heat_is_known(state) {
             return state.plastic_work;
         }
         0.5 * dt * (self.friction_power + state.friction_power().max(0.0))
@@ -51,7 +54,7 @@ impl<const D: usize> History<D> {
     /// The memory after a step of length `dt` \[s\] that ended in `state`. Pure.
     #[must_use]
     pub fn advance(&self, state: &PointState<D>, dt: f64) -> Self {
-        let power = if sticks_elastically(state) { 0.0 } else { state.friction_power().max(0.0) };
+        let power = if heat_is_known(state) { 0.0 } else { state.friction_power().max(0.0) };
         let path = if state.is_closed() { state.slip_increment.norm() } else { 0.0 };
         Self {
             friction_traction: state.friction_traction,
@@ -59,6 +62,7 @@ impl<const D: usize> History<D> {
             normal: state.normal,
             slip: self.slip + path,
             friction_work: self.friction_work + self.work_of_step(state, dt),
+            gap: state.gap,
             friction_power: power,
             multiplier: self.multiplier,
         }
@@ -72,7 +76,78 @@ impl<const D: usize> History<D> {
     }
 }
 
-/// Whether the return map made this state: its power is not heat, since elastic stick gives it back.
-fn sticks_elastically<const D: usize>(state: &PointState<D>) -> bool {
-    state.recoverable > 0.0 || state.plastic_work > 0.0
+/// What a checkpoint keeps of a point: a fixed list of named numbers.
+impl<const D: usize> History<D> {
+    /// The names, in the order of [`columns`](Self::columns).
+    pub fn names() -> Vec<String> {
+        let axes =
+            |name: &'static str| ["x", "y", "z"].iter().take(D).map(move |axis| format!("{name}_{axis}"));
+        let one = |name: &str| std::iter::once(name.to_owned());
+        let traction = axes("friction_traction").chain(one("bound")).chain(axes("normal"));
+        traction
+            .chain(["slip", "friction_work", "gap", "friction_power", "multiplier"].into_iter().flat_map(one))
+            .collect()
+    }
+
+    /// Appends the numbers.
+    pub fn columns(&self, into: &mut Vec<f64>) {
+        let Self { friction_traction, bound, normal, slip, friction_work, gap, friction_power, multiplier } =
+            self;
+        into.extend(friction_traction.iter());
+        into.push(*bound);
+        into.extend(normal.iter());
+        into.extend([*slip, *friction_work, *gap, *friction_power, *multiplier]);
+    }
+
+    /// The memory that gave these numbers; `None` where they are too few.
+    pub fn from_columns(columns: &[f64]) -> Option<Self> {
+        let mut left = columns;
+        let mut take = |count: usize| {
+            let (taken, rest) = left.split_at_checked(count)?;
+            left = rest;
+            Some(taken)
+        };
+        let friction_traction = Vector::from_column_slice(take(D)?);
+        let bound = take(1)?[0];
+        let normal = Vector::from_column_slice(take(D)?);
+        let &[slip, friction_work, gap, friction_power, multiplier] = left else { return None };
+        Some(Self { friction_traction, bound, normal, slip, friction_work, gap, friction_power, multiplier })
+    }
+}
+
+/// Whether the heat of the step is known: the return map's power is not heat, since elastic stick gives it back, and over
+/// a step the work of the tractions is known as a whole.
+fn heat_is_known<const D: usize>(state: &PointState<D>) -> bool {
+    state.over_step || state.recoverable > 0.0 || state.plastic_work > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn comes_back<const D: usize>() {
+        let vector = |first: f64| Vector::<D>::from_fn(|i, _| first + i as f64);
+        let history = History {
+            friction_traction: vector(1.0),
+            bound: 4.0,
+            normal: vector(5.0),
+            slip: 8.0,
+            friction_work: 9.0,
+            gap: 10.0,
+            friction_power: 11.0,
+            multiplier: 12.0,
+        };
+        let mut columns = Vec::new();
+        history.columns(&mut columns);
+        assert_eq!(columns.len(), History::<D>::names().len());
+        assert_eq!(History::from_columns(&columns), Some(history));
+        assert_eq!(History::<D>::from_columns(&columns[1..]), None);
+    }
+
+    /// The columns of a checkpoint hold all that a point remembers, each under a name.
+    #[test]
+    fn columns_hold_everything() {
+        comes_back::<2>();
+        comes_back::<3>();
+    }
 }

@@ -51,6 +51,15 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
+    /// Takes carried multipliers back from the memory of the points; `stiffness` of the penalty \[Pa/m\].
+    pub fn resume_multipliers(&mut self, stiffness: f64) {
+        if self.multipliers.way == Augmentation::Carried {
+            for (offset, history) in self.multipliers.offsets.iter_mut().zip(&self.history) {
+                *offset = history.multiplier / stiffness;
+            }
+        }
+    }
+
     /// Takes note of the gaps of a step that is accepted.
     pub fn note_gaps(&mut self) {
         self.multipliers.gaps.iter_mut().zip(&self.current).for_each(|(gap, point)| *gap = point.gap);

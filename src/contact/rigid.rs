@@ -43,9 +43,12 @@ impl<const D: usize> RigidContact<D> {
             work.keep(0);
             work.gather(self.surface.reference_points(facet), nodes, fields);
             work.clear_sums(request);
+            if request.over_step {
+                work.go_to_end();
+            }
             let mut contributes = false;
             for point in facet.points.clone() {
-                self.locate(facet, point, &mut work);
+                self.locate(facet, point, request.over_step, &mut work);
                 if let Some(response) = work.respond(&self.law, point, request, state) {
                     contributes = true;
                     work.add(&response, request);
@@ -57,11 +60,15 @@ impl<const D: usize> RigidContact<D> {
         }
     }
 
-    fn locate(&self, facet: &SurfaceFacet, point: usize, work: &mut Workspace<D>) {
+    fn locate(&self, facet: &SurfaceFacet, point: usize, over_step: bool, work: &mut Workspace<D>) {
         let at = self.surface.facet_point(facet, point - facet.points.start);
         let proximity = self.obstacle.proximity(&at.position(&work.current));
         work.geometry.against_obstacle(&at, &proximity);
         work.geometry.with_area(&at, &work.current, self.area.measure(&self.surface, point));
+        if over_step {
+            let proximity = self.obstacle.proximity(&at.position(&work.end));
+            work.end_geometry.against_obstacle(&at, &proximity);
+        }
     }
 
     /// Largest initial overlap of this rank: depth \[m\] and place; None without any.

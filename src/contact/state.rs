@@ -139,6 +139,8 @@ pub struct ContactState<const D: usize> {
     held: Vec<Held<D>>,
     /// Of the augmented normal law.
     pub(super) multipliers: Multipliers,
+    /// Gaps at the start that count as none \[m\], all <= 0; empty where nothing was adjusted.
+    adjusted: Vec<f64>,
 }
 
 impl<const D: usize> ContactState<D> {
@@ -151,7 +153,24 @@ impl<const D: usize> ContactState<D> {
             track: vec![Track::default(); points],
             held: vec![held; points],
             multipliers: Multipliers::default(),
+            adjusted: Vec::new(),
         }
+    }
+
+    /// From now on measures the gaps of the points that penetrate at the last evaluation from there.
+    pub fn adjust(&mut self) {
+        self.adjusted = self.current.iter().map(|point| point.gap.min(0.0)).collect();
+    }
+
+    /// The gap of point `p` at the start that counts as none \[m\].
+    pub fn adjusted(&self, p: usize) -> f64 {
+        self.adjusted.get(p).copied().unwrap_or(0.0)
+    }
+
+    /// Depth of the deepest point below its target \[m\], whatever of it was there at the start; zero where none is.
+    pub fn depth(&self) -> f64 {
+        let depth = |(p, point): (usize, &PointState<D>)| -(point.gap + self.adjusted(p));
+        self.current.iter().enumerate().map(depth).fold(0.0, f64::max)
     }
 
     /// Forgets iterates and safeguards; call it where a step, or a stage of it, begins.

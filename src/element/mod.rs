@@ -9,6 +9,7 @@ mod kinematics;
 mod loads;
 mod mass;
 mod solid;
+mod step;
 mod stress;
 mod tangent;
 #[cfg(test)]

@@ -266,7 +266,11 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
 
 /// The lowest element of the batch with a point that is not positive, and its first such point.
 #[cold]
-fn inverted(det_f: &[[f64; WIDTH]], elements: &[u32], passes: &[Pass]) -> std::result::Result<(), Inverted> {
+pub(super) fn inverted(
+    det_f: &[[f64; WIDTH]],
+    elements: &[u32],
+    passes: &[Pass],
+) -> std::result::Result<(), Inverted> {
     let points = || passes.iter().flat_map(|pass| &pass.points).zip(det_f);
     for (lane, &element) in elements.iter().enumerate() {
         if let Some((&point, det)) = points().find(|(_, det)| det[lane] <= 0.0 || det[lane].is_nan()) {

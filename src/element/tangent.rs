@@ -14,7 +14,7 @@ use crate::terms::Terms;
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<L> {
     pub material: L,
-    geometric: L,
+    pub geometric: L,
 }
 
 impl<L: Lane> Wanted<L> {

@@ -2,7 +2,7 @@
 //!
 //! Safe throughout: `pulp` hands out its token only where the processor has the instructions.
 
-use super::{Lane, LaneTask, Real, WIDTH, ln_1p};
+use super::{Lane, LaneTask, Real, WIDTH, ln_1p, ratios};
 use pulp::cast;
 use pulp::x86::V3;
 use std::arch::x86_64::__m256d;
@@ -74,6 +74,10 @@ impl Real for Register {
     #[inline(always)]
     fn ln_1p(self) -> Self {
         ln_1p(self)
+    }
+    #[inline(always)]
+    fn ln_1p_ratio(self) -> [Self; 2] {
+        ratios(self)
     }
     #[inline(always)]
     fn vanishes(self) -> bool {

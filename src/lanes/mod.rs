@@ -28,6 +28,9 @@ pub trait Real:
     /// `ln(1 + self)` without cancellation; NaN below -1.
     #[must_use]
     fn ln_1p(self) -> Self;
+    /// `ln(1 + self) / self - 1` and its derivative, without cancellation, also at zero; NaN below -1.
+    #[must_use]
+    fn ln_1p_ratio(self) -> [Self; 2];
     /// Whether it is zero in every lane, so that what it multiplies need not be computed. Numbers that also carry
     /// derivatives always say no.
     #[must_use]
@@ -54,6 +57,10 @@ impl Real for f64 {
     #[inline(always)]
     fn ln_1p(self) -> Self {
         f64::ln_1p(self)
+    }
+    #[inline(always)]
+    fn ln_1p_ratio(self) -> [Self; 2] {
+        ln_1p_ratio(self)
     }
     #[inline(always)]
     fn vanishes(self) -> bool {
@@ -151,6 +158,10 @@ impl Real for Portable {
         ln_1p(self)
     }
     #[inline(always)]
+    fn ln_1p_ratio(self) -> [Self; 2] {
+        ratios(self)
+    }
+    #[inline(always)]
     fn vanishes(self) -> bool {
         self.0 == [0.0; WIDTH]
     }
@@ -200,6 +211,29 @@ fn far_ln_1p(x: f64) -> f64 {
     f64::ln_1p(x)
 }
 
+/// [`Real::ln_1p_ratio`], lane by lane.
+#[inline(always)]
+fn ratios<L: Lane>(x: L) -> [L; 2] {
+    let both = x.lanes().map(ln_1p_ratio);
+    [x.load(both.map(|[value, _]| value)), x.load(both.map(|[_, slope]| slope))]
+}
+
+/// The series `sum (-x)^k / (k + 1)`, `k >= 1`, where the quotient would cancel.
+#[inline(never)]
+fn ln_1p_ratio(x: f64) -> [f64; 2] {
+    if x.abs() > 0.0625 || x.is_nan() {
+        let ratio = f64::ln_1p(x) / x;
+        return [ratio - 1.0, (1.0 / (1.0 + x) - ratio) / x];
+    }
+    let (mut value, mut slope) = (0.0, 0.0);
+    for k in (1..=13).rev() {
+        let k = f64::from(k);
+        value = -x * (1.0 / (k + 1.0) + value);
+        slope = -(k / (k + 1.0) + x * slope);
+    }
+    [value, slope]
+}
+
 /// Work to be done in lanes.
 pub trait LaneTask {
     /// What it returns.
@@ -246,6 +280,23 @@ mod tests {
         assert!(
             dispatch(Logarithms([-2.0, 1.0, 1.0, f64::NAN])).map(f64::is_nan) == [true, false, false, true]
         );
+    }
+
+    /// The ratio and its slope are those of the library's logarithm where that is exact, and of the series elsewhere.
+    #[test]
+    fn logarithmic_ratio_is_smooth() {
+        for x in [-0.5_f64, -0.07, 0.063, 0.2, 3.0] {
+            let [value, slope] = ln_1p_ratio(x);
+            assert!((value + 1.0 - x.ln_1p() / x).abs() < 1e-15);
+            assert!((slope - (1.0 / (1.0 + x) - x.ln_1p() / x) / x).abs() < 1e-13);
+        }
+        for x in [-0.0625_f64, -1e-3, 0.0, 1e-9, 0.04, 0.0625] {
+            let ([low, _], [value, slope], [high, _]) =
+                (ln_1p_ratio(x - 1e-4), ln_1p_ratio(x), ln_1p_ratio(x + 1e-4));
+            assert!((0.5 * (high - low) / 1e-4 - slope).abs() < 1e-8, "{x}");
+            assert!((value + 0.5 * x - x * x / 3.0).abs() <= 0.3 * x.abs().powi(3) + 1e-17, "{x}");
+        }
+        assert!(ln_1p_ratio(-2.0)[0].is_nan() && ln_1p_ratio(f64::NAN)[1].is_nan());
     }
 
     struct Transposed;

@@ -9,12 +9,16 @@
 mod hooke;
 mod neo_hookean;
 mod saint_venant_kirchhoff;
+mod step;
+#[cfg(test)]
+mod step_tests;
 #[cfg(test)]
 mod tests;
 
 pub use hooke::Hooke;
 pub use neo_hookean::NeoHookean;
 pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
+pub use step::{StepLaw, StepResponse, StepTangent};
 
 use crate::error::{Error, Result};
 use crate::lanes::Real;

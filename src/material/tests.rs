@@ -18,6 +18,10 @@ impl Real for HyperDual64 {
     fn ln_1p(self) -> Self {
         DualNum::ln_1p(&self)
     }
+    fn ln_1p_ratio(self) -> [Self; 2] {
+        let ratio = DualNum::ln_1p(&self) / self;
+        [ratio - 1.0, (DualNum::recip(&(self + 1.0)) - ratio) / self]
+    }
 }
 
 const MODULI: Moduli<f64> = Moduli { lambda: 1.7, mu: 0.6 };

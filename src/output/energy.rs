@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::Result;
 
-use super::table::{Cell, Table, named};
+use super::table::{Cell, Lengths, Table, named};
 
 const COLUMNS: [&str; 10] = [
     "step",
@@ -58,12 +58,17 @@ impl EnergyTable {
         Ok(Self { table: Table::create(&folder.join(Self::FILE), named(&COLUMNS))? })
     }
 
-    /// Goes on after `last_step`, see [`Table::resume`].
+    /// Goes on from a checkpoint, see [`Table::resume`].
     ///
     /// # Errors
     /// The file is missing, has other columns, or can not be written.
-    pub fn resume(folder: &Path, last_step: u64) -> Result<Self> {
-        Ok(Self { table: Table::resume(&folder.join(Self::FILE), named(&COLUMNS), last_step)? })
+    pub fn resume(folder: &Path, lengths: &Lengths) -> Result<Self> {
+        Ok(Self { table: Table::resume(&folder.join(Self::FILE), named(&COLUMNS), lengths)? })
+    }
+
+    /// The file.
+    pub fn table(&self) -> &Table {
+        &self.table
     }
 
     /// Writes the row of a step at a time [s].

@@ -79,13 +79,21 @@ impl<const D: usize> FieldWriter<D> {
         }
     }
 
-    /// Goes on with the series of an earlier run up to `last_time` [s]. Rank 0 only.
+    /// Goes on with the series of an earlier run from a checkpoint at `last_step` and `last_time` [s]; pieces of later steps
+    /// are removed, since another number of ranks may not write over all of them. Rank 0 only, before any rank writes.
     ///
     /// # Errors
-    /// A series can not be read.
-    pub fn resume(&mut self, last_time: f64) -> Result<()> {
+    /// A series can not be read, or a piece not be removed.
+    pub fn resume(&mut self, last_step: u64, last_time: f64) -> Result<()> {
         self.all = Series::resume(&self.folder.join("fields.pvd"), last_time)?;
         self.contact = Series::resume(&self.folder.join("contact.pvd"), last_time)?;
+        let entries = std::fs::read_dir(self.folder.join("fields")).into_iter().flatten().flatten();
+        let step = |path: &Path| path.file_name()?.to_str()?.strip_prefix("step_")?.parse::<u64>().ok();
+        let later =
+            entries.map(|entry| entry.path()).filter(|path| step(path).is_some_and(|step| step > last_step));
+        for folder in later {
+            std::fs::remove_dir_all(&folder).map_err(|e| unwritable(&folder, &e))?;
+        }
         Ok(())
     }
 

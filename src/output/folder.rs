@@ -15,7 +15,7 @@ pub const RECORD: &str = "run.json";
 
 /// What a run may leave in its folder, apart from [`RECORD`]; only these are removed when a result is
 /// replaced.
-const OWN: [&str; 11] = [
+const OWN: [&str; 12] = [
     "probes.csv",
     "contact.csv",
     "reactions.csv",
@@ -27,6 +27,7 @@ const OWN: [&str; 11] = [
     "fields",
     "figures",
     "checkpoints",
+    "report.html",
 ];
 
 /// A folder that this program made.

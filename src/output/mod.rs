@@ -18,7 +18,7 @@ pub mod fields;
 pub mod folder;
 pub mod iterations;
 pub mod momentum;
-mod pace;
+pub mod pace;
 pub mod probes;
 pub mod pvd;
 pub mod pvtu;

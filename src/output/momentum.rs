@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::Result;
 
 use super::AXES;
-use super::table::{Cell, Table, named};
+use super::table::{Cell, Lengths, Table, named};
 
 /// The momentum at the end of one step, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,12 +34,17 @@ impl<const D: usize> MomentumTable<D> {
         Ok(Self { table: Table::create(&folder.join(Self::FILE), columns::<D>())? })
     }
 
-    /// Goes on after `last_step`, see [`Table::resume`].
+    /// Goes on from a checkpoint, see [`Table::resume`].
     ///
     /// # Errors
     /// The file is missing, has other columns, or can not be written.
-    pub fn resume(folder: &Path, last_step: u64) -> Result<Self> {
-        Ok(Self { table: Table::resume(&folder.join(Self::FILE), columns::<D>(), last_step)? })
+    pub fn resume(folder: &Path, lengths: &Lengths) -> Result<Self> {
+        Ok(Self { table: Table::resume(&folder.join(Self::FILE), columns::<D>(), lengths)? })
+    }
+
+    /// The file.
+    pub fn table(&self) -> &Table {
+        &self.table
     }
 
     /// Writes the row of a step at a time [s].

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::case::{quantity, unit};
+
 /// A length of time as one reads it: `0.53 s`, `12.3 s`, `3 min 20 s`, `2 h 05 min`.
 pub fn duration(length: Duration) -> String {
     let seconds = length.as_secs_f64();
@@ -12,6 +14,26 @@ pub fn duration(length: Duration) -> String {
         _ if whole < 3600 => format!("{} min {:02} s", whole / 60, whole % 60),
         _ => format!("{} h {:02} min", whole / 3600, whole / 60 % 60),
     }
+}
+
+/// A wall time as users and queues write it: seconds, a number with a unit of time, or hours, minutes and seconds as in
+/// `0:55:00`; > 0.
+///
+/// # Errors
+/// How it is written, for people.
+pub fn wall_time(text: &str) -> Result<Duration, String> {
+    let clock = || {
+        let parts: Option<Vec<f64>> = text.split(':').map(|part| part.parse().ok()).collect();
+        let parts = parts.filter(|parts| parts.len() == 3)?;
+        Some(parts.iter().fold(0.0, |sum, part| 60.0 * sum + part))
+    };
+    let with_unit = || {
+        let (si, dimension) = unit::parse(text).ok()?;
+        (dimension == quantity::Duration::DIMENSION).then_some(si)
+    };
+    let seconds = text.parse().ok().or_else(clock).or_else(with_unit).filter(|seconds| *seconds > 0.0);
+    let length = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    length.ok_or_else(|| "not a length of time > 0, as in 3300, \"55 min\" or 0:55:00".to_owned())
 }
 
 /// Wall time per simulated time, the last twenty steps or so counting most.
@@ -39,6 +61,17 @@ impl Pace {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Wall times read as queues and people write them.
+    #[test]
+    fn wall_times_are_read() {
+        for (text, seconds) in [("90", 90), ("2 min", 120), ("0:55:00", 3300), ("1.5 h", 5400)] {
+            assert_eq!(wall_time(text), Ok(Duration::from_secs(seconds)), "{text}");
+        }
+        for text in ["0", "-5", "5 m/s", "soon", "1:2", "nan", ""] {
+            assert!(wall_time(text).is_err(), "{text}");
+        }
+    }
 
     /// The time to go follows the pace of late steps, and is absent before the first.
     #[test]

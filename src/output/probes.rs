@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::Result;
 
-use super::table::{Cell, Table};
+use super::table::{Cell, Lengths, Table};
 use super::{AXES, Status};
 
 /// What a probe is called, and whether it lies on a contact surface.
@@ -62,13 +62,18 @@ impl<const D: usize> ProbeTable<D> {
         Ok(Self { table, probes })
     }
 
-    /// Goes on after `last_step`, see [`Table::resume`].
+    /// Goes on from a checkpoint, see [`Table::resume`].
     ///
     /// # Errors
     /// The file is missing, has other probes, or can not be written.
-    pub fn resume(folder: &Path, probes: Vec<Probe>, last_step: u64) -> Result<Self> {
-        let table = Table::resume(&folder.join(Self::FILE), columns::<D>(&probes), last_step)?;
+    pub fn resume(folder: &Path, probes: Vec<Probe>, lengths: &Lengths) -> Result<Self> {
+        let table = Table::resume(&folder.join(Self::FILE), columns::<D>(&probes), lengths)?;
         Ok(Self { table, probes })
+    }
+
+    /// The file.
+    pub fn table(&self) -> &Table {
+        &self.table
     }
 
     /// Writes the row of a step: time and length of the step [s], and the probes in the order of

@@ -34,11 +34,15 @@ impl Series {
     /// Goes on with a series after a restart, without what comes after `last_time` [s].
     ///
     /// # Errors
-    /// The file can not be read.
+    /// The file can not be read or written.
     pub fn resume(path: &Path, last_time: f64) -> Result<Self> {
-        let mut entries = if path.exists() { read(path)? } else { Vec::new() };
-        entries.retain(|entry| entry.time <= last_time);
-        Ok(Self { path: path.to_path_buf(), entries })
+        let mut series = Self::new(path);
+        if path.exists() {
+            series.entries = read(path)?;
+            series.entries.retain(|entry| entry.time <= last_time);
+            series.write()?;
+        }
+        Ok(series)
     }
 
     /// Adds grids and rewrites the file.
@@ -47,6 +51,10 @@ impl Series {
     /// The disk refuses.
     pub fn add(&mut self, entries: impl IntoIterator<Item = Entry>) -> Result<()> {
         self.entries.extend(entries);
+        self.write()
+    }
+
+    fn write(&self) -> Result<()> {
         let mut text = String::from(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n",
         );
@@ -103,6 +111,7 @@ mod tests {
         }
         assert_eq!(read(&path).unwrap()[2], entry(0.1 + 0.2, 0));
         let mut series = Series::resume(&path, 1e-7).unwrap();
+        assert_eq!(read(&path).unwrap().len(), 4);
         series.add([entry(0.5, 0)]).unwrap();
         let left: Vec<f64> = read(&path).unwrap().iter().map(|entry| entry.time).collect();
         assert_eq!(left, [0.0, 0.0, 1e-7, 1e-7, 0.5]);

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::Result;
 
 use super::AXES;
-use super::table::{Cell, Table, named};
+use super::table::{Cell, Lengths, Table, named};
 
 /// The force that one support exerts on the bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,12 +32,17 @@ impl<const D: usize> ReactionTable<D> {
         Ok(Self { table: Table::create(&folder.join(Self::FILE), columns::<D>())? })
     }
 
-    /// Goes on after `last_step`, see [`Table::resume`].
+    /// Goes on from a checkpoint, see [`Table::resume`].
     ///
     /// # Errors
     /// The file is missing, has other columns, or can not be written.
-    pub fn resume(folder: &Path, last_step: u64) -> Result<Self> {
-        Ok(Self { table: Table::resume(&folder.join(Self::FILE), columns::<D>(), last_step)? })
+    pub fn resume(folder: &Path, lengths: &Lengths) -> Result<Self> {
+        Ok(Self { table: Table::resume(&folder.join(Self::FILE), columns::<D>(), lengths)? })
+    }
+
+    /// The file.
+    pub fn table(&self) -> &Table {
+        &self.table
     }
 
     /// Writes the row of one boundary at a time [s].

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
@@ -20,6 +20,11 @@ pub enum Verdict {
     Running,
     /// The end time was reached.
     Completed,
+    /// It stopped on request, with a checkpoint.
+    Stopped {
+        /// Why, as the user read it.
+        reason: String,
+    },
     /// It ended early.
     Failed {
         /// The error as the user read it.
@@ -32,12 +37,15 @@ pub enum Verdict {
 impl Verdict {
     /// The verdict that goes with an error.
     pub fn of(error: &Error) -> Self {
+        if error.cause == Cause::Stopped {
+            return Self::Stopped { reason: error.message.clone() };
+        }
         Self::Failed { reason: error.message.clone(), code: error.exit_code() }
     }
 }
 
 /// Time and calls of one phase.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Phase {
     /// Wall time, the largest over ranks [s].
     pub seconds: f64,
@@ -46,7 +54,7 @@ pub struct Phase {
 }
 
 /// How deep a contact went.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Penetration {
     /// Name in the case.
     pub contact: String,
@@ -81,7 +89,7 @@ impl Input {
 }
 
 /// Sums over the run so far.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Totals {
     /// Steps that were accepted.
     pub steps: u64,
@@ -95,6 +103,23 @@ pub struct Totals {
     pub inner_krylov_iterations: u64,
     /// Linear solvers that failed and were followed by a stronger one.
     pub linear_fallbacks: u64,
+    /// How often the run went on from a checkpoint.
+    pub restarts: u64,
+}
+
+/// What each rank has and does, an entry a rank.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Balance {
+    /// Elements that belong to it.
+    pub elements: Vec<u64>,
+    /// Nodes that it owns.
+    pub nodes: Vec<u64>,
+    /// Contactor facets of its elements.
+    pub contact_facets: Vec<u64>,
+    /// Processor time outside of the kernel, waiting in MPI included [s].
+    pub cpu_seconds: Vec<f64>,
+    /// Wall time in search, contact, element forces and tangents, where ranks do not wait for each other [s].
+    pub work_seconds: Vec<f64>,
 }
 
 /// The run record. Rank 0 writes it.
@@ -102,6 +127,8 @@ pub struct Totals {
 pub struct Record {
     /// The case as completed with its defaults.
     pub case: Value,
+    /// SHA-256 of the completed case.
+    pub digest: String,
     /// The case file and the mesh files.
     pub inputs: Vec<Input>,
     /// Name and version of the program and of each library.
@@ -123,15 +150,31 @@ pub struct Record {
     pub phases: Vec<(String, Phase)>,
     /// Largest resident memory of each rank [bytes].
     pub peak_memory: Vec<u64>,
+    /// What each rank has and does.
+    pub balance: Balance,
     /// How deep the contacts went so far.
     pub penetrations: Vec<Penetration>,
     /// What accuracy was asked and achieved, where the case asks for one.
     pub accuracy: Option<AccuracyRecord>,
+    /// What the user was warned of or told to mind, one sentence each.
+    pub warnings: Vec<String>,
     /// How it stands.
     pub verdict: Verdict,
 }
 
+/// Warnings of a run that are kept; a run of a million cut steps needs no million sentences.
+const MOST_WARNINGS: usize = 100;
+
 impl Record {
+    /// Keeps a warning for whoever reads the record.
+    pub fn warn(&mut self, text: String) {
+        match self.warnings.len() {
+            count if count < MOST_WARNINGS => self.warnings.push(text),
+            MOST_WARNINGS => self.warnings.push("further warnings are left out".into()),
+            _ => {}
+        }
+    }
+
     /// Writes `run.json` into the results folder, replacing the last one in one go.
     ///
     /// # Errors
@@ -147,6 +190,7 @@ impl Record {
         let (verdict, reason, code) = match &self.verdict {
             Verdict::Running => ("running", None, None),
             Verdict::Completed => ("completed", None, Some(0)),
+            Verdict::Stopped { reason } => ("stopped", Some(reason), Some(Cause::Stopped as i32)),
             Verdict::Failed { reason, code } => ("failed", Some(reason), Some(*code)),
         };
         let versions: Map<String, Value> =
@@ -169,11 +213,15 @@ impl Record {
             "krylov_iterations": self.totals.krylov_iterations,
             "inner_krylov_iterations": self.totals.inner_krylov_iterations,
             "linear_fallbacks": self.totals.linear_fallbacks,
+            "restarts": self.totals.restarts,
             "phases": phases,
             "peak_memory_bytes": self.peak_memory,
+            "balance": self.balance,
             "penetration": self.penetrations,
+            "warnings": self.warnings,
             "versions": versions,
             "inputs": self.inputs,
+            "case_sha256": self.digest,
             "case": self.case,
         });
         if let (Some(accuracy), Value::Object(entries)) = (&self.accuracy, &mut record) {
@@ -209,6 +257,7 @@ mod tests {
     fn sample(verdict: Verdict) -> Record {
         Record {
             case: json!({"title": "Rubber block", "dimension": 2}),
+            digest: String::new(),
             inputs: vec![],
             versions: vec![("petsc".into(), "3.18.5".into())],
             ranks: 2,
@@ -221,6 +270,7 @@ mod tests {
                 krylov_iterations: 3000,
                 inner_krylov_iterations: 0,
                 linear_fallbacks: 2,
+                restarts: 1,
             },
             simulated_time: 0.07,
             wall_seconds: 9.5,
@@ -229,8 +279,10 @@ mod tests {
                 ("solve".into(), Phase::default()),
             ],
             peak_memory: vec![1 << 27, 1 << 26],
+            balance: Balance::default(),
             penetrations: vec![],
             accuracy: None,
+            warnings: vec!["watch it".into()],
             verdict,
         }
     }
@@ -249,11 +301,14 @@ mod tests {
         let failed = read(Verdict::of(&Error::guard("element 3 is inverted")));
         assert_eq!((&failed["verdict"], &failed["exit_code"]), (&json!("failed"), &json!(6)));
         assert_eq!(failed["reason"], "element 3 is inverted");
+        let stopped = read(Verdict::of(&Error::stopped("SIGTERM")));
+        assert_eq!((&stopped["verdict"], &stopped["exit_code"]), (&json!("stopped"), &json!(7)));
         let completed = read(Verdict::Completed);
         assert_eq!((&completed["verdict"], &completed["exit_code"]), (&json!("completed"), &json!(0)));
         assert_eq!(completed["phases"]["search"], json!({"seconds": 0.5, "count": 454}));
         assert_eq!(completed["case"]["title"], "Rubber block");
         assert_eq!(completed["peak_memory_bytes"][0], 1 << 27);
+        assert_eq!(completed["warnings"][0], "watch it");
         assert_eq!(std::fs::read_dir(&scratch.0).unwrap().count(), 1);
         assert!(ResultsFolder::open(&scratch.0).is_ok());
     }

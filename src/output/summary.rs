@@ -92,6 +92,7 @@ pub(super) fn summary(record: &Record) -> String {
     let verdict = match &record.verdict {
         Verdict::Running => "still running".to_string(),
         Verdict::Completed => "completed".to_string(),
+        Verdict::Stopped { .. } => "stopped on request".to_string(),
         Verdict::Failed { code, .. } => format!("ended early with exit code {code}"),
     };
     let totals = record.totals;
@@ -200,6 +201,7 @@ mod tests {
     fn phases_are_aligned_and_complete() {
         let record = Record {
             case: serde_json::Value::Null,
+            digest: String::new(),
             inputs: vec![],
             versions: vec![],
             ranks: 2,
@@ -212,6 +214,7 @@ mod tests {
                 krylov_iterations: 3000,
                 inner_krylov_iterations: 0,
                 linear_fallbacks: 2,
+                restarts: 0,
             },
             simulated_time: 0.07,
             wall_seconds: 10.0,
@@ -221,6 +224,8 @@ mod tests {
             ],
             peak_memory: vec![1 << 27, 1 << 26],
             accuracy: None,
+            balance: Default::default(),
+            warnings: vec![],
             penetrations: vec![
                 Penetration { contact: "sole".into(), deepest: 4e-5, asked: Some(5e-5) },
                 Penetration { contact: "heel".into(), deepest: 0.0, asked: None },

@@ -1,9 +1,12 @@
 //! A CSV table that can be read while it grows: a header with units, then one write per row.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
@@ -28,6 +31,44 @@ impl From<Option<f64>> for Cell<'_> {
     }
 }
 
+/// Lengths of the tables of a results folder at a checkpoint [bytes], by the names of the files.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Lengths(pub BTreeMap<String, u64>);
+
+impl Lengths {
+    /// Adds a table, which is on the disk when this returns.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn add(&mut self, table: &Table) -> Result<()> {
+        let name = table.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.0.insert(name, table.settle()?);
+        Ok(())
+    }
+
+    /// Whether all tables of a folder still have the rows that they had.
+    ///
+    /// # Errors
+    /// One is not there, or ends before.
+    pub fn check(&self, folder: &Path) -> Result<()> {
+        self.0.keys().try_for_each(|name| self.check_file(&folder.join(name)).map(|_| ()))
+    }
+
+    fn check_file(&self, path: &Path) -> Result<u64> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let Some(&length) = self.0.get(&*name) else {
+            return Err(Error::file(format!("{}: the checkpoint knows no such table", path.display())));
+        };
+        let found = std::fs::metadata(path).map_err(|e| trouble(path, "read", &e))?.len();
+        if found < length {
+            let text = format!("{}: lacks rows that it had at the checkpoint", path.display());
+            return Err(Error::file(text)
+                .hint("go on from an older checkpoint by --restart=FILE, or start anew without --restart"));
+        }
+        Ok(length)
+    }
+}
+
 /// A CSV file under way. The first column of every table of ours is the step.
 #[derive(Debug)]
 pub struct Table {
@@ -47,26 +88,36 @@ impl Table {
         Self::at_end(path, columns)
     }
 
-    /// Goes on with a table after a restart: keeps the rows up to `last_step`, drops what came later or was
-    /// cut short.
+    /// Goes on with a table that had its length of `lengths` at a checkpoint: what came later is dropped.
     ///
     /// # Errors
-    /// The file is not there, has other columns, or can not be written.
-    pub fn resume(path: &Path, columns: Vec<String>, last_step: u64) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| trouble(path, "read", &e))?;
+    /// The file is not there, has other columns, ends before, or can not be written.
+    pub fn resume(path: &Path, columns: Vec<String>, lengths: &Lengths) -> Result<Self> {
+        let length = lengths.check_file(path)?;
         let head = header(&columns);
-        let Some(rows) = text.strip_prefix(&head) else {
+        let mut start = vec![0; head.len()];
+        let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+        if read.is_err() || start != head.as_bytes() {
             return Err(Error::file(format!("{}: other columns than this case writes", path.display()))
                 .hint("continue with the case that made the result, or start anew"));
-        };
-        let is_kept = |row: &&str| {
-            let step = row.split(',').next().and_then(|step| step.parse::<u64>().ok());
-            row.ends_with('\n') && step.is_some_and(|step| step <= last_step)
-        };
-        let kept: String =
-            std::iter::once(head.as_str()).chain(rows.split_inclusive('\n').take_while(is_kept)).collect();
-        write_whole(path, kept.as_bytes())?;
+        }
+        let file = OpenOptions::new().write(true).open(path);
+        file.and_then(|file| file.set_len(length)).map_err(|e| unwritable(path, &e))?;
         Self::at_end(path, columns)
+    }
+
+    /// Bytes of the file, which are on the disk when this returns.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn settle(&self) -> Result<u64> {
+        let settled = self.file.sync_all().and_then(|()| self.file.metadata());
+        settled.map(|data| data.len()).map_err(|e| unwritable(&self.path, &e))
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     fn at_end(path: &Path, columns: Vec<String>) -> Result<Self> {
@@ -100,6 +151,27 @@ impl Table {
         self.line.push('\n');
         self.file.write_all(self.line.as_bytes()).map_err(|e| unwritable(&self.path, &e))
     }
+}
+
+/// A whole table as text, for those that are rewritten and not appended to.
+///
+/// # Errors
+/// As [`Table::row`].
+pub fn whole(name: &str, columns: &[String], rows: &[Vec<Cell>]) -> Result<String> {
+    let mut text = header(columns);
+    for cells in rows {
+        let bad = cells.iter().any(|cell| matches!(cell, Cell::Number(value) if !value.is_finite()));
+        if bad || cells.len() != columns.len() {
+            return Err(Error::internal(format!("{name}: a row that does not fit its header, or no number")));
+        }
+        for cell in cells {
+            push(&mut text, cell);
+            text.push(',');
+        }
+        text.pop();
+        text.push('\n');
+    }
+    Ok(text)
 }
 
 fn header(columns: &[String]) -> String {
@@ -182,18 +254,26 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,gap [m]\n");
     }
 
-    /// A restart keeps the rows up to its step and drops later ones and a row that was cut short.
+    /// A restart keeps what was there at the checkpoint and drops later rows, also one that was cut short; it refuses
+    /// other columns and a table that lost rows.
     #[test]
-    fn resumes_at_a_step() {
+    fn resumes_at_a_length() {
         let scratch = Scratch::new("resume");
         let path = scratch.0.join("a.csv");
-        std::fs::write(&path, "step,a\n0,1\n1,2\n2,3\n3,").unwrap();
-        let mut table = Table::resume(&path, named(&["step", "a"]), 1).unwrap();
-        table.row(&[Cell::Count(2), Cell::Number(7.0)]).unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,a\n0,1\n1,2\n2,7\n");
-        std::fs::write(&path, "step,a\n0,1\n1").unwrap();
-        Table::resume(&path, named(&["step", "a"]), 5).unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,a\n0,1\n");
-        assert_eq!(Table::resume(&path, named(&["step", "b"]), 1).unwrap_err().cause, Cause::File);
+        let columns = || named(&["step", "a"]);
+        let mut table = Table::create(&path, columns()).unwrap();
+        table.row(&[Cell::Count(0), Cell::Number(1.0)]).unwrap();
+        let mut lengths = Lengths::default();
+        lengths.add(&table).unwrap();
+        table.row(&[Cell::Count(1), Cell::Number(2.0)]).unwrap();
+        std::fs::write(&path, std::fs::read_to_string(&path).unwrap() + "2,").unwrap();
+        let mut table = Table::resume(&path, columns(), &lengths).unwrap();
+        table.row(&[Cell::Count(1), Cell::Number(7.0)]).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,a\n0,1\n1,7\n");
+        assert_eq!(Table::resume(&path, named(&["step", "b"]), &lengths).unwrap_err().cause, Cause::File);
+        std::fs::write(&path, "step,a\n").unwrap();
+        assert!(lengths.check(&scratch.0).unwrap_err().message.contains("lacks rows"));
+        std::fs::remove_file(&path).unwrap();
+        assert!(lengths.check(&scratch.0).is_err());
     }
 }

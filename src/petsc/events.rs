@@ -25,6 +25,14 @@ pub(super) struct Shared {
     depth: Cell<u32>,
 }
 
+impl Shared {
+    /// Begins to count anew.
+    pub(super) fn forget(&self) {
+        self.seconds.set(Duration::ZERO);
+        self.calls.set(0);
+    }
+}
+
 impl Event {
     /// The phase of that name, one word as in `ElementKernels`; all events of one name count together.
     ///

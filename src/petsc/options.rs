@@ -52,6 +52,11 @@ impl Options {
         self.given.insert(key(name));
     }
 
+    /// Counts an option as not given from now on.
+    pub(super) fn take_back(&mut self, name: &str) {
+        self.given.remove(&key(name));
+    }
+
     /// Whether the user gave this option; `name` with or without dash.
     pub(super) fn is_given(&self, name: &str) -> bool {
         self.given.contains(&key(name))

@@ -2,12 +2,13 @@
 
 use super::call::{self, petsc, quiet_handler};
 use super::options::{self, Options};
+use super::usage;
 use crate::error::{Error, Result};
 use mpi::environment::Universe;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
 use petsc_sys as sys;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ffi::{CString, c_char, c_int};
 use std::io::Write;
 use std::panic::PanicHookInfo;
@@ -32,6 +33,8 @@ pub struct Session {
     ending: SimpleCommunicator,
     options: RefCell<Options>,
     events: RefCell<Vec<Rc<Shared>>>,
+    /// Processor time at which the run began that is measured [s].
+    began: Cell<f64>,
     /// PETSc keeps pointers to its arguments until the end.
     _arguments: Arguments,
     /// Dropped, and MPI with it, after `Drop::drop` has finalised PETSc.
@@ -59,6 +62,7 @@ impl Session {
             world,
             options: RefCell::new(Options::snapshot()?),
             events: RefCell::default(),
+            began: Cell::new(0.0),
             _arguments: arguments,
             _universe: universe,
         };
@@ -71,6 +75,18 @@ impl Session {
     /// Phases that count their time.
     pub(super) fn events(&self) -> &RefCell<Vec<Rc<Shared>>> {
         &self.events
+    }
+
+    /// Seconds of phases, processor time and the peak of the memory count from now on, for several runs in one process.
+    pub fn measure_anew(&self) {
+        self.events.borrow().iter().for_each(|event| event.forget());
+        self.began.set(usage::user_seconds());
+        usage::forget_peak();
+    }
+
+    /// Processor time of this rank outside of the kernel since the run began \[s\].
+    pub fn user_seconds(&self) -> f64 {
+        usage::user_seconds() - self.began.get()
     }
 
     /// All ranks of the run.
@@ -112,6 +128,15 @@ impl Session {
         self.set_default(name, value)?;
         self.options.borrow_mut().give(name);
         Ok(())
+    }
+
+    /// Takes back a PETSc option that [`Session::give`] has put in, before another case is run.
+    ///
+    /// # Errors
+    /// PETSc refuses the name.
+    pub fn take_back(&self, name: &str) -> Result<()> {
+        self.options.borrow_mut().take_back(name);
+        options::remove(name)
     }
 
     /// Whether the user gave the PETSc option `name`; asking does not make it a used one.
@@ -230,25 +255,8 @@ pub fn versions() -> [String; 3] {
     [petsc, mpi, format!("METIS {}", env!("METIS_VERSION"))]
 }
 
-/// Largest memory that this process has held so far [bytes]; 0 where the system does not tell.
-pub fn peak_memory() -> u64 {
-    status_bytes("VmHWM:")
-}
-
-/// Memory that this process holds now [bytes]; 0 where the system does not tell.
-pub fn memory() -> u64 {
-    status_bytes("VmRSS:")
-}
-
-/// A line of Linux's process status; unlike `getrusage` it does not inherit the peak of the process that started us.
-fn status_bytes(field: &str) -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default();
-    line.split_whitespace().next().and_then(|kilobytes| kilobytes.parse::<u64>().ok()).unwrap_or(0) * 1024
-}
-
 fn say(error: &Error) {
-    let _ = std::io::stderr().write_all(format!("contact-petsc: error: {error}\n").as_bytes());
+    let _ = std::io::stderr().write_all(format!("contact-petsc: {}: {error}\n", error.label()).as_bytes());
 }
 
 /// Ends all ranks for a fault that leaves no way to go on, with one message.

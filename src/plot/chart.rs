@@ -26,6 +26,8 @@ pub struct Panel {
     pub curves: Vec<Curve>,
     /// Values that the upward axis shows in any case.
     pub at_least: Vec<f64>,
+    /// Words beside points.
+    pub labels: Vec<([f64; 2], String)>,
 }
 
 /// A figure: panels of one width in rows.
@@ -47,6 +49,8 @@ pub(super) type Frame = [f64; 4];
 const WIDTH: f64 = 760.0;
 const LEGEND_ROW: f64 = 22.0;
 const SAMPLE: f64 = 38.0;
+/// Of the marks of a curve that has no line.
+const MARK_WIDTH: f64 = 1.8;
 
 impl Figure {
     /// The figure as SVG.
@@ -98,8 +102,14 @@ impl Panel {
         canvas.text(&y.label, [left + 16.0, (frame[1] + frame[3]) / 2.0], LABEL, Anchor::Upward)?;
         for curve in &self.curves {
             let points: Vec<_> = curve.points.iter().map(|&point| place_in(frame, [&x, &y], point)).collect();
-            canvas.line(&points, curve.stroke)?;
+            if curve.stroke.width > 0.0 {
+                canvas.line(&points, curve.stroke)?;
+            }
             points.iter().try_for_each(|&point| draw_mark(canvas, point, curve.stroke))?;
+        }
+        for (point, text) in &self.labels {
+            let [across, up] = place_in(frame, [&x, &y], *point);
+            canvas.text(text, [across + 6.0, up - 8.0], NUMBER, Anchor::Start)?;
         }
         Ok(())
     }
@@ -112,7 +122,8 @@ fn draw_mark(canvas: &Canvas, [x, y]: [f64; 2], stroke: Stroke) -> Result<()> {
         return Ok(());
     }
     let corners = [[x - size, y], [x, y - size], [x + size, y], [x, y + size], [x - size, y]];
-    canvas.line(&corners, Stroke { dash: &[], ..stroke })
+    let width = if stroke.width > 0.0 { stroke.width } else { MARK_WIDTH };
+    canvas.line(&corners, Stroke { dash: &[], width, ..stroke })
 }
 
 /// Where a point in SI lies in a frame.
@@ -150,7 +161,10 @@ pub(super) fn draw_head(canvas: &Canvas, title: &str, legend: &[(String, Stroke)
     canvas.text(&fitted(title, TITLE, width - 32.0), [16.0, 22.0], TITLE, Anchor::Start)?;
     for ((text, stroke), [left, top]) in legend.iter().zip(legend_places(legend, width)) {
         let middle = 38.0 + top + LEGEND_ROW / 2.0;
-        canvas.line(&[[left, middle], [left + SAMPLE, middle]], *stroke)?;
+        if stroke.width > 0.0 {
+            canvas.line(&[[left, middle], [left + SAMPLE, middle]], *stroke)?;
+        }
+        draw_mark(canvas, [left + SAMPLE / 2.0, middle], *stroke)?;
         let text = fitted(text, LABEL, width - 48.0 - SAMPLE);
         canvas.text(&text, [left + SAMPLE + 6.0, middle], LABEL, Anchor::Start)?;
     }

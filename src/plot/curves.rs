@@ -90,7 +90,7 @@ fn phase_plane(runs: &[Run], probe: &str) -> Result<Option<Named>> {
         return Ok(None);
     }
     let [x, y] = [Quantity::new("horizontal displacement", "m"), Quantity::new("horizontal velocity", "m/s")];
-    let panels = vec![Panel { x, y, curves, at_least: vec![0.0] }];
+    let panels = vec![Panel { x, y, curves, at_least: vec![0.0], labels: Vec::new() }];
     let title = titled(runs, &format!("Phase plane of {probe}"));
     Ok(filled((
         format!("phase_plane_{}", file_name(probe)),
@@ -256,7 +256,13 @@ fn over_time<'a>(
 }
 
 fn panel(name: &str, unit: &'static str, curves: Vec<Curve>) -> Panel {
-    Panel { x: Quantity::new("time", "s"), y: Quantity::new(name, unit), curves, at_least: vec![0.0] }
+    Panel {
+        x: Quantity::new("time", "s"),
+        y: Quantity::new(name, unit),
+        curves,
+        at_least: vec![0.0],
+        labels: Vec::new(),
+    }
 }
 
 fn legend(runs: &[Run]) -> Vec<(String, Stroke)> {

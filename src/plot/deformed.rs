@@ -89,7 +89,8 @@ fn caption(title: &str, shot: &Shot) -> String {
     let factor = [("ns", 1e9), ("µs", 1e6), ("ms", 1e3), ("s", 1.0), ("ks", 1e-3)];
     let factor = factor.iter().find(|(name, _)| *name == unit).map_or(1.0, |(_, factor)| *factor);
     let number = (shot.time * factor * 1e4).round() / 1e4;
-    format!("{title}, t = {number} {unit}")
+    let comma = if title.is_empty() { "" } else { ", " };
+    format!("{title}{comma}t = {number} {unit}")
 }
 
 /// Height of a panel of that width that the flattest scene fills, within bounds.

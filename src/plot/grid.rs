@@ -71,6 +71,39 @@ pub fn last_shot(folder: &Path, notes: &mut Vec<String>) -> Option<Shot> {
     None
 }
 
+/// Reads the steps nearest to the given times \[s\]; without any the first, the middle and the last. Steps whose files are
+/// not there or not whole are left out with a note.
+pub fn shots(folder: &Path, times: &[f64], notes: &mut Vec<String>) -> Vec<Shot> {
+    let entries = match pvd::read(&folder.join("fields.pvd")) {
+        Ok(entries) => entries,
+        Err(e) => {
+            notes.push(format!("{e}; the deformed mesh is left out"));
+            return Vec::new();
+        }
+    };
+    let bodies: Vec<&pvd::Entry> = entries.iter().filter(|entry| entry.part == 0).collect();
+    let Some(last) = bodies.len().checked_sub(1) else { return Vec::new() };
+    let distance = |k: usize, time: f64| (bodies[k].time - time).abs();
+    let nearest = |time: f64| {
+        (0..=last).min_by(|&a, &b| distance(a, time).total_cmp(&distance(b, time))).unwrap_or(last)
+    };
+    let mut chosen: Vec<usize> = match times {
+        [] => vec![0, last / 2, last],
+        times => times.iter().map(|&time| nearest(time)).collect(),
+    };
+    chosen.sort_unstable();
+    chosen.dedup();
+    let mut shots = Vec::new();
+    for body in chosen.into_iter().map(|k| bodies[k]) {
+        let surface = entries.iter().find(|entry| entry.part == 1 && entry.time == body.time);
+        match read_shot(folder, body, surface) {
+            Ok(shot) => shots.push(shot),
+            Err(e) => notes.push(format!("{e}; this step is left out")),
+        }
+    }
+    shots
+}
+
 fn read_shot(folder: &Path, bodies: &pvd::Entry, surfaces: Option<&pvd::Entry>) -> Result<Shot> {
     let read = |entry: &pvd::Entry, value: Value| read_grid(&folder.join(&entry.file), value);
     let surfaces = surfaces.map(|entry| read(entry, Value::Pressure)).transpose()?;

@@ -34,6 +34,10 @@ use crate::output::folder::{unwritable, write_whole};
 use results::{Run, distinguish};
 use scene::Shown;
 
+pub use axis::{Quantity, Scale};
+pub use chart::{Curve, Figure, Panel};
+pub use csv::Csv;
+pub use style::Stroke;
 pub use table::{TableFigure, draw_table};
 
 /// What came of plotting.
@@ -84,6 +88,40 @@ pub fn plot(results: &[PathBuf], output: Option<&Path>) -> Result<Plotted> {
         files.push(path);
     }
     Ok(Plotted { files, notes })
+}
+
+/// Figures as SVG under their names.
+pub type Drawings = Vec<(String, String)>;
+
+/// The figures of one result, for a page about it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Album {
+    /// The deformed bodies.
+    pub bodies: Drawings,
+    /// Histories, energies, iterations.
+    pub curves: Drawings,
+    /// What was missing or left out, one line each.
+    pub notes: Vec<String>,
+}
+
+/// Draws what a result allows; the bodies at the steps nearest to `times` \[s\], or at the first, the middle and the last.
+///
+/// # Errors
+/// The folder is not a result of ours, or a table is broken.
+pub fn album(folder: &Path, times: &[f64]) -> Result<Album> {
+    let mut notes = Vec::new();
+    let run = Run::read(folder, &mut notes)?;
+    let shots: Vec<_> =
+        grid::shots(folder, times, &mut notes).into_iter().map(|shot| (String::new(), shot)).collect();
+    let mut bodies = Vec::new();
+    for (name, shown) in [("deformed_pressure", Shown::Pressure), ("deformed_von_mises", Shown::VonMises)] {
+        bodies.extend(deformed::figure(&shots, shown)?.map(|svg| (name.to_string(), svg)));
+    }
+    let mut drawn = Vec::new();
+    for (name, figure) in curves::figures(&[run])? {
+        drawn.push((name, figure.svg()?));
+    }
+    Ok(Album { bodies, curves: drawn, notes })
 }
 
 #[cfg(test)]

@@ -40,7 +40,7 @@ pub struct Stroke {
     pub colour: RGBColor,
     /// Drawn and left-out lengths in turn; empty is a solid line.
     pub dash: &'static [f64],
-    /// Width of the line.
+    /// Width of the line; 0 for marks without a line.
     pub width: f64,
     /// Half the size of the marks at the points; 0 where there are none.
     pub mark: f64,
@@ -55,6 +55,11 @@ impl Stroke {
             width: 1.8,
             mark: 0.0,
         }
+    }
+
+    /// A broad pale line that others are drawn upon.
+    pub fn band() -> Self {
+        Self { width: 6.0, ..Self::thin(RGBColor(0xDD, 0xDD, 0xD2)) }
     }
 
     /// A thin solid line.

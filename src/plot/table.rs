@@ -77,7 +77,7 @@ fn figure(wanted: &TableFigure, csv: &Csv) -> Result<Figure> {
         let across = if panel.is_empty() { wanted.x.clone() } else { format!("{panel}: {}", wanted.x) };
         let [x, y] =
             [(across, wanted.logarithmic[0]), (wanted.y.clone(), wanted.logarithmic[1])].map(quantity);
-        Panel { x, y, curves: curves.collect(), at_least: Vec::new() }
+        Panel { x, y, curves: curves.collect(), at_least: Vec::new(), labels: Vec::new() }
     });
     let panels: Vec<Panel> = panels.collect();
     let legend = curves.iter().enumerate().map(|(index, curve)| (curve.to_string(), stroke(index))).collect();

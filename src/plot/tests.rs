@@ -54,6 +54,9 @@ fn record(title: &str, verdict: Verdict) -> Record {
         phases: vec![],
         peak_memory: vec![],
         accuracy: None,
+        digest: String::new(),
+        balance: Default::default(),
+        warnings: vec![],
         penetrations: vec![],
         verdict,
     }

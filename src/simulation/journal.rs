@@ -4,52 +4,45 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Instant, SystemTime};
 
+use super::place::{Place, prepare, versions};
+use super::restart::Saved;
+use super::resume::Past;
 use super::tables::Tables;
 use crate::assembly::{ContactSystem, Energies, EnergyLedger, Overclosure, SurfaceCells, Watched};
-use crate::case::{Case, Mesh};
+use crate::case::Case;
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Result, agree};
 use crate::model::Model;
 use crate::output::accuracy::AccuracyRecord;
-use crate::output::console::{Attempt, Console, StepLine, Verbosity};
+use crate::output::console::{Attempt, Console, StepLine};
 use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
-use crate::output::folder::ResultsFolder;
 use crate::output::iterations::IterationRow;
-use crate::output::record::{Input, Penetration, Record, Totals, Verdict};
+use crate::output::record::{Balance, Penetration, Record, Totals, Verdict};
 use crate::output::summary::{ContactStart, StartUp};
 use crate::partition::Report;
 use crate::petsc::{Event, Session};
 use crate::solvers::{Fallback, IterationReport, SolveReport, Strategy};
 use crate::time::StepControl;
 
-/// Where a run comes from and where it goes.
-#[derive(Debug, Clone)]
-pub struct Place {
-    /// The case file.
-    pub case_file: PathBuf,
-    /// The results folder.
-    pub folder: PathBuf,
-    /// How much the console says.
-    pub verbosity: Verbosity,
-}
-
 /// The journal of a run.
 pub struct Journal<const D: usize> {
-    session: Rc<Session>,
-    console: Console,
+    pub(super) session: Rc<Session>,
+    pub(super) console: Console,
     folder: PathBuf,
-    tables: Option<Tables<D>>,
+    pub(super) tables: Option<Tables<D>>,
     fields: Option<FieldWriter<D>>,
     /// Fields are written every so many steps, and at the end of time \[s\].
     every: u64,
-    end: f64,
+    pub(super) end: f64,
     model: Model<D>,
     /// Of the case's choices, until the start-up report tells them.
     remarks: Vec<String>,
     watched: Vec<Watched<D>>,
-    record: Record,
+    pub(super) record: Record,
+    /// What was done before this process, with the instant [s] at which it began.
+    past: Option<(Past, f64)>,
     began: Instant,
-    step: u64,
+    pub(super) step: u64,
     now: At,
     output: Event,
 }
@@ -64,16 +57,24 @@ struct At {
 }
 
 impl<const D: usize> Journal<D> {
-    /// Makes the results folder. Collective.
+    /// Makes the results folder, or goes on in it. Collective.
     ///
     /// # Errors
     /// When it can not be made, or holds what another program wrote.
-    pub fn open(session: &Rc<Session>, case: &Case, model: &Model<D>, place: &Place) -> Result<Self> {
+    pub fn open(
+        session: &Rc<Session>,
+        (case, model): (&Case, &Model<D>),
+        place: &Place,
+        saved: Option<&Saved>,
+    ) -> Result<Self> {
         let rank = session.rank() as usize;
-        let own = if rank == 0 { prepare::<D>(case, place) } else { Ok((None, Vec::new())) };
+        let past = saved.map(|saved| (saved.state.past.clone(), saved.state.time));
+        let lengths = past.as_ref().map(|(past, _)| &past.lengths);
+        let own = if rank == 0 { prepare::<D>(case, place, lengths) } else { Ok((None, Vec::new())) };
         let (tables, inputs) = agree(session.world(), own)?;
-        let record = Record {
+        let mut record = Record {
             case: case.to_json()?,
+            digest: case.digest()?,
             inputs,
             versions: versions(),
             ranks: session.size() as usize,
@@ -84,10 +85,13 @@ impl<const D: usize> Journal<D> {
             wall_seconds: 0.0,
             phases: Vec::new(),
             peak_memory: Vec::new(),
+            balance: Balance::default(),
             penetrations: model.contacts.iter().map(untouched).collect(),
             accuracy: None,
+            warnings: Vec::new(),
             verdict: Verdict::Running,
         };
+        past.iter().for_each(|(past, _)| past.recall(&mut record));
         Ok(Self {
             session: session.clone(),
             console: Console::new(rank, place.verbosity),
@@ -100,6 +104,7 @@ impl<const D: usize> Journal<D> {
             remarks: super::options::remarks(case),
             watched: Vec::new(),
             record,
+            past,
             began: Instant::now(),
             step: 0,
             now: At::default(),
@@ -119,9 +124,20 @@ impl<const D: usize> Journal<D> {
     ) -> Result<()> {
         self.watched = system.watch(&self.model.probes)?;
         self.record.unknowns = system.unknowns() as u64;
-        let own = self.tables.as_mut().map_or(Ok(()), |tables| tables.watch(&self.folder, &self.watched));
-        agree(self.session.world(), own)?;
-        self.fields = Some(self.field_writer(system));
+        self.record.balance.elements = partition.elements.clone();
+        self.record.balance.nodes = partition.owned.clone();
+        let facets = system.surface_cells().mine.iter().filter(|&&mine| mine).count();
+        self.record.balance.contact_facets = super::measure::of_each_rank(&self.session, facets as u64);
+        let lengths = self.past.as_ref().map(|(past, _)| &past.lengths);
+        let watch = |tables: &mut Tables<D>| tables.watch(&self.folder, &self.watched, lengths);
+        agree(self.session.world(), self.tables.as_mut().map_or(Ok(()), watch))?;
+        let mut fields = self.field_writer(system);
+        let resumed = match (&self.past, self.session.rank()) {
+            (Some((past, time)), 0) => fields.resume(past.totals.steps, *time),
+            _ => Ok(()),
+        };
+        agree(self.session.world(), resumed)?;
+        self.fields = Some(fields);
         let report = StartUp {
             title: self.record.case["title"].as_str().unwrap_or("untitled").to_owned(),
             folder: self.folder.display().to_string(),
@@ -137,6 +153,7 @@ impl<const D: usize> Journal<D> {
             contacts: contact_starts(system),
             remarks: remarks(system, &self.watched).into_iter().chain(self.remarks.drain(..)).collect(),
         };
+        self.record.warnings.clone_from(&report.remarks);
         self.console.start_up(&report);
         Ok(())
     }
@@ -217,11 +234,24 @@ impl<const D: usize> Journal<D> {
         }
     }
 
+    /// The model of the run.
+    pub fn model(&self) -> &Model<D> {
+        &self.model
+    }
+
+    /// What a user should know now, and finds in `run.json` later.
+    pub fn warn(&mut self, text: &str) {
+        self.console.note(text);
+        self.record.warn(text.trim_start_matches("warning: ").to_owned());
+    }
+
     /// An attempt failed.
     pub fn failed(&mut self, report: &SolveReport, reason: &str, control: &StepControl) {
         self.count(report);
         self.record.totals.cut_steps += 1;
-        self.console.note(&format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt()));
+        let note = format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt());
+        self.console.note(&note);
+        self.record.warn(note);
     }
 
     /// A step was solved and is repeated, since its errors are too large.
@@ -239,7 +269,9 @@ impl<const D: usize> Journal<D> {
     pub fn fallbacks(&mut self, fallbacks: &[Fallback]) {
         self.record.totals.linear_fallbacks += fallbacks.len() as u64;
         for Fallback { from, to, why } in fallbacks {
-            self.console.note(&format!("linear solver {from} failed ({why}); {to} took over"));
+            let note = format!("linear solver {from} failed ({why}); {to} took over");
+            self.console.note(&note);
+            self.record.warn(note);
         }
     }
 
@@ -358,7 +390,7 @@ impl<const D: usize> Journal<D> {
     }
 
     /// Brings `run.json` up to date. Collective.
-    fn write_record(&mut self, time: f64) -> Result<()> {
+    pub(super) fn write_record(&mut self, time: f64) -> Result<()> {
         self.record.simulated_time = time;
         self.measure();
         let own = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
@@ -366,10 +398,15 @@ impl<const D: usize> Journal<D> {
     }
 
     /// Times and memory of all ranks. Collective.
-    fn measure(&mut self) {
+    pub(super) fn measure(&mut self) {
         self.record.wall_seconds = self.began.elapsed().as_secs_f64();
         self.record.phases = super::measure::phases(&self.session);
         self.record.peak_memory = super::measure::peak_memory(&self.session);
+        if let Some((past, _)) = &self.past {
+            past.add_to(&mut self.record.wall_seconds, &mut self.record.phases);
+        }
+        let [cpu, work] = super::measure::seconds(&self.session);
+        (self.record.balance.cpu_seconds, self.record.balance.work_seconds) = (cpu, work);
     }
 
     /// Ends the journal with the verdict. Collective.
@@ -379,12 +416,15 @@ impl<const D: usize> Journal<D> {
     pub fn close(&mut self, outcome: &Result<()>) -> Result<()> {
         self.measure();
         self.record.verdict = outcome.as_ref().map_or_else(Verdict::of, |()| Verdict::Completed);
+        let missed = self.record.accuracy.and_then(|accuracy| accuracy.warning());
+        let warnings: Vec<String> =
+            self.record.penetrations.iter().filter_map(warning).chain(missed).collect();
+        let plain = |text: &String| text.trim_start_matches("warning: ").to_owned();
+        self.record.warnings.extend(warnings.iter().map(plain));
         let written = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
         if outcome.is_ok() {
             self.console.finish(&self.record);
-            let warnings = self.record.penetrations.iter().filter_map(warning);
-            let missed = self.record.accuracy.and_then(|accuracy| accuracy.warning());
-            warnings.chain(missed).for_each(|text| self.console.note(&text));
+            warnings.iter().for_each(|text| self.console.note(text));
             return agree(self.session.world(), written);
         }
         Ok(())
@@ -408,26 +448,6 @@ fn warning(contact: &Penetration) -> Option<String> {
          hint: ask for {:.1e} m, or give normal: {{ penalty: {{ compliance: ... }} }}",
         asked * asked / deepest
     ))
-}
-
-fn prepare<const D: usize>(case: &Case, place: &Place) -> Result<(Option<Tables<D>>, Vec<Input>)> {
-    let mut inputs = vec![Input::of(&place.case_file)?];
-    for body in case.bodies.values() {
-        if let Mesh::File(file) = &body.mesh {
-            inputs.push(Input::of(&case.resolve(&file.file.value))?);
-        }
-    }
-    let folder = ResultsFolder::create(&place.folder)?;
-    Ok((Some(Tables::create(folder.path())?), inputs))
-}
-
-fn versions() -> Vec<(String, String)> {
-    let own = ("contact-petsc".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
-    let split = |text: String| {
-        let (name, version) = text.split_once(' ').map_or((text.as_str(), ""), |parts| parts);
-        (name.to_owned(), version.to_owned())
-    };
-    std::iter::once(own).chain(crate::petsc::versions().into_iter().map(split)).collect()
 }
 
 /// The contacts as the undeformed bodies have them.

@@ -30,9 +30,27 @@ pub fn phases(session: &Rc<Session>) -> Vec<(String, Phase)> {
     (0..PHASES.len()).map(phase).collect()
 }
 
+/// Phases in which ranks do not wait for each other.
+const WORK: [&str; 4] = ["ContactSearch", "Contact", "ElementForces", "Tangent"];
+
+/// Processor time of each rank, and its wall time in [`WORK`] \[s\]. Collective.
+pub fn seconds(session: &Rc<Session>) -> [Vec<f64>; 2] {
+    let work = WORK.iter().map(|event| Event::totals(session, event).0).sum();
+    [session.user_seconds(), work].map(|own: f64| {
+        let mut all = vec![0.0; session.size() as usize];
+        session.world().all_gather_into(&own, &mut all[..]);
+        all
+    })
+}
+
 /// Largest resident memory of each rank [bytes]. Collective.
 pub fn peak_memory(session: &Rc<Session>) -> Vec<u64> {
+    of_each_rank(session, own_peak_memory())
+}
+
+/// A count of each rank. Collective.
+pub fn of_each_rank(session: &Rc<Session>, own: u64) -> Vec<u64> {
     let mut all = vec![0; session.size() as usize];
-    session.world().all_gather_into(&own_peak_memory(), &mut all[..]);
+    session.world().all_gather_into(&own, &mut all[..]);
     all
 }

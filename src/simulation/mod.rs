@@ -1,11 +1,18 @@
 //! A run from the case to its results, in the order of the paper's section 3.
 
 mod check;
+mod checkpoint;
+mod guard;
+mod input;
 mod journal;
 mod measure;
 mod options;
 mod pace;
 mod parts;
+mod place;
+mod restart;
+mod resume;
+mod signals;
 mod start;
 mod tables;
 
@@ -13,7 +20,7 @@ use std::rc::Rc;
 
 use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{Dynamics, OverStep, Stage};
 use crate::error::{Error, Result, agree};
 use crate::model::{Contact, Model, Target, read_mesh};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
@@ -22,10 +29,17 @@ use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
-pub use journal::{Journal, Place};
+pub use input::{give_options, shared_text, take_back_options};
+pub use journal::Journal;
 pub use options::scheme;
 pub use pace::{Memory, Pace};
 pub use parts::parts;
+pub use place::Place;
+pub use restart::Begin;
+
+use checkpoint::{Keeper, Moment};
+use guard::Guard;
+use restart::Saved;
 
 /// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
 pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
@@ -35,7 +49,9 @@ pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
 /// # Errors
 /// The same on all ranks; what was computed before is kept.
 pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
+    let mut keeper = Keeper::new(session, case, place)?;
     let model = Model::<D>::new(case)?;
+    let mut saved = Saved::find::<D>(session, case, place)?;
     let (local, partition) = share_out(session, case, &model)?; // METIS
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
@@ -48,10 +64,14 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     if strategy.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }
-    let mut journal = Journal::open(session, case, &model, place)?;
+    saved.as_mut().map_or(Ok(()), |saved| saved.read(&system))?;
+    let mut journal = Journal::open(session, (case, &model), place, saved.as_ref())?;
     let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
-        start::at_equilibrium(&mut system, &mut stage, case, &model, &mut journal)?; // B_0
-        march((&mut system, &mut stage), &mut *strategy, case, &model, &mut journal)
+        let watch = match &saved {
+            None => begin(&mut system, &mut stage, (case, &model), &mut journal)?, // B_0
+            Some(saved) => saved.resume(&mut system, &mut stage, (case, &model), &mut journal)?,
+        };
+        march((&mut system, &mut stage), &mut strategy, case, &mut journal, (watch, &mut keeper))
     });
     if let Err(error) = &outcome {
         session.meet(error);
@@ -83,23 +103,48 @@ fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
     model.contacts.iter().filter_map(couple).collect()
 }
 
+/// What counts and watches from step to step.
+pub struct Watch {
+    /// Where in time the run is.
+    control: StepControl,
+    /// The energies.
+    ledger: EnergyLedger,
+    /// Whether they are explained.
+    guard: Guard,
+    /// Whether the steps are as accurate as they should be.
+    pace: Pace,
+}
+
+/// The start of the motion, its rows, and what counts from there.
+fn begin<const D: usize>(
+    system: &mut ContactSystem<D>,
+    stage: &mut Stage,
+    (case, model): (&Case, &Model<D>),
+    journal: &mut Journal<D>,
+) -> Result<Watch> {
+    start::at_equilibrium(system, stage, case, model, journal)?;
+    let control = pace::control(case, model, 0.0);
+    let pace = Pace::new(system, stage, case, model)?;
+    let ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
+    journal.begin(system, stage, &ledger, &control)?;
+    let guard = Guard::new(case, model, options::scheme(&case.time), ledger.now());
+    Ok(Watch { control, ledger, guard, pace })
+}
+
 /// From configuration to configuration until the end.
 fn march<const D: usize>(
     (system, stage): (&mut ContactSystem<D>, &mut Stage),
-    strategy: &mut dyn Strategy,
+    strategy: &mut Box<dyn Strategy>,
     case: &Case,
-    model: &Model<D>,
     journal: &mut Journal<D>,
+    (watch, keeper): (Watch, &mut Keeper),
 ) -> Result<()> {
     let scheme = options::scheme(&case.time);
-    let mut control = pace::control(case, model);
-    let mut pace = Pace::new(system, stage, case, model)?;
-    let mut ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
-    journal.begin(system, stage, &ledger, &control)?;
+    let Watch { mut control, mut ledger, mut guard, mut pace } = watch;
     while !control.finished() {
         pace.prepare(system);
         let attempt = Attempt { scheme, control: &control, pace: &pace };
-        let outcome = attempt.solve(system, stage, strategy, journal)?;
+        let outcome = attempt.solve(system, stage, &mut **strategy, journal)?;
         let outcome = attempt.finish(system, stage, outcome)?;
         journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
@@ -113,8 +158,20 @@ fn march<const D: usize>(
                 }
                 pace.advance(system, stage, &control, journal)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;
+                guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
+                guard.energy(&energies, stage.trial.time)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
+                keeper.step_done(
+                    Moment {
+                        system,
+                        stage,
+                        strategy,
+                        watch: (&control, &ledger, &guard, &mut pace),
+                        journal,
+                    },
+                    case,
+                )?;
             }
             Outcome::Failed(report, reason) => {
                 journal.failed(&report, &reason, &control);
@@ -170,6 +227,9 @@ impl Attempt<'_> {
         let Outcome::Converged(report) = outcome else { return Ok(outcome) };
         if !self.scheme.finish(stage, self.control.end_of_step())? {
             return Ok(Outcome::Converged(report));
+        }
+        if stage.over_step == OverStep::End {
+            return system.settle_end(stage).map(|()| Outcome::Converged(report));
         }
         system.prescribe(stage)?;
         let mut residual = system.pattern_vector().like()?;

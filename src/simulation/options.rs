@@ -23,6 +23,7 @@ pub fn scheme(time: &case::Time) -> Scheme {
         case::Scheme::Hht { spectral_radius } => Scheme::hht(spectral_radius.si),
         case::Scheme::GeneralizedAlpha { spectral_radius } => Scheme::generalized_alpha(spectral_radius.si),
         case::Scheme::Midpoint => Scheme::Midpoint,
+        case::Scheme::Conserving => Scheme::Conserving,
         case::Scheme::BackwardEuler => Scheme::BackwardEuler,
         case::Scheme::Static { .. } => Scheme::Static,
     }
@@ -117,8 +118,10 @@ pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strat
 
 /// What the linear solvers of the steps have to deal with: either stage of a staggered one is symmetric.
 pub fn step_problem<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Problem {
-    let problem = problem::<D>(system, scheme(&case.time).has_inertia());
-    Problem { symmetric: problem.symmetric || staggered(case).is_some(), ..problem }
+    let scheme = scheme(&case.time);
+    let problem = problem::<D>(system, scheme.has_inertia());
+    let symmetric = problem.symmetric && (scheme != Scheme::Conserving || system.has_symmetric_steps());
+    Problem { symmetric: symmetric || staggered(case).is_some(), ..problem }
 }
 
 /// What the linear solver has to deal with.
@@ -148,7 +151,7 @@ pub fn format<const D: usize>(
         unknowns: local.index.total as usize * D,
         dimension: D,
         dynamic: !case.is_static(),
-        symmetric: !has_friction(case) || staggered(case).is_some(),
+        symmetric: !(has_friction(case) || case.has_unsymmetric_steps()) || staggered(case).is_some(),
         contact: !case.contact.is_empty(),
         format: None,
     };

@@ -68,6 +68,9 @@ struct Past {
 /// Limits the penetration where the case asks for it. To be called before any equilibrium is sought.
 pub fn limit_penetration<const D: usize>(system: &mut ContactSystem<D>, case: &Case) {
     let Some(asked) = case.accuracy.as_ref().and_then(|accuracy| accuracy.penetration) else { return };
+    if matches!(case.time.scheme.value, crate::case::Scheme::Conserving) {
+        return; // Its contact forces are differences of the penalty's energy.
+    }
     system.limit_penetration(match asked {
         PenetrationTolerance::Length(length) => Asked::Length(length.si),
         PenetrationTolerance::Relative(part) => Asked::Relative(part.si),
@@ -79,12 +82,12 @@ fn adapts(case: &Case) -> bool {
     case.accuracy.as_ref().is_some_and(|accuracy| accuracy.time.is_some())
 }
 
-/// The steps of the case.
-pub fn control<const D: usize>(case: &Case, model: &Model<D>) -> StepControl {
+/// The steps of the case from an instant `start` on \[s\].
+pub fn control<const D: usize>(case: &Case, model: &Model<D>, start: f64) -> StepControl {
     let time = &case.time;
     match adapts(case) {
-        true => StepControl::adaptive([0.0, time.end.si], time.step(), &kinks(model), time.cuts.value),
-        false => StepControl::new(0.0, time.end.si, time.step(), time.cuts.value),
+        true => StepControl::adaptive([start, time.end.si], time.step(), &kinks(model), time.cuts.value),
+        false => StepControl::new(start, time.end.si, time.step(), time.cuts.value),
     }
 }
 
@@ -217,11 +220,21 @@ impl Pace {
         self.watch.as_ref().map(|watch| &watch.memory)
     }
 
-    /// Goes on with what was kept.
-    pub fn recall<const D: usize>(&mut self, system: &mut ContactSystem<D>, memory: Memory) {
+    /// Goes on with what was kept; the points of the contacts remember their last accepted step.
+    pub fn recall<const D: usize>(&mut self, system: &mut ContactSystem<D>, memory: &Memory) {
         if let Some(watch) = &mut self.watch {
             system.recall_stiffenings(&memory.stiffenings);
-            watch.memory = Memory { unsettled: 2, ..memory };
+            watch.memory = memory.clone();
+        }
+    }
+
+    /// Lets the estimate begin anew, as in a run that goes on from here.
+    pub fn forget<const D: usize>(&mut self, system: &mut ContactSystem<D>) {
+        let Some(watch) = &mut self.watch else { return };
+        system.note_gaps();
+        watch.memory.unsettled = 2;
+        if let Some(past) = &mut watch.past {
+            (past.known, past.curved) = (0, false);
         }
     }
 }

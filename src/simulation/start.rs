@@ -28,7 +28,7 @@ pub fn at_equilibrium<const D: usize>(
 ) -> Result<()> {
     if case.is_static() {
         require_supports(system, model)?;
-        stage.holding = if system.is_held() { 0.0 } else { HOLDING };
+        stage.holding = holding(system, case);
         return begin(system, stage);
     }
     if let Some(Start::Equilibrium { friction, increments }) = case.start.as_ref().map(|start| &start.value) {
@@ -39,6 +39,11 @@ pub fn at_equilibrium<const D: usize>(
     system.set_velocity(stage, model)?;
     begin(system, stage)?;
     accelerate(system, stage, case)
+}
+
+/// Spring of the steps: in statics, where supports alone do not hold the bodies.
+pub fn holding<const D: usize>(system: &ContactSystem<D>, case: &Case) -> f64 {
+    if case.is_static() && !system.is_held() { HOLDING } else { 0.0 }
 }
 
 /// In statics a body must be held by supports, or by contact.
@@ -182,6 +187,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     let mut change = system.pattern_vector().like()?;
     system.residual(stage, &mut rhs)?;
     rhs.scale(-1.0)?;
+    system.rest_massless(&mut rhs);
     system.jacobian(stage, Terms::MASS, None)?;
     let problem = Problem { symmetric: true, contact: false, ..options::problem::<D>(system, true) };
     let choice = LinearChoice::Named("cg_jacobi");

@@ -12,6 +12,7 @@ use crate::output::iterations::{IterationRow, IterationTable};
 use crate::output::momentum::{MomentumRow, MomentumTable};
 use crate::output::probes::{Probe, ProbeContact, ProbeRow, ProbeTable};
 use crate::output::reactions::{ReactionRow, ReactionTable};
+use crate::output::table::Lengths;
 
 /// The open tables.
 pub struct Tables<const D: usize> {
@@ -29,18 +30,23 @@ pub struct Tables<const D: usize> {
 }
 
 impl<const D: usize> Tables<D> {
-    /// Creates the tables that need no probe.
+    /// Creates the tables that need no probe, or goes on from the lengths that they had at a checkpoint.
     ///
     /// # Errors
-    /// When a file can not be made.
-    pub fn create(folder: &Path) -> Result<Self> {
+    /// When a file can not be made, or is not the one that it was.
+    pub fn open(folder: &Path, past: Option<&Lengths>) -> Result<Self> {
+        macro_rules! open {
+            ($table:ident) => {
+                past.map_or_else(|| $table::create(folder), |lengths| $table::resume(folder, lengths))?
+            };
+        }
         Ok(Self {
             probes: None,
-            contact: ContactTable::create(folder)?,
-            reactions: ReactionTable::create(folder)?,
-            energy: EnergyTable::create(folder)?,
-            momentum: MomentumTable::create(folder)?,
-            iterations: IterationTable::create(folder)?,
+            contact: open!(ContactTable),
+            reactions: open!(ReactionTable),
+            energy: open!(EnergyTable),
+            momentum: open!(MomentumTable),
+            iterations: open!(IterationTable),
             trouble: None,
             step: 0,
             time: 0.0,
@@ -48,15 +54,32 @@ impl<const D: usize> Tables<D> {
         })
     }
 
-    /// Creates the table of the probes.
+    /// Creates the table of the probes, or goes on with it.
     ///
     /// # Errors
-    /// When the file can not be made.
-    pub fn watch(&mut self, folder: &Path, watched: &[Watched<D>]) -> Result<()> {
+    /// As [`open`](Self::open).
+    pub fn watch(&mut self, folder: &Path, watched: &[Watched<D>], past: Option<&Lengths>) -> Result<()> {
         let probe =
             |point: &Watched<D>| Probe { name: point.name.clone(), on_contact: point.contact.is_some() };
-        self.probes = Some(ProbeTable::create(folder, watched.iter().map(probe).collect())?);
+        let probes = watched.iter().map(probe).collect();
+        self.probes = Some(match past {
+            Some(lengths) => ProbeTable::resume(folder, probes, lengths)?,
+            None => ProbeTable::create(folder, probes)?,
+        });
         Ok(())
+    }
+
+    /// How long the tables are; they are on the disk when this returns.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn lengths(&self) -> Result<Lengths> {
+        let mut lengths = Lengths::default();
+        let others =
+            [self.contact.table(), self.reactions.table(), self.energy.table(), self.momentum.table()];
+        let all = self.probes.iter().map(ProbeTable::table).chain(others).chain([self.iterations.table()]);
+        all.into_iter().try_for_each(|table| lengths.add(table))?;
+        Ok(lengths)
     }
 
     /// The rows that follow belong to this step.

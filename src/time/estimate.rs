@@ -23,7 +23,7 @@ impl Scheme {
                 let turn = (0.5 * (beta - lag * alpha_f - 1.0 / 12.0)).abs().max(1.0 / 48.0);
                 Some([0.5 * (gamma - 0.5 - lag).abs(), turn])
             }
-            Self::Midpoint => Some([0.0, 1.0 / 12.0]),
+            Self::Midpoint | Self::Conserving => Some([0.0, 1.0 / 12.0]),
             Self::BackwardEuler => Some([0.5, 0.0]),
             Self::Static => None,
         }

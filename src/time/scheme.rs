@@ -1,6 +1,6 @@
 //! Newmark, HHT, generalised-alpha, midpoint, backward Euler and statics as one family (formulation, sections 6, 13).
 
-use crate::dynamics::{Balance, Shifts, Stage};
+use crate::dynamics::{Balance, OverStep, Shifts, Stage};
 use crate::error::Result;
 
 /// A one-step scheme whose only unknown is the displacement at the end of the step, or in its middle.
@@ -25,6 +25,9 @@ pub enum Scheme {
     /// Balance in the middle of the step, at the mean of the displacements and of the velocities: backward Euler over
     /// half of the step, continued in a straight line by [`Scheme::finish`]. Keeps linear and angular momentum.
     Midpoint,
+    /// The midpoint rule with forces that change the energy by the work they do over the step, in the bulk and in contact:
+    /// keeps energy (less what friction turns into heat) and, without supports, linear and angular momentum.
+    Conserving,
     /// No inertia; the velocity `du/dt` drives friction alone.
     Static,
 }
@@ -54,6 +57,10 @@ pub const SCHEMES: &[SchemeEntry] = &[
     SchemeEntry {
         name: "midpoint",
         about: "midpoint rule: second order, keeps linear and angular momentum, damps nothing",
+    },
+    SchemeEntry {
+        name: "conserving",
+        about: "midpoint rule with energy-conserving forces, for impact: keeps energy, linear and angular momentum",
     },
     SchemeEntry { name: "backward_euler", about: "first order, strong damping, the most robust" },
     SchemeEntry { name: "static", about: "no inertia; time is the load parameter" },
@@ -91,7 +98,7 @@ impl Scheme {
                 Shifts { velocity: gamma / (beta * dt), acceleration: 1.0 / (beta * dt * dt) }
             }
             Self::BackwardEuler => Shifts { velocity: 1.0 / dt, acceleration: 1.0 / (dt * dt) },
-            Self::Midpoint => Self::BackwardEuler.shifts(0.5 * dt),
+            Self::Midpoint | Self::Conserving => Self::BackwardEuler.shifts(0.5 * dt),
             Self::Static => Shifts { velocity: 1.0 / dt, acceleration: 0.0 },
         }
     }
@@ -103,13 +110,13 @@ impl Scheme {
                 let end = 1.0 - alpha_f;
                 Balance { mass: [alpha_m / end, (1.0 - alpha_m) / end], start_force: alpha_f / end }
             }
-            Self::BackwardEuler | Self::Midpoint | Self::Static => Balance::AT_THE_END,
+            Self::BackwardEuler | Self::Midpoint | Self::Conserving | Self::Static => Balance::AT_THE_END,
         }
     }
 
     /// Whether the forces are balanced in the middle of the step.
     pub fn is_midpoint(self) -> bool {
-        self == Self::Midpoint
+        matches!(self, Self::Midpoint | Self::Conserving)
     }
 
     /// Prepares a step from `stage.start` to the instant `end` [s]: shifts, bases, and the start displacement as first
@@ -122,6 +129,7 @@ impl Scheme {
         stage.shifts = self.shifts(dt);
         stage.balance = self.balance();
         stage.inertia = self.has_inertia();
+        stage.over_step = if self == Self::Conserving { OverStep::Middle } else { OverStep::No };
         stage.trial.time = if self.is_midpoint() { 0.5 * (stage.start.time + end) } else { end };
         self.bases(stage)?;
         stage.trial.u.copy_from(&stage.start.u)
@@ -134,7 +142,7 @@ impl Scheme {
     pub fn extrapolate(self, stage: &mut Stage) -> Result<()> {
         match self {
             Self::Static => Ok(()),
-            Self::Midpoint => stage.trial.u.axpy(0.5 * stage.dt, &stage.start.v),
+            Self::Midpoint | Self::Conserving => stage.trial.u.axpy(0.5 * stage.dt, &stage.start.v),
             _ => stage.trial.u.axpy(stage.dt, &stage.start.v),
         }
     }
@@ -151,6 +159,9 @@ impl Scheme {
         stage.trial.u.axpby(-1.0, 2.0, &stage.start.u)?;
         stage.trial.v.axpby(-1.0, 2.0, &stage.start.v)?;
         stage.trial.time = end;
+        if stage.over_step == OverStep::Middle {
+            stage.over_step = OverStep::End;
+        }
         Ok(true)
     }
 
@@ -167,7 +178,7 @@ impl Scheme {
                     (v[i] + dt * ((1.0 - gamma) * a[i] + gamma * base), base)
                 }
                 Self::BackwardEuler => (0.0, -v[i] / dt),
-                Self::Midpoint => (0.0, -2.0 * v[i] / dt),
+                Self::Midpoint | Self::Conserving => (0.0, -2.0 * v[i] / dt),
                 Self::Static => (0.0, 0.0),
             };
         }

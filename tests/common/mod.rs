@@ -92,6 +92,11 @@ impl Running {
         self.child.id()
     }
 
+    /// Whether it has not ended yet.
+    pub fn goes_on(&mut self) -> bool {
+        matches!(self.child.try_wait(), Ok(None))
+    }
+
     /// Waits for the end, at most for `limit` from the start.
     pub fn wait(mut self, limit: Duration) -> Output {
         let code = loop {
@@ -171,6 +176,21 @@ impl Drop for Folder {
     }
 }
 
+/// The cells of a line; quotes hold commas together.
+fn cells(line: &str) -> Vec<String> {
+    let mut cells = vec![String::new()];
+    let mut is_quoted = false;
+    for letter in line.chars() {
+        let end = cells.len() - 1;
+        match letter {
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => cells.push(String::new()),
+            _ => cells[end].push(letter),
+        }
+    }
+    cells
+}
+
 /// A table of a results folder, as text.
 #[derive(Debug, Clone)]
 pub struct Table {
@@ -184,7 +204,8 @@ impl Table {
     pub fn read(path: &Path) -> Self {
         let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];
-        let cells = |line: &str| line.split(',').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+        let cells =
+            |line: &str| cells(line).into_iter().map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
         let mut lines = whole.lines().map(cells);
         let header = lines.next().unwrap_or_else(|| panic!("{}: no header", path.display()));
         let rows: Vec<_> = lines.collect();

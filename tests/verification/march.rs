@@ -27,7 +27,7 @@ pub fn run(session: &Rc<Session>, text: &str) -> Option<Results> {
     if session.rank() == 0 {
         std::fs::write(&case_file, text).expect("the case is written");
     }
-    let place = Place { case_file, folder: folder.clone(), verbosity: Verbosity::Silent };
+    let place = Place::anew(case_file, folder.clone(), Verbosity::Silent);
     let outcome = match case.dimension.value {
         2 => simulation::run::<2>(session, &case, &place),
         _ => simulation::run::<3>(session, &case, &place),

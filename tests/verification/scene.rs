@@ -63,6 +63,7 @@ impl Solid {
             name: "block".to_owned(),
             formulation,
             lumped_mass: false,
+            redistributed_mass: false,
             young_modulus: YOUNG,
             initial_velocity: Vec::new(),
         };

@@ -17,6 +17,17 @@ impl Check<'_> {
                 self.cure("write `penetration: none`, or `normal: penalty`");
             }
         }
+        let conserves = matches!(self.case.time.scheme.value, Scheme::Conserving);
+        if let Some(penetration) =
+            accuracy.penetration.filter(|penetration| penetration.value().1.line > 0 && conserves)
+        {
+            let at = penetration.value().1;
+            self.say(
+                at,
+                "the conserving scheme keeps the penalty as it is: a penetration can not be asked for",
+            );
+            self.cure("write `penetration: none`, and give the contact a smaller compliance");
+        }
         self.part("the slip", accuracy.slip);
         self.part("the error in time", accuracy.time);
         self.part("the energy", accuracy.energy);

@@ -35,7 +35,7 @@ impl Check<'_> {
             Scheme::GeneralizedAlpha { spectral_radius } => {
                 self.within("the spectral radius", spectral_radius, [0.0, 1.0]);
             }
-            Scheme::BackwardEuler | Scheme::Midpoint => {}
+            Scheme::BackwardEuler | Scheme::Midpoint | Scheme::Conserving => {}
             Scheme::Static { increments } => self.increments(increments.as_ref()),
         }
         if time.step.is_none() && !self.case.is_static() {
@@ -83,6 +83,7 @@ impl Check<'_> {
         }
         self.at_least_one("'max_iterations'", &newton.max_iterations);
         self.strategy();
+        self.conserving();
         let linear = &self.case.solver.linear;
         let rubs = |contact: &Contact| contact.friction != Friction::None;
         let friction = self.case.contact.values().any(rubs);
@@ -108,6 +109,39 @@ impl Check<'_> {
         }
     }
 
+    /// Forces that conserve over a step have a matrix of their own kind.
+    fn conserving(&mut self) {
+        let solver = &self.case.solver;
+        if self.case.time.scheme.value == Scheme::Conserving && solver.strategy.value != Strategy::Monolithic
+        {
+            self.say(
+                solver.strategy.place,
+                "the conserving scheme balances a step as a whole, friction included",
+            );
+            self.cure("leave out `strategy`, it is monolithic");
+        } else if solver.linear.needs_symmetry() && self.case.has_unsymmetric_steps() {
+            self.say(
+                solver.linear.place,
+                "this linear solver needs a symmetric matrix, and that of the conserving scheme is not",
+            );
+            self.cure("write `linear: auto`, a GMRES preset, or direct");
+        }
+    }
+
+    pub(super) fn guard(&mut self) {
+        if let Some(energy) = self.case.guard.energy {
+            self.require(
+                energy.si > 0.0 && energy.si.is_finite(),
+                energy.place,
+                format!("the energy guard must be > 0, found {}", energy.si),
+            );
+            if self.case.is_static() {
+                self.say(energy.place, "the energy guard watches motion, and a static case has none");
+                self.cure("leave out `guard`");
+            }
+        }
+    }
+
     fn strategy(&mut self) {
         let Strategy::Staggered { tolerance, max_sweeps, .. } = &self.case.solver.strategy.value else {
             return;
@@ -121,6 +155,11 @@ impl Check<'_> {
     pub(super) fn output(&mut self) {
         let output = &self.case.output;
         self.at_least_one("'every'", &output.fields.every);
+        if let Some(checkpoint) = &output.checkpoint {
+            self.at_least_one("'every'", &checkpoint.every);
+            self.at_least_one("'keep'", &checkpoint.keep);
+            checkpoint.wall_time.into_iter().for_each(|limit| self.positive("the wall time", limit));
+        }
         for probe in output.probes.values() {
             self.size("the position of a probe", &probe.at);
             let Some(on) = &probe.on else { continue };

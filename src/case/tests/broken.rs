@@ -182,6 +182,11 @@ const BROKEN: &[Broken] = &[
     ("max: [1, 1]", "max: [1, 0]", "5:42", &["no extent along y: max 0 <= min 0"]),
     ("cells: [4, 4]", "cells: [4, 0]", "5:53", &["at least one cell"]),
     ("cells: [4, 4]", "cells: [100000, 100000]", "5:53", &["10000000000 cells"]),
+    ("fields: { every: 10 }", "checkpoint: { every: 0 }", "28:24", &["'every' must be >= 1"]),
+    ("fields: { every: 10 }", "checkpoint: { keep: 0 }", "28:23", &["'keep' must be >= 1"]),
+    ("fields: { every: 10 }", "checkpoint: { evry: 5 }", "28:17", &["unknown key 'evry'", "'every'"]),
+    ("fields: { every: 10 }", "checkpoint: { wall_time: 0 }", "28:28", &["the wall time must be > 0"]),
+    ("fields: { every: 10 }", "checkpoint: { wall_time: \"1 km\" }", "28:28", &["km"]),
     ("every: 10", "every: 0", "28:20", &["'every' must be >= 1"]),
     ("increments: 4", "increments: 0", "24:8", &["at least one increment"]),
     ("linear: auto", "newton: { tolerance: 2 }", "26:54", &["Newton tolerance must be > 0 and < 1, found 2"]),
@@ -277,6 +282,21 @@ const BROKEN: &[Broken] = &[
     ("\"1.0 * t\"", "{ tabel: [[0, 0]] }", "23:48", &["unknown key 'tabel'", "'table'"]),
     ("\"0.1 * y\"", "\"0.1 * t\"", "10:24", &["can not depend on t"]),
     // Statics.
+    ("petsc:", "guard: { energy: 0 }\npetsc:", "31:18", &["energy guard must be > 0, found 0"]),
+    ("petsc:", "guard: { energy: -0.1 }\npetsc:", "31:18", &["energy guard must be > 0"]),
+    ("petsc:", "guard: { enegy: 0.1 }\npetsc:", "31:10", &["unknown key 'enegy'", "'energy'"]),
+    (
+        "density:",
+        "mass: redistribted\n    density:",
+        "7:11",
+        &["unknown mass matrix 'redistribted'", "'redistributed'"],
+    ),
+    (
+        TIME,
+        "time: { end: 1, step: 0.1, scheme: conservng }",
+        "25:36",
+        &["unknown scheme 'conservng'", "'conserving'"],
+    ),
     (TIME, "time: { end: 1, step: 0.1, scheme: static }", "24:8", &["a static case has no start"]),
     (TIME, "time: { end: 1, scheme: { static: {} } }", "25:25", &["needs 'increments'"]),
     (

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod broken;
+mod document;
 mod functions;
 mod shipped;
 mod units;

@@ -8,6 +8,10 @@ use super::regularization::{InverseSlipSpeed, inverse_slip_speed, smooth_inverse
 use super::{Bound, Regularization};
 use crate::tensor::{Tensor, Vector, tangential_projector};
 
+/// A trial traction this close to the bound, relative to it, is on it. A point that slid in the last step starts the
+/// next one exactly there: rounding must not choose its branch, and most that slid go on.
+const ON_THE_BOUND: f64 = 1e-12;
+
 /// Which branch of the law a point is evaluated on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Branch {
@@ -197,7 +201,8 @@ fn return_map<const D: usize>(
     let trial_by_normal = rotated_by_normal - slip.projection_by_normal(slip.increment) * stiffness;
     let projector = tangential_projector(slip.normal);
     let (size, direction) = unit(&trial);
-    if size <= bound.value || branch == Branch::Stick {
+    let below = size < bound.value * (1.0 - ON_THE_BOUND) || size == 0.0;
+    if below || branch == Branch::Stick {
         return FrictionTraction {
             traction: trial,
             slips: false,
@@ -223,7 +228,7 @@ fn return_map<const D: usize>(
         by_velocity_through_bound: through_bound,
         by_increment: -sideways * (stiffness * shrink),
         by_normal: turn * trial_by_normal + through_bound * slip.projection_by_normal(slip.velocity),
-        plastic_work: bound.value * ((size - bound.value) / stiffness),
+        plastic_work: bound.value * ((size - bound.value).max(0.0) / stiffness),
     }
 }
 

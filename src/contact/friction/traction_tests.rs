@@ -53,6 +53,38 @@ fn return_map_stays_in_the_cone() {
     respects_the_cone::<3>();
 }
 
+/// A point that slid starts the next step on the slip branch, however its traction was rounded; a point at rest that
+/// carries nothing sticks.
+#[test]
+fn rounding_does_not_choose_the_branch() {
+    let normal = Vector::<3>::new(0.0, 0.0, 1.0);
+    let law = Regularization::StickStiffness { stiffness: 5e9 };
+    let still = Vector::<3>::zeros();
+    for k in 0..200 {
+        let old = Vector::<3>::new((0.1 * f64::from(k)).cos(), (0.1 * f64::from(k)).sin(), 0.0) * 0.3;
+        let slip = Slip {
+            normal: &normal,
+            velocity: &still,
+            increment: &still,
+            old_traction: &old,
+            old_normal: &normal,
+        };
+        let response = law.traction(&bound(0.3), &slip, Branch::Actual);
+        assert!(response.slips && response.plastic_work >= 0.0 && (response.traction - old).norm() < 1e-15);
+        let below = law.traction(&bound(0.3 * (1.0 + 1e-9)), &slip, Branch::Actual);
+        assert!(!below.slips);
+    }
+    let nothing = Slip {
+        normal: &normal,
+        velocity: &still,
+        increment: &still,
+        old_traction: &still,
+        old_normal: &normal,
+    };
+    let response = law.traction(&bound(0.0), &nothing, Branch::Actual);
+    assert!(!response.slips && response.by_increment.iter().all(|c| c.is_finite()));
+}
+
 /// Sliding to and fro by +-a turns 4 b (a - b / k_T) into heat, and all work is heat or recoverable.
 #[test]
 fn cycling_dissipates_the_hysteresis_loop() {

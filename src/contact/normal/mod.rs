@@ -38,6 +38,36 @@ impl NormalLaw {
         }
     }
 
+    /// The mean of the traction between two gaps \[m\], `-(w(g_1) - w(g_0)) / (g_1 - g_0)`, and its derivative by the
+    /// second; at equal gaps the traction there, and half of its slope.
+    pub fn between(&self, [start, end]: [f64; 2]) -> NormalResponse {
+        let (depth, potential) = ([-start, -end], self.evaluate(end).potential);
+        let (deeper, shallower) = (depth[0].max(depth[1]), depth[0].min(depth[1]));
+        if deeper <= 0.0 {
+            return NormalResponse::default();
+        }
+        if shallower > NEAR * deeper {
+            return NormalResponse { potential, ..self.mean(depth) };
+        }
+        let (before, after) = (self.evaluate(start), self.evaluate(end));
+        let change = end - start;
+        let traction = (before.potential - after.potential) / change;
+        NormalResponse { traction, derivative: (after.traction - traction) / change, potential }
+    }
+
+    /// The same between closed gaps that are not far from each other, where the quotient would cancel.
+    fn mean(&self, [start, end]: [f64; 2]) -> NormalResponse {
+        let mut sum = NormalResponse::default();
+        for (place, weight) in GAUSS {
+            for (part, weight) in [(0.5 * (1.0 - place), weight), (0.5 * (1.0 + place), weight)] {
+                let at = self.evaluate(-(start + part * (end - start)));
+                sum.traction += 0.5 * weight * at.traction;
+                sum.derivative += 0.5 * weight * part * at.derivative;
+            }
+        }
+        sum
+    }
+
     /// The penetration \[m\] at which the traction is `pressure` \[Pa\], >= 0: the inverse of the law.
     pub fn penetration(&self, pressure: f64) -> f64 {
         match self {
@@ -46,6 +76,16 @@ impl NormalLaw {
         }
     }
 }
+
+/// Where the smaller of two depths is this part of the larger, their quotient has all its digits.
+const NEAR: f64 = 0.9;
+
+/// Gauss' six points, by pairs: between depths in the ratio of [`NEAR`] exact to rounding for any power.
+const GAUSS: [(f64, f64); 3] = [
+    (0.238_619_186_083_196_9, 0.467_913_934_572_691),
+    (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
+    (0.932_469_514_203_152, 0.171_324_492_379_170_36),
+];
 
 /// A row of [`NORMAL_LAWS`].
 pub struct NormalEntry {
@@ -100,6 +140,38 @@ mod tests {
                 let dw = |_: &[f64], d: &[f64]| vec![-law.evaluate(gap).traction * d[0]];
                 assert!(taylor_rate(w, dw, &[gap], &direction) > 1.9, "{law:?}");
             }
+        }
+    }
+
+    /// Between two gaps, near or far, closed or not, the mean traction does the work of the potential, and its slope is
+    /// its derivative by the second gap.
+    #[test]
+    fn mean_traction_does_the_work_of_the_potential() {
+        for law in all() {
+            for start in [-1e-3, -0.98e-3, -1e-5, 0.0, 4e-4] {
+                for end in [-1e-3, -1.02e-3, -0.93e-3, -1e-4, 3e-4] {
+                    let mean = law.between([start, end]);
+                    let [before, after] = [start, end].map(|gap| law.evaluate(gap));
+                    let work = -mean.traction * (end - start);
+                    let digits = 1e-14 * before.potential.max(after.potential);
+                    assert!(
+                        (work - (after.potential - before.potential)).abs() <= digits,
+                        "{law:?} {start} {end}"
+                    );
+                    assert!(
+                        mean.potential == after.potential && mean.traction >= 0.0 && mean.derivative <= 0.0
+                    );
+                    let (f, slope) = (|x: &[f64]| vec![law.between([start, x[0]]).traction], mean.derivative);
+                    let h = 1e-7;
+                    let rise = (f(&[end + h])[0] - f(&[end - h])[0]) / (2.0 * h);
+                    let scale = law.evaluate(-1.1e-3).derivative.abs();
+                    assert!((rise - slope).abs() < 1e-5 * scale, "{law:?} {start} {end}: {rise} {slope}");
+                }
+            }
+            let at = law.evaluate(-1e-3);
+            let still = law.between([-1e-3; 2]);
+            assert!((still.traction / at.traction - 1.0).abs() < 1e-14);
+            assert!((still.derivative / at.derivative - 0.5).abs() < 1e-14);
         }
     }
 

@@ -5,6 +5,9 @@
 //! (`K_nT`) and with the slip (`K_T`, `C_mu`), and slip measure, `n` and projection under `t_T` (`K_CG`, `K_TG`).
 
 mod state;
+pub mod step;
+#[cfg(test)]
+mod step_tests;
 mod stiffness;
 #[cfg(test)]
 mod tests;

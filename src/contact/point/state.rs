@@ -41,6 +41,8 @@ pub struct PointState<const D: usize> {
     pub recoverable: f64,
     /// Heat of the step by the return map \[J/m^2\]; zero in the velocity form, whose power is [`friction_power`](Self::friction_power).
     pub plastic_work: f64,
+    /// The tractions are those that acted over the step, and `plastic_work` is all of its heat.
+    pub over_step: bool,
 }
 
 impl<const D: usize> Default for PointState<D> {
@@ -58,6 +60,7 @@ impl<const D: usize> Default for PointState<D> {
             potential: 0.0,
             recoverable: 0.0,
             plastic_work: 0.0,
+            over_step: false,
         }
     }
 }

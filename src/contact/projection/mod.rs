@@ -5,14 +5,16 @@
 //! facet's own at the projected point, and the gap `(x - y) . n`, also beyond an edge; one set of formulas serves.
 
 mod newton;
+mod polynomial;
 #[cfg(test)]
 mod tests;
 
-use newton::{FacetState, minimise, solve};
+use newton::{LARGEST, minimise, solve};
+use polynomial::{Polynomial, View};
 
 use super::geometry::NodeVariation;
 use crate::mesh::ElementKind;
-use crate::space::facet_normal;
+use crate::space::{facet_normal, reference};
 use crate::tensor::{Tensor, Vector};
 
 /// A point this far (reference coordinates) outside of a facet still counts as on it.
@@ -64,7 +66,8 @@ pub struct Projection<const D: usize> {
     pub place: Place,
     free: [[f64; 2]; 2],
     frees: usize,
-    facet: FacetState<D>,
+    kind: ElementKind,
+    facet: View<D>,
 }
 
 /// Edges of the reference domain; in the plane its two ends, as lines without length.
@@ -113,29 +116,43 @@ impl Found {
     }
 }
 
-fn on_border<const D: usize>(facet: &(ElementKind, &[Vector<D>]), x: &Vector<D>, index: usize) -> Found {
-    let line = &border(facet.0)[index];
+/// The nearest point on one line of the border, and how far it is.
+fn on_border<const D: usize>(facet: &Polynomial<D>, index: usize) -> (f64, Found) {
+    let line = &border(facet.kind)[index];
     let direction = [0.5 * (line.end[0] - line.start[0]), 0.5 * (line.end[1] - line.start[1])];
     let length = direction[0].hypot(direction[1]);
-    let distance = |xi: &[f64; 2]| FacetState::at(facet.0, facet.1, x, xi).offset.norm();
+    let start = facet.distance(&line.start);
     if length == 0.0 {
-        return Found::corner(line.start, index);
+        return (start, Found::corner(line.start, index));
     }
-    let (start, end) = (distance(&line.start), distance(&line.end));
+    let end = facet.distance(&line.end);
     let fixed = if start <= end {
-        Found::corner(line.start, index)
+        (start, Found::corner(line.start, index))
     } else {
-        Found::corner(line.end, (index + 1) % facet.0.corners())
+        (end, Found::corner(line.end, (index + 1) % facet.kind.corners()))
     };
     let middle = [line.start[0] + direction[0], line.start[1] + direction[1]];
-    let Some(xi) = minimise(facet, x, middle, &[direction]) else {
-        return fixed;
+    let along = if facet.has_straight_edges() {
+        let view = facet.at(&middle);
+        let tangent = view.along(&direction);
+        view.offset.dot(&tangent) / tangent.norm_squared()
+    } else {
+        let Some(xi) = minimise(facet, middle, &[direction]) else {
+            return fixed;
+        };
+        ((xi[0] - middle[0]) * direction[0] + (xi[1] - middle[1]) * direction[1]) / (length * length)
     };
-    let along = ((xi[0] - middle[0]) * direction[0] + (xi[1] - middle[1]) * direction[1]) / (length * length);
-    if along.abs() > 1.0 || distance(&xi) > start.min(end) {
+    // An edge without length has no parameter.
+    if !(-1.0..=1.0).contains(&along) {
         return fixed;
     }
-    Found { coordinates: xi, free: [direction, [0.0; 2]], frees: 1, place: Place::Edge(index as u8) }
+    let xi = [middle[0] + along * direction[0], middle[1] + along * direction[1]];
+    let distance = facet.distance(&xi);
+    if distance > fixed.0 {
+        return fixed;
+    }
+    let place = Place::Edge(index as u8);
+    (distance, Found { coordinates: xi, free: [direction, [0.0; 2]], frees: 1, place })
 }
 
 impl<const D: usize> Projection<D> {
@@ -143,21 +160,20 @@ impl<const D: usize> Projection<D> {
     ///
     /// Exact for line2 and tri3. A facet without area gives a zero normal and the gap 0.
     pub fn of(x: &Vector<D>, kind: ElementKind, nodes: &[Vector<D>]) -> Self {
-        let facet = (kind, nodes);
+        let facet = Polynomial::seen_from(x, kind, nodes);
         let directions = [[1.0, 0.0], [0.0, 1.0]];
-        let interior = minimise(&facet, x, centre(kind), &directions[..D - 1]).filter(|xi| inside(kind, xi));
+        let interior = minimise(&facet, centre(kind), &directions[..D - 1]).filter(|xi| inside(kind, xi));
         let over =
             |coordinates| Found { coordinates, free: directions, frees: D - 1, place: Place::Interior };
         let found = interior.map(over).unwrap_or_else(|| {
-            let candidates = (0..border(kind).len()).map(|line| on_border(&facet, x, line));
-            let distance = |found: &Found| FacetState::at(kind, nodes, x, &found.coordinates).offset.norm();
-            let nearest = candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            nearest.unwrap_or_else(|| over(centre(kind)))
+            let candidates = (0..border(kind).len()).map(|line| on_border(&facet, line));
+            let nearest = candidates.min_by(|(a, _), (b, _)| a.total_cmp(b));
+            nearest.map_or_else(|| over(centre(kind)), |(_, found)| found)
         });
-        Self::assembled(FacetState::at(kind, nodes, x, &found.coordinates), found, x)
+        Self::assembled(facet.at(&found.coordinates), kind, found, x)
     }
 
-    fn assembled(facet: FacetState<D>, found: Found, x: &Vector<D>) -> Self {
+    fn assembled(facet: View<D>, kind: ElementKind, found: Found, x: &Vector<D>) -> Self {
         let area = facet_normal(&facet.tangents);
         let size = area.norm();
         let normal = if size > 0.0 { area / size } else { Vector::zeros() };
@@ -170,6 +186,7 @@ impl<const D: usize> Projection<D> {
             place: found.place,
             free: found.free,
             frees: found.frees,
+            kind,
             facet,
         }
     }
@@ -187,22 +204,27 @@ impl<const D: usize> Projection<D> {
         along / longest
     }
 
-    /// `M_b` at the projected point, one for each node of the facet.
-    pub fn shape(&self) -> &[f64] {
-        &self.facet.shape[..self.facet.nodes]
-    }
-
     /// Variation by the position of the projected point `x`.
     pub fn by_contactor(&self) -> ProjectionVariation<D> {
         self.variation(1.0, [0.0; 2])
     }
 
-    /// Variation by a node of the facet, as the point kernel wants it.
-    pub fn by_target_node(&self, node: usize) -> NodeVariation<D> {
-        let dim = D - 1;
-        let gradient: [f64; 2] =
-            std::array::from_fn(|k| if k < dim { self.facet.gradient[node * dim + k] } else { 0.0 });
-        let shape = self.facet.shape[node];
+    /// Variations by the nodes of the facet in their order, as the point kernel wants them.
+    pub fn by_target_nodes(&self) -> impl Iterator<Item = NodeVariation<D>> + '_ {
+        let (dim, count) = (D - 1, self.kind.nodes());
+        let mut shape = [0.0; LARGEST];
+        let mut gradient = [0.0; 2 * LARGEST];
+        let element = reference(self.kind);
+        element.shape(&self.coordinates[..dim], &mut shape[..count]);
+        element.gradient(&self.coordinates[..dim], &mut gradient[..count * dim]);
+        (0..count).map(move |node| {
+            let along = |k| if k < dim { gradient[node * dim + k] } else { 0.0 };
+            self.by_target_node(shape[node], std::array::from_fn(along))
+        })
+    }
+
+    /// Variation by a node with the shape function `M_b` and its gradient at the projected point.
+    fn by_target_node(&self, shape: f64, gradient: [f64; 2]) -> NodeVariation<D> {
         let variation = self.variation(-shape, gradient);
         NodeVariation {
             coefficient: -shape,

@@ -61,7 +61,7 @@ fn nearest<const D: usize>() {
                 assert_eq!(found.is_interior(), free == D - 1, "{kind:?} {x:?}");
                 assert!((found.normal.norm() - 1.0).abs() < 1e-14);
                 assert!(((x - found.point).dot(&found.normal) - found.gap).abs() < 1e-14);
-                assert!((found.shape().iter().sum::<f64>() - 1.0).abs() < 1e-13);
+                assert!((found.by_target_nodes().map(|v| v.coefficient).sum::<f64>() + 1.0).abs() < 1e-13);
                 if found.is_interior() {
                     assert!((found.gap.abs() - found.distance).abs() < 1e-12);
                     assert!(found.overhang() < 1e-12);
@@ -116,7 +116,7 @@ fn variations<const D: usize>() {
                         let v = here.by_contactor();
                         (v.gap, v.normal, v.coordinates)
                     } else {
-                        let v = here.by_target_node(a - 1);
+                        let v = here.by_target_nodes().nth(a - 1).unwrap();
                         (v.gap, v.normal, v.coordinates)
                     };
                     out[0] += gap.dot(&d);
@@ -165,7 +165,7 @@ fn degenerate_facets_give_numbers() {
         let nodes = vec![Vector::<3>::new(1.0, 2.0, 3.0); kind.nodes()];
         let found = Projection::of(&Vector::<3>::zeros(), kind, &nodes);
         assert!(found.gap == 0.0 && found.distance.is_finite());
-        assert!(found.by_target_node(0).normal.iter().all(|c| c.is_finite()));
+        assert!(found.by_target_nodes().all(|v| v.normal.iter().all(|c| c.is_finite())));
         let flat = bent::<3>(kind, 0.0);
         let on = Projection::of(&flat[0], kind, &flat);
         assert!(on.distance < 1e-14 && on.gap.abs() < 1e-14);

@@ -4,6 +4,7 @@ mod consistency;
 mod exactness;
 mod lanes;
 mod loads;
+mod step;
 
 use super::*;
 use crate::material::{Hooke, MATERIALS, Material, Model, Moduli, NeoHookean, SaintVenantKirchhoff};

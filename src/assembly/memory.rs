@@ -1,0 +1,168 @@
+//! What the next step needs of the last one: the tables of a checkpoint, filled and taken back.
+//!
+//! Rows are keyed by numbers of the input mesh: nodes by theirs, contact points by facet and place on it.
+
+use super::contact::Contact;
+use super::system::ContactSystem;
+use crate::checkpoint::Table;
+use crate::contact::evaluation::ContactFields;
+use crate::contact::history::History;
+use crate::contact::target::TargetFacets;
+use crate::dynamics::Stage;
+use crate::error::{Error, Result};
+
+/// Keys of so many points on a facet.
+const POINTS: u64 = 64;
+/// Nodes, and elements with their facets, that are written at a time.
+const NODES: u64 = 1 << 16;
+const ELEMENTS: u64 = 1 << 15;
+/// Sides of an element in the name of a facet, see [`TargetFacets::identity`].
+const SIDES: u64 = 16;
+/// Columns of a contact point before those of its history: facet of the target, gap.
+const OWN: [&str; 2] = ["target", "gap"];
+const FIELDS: [&str; 5] = ["u", "v", "a", "force", "drive"];
+
+impl<const D: usize> ContactSystem<D> {
+    /// The accepted state in `stage` with the ledger's `drive` [N] and the memory of the contact points that this rank
+    /// reports.
+    pub fn memory(&self, stage: &Stage, drive: &[f64]) -> Vec<Table> {
+        let mut tables = vec![self.node_table()];
+        let start = &stage.start;
+        let fields = [start.u.owned(), start.v.owned(), start.a.owned(), stage.start_forces.owned()];
+        for (node, row) in tables[0].rows_mut().enumerate() {
+            let all = fields.iter().flat_map(|field| &field[node * D..(node + 1) * D]);
+            let values = all.chain(&drive[node * D..(node + 1) * D]);
+            row.iter_mut().zip(values).for_each(|(word, value)| *word = value.to_bits());
+        }
+        tables.extend(self.contacts.iter().map(|contact| self.filled(contact)));
+        tables
+    }
+
+    /// Empty tables of all that this rank wants to know again.
+    pub fn wanted(&self) -> Vec<Table> {
+        let points = |contact| self.point_table(contact, &self.points_of(contact, Which::Held));
+        std::iter::once(self.node_table()).chain(self.contacts.iter().map(points)).collect()
+    }
+
+    /// Takes back what [`memory`](Self::memory) gave; the ledger's drive [N]. [`forget`](Self::forget) has to follow.
+    /// Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses, or the tables are not those of [`wanted`](Self::wanted).
+    pub fn restore(&mut self, stage: &mut Stage, tables: &[Table]) -> Result<Vec<f64>> {
+        let Some((nodes, points)) = tables.split_first() else {
+            return Err(Error::internal("a checkpoint without nodes"));
+        };
+        let mut drive = vec![0.0; self.local.index.owned * D];
+        {
+            let start = &mut stage.start;
+            let (mut u, mut v, mut a) = (start.u.owned_mut(), start.v.owned_mut(), start.a.owned_mut());
+            let mut forces = stage.start_forces.owned_mut();
+            let mut fields: [&mut [f64]; 5] = [&mut u, &mut v, &mut a, &mut forces, &mut drive];
+            for (node, row) in nodes.rows().enumerate() {
+                for (field, words) in fields.iter_mut().zip(row.chunks_exact(D)) {
+                    let values = field[node * D..(node + 1) * D].iter_mut();
+                    values.zip(words).for_each(|(value, word)| *value = f64::from_bits(*word));
+                }
+            }
+        }
+        stage.start.u.update_ghosts()?;
+        stage.start.v.update_ghosts()?;
+        stage.start.a.update_ghosts()?;
+        for (contact, table) in self.contacts.iter_mut().zip(points) {
+            recall(contact, table)?;
+        }
+        Ok(drive)
+    }
+
+    /// Forgets all that a run which goes on from a checkpoint of this state can not know: contacts look around anew, and
+    /// the pattern of the matrix holds what is near now. `stage` is at the start of a step. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn forget(&mut self, stage: &mut Stage) -> Result<()> {
+        stage.trial.copy_from(&stage.start)?;
+        self.contacts.iter_mut().for_each(Contact::begin_step);
+        if self.interface.is_none() {
+            return Ok(());
+        }
+        for meeting in self.contacts.iter_mut().filter_map(Contact::meeting_mut) {
+            if !meeting.recalls() {
+                meeting.recall(meeting.identities());
+            }
+        }
+        let (u, v) = (stage.start.u.local(), stage.start.v.local());
+        self.renew_all(&ContactFields { u: &u, v: &v, u_start: &u })
+    }
+
+    fn node_table(&self) -> Table {
+        let names = FIELDS.iter().flat_map(|field| axes::<D>(field)).collect();
+        let nodes = self.local.input_node[..self.local.index.owned].iter();
+        Table::keyed("nodes", names, nodes.map(|&node| u64::from(node)).collect(), NODES)
+    }
+
+    /// Points of a contact with their keys.
+    fn points_of(&self, contact: &Contact<D>, which: Which) -> Vec<(usize, u64)> {
+        let facets = contact.surface().facets().iter().filter(|facet| facet.mine || which == Which::Held);
+        let keyed = facets.flat_map(|facet| {
+            let element = self.local.input_element[facet.facet.element as usize];
+            let first = POINTS * TargetFacets::identity(element, facet.facet.side);
+            facet.points.clone().zip(first..)
+        });
+        keyed.collect()
+    }
+
+    fn point_table(&self, contact: &Contact<D>, points: &[(usize, u64)]) -> Table {
+        let names = OWN.iter().map(|name| (*name).to_owned()).chain(History::<D>::names()).collect();
+        let keys = points.iter().map(|(_, key)| *key).collect();
+        Table::keyed(&format!("contact {}", contact.name), names, keys, ELEMENTS * SIDES * POINTS)
+    }
+
+    fn filled(&self, contact: &Contact<D>) -> Table {
+        let points = self.points_of(contact, Which::Reported);
+        let mut table = self.point_table(contact, &points);
+        let targets = contact.meeting().map(|meeting| meeting.identities());
+        let mut columns = Vec::new();
+        for (row, &(point, _)) in table.rows_mut().zip(&points) {
+            columns.clear();
+            contact.state.history[point].columns(&mut columns);
+            row[0] = targets.as_ref().map_or(u64::MAX, |targets| targets[point]);
+            row[1] = contact.state.current[point].gap.to_bits();
+            row[2..].iter_mut().zip(&columns).for_each(|(word, value)| *word = value.to_bits());
+        }
+        table
+    }
+}
+
+/// Which points of a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Which {
+    /// Those that this rank reports: each is some rank's once.
+    Reported,
+    /// All that it holds.
+    Held,
+}
+
+/// Gives the points of a contact the memory of a table that holds all of them in their order.
+fn recall<const D: usize>(contact: &mut Contact<D>, table: &Table) -> Result<()> {
+    let mut targets = Vec::with_capacity(table.keys.len());
+    if table.keys.len() != contact.state.history.len() {
+        return Err(Error::internal("a checkpoint that does not fit the points of a contact"));
+    }
+    for (point, row) in table.rows().enumerate() {
+        let values: Vec<f64> = row.iter().map(|word| f64::from_bits(*word)).collect();
+        let history = values.get(OWN.len()..).and_then(History::from_columns);
+        contact.state.history[point] =
+            history.ok_or_else(|| Error::internal("a checkpoint with short rows"))?;
+        contact.state.current[point].gap = values[1];
+        targets.push(row[0]);
+    }
+    if let Some(meeting) = contact.meeting_mut() {
+        meeting.recall(targets);
+    }
+    Ok(())
+}
+
+fn axes<const D: usize>(field: &'static str) -> impl Iterator<Item = String> {
+    ["x", "y", "z"].iter().take(D).map(move |axis| format!("{field}_{axis}"))
+}

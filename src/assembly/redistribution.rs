@@ -1,0 +1,264 @@
+//! Mass without the nodes that may touch (mass redistribution: Khenous, Laborde, Renard 2008; Doyen, Ern, Piperno 2011).
+//!
+//! An element that has nodes on a contact surface keeps its mass on its other nodes: without the rows and columns of the
+//! former, scaled to the mass of the element. The mass is the mean of the consistent and the lumped one, whose errors of the
+//! wave speed are opposite: with the consistent mass alone short waves run ahead of the front, with the lumped one behind. Contact nodes then follow their neighbours without inertia,
+//! and the contact force has nothing to ring against. What that moves is brought back by a factor on the whole body,
+//! `m_ab (f_a + f_b) / 2` with `f` a polynomial of the reference position: the one of second degree that keeps mass, centre
+//! of mass and all second moments, hence the inertia about any axis; of first degree where the second does not do it (a
+//! body of one layer, say), which keeps mass and centre. `f` is 1 but for the square of element size over body size.
+
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+use nalgebra::{DMatrix, DVector};
+
+use super::contact::facets_of;
+use super::forces::Solid;
+use crate::error::{Error, Result, agree};
+use crate::model::{Model, Target};
+use crate::partition::LocalMesh;
+use crate::petsc::{Session, Vector};
+
+/// A factor out of this range is not a small correction.
+const FACTORS: [f64; 2] = [0.25, 4.0];
+
+/// What of a moment may be missing, relative to the body's mass and size.
+const ROUNDING: f64 = 1e-10;
+
+/// Which nodes have no mass, and by what factor the others have more.
+pub struct Redistribution {
+    /// For each local node.
+    massless: Vec<bool>,
+    /// The same.
+    factor: Vec<f64>,
+}
+
+/// A body's frame: monomials are of `(X - centre) / size`.
+#[derive(Clone, Copy)]
+struct Frame<const D: usize> {
+    centre: [f64; D],
+    size: f64,
+}
+
+impl Redistribution {
+    /// The redistribution of all bodies that want it; none where no body does. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks: a body that is left without mass, or would have to be changed a lot.
+    pub fn new<const D: usize>(
+        session: &Rc<Session>,
+        local: &LocalMesh<D>,
+        model: &Model<D>,
+        solids: &[Solid<D>],
+    ) -> Result<Option<Self>> {
+        let wanting: BTreeSet<usize> =
+            (0..model.bodies.len()).filter(|&body| model.bodies[body].redistributed_mass).collect();
+        if wanting.is_empty() {
+            return Ok(None);
+        }
+        let own = touching(local, model, &wanting);
+        let mut marks = Vector::ghosted(session, local.index.owned, D, &local.index.ghosts)?;
+        let own = agree(session.world(), own)?;
+        for (mark, touches) in marks.owned_mut().chunks_exact_mut(D).zip(&own) {
+            mark[0] = f64::from(u8::from(*touches));
+        }
+        marks.update_ghosts()?;
+        let massless = marks.local().chunks_exact(D).map(|mark| mark[0] > 0.0).collect::<Vec<_>>();
+        let factor = vec![1.0; massless.len()];
+        let mut all = Self { massless, factor };
+        for body in wanting {
+            all.balance(session, local, (body, &model.bodies[body].name), solids)?;
+        }
+        Ok(Some(all))
+    }
+
+    /// Whether each local node is without mass.
+    pub fn massless(&self) -> &[bool] {
+        &self.massless
+    }
+
+    /// Takes the consistent mass `mass[a * n + b]` of the element with these nodes to its other nodes [kg].
+    pub fn apply(&self, nodes: &[u32], mass: &[f64], out: &mut Vec<f64>) {
+        self.strip(nodes, mass, out);
+        let factor = |a: usize| self.factor[nodes[a] as usize];
+        let n = nodes.len();
+        for (k, value) in out.iter_mut().enumerate() {
+            *value *= 0.5 * (factor(k / n) + factor(k % n));
+        }
+    }
+
+    /// The same without the factor.
+    fn strip(&self, nodes: &[u32], mass: &[f64], out: &mut Vec<f64>) {
+        let n = nodes.len();
+        let heavy = |a: usize| !self.massless[nodes[a] as usize];
+        let total: f64 = mass.iter().sum();
+        let diagonal: f64 = mass.iter().step_by(n + 1).sum();
+        let lumped = |k: usize| {
+            if k.is_multiple_of(n + 1) && diagonal > 0.0 { mass[k] * total / diagonal } else { 0.0 }
+        };
+        let mean = |k: usize| 0.5 * (mass[k] + lumped(k));
+        out.clear();
+        out.extend((0..n * n).map(|k| if heavy(k / n) && heavy(k % n) { mean(k) } else { 0.0 }));
+        let left: f64 = out.iter().sum();
+        let scale = if left > 0.0 { total / left } else { 0.0 };
+        out.iter_mut().for_each(|m| *m *= scale);
+    }
+
+    /// Finds the factor of a body. Collective.
+    fn balance<const D: usize>(
+        &mut self,
+        session: &Rc<Session>,
+        local: &LocalMesh<D>,
+        (body, name): (usize, &str),
+        solids: &[Solid<D>],
+    ) -> Result<()> {
+        let mut nodes: Vec<u32> = (0..local.mesh.element_count())
+            .filter(|&element| usize::from(local.mesh.body[element]) == body)
+            .flat_map(|element| local.mesh.element_nodes(element).iter().copied())
+            .collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let frame = Frame::around(session.world(), local, &nodes);
+        let all = frame.monomials(&[0.0; D]).len();
+        let [matrix, right] = self.moments(session.world(), local, (body, &frame), solids);
+        let (matrix, right) = (DMatrix::from_row_slice(all, all, &matrix), DVector::from_vec(right));
+        for count in [all, D + 1] {
+            let part = (matrix.view((0, 0), (count, count)).into_owned(), right.rows(0, count).into_owned());
+            let Some(polynomial) = solve(&part) else { continue };
+            let value = |&node: &u32| {
+                let monomials = frame.monomials(&local.mesh.points[node as usize]);
+                monomials.iter().zip(polynomial.iter()).map(|(m, c)| m * c).sum::<f64>()
+            };
+            let values: Vec<f64> = nodes.iter().map(value).collect();
+            let heavy = nodes.iter().zip(&values).filter(|(node, _)| !self.massless[**node as usize]);
+            let wrong = heavy.filter(|(_, f)| !(FACTORS[0]..=FACTORS[1]).contains(*f)).count() as u64;
+            let mut everywhere = 0u64;
+            session.world().all_reduce_into(&wrong, &mut everywhere, SystemOperation::sum());
+            if everywhere == 0 {
+                nodes.iter().zip(values).for_each(|(&node, f)| self.factor[node as usize] = f);
+                return Ok(());
+            }
+        }
+        let message = format!(
+            "bodies.{name}: mass: redistributed can not keep mass and centre of the body without its contact nodes"
+        );
+        Err(Error::case(message)
+            .hint("mesh it finer: some layers must lie behind the surface; or use mass: consistent"))
+    }
+
+    /// Moments of the mass that is left, weighted by each monomial, and of the mass as it was. Collective.
+    fn moments<const D: usize>(
+        &self,
+        world: &impl CommunicatorCollectives,
+        local: &LocalMesh<D>,
+        (body, frame): (usize, &Frame<D>),
+        solids: &[Solid<D>],
+    ) -> [Vec<f64>; 2] {
+        let count = frame.monomials(&[0.0; D]).len();
+        let mut own = vec![0.0; count * (count + 1)];
+        let mut left = Vec::new();
+        for solid in solids.iter().filter(|solid| solid.body == body) {
+            solid.group.mass(|index, mass| {
+                let element = solid.group.elements()[index] as usize;
+                if !local.mine[element] {
+                    return;
+                }
+                let nodes = local.mesh.element_nodes(element);
+                self.strip(nodes, mass, &mut left);
+                let at: Vec<Vec<f64>> =
+                    nodes.iter().map(|&node| frame.monomials(&local.mesh.points[node as usize])).collect();
+                let n = nodes.len();
+                for (a, b) in (0..n * n).map(|k| (k / n, k % n)) {
+                    for row in 0..count {
+                        let moment = frame.moment(row, &at[a], &at[b]);
+                        own[count * count + row] += moment * mass[a * n + b];
+                        for column in 0..count {
+                            let weight = 0.5 * (at[a][column] + at[b][column]);
+                            own[row * count + column] += moment * weight * left[a * n + b];
+                        }
+                    }
+                }
+            });
+        }
+        let mut total = vec![0.0; own.len()];
+        world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
+        let right = total.split_off(count * count);
+        [total, right]
+    }
+}
+
+/// The owned nodes of bodies in `wanting` that lie on a surface of some contact.
+fn touching<const D: usize>(
+    local: &LocalMesh<D>,
+    model: &Model<D>,
+    wanting: &BTreeSet<usize>,
+) -> Result<Vec<bool>> {
+    let mut touches = vec![false; local.index.owned];
+    let mut nodes = Vec::new();
+    for contact in &model.contacts {
+        let target = match &contact.target {
+            Target::Surface { set, body } => Some((set, *body)),
+            Target::Obstacle(_) => None,
+        };
+        let sides = [Some((&contact.contactor, contact.body)), target];
+        for (set, _) in sides.into_iter().flatten().filter(|(_, body)| wanting.contains(body)) {
+            for &facet in facets_of(local, set)? {
+                local.mesh.facet_nodes(facet, &mut nodes);
+                for &node in &nodes {
+                    if let Some(touches) = touches.get_mut(node as usize) {
+                        *touches = true;
+                    }
+                }
+            }
+        }
+    }
+    Ok(touches)
+}
+
+impl<const D: usize> Frame<D> {
+    /// The frame of the box around nodes of all ranks. Collective.
+    fn around(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, nodes: &[u32]) -> Self {
+        let mut own = [f64::INFINITY; 6];
+        for point in nodes.iter().map(|&node| &local.mesh.points[node as usize]) {
+            for (i, x) in point.iter().enumerate() {
+                own[i] = own[i].min(*x);
+                own[3 + i] = own[3 + i].min(-x);
+            }
+        }
+        let mut all = [0.0; 6];
+        world.all_reduce_into(&own[..], &mut all[..], SystemOperation::min());
+        let centre = std::array::from_fn(|i| 0.5 * (all[i] - all[3 + i]));
+        let size = (0..D).map(|i| -all[3 + i] - all[i]).fold(0.0, f64::max);
+        Self { centre, size: 0.5 * size }
+    }
+
+    /// One, the coordinates, and their products, at `point`.
+    fn monomials(&self, point: &[f64; D]) -> Vec<f64> {
+        let x: [f64; D] = std::array::from_fn(|i| (point[i] - self.centre[i]) / self.size);
+        let products = (0..D).flat_map(|i| (i..D).map(move |j| x[i] * x[j]));
+        std::iter::once(1.0).chain(x).chain(products).collect()
+    }
+
+    /// What a mass between nodes with the monomials `a` and `b` adds to moment `row`.
+    fn moment(&self, row: usize, a: &[f64], b: &[f64]) -> f64 {
+        if row <= D {
+            return 0.5 * (a[row] + b[row]);
+        }
+        let pairs = (0..D).flat_map(|i| (i..D).map(move |j| (i, j)));
+        let (i, j) = pairs.into_iter().nth(row - D - 1).unwrap_or((0, 0));
+        0.5 * (a[1 + i] * b[1 + j] + a[1 + j] * b[1 + i])
+    }
+}
+
+/// The smallest polynomial that keeps all moments; none where there is none.
+fn solve((matrix, right): &(DMatrix<f64>, DVector<f64>)) -> Option<DVector<f64>> {
+    let mass = right[0];
+    if mass.is_nan() || mass <= 0.0 {
+        return None;
+    }
+    let found = matrix.clone().svd(true, true).solve(right, 1e-12 * mass).ok()?;
+    ((matrix * &found - right).amax() <= ROUNDING * mass).then_some(found)
+}

@@ -1,0 +1,266 @@
+//! The bytes of a checkpoint, on rank 0: written through a hash, checked before anything is taken from them.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use crate::error::{Error, Result};
+
+/// The format that this program writes, and the only one that it reads.
+pub const FORMAT: u32 = 1;
+
+const MAGIC: &[u8; 25] = b"contact-petsc checkpoint\n";
+/// Magic, format and length of the header.
+const HEAD: u64 = MAGIC.len() as u64 + 12;
+const HASH: u64 = 32;
+/// No header is longer: what says so is damaged.
+const LONGEST_HEADER: u64 = 1 << 28;
+
+/// What stands in front of the sections.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// What the run says of itself.
+    pub state: Value,
+    /// The sections in their order.
+    pub sections: Vec<Section>,
+}
+
+/// A section.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Section {
+    /// Name.
+    pub name: String,
+    /// Names of the columns, without the key.
+    pub columns: Vec<String>,
+    /// Number of rows.
+    pub rows: u64,
+}
+
+impl Section {
+    fn bytes(&self) -> u64 {
+        self.rows.saturating_mul(8 * (1 + self.columns.len() as u64))
+    }
+}
+
+/// A file under way. It is there under its own name when [`Writer::finish`] returns, and not before.
+pub(super) struct Writer {
+    path: PathBuf,
+    part: PathBuf,
+    file: BufWriter<File>,
+    hash: Sha256,
+    done: bool,
+}
+
+impl Writer {
+    pub fn create(path: &Path, header: &Header) -> Result<Self> {
+        let part = path.with_extension("part");
+        let opened = path.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| File::create(&part));
+        let file = opened.map_err(|error| unwritable(path, &error))?;
+        let path = path.to_path_buf();
+        let mut writer = Self {
+            path,
+            part,
+            file: BufWriter::with_capacity(1 << 20, file),
+            hash: Sha256::new(),
+            done: false,
+        };
+        let text = serde_json::to_vec(header).map_err(|error| Error::internal(error.to_string()))?;
+        writer.bytes(MAGIC)?;
+        writer.bytes(&FORMAT.to_le_bytes())?;
+        writer.bytes(&(text.len() as u64).to_le_bytes())?;
+        writer.bytes(&text)?;
+        Ok(writer)
+    }
+
+    fn bytes(&mut self, bytes: &[u8]) -> Result<()> {
+        self.hash.update(bytes);
+        self.file.write_all(bytes).map_err(|error| unwritable(&self.path, &error))
+    }
+
+    pub fn words(&mut self, words: &[u64]) -> Result<()> {
+        words.iter().try_for_each(|word| self.bytes(&word.to_le_bytes()))
+    }
+
+    /// Makes the file durable, then visible.
+    pub fn finish(mut self) -> Result<()> {
+        let hash = std::mem::take(&mut self.hash).finalize();
+        let flushed = self.file.write_all(&hash).and_then(|()| self.file.flush());
+        let visible = flushed
+            .and_then(|()| self.file.get_ref().sync_all())
+            .and_then(|()| std::fs::rename(&self.part, &self.path))
+            .and_then(|()| self.path.parent().map_or(Ok(()), |folder| File::open(folder)?.sync_all()));
+        visible.map_err(|error| unwritable(&self.path, &error))?;
+        self.done = true;
+        Ok(())
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        if !self.done {
+            let _ = std::fs::remove_file(&self.part);
+        }
+    }
+}
+
+/// The sections of a file that [`verify`] has found whole.
+pub(super) struct Reader {
+    path: PathBuf,
+    file: BufReader<File>,
+    pub header: Header,
+}
+
+impl Reader {
+    pub fn open(path: &Path) -> Result<Self> {
+        let mut file = open(path)?;
+        let (header, _) = head(path, &mut file)?;
+        Ok(Self { path: path.to_path_buf(), file, header })
+    }
+
+    pub fn words(&mut self, words: &mut [u64]) -> Result<()> {
+        let mut bytes = vec![0; words.len() * 8];
+        self.file.read_exact(&mut bytes).map_err(|error| unreadable(&self.path, &error))?;
+        for (word, bytes) in words.iter_mut().zip(bytes.as_chunks::<8>().0) {
+            *word = u64::from_le_bytes(*bytes);
+        }
+        Ok(())
+    }
+}
+
+/// Reads the whole file and compares its hash. Rank 0 only.
+///
+/// # Errors
+/// It can not be read, is no checkpoint, of another format, cut short or damaged: each in its words.
+pub fn verify(path: &Path) -> Result<Header> {
+    let mut file = open(path)?;
+    let length = file.get_ref().metadata().map_err(|error| unreadable(path, &error))?.len();
+    let (header, start) = head(path, &mut file)?;
+    let sections = header.sections.iter().fold(0u64, |sum, section| sum.saturating_add(section.bytes()));
+    let whole = start.saturating_add(sections).saturating_add(HASH);
+    if length != whole {
+        let text = format!("{}: cut short: {length} bytes where it should have {whole}", path.display());
+        return Err(Error::file(text));
+    }
+    file.seek(SeekFrom::Start(0)).map_err(|error| unreadable(path, &error))?;
+    let (mut hash, mut left, mut piece) = (Sha256::new(), length - HASH, vec![0; 1 << 20]);
+    while left > 0 {
+        let most = piece.len().min(usize::try_from(left).unwrap_or(usize::MAX));
+        file.read_exact(&mut piece[..most]).map_err(|error| unreadable(path, &error))?;
+        hash.update(&piece[..most]);
+        left -= most as u64;
+    }
+    let mut told = [0; HASH as usize];
+    file.read_exact(&mut told).map_err(|error| unreadable(path, &error))?;
+    if hash.finalize()[..] != told {
+        return Err(Error::file(format!("{}: damaged: its SHA-256 is another one", path.display())));
+    }
+    Ok(header)
+}
+
+/// The header, and where the sections begin.
+fn head(path: &Path, file: &mut impl Read) -> Result<(Header, u64)> {
+    let name = path.display();
+    let short = |_| Error::file(format!("{name}: cut short within its header"));
+    let mut magic = [0; MAGIC.len()];
+    file.read_exact(&mut magic).map_err(short)?;
+    if magic != *MAGIC {
+        return Err(Error::file(format!("{name}: not a checkpoint of this program, or a damaged one")));
+    }
+    let (mut format, mut length) = ([0; 4], [0; 8]);
+    file.read_exact(&mut format).and_then(|()| file.read_exact(&mut length)).map_err(short)?;
+    let (format, length) = (u32::from_le_bytes(format), u64::from_le_bytes(length));
+    if format != FORMAT {
+        let text = format!("{name}: a checkpoint of format {format}; this program reads format {FORMAT}");
+        return Err(Error::file(text));
+    }
+    if length > LONGEST_HEADER {
+        return Err(Error::file(format!("{name}: damaged: a header of {length} bytes")));
+    }
+    let mut text = vec![0; usize::try_from(length).unwrap_or(usize::MAX)];
+    file.read_exact(&mut text).map_err(short)?;
+    let damaged = |error| Error::file(format!("{name}: damaged: its header can not be read ({error})"));
+    Ok((serde_json::from_slice(&text).map_err(damaged)?, HEAD + length))
+}
+
+fn open(path: &Path) -> Result<BufReader<File>> {
+    File::open(path).map(|file| BufReader::with_capacity(1 << 20, file)).map_err(|e| unreadable(path, &e))
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> Error {
+    Error::file(format!("{}: can not read: {error}", path.display()))
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+    Error::file(format!("{}: can not write the checkpoint: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn sample(path: &Path) -> Header {
+        let section = Section { name: "nodes".into(), columns: vec!["u_x".into()], rows: 2 };
+        let header = Header { state: json!({"step": 3, "time": 0.1 + 0.2}), sections: vec![section] };
+        let mut writer = Writer::create(path, &header).unwrap();
+        writer.words(&[0, 1.5f64.to_bits(), 1, f64::INFINITY.to_bits()]).unwrap();
+        assert!(!path.exists(), "not before it is whole");
+        writer.finish().unwrap();
+        header
+    }
+
+    fn scratch(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("contact-petsc-{}-checkpoint", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        folder.join(name)
+    }
+
+    /// What was written comes back, to the last bit.
+    #[test]
+    fn comes_back() {
+        let path = scratch("a.ckpt");
+        let header = sample(&path);
+        assert_eq!(verify(&path).unwrap(), header);
+        let mut reader = Reader::open(&path).unwrap();
+        let mut words = [0; 4];
+        reader.words(&mut words).unwrap();
+        assert_eq!(words, [0, 1.5f64.to_bits(), 1, f64::INFINITY.to_bits()]);
+        assert!(!path.with_extension("part").exists());
+    }
+
+    /// Every byte that is another, and every length that is another, is found out.
+    #[test]
+    fn every_damage_is_found() {
+        let path = scratch("b.ckpt");
+        sample(&path);
+        let whole = std::fs::read(&path).unwrap();
+        for place in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[place] ^= 0x10;
+            std::fs::write(&path, &bytes).unwrap();
+            assert!(verify(&path).is_err(), "byte {place}");
+            std::fs::write(&path, &whole[..place]).unwrap();
+            let error = verify(&path).unwrap_err();
+            assert!(error.message.contains("cut short"), "{place} bytes: {error}");
+        }
+        std::fs::write(&path, [&whole[..], b"more"].concat()).unwrap();
+        assert!(verify(&path).is_err());
+        let mut later = whole.clone();
+        later[MAGIC.len()] = 2;
+        std::fs::write(&path, &later).unwrap();
+        assert!(verify(&path).unwrap_err().message.contains("format 2; this program reads format 1"));
+    }
+
+    /// What is given up before its end leaves nothing.
+    #[test]
+    fn nothing_is_left_of_half_a_file() {
+        let path = scratch("c.ckpt");
+        let header = Header { state: Value::Null, sections: vec![] };
+        drop(Writer::create(&path, &header).unwrap());
+        assert!(!path.exists() && !path.with_extension("part").exists());
+    }
+}

@@ -1,0 +1,124 @@
+//! The checkpoints of a results folder: their names, which are kept, which one to go on from.
+
+use std::path::{Path, PathBuf};
+
+use super::file::{Header, verify};
+use crate::error::{Error, Result};
+
+/// The folder of the checkpoints of one run. Rank 0 only.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Store {
+    folder: PathBuf,
+}
+
+/// A checkpoint that is whole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// The file.
+    pub path: PathBuf,
+    /// What it says.
+    pub header: Header,
+}
+
+impl Store {
+    /// Name of the folder in a results folder.
+    pub const FOLDER: &str = "checkpoints";
+
+    /// The checkpoints of a results folder.
+    pub fn of(results: &Path) -> Self {
+        Self { folder: results.join(Self::FOLDER) }
+    }
+
+    /// The file of a step.
+    pub fn path(&self, step: u64) -> PathBuf {
+        self.folder.join(format!("step-{step:06}.ckpt"))
+    }
+
+    /// Steps and files, the newest first.
+    pub fn list(&self) -> Vec<(u64, PathBuf)> {
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let step = |path: &Path| {
+            path.file_name()?.to_str()?.strip_prefix("step-")?.strip_suffix(".ckpt")?.parse().ok()
+        };
+        let mut found: Vec<(u64, PathBuf)> =
+            entries.filter_map(|entry| Some((step(&entry.path())?, entry.path()))).collect();
+        found.sort_unstable_by(|a, b| b.cmp(a));
+        found
+    }
+
+    /// Removes all but the last `keep` up to `step`, which is on the disk: older ones, later ones of a future that was
+    /// given up by going on from an older one, and what a killed run left half written. A file that can not be removed
+    /// stays.
+    pub fn prune(&self, step: u64, keep: usize) {
+        let all = self.list();
+        let later = all.iter().filter(|(other, _)| *other > step);
+        let older = all.iter().filter(|(other, _)| *other <= step).skip(keep.max(1));
+        later.chain(older).for_each(|(_, path)| drop(std::fs::remove_file(path)));
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let parts = entries.filter(|entry| entry.path().extension().is_some_and(|end| end == "part"));
+        parts.for_each(|entry| drop(std::fs::remove_file(entry.path())));
+    }
+
+    /// The checkpoint to go on from: `asked`, or the newest. `again` makes the command that goes on from another one.
+    ///
+    /// # Errors
+    /// There is none, or it is not whole; the error then offers the newest one that is.
+    pub fn find(&self, asked: Option<&Path>, again: impl Fn(&Path) -> String) -> Result<Found> {
+        let all = self.list();
+        let newest = all.first().map(|(_, path)| path.clone());
+        let Some(path) = asked.map(|path| self.resolve(path)).or(newest) else {
+            let text = format!("{}: there is no checkpoint to go on from", self.folder.display());
+            return Err(Error::file(text).hint(
+                "start anew without --restart; checkpoints are written with output: { checkpoint: { every: 100 } }",
+            ));
+        };
+        let broken = match verify(&path) {
+            Ok(header) => return Ok(Found { path, header }),
+            Err(error) => error,
+        };
+        let mut others = all.iter().map(|(_, other)| other).filter(|other| **other != path);
+        Err(match others.find(|other| verify(other).is_ok()) {
+            Some(other) => {
+                broken.hint(&format!("an older one is whole; go on from it with\n  {}", again(other)))
+            }
+            None => broken.hint("there is no other checkpoint that is whole; start anew without --restart"),
+        })
+    }
+
+    /// A path as the user gave it, or its name in this folder.
+    fn resolve(&self, path: &Path) -> PathBuf {
+        let here = path.file_name().map(|name| self.folder.join(name)).filter(|here| here.exists());
+        if path.exists() { path.to_path_buf() } else { here.unwrap_or_else(|| path.to_path_buf()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of the steps up to the last one as many are kept as asked for; later ones and half files go.
+    #[test]
+    fn keeps_the_last_ones() {
+        let results = std::env::temp_dir().join(format!("contact-petsc-{}-store", std::process::id()));
+        let store = Store::of(&results);
+        std::fs::create_dir_all(results.join(Store::FOLDER)).unwrap();
+        for step in [5, 10, 15, 1_000_000, 20] {
+            std::fs::write(store.path(step), "").unwrap();
+        }
+        let foreign = results.join(Store::FOLDER).join("notes.txt");
+        std::fs::write(&foreign, "mine").unwrap();
+        std::fs::write(store.path(25).with_extension("part"), "half").unwrap();
+        let steps = || store.list().into_iter().map(|(step, _)| step).collect::<Vec<_>>();
+        assert_eq!(steps(), [1_000_000, 20, 15, 10, 5]);
+        store.prune(20, 2);
+        assert_eq!(steps(), [20, 15]);
+        assert!(foreign.exists() && !store.path(25).with_extension("part").exists());
+        let error = store.find(None, |path| format!("again {}", path.display())).unwrap_err();
+        assert!(error.message.contains("step-000020.ckpt: cut short"), "{error}");
+        assert!(error.message.contains("no other checkpoint"), "{error}");
+        std::fs::remove_dir_all(&results).unwrap();
+        assert!(
+            store.find(None, |_| String::new()).unwrap_err().message.contains("no checkpoint to go on from")
+        );
+    }
+}

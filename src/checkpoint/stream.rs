@@ -1,0 +1,162 @@
+//! The way of tables between all ranks and the file of rank 0, piece by piece.
+
+use std::path::Path;
+
+use mpi::collective::SystemOperation;
+use mpi::datatype::PartitionMut;
+use mpi::traits::{CommunicatorCollectives, Root};
+use serde_json::Value;
+
+use super::file::{Header, Reader, Section, Writer};
+use super::table::Table;
+use crate::error::{Error, Result, agree};
+
+/// Words that rank 0 reads at a time.
+const PIECE: usize = 1 << 17;
+
+/// Writes a checkpoint of the rows of all ranks; each row is given by one rank. What rank 0 says as `state` goes to the
+/// header. Collective.
+///
+/// # Errors
+/// The same on all ranks, as on a full disk; nothing is left of the file then.
+pub fn write(
+    world: &impl CommunicatorCollectives,
+    path: &Path,
+    state: Value,
+    tables: &[Table],
+) -> Result<()> {
+    agree(world, tables.iter().try_for_each(Table::check))?;
+    let mut sections = Vec::with_capacity(tables.len());
+    for table in tables {
+        let mut rows = 0;
+        world.all_reduce_into(&(table.keys.len() as u64), &mut rows, SystemOperation::sum());
+        sections.push(Section { name: table.name.clone(), columns: table.columns.clone(), rows });
+    }
+    let header = Header { state, sections };
+    let opened = if world.rank() == 0 { Writer::create(path, &header).map(Some) } else { Ok(None) };
+    let mut writer = agree(world, opened)?;
+    for table in tables {
+        let written = collect(world, table, |words| writer.as_mut().map_or(Ok(()), |file| file.words(words)));
+        agree(world, written)?;
+    }
+    agree(world, writer.map_or(Ok(()), Writer::finish))
+}
+
+/// Brings the rows of all ranks to rank 0 by ascending key, a range of keys at a time. Collective; after the first error
+/// of `take` rank 0 lets the rest pass.
+fn collect(
+    world: &impl CommunicatorCollectives,
+    table: &Table,
+    mut take: impl FnMut(&[u64]) -> Result<()>,
+) -> Result<()> {
+    let order = table.order();
+    let own_end = order.last().map_or(0, |&row| table.keys[row] + 1);
+    let mut end = 0;
+    world.all_reduce_into(&own_end, &mut end, SystemOperation::max());
+    let (width, mut given, mut outcome) = (table.columns.len(), 0, Ok(()));
+    let (mut start, mut words, mut sorted) = (0u64, Vec::new(), Vec::new());
+    while start < end {
+        let stop = start.saturating_add(table.span);
+        words.clear();
+        while let Some(&row) = order.get(given).filter(|&&row| table.keys[row] < stop) {
+            words.push(table.keys[row]);
+            words.extend_from_slice(&table.words[row * width..(row + 1) * width]);
+            given += 1;
+        }
+        let arrived = gather(world, &words);
+        if outcome.is_ok() && world.rank() == 0 {
+            let mut rows: Vec<&[u64]> = arrived.chunks_exact(width + 1).collect();
+            rows.sort_unstable_by_key(|row| row[0]);
+            sorted.clear();
+            rows.iter().for_each(|row| sorted.extend_from_slice(row));
+            outcome = take(&sorted);
+        }
+        start = stop;
+    }
+    outcome
+}
+
+/// The words of all ranks on rank 0; nothing on the others. Collective.
+fn gather(world: &impl CommunicatorCollectives, words: &[u64]) -> Vec<u64> {
+    let root = world.process_at_rank(0);
+    let count = words.len() as i32;
+    if world.rank() != 0 {
+        root.gather_into(&count);
+        root.gather_varcount_into(words);
+        return Vec::new();
+    }
+    let mut counts = vec![0i32; world.size() as usize];
+    root.gather_into_root(&count, &mut counts[..]);
+    let starts = counts.iter().scan(0, |sum, &count| Some(std::mem::replace(sum, *sum + count)));
+    let starts: Vec<i32> = starts.collect();
+    let mut all = vec![0u64; counts.iter().map(|&count| count as usize).sum()];
+    root.gather_varcount_into_root(words, &mut PartitionMut::new(&mut all[..], &counts[..], &starts[..]));
+    all
+}
+
+/// Fills the rows of `tables`, whose keys are given, from a checkpoint that is whole. Collective.
+///
+/// # Errors
+/// The same on all ranks: when the sections are other ones, or lack a row.
+pub fn read(world: &impl CommunicatorCollectives, path: &Path, tables: &mut [Table]) -> Result<()> {
+    let opened = if world.rank() == 0 { Reader::open(path).map(Some) } else { Ok(None) };
+    let mut reader = agree(world, opened)?;
+    let fits = reader.as_ref().map_or(Ok(()), |reader| compare(&reader.header.sections, tables));
+    agree(world, fits.map_err(|error| error.within(&path.display().to_string())))?;
+    for (number, table) in tables.iter_mut().enumerate() {
+        let mut rows = reader.as_ref().map_or(0, |reader| reader.header.sections[number].rows);
+        world.process_at_rank(0).broadcast_into(&mut rows);
+        let missing =
+            spread(world, table, rows, |words| reader.as_mut().map_or(Ok(()), |file| file.words(words)));
+        let missing = agree(world, missing)?;
+        let lacks = || Error::file(format!("{}: lacks {missing} rows of '{}'", path.display(), table.name));
+        agree(world, (missing == 0).then_some(()).ok_or_else(lacks))?;
+    }
+    Ok(())
+}
+
+fn compare(sections: &[Section], tables: &[Table]) -> Result<()> {
+    let told: Vec<_> = sections.iter().map(|section| (&section.name, &section.columns)).collect();
+    let wanted: Vec<_> = tables.iter().map(|table| (&table.name, &table.columns)).collect();
+    if told == wanted {
+        return Ok(());
+    }
+    let other = told.iter().zip(&wanted).find(|(told, wanted)| told != wanted).map(|(told, _)| told.0);
+    let name = other.map_or("tables", String::as_str);
+    Err(Error::file(format!("holds other columns of '{name}' than this program remembers"))
+        .hint("go on with the version of the program that wrote it, or start anew without --restart"))
+}
+
+/// Reads a section of so many rows by `bring` on rank 0, and lets each rank take those of its keys; how many it did not
+/// find. Collective.
+fn spread(
+    world: &impl CommunicatorCollectives,
+    table: &mut Table,
+    rows: u64,
+    mut bring: impl FnMut(&mut [u64]) -> Result<()>,
+) -> Result<usize> {
+    let (order, width) = (table.order(), table.columns.len());
+    let most = (PIECE / (width + 1)).max(1) as u64;
+    let (mut left, mut taken, mut found, mut outcome) = (rows, 0, 0, Ok(()));
+    let mut words = Vec::new();
+    while left > 0 {
+        let count = left.min(most);
+        words.resize(count as usize * (width + 1), 0);
+        if outcome.is_ok() {
+            outcome = bring(&mut words);
+        }
+        world.process_at_rank(0).broadcast_into(&mut words[..]);
+        for row in words.chunks_exact(width + 1) {
+            while order.get(taken).is_some_and(|&mine| table.keys[mine] < row[0]) {
+                taken += 1;
+            }
+            if let Some(&mine) = order.get(taken).filter(|&&mine| table.keys[mine] == row[0]) {
+                table.words[mine * width..(mine + 1) * width].copy_from_slice(&row[1..]);
+                found += 1;
+                taken += 1;
+            }
+        }
+        left -= count;
+    }
+    outcome.map(|()| order.len() - found)
+}

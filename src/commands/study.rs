@@ -1,0 +1,50 @@
+//! `contact-petsc study study.yml`: reads study and case once, gives them to all ranks, runs every member.
+
+use std::path::Path;
+use std::rc::Rc;
+
+use crate::case::Case;
+use crate::cli::{StudyArguments, Verbosity as Wanted};
+use crate::error::{Result, agree};
+use crate::output::console::Verbosity;
+use crate::petsc::Session;
+use crate::simulation::shared_text;
+use crate::study::{self, Options, Planned};
+
+/// Runs a study, or lists its members. Collective.
+///
+/// # Errors
+/// The same on all ranks.
+pub fn study(arguments: &StudyArguments) -> Result<()> {
+    let session = Session::start(&arguments.petsc)?;
+    compute(&session, arguments).map_err(|error| session.tell(&error))
+}
+
+fn compute(session: &Rc<Session>, arguments: &StudyArguments) -> Result<()> {
+    let planned = read(session, &arguments.study)?;
+    if arguments.dry_run {
+        return super::print(&planned.listing());
+    }
+    let folder = arguments.output.clone().map_or_else(|| study::default_place(&arguments.study), Ok)?;
+    let options = Options {
+        folder,
+        rerun_failed: arguments.rerun_failed,
+        members: match arguments.verbosity() {
+            Wanted::Quiet | Wanted::Normal => Verbosity::Silent,
+            Wanted::Newton => Verbosity::Normal,
+            Wanted::Linear => Verbosity::Verbose,
+        },
+        is_quiet: arguments.quiet,
+    };
+    study::run(session, &planned, &options).map(drop)
+}
+
+/// The study and its cases, read on rank 0 and understood by all. Collective.
+fn read(session: &Rc<Session>, path: &Path) -> Result<Planned> {
+    let load = |path: &Path| {
+        let own = if session.rank() == 0 { Case::load(path) } else { Ok(String::new()) };
+        shared_text(session, own)
+    };
+    let text = load(path)?;
+    agree(session.world(), Planned::read(&text, path, load))
+}

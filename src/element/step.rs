@@ -1,0 +1,241 @@
+//! The solid kernel over a step: forces that change the energy of a group by the work they do (formulation, section 13).
+//!
+//! `Q_a = int F_middle S g_a dV` with the stress `S` of [`StepLaw`]; its derivative by the displacement in the middle of
+//! the step, `int (g_a . S g_b) 1 + F_middle dS_b g_a dV`, is not symmetric, as the strain changes at the end of the step by
+//! `F_end`. Terms that have a quadrature of their own are conserved each by itself.
+
+use std::marker::PhantomData;
+
+use super::group::{ElementGroup, Pass, Sampling};
+use super::kinematics::{Kinematics, gradient_of, reference_map};
+use super::solid::inverted;
+use super::tangent::Wanted;
+use super::{ElementSink, Inverted, Request};
+use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
+use crate::material::{Model, NeoHookean, SaintVenantKirchhoff, StepLaw, StepResponse};
+use crate::square::{Row, Square, apply, apply_add, dot, product, product_transposed, scale, scale_all};
+
+/// One evaluation of a group over a step.
+pub(super) struct Job<'a, const D: usize> {
+    pub group: &'a ElementGroup<D>,
+    /// Displacements at the start and in the middle of the step [m].
+    pub u: [&'a [f64]; 2],
+    pub request: Request,
+    pub sink: &'a mut dyn ElementSink,
+}
+
+impl<const D: usize> ElementGroup<D> {
+    /// Like [`evaluate`](Self::evaluate) at the displacements `middle`, but with forces that do as much work over the step
+    /// from `start` to `2 middle - start` as the strain energy changes. In linear kinematics the two are the same.
+    ///
+    /// # Errors
+    /// The first element of the group that is inverted at the end of the step.
+    pub fn evaluate_step(
+        &self,
+        start: &[f64],
+        middle: &[f64],
+        request: Request,
+        sink: &mut dyn ElementSink,
+    ) -> std::result::Result<(), Inverted> {
+        let model = match self.formulation.kinematics {
+            Kinematics::Linear => return self.evaluate(middle, request, sink),
+            Kinematics::Finite => self.formulation.material.model,
+        };
+        let job = Job { group: self, u: [start, middle], request, sink };
+        match model {
+            Model::SaintVenantKirchhoff => dispatch(Step::<SaintVenantKirchhoff, D>::new(job)),
+            Model::NeoHookean => dispatch(Step::<NeoHookean, D>::new(job)),
+        }
+    }
+}
+
+/// A job whose law is known to the compiler.
+pub(super) struct Step<'a, P, const D: usize>(Job<'a, D>, PhantomData<P>);
+
+impl<'a, P, const D: usize> Step<'a, P, D> {
+    pub fn new(job: Job<'a, D>) -> Self {
+        Self(job, PhantomData)
+    }
+}
+
+impl<P: StepLaw, const D: usize> LaneTask for Step<'_, P, D> {
+    type Output = std::result::Result<(), Inverted>;
+
+    #[inline(always)]
+    fn run<L: Lane>(self, unit: L) -> Self::Output {
+        let Job { group, u, request, sink } = self.0;
+        let n = group.kind.nodes();
+        let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
+        let mut work = Workspace::<L, D>::new(unit, group);
+        let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
+        for (batch, ((elements, nodes), points)) in batches.zip(group.points.chunks_exact(n)).enumerate() {
+            work.gather(unit, nodes, points, u);
+            let mut point = 0;
+            for pass in &group.passes {
+                let moduli = pass.moduli.in_lanes(unit);
+                for q in 0..pass.samples() {
+                    let (volume, [start, middle]) = work.locate(unit, pass, q);
+                    let response = P::step(&moduli, &start, &middle);
+                    work.det_f[point] = response.det_f.lanes();
+                    point += 1;
+                    work.add_force(&response, volume);
+                    if let Some(wanted) = wanted {
+                        work.add_stiffness::<P>(&response, volume, wanted);
+                    }
+                }
+            }
+            if work.det_f.iter().flatten().any(|&det| det <= 0.0 || det.is_nan()) {
+                inverted(&work.det_f, elements, &group.passes)?;
+            }
+            work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
+        }
+        Ok(())
+    }
+}
+
+/// Everything that the loop over a group writes to; allocated once per evaluation.
+struct Workspace<L, const D: usize> {
+    points: Vec<Row<L, D>>,
+    displacements: [Vec<Row<L, D>>; 2],
+    slopes: Vec<Row<L, D>>,
+    /// `g_a` at the current sample [1/m].
+    gradients: Vec<Row<L, D>>,
+    /// Integral of the gradients over the points so far.
+    mean: Vec<Row<L, D>>,
+    volume: L,
+    force: Vec<Row<L, D>>,
+    /// Blocks `a * n + b`.
+    blocks: Vec<Square<L, D>>,
+    det_f: Vec<[f64; WIDTH]>,
+    force_out: Vec<f64>,
+    stiffness_out: Vec<f64>,
+}
+
+impl<L: Lane, const D: usize> Workspace<L, D> {
+    #[inline(always)]
+    fn new(unit: L, group: &ElementGroup<D>) -> Self {
+        let n = group.kind.nodes();
+        let zero = unit.constant(0.0);
+        let rows = || vec![[zero; D]; n];
+        Self {
+            points: rows(),
+            displacements: [rows(), rows()],
+            slopes: rows(),
+            gradients: rows(),
+            mean: rows(),
+            volume: zero,
+            force: rows(),
+            blocks: vec![[[zero; D]; D]; n * n],
+            det_f: vec![[0.0; WIDTH]; group.passes.iter().map(Pass::samples).sum()],
+            force_out: vec![0.0; n * D],
+            stiffness_out: vec![0.0; n * n * D * D],
+        }
+    }
+
+    #[inline(always)]
+    fn gather(&mut self, unit: L, nodes: &[[u32; WIDTH]], points: &[[[f64; WIDTH]; D]], u: [&[f64]; 2]) {
+        let zero = unit.constant(0.0);
+        for (a, (nodes, points)) in nodes.iter().zip(points).enumerate() {
+            for i in 0..D {
+                self.points[a][i] = unit.load(points[i]);
+                for (displacements, u) in self.displacements.iter_mut().zip(u) {
+                    displacements[a][i] = unit.load(nodes.map(|node| u[node as usize * D + i]));
+                }
+            }
+        }
+        self.force.fill([zero; D]);
+        self.blocks.fill([[zero; D]; D]);
+        self.mean.fill([zero; D]);
+        self.volume = zero;
+    }
+
+    /// Goes to a sample: sets the gradients and returns its volume and both displacement gradients.
+    #[inline(always)]
+    fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> (L, [Square<L, D>; 2]) {
+        if pass.sampling == Sampling::Mean {
+            let inverse = self.volume.recip();
+            for (gradient, mean) in self.gradients.iter_mut().zip(&self.mean) {
+                *gradient = scale(mean, inverse);
+            }
+            let [start, middle] = &self.displacements;
+            return (self.volume, [start, middle].map(|values| gradient_of(values, &self.gradients)));
+        }
+        for (slope, dn) in self.slopes.iter_mut().zip(pass.dn(q).as_chunks::<D>().0) {
+            for k in 0..D {
+                slope[k] = unit.constant(dn[k]);
+            }
+        }
+        let (det, map) = reference_map(&gradient_of(&self.points, &self.slopes));
+        let volume = unit.constant(pass.table.weights[q]) * det;
+        for (gradient, slope) in self.gradients.iter_mut().zip(&self.slopes) {
+            *gradient = apply(&map, slope);
+        }
+        self.volume = self.volume + volume;
+        for (mean, gradient) in self.mean.iter_mut().zip(&self.gradients) {
+            for k in 0..D {
+                mean[k] = volume.mul_add(gradient[k], mean[k]);
+            }
+        }
+        let [start, middle] = &self.displacements;
+        let of = |values| product_transposed(&gradient_of(values, &self.slopes), &map);
+        (volume, [of(start), of(middle)])
+    }
+
+    #[inline(always)]
+    fn add_force(&mut self, response: &StepResponse<L, D>, volume: L) {
+        let flux = scale_all(&product(&response.middle, &response.second_piola), volume);
+        for (force, gradient) in self.force.iter_mut().zip(&self.gradients) {
+            *force = apply_add(&flux, gradient, force);
+        }
+    }
+
+    #[inline(always)]
+    fn add_stiffness<P: StepLaw>(&mut self, response: &StepResponse<L, D>, volume: L, wanted: Wanted<L>) {
+        let n = self.gradients.len();
+        let stress = scale_all(&response.second_piola, volume * wanted.geometric);
+        let carrier = scale_all(&response.middle, volume * wanted.material);
+        for b in 0..n {
+            let gradient = self.gradients[b];
+            let stiffening = apply(&stress, &gradient);
+            let mut columns = [[[gradient[0].constant(0.0); D]; D]; D];
+            for (column, row) in columns.iter_mut().zip(&response.end) {
+                // The end moves twice as far as the middle.
+                let mut strain = *column;
+                for k in 0..D {
+                    for l in 0..D {
+                        strain[k][l] = row[k].mul_add(gradient[l], gradient[k] * row[l]);
+                    }
+                }
+                *column = product(&carrier, &P::change(&response.tangent, &strain));
+            }
+            for a in 0..n {
+                let test = self.gradients[a];
+                let isotropic = dot(&test, &stiffening);
+                let block = &mut self.blocks[a * n + b];
+                for (j, column) in columns.iter().enumerate() {
+                    for i in 0..D {
+                        block[i][j] = block[i][j] + dot(&column[i], &test);
+                    }
+                    block[j][j] = block[j][j] + isotropic;
+                }
+            }
+        }
+    }
+
+    /// Hands the real lanes of a batch to the sink.
+    #[inline(always)]
+    fn emit(&mut self, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
+        for lane in 0..count {
+            for (out, value) in self.force_out.iter_mut().zip(self.force.as_flattened()) {
+                *out = value.lanes()[lane];
+            }
+            if stiffness {
+                let entries = self.blocks.as_flattened().as_flattened();
+                for (out, value) in self.stiffness_out.iter_mut().zip(entries) {
+                    *out = value.lanes()[lane];
+                }
+            }
+            sink.element(first + lane, &self.force_out, stiffness.then_some(&self.stiffness_out));
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! One page about a result: `contact-petsc report RESULTS` writes `report.html`, which holds all of its pictures, refers to
+//! nothing outside, and prints well.
+
+mod html;
+mod run;
+mod study;
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::error::{Error, Result};
+use crate::output::folder::{PROGRAM, ResultsFolder, write_whole};
+
+/// What came of a report.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// The page.
+    pub file: PathBuf,
+    /// What was missing or left out, one line each.
+    pub notes: Vec<String>,
+}
+
+/// Marks the folder of a study.
+const STUDY: &str = "study.json";
+
+/// Writes the page about the results of a run, finished or not, or about a study. The bodies are shown at `times` \[s\], or at the
+/// start, the middle and the end.
+///
+/// # Errors
+/// The folder is no result of ours, a table is broken, or the page can not be written.
+pub fn report(folder: &Path, times: &[f64], output: Option<&Path>) -> Result<Written> {
+    let study = json(&folder.join(STUDY));
+    let (page, notes) = if study["program"] == PROGRAM {
+        study::page(folder, &study)?
+    } else {
+        let folder = ResultsFolder::open(folder)?;
+        run::page(&folder, times)?
+    };
+    let file = output.map_or_else(|| folder.join("report.html"), Path::to_path_buf);
+    write_whole(&file, page.as_bytes())?;
+    Ok(Written { file, notes })
+}
+
+/// A file of JSON; nothing where there is none.
+fn json(path: &Path) -> Value {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
+/// A value of the record as YAML.
+fn yaml(value: &Value) -> Result<String> {
+    serde_saphyr::to_string(value).map_err(|error| Error::internal(format!("case to YAML: {error}")))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,169 @@
+//! When a run writes a checkpoint, what goes into it, and when it is asked to stop.
+
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::Instant;
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::guard::Guard;
+use super::journal::Journal;
+use super::pace::Pace;
+use super::place::Place;
+use super::restart::State;
+use super::signals::Signals;
+use super::{SOLVER_PREFIXES, options};
+use crate::assembly::{ContactSystem, EnergyLedger};
+use crate::case::Case;
+use crate::checkpoint::{self, Store};
+use crate::dynamics::Stage;
+use crate::error::{Error, Result, agree};
+use crate::petsc::{Event, Session};
+use crate::solvers::Strategy;
+use crate::time::StepControl;
+
+/// Code of the wall-time limit among the numbers of signals, none of which it is.
+const WALL_TIME: i32 = 1;
+
+/// The run at the end of a step that was accepted.
+pub struct Moment<'a, const D: usize> {
+    /// The bodies.
+    pub system: &'a mut ContactSystem<D>,
+    /// At the start of the next step.
+    pub stage: &'a mut Stage,
+    /// What solved the step.
+    pub strategy: &'a mut Box<dyn Strategy>,
+    /// Where in time the run is, the energies, and what watches them.
+    pub watch: (&'a StepControl, &'a EnergyLedger, &'a Guard, &'a mut Pace),
+    /// The results.
+    pub journal: &'a mut Journal<D>,
+}
+
+/// Watches the steps of a run.
+pub struct Keeper {
+    session: Rc<Session>,
+    output: Event,
+    signals: Signals,
+    store: Store,
+    /// How a user goes on.
+    command: String,
+    every: Option<u64>,
+    keep: usize,
+    limit: Option<f64>,
+    began: Instant,
+    /// End of the last step; what comes before the first one is done once only.
+    last: Option<Instant>,
+    /// Longest step and longest checkpoint so far [s].
+    longest: [f64; 2],
+}
+
+impl Keeper {
+    /// A keeper for the case; listens to signals from now on.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn new(session: &Rc<Session>, case: &Case, place: &Place) -> Result<Self> {
+        let wanted = case.output.checkpoint.as_ref();
+        let limit = wanted.and_then(|checkpoint| checkpoint.wall_time).map(|limit| limit.si);
+        let (every, keep) = wanted.map_or((None, 2), |c| (Some(u64::from(c.every.value)), c.keep.value));
+        Ok(Self {
+            session: session.clone(),
+            output: Event::register(session, "Output")?,
+            signals: Signals::listen()?,
+            store: Store::of(&place.folder),
+            command: place.command(),
+            every,
+            keep: keep as usize,
+            limit: place.wall_time.map(|limit| limit.as_secs_f64()).or(limit),
+            began: Instant::now(),
+            last: None,
+            longest: [0.0; 2],
+        })
+    }
+
+    /// Writes a checkpoint where one is due, or where the run is asked to stop. The run goes on from it as a restarted one
+    /// would: contacts and solvers begin anew, so that both compute the same. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks: the checkpoint can not be written, or [`Cause::Stopped`](crate::error::Cause::Stopped).
+    pub fn step_done<const D: usize>(&mut self, run: Moment<'_, D>, case: &Case) -> Result<()> {
+        let finished = run.watch.0.finished();
+        let asked = if finished { 0 } else { self.asked() };
+        let due = self.every.is_some_and(|every| finished || run.journal.step().is_multiple_of(every));
+        if !due && asked == 0 {
+            return Ok(());
+        }
+        let Moment { system, stage, strategy, watch: (control, ledger, guard, pace), journal } = run;
+        let path = self.write(case, (system, stage), (control, ledger, guard, pace), journal)?;
+        if asked != 0 {
+            return Err(self.stopped(asked, stage.start.time, &path));
+        }
+        if !finished {
+            system.forget(stage)?;
+            pace.forget(system);
+            *strategy = options::strategy(case, system, SOLVER_PREFIXES[0])?;
+        }
+        self.last = Some(Instant::now());
+        Ok(())
+    }
+
+    /// Why any rank was asked to stop; 0 where none was. Collective.
+    fn asked(&mut self) -> i32 {
+        let seconds = self.last.map_or(0.0, |last| last.elapsed().as_secs_f64());
+        self.last = Some(Instant::now());
+        self.longest[0] = self.longest[0].max(seconds);
+        let ahead = self.began.elapsed().as_secs_f64() + self.longest.iter().sum::<f64>();
+        let over = self.limit.is_some_and(|limit| ahead >= limit);
+        let own = self.signals.last().max(if over { WALL_TIME } else { 0 });
+        let mut any = 0;
+        self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
+        any
+    }
+
+    /// Writes the state; the older files go once it is on the disk. Collective.
+    fn write<const D: usize>(
+        &mut self,
+        case: &Case,
+        (system, stage): (&ContactSystem<D>, &Stage),
+        (control, ledger, guard, pace): (&StepControl, &EnergyLedger, &Guard, &Pace),
+        journal: &mut Journal<D>,
+    ) -> Result<PathBuf> {
+        let (began, output) = (Instant::now(), self.output.clone());
+        let world = self.session.world();
+        let past = journal.past()?;
+        let _running = output.begin();
+        let path = self.store.path(journal.step());
+        let tables = system.memory(stage, ledger.drive());
+        let state = State::new::<D>(
+            case,
+            journal.inputs(),
+            (control, stage.start.time),
+            (ledger.balances(), guard, pace, past),
+        );
+        let state = agree(world, state.and_then(|state| state.to_json()))?;
+        checkpoint::write(world, &path, state, &tables).map_err(|error| self.with_older(error))?;
+        if self.session.rank() == 0 {
+            self.store.prune(journal.step(), self.keep);
+        }
+        self.longest[1] = self.longest[1].max(began.elapsed().as_secs_f64());
+        Ok(path)
+    }
+
+    /// The error with what the user can still do.
+    fn with_older(&self, error: Error) -> Error {
+        match self.store.list().first() {
+            Some((step, _)) => error.hint(&format!(
+                "make room; the checkpoint of step {step} is whole: go on from it with\n  {} --restart",
+                self.command
+            )),
+            None => error.hint("make room and start anew; there is no older checkpoint"),
+        }
+    }
+
+    fn stopped(&self, asked: i32, time: f64, path: &std::path::Path) -> Error {
+        let why = if asked == WALL_TIME { "the wall time is over" } else { Signals::name(asked) };
+        Error::stopped(format!("{why} at t = {time:.6e} s; the state is in {}", path.display()))
+            .hint(&format!("go on with\n  {} --restart", self.command))
+    }
+}

@@ -1,0 +1,161 @@
+//! What is watched while a run marches: energy without a cause, and impact under a scheme that may gain energy by it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::assembly::{ContactSystem, Energies};
+use crate::case::Case;
+use crate::dynamics::Stage;
+use crate::error::{Error, Result};
+use crate::model::Model;
+use crate::time::Scheme;
+
+/// Closing speed over wave speed from which on a contact is an impact: below, waves carry the shock away within what a
+/// scheme resolves anyway.
+const SUDDEN: f64 = 5e-4;
+
+/// Part of the points that closes in one step of an impact, where others were closed before.
+const MANY: f64 = 0.1;
+
+/// Watches energy and impact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Guard {
+    limit: Option<f64>,
+    /// Largest energy or work so far [J].
+    scale: f64,
+    /// When the unexplained energy was last below half of the limit.
+    calm: Energies,
+    /// Wave speed of the contactor of each contact [m/s]; empty where impact is not watched, or was seen.
+    speeds: Vec<f64>,
+}
+
+impl Guard {
+    /// A guard for the case that starts with these energies.
+    pub fn new<const D: usize>(case: &Case, model: &Model<D>, scheme: Scheme, start: &Energies) -> Self {
+        let speed = |contact: &crate::model::Contact<D>| {
+            let formulation = &model.bodies[contact.body].formulation;
+            (formulation.material.moduli.uniaxial_strain() / formulation.density.max(f64::MIN_POSITIVE))
+                .sqrt()
+        };
+        let watches = matches!(scheme, Scheme::Newmark { .. });
+        let speeds = if watches { model.contacts.iter().map(speed).collect() } else { Vec::new() };
+        let limit = case.guard.energy.map(|energy| energy.si);
+        Self { limit, scale: 0.0, calm: *start, speeds }.with(start)
+    }
+
+    fn with(mut self, energies: &Energies) -> Self {
+        self.grow(energies);
+        self
+    }
+
+    fn grow(&mut self, e: &Energies) {
+        let sizes = [e.kinetic, e.strain, e.contact, e.friction_dissipated, e.external_work, e.total()];
+        self.scale = sizes.iter().fold(self.scale, |scale, size| scale.max(size.abs()));
+    }
+
+    /// What a user should know of the step in `stage`, once; to be called before it is accepted. Collective.
+    pub fn impact<const D: usize>(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Option<String> {
+        if self.speeds.is_empty() {
+            return None;
+        }
+        let closings = system.closings(stage.dt);
+        let sudden = |(closing, speed): (&crate::assembly::Closing, &f64)| {
+            let many = closing.before == 0 || closing.now as f64 >= MANY * closing.points as f64;
+            closing.now > 0 && many && closing.speed > SUDDEN * speed
+        };
+        let (closing, _) = closings.iter().zip(&self.speeds).find(|pair| sudden(*pair))?;
+        let text = format!(
+            "warning: impact seen at t = {:.4e} s: contact '{}' closed at {:.2e} m/s; this scheme may gain or lose energy by it\n\
+             hint: use `scheme: conserving`, with `mass: redistributed` for the bodies that meet, and watch `numerical` in energy.csv",
+            stage.trial.time, closing.contact, closing.speed
+        );
+        self.speeds.clear();
+        Some(text)
+    }
+
+    /// Whether the energies of an accepted step are explained.
+    ///
+    /// # Errors
+    /// When what is not passes the limit; the same on all ranks.
+    pub fn energy(&mut self, energies: &Energies, time: f64) -> Result<()> {
+        self.grow(energies);
+        let Some(limit) = self.limit else { return Ok(()) };
+        let unexplained = energies.numerical.abs() / self.scale.max(f64::MIN_POSITIVE);
+        if unexplained <= 0.5 * limit {
+            self.calm = *energies;
+        }
+        if unexplained <= limit {
+            return Ok(());
+        }
+        let made = energies.numerical < 0.0;
+        let (term, change) = culprit(&self.calm, energies, made);
+        let (verb, moved) = if made { ("came from nowhere", "grew") } else { ("was lost", "fell") };
+        let message = format!(
+            "t = {time:.6e} s: {:.4e} J {verb}, {:.2} % of the largest energy so far, {:.2} % are allowed; \
+             the {term} {moved} by {:.4e} J while it did",
+            energies.numerical.abs(),
+            100.0 * unexplained,
+            100.0 * limit,
+            change.abs()
+        );
+        Err(Error::guard(message).hint(
+            "results up to this time are kept; take a smaller step, `scheme: conserving`, or a larger guard: { energy: ... }",
+        ))
+    }
+}
+
+/// The term of the ledger that moved most in the direction of the energy that has no cause, and by how much [J].
+fn culprit(before: &Energies, now: &Energies, made: bool) -> (&'static str, f64) {
+    let changes = [
+        ("kinetic energy", now.kinetic - before.kinetic),
+        ("strain energy", now.strain - before.strain),
+        ("contact energy", now.contact - before.contact),
+        ("heat of friction", now.friction_dissipated - before.friction_dissipated),
+        ("work of loads and supports", before.external_work - now.external_work),
+    ];
+    let sign = if made { 1.0 } else { -1.0 };
+    changes.into_iter().max_by(|a, b| (sign * a.1).total_cmp(&(sign * b.1))).unwrap_or(("", 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn energies(kinetic: f64, strain: f64, numerical: f64) -> Energies {
+        Energies { kinetic, strain, numerical, ..Energies::default() }
+    }
+
+    fn guard(limit: f64) -> Guard {
+        Guard { limit: Some(limit), scale: 0.0, calm: energies(100.0, 0.0, 0.0), speeds: Vec::new() }
+            .with(&energies(100.0, 0.0, 0.0))
+    }
+
+    /// Energy from nowhere, or lost, ends the run with the term that did it; explained changes do not, nor does a limit
+    /// that is not set.
+    #[test]
+    fn unexplained_energy_ends_a_run() {
+        let mut gains = guard(0.05);
+        assert!(gains.energy(&energies(60.0, 42.0, -2.0), 0.1).is_ok());
+        assert!(gains.energy(&energies(50.0, 54.0, -4.0), 0.2).is_ok());
+        let error = gains.energy(&energies(48.0, 58.0, -6.0), 0.3).unwrap_err();
+        assert_eq!(error.exit_code(), 6);
+        assert!(
+            error.message.contains("strain energy grew by 1.6") && error.message.contains("nowhere"),
+            "{error}"
+        );
+        let mut loses = guard(0.05);
+        let error = loses.energy(&energies(90.0, 4.0, 6.0), 0.1).unwrap_err();
+        assert!(
+            error.message.contains("kinetic energy fell by 1.0") && error.message.contains("lost"),
+            "{error}"
+        );
+        assert!(Guard { limit: None, ..guard(1.0) }.energy(&energies(1e9, 0.0, -1e9), 0.1).is_ok());
+    }
+
+    /// The limit is relative to the largest energy so far, not to what is left.
+    #[test]
+    fn scale_is_the_largest_so_far() {
+        let mut guard = guard(0.05);
+        assert!(guard.energy(&energies(0.5, 0.1, 4.9), 0.1).is_ok());
+        assert!(guard.energy(&energies(0.5, 0.1, 5.1), 0.2).is_err());
+    }
+}

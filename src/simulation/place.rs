@@ -1,0 +1,75 @@
+//! Where a run comes from and where it goes: its inputs, its folder, and the tables in it.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use super::restart::Begin;
+use super::tables::Tables;
+use crate::case::{Case, Mesh};
+use crate::error::Result;
+use crate::output::console::Verbosity;
+use crate::output::folder::ResultsFolder;
+use crate::output::record::Input;
+use crate::output::table::Lengths;
+
+/// Where a run comes from and where it goes.
+#[derive(Debug, Clone)]
+pub struct Place {
+    /// The case file.
+    pub case_file: PathBuf,
+    /// The results folder.
+    pub folder: PathBuf,
+    /// How much the console says.
+    pub verbosity: Verbosity,
+    /// From the start, or from a checkpoint.
+    pub begin: Begin,
+    /// Wall time of this process in place of the case's.
+    pub wall_time: Option<Duration>,
+}
+
+impl Place {
+    /// A run from the start of the case.
+    pub fn anew(case_file: PathBuf, folder: PathBuf, verbosity: Verbosity) -> Self {
+        Self { case_file, folder, verbosity, begin: Begin::Anew, wall_time: None }
+    }
+
+    /// The command that goes on with this run, but for `--restart`.
+    pub fn command(&self) -> String {
+        format!("contact-petsc {} --output {}", self.case_file.display(), self.folder.display())
+    }
+}
+
+/// Case file and mesh files with their hashes.
+pub(super) fn inputs(case: &Case, place: &Place) -> Result<Vec<Input>> {
+    let mut inputs = vec![Input::of(&place.case_file)?];
+    for body in case.bodies.values() {
+        if let Mesh::File(file) = &body.mesh {
+            inputs.push(Input::of(&case.resolve(&file.file.value))?);
+        }
+    }
+    Ok(inputs)
+}
+
+/// The results folder, made or gone on in, with its tables; and the inputs. Rank 0 only.
+pub(super) fn prepare<const D: usize>(
+    case: &Case,
+    place: &Place,
+    lengths: Option<&Lengths>,
+) -> Result<(Option<Tables<D>>, Vec<Input>)> {
+    let inputs = inputs(case, place)?;
+    let folder = match lengths {
+        Some(_) => ResultsFolder::open(&place.folder)?,
+        None => ResultsFolder::create(&place.folder)?,
+    };
+    Ok((Some(Tables::open(folder.path(), lengths)?), inputs))
+}
+
+/// Names and versions of the program and its libraries.
+pub(super) fn versions() -> Vec<(String, String)> {
+    let own = ("contact-petsc".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
+    let split = |text: String| {
+        let (name, version) = text.split_once(' ').map_or((text.as_str(), ""), |parts| parts);
+        (name.to_owned(), version.to_owned())
+    };
+    std::iter::once(own).chain(crate::petsc::versions().into_iter().map(split)).collect()
+}

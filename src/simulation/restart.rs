@@ -1,0 +1,257 @@
+//! Going on from a checkpoint: which one, whether it is of this case, and the run as it was.
+
+use std::path::PathBuf;
+use std::rc::Rc;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::guard::Guard;
+use super::input::shared_text;
+use super::journal::Journal;
+use super::pace::{self, Pace};
+use super::place::{Place, inputs};
+use super::resume::Past;
+use super::{Watch, start};
+use crate::assembly::{Balances, ContactSystem, EnergyLedger};
+use crate::case::Case;
+use crate::checkpoint::{self, Store, Table};
+use crate::dynamics::Stage;
+use crate::error::{Error, Result};
+use crate::model::Model;
+use crate::output::folder::ResultsFolder;
+use crate::output::record::Input;
+use crate::petsc::Session;
+use crate::time::StepControl;
+
+/// How a run begins.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Begin {
+    /// From the start of the case; an older result is replaced.
+    #[default]
+    Anew,
+    /// From the newest checkpoint of the results folder.
+    Newest,
+    /// From this checkpoint of it.
+    From(PathBuf),
+}
+
+/// What a run says of itself in the header of a checkpoint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Version of the program.
+    version: String,
+    /// 2 or 3.
+    dimension: usize,
+    /// Instant \[s\].
+    pub time: f64,
+    /// End of the case \[s\], which may change.
+    end: f64,
+    /// The case without what may change.
+    case: Value,
+    /// Hashes of the mesh files.
+    meshes: Vec<String>,
+    control: StepControl,
+    balances: Balances,
+    guard: Guard,
+    pace: Option<pace::Memory>,
+    /// What was done so far.
+    pub past: Past,
+}
+
+impl State {
+    /// The state of a run at an instant \[s\].
+    ///
+    /// # Errors
+    /// A fault of the program.
+    pub fn new<const D: usize>(
+        case: &Case,
+        inputs: &[Input],
+        (control, time): (&StepControl, f64),
+        (balances, guard, pace, past): (Balances, &Guard, &Pace, Past),
+    ) -> Result<Self> {
+        Ok(Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            dimension: D,
+            time,
+            end: case.time.end.si,
+            case: fixed(case)?,
+            meshes: meshes(inputs),
+            control: control.clone(),
+            balances,
+            guard: guard.clone(),
+            pace: pace.memory().cloned(),
+            past,
+        })
+    }
+
+    /// As it stands in the header.
+    ///
+    /// # Errors
+    /// A fault of the program.
+    pub fn to_json(&self) -> Result<Value> {
+        serde_json::to_value(self).map_err(|error| Error::internal(format!("checkpoint: {error}")))
+    }
+
+    /// Whether a case can go on from here.
+    fn check<const D: usize>(&self, case: &Case, inputs: &[Input]) -> Result<()> {
+        let cure = "give the case of that run back, or start anew without --restart; title, end, solver, PETSc's options \
+                    and output but for probes may change";
+        if let Some(what) = difference(&self.case, &fixed(case)?, "") {
+            return Err(Error::case(format!("another case than the checkpoint's: {what}")).hint(cure));
+        }
+        if self.meshes != meshes(inputs) {
+            return Err(Error::case("another mesh than the checkpoint's: its file has changed").hint(cure));
+        }
+        if self.dimension != D {
+            return Err(Error::internal("checkpoint: another dimension"));
+        }
+        if case.time.end.si < self.time {
+            let (end, time) = (case.time.end.si, self.time);
+            return Err(Error::case(format!(
+                "the case ends at {end:.6e} s, the checkpoint is of {time:.6e} s"
+            ))
+            .hint("set a later end, or go on from an older checkpoint by --restart=FILE"));
+        }
+        Ok(())
+    }
+}
+
+/// The checkpoint that a run goes on from.
+pub struct Saved {
+    path: PathBuf,
+    /// What it says of the run.
+    pub state: State,
+    tables: Vec<Table>,
+}
+
+impl Saved {
+    /// The checkpoint that `place` asks for, checked against the case; `None` where it asks for none. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks: there is none, it is damaged, or of another case.
+    pub fn find<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<Option<Self>> {
+        if place.begin == Begin::Anew {
+            return Ok(None);
+        }
+        let own = if session.rank() == 0 { look::<D>(case, place) } else { Ok(String::new()) };
+        let text = shared_text(session, own)?;
+        let (path, state) =
+            serde_json::from_str(&text).map_err(|error| Error::internal(format!("checkpoint: {error}")))?;
+        Ok(Some(Self { path, state, tables: Vec::new() }))
+    }
+
+    /// Reads what the file holds for this rank, before anything of the results is touched. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks, when the file does not fit the mesh or this version of the program.
+    pub fn read<const D: usize>(&mut self, system: &ContactSystem<D>) -> Result<()> {
+        self.tables = system.wanted();
+        checkpoint::read(system.session().world(), &self.path, &mut self.tables)
+    }
+
+    /// Brings the run back to where it was, as [`read`](Self::read). Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses, or the record can not be written.
+    pub fn resume<const D: usize>(
+        &self,
+        system: &mut ContactSystem<D>,
+        stage: &mut Stage,
+        (case, model): (&Case, &Model<D>),
+        journal: &mut Journal<D>,
+    ) -> Result<Watch> {
+        let drive = system.restore(stage, &self.tables)?;
+        let mut pace = Pace::new(system, stage, case, model)?;
+        self.state.pace.iter().for_each(|memory| pace.recall(system, memory));
+        stage.start.time = self.state.time;
+        stage.holding = start::holding(system, case);
+        system.forget(stage)?;
+        pace.forget(system);
+        let control = self.control(case, model);
+        let ledger = EnergyLedger::resume(self.state.balances, drive, system.pattern_vector().like()?);
+        journal.go_on(&control, &format!("goes on from {}", self.path.display()))?;
+        Ok(Watch { control, ledger, guard: self.state.guard.clone(), pace })
+    }
+
+    /// The control as it was, or a new one to another end.
+    fn control<const D: usize>(&self, case: &Case, model: &Model<D>) -> StepControl {
+        let (time, end) = (self.state.time, case.time.end.si);
+        if end == self.state.end || end <= time {
+            return self.state.control.clone();
+        }
+        pace::control(case, model, time)
+    }
+}
+
+/// Path and state of the checkpoint, as text. Rank 0 only.
+fn look<const D: usize>(case: &Case, place: &Place) -> Result<String> {
+    ResultsFolder::open(&place.folder).map_err(|error| error.hint("a run is started without --restart"))?;
+    let asked = match &place.begin {
+        Begin::From(path) => Some(path.as_path()),
+        Begin::Anew | Begin::Newest => None,
+    };
+    let again = |path: &std::path::Path| format!("{} --restart={}", place.command(), path.display());
+    let found = Store::of(&place.folder).find(asked, again)?;
+    let name = found.path.display().to_string();
+    let state: State = serde_json::from_value(found.header.state).map_err(|error| {
+        Error::file(format!("{name}: written by another version of this program ({error})"))
+            .hint("go on with that version, or start anew without --restart")
+    })?;
+    state.check::<D>(case, &inputs(case, place)?).map_err(|error| error.within(&name))?;
+    state.past.lengths.check(&place.folder)?;
+    serde_json::to_string(&(found.path, state))
+        .map_err(|error| Error::internal(format!("checkpoint: {error}")))
+}
+
+/// The case without what may change: title, end of time, solver, PETSc's options, and output but for probes.
+fn fixed(case: &Case) -> Result<Value> {
+    let mut json = case.to_json()?;
+    if let Some(case) = json.as_object_mut() {
+        ["title", "solver", "petsc"].iter().for_each(|key| drop(case.remove(*key)));
+        if let Some(time) = case.get_mut("time").and_then(Value::as_object_mut) {
+            time.remove("end");
+        }
+        if let Some(output) = case.get_mut("output").and_then(Value::as_object_mut) {
+            output.retain(|key, _| key == "probes");
+        }
+    }
+    Ok(json)
+}
+
+fn meshes(inputs: &[Input]) -> Vec<String> {
+    inputs.iter().skip(1).map(|input| input.sha256.clone()).collect()
+}
+
+/// The first place at which two values differ, in words.
+fn difference(was: &Value, is: &Value, path: &str) -> Option<String> {
+    let inner = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match (was, is) {
+        (Value::Object(was), Value::Object(is)) => {
+            let keys = was.keys().chain(is.keys().filter(|key| !was.contains_key(*key)));
+            let of = |map: &serde_json::Map<String, Value>, key: &str| {
+                map.get(key).cloned().unwrap_or(Value::Null)
+            };
+            keys.map(|key| difference(&of(was, key), &of(is, key), &inner(key))).find_map(|found| found)
+        }
+        _ => (was != is).then(|| format!("{path} was {was} and is {is}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// The first difference is named with both values, deep down and where a key came or went.
+    #[test]
+    fn differences_are_named() {
+        let was = json!({"a": {"b": 1, "c": [1, 2]}, "d": 2});
+        assert_eq!(difference(&was, &was, ""), None);
+        let is = json!({"a": {"b": 1, "c": [1, 3]}, "d": 2});
+        assert_eq!(difference(&was, &is, "").unwrap(), "a.c was [1,2] and is [1,3]");
+        assert_eq!(difference(&was, &json!({"a": was["a"].clone()}), "").unwrap(), "d was 2 and is null");
+        let more = json!({"a": was["a"].clone(), "d": 2, "e": 0});
+        assert_eq!(difference(&was, &more, "").unwrap(), "e was null and is 0");
+    }
+}

@@ -1,0 +1,251 @@
+//! `study.yml`: a case, what is varied in it, what is looked at, and what it is compared with.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::table::COLUMNS;
+use crate::case::diagnostics::{Complaint, Source};
+use crate::case::document::{Node, Tree, read_as};
+use crate::case::quantity::{Duration, Number};
+use crate::case::tagged::tagged;
+use crate::case::{At, Named, Place};
+use crate::error::{Error, Result};
+
+/// A study as written in `study.yml`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Study {
+    /// What the study is, for people.
+    #[serde(default)]
+    pub title: Option<String>,
+    /// The case file, relative to this one.
+    pub case: At<String>,
+    /// Values for all members by their paths in the case, as `time.end` or `bodies.block.mesh.box.cells[0]`; `null` takes a key away.
+    #[serde(default)]
+    pub set: Named<Node>,
+    /// Axes; the members are all combinations of their values.
+    #[serde(default)]
+    pub sweep: Named<Axis>,
+    /// Further members by name, each with its own values.
+    #[serde(default)]
+    pub members: Named<Named<Node>>,
+    /// What quantities without a reference of their own are compared with.
+    #[serde(default)]
+    pub reference: Option<At<Reference>>,
+    /// What is looked at, by name.
+    pub quantities: At<Named<Quantity>>,
+    /// Relative errors that the advice speaks of, > 0; 10, 1 and 0.1 % if absent.
+    #[serde(default = "targets")]
+    pub accuracy: At<Vec<Number>>,
+    /// The text, for errors that are found later.
+    #[serde(skip)]
+    source: Source,
+}
+
+fn targets() -> At<Vec<Number>> {
+    [0.1, 0.01, 0.001].map(Number::new).to_vec().into()
+}
+
+/// An axis of the grid: one key with values, or choices that set several keys at once.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Axis {
+    /// Path of the key that `values` are for.
+    #[serde(default)]
+    pub key: Option<At<String>>,
+    /// A list of values, or a mapping from labels to values.
+    #[serde(default)]
+    #[schemars(with = "Option<ListOrMapping>")]
+    pub values: Option<Node>,
+    /// Choices by name, each with values by their paths.
+    #[serde(default)]
+    pub choices: Option<Named<Named<Node>>>,
+}
+
+/// What the schema says of the values of an axis.
+#[derive(JsonSchema)]
+#[schemars(untagged, inline)]
+#[allow(dead_code, reason = "stands for a node in the schema")]
+enum ListOrMapping {
+    List(Vec<serde_json::Value>),
+    Mapping(serde_json::Map<String, serde_json::Value>),
+}
+
+/// What the members are compared with.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Reference")]
+pub enum Reference {
+    /// The completed member with the most unknowns times steps.
+    Finest,
+    /// A run of its own, with values by their paths on top of `set`.
+    Member(Named<Node>),
+}
+
+/// A quantity of interest.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Quantity {
+    /// A table of the results: `probes.csv`, `contact.csv`, `reactions.csv`, `energy.csv`, `momentum.csv`.
+    pub table: At<String>,
+    /// Column, with its unit as in the header.
+    pub column: At<String>,
+    /// Rows by the words in their columns, as `{ boundary: clamp }`.
+    #[serde(default, rename = "where")]
+    pub only: Named<At<String>>,
+    /// What is made of the column.
+    pub measure: At<Measure>,
+    /// First and last instant that count [s]; all if absent.
+    #[serde(default)]
+    pub between: Option<At<[Duration; 2]>>,
+    /// Size that errors are relative to, > 0, in the unit of the column; the size of the reference if absent.
+    #[serde(default)]
+    pub scale: Option<Number>,
+    /// What this quantity is compared with, in place of the study's reference.
+    #[serde(default)]
+    pub reference: Option<At<Known>>,
+}
+
+/// What is made of a column over time.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Measure")]
+pub enum Measure {
+    /// Its value at an instant [s], linear between two rows.
+    At(Duration),
+    /// Its last value.
+    Last,
+    /// Its largest value.
+    Maximum,
+    /// Its smallest value.
+    Minimum,
+    /// The whole curve: the error is the L2 norm over time of the difference from the reference's curve.
+    L2,
+}
+
+/// What is known of a quantity.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Known")]
+pub enum Known {
+    /// A value, in the unit of the column.
+    Value(Number),
+    /// A table with a column `time [s]` and the quantity's column, relative to this file.
+    Csv(At<String>),
+}
+
+tagged!(read Reference, "reference");
+tagged!(read Measure, "measure");
+tagged!(read Known, "reference");
+
+/// Tables of a results folder that have a row a step.
+pub const TABLES: [&str; 5] = ["probes.csv", "contact.csv", "reactions.csv", "energy.csv", "momentum.csv"];
+
+impl Study {
+    /// Reads and checks the text of a study; the name, a path, stands in errors and says what paths are relative to.
+    ///
+    /// # Errors
+    /// What is wrong, as `name:line:column: message`, with the line itself and a hint.
+    pub fn parse(text: &str, name: &std::path::Path) -> Result<Self> {
+        let source = Source::new(text, name);
+        let mut study: Self = read_as(1, &source)?;
+        study.source = source;
+        let mut complaints = Vec::new();
+        study.check(&mut complaints);
+        complaints.sort_by_key(|complaint| (complaint.place.line, complaint.place.column));
+        match complaints.first() {
+            None => Ok(study),
+            Some(first) => Err(study.source.error(first)),
+        }
+    }
+
+    /// The file itself.
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// The error that points at a place of the study.
+    pub fn error(&self, place: Place, message: impl Into<String>, hint: &str) -> Error {
+        self.source.error(&Complaint::new(message.into()).at(place).hint(hint))
+    }
+
+    fn check(&self, complaints: &mut Vec<Complaint>) {
+        self.sweep.iter().for_each(|(name, axis)| check_axis(name, axis, complaints));
+        if self.quantities.value.is_empty() {
+            let nothing = Complaint::new("a study looks at one quantity at least".into());
+            complaints.push(nothing.at(self.quantities.place));
+        }
+        for (name, quantity) in self.quantities.value.iter() {
+            self.check_quantity(name, quantity, complaints);
+        }
+        if self.sweep.is_empty() && self.members.is_empty() {
+            let nothing = Complaint::new("nothing is varied: neither `sweep` nor `members`".into());
+            complaints.push(nothing.at(self.case.place));
+        }
+        let bad = self.accuracy.value.iter().find(|target| !(target.si > 0.0 && target.si < 1.0));
+        complaints.extend(bad.map(|target| {
+            let message = format!("an accuracy is between 0 and 1, {} is not", target.si);
+            Complaint::new(message).at(target.place).hint("0.01 means 1 %")
+        }));
+        for name in
+            self.sweep.iter().map(|(name, _)| name).chain(self.quantities.value.iter().map(|(name, _)| name))
+        {
+            if COLUMNS.contains(&name.value.as_str()) {
+                let message = format!("study.csv has a column of its own called '{}'", name.value);
+                complaints.push(Complaint::new(message).at(name.place).hint("choose another name"));
+            }
+        }
+        for reserved in self.members.iter().map(|(name, _)| name).filter(|name| name.value == "reference") {
+            let message = "the name 'reference' is that of the reference's own run".into();
+            complaints.push(Complaint::new(message).at(reserved.place));
+        }
+    }
+
+    fn check_quantity(&self, name: &At<String>, quantity: &Quantity, complaints: &mut Vec<Complaint>) {
+        let table = &quantity.table;
+        if !TABLES.contains(&table.value.as_str()) {
+            let unknown = Complaint::unknown("table", &table.value, TABLES.into_iter());
+            complaints.push(unknown.at(table.place));
+        }
+        if let Some(between) = &quantity.between
+            && between.value[0].si >= between.value[1].si
+        {
+            complaints
+                .push(Complaint::new("the first instant is not before the last".into()).at(between.place));
+        }
+        if let Some(scale) = quantity.scale.filter(|scale| scale.si <= 0.0) {
+            complaints.push(Complaint::new("a size is positive".into()).at(scale.place));
+        }
+        let own = quantity.reference.as_ref();
+        if own.is_none() && self.reference.is_none() {
+            let message = format!("'{}' has nothing to be compared with", name.value);
+            let cure = "give the study a `reference`, or this quantity its own: `reference: { value: ... }`";
+            complaints.push(Complaint::new(message).at(name.place).hint(cure));
+        }
+        if let (Measure::L2, Some(At { value: Known::Value(_), place })) = (quantity.measure.value, own) {
+            let message = "a curve is compared with a curve, not with a value".into();
+            complaints.push(Complaint::new(message).at(*place).hint("reference: { csv: FILE }"));
+        }
+    }
+}
+
+fn check_axis(name: &At<String>, axis: &Axis, complaints: &mut Vec<Complaint>) {
+    let say = |message: &str, hint: &str| Complaint::new(message.to_owned()).at(name.place).hint(hint);
+    let form = "`{ key: PATH, values: [...] }`, or `{ choices: { NAME: { PATH: VALUE } } }`";
+    let count = match (&axis.key, &axis.values, &axis.choices) {
+        (Some(_), Some(values), None) => match &values.tree {
+            Tree::List(values) => values.len(),
+            Tree::Map(values) => values.len(),
+            _ => {
+                return complaints.push(
+                    Complaint::new("expected a list, or a mapping from labels".into()).at(values.place()),
+                );
+            }
+        },
+        (None, None, Some(choices)) => choices.len(),
+        _ => return complaints.push(say("an axis has a key and its values, or choices", form)),
+    };
+    if count == 0 {
+        complaints.push(say("this axis has no value", form));
+    }
+}

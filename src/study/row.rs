@@ -1,0 +1,279 @@
+//! A member as its results tell it: what it cost, what its quantities are, how far they are from the reference.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::file::{Known, Measure, Quantity, Study};
+use super::plan::{Member, REFERENCE};
+use super::series::{Interval, Series};
+use crate::case::{At, Named};
+use crate::error::{Cause, Error, Result};
+use crate::output::folder::RECORD;
+use crate::plot::Csv;
+
+/// How a member stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// Not run yet, or cut off while it ran.
+    Waiting,
+    /// Done.
+    Completed,
+    /// Ended early, for a reason of its own.
+    Failed,
+}
+
+impl State {
+    /// The word in `study.csv`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Completed => "completed",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// What a member has cost; sums over ranks where not said otherwise.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cost {
+    /// Processor time outside of the kernel \[s\].
+    pub cpu: f64,
+    /// Wall time \[s\].
+    pub wall: f64,
+    /// Newton iterations.
+    pub newton: u64,
+    /// Krylov iterations.
+    pub krylov: u64,
+    /// Steps done.
+    pub steps: u64,
+    /// Steps cut.
+    pub cuts: u64,
+    /// Unknowns of a step.
+    pub unknowns: u64,
+    /// Peaks of the memory of all ranks \[MiB\].
+    pub memory: f64,
+    /// Ranks.
+    pub ranks: u64,
+    /// Largest numerical energy over the largest total energy or external work; `None` without a table of energies.
+    pub drift: Option<f64>,
+}
+
+impl Cost {
+    /// Unknowns of all steps together.
+    pub fn size(&self) -> f64 {
+        self.unknowns as f64 * self.steps as f64
+    }
+}
+
+/// A member and what came of it.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// Its name.
+    pub name: String,
+    /// Labels of its values, an axis each.
+    pub labels: Vec<String>,
+    /// How it stands.
+    pub state: State,
+    /// Why it failed, in one line.
+    pub reason: String,
+    /// What it has cost.
+    pub cost: Cost,
+    /// Its curves, one a quantity.
+    curves: Vec<Option<Series>>,
+    /// Its values, one a quantity.
+    pub values: Vec<Option<f64>>,
+    /// Relative errors, one a quantity.
+    pub errors: Vec<Option<f64>>,
+    /// Whether members are measured by it, one a quantity: then its own error tells nothing.
+    pub is_measure: Vec<bool>,
+}
+
+impl Row {
+    /// A member that has not been run.
+    pub fn waiting(member: &Member, quantities: usize) -> Self {
+        Self::blank(member.name.clone(), member.labels.clone(), quantities)
+    }
+
+    /// A row of that name without results.
+    pub(super) fn blank(name: String, labels: Vec<String>, quantities: usize) -> Self {
+        Self {
+            name,
+            labels,
+            state: State::Waiting,
+            reason: String::new(),
+            cost: Cost::default(),
+            curves: vec![None; quantities],
+            values: vec![None; quantities],
+            errors: vec![None; quantities],
+            is_measure: vec![false; quantities],
+        }
+    }
+
+    /// Reads what the results of a member tell. Errors against the reference come later.
+    ///
+    /// # Errors
+    /// A table can not be read, or has no such column: then the study is wrong.
+    pub fn read(member: &Member, folder: &Path, study: &Study) -> Result<Self> {
+        let record = record(folder);
+        let mut row = Self::waiting(member, study.quantities.value.len());
+        row.state = match record["verdict"].as_str() {
+            Some("completed") => State::Completed,
+            Some("failed") => State::Failed,
+            _ => return Ok(row),
+        };
+        row.reason = one_line(record["reason"].as_str().unwrap_or_default());
+        row.cost = cost(&record, folder)?;
+        for (index, (_, quantity)) in study.quantities.value.iter().enumerate() {
+            let curve = curve(quantity, folder, study)?;
+            if row.state == State::Completed {
+                row.values[index] = curve
+                    .as_ref()
+                    .and_then(|curve| curve.measured(quantity.measure.value, interval(quantity)));
+                row.curves[index] = curve;
+            }
+        }
+        Ok(row)
+    }
+}
+
+/// The record of a run; nothing where there is none.
+pub fn record(folder: &Path) -> Value {
+    let text = std::fs::read_to_string(folder.join(RECORD)).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
+fn cost(record: &Value, folder: &Path) -> Result<Cost> {
+    let count = |key: &str| record[key].as_u64().unwrap_or(0);
+    let sum = |list: &Value| -> f64 { list.as_array().into_iter().flatten().filter_map(Value::as_f64).sum() };
+    Ok(Cost {
+        cpu: sum(&record["balance"]["cpu_seconds"]),
+        wall: record["wall_seconds"].as_f64().unwrap_or(0.0),
+        newton: count("newton_iterations"),
+        krylov: count("krylov_iterations"),
+        steps: count("steps"),
+        cuts: count("cut_steps"),
+        unknowns: count("unknowns"),
+        memory: sum(&record["peak_memory_bytes"]) / f64::from(1 << 20),
+        ranks: count("ranks"),
+        drift: drift(&folder.join("energy.csv"))?,
+    })
+}
+
+/// Largest energy that the balance leaves over, against the largest of total energy and external work.
+fn drift(path: &Path) -> Result<Option<f64>> {
+    let Some(csv) = Csv::read(path)? else { return Ok(None) };
+    let largest = |column: &str| -> Result<f64> {
+        let values = csv.numbers(column)?.unwrap_or_default();
+        Ok(values.iter().filter(|v| v.is_finite()).fold(0.0, |most, v| v.abs().max(most)))
+    };
+    let size = largest("total [J]")?.max(largest("external_work [J]")?);
+    Ok((size > 0.0).then_some(largest("numerical [J]")? / size))
+}
+
+fn curve(quantity: &Quantity, folder: &Path, study: &Study) -> Result<Option<Series>> {
+    let only: Vec<(&str, &str)> =
+        quantity.only.iter().map(|(column, word)| (column.value.as_str(), word.value.as_str())).collect();
+    let path = folder.join(&quantity.table.value);
+    Series::read(&path, &quantity.column.value, &only).map_err(|error| match error.cause {
+        Cause::Case => told(study, quantity, &error),
+        _ => error,
+    })
+}
+
+/// The error about a column, at its place in the study.
+fn told(study: &Study, quantity: &Quantity, error: &Error) -> Error {
+    let (message, hint) = error.message.split_once("\nhint: ").unwrap_or((&error.message, ""));
+    study.error(quantity.column.place, message, hint)
+}
+
+/// First line of a reason.
+fn one_line(reason: &str) -> String {
+    reason.lines().next().unwrap_or_default().trim().to_owned()
+}
+
+/// First and last instant of a quantity \[s\].
+fn interval(quantity: &Quantity) -> Interval {
+    quantity.between.as_ref().map(|between| between.value.map(|time| time.si))
+}
+
+/// What quantities are compared with.
+#[derive(Debug, Clone)]
+pub struct References(Vec<Option<Standard>>);
+
+#[derive(Debug, Clone)]
+enum Standard {
+    Value(f64),
+    Curve(Series),
+}
+
+impl References {
+    /// Reads the references that stand beside the study.
+    ///
+    /// # Errors
+    /// A table is not there, or has no such column.
+    pub fn read(study: &Study) -> Result<Self> {
+        let standard = |quantity: &Quantity| match &quantity.reference {
+            None => Ok(None),
+            Some(At { value: Known::Value(value), .. }) => Ok(Some(Standard::Value(value.si))),
+            Some(At { value: Known::Csv(file), .. }) => {
+                let path = study.source().directory.join(&file.value);
+                let absent =
+                    |error: String| study.error(file.place, error, "paths are relative to the study file");
+                let read = Series::read(&path, &quantity.column.value, &[]).map_err(|e| absent(e.message))?;
+                let curve = read.filter(|curve| !curve.is_empty());
+                let curve =
+                    curve.ok_or_else(|| absent(format!("{}: no curve to compare with", path.display())))?;
+                Ok(Some(Standard::Curve(curve)))
+            }
+        };
+        study.quantities.value.values().map(standard).collect::<Result<_>>().map(Self)
+    }
+
+    /// Gives all rows their errors; of quantities without a reference of their own against the study's.
+    pub fn compare(&self, rows: &mut [Row], quantities: &Named<Quantity>) {
+        let finest = finest(rows);
+        for (index, quantity) in quantities.values().enumerate() {
+            let measure = quantity.measure.value;
+            let own = self.0[index].clone();
+            let is_own = own.is_some();
+            let standard = own.or_else(|| {
+                let row = &rows[finest?];
+                match measure {
+                    Measure::L2 => row.curves[index].clone().map(Standard::Curve),
+                    _ => row.values[index].map(Standard::Value),
+                }
+            });
+            for (position, row) in rows.iter_mut().enumerate() {
+                row.is_measure[index] = !is_own && finest == Some(position);
+                row.errors[index] =
+                    standard.as_ref().and_then(|standard| error(row, index, quantity, standard));
+            }
+        }
+    }
+}
+
+fn error(row: &Row, index: usize, quantity: &Quantity, standard: &Standard) -> Option<f64> {
+    let (measure, interval) = (quantity.measure.value, interval(quantity));
+    let scale = quantity.scale.map(|scale| scale.si);
+    let target = match standard {
+        Standard::Value(value) => *value,
+        Standard::Curve(other) if measure == Measure::L2 => {
+            return row.curves[index].as_ref()?.distance(other, interval, scale);
+        }
+        Standard::Curve(other) => other.measured(measure, interval)?,
+    };
+    let size = scale.unwrap_or(target.abs());
+    (size > 0.0).then_some((row.values[index]? - target).abs() / size)
+}
+
+/// The reference's own run, or else the completed member with the most unknowns times steps.
+fn finest(rows: &[Row]) -> Option<usize> {
+    let completed = |k: &usize| rows[*k].state == State::Completed;
+    match rows.iter().position(|row| row.name == REFERENCE) {
+        Some(own) => Some(own).filter(completed),
+        None => (0..rows.len())
+            .filter(completed)
+            .max_by(|&a, &b| rows[a].cost.size().total_cmp(&rows[b].cost.size()).then(b.cmp(&a))),
+    }
+}

@@ -1,0 +1,254 @@
+//! Impact at reduced size: energy and momentum kept, the force on its plateau, the guard that ends a run and the warning
+//! before it.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Folder, Table};
+
+/// A shipped case with some of its text replaced; each text must be there.
+#[track_caller]
+fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
+    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    for (from, to) in changes {
+        assert!(text.contains(from), "{case} has no '{from}'");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+struct Results(Folder);
+
+impl Results {
+    #[track_caller]
+    fn of(text: &str, ranks: usize) -> Self {
+        let folder = Folder::new("impact");
+        folder.write("case.yml", text);
+        common::run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+        Self(folder)
+    }
+
+    fn table(&self, name: &str) -> Table {
+        Table::read(&self.0.join("out").join(name))
+    }
+
+    fn record(&self) -> serde_json::Value {
+        let text = std::fs::read_to_string(self.0.join("out/run.json")).expect("a record");
+        serde_json::from_str(&text).expect("JSON")
+    }
+
+    /// Largest unexplained energy over the largest there was.
+    fn unexplained(&self) -> f64 {
+        let ledger = self.table("energy.csv");
+        let largest = |column| ledger.numbers(column).into_iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+        largest("numerical") / largest("total").max(largest("kinetic"))
+    }
+
+    /// Root mean square of the force about its plateau `force`, relative.
+    fn ripple(&self, force: f64) -> f64 {
+        let contact = self.table("contact.csv");
+        let rows = contact.numbers("time").into_iter().zip(contact.numbers("force_n"));
+        let plateau: Vec<f64> = rows.filter(|row| row.0 > 0.55 && row.0 < 1.1).map(|row| row.1).collect();
+        assert!(plateau.len() > 20);
+        (plateau.iter().map(|f| (f / force - 1.0).powi(2)).sum::<f64>() / plateau.len() as f64).sqrt()
+    }
+}
+
+/// Whatever law, step and penalty: energy is kept, the force lies on its plateau, and all of the velocity comes back.
+#[test]
+fn the_bar_keeps_its_energy_and_its_force_is_smooth() {
+    for (case, force, speed, kept) in [
+        ("conserving", 300.0, 10.0, 1e-8),
+        ("conserving-saint-venant-kirchhoff", 9.0, 0.3, 1e-8),
+        ("conserving-neo-hookean", 9.0, 0.3, 1e-6),
+    ] {
+        for (step, compliance) in [("1.0e-2", "1.0e-5"), ("5.0e-3", "1.0e-4"), ("2.5e-3", "1.0e-4")] {
+            // 50 elements: 1.5, 0.75 and 0.375 h / c.
+            let changes = [("cells: [1, 100]", "cells: [1, 50]"), ("2.5e-3", step), ("1.0e-5", compliance)];
+            let bar = Results::of(&shipped(&format!("bar-impact/{case}.yml"), &changes), 1);
+            let (drift, ripple) = (bar.unexplained(), bar.ripple(force));
+            assert!(drift < kept, "{case}, {step}, {compliance}: {drift}");
+            // The finite laws have their own plateau, within a hundredth of the linear one.
+            assert!(ripple < 0.01, "{case}, {step}, {compliance}: {ripple}");
+            let momentum = bar.table("momentum.csv");
+            assert!((momentum.last("linear_y") / (10.0 * speed) - 1.0).abs() < 0.05, "{case}: it flies back");
+        }
+    }
+}
+
+/// With mass at its tip the bar keeps its energy all the same, but its force rings.
+#[test]
+fn mass_at_the_tip_rings() {
+    let changes = [("cells: [1, 100]", "cells: [1, 50]"), ("mass: redistributed", "mass: consistent")];
+    let bar = Results::of(&shipped("bar-impact/conserving.yml", &changes), 1);
+    assert!(bar.unexplained() < 1e-8 && bar.ripple(300.0) > 0.05, "{}", bar.ripple(300.0));
+}
+
+/// Bounce after bounce nothing is lost.
+#[test]
+fn ten_bounces_keep_the_energy() {
+    let coarse = [("cells: [1, 50]", "cells: [1, 20]"), ("step: 1.0e-2", "step: 2.5e-2")];
+    let bar = Results::of(&shipped("bar-impact/ten-bounces.yml", &coarse), 1);
+    assert!(bar.unexplained() < 1e-6, "{}", bar.unexplained());
+    let contact = bar.table("contact.csv").numbers("force_n");
+    let touches: Vec<usize> = (0..contact.len()).filter(|&i| contact[i] > 0.0).collect();
+    let bounces = 1 + touches.windows(2).filter(|pair| pair[1] - pair[0] > 40).count();
+    assert!(bounces >= 10, "{bounces}");
+}
+
+/// A bar in space, and a bar that meets another: energy and momentum are kept there as well, and the plateau met.
+#[test]
+fn solid_and_deformable_targets_keep_the_energy() {
+    let solid = [
+        ("dimension: 2", "dimension: 3"),
+        (
+            "min: [0, 5], max: [1, 15], cells: [1, 100], element: quad4",
+            "min: [0, 0, 5], max: [1, 1, 15], cells: [1, 1, 60], element: hex8",
+        ),
+        ("[0, -10]", "[0, 0, -10]"),
+        ("point: [0, 0], normal: [0, 1]", "point: [0, 0, 0], normal: [0, 0, 1]"),
+        ("tip: { at: [0, 5] }", "tip: { at: [0, 0, 5] }"),
+        ("end: { at: [0, 15] }", "end: { at: [0, 0, 15] }"),
+        ("step: 2.5e-3", "step: 1.0e-2"),
+    ];
+    let bar = Results::of(&shipped("bar-impact/conserving.yml", &solid), 1);
+    assert!(
+        bar.unexplained() < 1e-8 && bar.ripple(300.0) < 0.01,
+        "{} {}",
+        bar.unexplained(),
+        bar.ripple(300.0)
+    );
+    let coarse = [("cells: [1, 100]", "cells: [1, 50]"), ("step: 2.5e-3", "step: 5.0e-3")];
+    let bars = Results::of(&shipped("bar-impact/two-bars.yml", &coarse), 1);
+    assert!(
+        bars.unexplained() < 1e-8 && bars.ripple(150.0) < 0.01,
+        "{} {}",
+        bars.unexplained(),
+        bars.ripple(150.0)
+    );
+    let momentum = bars.table("momentum.csv").numbers("linear_y");
+    assert!(momentum.iter().all(|p| (p + 100.0).abs() < 1e-8), "{momentum:?}");
+    let probes = bars.table("probes.csv");
+    assert!((probes.last("second.u_y") + 10.0 * (1.5 - 5.0 / 6.0)).abs() < 0.1, "the second bar flies on");
+}
+
+/// The bar without mass at its tip gives the same on several ranks, some of which have none of the tip.
+#[test]
+fn redistributed_mass_on_2_3_ranks() {
+    let coarse =
+        [("cells: [1, 100]", "cells: [1, 30]"), ("step: 2.5e-3", "step: 1.0e-2"), ("end: 1.5", "end: 0.8")];
+    let text = shipped("bar-impact/conserving-neo-hookean.yml", &coarse);
+    let alone = Results::of(&text, 1).table("probes.csv").numbers("tip.u_y");
+    for ranks in [2, 3] {
+        let together = Results::of(&text, ranks).table("probes.csv").numbers("tip.u_y");
+        let apart = alone.iter().zip(&together).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        assert!(alone.len() == together.len() && apart < 1e-9, "{ranks} ranks: {apart}");
+    }
+}
+
+/// Moving the mass off the contact nodes leaves momentum and energy of any rigid motion as they were, for every element.
+#[test]
+fn redistributed_mass_moves_like_the_body() {
+    for (dimension, element) in [
+        (2, "tri3"),
+        (2, "tri6"),
+        (2, "quad4"),
+        (2, "quad8"),
+        (2, "quad9"),
+        (3, "tet4"),
+        (3, "tet10"),
+        (3, "hex8"),
+        (3, "hex20"),
+        (3, "hex27"),
+    ] {
+        let (zeros, ones, cells, up, speed) = match dimension {
+            2 => ("[0, 0]", "[1, 0.8]", "[6, 6]", "[0, 1]", "[\"1 - 2 * y\", \"0.5 + 2 * x\"]"),
+            _ => (
+                "[0, 0, 0]",
+                "[1, 0.8, 0.9]",
+                "[5, 5, 5]",
+                "[0, 0, 1]",
+                "[\"1 - 2 * y\", \"2 * x - z\", \"y\"]",
+            ),
+        };
+        let below = zeros.replacen("[0", "[-1", 1).replace(", 0", ", -1");
+        let case = |mass: &str| {
+            format!(
+                "title: A\ndimension: {dimension}\nbodies:\n  box:\n    mesh: {{ box: {{ min: {zeros}, max: {ones}, cells: {cells}, element: {element} }} }}\n    \
+                 material: {{ neo_hookean: {{ young_modulus: 1.0e+3, poisson_ratio: 0.3 }} }}\n    density: 2\n    mass: {mass}\n    initial_velocity: {speed}\n\
+                 obstacles:\n  floor: {{ plane: {{ point: {below}, normal: {up} }} }}\n\
+                 contact:\n  foot: {{ contactor: box.bottom, target: floor, normal: {{ penalty: {{ compliance: 1.0e-5 }} }}, friction: none, quadrature: gauss }}\n\
+                 time: {{ end: 1.0e-4, step: 1.0e-4, scheme: conserving }}\n"
+            )
+        };
+        let [moved, still] = ["redistributed", "consistent"].map(|mass| Results::of(&case(mass), 1));
+        let first = |results: &Results, table: &str, column: &str| results.table(table).numbers(column)[0];
+        let mut columns = vec![
+            ("energy.csv", "kinetic"),
+            ("momentum.csv", "linear_x"),
+            ("momentum.csv", "linear_y"),
+            ("momentum.csv", "angular_z"),
+        ];
+        if dimension == 3 {
+            columns.extend([
+                ("momentum.csv", "linear_z"),
+                ("momentum.csv", "angular_x"),
+                ("momentum.csv", "angular_y"),
+            ]);
+        }
+        for (table, column) in columns {
+            let [a, b] = [&moved, &still].map(|results| first(results, table, column));
+            assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{element}: {column} {a} {b}");
+        }
+    }
+}
+
+/// A body that touches with all of its nodes has no other place for its mass, and says so.
+#[test]
+fn a_body_of_one_layer_can_not_redistribute_its_mass() {
+    let thin =
+        [("bar.bottom", "bar.left"), ("point: [0, 0], normal: [0, 1]", "point: [-1, 0], normal: [1, 0]")];
+    let folder = Folder::new("impact");
+    folder.write("case.yml", &shipped("bar-impact/conserving.yml", &thin));
+    let output = common::run(1, &["case.yml", "--output", "out", "--quiet"], &folder);
+    assert_eq!(output.code, Some(3), "{}", output.stderr);
+    assert!(
+        output.stderr.contains("bodies.bar: mass: redistributed") && output.stderr.contains("hint"),
+        "{}",
+        output.stderr
+    );
+}
+
+/// The paper's Newmark makes energy at the wall: the guard ends the run with exit code 6 and the term that grew, results are
+/// kept, and the warning came before. The conserving scheme passes a guard far tighter.
+#[test]
+fn the_guard_ends_a_run_that_makes_energy() {
+    let guarded = [("output:", "guard: { energy: 0.05 }\noutput:")];
+    let folder = Folder::new("impact");
+    folder.write("case.yml", &shipped("bar-impact/newmark.yml", &guarded));
+    let output = common::run(1, &["case.yml", "--output", "out"], &folder);
+    assert_eq!(output.code, Some(6), "{}", output.stderr);
+    assert!(
+        output.stderr.contains("came from nowhere") && output.stderr.contains("energy grew by"),
+        "{}",
+        output.stderr
+    );
+    let said = format!("{}{}", output.stdout, output.stderr);
+    assert!(said.contains("impact seen at t = 5.0") && said.contains("scheme: conserving"), "{said}");
+    let record: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.join("out/run.json")).expect("a record"))
+            .expect("JSON");
+    assert_eq!((&record["exit_code"], &record["verdict"]), (&6.into(), &"failed".into()));
+    let warnings = record["warnings"].as_array().expect("warnings");
+    let seen = |text: &serde_json::Value| text.as_str().is_some_and(|text| text.contains("impact seen"));
+    assert!(warnings.iter().any(seen), "{warnings:?}");
+    let ledger = Table::read(&folder.join("out/energy.csv"));
+    assert!(
+        ledger.last("numerical") < -0.05 * 500.0 && ledger.last("time") > 0.5,
+        "the step that did it is written"
+    );
+    let calm = Results::of(&shipped("bar-impact/conserving.yml", &[("energy: 1.0e-6", "energy: 1.0e-9")]), 1);
+    assert_eq!(calm.record()["warnings"], serde_json::json!([]));
+}

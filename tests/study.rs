@@ -1,0 +1,195 @@
+//! A study from the file to the advice: every member run or told why not, the same on any number of ranks, and what was done
+//! before is not done again.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use common::{Folder, Output, Running, Table, run};
+
+/// A small block dragged over a floor, four steps.
+const CASE: &str = r#"dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] } }
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
+    density: 1700
+obstacles:
+  floor: { plane: { point: [0, 0], normal: [0, 1] } }
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-9 } }
+    friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }
+boundary:
+  clamp: { on: block.top, displacement: { x: "1.0 * t", y: -0.01 } }
+start: { equilibrium: { friction: false, increments: 2 } }
+time: { end: 0.002, step: 5.0e-4 }
+output: { probes: { corner: { at: [0, 0] } } }
+"#;
+
+/// A grid, and a member that crushes the block.
+const STUDY: &str = r#"title: A < small > study
+case: case.yml
+sweep:
+  element: { key: bodies.block.mesh.box.element, values: [quad4, quad9] }
+  h: { key: bodies.block.mesh.box.cells, values: { 0.2: [2, 2], 0.1: [4, 4] } }
+members:
+  crushed: { boundary.clamp.displacement.y: "-0.01 - 300 * t", time.cuts: 1 }
+reference: { member: { bodies.block.mesh.box: { min: [0, 0], max: [0.4, 0.4], cells: [6, 6], element: quad9 } } }
+quantities:
+  reaction: { table: reactions.csv, where: { boundary: clamp }, column: "force_x [N]", measure: { at: 0.002 } }
+  corner: { table: probes.csv, column: "corner.u_x [m]", measure: l2 }
+"#;
+
+fn folder(study: &str) -> Folder {
+    let folder = Folder::new("study");
+    folder.write("case.yml", CASE);
+    folder.write("study.yml", study);
+    folder
+}
+
+fn study(ranks: usize, more: &[&str], folder: &Folder) -> Output {
+    run(ranks, &[&["study", "study.yml", "--output", "out"], more].concat(), folder)
+}
+
+/// The columns of a study that do not depend on the clock, the machine, or the last digits.
+fn settled(path: &Path) -> Vec<Vec<String>> {
+    let table = Table::read(&path.join("out/study.csv"));
+    let words = ["member", "element", "h", "verdict", "newton", "steps", "unknowns"];
+    let mut columns: Vec<Vec<String>> =
+        words.iter().map(|name| table.texts(name).into_iter().map(str::to_owned).collect()).collect();
+    for name in ["reaction", "reaction error", "corner", "corner error"] {
+        columns.push(table.numbers(name).into_iter().map(|value| format!("{value:.6e}")).collect());
+    }
+    columns
+}
+
+/// On one rank and on two a study has the same rows; the member that fails is a row with its reason.
+#[test]
+fn a_study_is_the_same_on_1_and_2_ranks() {
+    let folders = [1, 2].map(|ranks| {
+        let folder = folder(STUDY);
+        let output = study(ranks, &[], &folder).success();
+        assert_eq!(output.stdout.matches("study of case.yml: 6 members").count(), 1, "{}", output.stdout);
+        assert!(output.stdout.contains("[6/6] crushed: failed: t ="), "{}", output.stdout);
+        assert!(output.stdout.contains("for 10 % in reaction use element = "), "{}", output.stdout);
+        folder
+    });
+    let [one, two] = [0, 1].map(|k| settled(&folders[k]));
+    assert_eq!(one, two);
+    let table = Table::read(&folders[1].join("out/study.csv"));
+    assert_eq!(
+        table.texts("verdict"),
+        ["completed", "completed", "completed", "completed", "completed", "failed"]
+    );
+    assert!(table.texts("reason")[5].contains("turned inside out"), "{:?}", table.texts("reason"));
+    assert_eq!(table.numbers("ranks"), [2.0; 6]);
+    assert_eq!(table.numbers("reaction error")[0], 0.0);
+    assert!(table.numbers("reaction error")[1..5].iter().all(|error| *error > 0.0));
+    assert!(table.numbers("cpu")[..5].iter().chain(&table.numbers("memory")[..5]).all(|cost| *cost > 0.0));
+    // A member is an ordinary results folder, with the phases of itself alone: they do not exceed its wall time.
+    let record = fs::read_to_string(folders[0].join("out/members/element-quad9_h-0.1/run.json")).unwrap();
+    let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+    assert!(record["verdict"] == "completed" && record["case_sha256"].is_string(), "{record}");
+    let phases = record["phases"].as_object().unwrap().values();
+    let seconds: f64 = phases.map(|phase| phase["seconds"].as_f64().unwrap()).sum();
+    assert!(seconds < 1.1 * record["wall_seconds"].as_f64().unwrap(), "{record}");
+    for file in [
+        "advice.txt",
+        "study.md",
+        "figures/work-precision-reaction.svg",
+        "figures/time-accuracy-size-corner.svg",
+    ] {
+        assert!(folders[0].join("out").join(file).exists(), "{file}");
+    }
+}
+
+/// A study that was killed goes on where it was; what is done is not run again, unless the case has changed, or it failed and
+/// that is asked for.
+#[test]
+fn a_study_goes_on_where_it_was() {
+    let whole = folder(STUDY);
+    study(1, &[], &whole).success();
+    let folder = folder(STUDY);
+    let running = Running::start(0, &["study", "study.yml", "--output", "out"], &folder);
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !folder.join("out/members/element-quad4_h-0.1/run.json").exists() && Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    running.signal("KILL");
+    running.wait(Duration::from_secs(60));
+    // What a member leaves that is killed while it runs.
+    let cut = folder.join("out/members/element-quad4_h-0.1/run.json");
+    fs::write(&cut, "{ \"program\": \"contact-petsc\", \"verdict\": \"running\" }").unwrap();
+    let output = study(1, &[], &folder).success();
+    assert!(output.stdout.contains("reference: ") && output.stdout.contains("(before)"), "{}", output.stdout);
+    let again = output.stdout.lines().find(|line| line.contains("element-quad4_h-0.1:")).unwrap();
+    assert!(!again.contains("(before)"), "{again}");
+    assert_eq!(settled(&whole), settled(&folder));
+
+    let output = study(1, &["--rerun-failed"], &folder).success();
+    assert_eq!(output.stdout.matches("(before)").count(), 5, "{}", output.stdout);
+    let changed = CASE.replace("coefficient: 0.5", "coefficient: 0.4");
+    folder.write("case.yml", &changed);
+    let output = study(1, &[], &folder).success();
+    assert_eq!(output.stdout.matches("(before)").count(), 0, "{}", output.stdout);
+}
+
+/// A wrong path, a wrong value and a wrong column are told at their places in the study; the first two before anything runs.
+#[test]
+fn wrong_studies_end_with_3_on_2_ranks() {
+    for (from, to, words) in [
+        ("box.element", "box.elment", "study.yml:4:41"),
+        ("[quad4, quad9]", "[quad4, hex8]", "study.yml:4:66"),
+        ("\"force_x [N]\"", "force_x", "did you mean 'force_x [N]'"),
+    ] {
+        let folder = folder(&STUDY.replacen(from, to, 1));
+        let output = study(2, &[], &folder);
+        assert_eq!(output.code, Some(3), "{}", output.stderr);
+        assert!(
+            output.stderr.contains(words) && output.stderr.contains("study.yml:"),
+            "{words}: {}",
+            output.stderr
+        );
+        assert_eq!(output.stderr.matches("contact-petsc: error:").count(), 1, "{}", output.stderr);
+        assert_eq!(folder.join("out").exists(), from.starts_with('"'), "{from}");
+    }
+}
+
+/// A dry run lists the members and runs none; a folder of somebody else is left alone; without a member that completes the
+/// study has failed.
+#[test]
+fn a_study_runs_nothing_that_it_should_not() {
+    let folder = folder(STUDY);
+    let output = study(0, &["--dry-run"], &folder).success();
+    assert!(
+        output.stdout.contains("6 members; quantities: reaction, corner\n  reference\n"),
+        "{}",
+        output.stdout
+    );
+    assert!(!folder.join("out").exists());
+    fs::create_dir(folder.join("out")).unwrap();
+    folder.write("out/mine.txt", "mine");
+    let output = study(0, &[], &folder);
+    assert_eq!(output.code, Some(4), "{}", output.stderr);
+    assert!(output.stderr.contains("not a study of contact-petsc"), "{}", output.stderr);
+    let crushed = STUDY.replace(
+        "case: case.yml",
+        "case: case.yml\nset: { boundary.clamp.displacement.y: \"-0.01 - 300 * t\", time.cuts: 1 }",
+    );
+    folder.write("study.yml", &crushed);
+    let output = run(1, &["study", "study.yml"], &folder);
+    assert_eq!(output.code, Some(5), "{}\n{}", output.stdout, output.stderr);
+    assert!(output.stderr.contains("no member completed"), "{}", output.stderr);
+    assert_eq!(
+        Table::read(
+            &folder.join("results").read_dir().unwrap().next().unwrap().unwrap().path().join("study.csv")
+        )
+        .len(),
+        6
+    );
+}
