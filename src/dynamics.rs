@@ -317,6 +317,6 @@ pub trait Dynamics {
     /// The contact points that changed last, as a phrase for a message; empty where there are none. Collective.
     fn restless_points(&mut self) -> String;
 
-    /// Length of the largest body [m]: what rounding is measured against.
+    /// Extent of all bodies, or their largest coordinate far from the origin [m]: what rounding is measured against.
     fn extent(&self) -> f64;
 }

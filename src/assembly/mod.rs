@@ -14,6 +14,7 @@ mod forces;
 mod interface;
 mod mass;
 mod meeting;
+mod passage;
 mod pattern;
 mod renewal;
 mod report;

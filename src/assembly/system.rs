@@ -6,14 +6,14 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::balance::meet;
-use super::build::{FreeBody, contacts, extent, free_bodies, loads, physics, supports, unit};
+use super::build::{FreeBody, contacts, extent, farthest, free_bodies, loads, physics, supports, unit};
 use super::contact::Contact;
 use super::external::External;
 use super::forces::{Solid, solids};
 use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
-use super::start::{Overclosure, resolve_overclosure, resolve_overclosure_of_points};
+use super::start::{Overclosure, known, resolve_overclosure, resolve_overclosure_of_points};
 use super::supports::{Supports, in_space};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::ContactLaw;
@@ -81,6 +81,8 @@ pub struct ContactSystem<const D: usize> {
     pub(super) trouble: Option<Error>,
     pub(super) changes: Changes,
     pub(super) extent: f64,
+    /// Size of the numbers that tell places: the extent, or the distance from the origin [m].
+    pub(super) span: f64,
     pub(super) free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     pub(super) unit: f64,
@@ -100,10 +102,12 @@ impl<const D: usize> ContactSystem<D> {
     ) -> Result<Self> {
         let world = session.world();
         let extent = extent(world, &local);
+        let span = extent.max(farthest(world, &local));
+        let known = known(extent, span);
         let mut overclosures = Vec::with_capacity(model.contacts.len());
         for contact in &model.contacts {
             if let Some(obstacle) = contact.target.obstacle() {
-                overclosures.push(resolve_overclosure(world, &mut local, contact, obstacle, extent)?);
+                overclosures.push(resolve_overclosure(world, &mut local, contact, obstacle, known)?);
             }
         }
         let supports = agree(world, supports(&local, model))?;
@@ -139,6 +143,7 @@ impl<const D: usize> ContactSystem<D> {
             work: forces.like()?,
             forces,
             extent,
+            span,
             free_bodies: free_bodies(world, &local, model, &supports),
             unit: unit(model, extent, &local),
             local,
@@ -170,10 +175,11 @@ impl<const D: usize> ContactSystem<D> {
         if let Some(interface) = &mut self.interface {
             meet(interface, &mut self.contacts, (session.world(), &self.phases), &request, &mut force);
         }
+        let known = known(self.extent, self.span);
         for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
             if contact.meeting().is_some() {
                 self.overclosures
-                    .insert(at, resolve_overclosure_of_points(session.world(), given, contact, self.extent)?);
+                    .insert(at, resolve_overclosure_of_points(session.world(), given, contact, known)?);
             }
         }
         Ok(())

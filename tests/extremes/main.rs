@@ -8,6 +8,7 @@ mod motion;
 mod row;
 mod scaling;
 mod scenes;
+mod shapes;
 mod statics;
 
 use std::fmt::Write;
@@ -65,6 +66,12 @@ fn motion_at_the_extremes() {
     hold(motion::rows());
 }
 
+/// Wedges, spikes, cliffs, internal edges.
+#[test]
+fn shapes_at_the_extremes() {
+    hold(shapes::rows());
+}
+
 /// The same answer in every unit.
 #[test]
 fn units_make_no_difference() {
@@ -77,7 +84,7 @@ fn units_make_no_difference() {
 fn the_whole_table() {
     let Some(path) = std::env::var_os("EXTREMES_TABLE") else { panic!("run scripts/extremes") };
     let only = std::env::var("EXTREMES_ONLY").unwrap_or_default();
-    let mut rows: Vec<Row> = [statics::rows(), motion::rows(), scaling::rows()].into_iter().flatten().collect();
+    let mut rows: Vec<Row> = [statics::rows(), motion::rows(), shapes::rows(), scaling::rows()].into_iter().flatten().collect();
     rows.retain(|row| format!("{}: {}", row.group, row.name).contains(&only));
     rows.sort_by_key(|row| ORDER.iter().position(|group| *group == row.group));
     let mut table = String::from("| Row | Answer | Expected | Verdict | Exit code | Seconds |\n|---|---|---|---|---|---|\n");
@@ -99,7 +106,7 @@ fn the_whole_table() {
 }
 
 /// Order of the groups in the table.
-const ORDER: [&str; 12] = [
+const ORDER: [&str; 14] = [
     "stiffness [Pa]",
     "pair ratio",
     "friction",
@@ -112,4 +119,6 @@ const ORDER: [&str; 12] = [
     "size [m]",
     "far away [m]",
     "snap-through",
+    "shapes",
+    "units",
 ];
