@@ -89,6 +89,11 @@ impl<const D: usize> Meeting<D> {
         &self.surfaces
     }
 
+    /// Points deeper than this are not below the target, but come from its other side [m].
+    pub fn depth(&self) -> f64 {
+        self.sight.depth
+    }
+
     /// Distance at which targets are looked for [m].
     pub fn reach(&self) -> f64 {
         self.sight.limits(0.0).reach

@@ -23,8 +23,8 @@ struct Ends<'a> {
 
 impl<const D: usize> ContactSystem<D> {
     /// Why the step of `stage` can not be accepted although it balances: a point went through a target and is open on
-    /// the other side. Deformable targets are looked at only where something moved further than a point may unseen.
-    /// Collective.
+    /// the other side. Deformable targets are looked at only where something moved further than a point may unseen, or
+    /// a point has no facet any more. Collective.
     ///
     /// # Errors
     /// The same on all ranks, when a message is damaged.
@@ -39,25 +39,30 @@ impl<const D: usize> ContactSystem<D> {
         let own = motions.clone();
         self.session.world().all_reduce_into(&own[..], &mut motions[..], SystemOperation::max());
         let mut missed: Vec<u64> = Vec::with_capacity(self.contacts.len());
-        for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(2)) {
-            let motion = motion[0] + motion[1];
+        for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(3)) {
+            let [motion, lost] = [motion[0] + motion[1], motion[2]];
             missed.push(match &contact.pair {
                 Pair::Rigid { contact: rigid, .. } => {
                     let passes = |path: Path<D>| path.passes_obstacle(&rigid.obstacle);
-                    if motion > 0.0 { open_paths(contact, ends).filter(|path| passes(*path)).count() as u64 } else { 0 }
+                    if motion > 0.0 {
+                        paths(contact, ends, true).filter(|path| passes(*path)).count() as u64
+                    } else {
+                        0
+                    }
                 }
-                Pair::Deformable(meeting) if motion > meeting.stride() => {
+                Pair::Deformable(meeting) if motion > meeting.stride() || lost > 0.0 => {
                     self.passages(meeting, contact, ends, motion)?
                 }
                 Pair::Deformable(_) => 0,
             });
         }
-        let mut all = vec![0; missed.len()];
+        let mut all = vec![0u64; missed.len()];
         self.session.world().all_reduce_into(&missed[..], &mut all[..], SystemOperation::sum());
-        let through = self.contacts.iter().zip(&all).zip(motions.chunks_exact(2)).find(|((_, points), _)| **points > 0);
+        let through =
+            self.contacts.iter().zip(&all).zip(motions.chunks_exact(3)).find(|((_, points), _)| **points > 0);
         Ok(through.map(|((contact, points), motion)| {
             format!(
-                "contact '{}': {points} points would go through the target and out again within one step, in which \
+                "contact '{}': {points} points would go through the target within one step, in which \
                  the surfaces move by {:.3e} m",
                 contact.name,
                 motion[0] + motion[1]
@@ -65,8 +70,8 @@ impl<const D: usize> ContactSystem<D> {
         }))
     }
 
-    /// How far own nodes of contactor and target move in the step, at most [m].
-    fn shifts(&self, contact: &Contact<D>, ends: Ends<'_>) -> [f64; 2] {
+    /// How far own nodes of contactor and target move in the step, at most [m]; 1 where a point has lost its facet.
+    fn shifts(&self, contact: &Contact<D>, ends: Ends<'_>) -> [f64; 3] {
         let of_node = |node: u32| {
             let dofs = node as usize * D..node as usize * D + D;
             dofs.map(|dof| (ends.end[dof] - ends.start[dof]).powi(2)).sum::<f64>()
@@ -74,14 +79,16 @@ impl<const D: usize> ContactSystem<D> {
         let surface = contact.surface();
         let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
         let contactor = contactor.map(|&node| of_node(node)).fold(0.0, f64::max);
-        let (mut target, mut nodes) = (0.0_f64, Vec::new());
+        let (mut target, mut lost, mut nodes) = (0.0_f64, false, Vec::new());
         if let Some(meeting) = contact.meeting() {
+            let knew = contact.state.history.iter().map(|history| history.normal != Point::<D>::zeros());
+            lost = knew.enumerate().any(|(point, knew)| knew && meeting.pairing.facet(point).is_none());
             for &facet in &meeting.surfaces()[1] {
                 self.local.mesh.facet_nodes(facet, &mut nodes);
                 target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
             }
         }
-        [contactor.sqrt(), target.sqrt()]
+        [contactor.sqrt(), target.sqrt(), f64::from(u8::from(lost))]
     }
 
     /// Points that pass through facets of the target, which are gathered as far as anything moves. Collective.
@@ -92,12 +99,14 @@ impl<const D: usize> ContactSystem<D> {
         ends: Ends<'_>,
         motion: f64,
     ) -> Result<u64> {
-        let world = self.session.world();
+        let (world, depth) = (self.session.world(), meeting.depth());
         let reference = self.local.mesh.points.as_flattened();
         let positions: Vec<f64> = reference.iter().zip(ends.start).map(|(x, u)| x + u).collect();
         let [contactor, target] = meeting.surfaces();
         let surfaces = Surfaces { local: &self.local, contactor, target };
-        let facets = TargetGather::new(world, &surfaces, &positions, Reach { radius: motion, slack: 0.0 })?.facets;
+        let facets =
+            TargetGather::new(world, &surfaces, &positions, Reach { radius: motion + depth, slack: 0.0 })?
+                .facets;
         let mut bring = NodeExchange::new(world, &self.local.index, &facets.foreign)?;
         let [mut start, mut end] = [0, 1].map(|_| vec![0.0; facets.foreign.len() * D]);
         let fields = [(ends.start, &mut start), (ends.end, &mut end)];
@@ -123,23 +132,33 @@ impl<const D: usize> ContactSystem<D> {
         let boxes: Vec<Bounds<D>> = simplices.iter().map(|corners| around(corners)).collect();
         let tree = BoundsTree::new(&boxes);
         let passes = |path: &Path<D>| {
-            tree.meeting(&around(&[*path])).any(|simplex| path.passes_simplex(&simplices[simplex as usize]))
+            tree.meeting(&around(&[*path]).inflate(depth))
+                .any(|simplex| path.passes_simplex(&simplices[simplex as usize], depth))
         };
-        Ok(open_paths(contact, ends).filter(passes).count() as u64)
+        Ok(paths(contact, ends, false).filter(passes).count() as u64)
     }
 }
 
-/// Paths of the points of a contact that are open at the end of the step.
-fn open_paths<'a, const D: usize>(contact: &'a Contact<D>, ends: Ends<'a>) -> impl Iterator<Item = Path<D>> + 'a {
+/// Paths of the points of a contact that are open at the end of the step, or of all.
+fn paths<'a, const D: usize>(
+    contact: &'a Contact<D>,
+    ends: Ends<'a>,
+    all: bool,
+) -> impl Iterator<Item = Path<D>> + 'a {
     let surface = contact.surface();
     surface.facets().iter().flat_map(move |facet| {
         let at = move |u: &[f64]| -> Vec<Point<D>> {
             let nodes = surface.reference_points(facet).iter().zip(surface.facet_nodes(facet));
             nodes.map(|(x, &node)| x + Point::from_fn(|i, _| u[node as usize * D + i])).collect()
         };
-        let open = facet.points.clone().enumerate().filter(|(_, point)| !contact.state.current[*point].is_closed());
+        let open = facet
+            .points
+            .clone()
+            .enumerate()
+            .filter(move |(_, point)| all || !contact.state.current[*point].is_closed());
         let mut open = open.peekable();
-        let [from, to] = if open.peek().is_some() { [at(ends.start), at(ends.end)] } else { [Vec::new(), Vec::new()] };
+        let [from, to] =
+            if open.peek().is_some() { [at(ends.start), at(ends.end)] } else { [Vec::new(), Vec::new()] };
         open.map(move |(q, _)| {
             let place = surface.facet_point(facet, q);
             Path { start: place.position(&from), end: place.position(&to) }

@@ -209,7 +209,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn prescribed(&self) -> usize {
         let rows = self.local.index.owned * D;
         let own = self.supports.dofs.constrained[..rows].iter().filter(|held| **held).count() as u64;
-        let mut total = 0;
+        let mut total = 0u64;
         self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
         total as usize
     }

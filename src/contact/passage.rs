@@ -16,8 +16,9 @@ pub struct Path<const D: usize> {
     pub end: Vector<D>,
 }
 
-/// A chord through an obstacle that is less deep than this part of its length is a point that slides past.
-const GRAZING: f64 = 0.02;
+/// Cosine of 0.2, by which the normal of an obstacle may turn on the way of a point through it: a chord of a fifth of the
+/// radius, five thousandths of it deep.
+const COSINE: f64 = 0.98;
 /// Halvings that find the instant of a meeting, or the deepest place of a chord.
 const HALVINGS: usize = 60;
 /// A path meets a facet if it passes by its border by less than this part of its size.
@@ -36,35 +37,52 @@ impl<const D: usize> Path<D> {
         (self.end - self.start).norm()
     }
 
-    /// Whether a point on this path starts and ends outside of `obstacle` and has been in it.
+    /// Whether the surface of `obstacle` turns by more than a little between where this path goes in and where it ends or
+    /// comes out again: what is nearest then is another side.
     pub fn passes_obstacle(&self, obstacle: &Obstacle<D>) -> bool {
-        let length = self.length();
-        let ends = [obstacle.gap(&self.start), obstacle.gap(&self.end)];
+        let gap = |t: f64| obstacle.gap(&self.at(t));
+        let ends = [gap(0.0), gap(1.0)];
         // No gap changes faster than the place.
-        let may = ends.iter().all(|gap| *gap > 0.0) && ends[0] + ends[1] < (1.0 - 2.0 * GRAZING) * length;
-        if !may {
+        if ends[0] + ends[1] >= self.length() {
             return false;
         }
         // Outside of round obstacles the gap is convex along a line, and inside of hollow ones no line leaves.
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let third = (high - low) / 3.0;
-            let [a, b] = [low + third, high - third].map(|t| obstacle.gap(&self.at(t)));
-            if a < b { high -= third } else { low += third }
+            if gap(low + third) < gap(high - third) { high -= third } else { low += third }
         }
-        obstacle.gap(&self.at(0.5 * (low + high))) < -GRAZING * length
+        let deepest = 0.5 * (low + high);
+        if gap(deepest) >= 0.0 {
+            return false;
+        }
+        let surface = |end: f64| {
+            let (mut inside, mut outside) = (deepest, end);
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (inside + outside);
+                if gap(middle) < 0.0 { inside = middle } else { outside = middle }
+            }
+            obstacle.proximity(&self.at(inside)).normal
+        };
+        surface(0.0).dot(&surface(1.0)) < COSINE
     }
 
     /// Whether a point on this path goes from the front of a moving simplex (in the plane a line, in space a triangle
-    /// whose corners turn left seen from the front) to its back, between its corners.
-    pub fn passes_simplex(&self, corners: &[Self; D]) -> bool {
+    /// whose corners turn left seen from the front) to its back, between its corners. A point that touches it at the
+    /// start, or lies less than `depth` \[m\] behind, passes where it is deeper than that at the end and still behind it.
+    pub fn passes_simplex(&self, corners: &[Self; D], depth: f64) -> bool {
         let size = (1..D).map(|k| (corners[k].start - corners[0].start).norm()).fold(0.0, f64::max);
         let height = |t: f64| {
-            let base = corners[0].at(t);
-            let normal = normal_of(&std::array::from_fn(|k| corners[k].at(t)));
-            normal.try_normalize(0.0).map_or(0.0, |normal| (self.at(t) - base).dot(&normal))
+            let there = corners.map(|corner| corner.at(t));
+            let normal = normal_of(&there).try_normalize(0.0);
+            normal.map_or(0.0, |normal| (self.at(t) - there[0]).dot(&normal))
         };
-        if height(0.0) <= TOUCH * size || height(1.0) >= -TOUCH * size {
+        let between = |t: f64| is_between(&self.at(t), &corners.map(|corner| corner.at(t)));
+        let [start, end] = [0.0, 1.0].map(height);
+        if start <= TOUCH * size {
+            return start >= -depth && end < -depth && between(0.0) && between(1.0);
+        }
+        if end >= -TOUCH * size {
             return false;
         }
         let (mut low, mut high) = (0.0, 1.0);
@@ -72,14 +90,15 @@ impl<const D: usize> Path<D> {
             let middle = 0.5 * (low + high);
             if height(middle) > 0.0 { low = middle } else { high = middle }
         }
-        let there: [Vector<D>; D] = std::array::from_fn(|k| corners[k].at(high));
-        is_between(&self.at(high), &there)
+        between(high)
     }
 }
 
 /// The outward normal of the simplex with these corners, as long as its measure or twice it.
 fn normal_of<const D: usize>(corners: &[Vector<D>; D]) -> Vector<D> {
-    facet_normal(&std::array::from_fn(|k| if k + 1 < D { corners[k + 1] - corners[0] } else { Vector::zeros() }))
+    facet_normal(&std::array::from_fn(
+        |k| if k + 1 < D { corners[k + 1] - corners[0] } else { Vector::zeros() },
+    ))
 }
 
 /// Whether a point on the plane of the simplex lies between its corners, by barycentric coordinates: the part of the
@@ -112,6 +131,10 @@ mod tests {
     fn only_a_chord_passes_an_obstacle() {
         let disc = Obstacle::Sphere(Sphere::new(Vector::<2>::zeros(), 0.1, Side::Outside).expect("a disc"));
         assert!(path([0.0, 1.0], [0.02, -1.0]).passes_obstacle(&disc));
+        assert!(path([0.0, 1.0], [0.0, -0.05]).passes_obstacle(&disc), "closed, but beyond the middle");
+        assert!(path([0.05, 1.0], [0.05, 0.0]).passes_obstacle(&disc), "closed, and pushed aside");
+        assert!(path([0.05, 100.0], [0.05, -100.0]).passes_obstacle(&disc));
+        assert!(!path([0.0, 0.1], [0.01, 0.0995]).passes_obstacle(&disc), "slides");
         assert!(!path([0.2, 1.0], [0.2, -1.0]).passes_obstacle(&disc));
         assert!(!path([0.0, 0.1001], [0.01, 0.1001]).passes_obstacle(&disc));
         assert!(!path([0.0, 1.0], [0.0, 0.05]).passes_obstacle(&disc));
@@ -129,14 +152,19 @@ mod tests {
                 Path { start: Vector::<2>::new(0.0, y), end: Vector::<2>::new(0.0, y + dy) },
             ]
         };
-        assert!(path([0.5, 1.0], [0.5, -1.0]).passes_simplex(&line(0.0, 0.0)));
-        assert!(!path([0.5, -1.0], [0.5, 1.0]).passes_simplex(&line(0.0, 0.0)));
-        assert!(!path([1.5, 1.0], [1.5, -1.0]).passes_simplex(&line(0.0, 0.0)));
-        assert!(!path([0.5, 1.0], [0.5, -1.0]).passes_simplex(&line(0.0, -2.0)));
-        assert!(path([0.5, 1.0], [0.5, 1.0]).passes_simplex(&line(0.0, 2.0)));
-        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|x| still(Vector::<3>::from(x)));
-        assert!(path([0.2, 0.2, 1.0], [0.2, 0.2, -1.0]).passes_simplex(&corners));
-        assert!(!path([0.2, 0.2, -1.0], [0.2, 0.2, 1.0]).passes_simplex(&corners));
-        assert!(!path([0.6, 0.6, 1.0], [0.6, 0.6, -1.0]).passes_simplex(&corners));
+        assert!(path([0.5, 1.0], [0.5, -1.0]).passes_simplex(&line(0.0, 0.0), 0.1));
+        // A point that touches passes once it is too deep to be seen, and not where it slides off.
+        assert!(path([0.5, 0.0], [0.5, -0.2]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([0.5, 0.0], [0.5, -0.05]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([0.5, 0.0], [1.5, -0.2]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([0.5, -1.0], [0.5, 1.0]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([1.5, 1.0], [1.5, -1.0]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([0.5, 1.0], [0.5, -1.0]).passes_simplex(&line(0.0, -2.0), 0.1));
+        assert!(path([0.5, 1.0], [0.5, 1.0]).passes_simplex(&line(0.0, 2.0), 0.1));
+        let corners =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|x| still(Vector::<3>::from(x)));
+        assert!(path([0.2, 0.2, 1.0], [0.2, 0.2, -1.0]).passes_simplex(&corners, 0.1));
+        assert!(!path([0.2, 0.2, -1.0], [0.2, 0.2, 1.0]).passes_simplex(&corners, 0.1));
+        assert!(!path([0.6, 0.6, 1.0], [0.6, 0.6, -1.0]).passes_simplex(&corners, 0.1));
     }
 }

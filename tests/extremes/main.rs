@@ -26,11 +26,20 @@ fn outcomes(rows: &[Row]) -> Vec<Option<Outcome>> {
     std::thread::scope(|scope| {
         for _ in 0..AT_ONCE {
             scope.spawn(|| {
-                while let Some((at, row)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|at| Some((at, rows.get(at)?))) {
+                while let Some((at, row)) =
+                    Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|at| Some((at, rows.get(at)?)))
+                {
                     let outcome = judge(row);
                     if std::env::var_os("EXTREMES_TABLE").is_some() {
                         let mark = if outcome.verdict.holds { "ok  " } else { "FAIL" };
-                        eprintln!("{mark} {:.1} s  {} | {} | {} | {}", outcome.seconds, row.group, row.name, outcome.verdict.answer, outcome.verdict.expected);
+                        eprintln!(
+                            "{mark} {:.1} s  {} | {} | {} | {}",
+                            outcome.seconds,
+                            row.group,
+                            row.name,
+                            outcome.verdict.answer,
+                            outcome.verdict.expected
+                        );
                     }
                     done.lock().expect("no thread panics")[at] = Some(outcome);
                 }
@@ -48,7 +57,8 @@ fn hold(rows: Vec<Row>) {
         let Some(Outcome { verdict, code, .. }) = outcome else { panic!("{} was not judged", row.name) };
         if !verdict.holds {
             let (found, expected) = (verdict.answer, verdict.expected);
-            let _ = writeln!(wrong, "{}, {}: {found}, not {expected}; exit code {code:?}", row.group, row.name);
+            let _ =
+                writeln!(wrong, "{}, {}: {found}, not {expected}; exit code {code:?}", row.group, row.name);
         }
     }
     assert!(wrong.is_empty(), "{wrong}");
@@ -84,10 +94,13 @@ fn units_make_no_difference() {
 fn the_whole_table() {
     let Some(path) = std::env::var_os("EXTREMES_TABLE") else { panic!("run scripts/extremes") };
     let only = std::env::var("EXTREMES_ONLY").unwrap_or_default();
-    let mut rows: Vec<Row> = [statics::rows(), motion::rows(), shapes::rows(), scaling::rows()].into_iter().flatten().collect();
+    let mut rows: Vec<Row> =
+        [statics::rows(), motion::rows(), shapes::rows(), scaling::rows()].into_iter().flatten().collect();
     rows.retain(|row| format!("{}: {}", row.group, row.name).contains(&only));
     rows.sort_by_key(|row| ORDER.iter().position(|group| *group == row.group));
-    let mut table = String::from("| Row | Answer | Expected | Verdict | Exit code | Seconds |\n|---|---|---|---|---|---|\n");
+    let mut table = String::from(
+        "| Row | Answer | Expected | Verdict | Exit code | Seconds |\n|---|---|---|---|---|---|\n",
+    );
     let (mut group, mut wrong) = ("", 0);
     for (row, outcome) in rows.iter().zip(outcomes(&rows)) {
         let Some(Outcome { verdict, code, seconds }) = outcome else { continue };
@@ -99,7 +112,11 @@ fn the_whole_table() {
         let code = code.map_or("killed".to_owned(), |code| code.to_string());
         let holds = if verdict.holds { "holds" } else { "FAILS" };
         let row = &row.name;
-        let _ = writeln!(table, "| {row} | {} | {} | {holds} | {code} | {seconds:.1} |", verdict.answer, verdict.expected);
+        let _ = writeln!(
+            table,
+            "| {row} | {} | {} | {holds} | {code} | {seconds:.1} |",
+            verdict.answer, verdict.expected
+        );
     }
     std::fs::write(&path, table).expect("the table");
     assert_eq!(wrong, 0, "rows that fail stand in {}", path.display());

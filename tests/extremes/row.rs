@@ -179,6 +179,10 @@ pub fn judge(row: &Row) -> Outcome {
     for (number, case) in row.cases.iter().enumerate() {
         let (file, out) = (format!("case-{number}.yml"), format!("out-{number}"));
         folder.write(&file, case);
+        if let Some(keep) = std::env::var_os("EXTREMES_KEEP") {
+            let name = format!("{}-{}-{number}.yml", row.group, row.name).replace([' ', '/', ','], "_");
+            let _ = fs::write(Path::new(&keep).join(name), case);
+        }
         let output = run_within(LIMIT, row.ranks, &[&file, "--output", &out, "--quiet"], &folder);
         seconds += output.took.as_secs_f64();
         let result = Results { code: output.code, stderr: output.stderr, folder: folder.join(&out) };

@@ -47,7 +47,11 @@ pub fn rows() -> Vec<Row> {
             let row = compared("density [kg/m3]", name, base, Drag { density, ..base }, 1e-8);
             rows.push(if base.onto_block && flat && density == 1e6 { row.quick() } else { row });
         }
-        for (name, length, force, time) in [("mm-t-s", 1e3, 1.0, 1.0), ("kN-m", 1.0, 1e-3, 1.0), ("in-lbf-s", 1.0 / 0.0254, 0.224_808_943, 1.0)] {
+        for (name, length, force, time) in [
+            ("mm-t-s", 1e3, 1.0, 1.0),
+            ("kN-m", 1.0, 1e-3, 1.0),
+            ("in-lbf-s", 1.0 / 0.0254, 0.224_808_943, 1.0),
+        ] {
             let area = length * length;
             let drag = Drag {
                 size: base.size * length,

@@ -108,7 +108,11 @@ impl Bar {
         let pressure = |depth: f64| self.solid.pressure((depth - self.press) / self.size);
         let depth = root(0.0, self.press, |depth| depth / self.compliance - pressure(depth));
         // The smaller of two equal figures that differ in rounding alone is the better known one.
-        if depth < 0.5 * self.press { self.size * pressure(depth) } else { self.size * depth / self.compliance }
+        if depth < 0.5 * self.press {
+            self.size * pressure(depth)
+        } else {
+            self.size * depth / self.compliance
+        }
     }
 }
 
@@ -229,7 +233,11 @@ impl Drag {
         let pick = |p: [f64; 3]| if d == 2 { vec![p[0], p[2]] } else { p.to_vec() };
         let at = |p: [f64; 3]| {
             let shift = if d == 2 { self.origin.to_vec() } else { vec![self.origin[0], 0.0, self.origin[1]] };
-            let list = pick(p).iter().zip(shift).map(|(x, o)| format!("{:e}", self.size * (x + o))).collect::<Vec<_>>();
+            let list = pick(p)
+                .iter()
+                .zip(shift)
+                .map(|(x, o)| format!("{:e}", self.size * (x + o)))
+                .collect::<Vec<_>>();
             format!("[{}]", list.join(", "))
         };
         let cells = if d == 2 { format!("[{}, {}]", cells[0], cells[2]) } else { format!("{cells:?}") };
@@ -253,14 +261,33 @@ impl Drag {
         let (target, lower, ground, floor) = match self.onto_block {
             true => (
                 "base.top",
-                format!("  base:\n{}", self.body(&self.box_of([-0.25, -0.25, -0.5], [1.25, 0.75, 0.0], [7, 3, 2]), 2.0 * self.young)),
-                format!("  ground: {{ on: base.bottom, displacement: {{ x: 0, {}{up}: 0 }} }}\n", if self.dimension == 3 { "y: 0, " } else { "" }),
+                format!(
+                    "  base:\n{}",
+                    self.body(
+                        &self.box_of([-0.25, -0.25, -0.5], [1.25, 0.75, 0.0], [7, 3, 2]),
+                        2.0 * self.young
+                    )
+                ),
+                format!(
+                    "  ground: {{ on: base.bottom, displacement: {{ x: 0, {}{up}: 0 }} }}\n",
+                    if self.dimension == 3 { "y: 0, " } else { "" }
+                ),
                 String::new(),
             ),
             false => {
-                let list = |a: f64, b: f64| if self.dimension == 2 { format!("[{a:e}, {b:e}]") } else { format!("[{a:e}, 0, {b:e}]") };
+                let list = |a: f64, b: f64| {
+                    if self.dimension == 2 { format!("[{a:e}, {b:e}]") } else { format!("[{a:e}, 0, {b:e}]") }
+                };
                 let point = list(l * self.origin[0], l * self.origin[1]);
-                ("floor", String::new(), String::new(), format!("obstacles:\n  floor: {{ plane: {{ point: {point}, normal: {} }} }}\n", list(0.0, 1.0)))
+                (
+                    "floor",
+                    String::new(),
+                    String::new(),
+                    format!(
+                        "obstacles:\n  floor: {{ plane: {{ point: {point}, normal: {} }} }}\n",
+                        list(0.0, 1.0)
+                    ),
+                )
             }
         };
         let (compliance, slow) = (1e-3 * l / self.young, 1e-3 * l / time);

@@ -36,7 +36,8 @@ const RUBBED: &str = "{ coulomb: { coefficient: 0.3, regularization: { stick_sti
 /// The weight of the upper body is what the contacts carry when it has come to rest.
 fn carries(contacts: usize, weight: f64) -> impl Fn(&[Results]) -> Verdict {
     move |results| {
-        let up: f64 = (0..contacts).map(|number| results[0].contact(&format!("c{number}")).last("force_y")).sum();
+        let up: f64 =
+            (0..contacts).map(|number| results[0].contact(&format!("c{number}")).last("force_y")).sum();
         Verdict::close(up, weight, 0.02)
     }
 }
@@ -46,48 +47,38 @@ pub fn rows() -> Vec<Row> {
     let group = "shapes";
     let ground = body("lower", [-0.6, -0.3], [0.6, 0.0], [12, 3], "");
     let mut rows = Vec::new();
-    // A wedge of a right angle sinks into a groove of the same angle: 0.5 m2 less the corner cut off.
+    // A wedge of a right angle sinks into a groove of the same angle: 0.48 m2.
     let groove = body("lower", [-0.6, -0.6], [0.6, 0.0], [12, 4], "y: \"y + (y + 0.6) / 0.6 * abs(x)\"");
-    let wedge = body("upper", [-0.4, 0.0], [0.4, 0.4], [8, 4], "y: \"y + (0.4 - y) / 0.4 * abs(x) + 0.001\"");
+    let wedge = body("upper", [-0.4, 0.0], [0.4, 0.8], [8, 6], "y: \"y + (0.8 - y) / 0.8 * abs(x) + 0.001\"");
     let case = scene("Wedge in a groove", &wedge, &groove, &[("upper.bottom", "lower.top")], RUBBED, 1.0);
-    rows.push(Row::new(group, "wedge in a groove of its angle", vec![case], carries(1, 1600.0)).quick());
-    // A spike of 2 cm width at its tip, on flat ground: it stands, or falls over and lies.
-    let taper = "x: \"x * (0.025 + 0.975 * y / 0.4)\", y: \"y + 0.001\"";
-    let spike = body("upper", [-0.4, 0.0], [0.4, 0.4], [8, 8], taper);
-    let sides = [("upper.bottom", "lower.top"), ("upper.left", "lower.top"), ("upper.right", "lower.top")];
-    let case = scene("Spike on a plane", &spike, &ground, &sides, RUBBED, 0.3);
-    rows.push(Row::new(group, "spike on flat ground", vec![case], carries(3, 1640.0)));
-    // Tip on tip, exactly and a little aside: it may slide off, and not through.
-    let flanks = [
-        ("upper.bottom", "lower.top"),
-        ("upper.left", "lower.right"),
-        ("upper.right", "lower.left"),
-        ("upper.bottom", "lower.left"),
-        ("upper.bottom", "lower.right"),
-        ("upper.left", "lower.top"),
-        ("upper.right", "lower.top"),
-    ];
-    let stake = body("lower", [-0.4, -0.4], [0.4, 0.0], [8, 8], "x: \"x * (0.025 + 0.975 * (-y) / 0.4)\"");
-    for aside in [0.0, 0.012, 0.05] {
-        let taper = format!("x: \"{aside} + x * (0.025 + 0.975 * y / 0.4)\", y: \"y + 0.001\"");
-        let spike = body("upper", [-0.4, 0.0], [0.4, 0.4], [8, 8], &taper);
-        let case = scene("Spike on spike", &spike, &stake, &flanks, "none", 0.2);
+    rows.push(Row::new(group, "wedge in a groove of its angle", vec![case], carries(1, 4800.0)).quick());
+    // Spikes of 28 degrees: a block of 0.2 m width whose bottom, or top, is drawn out to a tip.
+    let drawn = |aside: f64| format!("x: \"x + {aside}\", y: \"y + (0.6 - y) / 0.6 * 4 * abs(x) + 0.001\"");
+    let spike = |aside| body("upper", [-0.1, 0.0], [0.1, 0.6], [8, 8], &drawn(aside));
+    let stake = body("lower", [-0.1, -0.6], [0.1, 0.0], [8, 8], "y: \"y - (y + 0.6) / 0.6 * 4 * abs(x)\"");
+    let onto = [("upper.bottom", "lower.top")];
+    // 0.12 m2 less the 0.04 m2 beside the tip.
+    let case = scene("Spike on a plane", &spike(0.0), &ground, &onto, RUBBED, 1.0);
+    rows.push(Row::new(group, "spike on flat ground", vec![case], carries(1, 800.0)).or_refused(&[5, 6]));
+    for aside in [0.0, 0.004, 0.02] {
+        let case = scene("Spike on spike", &spike(aside), &stake, &onto, "none", 0.2);
         let row = Row::new(group, format!("spike on spike, {aside} m aside"), vec![case], |results| {
-            let carried: f64 = (0..7)
-                .map(|number| results[0].contact(&format!("c{number}")).numbers("force_y").iter().sum::<f64>())
-                .sum();
+            let met = results[0].contact("c0").numbers("force_y").iter().any(|force| *force > 0.0);
             let fall = results[0].table("probes.csv").last("upper.u_y");
-            // Freely it would fall by 0.2 m.
-            Verdict::says(format!("falls by {:.4} m", -fall), "less than freely, 0.2 m, by a tenth", fall > -0.18 && carried > 0.0)
+            Verdict::says(
+                format!("met, falls by {:.4} m", -fall),
+                "met, less than freely, 0.2 m",
+                met && fall > -0.199,
+            )
         });
-        rows.push(row.or_refused(&[5, 6]));
+        let row = row.or_refused(&[5, 6]);
+        rows.push(if aside == 0.004 { row.quick() } else { row });
     }
     // A block that stands with two fifths of its length over a cliff.
     let cliff = body("lower", [-1.0, -0.3], [0.08, 0.0], [9, 3], "");
     let block = body("upper", [-0.4, 0.0], [0.4, 0.4], [8, 4], "");
-    let pairs = [("upper.bottom", "lower.top"), ("upper.bottom", "lower.right")];
-    let case = scene("Block on a cliff", &block, &cliff, &pairs, RUBBED, 0.6);
-    rows.push(Row::new(group, "block over the edge of a cliff", vec![case], carries(2, 3200.0)));
+    let case = scene("Block on a cliff", &block, &cliff, &onto, RUBBED, 1.5);
+    rows.push(Row::new(group, "block over the edge of a cliff", vec![case], carries(1, 3200.0)));
     // Over internal edges nothing snags: without friction a block that is pushed feels no force along the ground.
     let case = scene("Internal edges", &block, &ground, &[("upper.bottom", "lower.top")], "none", 0.3)
         .replace("    density: 1000\n  lower", "    density: 1000\n    initial_velocity: [0.5, 0]\n  lower");
@@ -96,7 +87,11 @@ pub fn rows() -> Vec<Row> {
         let (along, up) = (table.numbers("force_x"), table.numbers("force_y"));
         let most = along.iter().fold(0.0, |most: f64, force| most.max(force.abs()));
         let weight = up.iter().copied().fold(0.0, f64::max);
-        Verdict::says(format!("{:.1e} of the weight along", most / weight), "at most 0.02", most <= 0.02 * weight)
+        Verdict::says(
+            format!("{:.1e} of the weight along", most / weight),
+            "at most 0.02",
+            most <= 0.02 * weight,
+        )
     }));
     rows
 }
