@@ -168,19 +168,19 @@ fn thin(rows: &mut Vec<Row>) {
         let probe = if bodies.is_empty() { "" } else { ", plate: { at: [0, 0], on: plate }" };
         format!(
             "title: Bullet and thin target\ndimension: 2\n\
-             bodies:\n{bodies}  bullet:\n    mesh: {{ box: {{ min: [-0.05, 0.1], max: [0.05, 0.2], cells: [2, 2], element: quad4 }} }}\n    \
+             bodies:\n{bodies}  bullet:\n    mesh: {{ box: {{ min: [-0.05, 0.15], max: [0.05, 0.25], cells: [6, 6], element: quad4 }} }}\n    \
              material: {{ neo_hookean: {{ young_modulus: 1e9, poisson_ratio: 0.3 }} }}\n    density: 1000\n    initial_velocity: [0, -{speed:e}]\n\
              {target}normal: {{ penalty: {{ compliance: 1e-11 }} }}, friction: none }}\n{boundary}\
              time: {{ end: {:e}, step: {step:e}, scheme: backward_euler, cuts: 6 }}\n\
-             output: {{ probes: {{ bullet: {{ at: [0, 0.15], on: bullet }}{probe} }} }}\n",
-            (4.0 * step).max(0.2 / speed),
+             output: {{ probes: {{ bullet: {{ at: [0, 0.2], on: bullet }}{probe} }} }}\n",
+            (4.0 * step).max(0.3 / speed),
         )
     };
     let plate = "  plate:\n    mesh: { box: { min: [-0.5, -0.01], max: [0.5, 0], cells: [20, 1], element: quad4 } }\n    \
                  material: { neo_hookean: { young_modulus: 1e9, poisson_ratio: 0.3 } }\n    density: 1000\n";
     let held = "boundary:\n  left: { on: plate.left, displacement: { x: 0, y: 0 } }\n  right: { on: plate.right, displacement: { x: 0, y: 0 } }\n";
     let onto_plate = "contact:\n  hit: { contactor: bullet.bottom, target: plate.top, ";
-    let ball = "obstacles:\n  ball: { sphere: { center: [0, 0], radius: 0.02 } }\ncontact:\n  hit: { contactor: bullet.bottom, target: ball, ";
+    let ball = "obstacles:\n  ball: { sphere: { center: [0, 0], radius: 0.05 } }\ncontact:\n  hit: { contactor: bullet.bottom, target: ball, ";
     let met = |results: &[Results]| {
         let probes = results[0].table("probes.csv");
         let up = if probes.names().any(|name| name.starts_with("bullet.u_z")) { "z" } else { "y" };
@@ -193,7 +193,7 @@ fn thin(rows: &mut Vec<Row>) {
         let nearest = bullet
             .iter()
             .zip(&plate)
-            .map(|(bullet, plate)| 0.15 + bullet - plate)
+            .map(|(bullet, plate)| 0.2 + bullet - plate)
             .fold(f64::INFINITY, f64::min);
         let momentum = results[0].table("momentum.csv").numbers(&format!("linear_{up}"));
         let most = momentum.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -214,8 +214,8 @@ fn thin(rows: &mut Vec<Row>) {
     let solid = scene(1e3, 1e-3, onto_plate, plate, held)
         .replace("dimension: 2", "dimension: 3")
         .replace(
-            "min: [-0.05, 0.1], max: [0.05, 0.2], cells: [2, 2], element: quad4",
-            "min: [-0.05, -0.05, 0.1], max: [0.05, 0.05, 0.2], cells: [2, 2, 2]",
+            "min: [-0.05, 0.15], max: [0.05, 0.25], cells: [6, 6], element: quad4",
+            "min: [-0.05, -0.05, 0.15], max: [0.05, 0.05, 0.25], cells: [2, 2, 2]",
         )
         .replace(
             "min: [-0.5, -0.01], max: [0.5, 0], cells: [20, 1], element: quad4",
@@ -223,7 +223,7 @@ fn thin(rows: &mut Vec<Row>) {
         )
         .replace("initial_velocity: [0, -1e3]", "initial_velocity: [0, 0, -1e3]")
         .replace("{ x: 0, y: 0 }", "{ x: 0, y: 0, z: 0 }")
-        .replace("bullet: { at: [0, 0.15]", "bullet: { at: [0, 0, 0.15]")
+        .replace("bullet: { at: [0, 0.2]", "bullet: { at: [0, 0, 0.2]")
         .replace("plate: { at: [0, 0]", "plate: { at: [0, 0, 0]");
     for ranks in [0, 3] {
         let name =
