@@ -150,7 +150,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn extent(&self) -> f64 {
-        self.span
+        self.extent
     }
 }
 

@@ -205,7 +205,7 @@ impl<const D: usize> ContactSystem<D> {
         if chosen == u32::MAX {
             return Err(Error::case(format!("probe '{}' finds no node", probe.name)));
         }
-        if least > self.extent {
+        if least > self.size {
             let (name, at) = (&probe.name, probe.at);
             let message = format!("probe '{name}' at {at:?} is {least:.3e} m away from the nearest node");
             return Err(Error::case(message).hint("give a reference position on a body, in metres"));

@@ -80,9 +80,10 @@ pub struct ContactSystem<const D: usize> {
     /// A prescribed value that is no number; told with the next residual, where all ranks listen.
     pub(super) trouble: Option<Error>,
     pub(super) changes: Changes,
-    pub(super) extent: f64,
+    /// Extent of all bodies [m].
+    pub(super) size: f64,
     /// Size of the numbers that tell places: the extent, or the distance from the origin [m].
-    pub(super) span: f64,
+    pub(super) extent: f64,
     pub(super) free_bodies: Vec<FreeBody>,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     pub(super) unit: f64,
@@ -142,8 +143,8 @@ impl<const D: usize> ContactSystem<D> {
             inertia: forces.like()?,
             work: forces.like()?,
             forces,
-            extent,
-            span,
+            size: extent,
+            extent: span,
             free_bodies: free_bodies(world, &local, model, &supports),
             unit: unit(model, extent, &local),
             local,
@@ -175,7 +176,7 @@ impl<const D: usize> ContactSystem<D> {
         if let Some(interface) = &mut self.interface {
             meet(interface, &mut self.contacts, (session.world(), &self.phases), &request, &mut force);
         }
-        let known = known(self.extent, self.span);
+        let known = known(self.size, self.extent);
         for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
             if contact.meeting().is_some() {
                 self.overclosures
