@@ -351,6 +351,6 @@ pub trait Dynamics {
     /// Brings contact that is not in motion closer to what was asked, by multipliers or by a stiffer penalty. Collective.
     fn improve(&mut self);
 
-    /// Length of the largest body [m]: what rounding is measured against.
+    /// Extent of all bodies, or their largest coordinate far from the origin [m]: what rounding is measured against.
     fn extent(&self) -> f64;
 }

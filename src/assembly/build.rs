@@ -136,6 +136,14 @@ fn box_around<const D: usize>(
     std::array::from_fn(|i| all[i] + all[i + 3])
 }
 
+/// Largest coordinate of all ranks [m]: its rounding is that of every place. Collective.
+pub(super) fn farthest<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
+    let own = local.mesh.points.as_flattened().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let mut most = 0.0;
+    world.all_reduce_into(&own, &mut most, SystemOperation::max());
+    most
+}
+
 /// Whether all these facets have points at their nodes.
 fn have_nodal_rule<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> bool {
     facets.iter().all(|&facet| crate::space::reference(local.mesh.facet_kind(facet)).nodal_rule().is_some())

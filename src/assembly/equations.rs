@@ -92,7 +92,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
 
     fn reverses(&self) -> bool {
         let own = u8::from(self.contacts.iter().any(|contact| contact.state.reverses()));
-        let mut any = 0;
+        let mut any = 0u8;
         self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
         any > 0
     }

@@ -86,6 +86,16 @@ impl<const D: usize> Meeting<D> {
         0.5 * self.sight.facet.min(self.sight.depth)
     }
 
+    /// Local facets of contactor and target.
+    pub fn surfaces(&self) -> &[Vec<Facet>; 2] {
+        &self.surfaces
+    }
+
+    /// Points deeper than this are not below the target, but come from its other side [m].
+    pub fn depth(&self) -> f64 {
+        self.sight.depth
+    }
+
     /// Distance at which targets are looked for [m].
     pub fn reach(&self) -> f64 {
         self.sight.limits(0.0).reach

@@ -17,6 +17,7 @@ mod interface;
 mod mass;
 mod meeting;
 mod memory;
+mod passage;
 mod pattern;
 mod redistribution;
 mod renewal;

@@ -109,7 +109,7 @@ impl<const D: usize> ContactSystem<D> {
         let pattern = self.matrix.pattern();
         let lacks =
             interface.blocks().iter().any(|&(row, column)| pattern.slot(row as usize, column).is_none());
-        let mut any = 0;
+        let mut any = 0u8;
         self.session.world().all_reduce_into(&u8::from(lacks), &mut any, SystemOperation::max());
         any == 0
     }

@@ -10,7 +10,6 @@ use super::meeting::Meeting;
 use super::system::ContactSystem;
 use crate::contact::point::{PointState, Status};
 use crate::contact::zone::ZoneSummary;
-use crate::dynamics::Dynamics;
 use crate::error::{Error, Result};
 use crate::model::Probe;
 use crate::partition::IndexMap;
@@ -206,7 +205,7 @@ impl<const D: usize> ContactSystem<D> {
         if chosen == u32::MAX {
             return Err(Error::case(format!("probe '{}' finds no node", probe.name)));
         }
-        if least > self.extent() {
+        if least > self.size {
             let (name, at) = (&probe.name, probe.at);
             let message = format!("probe '{name}' at {at:?} is {least:.3e} m away from the nearest node");
             return Err(Error::case(message).hint("give a reference position on a body, in metres"));

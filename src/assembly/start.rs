@@ -30,8 +30,16 @@ pub struct Overclosure<const D: usize> {
 /// Surfaces that overlap by less than this part of the extent of all bodies touch exactly: more is not known of a
 /// coordinate.
 const ROUNDING: f64 = 1e-12;
+/// Far from the origin, so many times the rounding of the largest coordinate.
+const ROUNDINGS: f64 = 8.0;
 
-/// Looks for contactor nodes behind an obstacle and treats them as the case says; `extent` of all bodies \[m\]. Collective.
+/// Length by which places of bodies with this extent and this largest coordinate are known \[m\].
+pub fn known(extent: f64, farthest: f64) -> f64 {
+    (ROUNDING * extent).max(ROUNDINGS * f64::EPSILON * farthest)
+}
+
+/// Looks for contactor nodes behind an obstacle and treats them as the case says; places are `known` so well
+/// \[m\]. Collective.
 ///
 /// # Errors
 /// When the case wants an overclosure to be an error, or the whole body lies behind the obstacle.
@@ -40,7 +48,7 @@ pub fn resolve_overclosure<const D: usize>(
     local: &mut LocalMesh<D>,
     contact: &Contact<D>,
     obstacle: &Obstacle<D>,
-    extent: f64,
+    known: f64,
 ) -> Result<Overclosure<D>> {
     let facets = agree(world, facets_of(local, &contact.contactor).map(<[Facet]>::to_vec))?;
     let mut nodes = Vec::new();
@@ -57,7 +65,7 @@ pub fn resolve_overclosure<const D: usize>(
         let point = local.mesh.points[node as usize];
         (obstacle.gap(&Vector::from(point)), point)
     });
-    let found = worst(world, &contact.name, touching(extent, gaps));
+    let found = worst(world, &contact.name, touching(known, gaps));
     if found.smallest_gap < 0.0 {
         match contact.initial_overclosure {
             InitialOverclosure::Error => return Err(refusal(contact, &found, "nodes")),
@@ -70,8 +78,8 @@ pub fn resolve_overclosure<const D: usize>(
     Ok(found)
 }
 
-/// Looks for contact points below a deformable target, as evaluated on the undeformed bodies of `extent` \[m\], and
-/// treats them as the case says. Collective.
+/// Looks for contact points below a deformable target, as evaluated on the undeformed bodies, and treats them as the case
+/// says; places are `known` so well \[m\]. Collective.
 ///
 /// # Errors
 /// When the case wants an overclosure to be an error.
@@ -79,7 +87,7 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     world: &impl CommunicatorCollectives,
     given: &Contact<D>,
     contact: &mut super::contact::Contact<D>,
-    extent: f64,
+    known: f64,
 ) -> Result<Overclosure<D>> {
     let (surface, state) = (contact.surface(), &contact.state);
     let gaps = surface.facets().iter().flat_map(|facet| {
@@ -90,7 +98,7 @@ pub fn resolve_overclosure_of_points<const D: usize>(
             (state.current[point].gap, place.into())
         })
     });
-    let found = worst(world, &given.name, touching(extent, gaps));
+    let found = worst(world, &given.name, touching(known, gaps));
     if found.smallest_gap < 0.0 {
         match given.initial_overclosure {
             InitialOverclosure::Error => return Err(refusal(given, &found, "points")),
@@ -142,10 +150,10 @@ fn move_out<const D: usize>(point: &mut [f64; D], obstacle: &Obstacle<D>) {
 
 /// The gaps, zero where they are the rounding of coordinates.
 fn touching<const D: usize>(
-    extent: f64,
+    known: f64,
     gaps: impl Iterator<Item = (f64, [f64; D])>,
 ) -> impl Iterator<Item = (f64, [f64; D])> {
-    gaps.map(move |(gap, point)| (if gap.abs() <= ROUNDING * extent { 0.0 } else { gap }, point))
+    gaps.map(move |(gap, point)| (if gap.abs() <= known { 0.0 } else { gap }, point))
 }
 
 /// The smallest of the ranks' gaps.

@@ -6,7 +6,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::balance::meet;
-use super::build::{FreeBody, contacts, extent, free_bodies, loads, physics, supports, unit};
+use super::build::{FreeBody, contacts, extent, farthest, free_bodies, loads, physics, supports, unit};
 use super::contact::Contact;
 use super::external::External;
 use super::forces::{Solid, solids};
@@ -14,7 +14,7 @@ use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
 use super::redistribution::Redistribution;
-use super::start::{Overclosure, resolve_overclosure, resolve_overclosure_of_points};
+use super::start::{Overclosure, known, resolve_overclosure, resolve_overclosure_of_points};
 use super::supports::{Supports, in_space};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::ContactLaw;
@@ -82,6 +82,9 @@ pub struct ContactSystem<const D: usize> {
     /// A prescribed value that is no number; told with the next residual, where all ranks listen.
     pub(super) trouble: Option<Error>,
     pub(super) changes: Changes,
+    /// Extent of all bodies [m].
+    pub(super) size: f64,
+    /// Size of the numbers that tell places: the extent, or the distance from the origin [m].
     pub(super) extent: f64,
     /// Forces that conserve over a step have a symmetric matrix: everything is linear, and targets are flat.
     pub(super) symmetric_steps: bool,
@@ -104,10 +107,12 @@ impl<const D: usize> ContactSystem<D> {
     ) -> Result<Self> {
         let world = session.world();
         let extent = extent(world, &local);
+        let span = extent.max(farthest(world, &local));
+        let known = known(extent, span);
         let mut overclosures = Vec::with_capacity(model.contacts.len());
         for contact in &model.contacts {
             if let Some(obstacle) = contact.target.obstacle() {
-                overclosures.push(resolve_overclosure(world, &mut local, contact, obstacle, extent)?);
+                overclosures.push(resolve_overclosure(world, &mut local, contact, obstacle, known)?);
             }
         }
         let supports = agree(world, supports(&local, model))?;
@@ -146,7 +151,8 @@ impl<const D: usize> ContactSystem<D> {
             inertia: forces.like()?,
             work: forces.like()?,
             forces,
-            extent,
+            size: extent,
+            extent: span,
             symmetric_steps: model.has_symmetric_steps(),
             free_bodies: free_bodies(world, &local, model, &supports),
             unit: unit(model, extent, &local),
@@ -180,10 +186,11 @@ impl<const D: usize> ContactSystem<D> {
         if let Some(interface) = &mut self.interface {
             meet(interface, &mut self.contacts, (session.world(), &self.phases), &request, &mut force);
         }
+        let known = known(self.size, self.extent);
         for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
             if contact.meeting().is_some() {
                 self.overclosures
-                    .insert(at, resolve_overclosure_of_points(session.world(), given, contact, self.extent)?);
+                    .insert(at, resolve_overclosure_of_points(session.world(), given, contact, known)?);
             }
         }
         Ok(())
@@ -218,7 +225,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn prescribed(&self) -> usize {
         let rows = self.local.index.owned * D;
         let own = self.supports.dofs.constrained[..rows].iter().filter(|held| **held).count() as u64;
-        let mut total = 0;
+        let mut total = 0u64;
         self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
         total as usize
     }

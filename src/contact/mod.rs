@@ -20,6 +20,7 @@ pub mod obstacle;
 #[cfg(test)]
 mod pair_scene;
 pub mod pairing;
+pub mod passage;
 pub mod point;
 pub mod projection;
 pub mod rigid;

@@ -225,19 +225,20 @@ impl Attempt<'_> {
         outcome: Outcome,
     ) -> Result<Outcome> {
         let Outcome::Converged(report) = outcome else { return Ok(outcome) };
-        if !self.scheme.finish(stage, self.control.end_of_step())? {
-            return Ok(Outcome::Converged(report));
-        }
+        let inverted = "an element is turned inside out at the end of the step";
+        let goes_on = self.scheme.finish(stage, self.control.end_of_step())?;
         if stage.over_step == OverStep::End {
-            return system.settle_end(stage).map(|()| Outcome::Converged(report));
+            system.settle_end(stage)?;
+        } else if goes_on {
+            system.prescribe(stage)?;
+            let mut residual = system.pattern_vector().like()?;
+            if !system.residual(stage, &mut residual)?.norm.is_finite() {
+                return Ok(Outcome::Failed(report, inverted.into()));
+            }
         }
-        system.prescribe(stage)?;
-        let mut residual = system.pattern_vector().like()?;
-        let is_sound = system.residual(stage, &mut residual)?.norm.is_finite();
-        Ok(if is_sound {
-            Outcome::Converged(report)
-        } else {
-            Outcome::Failed(report, "an element is turned inside out at the end of the step".into())
+        Ok(match system.missed_contact(stage)? {
+            Some(reason) => Outcome::Failed(report, reason),
+            None => Outcome::Converged(report),
         })
     }
 }

@@ -256,7 +256,8 @@ impl Monolithic {
     /// flight ends here, since its forces are nothing but rounding.
     fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> Result<bool> {
         let size = system.extent() + self.origin.norm()?;
-        Ok(row.increment <= Self::ROUNDING * size && row.line_search == 1.0)
+        // The whole correction, also where a part of it was taken: noise has no direction worth a search.
+        Ok(row.increment <= Self::ROUNDING * size * row.line_search)
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.

@@ -1,0 +1,170 @@
+//! Points that would pass through their target within one step: a step ends on the other side and sees no contact.
+//!
+//! Only the ends of a step are balanced. Between them points and target facets are taken to move on straight lines at
+//! constant speed, and a point that is open at both ends must not have met the target on its way.
+
+use super::obstacle::Obstacle;
+use crate::space::facet_normal;
+use crate::tensor::Vector;
+
+/// Where something is at the two ends of a step \[m\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Path<const D: usize> {
+    /// At the start.
+    pub start: Vector<D>,
+    /// At the end.
+    pub end: Vector<D>,
+}
+
+/// Cosine of 0.2, by which the normal of an obstacle may turn on the way of a point through it: a chord of a fifth of the
+/// radius, five thousandths of it deep.
+const COSINE: f64 = 0.98;
+/// Halvings that find the instant of a meeting, or the deepest place of a chord.
+const HALVINGS: usize = 60;
+/// A path meets a facet if it passes by its border by less than this part of its size.
+const BORDER: f64 = 1e-6;
+/// Closer to the plane of a facet than this part of its size a point is neither in front nor behind.
+const TOUCH: f64 = 1e-9;
+
+impl<const D: usize> Path<D> {
+    /// At the part `t` of the step.
+    pub fn at(&self, t: f64) -> Vector<D> {
+        self.start + (self.end - self.start) * t
+    }
+
+    /// Length \[m\].
+    pub fn length(&self) -> f64 {
+        (self.end - self.start).norm()
+    }
+
+    /// Whether the surface of `obstacle` turns by more than a little between where this path goes in and where it ends or
+    /// comes out again: what is nearest then is another side.
+    pub fn passes_obstacle(&self, obstacle: &Obstacle<D>) -> bool {
+        let gap = |t: f64| obstacle.gap(&self.at(t));
+        let ends = [gap(0.0), gap(1.0)];
+        // No gap changes faster than the place.
+        if ends[0] + ends[1] >= self.length() {
+            return false;
+        }
+        // Outside of round obstacles the gap is convex along a line, and inside of hollow ones no line leaves.
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let third = (high - low) / 3.0;
+            if gap(low + third) < gap(high - third) { high -= third } else { low += third }
+        }
+        let deepest = 0.5 * (low + high);
+        if gap(deepest) >= 0.0 {
+            return false;
+        }
+        let surface = |end: f64| {
+            let (mut inside, mut outside) = (deepest, end);
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (inside + outside);
+                if gap(middle) < 0.0 { inside = middle } else { outside = middle }
+            }
+            obstacle.proximity(&self.at(inside)).normal
+        };
+        surface(0.0).dot(&surface(1.0)) < COSINE
+    }
+
+    /// Whether a point on this path goes from the front of a moving simplex (in the plane a line, in space a triangle
+    /// whose corners turn left seen from the front) to its back, between its corners. A point that touches it at the
+    /// start, or lies less than `depth` \[m\] behind, passes where it is deeper than that at the end and still behind it.
+    pub fn passes_simplex(&self, corners: &[Self; D], depth: f64) -> bool {
+        let size = (1..D).map(|k| (corners[k].start - corners[0].start).norm()).fold(0.0, f64::max);
+        let height = |t: f64| {
+            let there = corners.map(|corner| corner.at(t));
+            let normal = normal_of(&there).try_normalize(0.0);
+            normal.map_or(0.0, |normal| (self.at(t) - there[0]).dot(&normal))
+        };
+        let between = |t: f64| is_between(&self.at(t), &corners.map(|corner| corner.at(t)));
+        let [start, end] = [0.0, 1.0].map(height);
+        if start <= TOUCH * size {
+            return start >= -depth && end < -depth && between(0.0) && between(1.0);
+        }
+        if end >= -TOUCH * size {
+            return false;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if height(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        between(high)
+    }
+}
+
+/// The outward normal of the simplex with these corners, as long as its measure or twice it.
+fn normal_of<const D: usize>(corners: &[Vector<D>; D]) -> Vector<D> {
+    facet_normal(&std::array::from_fn(
+        |k| if k + 1 < D { corners[k + 1] - corners[0] } else { Vector::zeros() },
+    ))
+}
+
+/// Whether a point on the plane of the simplex lies between its corners, by barycentric coordinates: the part of the
+/// whole that is left where the point takes the place of a corner.
+fn is_between<const D: usize>(x: &Vector<D>, corners: &[Vector<D>; D]) -> bool {
+    let whole = normal_of(corners);
+    let part = |corner: usize| {
+        let mut replaced = *corners;
+        replaced[corner] = *x;
+        normal_of(&replaced).dot(&whole)
+    };
+    (0..D).all(|corner| part(corner) >= -BORDER * whole.norm_squared())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::obstacle::{Plane, Side, Sphere};
+
+    fn still<const D: usize>(x: Vector<D>) -> Path<D> {
+        Path { start: x, end: x }
+    }
+
+    fn path<const D: usize>(start: [f64; D], end: [f64; D]) -> Path<D> {
+        Path { start: start.into(), end: end.into() }
+    }
+
+    /// Through a disc, past it, along it, into it and off a plane: only the first passes.
+    #[test]
+    fn only_a_chord_passes_an_obstacle() {
+        let disc = Obstacle::Sphere(Sphere::new(Vector::<2>::zeros(), 0.1, Side::Outside).expect("a disc"));
+        assert!(path([0.0, 1.0], [0.02, -1.0]).passes_obstacle(&disc));
+        assert!(path([0.0, 1.0], [0.0, -0.05]).passes_obstacle(&disc), "closed, but beyond the middle");
+        assert!(path([0.05, 1.0], [0.05, 0.0]).passes_obstacle(&disc), "closed, and pushed aside");
+        assert!(path([0.05, 100.0], [0.05, -100.0]).passes_obstacle(&disc));
+        assert!(!path([0.0, 0.1], [0.01, 0.0995]).passes_obstacle(&disc), "slides");
+        assert!(!path([0.2, 1.0], [0.2, -1.0]).passes_obstacle(&disc));
+        assert!(!path([0.0, 0.1001], [0.01, 0.1001]).passes_obstacle(&disc));
+        assert!(!path([0.0, 1.0], [0.0, 0.05]).passes_obstacle(&disc));
+        let plane = Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0)).expect("a plane");
+        assert!(!path([0.0, 1.0], [5.0, 1e-3]).passes_obstacle(&Obstacle::Plane(plane)));
+    }
+
+    /// Front to back counts, back to front and beside do not, and what flies along with the point is not passed.
+    #[test]
+    fn only_front_to_back_passes_a_facet() {
+        // Outward of the order of nodes is down the y axis for a line along +x, as for the bottom of a body.
+        let line = |y: f64, dy: f64| {
+            [
+                Path { start: Vector::<2>::new(1.0, y), end: Vector::<2>::new(1.0, y + dy) },
+                Path { start: Vector::<2>::new(0.0, y), end: Vector::<2>::new(0.0, y + dy) },
+            ]
+        };
+        assert!(path([0.5, 1.0], [0.5, -1.0]).passes_simplex(&line(0.0, 0.0), 0.1));
+        // A point that touches passes once it is too deep to be seen, and not where it slides off.
+        assert!(path([0.5, 0.0], [0.5, -0.2]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([0.5, 0.0], [0.5, -0.05]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([0.5, 0.0], [1.5, -0.2]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([0.5, -1.0], [0.5, 1.0]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([1.5, 1.0], [1.5, -1.0]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([0.5, 1.0], [0.5, -1.0]).passes_simplex(&line(0.0, -2.0), 0.1));
+        assert!(path([0.5, 1.0], [0.5, 1.0]).passes_simplex(&line(0.0, 2.0), 0.1));
+        let corners =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|x| still(Vector::<3>::from(x)));
+        assert!(path([0.2, 0.2, 1.0], [0.2, 0.2, -1.0]).passes_simplex(&corners, 0.1));
+        assert!(!path([0.2, 0.2, -1.0], [0.2, 0.2, 1.0]).passes_simplex(&corners, 0.1));
+        assert!(!path([0.6, 0.6, 1.0], [0.6, 0.6, -1.0]).passes_simplex(&corners, 0.1));
+    }
+}
