@@ -250,5 +250,6 @@ fn the_guard_ends_a_run_that_makes_energy() {
         "the step that did it is written"
     );
     let calm = Results::of(&shipped("bar-impact/conserving.yml", &[("energy: 1.0e-6", "energy: 1.0e-9")]), 1);
-    assert_eq!(calm.record()["warnings"], serde_json::json!([]));
+    let warnings = calm.record()["warnings"].clone();
+    assert!(!warnings.as_array().is_some_and(|texts| texts.iter().any(seen)), "{warnings}");
 }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::journal::{contact_starts, remarks};
+use super::remarks::{contact_starts, remarks};
 use super::{options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;

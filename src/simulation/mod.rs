@@ -10,6 +10,7 @@ mod options;
 mod pace;
 mod parts;
 mod place;
+mod remarks;
 mod restart;
 mod resume;
 mod signals;

@@ -1,0 +1,66 @@
+//! What a user is told of the case at the start, and of its contacts at the end.
+
+use crate::assembly::{ContactSystem, Overclosure, Watched};
+use crate::dynamics::Dynamics;
+use crate::model::Contact;
+use crate::output::record::Penetration;
+use crate::output::summary::ContactStart;
+
+/// A contact before anything has touched.
+pub(super) fn untouched<const D: usize>(contact: &Contact<D>) -> Penetration {
+    Penetration { contact: contact.name.clone(), deepest: 0.0, asked: contact.penetration }
+}
+
+/// What a user should know of a contact that did not do what it was meant for.
+pub(super) fn warning(contact: &Penetration) -> Option<String> {
+    let name = &contact.contact;
+    if contact.deepest <= 0.0 {
+        return Some(format!("warning: contact '{name}' never closed: its surfaces did not meet"));
+    }
+    let asked = contact.asked.filter(|asked| contact.deepest > *asked)?;
+    let deepest = contact.deepest;
+    Some(format!(
+        "warning: contact '{name}' went {deepest:.3e} m deep, {asked:.3e} m was asked for\n\
+         hint: ask for {:.1e} m, or give normal: {{ penalty: {{ compliance: ... }} }}",
+        asked * asked / deepest
+    ))
+}
+
+/// The contacts as the undeformed bodies have them.
+pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<ContactStart> {
+    let start = |found: &Overclosure<D>| ContactStart {
+        name: found.contact.clone(),
+        points: found.candidates,
+        closed: found.nodes,
+        nearest: is_near(found).then(|| (found.smallest_gap, found.place.to_vec())),
+    };
+    system.overclosures().iter().map(start).collect()
+}
+
+/// Whether any contactor point has a target at all.
+fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
+    found.smallest_gap < f64::MAX
+}
+
+/// What a user should know before the run.
+pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
+    let free = system.free_bodies();
+    let mut remarks =
+        if free.is_empty() { Vec::new() } else { vec![format!("no support holds {}", free.join("; "))] };
+    let extent = system.extent();
+    let far = system.overclosures().iter().filter(|found| is_near(found) && found.smallest_gap > extent);
+    remarks.extend(far.map(|found| {
+        format!(
+            "contact '{}' starts {:.3e} m open, more than the size of all bodies, {extent:.3e} m: can it close?",
+            found.contact, found.smallest_gap
+        )
+    }));
+    let off = watched.iter().filter(|point| point.distance > 1e-6 * extent);
+    remarks.extend(off.map(|point| {
+        let Watched { name, place, distance, .. } = point;
+        format!(
+            "probe '{name}' takes the nearest node, {place:?}, {distance:.3e} m from where it was asked for"
+        )
+    }));
+    remarks
+}
