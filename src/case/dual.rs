@@ -20,8 +20,8 @@ pub(super) trait Scalar:
         if !exponent.is_constant() {
             let log = self.real().ln();
             let inner = exponent * self.chain(log, 1.0 / self.real(), -1.0 / self.real().powi(2));
-            let exp = inner.real().exp();
-            return inner.chain(exp, exp, exp);
+            let power = self.real().powf(exponent.real());
+            return inner.chain(power, power, power);
         }
         let (x, n) = (self.real(), exponent.real());
         // A factor that vanishes goes first: 0 * 0^-1 is 0 here, since d(x^1)/dx has no x in it.

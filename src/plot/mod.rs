@@ -34,6 +34,7 @@ use crate::output::folder::{unwritable, write_whole};
 use results::{Run, distinguish};
 use scene::Shown;
 
+pub use csv::Csv;
 pub use table::{TableFigure, draw_table};
 
 /// What came of plotting.
