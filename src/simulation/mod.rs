@@ -4,6 +4,7 @@ mod check;
 mod checkpoint;
 mod journal;
 mod measure;
+mod needs;
 mod options;
 mod parts;
 mod place;
@@ -52,7 +53,7 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let format = options::format(session, case, &local, &linear)?;
     let options = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
-    let mut stage = Stage::at_rest(system.pattern_vector())?;
+    let mut stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
     let mut strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
     if strategy.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
