@@ -67,7 +67,9 @@ fn laughs() -> String {
 }
 
 fn ascii(version: &str, section: &str, counts: &str) -> Input {
-    Input::Mesh(format!("$MeshFormat\n{version} 0 8\n$EndMeshFormat\n${section}\n{counts}\n1 0 0 0\n").into_bytes())
+    Input::Mesh(
+        format!("$MeshFormat\n{version} 0 8\n$EndMeshFormat\n${section}\n{counts}\n1 0 0 0\n").into_bytes(),
+    )
 }
 
 fn binary(version: &str, section: &str, counts: &[u64]) -> Input {
@@ -88,7 +90,10 @@ fn header(length: u64, text: &str) -> Input {
 
 /// All inputs by name; made on demand, since some are long.
 fn inputs() -> Vec<(&'static str, Box<dyn Fn() -> Input>)> {
-    fn entry(name: &'static str, make: impl Fn() -> Input + 'static) -> (&'static str, Box<dyn Fn() -> Input>) {
+    fn entry(
+        name: &'static str,
+        make: impl Fn() -> Input + 'static,
+    ) -> (&'static str, Box<dyn Fn() -> Input>) {
         (name, Box::new(make))
     }
     let deep = 100_000;
@@ -133,7 +138,9 @@ fn inputs() -> Vec<(&'static str, Box<dyn Fn() -> Input>)> {
         entry("10^12 nodes, 2.2", || ascii("2.2", "Nodes", &TRILLION.to_string())),
         entry("10^12 elements, 2.2", || ascii("2.2", "Elements", &TRILLION.to_string())),
         entry("10^12 names, 2.2", || ascii("2.2", "PhysicalNames", &TRILLION.to_string())),
-        entry("10^12 nodes, 4.1", || ascii("4.1", "Nodes", &format!("1 {TRILLION} 1 {TRILLION}\n2 1 0 {TRILLION}"))),
+        entry("10^12 nodes, 4.1", || {
+            ascii("4.1", "Nodes", &format!("1 {TRILLION} 1 {TRILLION}\n2 1 0 {TRILLION}"))
+        }),
         entry("10^12 blocks, 4.1", || ascii("4.1", "Nodes", &format!("{TRILLION} 1 1 1"))),
         entry("10^12 elements, 4.1", || ascii("4.1", "Elements", &format!("1 {TRILLION} 1 1"))),
         entry("10^12 entities, 4.1", || ascii("4.1", "Entities", &format!("0 0 {TRILLION} 0"))),
@@ -146,7 +153,8 @@ fn inputs() -> Vec<(&'static str, Box<dyn Fn() -> Input>)> {
         entry("a header of 10^19 bytes", || header(u64::MAX, "{")),
         entry("a header of brackets", move || header(deep as u64, &"[".repeat(deep))),
         entry("10^19 rows", || {
-            let text = format!(r#"{{"state":0,"sections":[{{"name":"n","columns":["u"],"rows":{}}}]}}"#, u64::MAX);
+            let text =
+                format!(r#"{{"state":0,"sections":[{{"name":"n","columns":["u"],"rows":{}}}]}}"#, u64::MAX);
             header(text.len() as u64, &text)
         }),
         entry("a field of 10^18 bytes", || {
@@ -156,7 +164,9 @@ fn inputs() -> Vec<(&'static str, Box<dyn Fn() -> Input>)> {
             Input::Field(bytes)
         }),
         entry("tags of a megabyte", || Input::Field("<a ".repeat(1 << 19).into_bytes())),
-        entry("a row of a million fields", || Input::Table(format!("a,b\n{}\n", ",".repeat(1 << 20)).into_bytes())),
+        entry("a row of a million fields", || {
+            Input::Table(format!("a,b\n{}\n", ",".repeat(1 << 20)).into_bytes())
+        }),
         entry("10^8 cells", || cells("10000, 10000")),
         entry("10^9 cells", || cells("100000, 10000")),
         entry("10^19 cells", || cells("4294967295, 4294967295")),

@@ -116,7 +116,10 @@ fn unused_matrices_are_not_allocated_on_1_and_2_ranks() {
         let used = used(&output);
         let missing: Vec<_> =
             expected.iter().filter(|need| !used.iter().any(|name| name.starts_with(**need))).collect();
-        assert!(missing.is_empty() && used.len() == expected.len(), "{name}: {used:?}, expected {expected:?}");
+        assert!(
+            missing.is_empty() && used.len() == expected.len(),
+            "{name}: {used:?}, expected {expected:?}"
+        );
         let [matrices_held, matrix_bytes, vectors_held, vector_bytes] = held(&output);
         assert_eq!([matrices_held, vectors_held], [matrices, vectors], "{name}");
         let bodies = if name == "deformable pair" { 2 } else { 1 };

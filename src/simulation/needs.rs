@@ -49,8 +49,9 @@ impl Traits {
         let contacts = &model.contacts;
         let frictions = || contacts.iter().filter_map(|contact| contact.friction);
         let coulomb = |wanted: fn(&Coefficient) -> bool| {
-            frictions()
-                .any(|friction| matches!(&friction.law, FrictionLaw::Coulomb(law) if wanted(&law.coefficient)))
+            frictions().any(
+                |friction| matches!(&friction.law, FrictionLaw::Coulomb(law) if wanted(&law.coefficient)),
+            )
         };
         Self {
             dynamic: !case.is_static(),
@@ -81,8 +82,7 @@ pub fn needs<const D: usize>(
     let t = Traits::new(case, model, system);
     let every = case.output.fields.every.value;
     let symmetric = options::step_problem(case, system).symmetric;
-    let either =
-        |used: bool, yes: &str, no: &str| (used, if used { yes.to_owned() } else { no.to_owned() });
+    let either = |used: bool, yes: &str, no: &str| (used, if used { yes.to_owned() } else { no.to_owned() });
     let friction = |used: bool, yes: &str| match (t.contact, t.friction) {
         (false, _) => (false, "no contact".to_owned()),
         (_, false) => (false, "no friction".to_owned()),
@@ -96,7 +96,10 @@ pub fn needs<const D: usize>(
     let inertia = || either(t.dynamic, "a dynamic scheme", "the static scheme");
     let rows = [
         ("K_0 (linear material stiffness)", (true, "always".to_owned())),
-        ("K_NL (displacement-dependent part of it)", either(t.finite, "finite kinematics", "linear kinematics")),
+        (
+            "K_NL (displacement-dependent part of it)",
+            either(t.finite, "finite kinematics", "linear kinematics"),
+        ),
         ("K_S (geometric stiffness)", either(t.finite, "finite kinematics", "linear kinematics")),
         ("K_CN (normal contact)", either(t.contact, "contact", "no contact")),
         (
@@ -109,7 +112,10 @@ pub fn needs<const D: usize>(
         ("K_T (friction damping)", friction(true, "friction")),
         ("K_nT (friction-normal coupling, non-symmetric)", friction(true, "friction")),
         ("K_mu (change of the coefficient with the slip speed)", friction(t.speed, "the Stribeck law")),
-        ("change of the coefficient with the pressure", friction(t.pressure, "the law of Grosch and Schallamach")),
+        (
+            "change of the coefficient with the pressure",
+            friction(t.pressure, "the law of Grosch and Schallamach"),
+        ),
         (
             "zone terms (change of the contact area, non-symmetric)",
             match (t.contact, t.friction) {
@@ -131,18 +137,12 @@ pub fn needs<const D: usize>(
             friction(t.memory || t.staggered, "elastic stick, or stages that hold it"),
         ),
         ("second stage (3.7)", either(t.staggered, "strategy: staggered", "strategy: monolithic")),
-        (
-            "search and exchange of facets",
-            either(t.deformable, "a target that deforms", "no target deforms"),
-        ),
+        ("search and exchange of facets", either(t.deformable, "a target that deforms", "no target deforms")),
         (
             "fields: stress, contact",
             (every > 0, if every > 0 { format!("every {every} steps") } else { "every: 0".to_owned() }),
         ),
-        (
-            "checkpoints",
-            either(case.output.checkpoint.is_some(), "output: checkpoint", "on a signal only"),
-        ),
+        ("checkpoints", either(case.output.checkpoint.is_some(), "output: checkpoint", "on a signal only")),
         ("matrix", (true, format!("{format}, for {}", names.join(", then ")))),
     ];
     rows.into_iter().map(|(name, (used, why))| Need { name, used, why }).collect()
