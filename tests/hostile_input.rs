@@ -88,14 +88,14 @@ fn header(length: u64, text: &str) -> Input {
     Input::Checkpoint(bytes)
 }
 
-/// All inputs by name; made on demand, since some are long.
-fn inputs() -> Vec<(&'static str, Box<dyn Fn() -> Input>)> {
-    fn entry(
-        name: &'static str,
-        make: impl Fn() -> Input + 'static,
-    ) -> (&'static str, Box<dyn Fn() -> Input>) {
-        (name, Box::new(make))
-    }
+/// An input by name, made on demand, since some are long.
+type Entry = (&'static str, Box<dyn Fn() -> Input>);
+
+fn entry(name: &'static str, make: impl Fn() -> Input + 'static) -> Entry {
+    (name, Box::new(make))
+}
+
+fn inputs() -> Vec<Entry> {
     let deep = 100_000;
     vec![
         entry("brackets", move || title(&"[".repeat(deep))),

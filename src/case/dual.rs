@@ -124,6 +124,8 @@ impl Div for Motion {
             };
         }
         let x = b.value;
-        self * b.chain(1.0 / x, -1.0 / (x * x), 2.0 / (x * x * x))
+        let product = self * b.chain(1.0 / x, -1.0 / (x * x), 2.0 / (x * x * x));
+        // A reciprocal rounds once more, and overflows where the quotient does not.
+        Self { value: self.value / x, ..product }
     }
 }
