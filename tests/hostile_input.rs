@@ -149,6 +149,11 @@ fn inputs() -> Vec<Entry> {
         entry("10^12 entities, binary 4.1", || binary("4.1", "Entities", &[TRILLION, 0, 0, 0])),
         entry("10^12 elements, binary 4.1", || binary("4.1", "Elements", &[1, TRILLION, 1, 1])),
         entry("a mesh without end", || Input::Mesh(b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes".to_vec())),
+        entry("a section with an endless name", || {
+            let text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$".to_owned();
+            let (name, body) = ("$End".repeat(250_000) + "x", "$End".repeat(500_000));
+            Input::Mesh(format!("{text}{name}\n{body}").into_bytes())
+        }),
         entry("a header of 60 MB", || header(60 << 20, "{")),
         entry("a header of 10^19 bytes", || header(u64::MAX, "{")),
         entry("a header of brackets", move || header(deep as u64, &"[".repeat(deep))),
