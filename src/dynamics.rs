@@ -18,7 +18,7 @@ pub struct State {
     pub u: Vector,
     /// Velocity [m/s].
     pub v: Vector,
-    /// Acceleration [m/s2].
+    /// Acceleration [m/s2]; without entries where there is no inertia.
     pub a: Vector,
 }
 
@@ -28,7 +28,11 @@ impl State {
     /// # Errors
     /// When PETSc can not allocate.
     pub fn at_rest(pattern: &Vector) -> Result<Self> {
-        Ok(Self { time: 0.0, u: pattern.like()?, v: pattern.like()?, a: pattern.like()? })
+        Self::new(pattern, true)
+    }
+
+    fn new(pattern: &Vector, inertia: bool) -> Result<Self> {
+        Ok(Self { time: 0.0, u: pattern.like()?, v: pattern.like()?, a: pattern.like_if(inertia)? })
     }
 
     /// Copies all three fields and the time. Collective.
@@ -168,7 +172,7 @@ pub struct Stage {
     pub start_forces: Vector,
     /// `v` at the end if `u` did not change [m/s].
     pub velocity_base: Vector,
-    /// `a` at the end if `u` did not change [m/s2].
+    /// `a` at the end if `u` did not change [m/s2]; without entries where there is no inertia.
     pub acceleration_base: Vector,
 }
 
@@ -178,9 +182,17 @@ impl Stage {
     /// # Errors
     /// When PETSc can not allocate.
     pub fn at_rest(pattern: &Vector) -> Result<Self> {
+        Self::new(pattern, true)
+    }
+
+    /// The same; without `inertia` it has no accelerations and can take no other scheme than the static one.
+    ///
+    /// # Errors
+    /// When PETSc can not allocate.
+    pub fn new(pattern: &Vector, inertia: bool) -> Result<Self> {
         Ok(Self {
-            start: State::at_rest(pattern)?,
-            trial: State::at_rest(pattern)?,
+            start: State::new(pattern, inertia)?,
+            trial: State::new(pattern, inertia)?,
             dt: 0.0,
             shifts: Shifts::default(),
             balance: Balance::AT_THE_END,
@@ -192,7 +204,7 @@ impl Stage {
             load_factor: 1.0,
             start_forces: pattern.like()?,
             velocity_base: pattern.like()?,
-            acceleration_base: pattern.like()?,
+            acceleration_base: pattern.like_if(inertia)?,
         })
     }
 
@@ -208,7 +220,9 @@ impl Stage {
         for i in 0..u.len() {
             let change = u[i] - start_u[i];
             v[i] = v_base[i] + shifts.velocity * change;
-            a[i] = a_base[i] + shifts.acceleration * change;
+        }
+        for i in 0..a.len() {
+            a[i] = a_base[i] + shifts.acceleration * (u[i] - start_u[i]);
         }
         Ok(())
     }

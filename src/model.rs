@@ -8,7 +8,7 @@ use crate::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::material::Material;
-use crate::mesh::{BoxShape, ElementKind, Mesh, merge, validate};
+use crate::mesh::{BoxShape, ElementKind, Mesh, merge, require_room, validate};
 use crate::tensor::Vector;
 
 /// A case in `D` dimensions, ready to be discretised.
@@ -401,6 +401,7 @@ fn coefficient(coefficient: &case::Coefficient) -> Result<Coefficient> {
 /// # Errors
 /// When a mesh can not be read or is no good, with file and place.
 pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
+    require_room(box_nodes(case))?;
     let mut bodies = Vec::with_capacity(case.bodies.len());
     for (name, body) in case.bodies.iter() {
         let mesh = match &body.mesh {
@@ -415,6 +416,15 @@ pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
         bodies.push((name.value.clone(), mesh));
     }
     merge(bodies)
+}
+
+/// Nodes that all boxes have at least.
+fn box_nodes(case: &Case) -> f64 {
+    let nodes = |body: &case::Body| match &body.mesh {
+        case::Mesh::Box(shape) => shape.cells.iter().map(|&cells| f64::from(cells) + 1.0).product(),
+        case::Mesh::File(_) => 0.0,
+    };
+    case.bodies.values().map(nodes).sum()
 }
 
 fn box_mesh<const D: usize>(shape: &case::BoxMesh) -> Result<Mesh<D>> {

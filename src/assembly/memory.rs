@@ -30,8 +30,10 @@ impl<const D: usize> ContactSystem<D> {
         let start = &stage.start;
         let fields = [start.u.owned(), start.v.owned(), start.a.owned(), stage.start_forces.owned()];
         for (node, row) in tables[0].rows_mut().enumerate() {
-            let all = fields.iter().flat_map(|field| &field[node * D..(node + 1) * D]);
-            let values = all.chain(&drive[node * D..(node + 1) * D]);
+            // Where there is no inertia, accelerations are zeros.
+            let of = |field: &[f64], i: usize| field.get(node * D + i).copied().unwrap_or(0.0);
+            let all = fields.iter().flat_map(|field| (0..D).map(move |i| of(field, i)));
+            let values = all.chain(drive[node * D..(node + 1) * D].iter().copied());
             row.iter_mut().zip(values).for_each(|(word, value)| *word = value.to_bits());
         }
         tables.extend(self.contacts.iter().map(|contact| self.filled(contact)));
@@ -61,7 +63,7 @@ impl<const D: usize> ContactSystem<D> {
             let mut fields: [&mut [f64]; 5] = [&mut u, &mut v, &mut a, &mut forces, &mut drive];
             for (node, row) in nodes.rows().enumerate() {
                 for (field, words) in fields.iter_mut().zip(row.chunks_exact(D)) {
-                    let values = field[node * D..(node + 1) * D].iter_mut();
+                    let values = field.iter_mut().skip(node * D).take(D);
                     values.zip(words).for_each(|(value, word)| *value = f64::from_bits(*word));
                 }
             }

@@ -148,7 +148,7 @@ impl<const D: usize> ContactSystem<D> {
             missed: false,
             has_modes: false,
             matrix: Matrix::new(session, &pattern, options.format)?,
-            inertia: forces.like()?,
+            inertia: forces.like_if(options.inertia)?,
             work: forces.like()?,
             forces,
             size: extent,

@@ -20,8 +20,8 @@ pub(super) trait Scalar:
         if !exponent.is_constant() {
             let log = self.real().ln();
             let inner = exponent * self.chain(log, 1.0 / self.real(), -1.0 / self.real().powi(2));
-            let exp = inner.real().exp();
-            return inner.chain(exp, exp, exp);
+            let power = self.real().powf(exponent.real());
+            return inner.chain(power, power, power);
         }
         let (x, n) = (self.real(), exponent.real());
         // A factor that vanishes goes first: 0 * 0^-1 is 0 here, since d(x^1)/dx has no x in it.
@@ -124,6 +124,8 @@ impl Div for Motion {
             };
         }
         let x = b.value;
-        self * b.chain(1.0 / x, -1.0 / (x * x), 2.0 / (x * x * x))
+        let product = self * b.chain(1.0 / x, -1.0 / (x * x), 2.0 / (x * x * x));
+        // A reciprocal rounds once more, and overflows where the quotient does not.
+        Self { value: self.value / x, ..product }
     }
 }

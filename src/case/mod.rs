@@ -27,6 +27,8 @@ pub(crate) mod tagged;
 mod time;
 pub mod unit;
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
@@ -55,6 +57,9 @@ pub use time::{Scheme, Time};
 use crate::error::{Error, Result};
 use diagnostics::{Complaint, Source};
 use document::Document;
+
+/// No case file is longer [bytes]: a table over time of 50 000 rows has room.
+const LONGEST: u64 = 1 << 21;
 
 /// A case as written in `case.yml`, completed with the defaults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -116,8 +121,13 @@ impl Case {
     /// [`crate::error::Cause::File`] if it can not be read, [`crate::error::Cause::Case`] if it is no text.
     pub fn load(path: &Path) -> Result<String> {
         let name = path.display();
-        let bytes = std::fs::read(path)
-            .map_err(|error| Error::file(format!("{name}: the case file can not be read: {error}")))?;
+        let mut bytes = Vec::new();
+        let read = File::open(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
+        read.map_err(|error| Error::file(format!("{name}: the case file can not be read: {error}")))?;
+        if bytes.len() as u64 > LONGEST {
+            let text = format!("{name}: longer than {LONGEST} bytes, which no case is");
+            return Err(Error::case(text).hint("meshes stand in files of their own"));
+        }
         String::from_utf8(bytes)
             .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))
     }

@@ -42,7 +42,7 @@ impl Default for Checkpoint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fields {
-    /// Every so many steps, >= 1; the start and the end are always written.
+    /// Every so many steps; the start and the end are written as well. 0: none at all.
     pub every: At<u32>,
 }
 

@@ -18,7 +18,7 @@ const MAGIC: &[u8; 25] = b"contact-petsc checkpoint\n";
 const HEAD: u64 = MAGIC.len() as u64 + 12;
 const HASH: u64 = 32;
 /// No header is longer: what says so is damaged.
-const LONGEST_HEADER: u64 = 1 << 28;
+const LONGEST_HEADER: u64 = 1 << 26;
 
 /// What stands in front of the sections.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -138,7 +138,15 @@ impl Reader {
 pub fn verify(path: &Path) -> Result<Header> {
     let mut file = open(path)?;
     let length = file.get_ref().metadata().map_err(|error| unreadable(path, &error))?.len();
-    let (header, start) = head(path, &mut file)?;
+    examine(path, &mut file, length)
+}
+
+/// The same of anything that can be read and wound back, of a length \[bytes\]; the path stands in errors only.
+///
+/// # Errors
+/// As [`verify`].
+pub fn examine(path: &Path, file: &mut (impl Read + Seek), length: u64) -> Result<Header> {
+    let (header, start) = head(path, file)?;
     let sections = header.sections.iter().fold(0u64, |sum, section| sum.saturating_add(section.bytes()));
     let whole = start.saturating_add(sections).saturating_add(HASH);
     if length != whole {
@@ -146,7 +154,7 @@ pub fn verify(path: &Path) -> Result<Header> {
         return Err(Error::file(text));
     }
     file.seek(SeekFrom::Start(0)).map_err(|error| unreadable(path, &error))?;
-    let (mut hash, mut left, mut piece) = (Sha256::new(), length - HASH, vec![0; 1 << 20]);
+    let (mut hash, mut left, mut piece) = (Sha256::new(), length - HASH, vec![0; 1 << 16]);
     while left > 0 {
         let most = piece.len().min(usize::try_from(left).unwrap_or(usize::MAX));
         file.read_exact(&mut piece[..most]).map_err(|error| unreadable(path, &error))?;
@@ -180,8 +188,12 @@ fn head(path: &Path, file: &mut impl Read) -> Result<(Header, u64)> {
     if length > LONGEST_HEADER {
         return Err(Error::file(format!("{name}: damaged: a header of {length} bytes")));
     }
-    let mut text = vec![0; usize::try_from(length).unwrap_or(usize::MAX)];
-    file.read_exact(&mut text).map_err(short)?;
+    // Grows with what is there: the length is a word of a file that may be damaged.
+    let mut text = Vec::new();
+    let read = file.take(length).read_to_end(&mut text).map_err(short)?;
+    if (read as u64) < length {
+        return Err(Error::file(format!("{name}: cut short within its header")));
+    }
     let damaged = |error| Error::file(format!("{name}: damaged: its header can not be read ({error})"));
     Ok((serde_json::from_slice(&text).map_err(damaged)?, HEAD + length))
 }

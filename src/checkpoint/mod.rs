@@ -18,7 +18,7 @@ mod store;
 mod stream;
 mod table;
 
-pub use file::{FORMAT, Header, Section, verify};
+pub use file::{FORMAT, Header, Section, examine, verify};
 pub use store::{Found, Store};
 pub use stream::{read, write};
 pub use table::Table;

@@ -128,6 +128,12 @@ struct Held<const D: usize> {
     friction_traction: Vector<D>,
 }
 
+impl<const D: usize> Default for Held<D> {
+    fn default() -> Self {
+        Self { normal_traction: 0.0, bound: 0.0, friction_traction: Vector::zeros() }
+    }
+}
+
 /// State of all points of one contact on this rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactState<const D: usize> {
@@ -136,6 +142,7 @@ pub struct ContactState<const D: usize> {
     /// Memory of the accepted steps.
     pub history: Vec<History<D>>,
     track: Vec<Track<D>>,
+    /// Empty until something is frozen: only staggered solves hold.
     held: Vec<Held<D>>,
     /// Of the augmented normal law.
     pub(super) multipliers: Multipliers,
@@ -146,12 +153,11 @@ pub struct ContactState<const D: usize> {
 impl<const D: usize> ContactState<D> {
     /// As many open points without a past.
     pub fn new(points: usize) -> Self {
-        let held = Held { normal_traction: 0.0, bound: 0.0, friction_traction: Vector::zeros() };
         Self {
             current: vec![PointState::default(); points],
             history: vec![History::default(); points],
             track: vec![Track::default(); points],
-            held: vec![held; points],
+            held: Vec::new(),
             multipliers: Multipliers::default(),
             adjusted: Vec::new(),
         }
@@ -212,6 +218,7 @@ impl<const D: usize> ContactState<D> {
     /// Keeps tractions as those that [`Hold`] holds. A point that is evaluated under a held bound reports that bound:
     /// evaluate with [`Hold::Nothing`] before the pressure is kept.
     pub fn freeze(&mut self, keep: Keep) {
+        self.held.resize(self.current.len(), Held::default());
         let points = self.current.iter().zip(&self.history);
         for (held, (point, history)) in self.held.iter_mut().zip(points) {
             *held = match keep {
@@ -231,7 +238,8 @@ impl<const D: usize> ContactState<D> {
     /// How the forces of these points differ from the frozen ones.
     pub fn force_change(&self, points: Range<usize>) -> ForceChange {
         let mut sum = ForceChange::default();
-        for (point, held) in self.current[points.clone()].iter().zip(&self.held[points]) {
+        for p in points {
+            let (point, held) = (&self.current[p], self.held.get(p).copied().unwrap_or_default());
             let change = point.friction_traction - held.friction_traction;
             sum.friction += (point.area * change).norm_squared();
             sum.normal += (point.area * point.normal_traction).powi(2);
@@ -249,7 +257,7 @@ impl<const D: usize> ContactState<D> {
 
     /// How point `p` is to be evaluated.
     pub(super) fn manner(&self, p: usize, hold: Hold, branches: Branches) -> Manner<D> {
-        let held = &self.held[p];
+        let held = self.held.get(p).copied().unwrap_or_default();
         let nothing = Frozen::default();
         let frozen = match hold {
             Hold::Nothing => nothing,

@@ -9,6 +9,7 @@ mod kind;
 #[cfg(test)]
 mod measure;
 mod merge;
+mod room;
 mod tree;
 pub mod validate;
 
@@ -17,6 +18,7 @@ pub use bounds::{Bounds, stretch};
 pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use merge::merge;
+pub use room::require_room;
 pub use tree::BoundsTree;
 
 use std::collections::BTreeMap;

@@ -52,7 +52,11 @@ pub fn read_piece(path: &Path) -> Result<ReadPiece> {
     parse(&bytes).map_err(|e| e.within(&path.display().to_string()))
 }
 
-fn parse(bytes: &[u8]) -> Result<ReadPiece> {
+/// The piece in the bytes of a file, see [`read_piece`].
+///
+/// # Errors
+/// As [`read_piece`], without the name of the file.
+pub fn parse(bytes: &[u8]) -> Result<ReadPiece> {
     let tags = tags(bytes, "AppendedData")?;
     check_encoding(&tags)?;
     let mark = tags.last().map_or(0, |tag| tag.end);
@@ -178,7 +182,7 @@ fn check_grid(grid: &ReadPiece, points: usize, cells: usize) -> Result<()> {
     }
     let on = |data: &BTreeMap<String, Field>, count: usize| {
         data.iter()
-            .find(|(_, field)| field.values.len() != count * field.components)
+            .find(|(_, field)| count.checked_mul(field.components) != Some(field.values.len()))
             .map(|(name, _)| name.clone())
     };
     match on(&grid.point_data, points).or(on(&grid.cell_data, cells)) {

@@ -1,6 +1,7 @@
 //! A distributed block matrix of fixed pattern, filled in place.
 
 use super::call::petsc;
+use super::census::{self, Kind};
 use super::operator::{Kronecker, Operator, SharedOperator};
 use super::pattern::BlockPattern;
 use super::scatter::{BlockValues, Scatter};
@@ -33,6 +34,8 @@ pub struct Matrix {
     block_size: usize,
     pattern: Rc<BlockPattern>,
     scatter: Scatter,
+    /// The census knows of it.
+    counted: bool,
 }
 
 impl Matrix {
@@ -128,9 +131,12 @@ impl Matrix {
             block_size: size,
             pattern: Rc::clone(pattern),
             scatter,
+            counted: false,
         };
         matrix.allocate()?;
         matrix.find_parts()?;
+        census::made(Kind::Matrix, matrix.bytes());
+        matrix.counted = true;
         Ok(matrix)
     }
 
@@ -371,6 +377,9 @@ impl Operator for Matrix {
 
 impl Drop for Matrix {
     fn drop(&mut self) {
+        if self.counted {
+            census::gone(Kind::Matrix, self.bytes());
+        }
         // SAFETY: the handle is ours, and PETSc runs since we hold the session.
         unsafe { sys::MatDestroy(&mut self.raw) };
     }

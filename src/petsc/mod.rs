@@ -5,6 +5,7 @@
 //! own text; a linear solve that does not converge is an [`Outcome`], not an error.
 
 mod call;
+mod census;
 mod events;
 mod krylov;
 mod matrix;
@@ -21,6 +22,7 @@ mod usage;
 mod values;
 mod vector;
 
+pub use census::{Census, Kind, census};
 pub use events::{Event, Running};
 pub use krylov::Krylov;
 pub use matrix::{Matrix, Symmetry};

@@ -1,6 +1,7 @@
 //! A distributed vector of node values: the owned ones first, then copies of other ranks' ones (ghosts).
 
 use super::call::petsc;
+use super::census::{self, Kind};
 use super::session::Session;
 use super::values::{Values, ValuesMut};
 use crate::error::{Error, Result};
@@ -44,6 +45,7 @@ impl Vector {
         let owned = owned_blocks * block_size;
         let local = owned + ghosts.len() * block_size;
         let mut vector = Self { session: Rc::clone(session), raw, block_size, owned, local };
+        census::made(Kind::Vector, local * size_of::<f64>());
         vector.local_mut().fill(0.0);
         Ok(vector)
     }
@@ -65,8 +67,17 @@ impl Vector {
         petsc!(VecDuplicate(self.raw, &mut raw))?;
         let session = Rc::clone(&self.session);
         let mut twin = Self { session, raw, ..*self };
+        census::made(Kind::Vector, self.local * size_of::<f64>());
         twin.local_mut().fill(0.0);
         Ok(twin)
+    }
+
+    /// A zero vector of the same layout where it is `wanted`, else one without entries. Collective.
+    ///
+    /// # Errors
+    /// As [`like`](Self::like).
+    pub fn like_if(&self, wanted: bool) -> Result<Self> {
+        if wanted { self.like() } else { Self::new(&self.session, 0, self.block_size) }
     }
 
     /// A second owner of a vector that PETSc hands to a callback; without ghosts.
@@ -76,6 +87,7 @@ impl Vector {
         petsc!(VecGetBlockSize(raw, &mut block_size))?;
         petsc!(PetscObjectReference(raw.cast()))?;
         let owned = owned as usize;
+        census::made(Kind::Vector, owned * size_of::<f64>());
         Ok(Self { session: Rc::clone(session), raw, block_size: block_size as usize, owned, local: owned })
     }
 
@@ -258,6 +270,7 @@ impl Vector {
 
 impl Drop for Vector {
     fn drop(&mut self) {
+        census::gone(Kind::Vector, self.local * size_of::<f64>());
         // SAFETY: the handle is ours, and PETSc runs since we hold the session.
         unsafe { sys::VecDestroy(&mut self.raw) };
     }

@@ -21,11 +21,19 @@ impl Csv {
     /// # Errors
     /// The file can not be read, or a row other than the last does not fit the header.
     pub fn read(path: &Path) -> Result<Option<Self>> {
-        let text = match std::fs::read(path) {
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(trouble(path, "read", &e)),
-            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
-        };
+        match std::fs::read(path) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(e) => Err(trouble(path, "read", &e)),
+            Ok(bytes) => Self::parse(path, &bytes),
+        }
+    }
+
+    /// The table in the bytes of a file, see [`read`](Self::read); the path stands in errors only.
+    ///
+    /// # Errors
+    /// A row other than the last does not fit the header.
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Option<Self>> {
+        let text = String::from_utf8_lossy(bytes);
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let mut lines = text[..whole].lines();
         let Some(header) = lines.next() else { return Ok(None) };

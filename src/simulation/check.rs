@@ -7,14 +7,12 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::remarks::{contact_starts, remarks};
-use super::{options, share_out, start};
+use super::{needs, options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
-use crate::contact::friction::coefficient::Coefficient;
-use crate::contact::friction::{FrictionLaw, Regularization};
-use crate::contact::obstacle::Obstacle;
+use crate::contact::friction::Regularization;
 use crate::contact::point::ContactLaw;
-use crate::element::Kinematics;
+use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::mesh::ElementKind;
 use crate::model::{Body, Contact, Model, Target};
@@ -66,11 +64,10 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
         let _ = writeln!(text, "contact {start}");
         describe_contact(&mut text, (contact, law), (&model.bodies, &sizes), case);
     }
-    let (used, unused) = terms(case, &model);
-    let _ = writeln!(text, "matrix: {}", used.join(", "));
-    if !unused.is_empty() {
-        let _ = writeln!(text, "not in this case: {}", unused.join(", "));
-    }
+    let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
+    text.push_str(&needs::table(&needs::needs(case, &model, (&system, &solvers))));
+    text.push_str(&needs::held(world));
+    drop(stage);
     let notes = remarks(&system, &watched).into_iter().chain(options::remarks(case));
     notes.for_each(|remark| text.push_str(&format!("note: {remark}\n")));
     Ok(text)
@@ -191,31 +188,4 @@ fn describe_contact<const D: usize>(
             );
         }
     }
-}
-
-/// Terms of the matrix that the case has, and those that it has not.
-fn terms<const D: usize>(case: &Case, model: &Model<D>) -> (Vec<&'static str>, Vec<&'static str>) {
-    let contact = !model.contacts.is_empty();
-    let frictions = || model.contacts.iter().filter_map(|contact| contact.friction);
-    let friction = frictions().next().is_some();
-    let speed = frictions().any(|friction| {
-        matches!(friction.law, FrictionLaw::Coulomb(law) if matches!(law.coefficient, Coefficient::Stribeck(_)))
-    });
-    let curved =
-        model.contacts.iter().any(|contact| !matches!(contact.target, Target::Obstacle(Obstacle::Plane(_))));
-    let finite = model.bodies.iter().any(|body| body.formulation.kinematics == Kinematics::Finite);
-    let current = model.contacts.iter().any(|contact| contact.current_area);
-    let all = [
-        ("M (mass)", !case.is_static()),
-        ("K_0 + K_NL (material)", true),
-        ("K_S (geometric)", finite),
-        ("K_CN (normal contact)", contact),
-        ("K_CG (curvature of the target)", contact && curved),
-        ("K_T (friction damping)", friction),
-        ("K_nT (friction-normal coupling, non-symmetric)", friction),
-        ("K_mu (change of the coefficient with the slip speed)", speed),
-        ("K_phi (change of the contact area, non-symmetric)", friction && current),
-    ];
-    let names = |used: bool| all.iter().filter(|(_, has)| *has == used).map(|(name, _)| *name).collect();
-    (names(true), names(false))
 }

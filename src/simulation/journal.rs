@@ -32,7 +32,7 @@ pub struct Journal<const D: usize> {
     folder: PathBuf,
     pub(super) tables: Option<Tables<D>>,
     fields: Option<FieldWriter<D>>,
-    /// Fields are written every so many steps, and at the end of time \[s\].
+    /// Fields, unless this is zero, are written every so many steps, and at the end of time \[s\].
     every: u64,
     pub(super) end: f64,
     model: Model<D>,
@@ -132,13 +132,15 @@ impl<const D: usize> Journal<D> {
         let lengths = self.past.as_ref().map(|(past, _)| &past.lengths);
         let watch = |tables: &mut Tables<D>| tables.watch(&self.folder, &self.watched, lengths);
         agree(self.session.world(), self.tables.as_mut().map_or(Ok(()), watch))?;
-        let mut fields = self.field_writer(system);
-        let resumed = match (&self.past, self.session.rank()) {
-            (Some((past, time)), 0) => fields.resume(past.totals.steps, *time),
-            _ => Ok(()),
-        };
-        agree(self.session.world(), resumed)?;
-        self.fields = Some(fields);
+        if self.every > 0 {
+            let mut fields = self.field_writer(system);
+            let resumed = match (&self.past, self.session.rank()) {
+                (Some((past, time)), 0) => fields.resume(past.totals.steps, *time),
+                _ => Ok(()),
+            };
+            agree(self.session.world(), resumed)?;
+            self.fields = Some(fields);
+        }
         let report = StartUp {
             title: self.record.case["title"].as_str().unwrap_or("untitled").to_owned(),
             folder: self.folder.display().to_string(),
@@ -367,7 +369,7 @@ impl<const D: usize> Journal<D> {
         let (u, v) = (stage.trial.u.local(), stage.trial.v.local());
         let volume = VolumeFields {
             displacement: &u,
-            velocity: Some(&v),
+            velocity: system.is_dynamic().then_some(&v[..]),
             cauchy_stress: &stress.cauchy_stress,
             det_f: &stress.det_f,
         };

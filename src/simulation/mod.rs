@@ -6,6 +6,7 @@ mod guard;
 mod input;
 mod journal;
 mod measure;
+mod needs;
 mod options;
 mod pace;
 mod parts;
@@ -60,7 +61,7 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let options = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
     pace::limit_penetration(&mut system, case);
-    let mut stage = Stage::at_rest(system.pattern_vector())?;
+    let mut stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
     let mut strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
     if strategy.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;

@@ -44,7 +44,7 @@ pub struct Fields<'a> {
     pub u: &'a mut [f64],
     /// Velocity [m/s].
     pub v: &'a mut [f64],
-    /// Acceleration [m/s2].
+    /// Acceleration [m/s2]; empty where there is no inertia.
     pub a: &'a mut [f64],
 }
 
@@ -118,7 +118,10 @@ impl<const D: usize> DofMap<D> {
                 let at = motion(number, component, &points[node as usize])
                     .map_err(|e| e.within(&boundary.name))?;
                 let dof = node as usize * D + component;
-                (fields.u[dof], fields.v[dof], fields.a[dof]) = (at.u, at.v, at.a);
+                (fields.u[dof], fields.v[dof]) = (at.u, at.v);
+                if let Some(a) = fields.a.get_mut(dof) {
+                    *a = at.a;
+                }
             }
         }
         Ok(())

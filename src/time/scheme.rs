@@ -168,6 +168,11 @@ impl Scheme {
     /// `v` and `a` at the end of the step if the displacement did not change.
     fn bases(self, stage: &mut Stage) -> Result<()> {
         let dt = stage.dt;
+        if self == Self::Static {
+            stage.velocity_base.set(0.0);
+            stage.acceleration_base.set(0.0);
+            return Ok(());
+        }
         let (v, a) = (stage.start.v.owned(), stage.start.a.owned());
         let mut v_base = stage.velocity_base.owned_mut();
         let mut a_base = stage.acceleration_base.owned_mut();

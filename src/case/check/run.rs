@@ -154,7 +154,6 @@ impl Check<'_> {
 
     pub(super) fn output(&mut self) {
         let output = &self.case.output;
-        self.at_least_one("'every'", &output.fields.every);
         if let Some(checkpoint) = &output.checkpoint {
             self.at_least_one("'every'", &checkpoint.every);
             self.at_least_one("'keep'", &checkpoint.keep);

@@ -36,6 +36,19 @@ fn expressions_evaluate() {
     }
 }
 
+/// The value with derivatives is the value, also where those are none: a negative number to a power that varies.
+#[test]
+fn values_do_not_depend_on_how_they_are_asked_for() {
+    for text in ["(-1) ^ (-t)", "0 ^ t", "(x - 0.3) ^ t", "-(- 1+++++++1)^-t", "--(- +t)/-t", "x / (49 * t)"]
+    {
+        for t in [0.0, 1.0, 2.0, f64::MAX] {
+            let function = Function::expression(text).unwrap();
+            let (value, motion) = (function.value(SPACE, t), function.motion(SPACE, t).value);
+            assert!(value == motion || value.is_nan() && motion.is_nan(), "{text} at {t}: {value}, {motion}");
+        }
+    }
+}
+
 /// Rate and second derivative are those of the value: the Taylor remainders fall with orders 2 and 3.
 #[test]
 fn motion_passes_the_taylor_test() {

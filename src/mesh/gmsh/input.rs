@@ -20,6 +20,9 @@ pub(super) struct Input<'a> {
     pub encoding: Encoding,
 }
 
+/// No section has a longer name [bytes]: to look for the end of one takes its length times that of the file.
+const NAME: usize = 256;
+
 /// The least that one entry takes in the file.
 pub(super) struct Least {
     pub words: u64,
@@ -183,7 +186,7 @@ impl<'a> Input<'a> {
         }
         let line = self.line("a section")?;
         match line.strip_prefix('$') {
-            Some(name) if !name.starts_with("End") => Ok(Some(name)),
+            Some(name) if !name.starts_with("End") && name.len() <= NAME => Ok(Some(name)),
             _ => Err(self.error(format!("expected the start of a section, found '{}'", shortened(line)))),
         }
     }

@@ -10,12 +10,17 @@ mod msh4;
 mod raw;
 mod sets;
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use super::Mesh;
 use crate::error::{Error, Result};
 use input::{Encoding, Input, shortened};
 use raw::Raw;
+
+/// The section `$MeshFormat` lies within so many bytes.
+const HEAD: u64 = 4096;
 
 /// The two formats.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,10 +36,20 @@ enum Version {
 /// unknown, inverted or degenerate; a node is used by no element; a facet of a set does not bound the mesh.
 pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>> {
     let name = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| {
+    let unreadable = |e: std::io::Error| {
         let cure = "paths of meshes are relative to the folder of the case file";
         Error::file(format!("the mesh can not be read: {e}")).hint(cure).within(&name)
+    };
+    let mut file = File::open(path).map_err(unreadable)?;
+    // What is no mesh is not read, however long it is.
+    let mut bytes = Vec::new();
+    file.by_ref().take(HEAD).read_to_end(&mut bytes).map_err(unreadable)?;
+    format(&mut Input::new(&bytes)).map_err(|e| e.within(&name))?;
+    let rest = file.metadata().map_or(0, |data| data.len().saturating_sub(HEAD));
+    bytes.try_reserve_exact(usize::try_from(rest).unwrap_or(usize::MAX)).map_err(|_| {
+        Error::file(format!("the mesh has {rest} bytes, more than the memory holds")).within(&name)
     })?;
+    file.read_to_end(&mut bytes).map_err(unreadable)?;
     parse(&bytes, region).map_err(|e| e.within(&name))
 }
 

@@ -1,0 +1,50 @@
+//! Whether a mesh that is asked for can be held at all, before it is made.
+
+use crate::error::{Error, Result};
+
+/// Least memory of one node while its mesh is cut and handed out: the mesh, its graph and its copies [bytes].
+const NODE: f64 = 500.0;
+
+/// Refuses a mesh of so many nodes that the memory of this machine can not hold it, solver aside. The memory is what the
+/// system calls available; where it does not tell, nothing is refused.
+///
+/// # Errors
+/// The mesh is too large, with its estimated size and the memory there is.
+pub fn require_room(nodes: f64) -> Result<()> {
+    check(nodes, available())
+}
+
+fn check(nodes: f64, available: Option<u64>) -> Result<()> {
+    let needed = nodes * NODE;
+    match available {
+        Some(available) if needed > available as f64 => {
+            let [needed, available] = [needed, available as f64].map(|bytes| bytes / 1e9);
+            let text = format!(
+                "{nodes:.3e} nodes: their mesh alone takes about {needed:.1} GB, of {available:.1} GB that are free"
+            );
+            Err(Error::case(text).hint("use fewer cells, or a machine with more memory"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Memory that can be had without swapping [bytes].
+fn available() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    line.split_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What fits passes, what does not is refused with both sizes, and no system is asked for what it does not tell.
+    #[test]
+    fn refuses_what_can_not_be_held() {
+        assert!(check(1e6, Some(1 << 30)).is_ok());
+        assert!(check(1e12, None).is_ok());
+        let error = check(1e8, Some(8_000_000_000)).unwrap_err();
+        assert!(error.message.contains("50.0 GB") && error.message.contains("8.0 GB"), "{error}");
+    }
+}

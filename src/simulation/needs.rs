@@ -1,0 +1,172 @@
+//! What a case needs and what not: terms of the matrix, matrices, memory and fields, each with the reason.
+
+use std::fmt::Write as _;
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::options;
+use crate::assembly::ContactSystem;
+use crate::case::Case;
+use crate::contact::friction::coefficient::Coefficient;
+use crate::contact::friction::{FrictionLaw, Regularization};
+use crate::contact::obstacle::Obstacle;
+use crate::dynamics::Dynamics;
+use crate::element::Kinematics;
+use crate::model::{Model, Target};
+use crate::petsc::{Format, Kind, census};
+use crate::solvers::Preset;
+
+/// One thing that a case may need.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Need {
+    /// What it is.
+    pub name: &'static str,
+    /// Whether the case uses it.
+    pub used: bool,
+    /// Why.
+    pub why: String,
+}
+
+/// What decides.
+struct Traits {
+    dynamic: bool,
+    finite: bool,
+    contact: bool,
+    curved: bool,
+    deformable: bool,
+    friction: bool,
+    pressure: bool,
+    speed: bool,
+    memory: bool,
+    area: bool,
+    follows: bool,
+    staggered: bool,
+}
+
+impl Traits {
+    fn new<const D: usize>(case: &Case, model: &Model<D>, system: &ContactSystem<D>) -> Self {
+        let contacts = &model.contacts;
+        let frictions = || contacts.iter().filter_map(|contact| contact.friction);
+        let coulomb = |wanted: fn(&Coefficient) -> bool| {
+            frictions().any(
+                |friction| matches!(&friction.law, FrictionLaw::Coulomb(law) if wanted(&law.coefficient)),
+            )
+        };
+        Self {
+            dynamic: !case.is_static(),
+            finite: model.bodies.iter().any(|body| body.formulation.kinematics == Kinematics::Finite),
+            contact: !contacts.is_empty(),
+            curved: contacts
+                .iter()
+                .any(|contact| !matches!(contact.target, Target::Obstacle(Obstacle::Plane(_)))),
+            deformable: contacts.iter().any(|contact| matches!(contact.target, Target::Surface { .. })),
+            friction: frictions().next().is_some(),
+            pressure: coulomb(|coefficient| matches!(coefficient, Coefficient::GroschSchallamach(_))),
+            speed: coulomb(|coefficient| matches!(coefficient, Coefficient::Stribeck(_))),
+            memory: frictions()
+                .any(|friction| matches!(friction.regularization, Regularization::StickStiffness { .. })),
+            area: contacts.iter().any(|contact| contact.current_area),
+            follows: system.has_following_loads(),
+            staggered: options::staggered(case).is_some(),
+        }
+    }
+}
+
+/// All that a case may need, in the order of (3.5), then what holds it.
+pub fn needs<const D: usize>(
+    case: &Case,
+    model: &Model<D>,
+    (system, solvers): (&ContactSystem<D>, &[&Preset]),
+) -> Vec<Need> {
+    let t = Traits::new(case, model, system);
+    let every = case.output.fields.every.value;
+    let symmetric = options::step_problem(case, system).symmetric;
+    let either = |used: bool, yes: &str, no: &str| (used, if used { yes.to_owned() } else { no.to_owned() });
+    let friction = |used: bool, yes: &str| match (t.contact, t.friction) {
+        (false, _) => (false, "no contact".to_owned()),
+        (_, false) => (false, "no friction".to_owned()),
+        _ => either(used, yes, "the law has no such dependence"),
+    };
+    let names: Vec<&str> = solvers.iter().map(|preset| preset.name).collect();
+    let format = match system.matrix().format() {
+        Format::Aij => "scalar rows (AIJ)",
+        Format::Baij => "blocks of a node (BAIJ)",
+    };
+    let inertia = || either(t.dynamic, "a dynamic scheme", "the static scheme");
+    let rows = [
+        ("K_0 (linear material stiffness)", (true, "always".to_owned())),
+        (
+            "K_NL (displacement-dependent part of it)",
+            either(t.finite, "finite kinematics", "linear kinematics"),
+        ),
+        ("K_S (geometric stiffness)", either(t.finite, "finite kinematics", "linear kinematics")),
+        ("K_CN (normal contact)", either(t.contact, "contact", "no contact")),
+        (
+            "K_CG (curvature of the target)",
+            match t.contact {
+                true => either(t.curved, "a curved target or one that deforms", "all targets are planes"),
+                false => (false, "no contact".to_owned()),
+            },
+        ),
+        ("K_T (friction damping)", friction(true, "friction")),
+        ("K_nT (friction-normal coupling, non-symmetric)", friction(true, "friction")),
+        ("K_mu (change of the coefficient with the slip speed)", friction(t.speed, "the Stribeck law")),
+        (
+            "change of the coefficient with the pressure",
+            friction(t.pressure, "the law of Grosch and Schallamach"),
+        ),
+        (
+            "zone terms (change of the contact area, non-symmetric)",
+            match (t.contact, t.friction) {
+                (false, _) => (false, "no contact".to_owned()),
+                (_, false) => (false, "left out without friction: the matrix stays symmetric".to_owned()),
+                _ => either(t.area, "area: current", "area: reference"),
+            },
+        ),
+        ("following loads (non-symmetric)", either(t.follows, "a pressure that follows", "no such load")),
+        ("M (mass) in the matrix", inertia()),
+        ("mass matrix", inertia()),
+        ("accelerations", inertia()),
+        (
+            "symmetric matrix: half the factors, CG",
+            either(symmetric, "nothing breaks the symmetry", "friction or a following load breaks it"),
+        ),
+        (
+            "stick memory (tractions of the last step)",
+            friction(t.memory || t.staggered, "elastic stick, or stages that hold it"),
+        ),
+        ("second stage (3.7)", either(t.staggered, "strategy: staggered", "strategy: monolithic")),
+        ("search and exchange of facets", either(t.deformable, "a target that deforms", "no target deforms")),
+        (
+            "fields: stress, contact",
+            (every > 0, if every > 0 { format!("every {every} steps") } else { "every: 0".to_owned() }),
+        ),
+        ("checkpoints", either(case.output.checkpoint.is_some(), "output: checkpoint", "on a signal only")),
+        ("matrix", (true, format!("{format}, for {}", names.join(", then ")))),
+    ];
+    rows.into_iter().map(|(name, (used, why))| Need { name, used, why }).collect()
+}
+
+/// The needs as lines of a table.
+pub fn table(needs: &[Need]) -> String {
+    let mut text = String::from("needs:\n");
+    for Need { name, used, why } in needs {
+        let used = if *used { "used" } else { "not used" };
+        let _ = writeln!(text, "  {name:<54} {used:<9} {why}");
+    }
+    text
+}
+
+/// What the program holds at present for the case: matrices and vectors, over all ranks. Collective.
+pub fn held(world: &impl CommunicatorCollectives) -> String {
+    let (matrices, vectors) = (census(Kind::Matrix), census(Kind::Vector));
+    let own = [matrices.count, matrices.bytes, vectors.count, vectors.bytes];
+    let (mut most, mut sum) = ([0u64; 4], [0u64; 4]);
+    world.all_reduce_into(&own[..], &mut most[..], SystemOperation::max());
+    world.all_reduce_into(&own[..], &mut sum[..], SystemOperation::sum());
+    format!(
+        "held before the first solve: {} matrices of {} bytes, {} vectors of {} bytes, PETSc's own aside\n",
+        most[0], sum[1], most[2], sum[3]
+    )
+}
