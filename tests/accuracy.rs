@@ -2,24 +2,9 @@
 
 mod common;
 
-use std::path::Path;
-
-use common::{Folder, Table, run};
-
-struct Results(Folder);
+use common::{Results, Table, shipped};
 
 impl Results {
-    fn of(text: &str, ranks: usize) -> Self {
-        let folder = Folder::new("accuracy");
-        folder.write("case.yml", text);
-        run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
-        Self(folder)
-    }
-
-    fn table(&self, name: &str) -> Table {
-        Table::read(&self.0.join("out").join(name))
-    }
-
     /// Asked and achieved of a part of the record.
     fn part(&self, name: &str) -> [f64; 2] {
         let text = std::fs::read_to_string(self.0.join("out/run.json")).expect("a record");
@@ -30,16 +15,6 @@ impl Results {
     fn newton(&self) -> usize {
         self.table("iterations.csv").numbers("iteration").iter().filter(|&&iteration| iteration > 0.0).count()
     }
-}
-
-fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
-    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    for (from, to) in changes {
-        assert!(text.contains(from), "{case} has no '{from}'");
-        text = text.replace(from, to);
-    }
-    text
 }
 
 fn rubber(step: &str, accuracy: &str) -> String {

@@ -5,21 +5,9 @@ mod common;
 
 use std::path::Path;
 
-use common::{Folder, Table};
+use common::{Folder, Table, shipped};
 use contact_petsc::output::vtu::Values;
 use contact_petsc::output::vtu_reader::{ReadPiece, read_piece};
-
-/// A shipped case with some of its text replaced; each text must be there.
-#[track_caller]
-fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
-    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    for (from, to) in changes {
-        assert!(text.contains(from), "{case} has no '{from}'");
-        text = text.replace(from, to);
-    }
-    text
-}
 
 /// Runs a case; it must end well.
 #[track_caller]

@@ -3,42 +3,9 @@
 
 mod common;
 
-use std::path::Path;
-
-use common::{Folder, Table};
-
-/// A shipped case with some of its text replaced; each text must be there.
-#[track_caller]
-fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
-    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    for (from, to) in changes {
-        assert!(text.contains(from), "{case} has no '{from}'");
-        text = text.replace(from, to);
-    }
-    text
-}
-
-struct Results(Folder);
+use common::{Folder, Results, Table, shipped};
 
 impl Results {
-    #[track_caller]
-    fn of(text: &str, ranks: usize) -> Self {
-        let folder = Folder::new("impact");
-        folder.write("case.yml", text);
-        common::run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
-        Self(folder)
-    }
-
-    fn table(&self, name: &str) -> Table {
-        Table::read(&self.0.join("out").join(name))
-    }
-
-    fn record(&self) -> serde_json::Value {
-        let text = std::fs::read_to_string(self.0.join("out/run.json")).expect("a record");
-        serde_json::from_str(&text).expect("JSON")
-    }
-
     /// Largest unexplained energy over the largest there was.
     fn unexplained(&self) -> f64 {
         let ledger = self.table("energy.csv");

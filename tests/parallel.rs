@@ -5,9 +5,8 @@
 mod common;
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
-use common::{Folder, Table, run};
+use common::{Results, Table, shipped};
 use contact_petsc::output::vtu::Values;
 use contact_petsc::output::vtu_reader::read_piece;
 
@@ -19,17 +18,6 @@ const GMRES: &str = "{ linear: gmres_asm_ilu, newton: { inexact: false } }";
 const INEXACT: &str = "{ linear: gmres_asm_ilu }";
 const AUTO: &str = "{ linear: auto }";
 
-/// A shipped case with some of its text replaced.
-fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
-    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    for (from, to) in changes {
-        assert!(text.contains(from), "{case} has no '{from}'");
-        text = text.replace(from, to);
-    }
-    text
-}
-
 /// The case with its own solver block replaced.
 fn solved_by(text: &str, solver: &str) -> String {
     let others = text.lines().filter(|line| !line.starts_with("solver:"));
@@ -40,21 +28,7 @@ fn rubber_block() -> String {
     shipped("rubber-block/case.yml", &[("cells: [48, 50]", "cells: [12, 13]"), ("end: 0.07", "end: 0.02")])
 }
 
-/// What a run left behind.
-struct Results(Folder);
-
 impl Results {
-    fn of(text: &str, ranks: usize) -> Self {
-        let folder = Folder::new("parallel");
-        folder.write("case.yml", text);
-        run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
-        Self(folder)
-    }
-
-    fn table(&self, name: &str) -> Table {
-        Table::read(&self.0.join("out").join(name))
-    }
-
     /// Every Newton iteration with its contact points, in words.
     fn iterations(&self) -> Vec<String> {
         let table = self.table("iterations.csv");

@@ -2,32 +2,13 @@
 
 mod common;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use common::{Folder, Table};
+use common::{Results, Table, shipped};
 use contact_petsc::output::vtu::Values;
 use contact_petsc::output::vtu_reader::read_piece;
 
-/// A shipped case with some of its text replaced; each text must be there.
-#[track_caller]
-fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
-    let mut text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    for (from, to) in changes {
-        assert!(text.contains(from), "{case} has no '{from}'");
-        text = text.replace(from, to);
-    }
-    text
-}
-
-/// Results of one run.
-struct Results(Folder);
-
 impl Results {
-    fn table(&self, name: &str) -> Table {
-        Table::read(&self.0.join("out").join(name))
-    }
-
     fn probes(&self) -> Table {
         self.table("probes.csv")
     }
@@ -40,10 +21,7 @@ impl Results {
 /// Runs a case on one rank; it must end well.
 #[track_caller]
 fn run(text: &str) -> Results {
-    let folder = Folder::new("scene");
-    folder.write("case.yml", text);
-    common::run(1, &["case.yml", "--output", "out", "--quiet"], &folder).success();
-    Results(folder)
+    Results::of(text, 1)
 }
 
 /// The value of a column at the row of an instant.

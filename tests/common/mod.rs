@@ -264,3 +264,40 @@ impl Table {
         found.unwrap_or_else(|| panic!("no column '{column}' among {:?}", self.header))
     }
 }
+
+/// A shipped case with some of its text replaced; each text must be there.
+#[track_caller]
+pub fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
+    let mut text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    for (from, to) in changes {
+        assert!(text.contains(from), "{case} has no '{from}'");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+/// Results of one run, which ended well, in the folder `out`.
+pub struct Results(pub Folder);
+
+impl Results {
+    /// Of the case `text` on so many ranks.
+    #[track_caller]
+    pub fn of(text: &str, ranks: usize) -> Self {
+        let folder = Folder::new("results");
+        folder.write("case.yml", text);
+        run(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).success();
+        Self(folder)
+    }
+
+    /// A table by its name.
+    pub fn table(&self, name: &str) -> Table {
+        Table::read(&self.0.join("out").join(name))
+    }
+
+    /// `run.json`.
+    pub fn record(&self) -> serde_json::Value {
+        let text = fs::read_to_string(self.0.join("out/run.json")).expect("a run record");
+        serde_json::from_str(&text).expect("JSON")
+    }
+}
