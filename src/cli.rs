@@ -73,7 +73,7 @@ enum Sub {
     Report {
         /// Results folder of a run or of a study
         results: PathBuf,
-        /// Times [s] at which the bodies are shown; start, middle and end unless given
+        /// Times in seconds at which the bodies are shown; start, middle and end unless given
         #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', allow_negative_numbers = true)]
         at: Vec<f64>,
         /// File of the page; `report.html` in the results folder unless given
@@ -260,7 +260,7 @@ pub enum Command {
     Report {
         /// Results folder of a run or of a study.
         results: PathBuf,
-        /// Times [s] at which the bodies are shown.
+        /// Times \[s\] at which the bodies are shown.
         at: Vec<f64>,
         /// File of the page.
         output: Option<PathBuf>,

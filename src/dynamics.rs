@@ -12,9 +12,9 @@ use crate::terms::Terms;
 ///
 /// Ghosted vectors, node-major: entry `node * D + component`; m, m/s, m/s2.
 pub struct State {
-    /// Instant [s].
+    /// Instant \[s\].
     pub time: f64,
-    /// Displacement [m].
+    /// Displacement \[m\].
     pub u: Vector,
     /// Velocity [m/s].
     pub v: Vector,
@@ -127,7 +127,7 @@ pub struct ForceChange {
 pub struct Shortfall {
     /// Penetration, or gap under pressure, over what is allowed: the largest of all points.
     pub ratio: f64,
-    /// That penetration or gap [m].
+    /// That penetration or gap \[m\].
     pub depth: f64,
 }
 
@@ -149,7 +149,7 @@ pub struct Stage {
     pub start: State,
     /// The iterate at the end of the step.
     pub trial: State,
-    /// Step [s].
+    /// Step \[s\].
     pub dt: f64,
     /// `dv/du`, `da/du`.
     pub shifts: Shifts,
@@ -168,7 +168,7 @@ pub struct Stage {
     pub holding: f64,
     /// Factor on loads and prescribed displacements, 1 but for the increments of a static start.
     pub load_factor: f64,
-    /// `r = Q - F_ext - F_n - F_T` at the start [N].
+    /// `r = Q - F_ext - F_n - F_T` at the start \[N\].
     pub start_forces: Vector,
     /// `v` at the end if `u` did not change [m/s].
     pub velocity_base: Vector,
@@ -236,9 +236,9 @@ impl Stage {
 /// Size of the residual on the free unknowns, and what it is compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residual {
-    /// 2-norm over the free unknowns [N]; not finite where the trial state was rejected.
+    /// 2-norm over the free unknowns \[N\]; not finite where the trial state was rejected.
     pub norm: f64,
-    /// Largest 2-norm among internal, contact, external and inertia forces [N].
+    /// Largest 2-norm among internal, contact, external and inertia forces \[N\].
     pub scale: f64,
 }
 
@@ -259,9 +259,9 @@ pub struct ContactCounts {
 
 /// A set of prescribed changes that goes to the right side: `rhs -= K_fd change`.
 pub struct Lift<'a> {
-    /// Change of the prescribed unknowns, zero on the free ones [m].
+    /// Change of the prescribed unknowns, zero on the free ones \[m\].
     pub change: &'a Vector,
-    /// Right side that takes it [N].
+    /// Right side that takes it \[N\].
     pub rhs: &'a mut Vector,
 }
 
@@ -274,7 +274,7 @@ pub trait Dynamics {
     /// When PETSc refuses; a prescribed value that is not finite is told by the next residual.
     fn prescribe(&mut self, stage: &mut Stage) -> Result<()>;
 
-    /// Residual of the balance at the trial state, zero in prescribed rows [N]. Collective.
+    /// Residual of the balance at the trial state, zero in prescribed rows \[N\]. Collective.
     ///
     /// A rejected trial (det F <= 0) is no error: its norm is not finite and [`Dynamics::fault`] tells why.
     ///
@@ -365,6 +365,6 @@ pub trait Dynamics {
     /// Brings contact that is not in motion closer to what was asked, by multipliers or by a stiffer penalty. Collective.
     fn improve(&mut self);
 
-    /// Extent of all bodies, or their largest coordinate far from the origin [m]: what rounding is measured against.
+    /// Extent of all bodies, or their largest coordinate far from the origin \[m\]: what rounding is measured against.
     fn extent(&self) -> f64;
 }

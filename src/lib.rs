@@ -45,8 +45,6 @@
 //!
 //! Signs: every term is its contribution to the left-hand side, minus the derivative of a force.
 
-#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets")]
-
 pub mod assembly;
 pub mod case;
 pub mod checkpoint;

@@ -37,7 +37,7 @@ pub struct Body {
     pub lumped_mass: bool,
     /// The mass matrix leaves out the nodes of contact surfaces.
     pub redistributed_mass: bool,
-    /// Young's modulus [Pa], to which penalties are compared.
+    /// Young's modulus \[Pa\], to which penalties are compared.
     pub young_modulus: f64,
     /// Velocity at the start [m/s], one function a component; empty where it rests.
     pub initial_velocity: Vec<Function>,
@@ -56,7 +56,7 @@ impl NormalChoice {
     /// Stiffness of the derived penalty over that of a layer of elements: 5 % of h at a pressure of E.
     const STIFFNESS_RATIO: f64 = 20.0;
 
-    /// The law, for facets of size `facet_size` [m] on a body of modulus `young_modulus` [Pa].
+    /// The law, for facets of size `facet_size` \[m\] on a body of modulus `young_modulus` \[Pa\].
     ///
     /// # Errors
     /// When modulus and size give no positive compliance.
@@ -112,11 +112,11 @@ pub struct Contact<const D: usize> {
     pub target: Target<D>,
     /// Name of the target.
     pub target_name: String,
-    /// Young's modulus of the softer side [Pa], to which penalties are compared.
+    /// Young's modulus of the softer side \[Pa\], to which penalties are compared.
     pub softer: f64,
     /// Normal law.
     pub normal: NormalChoice,
-    /// Penetration that the user asked for [m].
+    /// Penetration that the user asked for \[m\].
     pub penetration: Option<f64>,
     /// Friction; none leaves the matrix symmetric.
     pub friction: Option<Friction>,
@@ -135,7 +135,7 @@ pub struct Support<const D: usize> {
     pub name: String,
     /// `body` or `body.set`.
     pub set: String,
-    /// The prescribed components [m].
+    /// The prescribed components \[m\].
     pub components: [Option<Function>; D],
 }
 
@@ -157,9 +157,9 @@ pub struct Load<const D: usize> {
 pub enum LoadKind<const D: usize> {
     /// Force per mass [m/s2].
     BodyForce([Function; D]),
-    /// Force per reference area [Pa].
+    /// Force per reference area \[Pa\].
     Traction([Function; D]),
-    /// Against the outward normal of the deformed surface [Pa].
+    /// Against the outward normal of the deformed surface \[Pa\].
     Pressure(Function),
 }
 
@@ -180,7 +180,7 @@ impl<const D: usize> LoadKind<D> {
 pub struct Probe<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// Reference position asked for [m].
+    /// Reference position asked for \[m\].
     pub at: [f64; D],
     /// Body to look on.
     pub body: Option<usize>,

@@ -16,7 +16,7 @@ use crate::petsc::Vector;
 /// Penetration that is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Asked {
-    /// As a length [m].
+    /// As a length \[m\].
     Length(f64),
     /// Over the mean size of the contactor's facets.
     Relative(f64),
@@ -27,7 +27,7 @@ pub enum Asked {
 pub struct Stuck {
     /// Largest slip velocity of a sticking point under a law with a stick velocity [m/s].
     pub creep: f64,
-    /// Largest elastic slip of a sticking point under a law with a stick stiffness [m].
+    /// Largest elastic slip of a sticking point under a law with a stick stiffness \[m\].
     pub give: f64,
 }
 
@@ -177,13 +177,13 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter_mut().for_each(|contact| contact.state.note_gaps());
     }
 
-    /// The smallest penetration that is asked for [m].
+    /// The smallest penetration that is asked for \[m\].
     pub fn smallest_tolerance(&self) -> Option<f64> {
         self.contacts.iter().filter_map(|contact| contact.tolerance).reduce(f64::min)
     }
 
     /// Makes stick stiffer than `given` by powers of two, so that no sticking point creeps faster than `speed` [m/s] or
-    /// gives way by more than `slip` [m] under the friction tractions of now. Collective.
+    /// gives way by more than `slip` \[m\] under the friction tractions of now. Collective.
     pub fn stiffen_stick(&mut self, given: &[Option<Regularization>], speed: f64, slip: f64) {
         /// A law is made stiffer by this factor at most.
         const MOST: f64 = 1024.0;
@@ -248,7 +248,7 @@ impl<const D: usize> ContactSystem<D> {
         field.dot(&self.work)
     }
 
-    /// Mass of all bodies [kg], or the number of nodes. Collective.
+    /// Mass of all bodies \[kg\], or the number of nodes. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.

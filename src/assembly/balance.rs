@@ -149,7 +149,7 @@ impl<const D: usize> ContactSystem<D> {
         stage.trial.a.copy_from(&self.work)
     }
 
-    /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones [N].
+    /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones \[N\].
     ///
     /// To be called after [`Dynamics::residual`] at the same state. Collective.
     ///

@@ -110,7 +110,7 @@ fn measures<const D: usize>(
     Ok(Measures { facet_size, nodal: largest[0] == 0.0, sight })
 }
 
-/// Shortest side of the box around a body [m]. Collective.
+/// Shortest side of the box around a body \[m\]. Collective.
 fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, body: usize) -> f64 {
     let mesh = &local.mesh;
     let elements = (0..mesh.element_count()).filter(|&element| usize::from(mesh.body[element]) == body);
@@ -119,7 +119,7 @@ fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &Local
     sides.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Sides of the box around points of all ranks [m]. Collective.
+/// Sides of the box around points of all ranks \[m\]. Collective.
 fn box_around<const D: usize>(
     world: &impl CommunicatorCollectives,
     points: impl Iterator<Item = [f64; D]>,
@@ -136,7 +136,7 @@ fn box_around<const D: usize>(
     std::array::from_fn(|i| all[i] + all[i + 3])
 }
 
-/// Largest coordinate of all ranks [m]: its rounding is that of every place. Collective.
+/// Largest coordinate of all ranks \[m\]: its rounding is that of every place. Collective.
 pub(super) fn farthest<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
     let own = local.mesh.points.as_flattened().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut most = 0.0;
@@ -170,7 +170,7 @@ fn facet_area<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> f64 {
     (0..table.points).map(at).sum()
 }
 
-/// Largest extent of a facet along an axis [m].
+/// Largest extent of a facet along an axis \[m\].
 fn extent_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> f64 {
     let mut nodes = Vec::new();
     let mut extent = |&facet: &Facet| {
@@ -225,7 +225,7 @@ pub(super) fn unit<const D: usize>(model: &Model<D>, extent: f64, local: &LocalM
     stiffest * size.powi(D as i32 - 2)
 }
 
-/// Longest side of the box around all bodies [m].
+/// Longest side of the box around all bodies \[m\].
 pub(super) fn extent<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
     box_around(world, local.mesh.points.iter().copied()).into_iter().fold(0.0, f64::max)
 }

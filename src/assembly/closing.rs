@@ -21,7 +21,7 @@ pub struct Closing {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// How each contact closed in the step of length `dt` [s] that ends in the trial state; to be called before it is
+    /// How each contact closed in the step of length `dt` \[s\] that ends in the trial state; to be called before it is
     /// accepted. Collective.
     pub fn closings(&self, dt: f64) -> Vec<Closing> {
         let count = self.contacts.len();

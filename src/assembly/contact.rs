@@ -81,7 +81,7 @@ pub fn facets_of<'a, const D: usize>(local: &'a LocalMesh<D>, set: &str) -> Resu
 /// What a contact needs to know of all ranks.
 #[derive(Debug, Clone, Copy)]
 pub struct Measures {
-    /// Mean size of the contactor's facets [m].
+    /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
     /// Every facet of the contactor has a rule of points at its nodes.
     pub nodal: bool,
@@ -189,7 +189,7 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Adds the forces of a contact with an obstacle to the owned rows of `force` [N].
+    /// Adds the forces of a contact with an obstacle to the owned rows of `force` \[N\].
     pub fn add_force(&mut self, fields: &ContactFields, request: &ContactRequest, force: &mut [f64]) {
         if let Pair::Rigid { contact, maps } = &self.pair {
             contact.evaluate(fields, request, &mut self.state, &mut Forces::<D> { maps, force });

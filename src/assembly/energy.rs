@@ -44,7 +44,7 @@ pub struct Momentum {
 
 /// Sums up work and heat from step to step.
 pub struct EnergyLedger {
-    /// Loads and reactions at the start of the step [N].
+    /// Loads and reactions at the start of the step \[N\].
     drive: Vec<f64>,
     at_start: f64,
     now: Energies,
@@ -62,14 +62,14 @@ pub struct SavedLedger {
 /// What a ledger remembers from step to step, beside the [`EnergyLedger::drive`] of each rank.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balances {
-    /// Energy at the start [J].
+    /// Energy at the start \[J\].
     pub at_start: f64,
     /// The energies of the last step.
     pub now: Energies,
 }
 
 impl EnergyLedger {
-    /// A ledger that goes on from what another one remembered, with its `drive` [N]; `reactions` is where the next ones go.
+    /// A ledger that goes on from what another one remembered, with its `drive` \[N\]; `reactions` is where the next ones go.
     pub fn resume(balances: Balances, drive: Vec<f64>, reactions: Vector) -> Self {
         let Balances { at_start, now } = balances;
         Self { drive, at_start, now, momentum: Momentum::default(), reactions }
@@ -80,7 +80,7 @@ impl EnergyLedger {
         Balances { at_start: self.at_start, now: self.now }
     }
 
-    /// Loads and reactions at the end of the last step, owned unknowns [N].
+    /// Loads and reactions at the end of the last step, owned unknowns \[N\].
     pub fn drive(&self) -> &[f64] {
         &self.drive
     }
@@ -142,7 +142,7 @@ impl EnergyLedger {
         &self.momentum
     }
 
-    /// Reactions of the supports at the end of the last step, owned unknowns [N].
+    /// Reactions of the supports at the end of the last step, owned unknowns \[N\].
     pub fn reactions(&self) -> &Vector {
         &self.reactions
     }
@@ -186,7 +186,7 @@ impl EnergyLedger {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// This rank's shares of `v . M v / 2` [J] and of the momentum at the trial state. Collective.
+    /// This rank's shares of `v . M v / 2` \[J\] and of the momentum at the trial state. Collective.
     fn motion(&mut self, stage: &Stage) -> Result<(f64, Momentum)> {
         let Some(mass) = &self.mass else { return Ok((0.0, Momentum::default())) };
         mass.multiply(&stage.trial.v, &mut self.inertia)?;

@@ -69,7 +69,7 @@ impl<const D: usize> External<D> {
         self.loads.iter().any(|load| load.follows)
     }
 
-    /// Adds `factor F_ext(u, time)` to the owned rows of `force` [N].
+    /// Adds `factor F_ext(u, time)` to the owned rows of `force` \[N\].
     pub fn add_force(&mut self, at: &Moment, solids: &[Solid<D>], force: &mut [f64]) {
         self.refresh(at.time, solids, force.len());
         force.iter_mut().zip(&self.dead).for_each(|(entry, load)| *entry += at.factor * load);
@@ -120,9 +120,9 @@ impl<const D: usize> External<D> {
 
 /// Instant, displacement and factor at which loads act.
 pub struct Moment<'a> {
-    /// Instant [s].
+    /// Instant \[s\].
     pub time: f64,
-    /// Local displacement [m].
+    /// Local displacement \[m\].
     pub u: &'a [f64],
     /// Factor on all loads.
     pub factor: f64,

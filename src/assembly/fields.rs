@@ -8,7 +8,7 @@ use crate::petsc::Vector;
 /// Stress and volume ratio of each local element.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StressFields {
-    /// Mean Cauchy stress `xx, yy, zz, xy, yz, xz` [Pa], six an element.
+    /// Mean Cauchy stress `xx, yy, zz, xy, yz, xz` \[Pa\], six an element.
     pub cauchy_stress: Vec<f64>,
     /// Mean `det F`.
     pub det_f: Vec<f64>,
@@ -17,13 +17,13 @@ pub struct StressFields {
 /// Contact at each local node; zero off the contactors.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactFields {
-    /// `t_n` [Pa].
+    /// `t_n` \[Pa\].
     pub contact_pressure: Vec<f64>,
-    /// `t_T` [Pa], D values a node.
+    /// `t_T` \[Pa\], D values a node.
     pub traction_t: Vec<f64>,
-    /// `g_n` [m].
+    /// `g_n` \[m\].
     pub gap: Vec<f64>,
-    /// Path slid in contact [m].
+    /// Path slid in contact \[m\].
     pub slip: Vec<f64>,
     /// `v_T` [m/s], D values a node.
     pub slip_velocity: Vec<f64>,
@@ -49,7 +49,7 @@ pub struct SurfaceCells {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Stress of the local elements at the local displacement `u` [m].
+    /// Stress of the local elements at the local displacement `u` \[m\].
     pub fn stress_fields(&self, u: &Vector) -> StressFields {
         let elements = self.local.mesh.element_count();
         let mut fields = StressFields { cauchy_stress: vec![0.0; 6 * elements], det_f: vec![0.0; elements] };

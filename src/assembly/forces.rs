@@ -12,7 +12,7 @@ use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, BlockValues};
 use crate::terms::Terms;
 
-/// Displacements at which solids are evaluated, local nodes [m].
+/// Displacements at which solids are evaluated, local nodes \[m\].
 #[derive(Debug, Clone, Copy)]
 pub struct At<'a> {
     /// The trial state.
@@ -75,7 +75,7 @@ pub fn solids<const D: usize>(
 }
 
 impl<const D: usize> Solid<D> {
-    /// Adds `Q` to the owned rows of `force` [N].
+    /// Adds `Q` to the owned rows of `force` \[N\].
     ///
     /// # Errors
     /// The first element that is turned inside out.

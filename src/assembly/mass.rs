@@ -75,7 +75,7 @@ impl Mass {
         &self.massless
     }
 
-    /// `out = M a` [N]. Collective.
+    /// `out = M a` \[N\]. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.

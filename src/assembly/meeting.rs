@@ -18,9 +18,9 @@ use crate::tensor::Vector as Point;
 /// Lengths by which a contact looks around.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sight {
-    /// Largest extent of a facet of either side [m].
+    /// Largest extent of a facet of either side \[m\].
     pub facet: f64,
-    /// Half the thickness of the thinner body: points deeper than this come from its other side [m].
+    /// Half the thickness of the thinner body: points deeper than this come from its other side \[m\].
     pub depth: f64,
 }
 
@@ -63,7 +63,7 @@ pub struct Meeting<const D: usize> {
     /// Facets that may meet, with the places of their blocks.
     pub couples: Couples,
     sight: Sight,
-    /// Depth of the deepest point when the target was gathered [m].
+    /// Depth of the deepest point when the target was gathered \[m\].
     below: f64,
     surfaces: [Vec<Facet>; 2],
     gather: Option<TargetGather<D>>,
@@ -81,7 +81,7 @@ impl<const D: usize> Meeting<D> {
     }
 
     /// Motion that no point can pass through the target by: half a facet, and half of the depth at which points count
-    /// as its own [m].
+    /// as its own \[m\].
     pub fn stride(&self) -> f64 {
         0.5 * self.sight.facet.min(self.sight.depth)
     }
@@ -91,17 +91,17 @@ impl<const D: usize> Meeting<D> {
         &self.surfaces
     }
 
-    /// Points deeper than this are not below the target, but come from its other side [m].
+    /// Points deeper than this are not below the target, but come from its other side \[m\].
     pub fn depth(&self) -> f64 {
         self.sight.depth
     }
 
-    /// Distance at which targets are looked for [m].
+    /// Distance at which targets are looked for \[m\].
     pub fn reach(&self) -> f64 {
         self.sight.limits(0.0).reach
     }
 
-    /// Gathers the target facets near by, at the current positions of the local nodes [m]. The first time it looks as
+    /// Gathers the target facets near by, at the current positions of the local nodes \[m\]. The first time it looks as
     /// deep as a point may lie, later a little deeper than the deepest point of `state`. Collective.
     ///
     /// # Errors

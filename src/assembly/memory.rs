@@ -23,7 +23,7 @@ const OWN: [&str; 2] = ["target", "gap"];
 const FIELDS: [&str; 5] = ["u", "v", "a", "force", "drive"];
 
 impl<const D: usize> ContactSystem<D> {
-    /// The accepted state in `stage` with the ledger's `drive` [N] and the memory of the contact points that this rank
+    /// The accepted state in `stage` with the ledger's `drive` \[N\] and the memory of the contact points that this rank
     /// reports.
     pub fn memory(&self, stage: &Stage, drive: &[f64]) -> Vec<Table> {
         let mut tables = vec![self.node_table()];
@@ -46,7 +46,7 @@ impl<const D: usize> ContactSystem<D> {
         std::iter::once(self.node_table()).chain(self.contacts.iter().map(points)).collect()
     }
 
-    /// Takes back what [`memory`](Self::memory) gave; the ledger's drive [N]. [`forget`](Self::forget) has to follow.
+    /// Takes back what [`memory`](Self::memory) gave; the ledger's drive \[N\]. [`forget`](Self::forget) has to follow.
     /// Collective.
     ///
     /// # Errors

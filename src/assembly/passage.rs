@@ -14,7 +14,7 @@ use crate::mesh::{Bounds, BoundsTree, ElementKind};
 use crate::partition::exchange::{Field, NodeExchange};
 use crate::tensor::Vector as Point;
 
-/// Displacements at the two ends of a step [m].
+/// Displacements at the two ends of a step \[m\].
 #[derive(Clone, Copy)]
 struct Ends<'a> {
     start: &'a [f64],
@@ -70,7 +70,7 @@ impl<const D: usize> ContactSystem<D> {
         }))
     }
 
-    /// How far own nodes of contactor and target move in the step, at most [m]; 1 where a point has lost its facet.
+    /// How far own nodes of contactor and target move in the step, at most \[m\]; 1 where a point has lost its facet.
     fn shifts(&self, contact: &Contact<D>, ends: Ends<'_>) -> [f64; 3] {
         let of_node = |node: u32| {
             let dofs = node as usize * D..node as usize * D + D;

@@ -80,7 +80,7 @@ impl Redistribution {
         &self.massless
     }
 
-    /// Takes the consistent mass `mass[a * n + b]` of the element with these nodes to its other nodes [kg].
+    /// Takes the consistent mass `mass[a * n + b]` of the element with these nodes to its other nodes \[kg\].
     pub fn apply(&self, nodes: &[u32], mass: &[f64], out: &mut Vec<f64>) {
         self.strip(nodes, mass, out);
         let factor = |a: usize| self.factor[nodes[a] as usize];

@@ -19,11 +19,11 @@ use crate::tensor::Vector as Point;
 /// Contact as seen at a node: averages over its points, weighted by area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NodalContact {
-    /// `t_n` [Pa].
+    /// `t_n` \[Pa\].
     pub normal_traction: f64,
-    /// In the plane the component of `t_T` along the tangent, in space its magnitude [Pa].
+    /// In the plane the component of `t_T` along the tangent, in space its magnitude \[Pa\].
     pub friction_traction: f64,
-    /// `g_n` [m].
+    /// `g_n` \[m\].
     pub gap: f64,
     /// Like the friction traction [m/s].
     pub slip_velocity: f64,
@@ -40,9 +40,9 @@ pub struct Watched<const D: usize> {
     pub rank: i32,
     /// Its local number there.
     pub node: u32,
-    /// Reference position of the node [m].
+    /// Reference position of the node \[m\].
     pub place: [f64; D],
-    /// How far that is from where it was asked for [m].
+    /// How far that is from where it was asked for \[m\].
     pub distance: f64,
     /// The contact whose surface holds the node, where there is one.
     pub contact: Option<usize>,
@@ -51,7 +51,7 @@ pub struct Watched<const D: usize> {
 /// Motion and contact of a watched node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointReport<const D: usize> {
-    /// Displacement [m].
+    /// Displacement \[m\].
     pub u: [f64; D],
     /// Velocity [m/s].
     pub v: [f64; D],
@@ -301,7 +301,7 @@ impl<const D: usize> ContactSystem<D> {
             .collect()
     }
 
-    /// Name of each support and the force that it exerts, from the reactions [N]; the same on all ranks. Collective.
+    /// Name of each support and the force that it exerts, from the reactions \[N\]; the same on all ranks. Collective.
     pub fn reactions(&self, imbalance: &Vector) -> Vec<(String, [f64; D])> {
         let imbalance = imbalance.owned();
         let boundaries = &self.supports.dofs.boundaries;

@@ -61,9 +61,9 @@ impl ScatterMap {
 
 /// Right side that takes the columns of prescribed unknowns: `rhs -= K_fd change`.
 pub struct LiftTarget<'a> {
-    /// Change of the prescribed unknowns, owned and ghost [m].
+    /// Change of the prescribed unknowns, owned and ghost \[m\].
     pub change: &'a [f64],
-    /// Owned rows [N].
+    /// Owned rows \[N\].
     pub rhs: &'a mut [f64],
 }
 
@@ -74,7 +74,7 @@ impl LiftTarget<'_> {
     }
 }
 
-/// Takes forces only: owned rows, local node order [N].
+/// Takes forces only: owned rows, local node order \[N\].
 pub struct ForceSink<'a, const D: usize> {
     /// Map of the group being swept.
     pub map: &'a ScatterMap,

@@ -16,10 +16,10 @@ use crate::tensor::Vector;
 pub struct Overclosure<const D: usize> {
     /// Name of the contact.
     pub contact: String,
-    /// Smallest gap of all contactor nodes, or points of a deformable contact, negative where they penetrate [m];
+    /// Smallest gap of all contactor nodes, or points of a deformable contact, negative where they penetrate \[m\];
     /// infinite where no target is near.
     pub smallest_gap: f64,
-    /// Where that is [m].
+    /// Where that is \[m\].
     pub place: [f64; D],
     /// Number of those that penetrate.
     pub nodes: u64,

@@ -35,7 +35,7 @@ pub struct SystemOptions {
     pub format: Format,
 }
 
-/// Forces on the owned unknowns by origin [N].
+/// Forces on the owned unknowns by origin \[N\].
 #[derive(Default)]
 pub(super) struct Parts {
     pub internal: Vec<f64>,
@@ -63,9 +63,9 @@ pub struct ContactSystem<const D: usize> {
     pub(super) mass: Option<Mass>,
     pub(super) redistribution: Option<Redistribution>,
     pub(super) parts: Parts,
-    /// `Q - F_ext - F_n - F_T` at the last trial state [N].
+    /// `Q - F_ext - F_n - F_T` at the last trial state \[N\].
     pub(super) forces: Vector,
-    /// `M a` at the last trial state [N].
+    /// `M a` at the last trial state \[N\].
     pub(super) inertia: Vector,
     overclosures: Vec<Overclosure<D>>,
     /// Couplings by elements alone.
@@ -82,9 +82,9 @@ pub struct ContactSystem<const D: usize> {
     /// A prescribed value that is no number; told with the next residual, where all ranks listen.
     pub(super) trouble: Option<Error>,
     pub(super) changes: Changes,
-    /// Extent of all bodies [m].
+    /// Extent of all bodies \[m\].
     pub(super) size: f64,
-    /// Size of the numbers that tell places: the extent, or the distance from the origin [m].
+    /// Size of the numbers that tell places: the extent, or the distance from the origin \[m\].
     pub(super) extent: f64,
     /// Forces that conserve over a step have a symmetric matrix: everything is linear, and targets are flat.
     pub(super) symmetric_steps: bool,

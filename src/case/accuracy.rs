@@ -30,7 +30,7 @@ pub struct Accuracy {
 /// Largest penetration that is acceptable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Penetration {
-    /// As a length [m].
+    /// As a length \[m\].
     Length(Length),
     /// Over the mean size of the contactor's facets.
     Relative(Number),

@@ -48,9 +48,9 @@ pub enum Mesh {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxMesh {
-    /// Corner of smallest coordinates [m].
+    /// Corner of smallest coordinates \[m\].
     pub min: At<Vec<Length>>,
-    /// Corner of largest coordinates [m].
+    /// Corner of largest coordinates \[m\].
     pub max: At<Vec<Length>>,
     /// Cells in each direction, each >= 1. A cell is one quadrilateral or hexahedron, or what simplices fill it.
     pub cells: At<Vec<u32>>,
@@ -66,13 +66,13 @@ pub struct BoxMesh {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxMap {
-    /// [m]
+    /// \[m\]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x: Option<VaryingLength>,
-    /// [m]
+    /// \[m\]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub y: Option<VaryingLength>,
-    /// [m], in 3D
+    /// \[m\], in 3D
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z: Option<VaryingLength>,
 }
@@ -216,7 +216,7 @@ impl Material {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Elastic {
-    /// Young's modulus [Pa], > 0.
+    /// Young's modulus \[Pa\], > 0.
     pub young_modulus: Pressure,
     /// Poisson's ratio, between -1 and 0.5, both excluded.
     pub poisson_ratio: Number,

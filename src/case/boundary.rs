@@ -12,7 +12,7 @@ use super::place::At;
 pub struct Boundary {
     /// A body, or facets or points of a body as body.set.
     pub on: At<String>,
-    /// Prescribed displacement [m] of the directions that are named; the others stay free.
+    /// Prescribed displacement \[m\] of the directions that are named; the others stay free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement: Option<At<Components<0, 1, 0>>>,
     /// Acceleration of gravity [m/s2] on a body, one entry a direction.
@@ -51,13 +51,13 @@ impl<const KG: i8, const M: i8, const S: i8> Components<KG, M, S> {
 /// What a boundary does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action<'a> {
-    /// Prescribed displacement, direction by direction [m].
+    /// Prescribed displacement, direction by direction \[m\].
     Displacement([Option<&'a VaryingLength>; 3]),
     /// Acceleration [m/s2], one entry a direction.
     Gravity(&'a [VaryingAcceleration]),
-    /// Dead load per reference area, direction by direction [Pa].
+    /// Dead load per reference area, direction by direction \[Pa\].
     Traction([Option<&'a VaryingPressure>; 3]),
-    /// Follower pressure [Pa], positive towards the body.
+    /// Follower pressure \[Pa\], positive towards the body.
     Pressure(&'a VaryingPressure),
 }
 

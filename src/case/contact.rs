@@ -62,7 +62,7 @@ pub struct Penalty {
     /// Normal compliance [m/Pa], > 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compliance: Option<Compliance>,
-    /// Largest penetration that is acceptable [m], > 0; the compliance is derived from it.
+    /// Largest penetration that is acceptable \[m\], > 0; the compliance is derived from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub penetration: Option<Length>,
 }
@@ -105,7 +105,7 @@ pub enum Coefficient {
     GroschSchallamach {
         /// mu_0, >= 0: the coefficient at t_n = modulus.
         reference: Number,
-        /// Normal traction at which the coefficient is the reference [Pa], > 0.
+        /// Normal traction at which the coefficient is the reference \[Pa\], > 0.
         modulus: Pressure,
         /// Between -1 and 1, -1 excluded. -1/9 unless given; the paper prints +1/9, against its own constants and measurement.
         #[serde(default = "grosch_schallamach_exponent")]

@@ -58,7 +58,7 @@ use crate::error::{Error, Result};
 use diagnostics::{Complaint, Source};
 use document::Document;
 
-/// No case file is longer [bytes]: a table over time of 50 000 rows has room.
+/// No case file is longer \[bytes\]: a table over time of 50 000 rows has room.
 const LONGEST: u64 = 1 << 21;
 
 /// A case as written in `case.yml`, completed with the defaults.

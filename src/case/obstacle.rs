@@ -14,16 +14,16 @@ use super::tagged::tagged;
 pub enum Obstacle {
     /// Half space below a plane.
     Plane {
-        /// A point of the plane [m].
+        /// A point of the plane \[m\].
         point: At<Vec<Length>>,
         /// Normal out of the obstacle, of any length but zero.
         normal: At<Vec<Number>>,
     },
     /// Ball, in 2D a disc.
     Sphere {
-        /// Centre [m].
+        /// Centre \[m\].
         center: At<Vec<Length>>,
-        /// Radius [m], > 0.
+        /// Radius \[m\], > 0.
         radius: Length,
         /// The side on which the bodies are.
         #[serde(default)]
@@ -31,11 +31,11 @@ pub enum Obstacle {
     },
     /// Endless cylinder, in 3D only.
     Cylinder {
-        /// A point of the axis [m].
+        /// A point of the axis \[m\].
         point: At<Vec<Length>>,
         /// Direction of the axis, of any length but zero.
         axis: At<Vec<Number>>,
-        /// Radius [m], > 0.
+        /// Radius \[m\], > 0.
         radius: Length,
         /// The side on which the bodies are.
         #[serde(default)]

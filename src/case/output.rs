@@ -27,7 +27,7 @@ pub struct Checkpoint {
     pub every: At<u32>,
     /// The last so many are kept, >= 1.
     pub keep: At<u32>,
-    /// Wall time of this process [s], > 0: the run stops before it with a checkpoint and exit code 7. `--wall-time` wins.
+    /// Wall time of this process \[s\], > 0: the run stops before it with a checkpoint and exit code 7. `--wall-time` wins.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_time: Option<Duration>,
 }
@@ -56,7 +56,7 @@ impl Default for Fields {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
-    /// Reference position [m]; the nearest node is taken.
+    /// Reference position \[m\]; the nearest node is taken.
     pub at: At<Vec<Length>>,
     /// Body of the node, where two bodies meet.
     #[serde(default, skip_serializing_if = "Option::is_none")]

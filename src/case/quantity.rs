@@ -18,7 +18,7 @@ use super::unit::{self, Dimension};
 /// Written as a number (SI) or as a string with a unit (`"5 MPa"`) of that dimension.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Quantity<const KG: i8, const M: i8, const S: i8> {
-    /// Value [SI].
+    /// Value \[SI\].
     pub si: f64,
     /// Where it is written.
     pub place: Place,

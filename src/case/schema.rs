@@ -18,7 +18,15 @@ pub fn schema_of<T: JsonSchema>() -> Value {
     let mut schema = settings.into_generator().into_root_schema_for::<T>();
     let definitions = schema.get("definitions").cloned().unwrap_or_default();
     RecursiveTransform(|schema: &mut Schema| both_spellings(schema, &definitions)).transform(&mut schema);
+    RecursiveTransform(plain_brackets).transform(&mut schema);
     schema.to_value()
+}
+
+/// Units stand in brackets, which Rust's documentation would take for links unless they are escaped.
+fn plain_brackets(schema: &mut Schema) {
+    if let Some(Value::String(text)) = schema.get_mut("description") {
+        *text = text.replace("\\[", "[").replace("\\]", "]");
+    }
 }
 
 /// Adds the spellings of a law that `tagged` takes beside the one that serde describes.

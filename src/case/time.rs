@@ -11,9 +11,9 @@ use super::tagged::tagged;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Time {
-    /// End [s], > 0; the start is 0. In statics time only drives the loads.
+    /// End \[s\], > 0; the start is 0. In statics time only drives the loads.
     pub end: Duration,
-    /// Largest step [s], between 0 and end. In statics `increments` of the scheme may say it instead.
+    /// Largest step \[s\], between 0 and end. In statics `increments` of the scheme may say it instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<Duration>,
     /// Integration scheme.

@@ -9,7 +9,7 @@ use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{Hooke, Law, Model, NeoHookean, SaintVenantKirchhoff};
 
 impl<const D: usize> ElementGroup<D> {
-    /// Strain energy [J] (in 2D per metre of depth) of the elements for which `mine[element]` holds.
+    /// Strain energy \[J\] (in 2D per metre of depth) of the elements for which `mine[element]` holds.
     pub fn strain_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
         match (self.formulation.kinematics, self.formulation.material.model) {
             (Kinematics::Linear, _) => dispatch(Energy::<Hooke, D>::new(self, u, mine)),

@@ -72,7 +72,7 @@ pub struct ElementGroup<const D: usize> {
     pub(super) elements: Vec<u32>,
     /// `[batch * N + a]`, one node per lane; the last batch is filled up with copies of the last element.
     pub(super) nodes: Vec<[u32; WIDTH]>,
-    /// Same layout, `[i][lane]` [m].
+    /// Same layout, `[i][lane]` \[m\].
     pub(super) points: Vec<[[f64; WIDTH]; D]>,
     /// The first is the full rule; a second integrates the volume terms where locking is cured.
     pub(super) passes: Vec<Pass>,
@@ -139,7 +139,7 @@ impl<const D: usize> ElementGroup<D> {
         nodes.extend(batch.iter().map(|lanes| lanes[index % WIDTH]));
     }
 
-    /// Copies the reference positions of the nodes of the element at `index` into `points` [m].
+    /// Copies the reference positions of the nodes of the element at `index` into `points` \[m\].
     pub(super) fn points_of(&self, index: usize, points: &mut Vec<[f64; D]>) {
         let count = self.kind.nodes();
         let batch = &self.points[index / WIDTH * count..][..count];

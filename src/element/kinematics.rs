@@ -80,7 +80,7 @@ pub(super) enum VolumeRule {
     Of(ElementKind),
 }
 
-/// `sum_a v_a (x) s_a`: with the slopes `dN_a/dxi` and node positions `dX/dxi` [m], with gradients `dN_a/dX` and
+/// `sum_a v_a (x) s_a`: with the slopes `dN_a/dxi` and node positions `dX/dxi` \[m\], with gradients `dN_a/dX` and
 /// displacements the displacement gradient. Row = component of `v`, column = of `s`.
 #[inline(always)]
 pub(super) fn gradient_of<T: Real, const D: usize>(

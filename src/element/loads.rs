@@ -8,7 +8,7 @@ use crate::space::{Table, area_variation, facet_normal, facet_tangents, referenc
 use crate::tensor::Vector;
 
 impl<const D: usize> ElementGroup<D> {
-    /// `F_ext = int rho N^T b dV` of each element [N] for a force `b` per mass [m/s^2] at a reference point [m].
+    /// `F_ext = int rho N^T b dV` of each element \[N\] for a force `b` per mass [m/s^2] at a reference point \[m\].
     pub fn body_force(&self, per_mass: impl Fn(&[f64; D]) -> [f64; D], sink: &mut dyn ElementSink) {
         let element = reference(self.kind);
         let table = element.tabulate(element.mass_rule());
@@ -48,7 +48,7 @@ fn add_density<const D: usize>(force: &mut [f64], shape: &[f64], density: &[f64;
 pub enum Configuration<'a> {
     /// On the reference area along the reference normal (linear kinematics); its derivative is zero.
     Reference,
-    /// On the area deformed by these nodal displacements [m], along its normal.
+    /// On the area deformed by these nodal displacements \[m\], along its normal.
     Current(&'a [f64]),
 }
 
@@ -101,7 +101,7 @@ impl<const D: usize> LoadedSurface<D> {
         &self.facets[index].nodes
     }
 
-    /// `F_ext = int N^T p_R dS` of each facet [N] for a traction `p_R` per reference area [Pa] at a reference point [m].
+    /// `F_ext = int N^T p_R dS` of each facet \[N\] for a traction `p_R` per reference area \[Pa\] at a reference point \[m\].
     pub fn traction(&self, traction: impl Fn(&[f64; D]) -> [f64; D], sink: &mut dyn ElementSink) {
         let mut force = Vec::new();
         for (index, facet) in self.facets.iter().enumerate() {
@@ -116,8 +116,8 @@ impl<const D: usize> LoadedSurface<D> {
         }
     }
 
-    /// `F_ext = -int p N^T n ds` of each facet [N] for a pressure `p` [Pa], positive against the outward normal, given at
-    /// a reference point [m]; with the stiffness `-dF_ext/du` [N/m] in the current configuration (non-symmetric at
+    /// `F_ext = -int p N^T n ds` of each facet \[N\] for a pressure `p` \[Pa\], positive against the outward normal, given at
+    /// a reference point \[m\]; with the stiffness `-dF_ext/du` [N/m] in the current configuration (non-symmetric at
     /// the rim of the surface).
     pub fn pressure(
         &self,
@@ -168,7 +168,7 @@ struct FacetPoint<'a> {
 }
 
 impl<const D: usize> LoadedFacet<D> {
-    /// Reference position [m] where the shape functions are `n`.
+    /// Reference position \[m\] where the shape functions are `n`.
     fn place(&self, n: &[f64]) -> [f64; D] {
         self.points.iter().zip(n).map(|(point, n)| point * *n).sum::<Vector<D>>().into()
     }

@@ -5,7 +5,7 @@ use super::kinematics::reference_gradients;
 use crate::space::reference;
 
 impl<const D: usize> ElementGroup<D> {
-    /// Consistent mass of each element, `m_ab = int rho N_a N_b dV` [kg], handed to `receive(index, m)` with
+    /// Consistent mass of each element, `m_ab = int rho N_a N_b dV` \[kg\], handed to `receive(index, m)` with
     /// `m[a * N + b]`; it acts on each component alike.
     pub fn mass(&self, mut receive: impl FnMut(usize, &[f64])) {
         let element = reference(self.kind);
@@ -31,7 +31,7 @@ impl<const D: usize> ElementGroup<D> {
         }
     }
 
-    /// Lumped mass of each element, `receive(index, m)` with `m[a]` [kg].
+    /// Lumped mass of each element, `receive(index, m)` with `m[a]` \[kg\].
     ///
     /// The diagonal of the consistent mass scaled to the element's mass (Hinton, Rock, Zienkiewicz 1976): positive for every
     /// kind, where sums of rows are negative at the corners of quad8, hex20 and tet10.

@@ -27,7 +27,7 @@ pub(super) struct Job<'a, const D: usize> {
 
 impl<const D: usize> ElementGroup<D> {
     /// Internal force (and, as requested, its derivative) of each element at the nodal displacements `u`
-    /// (`u[node * D + i]`, local nodes, [m]).
+    /// (`u[node * D + i]`, local nodes, \[m\]).
     ///
     /// The same element gives the same bits in any group on the same processor.
     ///

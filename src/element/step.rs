@@ -18,7 +18,7 @@ use crate::square::{Row, Square, apply, apply_add, dot, product, product_transpo
 /// One evaluation of a group over a step.
 pub(super) struct Job<'a, const D: usize> {
     pub group: &'a ElementGroup<D>,
-    /// Displacements at the start and in the middle of the step [m].
+    /// Displacements at the start and in the middle of the step \[m\].
     pub u: [&'a [f64]; 2],
     pub request: Request,
     pub sink: &'a mut dyn ElementSink,

@@ -9,12 +9,12 @@ use crate::mesh::ElementKind;
 use crate::space::reference;
 use crate::square::{Square, det_minus_one, plus_one, product, transpose};
 
-/// Cauchy stress [Pa], tension positive: `xx, yy, zz, xy, yz, xz` (in plane strain `zz` is what holds the body flat).
+/// Cauchy stress \[Pa\], tension positive: `xx, yy, zz, xy, yz, xz` (in plane strain `zz` is what holds the body flat).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cauchy(pub [f64; 6]);
 
 impl Cauchy {
-    /// Von Mises equivalent stress [Pa], not negative.
+    /// Von Mises equivalent stress \[Pa\], not negative.
     pub fn von_mises(&self) -> f64 {
         let [xx, yy, zz, xy, yz, xz] = self.0;
         let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
@@ -59,7 +59,7 @@ pub struct ElementStress {
 }
 
 impl<const D: usize> ElementGroup<D> {
-    /// Cauchy stress of each element at the nodal displacements `u` [m], handed to `receive(index, stress)`.
+    /// Cauchy stress of each element at the nodal displacements `u` \[m\], handed to `receive(index, stress)`.
     ///
     /// Where volume terms have their own rule, their stress is fitted on that rule and added at every place.
     pub fn stress(&self, u: &[f64], mut receive: impl FnMut(usize, &ElementStress)) {

@@ -24,7 +24,7 @@ use crate::error::{Error, Result};
 use crate::lanes::Real;
 use crate::square::Square;
 
-/// Lame's parameters [Pa].
+/// Lame's parameters \[Pa\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moduli<T> {
     /// First parameter, `lambda`.
@@ -34,7 +34,7 @@ pub struct Moduli<T> {
 }
 
 impl Moduli<f64> {
-    /// From Young's modulus [Pa] and Poisson's ratio; in 2D they are those of the solid in plane strain.
+    /// From Young's modulus \[Pa\] and Poisson's ratio; in 2D they are those of the solid in plane strain.
     ///
     /// # Errors
     /// When not `young_modulus > 0` and `-1 < poisson_ratio < 1/2`.
@@ -68,7 +68,7 @@ impl Moduli<f64> {
         Self { lambda: 0.0, ..self }
     }
 
-    /// Modulus of uniaxial strain, `lambda + 2 mu` [Pa]: density times the square of the pressure wave's speed.
+    /// Modulus of uniaxial strain, `lambda + 2 mu` \[Pa\]: density times the square of the pressure wave's speed.
     pub fn uniaxial_strain(self) -> f64 {
         self.lambda + 2.0 * self.mu
     }
@@ -88,15 +88,15 @@ pub enum Metric {
 /// A law's answer at one point.
 #[derive(Debug, Clone, Copy)]
 pub struct Response<T, const D: usize> {
-    /// `S` [Pa], symmetric (for linear kinematics the one stress there is).
+    /// `S` \[Pa\], symmetric (for linear kinematics the one stress there is).
     pub second_piola: Square<T, D>,
-    /// `P = F S` [Pa]; row = component, column = reference direction. The paper's `T_R` is its transpose.
+    /// `P = F S` \[Pa\]; row = component, column = reference direction. The paper's `T_R` is its transpose.
     pub first_piola: Square<T, D>,
     /// `F m`: takes the reference gradient of a shape function to `h`, with `h . du` = `m : dE`.
     pub gradient_map: Square<T, D>,
-    /// `lam` of the tangent [Pa].
+    /// `lam` of the tangent \[Pa\].
     pub lam: T,
-    /// `q` of the tangent [Pa].
+    /// `q` of the tangent \[Pa\].
     pub q: T,
     /// `det F`, not positive or NaN where the point is inverted; 1 in linear kinematics (NaN if the gradient is).
     pub det_f: T,

@@ -33,7 +33,7 @@ impl Law for SaintVenantKirchhoff {
     }
 }
 
-/// `lambda tr(strain) 1 + 2 mu strain` [Pa].
+/// `lambda tr(strain) 1 + 2 mu strain` \[Pa\].
 #[inline(always)]
 pub(super) fn isotropic<T: Real, const D: usize>(moduli: &Moduli<T>, strain: &Square<T, D>) -> Square<T, D> {
     let pressure = moduli.lambda * trace(strain);

@@ -37,7 +37,7 @@ pub trait StepLaw: Law {
 /// A law's answer over a step.
 #[derive(Debug, Clone, Copy)]
 pub struct StepResponse<T, const D: usize> {
-    /// `S` [Pa], symmetric.
+    /// `S` \[Pa\], symmetric.
     pub second_piola: Square<T, D>,
     /// `F` in the middle of the step, which the force takes `S` with.
     pub middle: Square<T, D>,

@@ -2,7 +2,7 @@
 
 use super::ElementKind;
 
-/// A box along the axes [m]; closed, so that boxes that share a face meet.
+/// A box along the axes \[m\]; closed, so that boxes that share a face meet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds<const D: usize> {
     /// Lowest coordinates.
@@ -54,7 +54,7 @@ impl<const D: usize> Bounds<D> {
         }
     }
 
-    /// The box moved outward on every side by `distance` [m].
+    /// The box moved outward on every side by `distance` \[m\].
     #[must_use]
     pub fn inflate(&self, distance: f64) -> Self {
         Self { low: self.low.map(|x| x - distance), high: self.high.map(|x| x + distance) }
@@ -65,12 +65,12 @@ impl<const D: usize> Bounds<D> {
         (0..D).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 
-    /// The middle of the box [m].
+    /// The middle of the box \[m\].
     pub fn centre(&self) -> [f64; D] {
         std::array::from_fn(|k| 0.5 * (self.low[k] + self.high[k]))
     }
 
-    /// Longest edge [m]; negative where the box is empty.
+    /// Longest edge \[m\]; negative where the box is empty.
     pub fn extent(&self) -> f64 {
         (0..D).map(|k| self.high[k] - self.low[k]).fold(f64::NEG_INFINITY, f64::max)
     }

@@ -9,9 +9,9 @@ use crate::error::{Error, Result};
 /// A rectangle or box with edges along the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoxShape<const D: usize> {
-    /// Corner with the lowest coordinates [m].
+    /// Corner with the lowest coordinates \[m\].
     pub min: [f64; D],
-    /// Corner with the highest coordinates [m].
+    /// Corner with the highest coordinates \[m\].
     pub max: [f64; D],
     /// Cells along each axis. A cell is one quadrilateral or hexahedron, two triangles, or six tetrahedra.
     pub cells: [u32; D],

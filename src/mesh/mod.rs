@@ -46,7 +46,7 @@ pub enum SetKind {
 /// Elements of one or more bodies, which share no nodes, in `D` dimensions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh<const D: usize> {
-    /// Reference position of each node [m].
+    /// Reference position of each node \[m\].
     pub points: Vec<[f64; D]>,
     /// Kind of each element.
     pub kinds: Vec<ElementKind>,
@@ -54,7 +54,7 @@ pub struct Mesh<const D: usize> {
     pub offsets: Vec<u32>,
     /// Node lists of all elements, each in the order of [`ElementKind`].
     pub nodes: Vec<u32>,
-    /// Body of each element, an index into the names that [`merge`] was given; 0 before.
+    /// Body of each element, an index into the names that [`merge()`] was given; 0 before.
     pub body: Vec<u16>,
     /// Named sets of sides, each sorted.
     pub facet_sets: BTreeMap<String, Vec<Facet>>,
@@ -126,7 +126,7 @@ impl<const D: usize> Mesh<D> {
         side[..kind.facet_kind().corners()].iter().map(|&local| of_element[local as usize])
     }
 
-    /// Mean of an element's corners [m]: a place to name in messages.
+    /// Mean of an element's corners \[m\]: a place to name in messages.
     pub fn element_centre(&self, element: usize) -> [f64; D] {
         let corners = &self.element_nodes(element)[..self.kinds[element].corners()];
         std::array::from_fn(|k| {
@@ -134,7 +134,7 @@ impl<const D: usize> Mesh<D> {
         })
     }
 
-    /// Lowest and highest coordinates of all points [m]; `None` without points.
+    /// Lowest and highest coordinates of all points \[m\]; `None` without points.
     pub fn bounding_box(&self) -> Option<([f64; D], [f64; D])> {
         let first = *self.points.first()?;
         Some(self.points.iter().fold((first, first), |(low, high), x| {

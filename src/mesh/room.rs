@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// Least memory of one node while its mesh is cut and handed out: the mesh, its graph and its copies [bytes].
+/// Least memory of one node while its mesh is cut and handed out: the mesh, its graph and its copies \[bytes\].
 const NODE: f64 = 500.0;
 
 /// Refuses a mesh of so many nodes that the memory of this machine can not hold it, solver aside. The memory is what the
@@ -28,7 +28,7 @@ fn check(nodes: f64, available: Option<u64>) -> Result<()> {
     }
 }
 
-/// Memory that can be had without swapping [bytes].
+/// Memory that can be had without swapping \[bytes\].
 fn available() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;

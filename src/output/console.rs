@@ -29,9 +29,9 @@ pub enum Verbosity {
 pub struct StepLine {
     /// Number of the step.
     pub step: u64,
-    /// Time at its end [s].
+    /// Time at its end \[s\].
     pub time: f64,
-    /// Its length [s].
+    /// Its length \[s\].
     pub dt: f64,
     /// Newton iterations.
     pub iterations: u64,
@@ -48,9 +48,9 @@ pub struct StepLine {
 pub struct Attempt<'a> {
     /// Step that is sought.
     pub step: u64,
-    /// Time at its end [s].
+    /// Time at its end \[s\].
     pub time: f64,
-    /// Its length [s].
+    /// Its length \[s\].
     pub dt: f64,
     /// 1 for the first try.
     pub attempt: u64,
@@ -89,7 +89,7 @@ impl Console {
         }
     }
 
-    /// The march through time begins, from `start` to `end` [s]; a bar appears where standard error is a
+    /// The march through time begins, from `start` to `end` \[s\]; a bar appears where standard error is a
     /// terminal.
     pub fn begin(&mut self, start: f64, end: f64) {
         self.span = [start, end];

@@ -10,13 +10,13 @@ use super::table::{Cell, Lengths, Table, named};
 /// One contact in one step. Forces act on the contactor, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactRow<const D: usize> {
-    /// `int t_n da` [N], positive in compression.
+    /// `int t_n da` \[N\], positive in compression.
     pub force_n: f64,
-    /// Resultant of normal and friction tractions [N].
+    /// Resultant of normal and friction tractions \[N\].
     pub force: [f64; D],
-    /// `|int t_T da|` [N], the length of the friction resultant.
+    /// `|int t_T da|` \[N\], the length of the friction resultant.
     pub force_t: f64,
-    /// Area of the contact zone [m2].
+    /// Area of the contact zone \[m2\].
     pub area: f64,
     /// Contact points with gap <= 0.
     pub points: u64,
@@ -24,11 +24,11 @@ pub struct ContactRow<const D: usize> {
     pub stick: u64,
     /// Those that slip.
     pub slip: u64,
-    /// Largest `-g_n` [m], 0 where all is open.
+    /// Largest `-g_n` \[m\], 0 where all is open.
     pub max_penetration: f64,
-    /// Largest `t_n` [Pa].
+    /// Largest `t_n` \[Pa\].
     pub max_pressure: f64,
-    /// `int t_T . v_T da` [W]: what friction does to the bodies, never positive.
+    /// `int t_T . v_T da` \[W\]: what friction does to the bodies, never positive.
     pub friction_power: f64,
 }
 
@@ -63,7 +63,7 @@ impl<const D: usize> ContactTable<D> {
         &self.table
     }
 
-    /// Writes the row of one contact at a time [s].
+    /// Writes the row of one contact at a time \[s\].
     ///
     /// # Errors
     /// A value is not finite, or the disk refuses.

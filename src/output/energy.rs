@@ -19,7 +19,7 @@ const COLUMNS: [&str; 10] = [
     "total [J]",
 ];
 
-/// The ledger of one step [J].
+/// The ledger of one step \[J\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EnergyRow {
     /// `v . M v / 2`.
@@ -71,7 +71,7 @@ impl EnergyTable {
         &self.table
     }
 
-    /// Writes the row of a step at a time [s].
+    /// Writes the row of a step at a time \[s\].
     ///
     /// # Errors
     /// A value is not finite, or the disk refuses.

@@ -79,7 +79,7 @@ impl<const D: usize> FieldWriter<D> {
         }
     }
 
-    /// Goes on with the series of an earlier run from a checkpoint at `last_step` and `last_time` [s]; pieces of later steps
+    /// Goes on with the series of an earlier run from a checkpoint at `last_step` and `last_time` \[s\]; pieces of later steps
     /// are removed, since another number of ranks may not write over all of them. Rank 0 only, before any rank writes.
     ///
     /// # Errors

@@ -27,9 +27,9 @@ const COLUMNS: [&str; 13] = [
 pub struct IterationRow<'a> {
     /// Step that is sought.
     pub step: u64,
-    /// Time at its end [s].
+    /// Time at its end \[s\].
     pub time: f64,
-    /// Its length [s].
+    /// Its length \[s\].
     pub dt: f64,
     /// 1 for the first try, one more after each cut.
     pub attempt: u64,

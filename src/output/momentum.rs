@@ -47,7 +47,7 @@ impl<const D: usize> MomentumTable<D> {
         &self.table
     }
 
-    /// Writes the row of a step at a time [s].
+    /// Writes the row of a step at a time \[s\].
     ///
     /// # Errors
     /// A value is not finite, or the disk refuses.

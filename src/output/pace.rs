@@ -46,13 +46,13 @@ pub(super) struct Pace {
 impl Pace {
     const MEMORY: f64 = 0.95;
 
-    /// One step took `wall` for a `simulated` time [s].
+    /// One step took `wall` for a `simulated` time \[s\].
     pub(super) fn advance(&mut self, wall: Duration, simulated: f64) {
         self.wall = Self::MEMORY * self.wall + wall.as_secs_f64();
         self.simulated = Self::MEMORY * self.simulated + simulated;
     }
 
-    /// Wall time for what is `left` of the simulated time [s]; `None` before the first step.
+    /// Wall time for what is `left` of the simulated time \[s\]; `None` before the first step.
     pub(super) fn time_left(&self, left: f64) -> Option<Duration> {
         Duration::try_from_secs_f64(self.wall / self.simulated * left.max(0.0)).ok()
     }

@@ -19,7 +19,7 @@ pub struct Probe {
 /// One probe in one row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeRow<const D: usize> {
-    /// Displacement [m].
+    /// Displacement \[m\].
     pub u: [f64; D],
     /// Velocity [m/s].
     pub v: [f64; D],
@@ -30,11 +30,11 @@ pub struct ProbeRow<const D: usize> {
 /// The contact state at a probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeContact {
-    /// `t_n` [Pa], positive in compression.
+    /// `t_n` \[Pa\], positive in compression.
     pub contact_pressure: f64,
-    /// Friction traction on the contactor [Pa]: signed along the target's tangent in 2D, its length in 3D.
+    /// Friction traction on the contactor \[Pa\]: signed along the target's tangent in 2D, its length in 3D.
     pub traction_t: f64,
-    /// `g_n` [m], positive where open; `None` where no target lies opposite.
+    /// `g_n` \[m\], positive where open; `None` where no target lies opposite.
     pub gap: Option<f64>,
     /// Speed of the contactor against the target [m/s]: signed as `traction_t` in 2D, its length in 3D.
     pub slip_velocity: f64,
@@ -76,7 +76,7 @@ impl<const D: usize> ProbeTable<D> {
         &self.table
     }
 
-    /// Writes the row of a step: time and length of the step [s], and the probes in the order of
+    /// Writes the row of a step: time and length of the step \[s\], and the probes in the order of
     /// [`Self::create`].
     ///
     /// # Errors

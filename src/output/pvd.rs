@@ -10,7 +10,7 @@ use super::xml::{escaped, tags};
 /// One grid at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// Which of the grids of that time.
     pub part: u32,
@@ -31,7 +31,7 @@ impl Series {
         Self { path: path.to_path_buf(), entries: Vec::new() }
     }
 
-    /// Goes on with a series after a restart, without what comes after `last_time` [s].
+    /// Goes on with a series after a restart, without what comes after `last_time` \[s\].
     ///
     /// # Errors
     /// The file can not be read or written.

@@ -10,7 +10,7 @@ use super::table::{Cell, Lengths, Table, named};
 /// The force that one support exerts on the bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReactionRow<const D: usize> {
-    /// [N], per metre of depth in 2D; inertia of the driven nodes included.
+    /// \[N\], per metre of depth in 2D; inertia of the driven nodes included.
     pub force: [f64; D],
 }
 
@@ -45,7 +45,7 @@ impl<const D: usize> ReactionTable<D> {
         &self.table
     }
 
-    /// Writes the row of one boundary at a time [s].
+    /// Writes the row of one boundary at a time \[s\].
     ///
     /// # Errors
     /// A value is not finite, or the disk refuses.

@@ -47,7 +47,7 @@ impl Verdict {
 /// Time and calls of one phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Phase {
-    /// Wall time, the largest over ranks [s].
+    /// Wall time, the largest over ranks \[s\].
     pub seconds: f64,
     /// Calls.
     pub count: u64,
@@ -116,9 +116,9 @@ pub struct Balance {
     pub nodes: Vec<u64>,
     /// Contactor facets of its elements.
     pub contact_facets: Vec<u64>,
-    /// Processor time outside of the kernel, waiting in MPI included [s].
+    /// Processor time outside of the kernel, waiting in MPI included \[s\].
     pub cpu_seconds: Vec<f64>,
-    /// Wall time in search, contact, element forces and tangents, where ranks do not wait for each other [s].
+    /// Wall time in search, contact, element forces and tangents, where ranks do not wait for each other \[s\].
     pub work_seconds: Vec<f64>,
 }
 
@@ -141,14 +141,14 @@ pub struct Record {
     pub start: SystemTime,
     /// Sums so far.
     pub totals: Totals,
-    /// Time [s] that was reached in the simulation.
+    /// Time \[s\] that was reached in the simulation.
     pub simulated_time: f64,
-    /// Wall time so far [s].
+    /// Wall time so far \[s\].
     pub wall_seconds: f64,
     /// Seconds and counts in the order to show them: search, element kernels, insertion, solver set-up,
     /// solve, output.
     pub phases: Vec<(String, Phase)>,
-    /// Largest resident memory of each rank [bytes].
+    /// Largest resident memory of each rank \[bytes\].
     pub peak_memory: Vec<u64>,
     /// What each rank has and does.
     pub balance: Balance,

@@ -10,7 +10,7 @@ use super::vtu::{Array, Piece};
 /// Nodes are numbered as in the rank's mesh; only those that a chosen cell uses are written.
 #[derive(Debug, Clone, Copy)]
 pub struct Cells<'a, const D: usize> {
-    /// Reference positions of the rank's nodes [m].
+    /// Reference positions of the rank's nodes \[m\].
     pub points: &'a [[f64; D]],
     /// Number of each node in the input mesh, by which the pieces can be sewn together.
     pub node_number: &'a [u32],
@@ -29,11 +29,11 @@ pub struct Cells<'a, const D: usize> {
 /// Fields of the bodies: nodal ones for all nodes of the rank, others for all its elements.
 #[derive(Debug, Clone, Copy)]
 pub struct VolumeFields<'a> {
-    /// [m], node-major, `D` components a node.
+    /// \[m\], node-major, `D` components a node.
     pub displacement: &'a [f64],
     /// [m/s], likewise; `None` in statics.
     pub velocity: Option<&'a [f64]>,
-    /// [Pa], six an element: xx, yy, zz, xy, yz, xz, the out-of-plane stress of plane strain included.
+    /// \[Pa\], six an element: xx, yy, zz, xy, yz, xz, the out-of-plane stress of plane strain included.
     pub cauchy_stress: &'a [f64],
     /// Volume ratio of each element.
     pub det_f: &'a [f64],
@@ -43,15 +43,15 @@ pub struct VolumeFields<'a> {
 /// read.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceFields<'a> {
-    /// [m], node-major, `D` components a node.
+    /// \[m\], node-major, `D` components a node.
     pub displacement: &'a [f64],
-    /// `t_n` [Pa], positive in compression.
+    /// `t_n` \[Pa\], positive in compression.
     pub contact_pressure: &'a [f64],
-    /// Friction traction on the contactor [Pa], `D` components a node.
+    /// Friction traction on the contactor \[Pa\], `D` components a node.
     pub traction_t: &'a [f64],
-    /// `g_n` [m], positive where open; NaN where no target lies opposite.
+    /// `g_n` \[m\], positive where open; NaN where no target lies opposite.
     pub gap: &'a [f64],
-    /// Length of the way slipped so far [m].
+    /// Length of the way slipped so far \[m\].
     pub slip: &'a [f64],
     /// Velocity of the contactor against the target, in the tangent plane [m/s], `D` components a node.
     pub slip_velocity: &'a [f64],

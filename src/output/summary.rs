@@ -45,7 +45,7 @@ pub struct ContactStart {
     pub points: u64,
     /// Those that are closed at the start.
     pub closed: u64,
-    /// The smallest gap, negative for an overclosure, and where [m]; `None` where no target is near.
+    /// The smallest gap, negative for an overclosure, and where \[m\]; `None` where no target is near.
     pub nearest: Option<(f64, Vec<f64>)>,
 }
 

@@ -31,7 +31,7 @@ impl From<Option<f64>> for Cell<'_> {
     }
 }
 
-/// Lengths of the tables of a results folder at a checkpoint [bytes], by the names of the files.
+/// Lengths of the tables of a results folder at a checkpoint \[bytes\], by the names of the files.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Lengths(pub BTreeMap<String, u64>);
 

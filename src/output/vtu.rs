@@ -121,7 +121,7 @@ impl Array {
 /// What one rank contributes to a grid. All parts may be empty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
-    /// Reference positions [m], an array of vectors called `Points`.
+    /// Reference positions \[m\], an array of vectors called `Points`.
     pub points: Array,
     /// Points of all cells, one cell after the other.
     pub connectivity: Vec<i32>,

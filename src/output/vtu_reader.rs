@@ -21,7 +21,7 @@ pub struct Field {
 /// One piece as it was read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadPiece {
-    /// Reference positions [m].
+    /// Reference positions \[m\].
     pub points: Vec<[f64; 3]>,
     /// Points of all cells, one cell after the other.
     pub connectivity: Vec<i32>,

@@ -13,7 +13,7 @@ pub struct Couple<'a> {
     pub contactor: &'a str,
     /// Set of facets of the target.
     pub target: &'a str,
-    /// How far the surfaces travel over or towards each other, as far as it is known; 0 where it is not [m].
+    /// How far the surfaces travel over or towards each other, as far as it is known; 0 where it is not \[m\].
     pub travel: f64,
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Rank 0 holds the whole mesh for as long as it takes to cut it up. Elements go to METIS parts; nodes go to one of the
 //! parts that touch them; every rank receives all elements that touch one of its nodes, so that it assembles its rows
-//! without a word from others. See [`distribute`].
+//! without a word from others. See [`distribute()`].
 
 mod contact_graph;
 mod distribute;

@@ -74,7 +74,7 @@ impl Event {
         work()
     }
 
-    /// Wall time on this rank [s] and calls of the phase of that name; zero where there is none.
+    /// Wall time on this rank \[s\] and calls of the phase of that name; zero where there is none.
     pub fn totals(session: &Session, name: &str) -> (f64, u64) {
         let events = session.events().borrow();
         let found = events.iter().find(|shared| shared.name == name);
@@ -86,7 +86,7 @@ impl Event {
         &self.shared.name
     }
 
-    /// Wall time spent in the phase on this rank so far [s].
+    /// Wall time spent in the phase on this rank so far \[s\].
     pub fn seconds(&self) -> f64 {
         self.shared.seconds.get().as_secs_f64()
     }

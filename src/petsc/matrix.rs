@@ -343,7 +343,7 @@ impl Matrix {
         Kronecker::new(&self.session, self.raw, dimension)
     }
 
-    /// Memory of values and indices on this rank, the map of the scatter included [bytes]; the pattern is shared.
+    /// Memory of values and indices on this rank, the map of the scatter included \[bytes\]; the pattern is shared.
     pub fn bytes(&self) -> usize {
         let values: usize = self.scatter.lengths.iter().sum();
         let indices = match self.format {

@@ -33,7 +33,7 @@ pub struct Session {
     ending: SimpleCommunicator,
     options: RefCell<Options>,
     events: RefCell<Vec<Rc<Shared>>>,
-    /// Processor time at which the run began that is measured [s].
+    /// Processor time at which the run began that is measured \[s\].
     began: Cell<f64>,
     /// PETSc keeps pointers to its arguments until the end.
     _arguments: Arguments,

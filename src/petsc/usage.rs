@@ -2,7 +2,7 @@
 
 use nix::sys::resource::{UsageWho, getrusage};
 
-/// Largest memory that this process has held since the start, or since [`forget_peak`] \[bytes\]; 0 where the system does
+/// Largest memory that this process has held since the start, or since `forget_peak` \[bytes\]; 0 where the system does
 /// not tell.
 pub fn peak_memory() -> u64 {
     status_bytes("VmHWM:")

@@ -224,7 +224,7 @@ fn iterations(runs: &[Run]) -> Result<Option<Named>> {
     Ok(filled(("iterations".into(), Figure { title, legend: legend(runs), panels, columns })))
 }
 
-/// Time [s] and number of iterations of each step; iteration 0 is the prediction, which costs no solve.
+/// Time \[s\] and number of iterations of each step; iteration 0 is the prediction, which costs no solve.
 fn count_by_step(csv: &Csv) -> Result<Vec<[f64; 2]>> {
     let column = |name| Ok::<_, crate::error::Error>(csv.numbers(name)?.unwrap_or_default());
     let (steps, times, iterations) = (column("step")?, column("time [s]")?, column("iteration")?);

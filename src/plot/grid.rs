@@ -11,26 +11,26 @@ use crate::output::{pvd, pvtu};
 /// A grid of all ranks.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grid {
-    /// Reference positions [m].
+    /// Reference positions \[m\].
     pub points: Vec<[f64; 3]>,
-    /// Displacements [m].
+    /// Displacements \[m\].
     pub displacement: Vec<[f64; 3]>,
     /// Points of each cell.
     pub cells: Vec<Vec<usize>>,
     /// VTK's number of each cell's kind.
     pub types: Vec<u8>,
     /// The scalar to be shown: von Mises stress of each cell of the bodies, pressure at each point of a
-    /// surface [Pa].
+    /// surface \[Pa\].
     pub values: Vec<f64>,
 }
 
 impl Grid {
-    /// Length of the largest displacement [m].
+    /// Length of the largest displacement \[m\].
     pub fn largest_displacement(&self) -> f64 {
         self.displacement.iter().map(|u| u[0].hypot(u[1]).hypot(u[2])).fold(0.0, f64::max)
     }
 
-    /// Diagonal of the box of all reference positions [m], 0 where there is none.
+    /// Diagonal of the box of all reference positions \[m\], 0 where there is none.
     pub fn diagonal(&self) -> f64 {
         let extent = |i: usize| {
             let along = self.points.iter().map(|point| point[i]);
@@ -43,7 +43,7 @@ impl Grid {
 /// The bodies and their contact surfaces at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shot {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// The bodies, a value a cell.
     pub bodies: Grid,

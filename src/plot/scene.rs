@@ -17,7 +17,7 @@ impl View {
     /// The x-y plane from the front.
     pub const PLANE: Self = Self { right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], toward: [0.0, 0.0, 1.0] };
 
-    /// From the front right, `elevation` [rad] above the horizon (below where negative), without perspective.
+    /// From the front right, `elevation` \[rad\] above the horizon (below where negative), without perspective.
     pub fn from_front_right(elevation: f64) -> Self {
         let (sin_a, cos_a) = (-std::f64::consts::FRAC_PI_3).sin_cos();
         let (sin_e, cos_e) = elevation.sin_cos();
@@ -40,7 +40,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// One polygon, or a line on a contact surface of the plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Face {
-    /// Corners [m] on the sheet.
+    /// Corners \[m\] on the sheet.
     pub corners: Vec<[f64; 2]>,
     /// What its colour tells; `None` where it is pale.
     pub value: Option<f64>,
@@ -52,9 +52,9 @@ pub struct Face {
 /// What the colours tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
-    /// Von Mises stress on the bodies [Pa].
+    /// Von Mises stress on the bodies \[Pa\].
     VonMises,
-    /// Pressure on the contact surfaces [Pa]; the bodies are pale.
+    /// Pressure on the contact surfaces \[Pa\]; the bodies are pale.
     Pressure,
 }
 

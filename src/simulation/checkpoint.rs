@@ -54,7 +54,7 @@ pub struct Keeper {
     began: Instant,
     /// End of the last step; what comes before the first one is done once only.
     last: Option<Instant>,
-    /// Longest step and longest checkpoint so far [s].
+    /// Longest step and longest checkpoint so far \[s\].
     longest: [f64; 2],
 }
 

@@ -20,7 +20,7 @@ const MANY: f64 = 0.1;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Guard {
     limit: Option<f64>,
-    /// Largest energy or work so far [J].
+    /// Largest energy or work so far \[J\].
     scale: f64,
     /// When the unexplained energy was last below half of the limit.
     calm: Energies,
@@ -103,7 +103,7 @@ impl Guard {
     }
 }
 
-/// The term of the ledger that moved most in the direction of the energy that has no cause, and by how much [J].
+/// The term of the ledger that moved most in the direction of the energy that has no cause, and by how much \[J\].
 fn culprit(before: &Energies, now: &Energies, made: bool) -> (&'static str, f64) {
     let changes = [
         ("kinetic energy", now.kinetic - before.kinetic),

@@ -40,7 +40,7 @@ pub struct Journal<const D: usize> {
     remarks: Vec<String>,
     watched: Vec<Watched<D>>,
     pub(super) record: Record,
-    /// What was done before this process, with the instant [s] at which it began.
+    /// What was done before this process, with the instant \[s\] at which it began.
     past: Option<(Past, f64)>,
     began: Instant,
     pub(super) step: u64,

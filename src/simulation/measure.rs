@@ -43,7 +43,7 @@ pub fn seconds(session: &Rc<Session>) -> [Vec<f64>; 2] {
     })
 }
 
-/// Largest resident memory of each rank [bytes]. Collective.
+/// Largest resident memory of each rank \[bytes\]. Collective.
 pub fn peak_memory(session: &Rc<Session>) -> Vec<u64> {
     of_each_rank(session, own_peak_memory())
 }

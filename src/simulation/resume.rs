@@ -17,7 +17,7 @@ pub struct Past {
     pub totals: Totals,
     /// How deep the contacts went.
     pub penetrations: Vec<Penetration>,
-    /// Wall time [s].
+    /// Wall time \[s\].
     pub seconds: f64,
     /// Wall time by phase.
     pub phases: Vec<(String, Phase)>,

@@ -39,7 +39,7 @@ pub struct IterationReport {
     pub iteration: u32,
     /// Residual over the largest force.
     pub residual: f64,
-    /// 2-norm of the correction that led here [m]; 0 for the first guess. Of a sweep the distance of the stages, of
+    /// 2-norm of the correction that led here \[m\]; 0 for the first guess. Of a sweep the distance of the stages, of
     /// an update the penetration or gap that is left.
     pub increment: f64,
     /// Krylov iterations of that correction.

@@ -26,10 +26,10 @@ pub struct Prescribed {
     pub entries: Vec<(u32, u8)>,
 }
 
-/// Prescribed displacement [m], velocity [m/s] and acceleration [m/s2] of one component at one time.
+/// Prescribed displacement \[m\], velocity [m/s] and acceleration [m/s2] of one component at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
-    /// Displacement [m].
+    /// Displacement \[m\].
     pub u: f64,
     /// Velocity [m/s].
     pub v: f64,
@@ -37,10 +37,10 @@ pub struct Motion {
     pub a: f64,
 }
 
-/// Local arrays of `u` [m], `v` [m/s] and `a` [m/s2] by degree of freedom.
+/// Local arrays of `u` \[m\], `v` [m/s] and `a` [m/s2] by degree of freedom.
 #[derive(Debug)]
 pub struct Fields<'a> {
-    /// Displacement [m].
+    /// Displacement \[m\].
     pub u: &'a mut [f64],
     /// Velocity [m/s].
     pub v: &'a mut [f64],
@@ -102,7 +102,7 @@ impl<const D: usize> DofMap<D> {
 
     /// Writes the prescribed motion into the fields; other entries stay.
     ///
-    /// `motion` is asked for (boundary, component, reference point [m]).
+    /// `motion` is asked for (boundary, component, reference point \[m\]).
     ///
     /// # Errors
     /// The first that `motion` returns, named by its boundary.

@@ -5,11 +5,11 @@
 
 use crate::tensor::{Tensor, Vector};
 
-/// Derivatives `x_,k` of the position with respect to the facet's `D - 1` reference coordinates [m]; in the plane
+/// Derivatives `x_,k` of the position with respect to the facet's `D - 1` reference coordinates \[m\]; in the plane
 /// the second entry is zero.
 pub type Tangents<const D: usize> = [Vector<D>; 2];
 
-/// Tangents of a facet with nodes at `x` (reference or current) [m] and gradients `dn[a * (D - 1) + k]`.
+/// Tangents of a facet with nodes at `x` (reference or current) \[m\] and gradients `dn[a * (D - 1) + k]`.
 pub fn facet_tangents<const D: usize>(x: &[Vector<D>], dn: &[f64]) -> Tangents<D> {
     let mut tangents = [Vector::zeros(); 2];
     for (x, dn) in x.iter().zip(dn.chunks_exact(D - 1)) {
@@ -52,7 +52,7 @@ pub fn area_variation<const D: usize>(tangents: &Tangents<D>, dn: &[f64]) -> Ten
     })
 }
 
-/// Second derivatives `x_,kl` of the position from `d2n[(a * (D - 1) + k) * (D - 1) + l]` [m]; entry `[k][l]`, zero where
+/// Second derivatives `x_,kl` of the position from `d2n[(a * (D - 1) + k) * (D - 1) + l]` \[m\]; entry `[k][l]`, zero where
 /// the facet has no such direction. Their normal part is the curvature of the facet, not scaled by its metric.
 pub fn facet_curvature<const D: usize>(x: &[Vector<D>], d2n: &[f64]) -> [[Vector<D>; 2]; 2] {
     let dim = D - 1;

@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 pub struct Nearest {
     /// Local node.
     pub node: u32,
-    /// Its distance from the point [m].
+    /// Its distance from the point \[m\].
     pub distance: f64,
 }
 
@@ -29,7 +29,7 @@ const STEPS: usize = 30;
 /// How far outside its reference domain a point still counts as in the element. Dimensionless.
 const TOLERANCE: f64 = 1e-10;
 
-/// The nearest of `candidates` (local nodes) to `point` [m], the first of equals; `None` without candidates.
+/// The nearest of `candidates` (local nodes) to `point` \[m\], the first of equals; `None` without candidates.
 ///
 /// On several ranks: take the smallest distance, among equals the lowest number in the input mesh.
 pub fn nearest_node<const D: usize>(
@@ -45,7 +45,7 @@ pub fn nearest_node<const D: usize>(
     all.reduce(|best, next| if next.distance < best.distance { next } else { best })
 }
 
-/// The first of `elements` that contains `point` [m]; `None` where none does.
+/// The first of `elements` that contains `point` \[m\]; `None` where none does.
 pub fn locate<const D: usize>(
     mesh: &Mesh<D>,
     elements: impl IntoIterator<Item = u32>,
@@ -58,7 +58,7 @@ pub fn locate<const D: usize>(
     })
 }
 
-/// Reference coordinates of `point` [m] in an element, also where it lies outside; `None` where Newton's method fails.
+/// Reference coordinates of `point` \[m\] in an element, also where it lies outside; `None` where Newton's method fails.
 pub fn pull_back<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D]) -> Option<[f64; 3]> {
     let nodes = mesh.element_nodes(element as usize);
     let kind = reference(mesh.kinds[element as usize]);

@@ -95,7 +95,7 @@ pub struct Quantity {
     pub only: Named<At<String>>,
     /// What is made of the column.
     pub measure: At<Measure>,
-    /// First and last instant that count [s]; all if absent.
+    /// First and last instant that count \[s\]; all if absent.
     #[serde(default)]
     pub between: Option<At<[Duration; 2]>>,
     /// Size that errors are relative to, > 0, in the unit of the column; the size of the reference if absent.
@@ -111,7 +111,7 @@ pub struct Quantity {
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Measure")]
 pub enum Measure {
-    /// Its value at an instant [s], linear between two rows.
+    /// Its value at an instant \[s\], linear between two rows.
     At(Duration),
     /// Its last value.
     Last,

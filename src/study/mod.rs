@@ -3,9 +3,9 @@
 //!
 //! | File | What it holds |
 //! |---|---|
-//! | [`file`] | `study.yml` as written |
+//! | [`mod@file`] | `study.yml` as written |
 //! | [`plan`] | its members: cases with keys changed by their paths, all read before the first is run |
-//! | [`run`] | one after the other on all ranks; what is done already is not done again |
+//! | [`mod@run`] | one after the other on all ranks; what is done already is not done again |
 //! | [`row`], [`series`] | values and errors out of the tables of a member |
 //! | [`front`], [`advice`], [`figures`], [`table`], [`folder`] | what the study comes to, and where it is written |
 

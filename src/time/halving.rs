@@ -22,7 +22,7 @@ pub struct Halving {
 }
 
 impl Halving {
-    /// Steps of about `step` from `start` to `end` [s], cut at most `max_depth` times.
+    /// Steps of about `step` from `start` to `end` \[s\], cut at most `max_depth` times.
     ///
     /// The nominal step is the largest that divides the interval and does not pass `step`.
     pub fn new(start: f64, end: f64, step: f64, max_depth: u32) -> Self {
@@ -44,24 +44,24 @@ impl Halving {
         self.done == self.steps
     }
 
-    /// Length of the next step [s].
+    /// Length of the next step \[s\].
     pub fn dt(&self) -> f64 {
         self.nominal / (1u64 << self.depth) as f64
     }
 
-    /// Instant now [s].
+    /// Instant now \[s\].
     pub fn time(&self) -> f64 {
         let within = self.position as f64 / (1u64 << self.depth) as f64;
         self.start + self.nominal * (self.done as f64 + within)
     }
 
-    /// Instant at the end of the next step [s].
+    /// Instant at the end of the next step \[s\].
     pub fn end_of_step(&self) -> f64 {
         let within = (self.position + 1) as f64 / (1u64 << self.depth) as f64;
         self.start + self.nominal * (self.done as f64 + within)
     }
 
-    /// The end [s].
+    /// The end \[s\].
     pub fn end(&self) -> f64 {
         self.start + self.nominal * self.steps as f64
     }

@@ -91,7 +91,7 @@ impl Scheme {
         self != Self::Static
     }
 
-    /// `dv/du` and `da/du` for a step `dt` [s].
+    /// `dv/du` and `da/du` for a step `dt` \[s\].
     pub fn shifts(self, dt: f64) -> Shifts {
         match self {
             Self::Newmark { beta, gamma, .. } => {
@@ -119,7 +119,7 @@ impl Scheme {
         matches!(self, Self::Midpoint | Self::Conserving)
     }
 
-    /// Prepares a step from `stage.start` to the instant `end` [s]: shifts, bases, and the start displacement as first
+    /// Prepares a step from `stage.start` to the instant `end` \[s\]: shifts, bases, and the start displacement as first
     /// guess.
     ///
     /// # Errors

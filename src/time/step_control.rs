@@ -43,7 +43,7 @@ impl StepControl {
         }
     }
 
-    /// Length of the next step [s].
+    /// Length of the next step \[s\].
     pub fn dt(&self) -> f64 {
         match self {
             Self::Halving(steps) => steps.dt(),
@@ -51,7 +51,7 @@ impl StepControl {
         }
     }
 
-    /// Instant now [s].
+    /// Instant now \[s\].
     pub fn time(&self) -> f64 {
         match self {
             Self::Halving(steps) => steps.time(),
@@ -59,7 +59,7 @@ impl StepControl {
         }
     }
 
-    /// Instant at the end of the next step [s].
+    /// Instant at the end of the next step \[s\].
     pub fn end_of_step(&self) -> f64 {
         match self {
             Self::Halving(steps) => steps.end_of_step(),
@@ -67,7 +67,7 @@ impl StepControl {
         }
     }
 
-    /// The end [s].
+    /// The end \[s\].
     pub fn end(&self) -> f64 {
         match self {
             Self::Halving(steps) => steps.end(),

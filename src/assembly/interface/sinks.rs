@@ -11,7 +11,7 @@ pub const NO_ROW: u32 = u32::MAX;
 pub struct RemoteForce<'a> {
     /// Number of the remote row of each node beyond the owned ones.
     pub row_of: &'a [u32],
-    /// `row * D + component` [N].
+    /// `row * D + component` \[N\].
     pub values: &'a mut [f64],
 }
 
@@ -32,7 +32,7 @@ impl RemoteForce<'_> {
 pub struct PairForces<'a, const D: usize> {
     /// Couples of the contact being swept.
     pub couples: &'a Couples,
-    /// Owned rows [N].
+    /// Owned rows \[N\].
     pub own: &'a mut [f64],
     /// The others.
     pub remote: RemoteForce<'a>,
@@ -58,9 +58,9 @@ impl<const D: usize> PairSink for PairForces<'_, D> {
 
 /// The prescribed unknowns, and where their columns go.
 pub struct PairLift<'a> {
-    /// Change of the prescribed unknowns at all nodes [m].
+    /// Change of the prescribed unknowns at all nodes \[m\].
     pub change: &'a [f64],
-    /// Right side, owned rows [N].
+    /// Right side, owned rows \[N\].
     pub rhs: &'a mut [f64],
     /// Right side, other rows.
     pub remote: RemoteForce<'a>,

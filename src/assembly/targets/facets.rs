@@ -20,7 +20,7 @@ pub struct TargetFacets<const D: usize> {
     pub bodies: Vec<u16>,
     /// Global numbers of the nodes that this rank does not hold, ascending.
     pub foreign: Vec<i32>,
-    /// Reference points of the foreign nodes [m].
+    /// Reference points of the foreign nodes \[m\].
     pub foreign_points: Vec<[f64; D]>,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Arrived<'a, const D: usize> {
     pub identity: u64,
     /// Global nodes.
     pub globals: &'a [u32],
-    /// Reference points of the nodes [m].
+    /// Reference points of the nodes \[m\].
     pub points: &'a [[f64; D]],
 }
 

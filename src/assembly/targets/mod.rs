@@ -34,9 +34,9 @@ pub struct Surfaces<'a, const D: usize> {
 /// How far to look.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// Target facets within this distance of a contactor facet are never missed [m].
+    /// Target facets within this distance of a contactor facet are never missed \[m\].
     pub radius: f64,
-    /// So far the surfaces may move towards each other before the next gathering [m].
+    /// So far the surfaces may move towards each other before the next gathering \[m\].
     pub slack: f64,
 }
 
@@ -54,7 +54,7 @@ impl<const D: usize> TargetGather<D> {
     /// Gathers the target facets whose boxes meet, on the current positions and with the reach around, a box of one of
     /// this rank's own contactor facets. Collective.
     ///
-    /// `positions`: current positions of all local nodes, `D` each [m]. The result depends on which contactor facets are
+    /// `positions`: current positions of all local nodes, `D` each \[m\]. The result depends on which contactor facets are
     /// the rank's own, and on nothing else of the partition; facets come by ascending identity.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ impl<const D: usize> TargetGather<D> {
         })
     }
 
-    /// How far this rank's own facets of contactor and target have moved since they were gathered, at most [m].
+    /// How far this rank's own facets of contactor and target have moved since they were gathered, at most \[m\].
     ///
     /// `position` tells the current position of a local node \[m\]. The largest of each over all ranks goes to
     /// [`holds`](Self::holds).
@@ -104,7 +104,7 @@ impl<const D: usize> TargetGather<D> {
         [self.contactor.motion(&position), self.target.motion(&position)]
     }
 
-    /// Whether the facets still are all that matter, after the surfaces moved by `motion` (largest of all ranks) [m].
+    /// Whether the facets still are all that matter, after the surfaces moved by `motion` (largest of all ranks) \[m\].
     pub fn holds(&self, motion: [f64; 2]) -> bool {
         motion[0] + motion[1] <= self.slack
     }

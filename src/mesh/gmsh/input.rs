@@ -20,7 +20,7 @@ pub(super) struct Input<'a> {
     pub encoding: Encoding,
 }
 
-/// No section has a longer name [bytes]: to look for the end of one takes its length times that of the file.
+/// No section has a longer name \[bytes\]: to look for the end of one takes its length times that of the file.
 const NAME: usize = 256;
 
 /// The least that one entry takes in the file.
