@@ -4,34 +4,34 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Instant, SystemTime};
 
+use super::attempts::At;
 use super::place::{Place, prepare, versions};
 use super::remarks::{contact_starts, remarks, untouched, warning};
 use super::restart::Saved;
 use super::resume::Past;
 use super::tables::Tables;
-use crate::assembly::{ContactSystem, Energies, EnergyLedger, SurfaceCells, Watched};
+use crate::assembly::{ContactSystem, Energies, EnergyLedger, Watched};
 use crate::case::Case;
 use crate::dynamics::Stage;
 use crate::error::{Result, agree};
 use crate::model::Model;
 use crate::output::accuracy::AccuracyRecord;
-use crate::output::console::{Attempt, Console, StepLine};
-use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
-use crate::output::iterations::IterationRow;
+use crate::output::console::{Console, StepLine};
+use crate::output::fields::FieldWriter;
 use crate::output::record::{Balance, Record, Totals, Verdict};
 use crate::output::summary::StartUp;
 use crate::partition::Report;
 use crate::petsc::{Event, Session};
-use crate::solvers::{Fallback, IterationReport, SolveReport, Strategy};
+use crate::solvers::{SolveReport, Strategy};
 use crate::time::StepControl;
 
 /// The journal of a run.
 pub struct Journal<const D: usize> {
     pub(super) session: Rc<Session>,
     pub(super) console: Console,
-    folder: PathBuf,
+    pub(super) folder: PathBuf,
     pub(super) tables: Option<Tables<D>>,
-    fields: Option<FieldWriter<D>>,
+    pub(super) fields: Option<FieldWriter<D>>,
     /// Fields, unless this is zero, are written every so many steps, and at the end of time \[s\].
     every: u64,
     pub(super) end: f64,
@@ -44,17 +44,8 @@ pub struct Journal<const D: usize> {
     past: Option<(Past, f64)>,
     began: Instant,
     pub(super) step: u64,
-    now: At,
+    pub(super) now: At,
     output: Event,
-}
-
-/// Which solve the iterations belong to.
-#[derive(Debug, Clone, Copy, Default)]
-struct At {
-    time: f64,
-    dt: f64,
-    attempt: u64,
-    stage: &'static str,
 }
 
 impl<const D: usize> Journal<D> {
@@ -161,82 +152,6 @@ impl<const D: usize> Journal<D> {
         Ok(())
     }
 
-    fn field_writer(&self, system: &ContactSystem<D>) -> FieldWriter<D> {
-        let local = system.local();
-        let types: Vec<u8> = local.mesh.kinds.iter().map(|kind| kind.vtk_type()).collect();
-        let volume = Cells {
-            points: &local.mesh.points,
-            node_number: &local.input_node,
-            offsets: &local.mesh.offsets,
-            nodes: &local.mesh.nodes,
-            vtk_types: &types,
-            mine: &local.mine,
-            group: &local.mesh.body,
-        };
-        let SurfaceCells { offsets, nodes, vtk_types, mine, contact } = system.surface_cells();
-        let surface = Cells {
-            points: &local.mesh.points,
-            node_number: &local.input_node,
-            offsets: &offsets,
-            nodes: &nodes,
-            vtk_types: &vtk_types,
-            mine: &mine,
-            group: &contact,
-        };
-        let ranks = Ranks { rank: self.session.rank() as usize, size: self.session.size() as usize };
-        FieldWriter::new(&self.folder, ranks, volume, system.has_contact().then_some(surface))
-    }
-
-    /// A load level of the static start begins.
-    pub fn start_attempt(&mut self, factor: f64) {
-        self.header(At { time: 0.0, dt: 0.0, attempt: 1, stage: "start" });
-        if factor == 1.0 {
-            self.console.note("static start at full load");
-        }
-    }
-
-    /// A load level of the static start was reached.
-    pub fn pressed(&mut self, report: &SolveReport) {
-        self.count(report);
-    }
-
-    /// A solve of the next step begins.
-    pub fn attempt(&mut self, stage: &Stage) {
-        let attempt = self.now.attempt + 1;
-        self.header(At { time: stage.trial.time, dt: stage.dt, attempt, stage: "step" });
-    }
-
-    fn header(&mut self, at: At) {
-        self.now = at;
-        let step = if at.stage == "start" { 0 } else { self.step + 1 };
-        let At { time, dt, attempt, stage } = at;
-        self.console.newton_header(&Attempt { step, time, dt, attempt, stage });
-    }
-
-    /// One Newton iteration. Rank 0 writes; an unwritable table is found at the end of the step.
-    pub fn iteration(&mut self, report: &IterationReport) {
-        let finite = |value: f64| value.is_finite().then_some(value);
-        let row = IterationRow {
-            step: if self.now.stage == "start" { 0 } else { self.step + 1 },
-            time: self.now.time,
-            dt: self.now.dt,
-            attempt: self.now.attempt,
-            stage: if self.now.stage == "start" { "start" } else { report.phase.name() },
-            iteration: u64::from(report.iteration),
-            residual: finite(report.residual),
-            increment: finite(report.increment),
-            krylov_iterations: u64::from(report.krylov),
-            points: report.contact.closed,
-            changed: report.contact.changed,
-            line_search: finite(report.line_search),
-            contraction: report.contraction.and_then(finite),
-        };
-        self.console.newton_row(&row);
-        if let Some(tables) = &mut self.tables {
-            tables.iteration(&row);
-        }
-    }
-
     /// The model of the run.
     pub fn model(&self) -> &Model<D> {
         &self.model
@@ -248,40 +163,9 @@ impl<const D: usize> Journal<D> {
         self.record.warn(text.trim_start_matches("warning: ").to_owned());
     }
 
-    /// An attempt failed.
-    pub fn failed(&mut self, report: &SolveReport, reason: &str, control: &StepControl) {
-        self.count(report);
-        self.record.totals.cut_steps += 1;
-        let note = format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt());
-        self.console.note(&note);
-        self.record.warn(note);
-    }
-
-    /// A step was solved and is repeated, since its errors are too large.
-    pub fn repeated(&mut self, report: &SolveReport, control: &StepControl) {
-        self.count(report);
-        self.console.note(&format!("step {} is repeated with {:.3e} s", self.step + 1, control.dt()));
-    }
-
     /// What accuracy was achieved so far.
     pub fn accuracy(&mut self, accuracy: AccuracyRecord) {
         self.record.accuracy = Some(accuracy);
-    }
-
-    /// Linear solvers failed in the last solve, and stronger ones took over.
-    pub fn fallbacks(&mut self, fallbacks: &[Fallback]) {
-        self.record.totals.linear_fallbacks += fallbacks.len() as u64;
-        for Fallback { from, to, why } in fallbacks {
-            let note = format!("linear solver {from} failed ({why}); {to} took over");
-            self.console.note(&note);
-            self.record.warn(note);
-        }
-    }
-
-    fn count(&mut self, report: &SolveReport) {
-        self.record.totals.newton_iterations += u64::from(report.newton);
-        self.record.totals.krylov_iterations += u64::from(report.krylov);
-        self.record.totals.inner_krylov_iterations += u64::from(report.inner);
     }
 
     /// The rows of the start. Collective.
@@ -360,36 +244,6 @@ impl<const D: usize> Journal<D> {
             tables.momentum(ledger.momentum())
         });
         agree(self.session.world(), own)
-    }
-
-    fn write_fields(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Result<()> {
-        let Some(writer) = &mut self.fields else { return Ok(()) };
-        let stress = system.stress_fields(&stage.trial.u);
-        let contact = system.contact_fields()?;
-        let (u, v) = (stage.trial.u.local(), stage.trial.v.local());
-        let volume = VolumeFields {
-            displacement: &u,
-            velocity: system.is_dynamic().then_some(&v[..]),
-            cauchy_stress: &stress.cauchy_stress,
-            det_f: &stress.det_f,
-        };
-        let surface = SurfaceFields {
-            displacement: &u,
-            contact_pressure: &contact.contact_pressure,
-            traction_t: &contact.traction_t,
-            gap: &contact.gap,
-            slip: &contact.slip,
-            slip_velocity: &contact.slip_velocity,
-            status: &contact.status,
-            friction_work: &contact.friction_work,
-        };
-        let written = writer.write(self.step, &volume, system.has_contact().then_some(&surface));
-        agree(self.session.world(), written)?;
-        let published = match self.session.rank() {
-            0 => writer.publish(self.step, stage.trial.time),
-            _ => Ok(()),
-        };
-        agree(self.session.world(), published)
     }
 
     /// Brings `run.json` up to date. Collective.

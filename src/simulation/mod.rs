@@ -1,7 +1,9 @@
 //! A run from the case to its results, in the order of the paper's section 3.
 
+mod attempts;
 mod check;
 mod checkpoint;
+mod fields;
 mod guard;
 mod input;
 mod journal;

@@ -3,11 +3,13 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use super::fatigue::Fatigue;
 use super::filtered_amg::{FilteredAmg, FilteredAmgSettings};
 use super::ladder::{LinearChoice, Problem, ladder};
 use super::own::{Origin, Own};
 use super::presets::Preset;
 use super::two_stage::{TwoStage, TwoStageSettings};
+use super::users_options::{beside_the_users, refuse_symmetric_method};
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
@@ -351,83 +353,4 @@ fn stages(choice: &LinearChoice, problem: &Problem) -> TwoStageSettings {
         _ => TwoStageSettings::default(),
     };
     TwoStageSettings { inner: asked.inner.or(Some(problem.inner())), ..asked }
-}
-
-/// Whether a preconditioner of an earlier matrix still serves: contact and step change the matrix little, and an
-/// incomplete factorisation costs as much as several iterations.
-#[derive(Debug, Clone, Copy, Default)]
-struct Fatigue {
-    /// Digits an iteration gained while the preconditioner was new; 0 before there is one.
-    fresh: f64,
-    /// Digits an iteration gained last.
-    last: f64,
-}
-
-impl Fatigue {
-    /// A preconditioner is made anew when an iteration gains less than this part of what it gained at first.
-    const WORTH: f64 = 0.7;
-
-    fn is_tired(self) -> bool {
-        self.last <= Self::WORTH * self.fresh
-    }
-
-    fn record(&mut self, renewed: bool, iterations: u32, tolerance: f64) {
-        self.last = -tolerance.log10() / f64::from(iterations.max(1));
-        if renewed {
-            self.fresh = self.last;
-        }
-    }
-}
-
-/// What remains of a preset beside the user's options: a method or a preconditioner of his own takes the place of
-/// the preset's with all that belongs to it.
-fn beside_the_users(
-    mut options: Vec<(&'static str, &'static str)>,
-    given: impl Fn(&str) -> bool,
-) -> Vec<(&'static str, &'static str)> {
-    let method = |name: &str| name.starts_with("ksp_");
-    if given("ksp_type") {
-        options.retain(|(name, _)| !method(name));
-    }
-    if given("pc_type") {
-        options.retain(|&(name, value)| method(name) && value != "preonly");
-    }
-    options
-}
-
-/// Methods of PETSc that rely on a symmetric operator.
-const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "nash", "stcg"];
-
-/// The user may have chosen a method by PETSc's options that this matrix does not allow.
-fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
-    let (method, _) = krylov.types()?;
-    if !SYMMETRIC_METHODS.contains(&method.as_str()) {
-        return Ok(());
-    }
-    let message = format!(
-        "KSP type '{method}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric"
-    );
-    Err(Error::case(message).hint("use -ksp_type gmres or fgmres, or leave the choice to the program"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::solvers::PRESETS;
-
-    /// The user's method or preconditioner does not meet options of the preset's.
-    #[test]
-    fn the_users_choice_replaces_the_presets() {
-        for preset in PRESETS {
-            let options = preset.options_on(2);
-            let none = beside_the_users(options.clone(), |_| false);
-            assert_eq!(none, options, "{}", preset.name);
-            let method = beside_the_users(options.clone(), |name| name == "ksp_type");
-            assert!(method.iter().all(|(name, _)| !name.starts_with("ksp_")), "{}", preset.name);
-            let preconditioner = beside_the_users(options, |name| name == "pc_type");
-            assert!(
-                preconditioner.iter().all(|(name, value)| name.starts_with("ksp_") && *value != "preonly")
-            );
-        }
-    }
 }

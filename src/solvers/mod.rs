@@ -6,6 +6,7 @@
 
 mod augmented;
 mod convergence;
+mod fatigue;
 mod filtered_amg;
 mod forcing;
 mod ladder;
@@ -16,6 +17,7 @@ mod presets;
 mod staggered;
 mod strategy;
 mod two_stage;
+mod users_options;
 mod zone;
 
 pub use augmented::Augmented;

@@ -1,0 +1,129 @@
+//! From the case to the model: names resolved, bodies, boundaries, probes and contacts in the order of the file.
+
+use super::laws::{friction, normal, obstacle};
+use super::{Body, Contact, Load, LoadKind, Model, Probe, Support, Target, lengths};
+use crate::case::{self, Action, Case, Function};
+use crate::element::{Formulation, Kinematics, Locking};
+use crate::error::{Error, Result};
+use crate::material::Material;
+
+impl<const D: usize> Model<D> {
+    /// Builds the laws and resolves the names of a checked case.
+    ///
+    /// # Errors
+    /// When a law refuses its constants, with the place in the case.
+    pub fn new(case: &Case) -> Result<Self> {
+        let bodies: Vec<Body> = case.bodies.iter().map(|(name, b)| body(name, b)).collect::<Result<_>>()?;
+        let contacts = case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, name, contact));
+        let contacts = contacts.collect::<Result<_>>()?;
+        let mut model =
+            Self { bodies, contacts, supports: Vec::new(), loads: Vec::new(), probes: Vec::new() };
+        for (name, boundary) in case.boundary.iter() {
+            let set = boundary.on.value.clone();
+            for action in boundary.actions() {
+                model.add(name, &set, action)?;
+            }
+        }
+        for (name, probe) in case.output.probes.iter() {
+            let body = probe.on.as_ref().map(|on| body_index(&model.bodies, on)).transpose()?;
+            model.probes.push(Probe { name: name.value.clone(), at: lengths(&probe.at), body });
+        }
+        Ok(model)
+    }
+
+    fn add(&mut self, name: &str, set: &str, action: Action) -> Result<()> {
+        let name = name.to_owned();
+        let set = set.to_owned();
+        let zero = || Function::constant(0.0);
+        let kind = match action {
+            Action::Displacement(components) => {
+                let components = std::array::from_fn(|i| components[i].map(|f| f.function.clone()));
+                self.supports.push(Support { name, set, components });
+                return Ok(());
+            }
+            Action::Gravity(g) => LoadKind::BodyForce(std::array::from_fn(|i| {
+                g.get(i).map_or_else(zero, |f| f.function.clone())
+            })),
+            Action::Traction(t) => {
+                LoadKind::Traction(std::array::from_fn(|i| t[i].map_or_else(zero, |f| f.function.clone())))
+            }
+            Action::Pressure(p) => LoadKind::Pressure(p.function.clone()),
+        };
+        let body = body_index(&self.bodies, set.split('.').next().unwrap_or(&set))?;
+        self.loads.push(Load { name, set, body, kind });
+        Ok(())
+    }
+
+    fn contact(case: &Case, bodies: &[Body], name: &str, contact: &case::Contact) -> Result<Contact<D>> {
+        let owner = contact.contactor.split('.').next().unwrap_or_default();
+        let body = body_index(bodies, owner)?;
+        let within = |error: Error| error.within(&format!("contact.{name}"));
+        let target = match case.obstacles.get(&contact.target) {
+            Some(shape) => Target::Obstacle(obstacle(shape).map_err(within)?),
+            None => surface(bodies, &contact.target).map_err(within)?,
+        };
+        let softer = match &target {
+            Target::Surface { body: other, .. } => {
+                bodies[*other].young_modulus.min(bodies[body].young_modulus)
+            }
+            Target::Obstacle(_) => bodies[body].young_modulus,
+        };
+        let (normal, penetration) = normal(&contact.normal, softer).map_err(within)?;
+        Ok(Contact {
+            name: name.to_owned(),
+            contactor: contact.contactor.value.clone(),
+            body,
+            target,
+            target_name: contact.target.value.clone(),
+            softer,
+            normal,
+            penetration,
+            friction: friction(&contact.friction).map_err(within)?,
+            quadrature: contact.quadrature.value,
+            // The potential of a contact lies on the reference area: forces that conserve act on it as well.
+            current_area: contact.area == case::Area::Current
+                && case.time.scheme.value != case::Scheme::Conserving,
+            initial_overclosure: contact.initial_overclosure,
+        })
+    }
+}
+
+fn body(name: &str, body: &case::Body) -> Result<Body> {
+    let elastic = body.material.elastic();
+    let law = match body.material {
+        case::Material::NeoHookean(_) => "neo_hookean",
+        case::Material::SaintVenantKirchhoff(_) => "saint_venant_kirchhoff",
+    };
+    let (young_modulus, poisson_ratio) = (elastic.young_modulus.si, elastic.poisson_ratio.si);
+    let formulation = Formulation {
+        material: Material::named(law, young_modulus, poisson_ratio).map_err(|e| e.within(name))?,
+        kinematics: match body.kinematics {
+            case::Kinematics::Finite => Kinematics::Finite,
+            case::Kinematics::Linear => Kinematics::Linear,
+        },
+        locking: match body.locking {
+            case::Locking::None => Locking::None,
+            case::Locking::SelectiveReduced => Locking::SelectiveReduced,
+        },
+        density: body.density.map_or(0.0, |density| density.si),
+    };
+    let velocity = body.initial_velocity.as_ref();
+    Ok(Body {
+        name: name.to_owned(),
+        formulation,
+        lumped_mass: body.mass == case::Mass::Lumped,
+        redistributed_mass: body.mass == case::Mass::Redistributed,
+        young_modulus,
+        initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| f.function.clone()).collect()),
+    })
+}
+
+fn body_index(bodies: &[Body], name: &str) -> Result<usize> {
+    let found = bodies.iter().position(|body| body.name == name);
+    found.ok_or_else(|| Error::case(format!("there is no body '{name}'")))
+}
+
+fn surface<const D: usize>(bodies: &[Body], set: &str) -> Result<Target<D>> {
+    let body = body_index(bodies, set.split('.').next().unwrap_or(set))?;
+    Ok(Target::Surface { set: set.to_owned(), body })
+}

@@ -1,0 +1,101 @@
+//! The journal of the solves: which is at work, its iterations, and how it ended.
+
+use super::journal::Journal;
+use crate::dynamics::Stage;
+use crate::output::console::Attempt;
+use crate::output::iterations::IterationRow;
+use crate::solvers::{Fallback, IterationReport, SolveReport};
+use crate::time::StepControl;
+
+/// Which solve the iterations belong to.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct At {
+    time: f64,
+    dt: f64,
+    attempt: u64,
+    stage: &'static str,
+}
+
+impl<const D: usize> Journal<D> {
+    /// A load level of the static start begins.
+    pub fn start_attempt(&mut self, factor: f64) {
+        self.header(At { time: 0.0, dt: 0.0, attempt: 1, stage: "start" });
+        if factor == 1.0 {
+            self.console.note("static start at full load");
+        }
+    }
+
+    /// A load level of the static start was reached.
+    pub fn pressed(&mut self, report: &SolveReport) {
+        self.count(report);
+    }
+
+    /// A solve of the next step begins.
+    pub fn attempt(&mut self, stage: &Stage) {
+        let attempt = self.now.attempt + 1;
+        self.header(At { time: stage.trial.time, dt: stage.dt, attempt, stage: "step" });
+    }
+
+    fn header(&mut self, at: At) {
+        self.now = at;
+        let step = if at.stage == "start" { 0 } else { self.step + 1 };
+        let At { time, dt, attempt, stage } = at;
+        self.console.newton_header(&Attempt { step, time, dt, attempt, stage });
+    }
+
+    /// One Newton iteration. Rank 0 writes; an unwritable table is found at the end of the step.
+    pub fn iteration(&mut self, report: &IterationReport) {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let row = IterationRow {
+            step: if self.now.stage == "start" { 0 } else { self.step + 1 },
+            time: self.now.time,
+            dt: self.now.dt,
+            attempt: self.now.attempt,
+            stage: if self.now.stage == "start" { "start" } else { report.phase.name() },
+            iteration: u64::from(report.iteration),
+            residual: finite(report.residual),
+            increment: finite(report.increment),
+            krylov_iterations: u64::from(report.krylov),
+            points: report.contact.closed,
+            changed: report.contact.changed,
+            line_search: finite(report.line_search),
+            contraction: report.contraction.and_then(finite),
+        };
+        self.console.newton_row(&row);
+        if let Some(tables) = &mut self.tables {
+            tables.iteration(&row);
+        }
+    }
+
+    /// An attempt failed.
+    pub fn failed(&mut self, report: &SolveReport, reason: &str, control: &StepControl) {
+        self.count(report);
+        self.record.totals.cut_steps += 1;
+        let note = format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt());
+        self.console.note(&note);
+        self.record.warn(note);
+    }
+
+    /// A step was solved and is repeated, since its errors are too large.
+    pub fn repeated(&mut self, report: &SolveReport, control: &StepControl) {
+        self.count(report);
+        self.console.note(&format!("step {} is repeated with {:.3e} s", self.step + 1, control.dt()));
+    }
+
+    /// Linear solvers failed in the last solve, and stronger ones took over.
+    pub fn fallbacks(&mut self, fallbacks: &[Fallback]) {
+        self.record.totals.linear_fallbacks += fallbacks.len() as u64;
+        for Fallback { from, to, why } in fallbacks {
+            let note = format!("linear solver {from} failed ({why}); {to} took over");
+            self.console.note(&note);
+            self.record.warn(note);
+        }
+    }
+
+    /// Adds the iterations of a solve to the totals.
+    pub(super) fn count(&mut self, report: &SolveReport) {
+        self.record.totals.newton_iterations += u64::from(report.newton);
+        self.record.totals.krylov_iterations += u64::from(report.krylov);
+        self.record.totals.inner_krylov_iterations += u64::from(report.inner);
+    }
+}

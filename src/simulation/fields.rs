@@ -1,0 +1,70 @@
+//! The journal of the fields: from the system's arrays to the pieces that ParaView reads.
+
+use super::journal::Journal;
+use crate::assembly::{ContactSystem, SurfaceCells};
+use crate::dynamics::Stage;
+use crate::error::{Result, agree};
+use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
+
+impl<const D: usize> Journal<D> {
+    /// The writer of volume and surface of this rank.
+    pub(super) fn field_writer(&self, system: &ContactSystem<D>) -> FieldWriter<D> {
+        let local = system.local();
+        let types: Vec<u8> = local.mesh.kinds.iter().map(|kind| kind.vtk_type()).collect();
+        let volume = Cells {
+            points: &local.mesh.points,
+            node_number: &local.input_node,
+            offsets: &local.mesh.offsets,
+            nodes: &local.mesh.nodes,
+            vtk_types: &types,
+            mine: &local.mine,
+            group: &local.mesh.body,
+        };
+        let SurfaceCells { offsets, nodes, vtk_types, mine, contact } = system.surface_cells();
+        let surface = Cells {
+            points: &local.mesh.points,
+            node_number: &local.input_node,
+            offsets: &offsets,
+            nodes: &nodes,
+            vtk_types: &vtk_types,
+            mine: &mine,
+            group: &contact,
+        };
+        let ranks = Ranks { rank: self.session.rank() as usize, size: self.session.size() as usize };
+        FieldWriter::new(&self.folder, ranks, volume, system.has_contact().then_some(surface))
+    }
+
+    /// Writes the fields of a state, where there are any to write. Collective.
+    ///
+    /// # Errors
+    /// When a file can not be written, the same on all ranks.
+    pub(super) fn write_fields(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Result<()> {
+        let Some(writer) = &mut self.fields else { return Ok(()) };
+        let stress = system.stress_fields(&stage.trial.u);
+        let contact = system.contact_fields()?;
+        let (u, v) = (stage.trial.u.local(), stage.trial.v.local());
+        let volume = VolumeFields {
+            displacement: &u,
+            velocity: system.is_dynamic().then_some(&v[..]),
+            cauchy_stress: &stress.cauchy_stress,
+            det_f: &stress.det_f,
+        };
+        let surface = SurfaceFields {
+            displacement: &u,
+            contact_pressure: &contact.contact_pressure,
+            traction_t: &contact.traction_t,
+            gap: &contact.gap,
+            slip: &contact.slip,
+            slip_velocity: &contact.slip_velocity,
+            status: &contact.status,
+            friction_work: &contact.friction_work,
+        };
+        let written = writer.write(self.step, &volume, system.has_contact().then_some(&surface));
+        agree(self.session.world(), written)?;
+        let published = match self.session.rank() {
+            0 => writer.publish(self.step, stage.trial.time),
+            _ => Ok(()),
+        };
+        agree(self.session.world(), published)
+    }
+}

@@ -1,0 +1,60 @@
+//! PETSc's options of the user against those of a preset: his own win, and what the matrix does not allow is refused.
+
+use crate::error::{Error, Result};
+use crate::petsc::Krylov;
+
+/// What remains of a preset beside the user's options: a method or a preconditioner of his own takes the place of
+/// the preset's with all that belongs to it.
+pub(super) fn beside_the_users(
+    mut options: Vec<(&'static str, &'static str)>,
+    given: impl Fn(&str) -> bool,
+) -> Vec<(&'static str, &'static str)> {
+    let method = |name: &str| name.starts_with("ksp_");
+    if given("ksp_type") {
+        options.retain(|(name, _)| !method(name));
+    }
+    if given("pc_type") {
+        options.retain(|&(name, value)| method(name) && value != "preonly");
+    }
+    options
+}
+
+/// Methods of PETSc that rely on a symmetric operator.
+const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "nash", "stcg"];
+
+/// The user may have chosen a method by PETSc's options that this matrix does not allow.
+///
+/// # Errors
+/// When he has.
+pub(super) fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
+    let (method, _) = krylov.types()?;
+    if !SYMMETRIC_METHODS.contains(&method.as_str()) {
+        return Ok(());
+    }
+    let message = format!(
+        "KSP type '{method}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric"
+    );
+    Err(Error::case(message).hint("use -ksp_type gmres or fgmres, or leave the choice to the program"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solvers::PRESETS;
+
+    /// The user's method or preconditioner does not meet options of the preset's.
+    #[test]
+    fn the_users_choice_replaces_the_presets() {
+        for preset in PRESETS {
+            let options = preset.options_on(2);
+            let none = beside_the_users(options.clone(), |_| false);
+            assert_eq!(none, options, "{}", preset.name);
+            let method = beside_the_users(options.clone(), |name| name == "ksp_type");
+            assert!(method.iter().all(|(name, _)| !name.starts_with("ksp_")), "{}", preset.name);
+            let preconditioner = beside_the_users(options, |name| name == "pc_type");
+            assert!(
+                preconditioner.iter().all(|(name, value)| name.starts_with("ksp_") && *value != "preonly")
+            );
+        }
+    }
+}
