@@ -166,6 +166,8 @@ pub struct Stage {
     /// Spring on every free unknown, relative to a typical diagonal entry, that is in the matrix and not in the
     /// residual: holds bodies that nothing holds without changing the equilibrium that is found.
     pub holding: f64,
+    /// Residual over the largest force that is enough, whatever the strategy asks: 0 but for states on the way to another.
+    pub enough: f64,
     /// Factor on loads and prescribed displacements, 1 but for the increments of a static start.
     pub load_factor: f64,
     /// `r = Q - F_ext - F_n - F_T` at the start \[N\].
@@ -201,6 +203,7 @@ impl Stage {
             friction: FrictionMode::AsGiven,
             split: Split::Monolithic,
             holding: 0.0,
+            enough: 0.0,
             load_factor: 1.0,
             start_forces: pattern.like()?,
             velocity_base: pattern.like()?,

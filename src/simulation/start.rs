@@ -8,9 +8,13 @@ use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
 use crate::error::{Error, Result};
 use crate::model::Model;
-use crate::solvers::{LinearChoice, LinearSolver, Monolithic, Outcome, Problem};
+use crate::petsc::Vector;
+use crate::solvers::{LinearChoice, LinearSolver, Monolithic, Outcome, Problem, Strategy};
 use crate::terms::Terms;
 use crate::time::Scheme;
+
+/// Residual over the largest force at which an increment of the static start is left for the next one.
+const PASSING: f64 = 1e-3;
 
 /// Spring that holds free bodies in the static start, relative to a typical diagonal entry.
 const HOLDING: f64 = 1e-7;
@@ -68,7 +72,6 @@ fn press<const D: usize>(
     journal: &mut Journal<D>,
 ) -> Result<()> {
     let problem = options::problem::<D>(system, false);
-    let friction = stage.friction == FrictionMode::AsGiven;
     let terms = options::terms(system);
     let linear =
         LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[1], &LinearChoice::Auto, &problem)?;
@@ -79,22 +82,22 @@ fn press<const D: usize>(
     let mut strategy = options::augmented(system, Box::new(newton));
     stage.holding = if system.is_held() { 0.0 } else { HOLDING };
     let mut level = Levels::new(increments.max(1));
+    let mut course = Course::new(system)?;
     while let Some(factor) = level.next() {
-        Scheme::Static.prepare(stage, 1.0, 0.0)?;
-        stage.shifts = if friction { stage.shifts } else { Shifts::default() };
-        stage.load_factor = factor;
-        journal.start_attempt(factor);
-        let moved = strategy.follow_prescribed(system, stage)?;
-        let outcome = match moved {
-            true => strategy.solve(system, stage, &mut |row| journal.iteration(row))?,
-            false => {
-                Outcome::Failed(Default::default(), "the prescribed displacement can not be followed".into())
+        let outcome = match stage.holding == 0.0 && course.goes_on_to(factor) {
+            true => {
+                let outcome = approach(system, stage, factor, strategy.as_mut(), Some(&course), journal)?;
+                match outcome {
+                    Outcome::Converged(_) => outcome,
+                    Outcome::Failed(..) => approach(system, stage, factor, strategy.as_mut(), None, journal)?,
+                }
             }
+            false => approach(system, stage, factor, strategy.as_mut(), None, journal)?,
         };
-        journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
             Outcome::Converged(report) => {
                 journal.pressed(&report);
+                course.reach(factor, stage)?;
                 system.accept(stage)?;
                 level.succeed();
             }
@@ -106,7 +109,79 @@ fn press<const D: usize>(
     }
     stage.load_factor = 1.0;
     stage.holding = 0.0;
+    stage.enough = 0.0;
     Ok(())
+}
+
+/// The equilibrium at a part `factor` of the loads: from the course of the last two ones, or from one linear solve with the
+/// prescribed displacements.
+fn approach<const D: usize>(
+    system: &mut ContactSystem<D>,
+    stage: &mut Stage,
+    factor: f64,
+    strategy: &mut dyn Strategy,
+    course: Option<&Course>,
+    journal: &mut Journal<D>,
+) -> Result<Outcome> {
+    Scheme::Static.prepare(stage, 1.0, 0.0)?;
+    let friction = stage.friction == FrictionMode::AsGiven;
+    if !friction {
+        stage.shifts = Shifts::default();
+    }
+    stage.load_factor = factor;
+    // Friction remembers the way.
+    stage.enough = if factor < 1.0 && !friction { PASSING } else { 0.0 };
+    journal.start_attempt(factor);
+    let moved = match course {
+        Some(course) => course.extrapolate(factor, stage).map(|()| true)?,
+        None => strategy.follow_prescribed(system, stage)?,
+    };
+    let outcome = match moved {
+        true => strategy.solve(system, stage, &mut |row| journal.iteration(row))?,
+        false => {
+            Outcome::Failed(Default::default(), "the prescribed displacement can not be followed".into())
+        }
+    };
+    journal.fallbacks(&strategy.take_fallbacks());
+    Ok(outcome)
+}
+
+/// The last two equilibria of the start, along the line of which the next one is looked for.
+struct Course {
+    /// Displacements of the last but one.
+    before: Vector,
+    /// Load factors of both, the older first.
+    factors: [f64; 2],
+    /// Equilibria that were found.
+    found: u32,
+}
+
+impl Course {
+    fn new<const D: usize>(system: &ContactSystem<D>) -> Result<Self> {
+        Ok(Self { before: system.pattern_vector().like()?, factors: [0.0; 2], found: 0 })
+    }
+
+    /// Whether a line leads to that load factor that is no longer than twice the way between the two known ones.
+    fn goes_on_to(&self, factor: f64) -> bool {
+        self.found > 0 && factor - self.factors[1] <= 2.0 * (self.factors[1] - self.factors[0])
+    }
+
+    /// Takes note of the equilibrium of `stage.trial`, before it is accepted.
+    fn reach(&mut self, factor: f64, stage: &Stage) -> Result<()> {
+        self.before.copy_from(&stage.start.u)?;
+        self.factors = [self.factors[1], factor];
+        self.found += 1;
+        Ok(())
+    }
+
+    /// Moves the trial state, which is the last equilibrium, along the line.
+    fn extrapolate(&self, factor: f64, stage: &mut Stage) -> Result<()> {
+        let ratio = (factor - self.factors[1]) / (self.factors[1] - self.factors[0]);
+        let last = &stage.start.u;
+        stage.trial.u.copy_from(last)?;
+        stage.trial.u.axpy(ratio, last)?;
+        stage.trial.u.axpy(-ratio, &self.before)
+    }
 }
 
 /// Load factors from 0 to 1; a failed one is approached by half of the step.
