@@ -74,17 +74,6 @@ pub fn plane_cases() -> Vec<Case<2>> {
     let stribeck = Coefficient::Stribeck(Stribeck::new(0.9, 0.4, 3.0).expect("positive"));
     let stick = Regularization::stick_stiffness(20.0).expect("positive");
     let slip = Regularization::stick_stiffness(1e4).expect("positive");
-    let new = |name, kind, law, friction, at_work| Case {
-        name,
-        solid: Solid::new(kind, law),
-        lumped: false,
-        obstacle: floor(),
-        bed: None,
-        normal: penalty(),
-        friction,
-        current_area: true,
-        at_work,
-    };
     let damped = RUBBING | Terms::FRICTION_DAMPING;
     vec![
         new("stick by velocity", Quad4, NH, coulomb(constant(), velocity(8.0)), damped),
@@ -144,17 +133,6 @@ pub fn solid_cases() -> Vec<Case<3>> {
     let cylinder =
         Cylinder::new(Vector::from([0.4, 0.0, -2.0]), Vector::from([0.1, 1.0, 0.0]), 2.3, Side::Outside);
     let slip = Regularization::stick_stiffness(1e4).expect("positive");
-    let new = |name, kind, law, friction, at_work| Case {
-        name,
-        solid: Solid::new(kind, law),
-        lumped: false,
-        obstacle: floor(),
-        bed: None,
-        normal: penalty(),
-        friction,
-        current_area: true,
-        at_work,
-    };
     // In space a slipping point turns: its slip has a tangent.
     let damped = RUBBING | Terms::FRICTION_DAMPING;
     vec![
@@ -184,6 +162,27 @@ pub fn solid_cases() -> Vec<Case<3>> {
         },
         new("slip by stiffness in space", Tet4, NH, coulomb(constant(), slip), damped),
     ]
+}
+
+/// On the floor by a penalty, with consistent mass and tractions on the deformed area.
+fn new<const D: usize>(
+    name: &'static str,
+    kind: ElementKind,
+    law: &'static str,
+    friction: Option<Friction>,
+    at_work: Terms,
+) -> Case<D> {
+    Case {
+        name,
+        solid: Solid::new(kind, law),
+        lumped: false,
+        obstacle: floor(),
+        bed: None,
+        normal: penalty(),
+        friction,
+        current_area: true,
+        at_work,
+    }
 }
 
 impl<const D: usize> Case<D> {
