@@ -1,11 +1,14 @@
-//! Time of the element kernels on one core, in microseconds an element: every element, law and kind of request.
+//! Time of the element kernels on one core, in microseconds an element: every element, law and kind of request,
+//! the tangent also over a step that conserves.
 //!
 //! `cargo bench --bench kernels [-- FILTER]`. Deliberately not measured: insertion into a matrix.
 
 use std::hint::black_box;
 use std::time::Instant;
 
-use contact_petsc::element::{ElementGroup, ElementSink, Formulation, Kinematics, Locking, Request};
+use contact_petsc::element::{
+    ElementGroup, ElementSink, Formulation, Inverted, Kinematics, Locking, Request,
+};
 use contact_petsc::material::Material;
 use contact_petsc::mesh::{BoxShape, ElementKind};
 
@@ -20,7 +23,10 @@ impl ElementSink for Look {
 
 fn main() {
     let filter: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
-    println!("{:<7} {:<23} {:<18} {:>10} {:>10}", "element", "law", "locking", "force us", "tangent us");
+    println!(
+        "{:<7} {:<23} {:<18} {:>10} {:>10} {:>10}",
+        "element", "law", "locking", "force us", "tangent us", "step us"
+    );
     for kind in ElementKind::SOLIDS {
         if filter.is_empty() || filter.iter().any(|f| kind.name().contains(f.as_str())) {
             match kind.dimension() {
@@ -47,9 +53,13 @@ fn variants<const D: usize>(kind: ElementKind) {
         let material = Material::named(law, 1.0, 0.3).expect("a law of the table");
         let formulation = Formulation { material, kinematics, locking, density: 1.0 };
         let (group, u) = block::<D>(kind, formulation);
-        let [force, tangent] = [Request::FORCE, Request::TANGENT].map(|request| time(&group, &u, request));
+        let [force, tangent] = [Request::FORCE, Request::TANGENT]
+            .map(|request| time(&group, |sink| group.evaluate(&u, request, sink)));
+        let start: Vec<f64> = u.iter().map(|u| 0.9 * u).collect();
+        let step = time(&group, |sink| group.evaluate_step(&start, &u, Request::TANGENT, sink));
         let name = if kinematics == Kinematics::Linear { "linear" } else { law };
-        println!("{:<7} {name:<23} {:<18} {force:>10.4} {tangent:>10.4}", kind.name(), locking.name());
+        let locking = locking.name();
+        println!("{:<7} {name:<23} {locking:<18} {force:>10.4} {tangent:>10.4} {step:>10.4}", kind.name());
     }
 }
 
@@ -65,13 +75,16 @@ fn block<const D: usize>(kind: ElementKind, formulation: Formulation) -> (Elemen
 }
 
 /// Best of several runs [us an element].
-fn time<const D: usize>(group: &ElementGroup<D>, u: &[f64], request: Request) -> f64 {
+fn time<const D: usize>(
+    group: &ElementGroup<D>,
+    evaluate: impl Fn(&mut Look) -> Result<(), Inverted>,
+) -> f64 {
     let mut best = f64::INFINITY;
     let start = Instant::now();
     while start.elapsed().as_millis() < 150 {
         let mut sink = Look(0.0);
         let run = Instant::now();
-        group.evaluate(u, request, &mut sink).expect("a sound deformation");
+        evaluate(&mut sink).expect("a sound deformation");
         black_box(sink.0);
         best = best.min(run.elapsed().as_secs_f64());
     }

@@ -6,29 +6,7 @@ mod common;
 use std::fs;
 use std::time::Duration;
 
-use common::{Folder, Output, run};
-
-const CASE: &str = r#"title: Small block
-dimension: 2
-bodies:
-  block:
-    mesh: { box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] } }
-    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
-    density: 1700
-obstacles:
-  floor: { plane: { point: [0, 0], normal: [0, 1] } }
-contact:
-  sole:
-    contactor: block.bottom
-    target: floor
-    normal: { penalty: { compliance: 1.0e-9 } }
-    friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }
-boundary:
-  clamp: { on: block.top, displacement: { x: "1.0 * t", y: -0.01 } }
-start: { equilibrium: { friction: false, increments: 2 } }
-time: { end: 0.002, step: 5.0e-4 }
-output: { probes: { corner: { at: [0, 0] } } }
-"#;
+use common::{Folder, Output, SMALL_BLOCK, run};
 
 const BOX: &str = "box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] }";
 const FRICTION: &str =
@@ -208,13 +186,13 @@ fn all_refused(folder: &Folder, base: &str, list: &[Broken]) {
 /// A wrong word, number, name, set or file in a case is refused with its place and a cure.
 #[test]
 fn broken_cases_are_refused_on_1_2_and_3_ranks() {
-    all_refused(&folder_with_meshes("broken"), CASE, CASES);
+    all_refused(&folder_with_meshes("broken"), SMALL_BLOCK, CASES);
 }
 
 /// So is what only the mesh of a file can tell.
 #[test]
 fn sets_that_the_mesh_lacks_are_refused_on_1_2_and_3_ranks() {
-    let mesh = CASE.replace(BOX, "file: square.msh, region: rubber");
+    let mesh = SMALL_BLOCK.replace(BOX, "file: square.msh, region: rubber");
     all_refused(&folder_with_meshes("sets"), &mesh, ON_A_FILE);
 }
 
@@ -222,7 +200,7 @@ fn sets_that_the_mesh_lacks_are_refused_on_1_2_and_3_ranks() {
 #[test]
 fn a_mesh_of_another_dimension_is_refused() {
     let folder = folder_with_meshes("dimension");
-    let case = CASE.replace(BOX, "file: square.msh").replace("dimension: 2", "dimension: 3");
+    let case = SMALL_BLOCK.replace(BOX, "file: square.msh").replace("dimension: 2", "dimension: 3");
     let case = case.replace("[0, 0]", "[0, 0, 0]").replace("[0, 1]", "[0, 0, 1]");
     folder.write("case.yml", &case);
     let output = run(2, &["case.yml"], &folder);
@@ -235,7 +213,8 @@ fn a_body_that_nothing_holds_is_refused_on_2_ranks() {
     let folder = Folder::new("loose");
     let loose = "  loose:\n    mesh: { box: { min: [1, 0], max: [2, 1], cells: [2, 2] } }\n    \
                  material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }\nobstacles:";
-    let case = CASE.replace("obstacles:", loose).replace(START, "").replace(FRICTION, "friction: none");
+    let case =
+        SMALL_BLOCK.replace("obstacles:", loose).replace(START, "").replace(FRICTION, "friction: none");
     let case = case.replace(TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }");
     let half = case.replace("boundary:", "boundary:\n  half: { on: loose.top, displacement: { y: 0 } }");
     for (case, words) in [(&case, "nothing holds the body 'loose'"), (&half, "nothing holds 'loose' along x")]
@@ -251,7 +230,7 @@ fn a_body_that_nothing_holds_is_refused_on_2_ranks() {
 #[test]
 fn a_body_that_slides_away_is_refused_on_2_ranks() {
     let folder = Folder::new("slides");
-    let case = CASE
+    let case = SMALL_BLOCK
         .replace(START, "")
         .replace(FRICTION, "friction: none")
         .replace(
@@ -269,7 +248,7 @@ fn a_body_that_slides_away_is_refused_on_2_ranks() {
 #[test]
 fn petsc_options_are_checked_on_1_and_2_ranks() {
     let folder = Folder::new("options");
-    folder.write("case.yml", CASE);
+    folder.write("case.yml", SMALL_BLOCK);
     for (options, code, words, ranks) in [
         (&["ksp_monitor"][..], 2, &["`ksp_monitor` is no PETSc option", "hint: "][..], 2),
         (&["-ksp_type", "cg"], 3, &["KSP type 'cg' needs a symmetric matrix", "hint: "], 2),
@@ -303,7 +282,7 @@ fn wrong_command_lines_are_usage_errors() {
 #[test]
 fn unusable_files_are_named_on_1_and_2_ranks() {
     let folder = Folder::new("files");
-    folder.write("case.yml", CASE);
+    folder.write("case.yml", SMALL_BLOCK);
     fs::write(folder.join("binary.yml"), [0u8, 159, 146, 150]).unwrap();
     folder.write("empty.yml", "");
     fs::create_dir(folder.join("theirs")).unwrap();

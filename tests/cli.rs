@@ -6,34 +6,11 @@ use std::fs;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::{ENVIRONMENT, Folder, PROGRAM, Running, Table, run};
-
-/// A small block dragged over a floor, four steps.
-const BLOCK: &str = r#"title: Small block
-dimension: 2
-bodies:
-  block:
-    mesh: { box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] } }
-    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
-    density: 1700
-obstacles:
-  floor: { plane: { point: [0, 0], normal: [0, 1] } }
-contact:
-  sole:
-    contactor: block.bottom
-    target: floor
-    normal: { penalty: { compliance: 1.0e-9 } }
-    friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }
-boundary:
-  clamp: { on: block.top, displacement: { x: "1.0 * t", y: -0.01 } }
-start: { equilibrium: { friction: false, increments: 2 } }
-time: { end: 0.002, step: 5.0e-4 }
-output: { fields: { every: 3 }, probes: { corner: { at: [0, 0] } } }
-"#;
+use common::{ENVIRONMENT, Folder, PROGRAM, Running, SMALL_BLOCK, Table, run};
 
 fn with(from: &str, to: &str) -> String {
-    assert!(BLOCK.contains(from), "not in the case: {from}");
-    BLOCK.replacen(from, to, 1)
+    assert!(SMALL_BLOCK.contains(from), "not in the case: {from}");
+    SMALL_BLOCK.replacen(from, to, 1)
 }
 
 /// The version names the libraries that the program runs with.
@@ -50,7 +27,7 @@ fn version_names_the_libraries() {
 #[test]
 fn a_run_leaves_its_results_on_2_ranks() {
     let folder = Folder::new("run");
-    folder.write("small.yml", BLOCK);
+    folder.write("small.yml", &with("output: {", "output: { fields: { every: 3 },"));
     let output = run(2, &["small.yml"], &folder).success();
     assert_eq!(output.stdout.matches("Small block").count(), 1, "{}", output.stdout);
     assert_eq!(output.stdout.matches("completed at t = 0.002 s").count(), 1, "{}", output.stdout);
@@ -71,7 +48,7 @@ fn a_run_leaves_its_results_on_2_ranks() {
 #[test]
 fn check_prints_a_case_on_1_and_2_ranks() {
     let folder = Folder::new("check");
-    folder.write("case.yml", BLOCK);
+    folder.write("case.yml", SMALL_BLOCK);
     let first = run(2, &["check", "case.yml"], &folder).success().stdout;
     for words in
         ["c_p", "CFL", "E/h", "expected penetration", "creeps", "linear solver: direct", "K_nT", "ranks"]
@@ -113,7 +90,10 @@ fn list_has_every_table() {
 #[test]
 fn petsc_options_reach_petsc_on_1_and_2_ranks() {
     let folder = Folder::new("petsc");
-    folder.write("case.yml", &format!("{BLOCK}petsc: {{ ksp_type: gmres, pc_type: jacobi, ksp_vew: }}\n"));
+    folder.write(
+        "case.yml",
+        &format!("{SMALL_BLOCK}petsc: {{ ksp_type: gmres, pc_type: jacobi, ksp_vew: }}\n"),
+    );
     let words = ["case.yml", "-o", "out", "--", "-ksp_view", "-pc_type", "ilu", "-snes_mponitor", "3"];
     let output = run(1, &words, &folder).success();
     assert!(
@@ -196,7 +176,7 @@ fn equal_supports_share_a_corner_on_2_ranks() {
 #[test]
 fn results_are_replaced_when_they_are_ours() {
     let folder = Folder::new("replace");
-    folder.write("case.yml", BLOCK);
+    folder.write("case.yml", SMALL_BLOCK);
     for _ in 0..2 {
         run(0, &["case.yml", "-o", "out"], &folder).success();
     }
@@ -253,7 +233,7 @@ fn a_full_disk_ends_all_ranks_on_2_ranks() {
 #[test]
 fn an_inverted_element_ends_with_its_place_on_2_ranks() {
     let folder = Folder::new("inverted");
-    let text = BLOCK
+    let text = SMALL_BLOCK
         .replace("neo_hookean", "saint_venant_kirchhoff")
         .replace("y: -0.01", "y: \"-0.01 - 150 * t\"")
         .replace("5.0e-4 }", "5.0e-4, cuts: 2 }");
@@ -272,7 +252,7 @@ fn an_inverted_element_ends_with_its_place_on_2_ranks() {
 #[test]
 fn no_convergence_ends_with_the_figures_on_3_ranks() {
     let folder = Folder::new("slow");
-    let text = BLOCK
+    let text = SMALL_BLOCK
         .replace("start: { equilibrium: { friction: false, increments: 2 } }", "start: { rest: {} }")
         .replace("y: -0.01", "y: \"-10 * t\"")
         .replace(

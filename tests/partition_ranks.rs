@@ -3,15 +3,16 @@
 //! Without the harness: started by cargo, this program starts itself under `mpirun`, once for each number of ranks;
 //! started there, it distributes meshes that every rank also holds whole, and compares.
 
+mod common;
 #[path = "partition_ranks/contact.rs"]
 mod contact;
 #[path = "partition_ranks/exchange.rs"]
 mod exchange;
 
-use std::io::Read;
-use std::process::{Command, ExitCode, Stdio};
-use std::time::{Duration, Instant};
+use std::process::ExitCode;
+use std::time::Duration;
 
+use common::Running;
 use contact_petsc::mesh::{BoxShape, ElementKind, Facet, Mesh, merge};
 use contact_petsc::partition::{LocalMesh, Ordering, Pair, Plan, Report, Weights, distribute};
 use contact_petsc::space::{facet_normal, facet_tangents, reference};
@@ -21,7 +22,7 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 
 /// Seven ranks on the mesh of four elements leave ranks with nothing.
-const RANKS: [u32; 5] = [1, 2, 3, 4, 7];
+const RANKS: [usize; 5] = [1, 2, 3, 4, 7];
 const LIMIT: Duration = Duration::from_secs(100);
 const INSIDE: &str = "PARTITION_RANKS_INSIDE";
 
@@ -31,71 +32,24 @@ fn main() -> ExitCode {
     }
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let filters: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with('-')).collect();
-    let name = |ranks: u32| format!("pieces_fit_together_on_{ranks}_ranks");
+    let name = |ranks: usize| format!("pieces_fit_together_on_{ranks}_ranks");
     let wanted =
-        |ranks: &u32| filters.is_empty() || filters.iter().any(|part| name(*ranks).contains(part.as_str()));
+        |ranks: &usize| filters.is_empty() || filters.iter().any(|part| name(*ranks).contains(part.as_str()));
     let mut failed = false;
     for ranks in RANKS.into_iter().filter(wanted) {
         if arguments.iter().any(|argument| argument == "--list") {
             println!("{}: test", name(ranks));
             continue;
         }
-        let outcome = spawn(ranks);
-        println!("test {} ... {}", name(ranks), if outcome.is_ok() { "ok" } else { "FAILED" });
-        if let Err(output) = outcome {
-            println!("{output}");
+        let run = Running::of_this_test(ranks, &[(INSIDE, "1".as_ref())]).wait(LIMIT);
+        let good = run.code == Some(0) && run.stdout.contains("all pieces fit");
+        println!("test {} ... {}", name(ranks), if good { "ok" } else { "FAILED" });
+        if !good {
+            println!("{:?} after {:?}\n{}", run.code, run.took, run.text());
             failed = true;
         }
     }
     ExitCode::from(u8::from(failed))
-}
-
-/// Runs this program on so many ranks; what it wrote, if it fails or takes too long.
-fn spawn(ranks: u32) -> Result<(), String> {
-    let this = std::env::current_exe().map_err(|e| e.to_string())?;
-    let mut child = Command::new("mpirun")
-        .args(["-n", &ranks.to_string()])
-        .arg(this)
-        .env(INSIDE, "1")
-        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
-        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
-        .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
-        .env("OMPI_MCA_hwloc_base_binding_policy", "none")
-        .env("OMPI_MCA_mpi_yield_when_idle", "1")
-        .env("MPIEXEC_TIMEOUT", LIMIT.as_secs().to_string())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|e| format!("mpirun: {e}"))?;
-    let output = child.stdout.take().map(collect);
-    let errors = child.stderr.take().map(collect);
-    let start = Instant::now();
-    let status = loop {
-        match child.try_wait().map_err(|e| e.to_string())? {
-            Some(status) => break Some(status),
-            None if start.elapsed() > LIMIT + Duration::from_secs(10) => break None,
-            None => std::thread::sleep(Duration::from_millis(20)),
-        }
-    };
-    if status.is_none() {
-        child.kill().map_err(|e| e.to_string())?;
-    }
-    let text: String =
-        [output, errors].into_iter().flatten().filter_map(|reader| reader.join().ok()).collect();
-    match status {
-        Some(status) if status.success() && text.contains("all pieces fit") => Ok(()),
-        Some(status) => Err(format!("{status}\n{text}")),
-        None => Err(format!("no end after {LIMIT:?}\n{text}")),
-    }
-}
-
-/// Reads a stream to its end beside the program, so that neither waits for the other.
-fn collect(mut stream: impl Read + Send + 'static) -> std::thread::JoinHandle<String> {
-    std::thread::spawn(move || {
-        let mut text = Vec::new();
-        let read = stream.read_to_end(&mut text);
-        read.map_or_else(|e| e.to_string(), |_| String::from_utf8_lossy(&text).into_owned())
-    })
 }
 
 fn on_ranks() -> ExitCode {

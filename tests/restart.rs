@@ -21,13 +21,8 @@ const TIGHT: &str = "{ linear: direct, newton: { inexact: false, tolerance: 1.0e
 /// A shipped case with some of its text replaced, a solver, and a checkpoint every so many steps, of which all are kept.
 #[track_caller]
 fn shipped(case: &str, changes: &[(&str, &str)], solver: &str, every: u32) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
-    let mut text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let checkpoint = format!("output:\n  checkpoint: {{ every: {every}, keep: 1000 }}\n");
-    for (from, to) in changes.iter().copied().chain([("output:\n", checkpoint.as_str())]) {
-        assert!(text.contains(from), "{case} has no '{from}'");
-        text = text.replace(from, to);
-    }
+    let text = common::shipped(case, &[changes, &[("output:\n", &checkpoint)]].concat());
     let others = text.lines().filter(|line| !line.starts_with("solver:"));
     others.chain([&*format!("solver: {solver}")]).map(|line| format!("{line}\n")).collect()
 }

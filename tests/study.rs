@@ -7,29 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use common::{Folder, Output, Running, Table, run};
-
-/// A small block dragged over a floor, four steps.
-const CASE: &str = r#"dimension: 2
-bodies:
-  block:
-    mesh: { box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] } }
-    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
-    density: 1700
-obstacles:
-  floor: { plane: { point: [0, 0], normal: [0, 1] } }
-contact:
-  sole:
-    contactor: block.bottom
-    target: floor
-    normal: { penalty: { compliance: 1.0e-9 } }
-    friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }
-boundary:
-  clamp: { on: block.top, displacement: { x: "1.0 * t", y: -0.01 } }
-start: { equilibrium: { friction: false, increments: 2 } }
-time: { end: 0.002, step: 5.0e-4 }
-output: { probes: { corner: { at: [0, 0] } } }
-"#;
+use common::{Folder, Output, Running, SMALL_BLOCK, Table, run};
 
 /// A grid, and a member that crushes the block.
 const STUDY: &str = r#"title: A < small > study
@@ -47,7 +25,7 @@ quantities:
 
 fn folder(study: &str) -> Folder {
     let folder = Folder::new("study");
-    folder.write("case.yml", CASE);
+    folder.write("case.yml", SMALL_BLOCK);
     folder.write("study.yml", study);
     folder
 }
@@ -133,7 +111,7 @@ fn a_study_goes_on_where_it_was() {
 
     let output = study(1, &["--rerun-failed"], &folder).success();
     assert_eq!(output.stdout.matches("(before)").count(), 5, "{}", output.stdout);
-    let changed = CASE.replace("coefficient: 0.5", "coefficient: 0.4");
+    let changed = SMALL_BLOCK.replace("coefficient: 0.5", "coefficient: 0.4");
     folder.write("case.yml", &changed);
     let output = study(1, &[], &folder).success();
     assert_eq!(output.stdout.matches("(before)").count(), 0, "{}", output.stdout);

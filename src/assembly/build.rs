@@ -5,9 +5,8 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact::{Contact, Measures, Place, facets_of};
 use super::external::{self, External};
-use super::forces::BodyPhysics;
-use super::mass::MassKind;
 use super::meeting::Sight;
+use super::solid::{BodyPhysics, MassKind};
 use super::supports::Supports;
 use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};

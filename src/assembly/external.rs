@@ -1,8 +1,8 @@
 //! External forces: weight, tractions and pressures as the case gives them (3.4).
 
 use super::contact::facets_of;
-use super::forces::Solid;
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
+use super::solid::Solid;
 use super::supports::in_space;
 use crate::case::Function;
 use crate::element::{Configuration, ElementSink, Kinematics, LoadedSurface};

@@ -2,22 +2,11 @@
 
 use std::rc::Rc;
 
-use super::forces::Solid;
 use super::redistribution::Redistribution;
+use super::solid::{MassKind, Solid};
 use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::petsc::{BlockPattern, BlockValues, Kronecker, Matrix, Operator, Session, Vector};
-
-/// How the mass is spread over the nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MassKind {
-    /// `int rho N_a N_b dV`.
-    Consistent,
-    /// Diagonal.
-    Lumped,
-    /// Consistent, without the nodes that may touch, see [`super::redistribution`].
-    Redistributed,
-}
 
 /// `M` of (3.5).
 pub struct Mass {

@@ -126,21 +126,16 @@ impl<const D: usize> Meeting<D> {
     /// Takes the gathered facets as the target; `points` are the reference points of all nodes of `foreign` and before.
     pub fn adopt(&mut self, index: &IndexMap, foreign: &[i32], points: &[[f64; D]]) {
         let Some(gather) = &self.gather else { return };
-        let gathered = &gather.facets;
+        let numbers = &gather.foreign.numbers;
         let number = |&node: &u32| match (node as usize).checked_sub(index.local_count()) {
             None => node,
             Some(beyond) => {
-                let place = foreign.partition_point(|&other| other < gathered.foreign[beyond]);
+                let place = foreign.partition_point(|&other| other < numbers[beyond]);
                 (index.local_count() + place) as u32
             }
         };
-        let facets = TargetFacets {
-            kinds: gathered.kinds.clone(),
-            offsets: gathered.offsets.clone(),
-            nodes: gathered.nodes.iter().map(number).collect(),
-            identities: gathered.identities.clone(),
-            bodies: gathered.bodies.clone(),
-        };
+        let nodes = gather.facets.nodes.iter().map(number).collect();
+        let facets = TargetFacets { nodes, ..gather.facets.clone() };
         let target = TargetSurface::new(facets, points);
         self.pairing = match self.recalled.take() {
             Some(identities) => Pairing::from_identities(&identities, &target),
@@ -152,8 +147,8 @@ impl<const D: usize> Meeting<D> {
 
     /// Foreign nodes of the gathered facets with their reference points.
     pub fn foreign(&self) -> impl Iterator<Item = (i32, [f64; D])> + '_ {
-        let facets = self.gather.iter().map(|gather| &gather.facets);
-        facets.flat_map(|facets| facets.foreign.iter().copied().zip(facets.foreign_points.iter().copied()))
+        let nodes = self.gather.iter().map(|gather| &gather.foreign);
+        nodes.flat_map(|nodes| nodes.numbers.iter().copied().zip(nodes.points.iter().copied()))
     }
 
     /// The name of the facet of each point, which a checkpoint keeps.

@@ -23,6 +23,7 @@ mod redistribution;
 mod renewal;
 mod report;
 mod scatter;
+mod solid;
 mod stages;
 mod start;
 mod supports;

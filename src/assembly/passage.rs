@@ -104,11 +104,10 @@ impl<const D: usize> ContactSystem<D> {
         let positions: Vec<f64> = reference.iter().zip(ends.start).map(|(x, u)| x + u).collect();
         let [contactor, target] = meeting.surfaces();
         let surfaces = Surfaces { local: &self.local, contactor, target };
-        let facets =
-            TargetGather::new(world, &surfaces, &positions, Reach { radius: motion + depth, slack: 0.0 })?
-                .facets;
-        let mut bring = NodeExchange::new(world, &self.local.index, &facets.foreign)?;
-        let [mut start, mut end] = [0, 1].map(|_| vec![0.0; facets.foreign.len() * D]);
+        let reach = Reach { radius: motion + depth, slack: 0.0 };
+        let TargetGather { facets, foreign, .. } = TargetGather::new(world, &surfaces, &positions, reach)?;
+        let mut bring = NodeExchange::new(world, &self.local.index, &foreign.numbers)?;
+        let [mut start, mut end] = [0, 1].map(|_| vec![0.0; foreign.numbers.len() * D]);
         let fields = [(ends.start, &mut start), (ends.end, &mut end)];
         let mut fields = fields.map(|(owned, wanted)| Field { width: D, owned, wanted: &mut wanted[..] });
         bring.forward_many(world, &mut fields);
@@ -117,7 +116,7 @@ impl<const D: usize> ContactSystem<D> {
             let node = node as usize;
             let (point, [from, to], at) = match node.checked_sub(local) {
                 None => (self.local.mesh.points[node], [ends.start, ends.end], node * D),
-                Some(beyond) => (facets.foreign_points[beyond], [&start[..], &end[..]], beyond * D),
+                Some(beyond) => (foreign.points[beyond], [&start[..], &end[..]], beyond * D),
             };
             let place = |u: &[f64]| Point::<D>::from_fn(|i, _| point[i] + u[at + i]);
             Path { start: place(from), end: place(to) }

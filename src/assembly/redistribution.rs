@@ -2,8 +2,8 @@
 //!
 //! An element that has nodes on a contact surface keeps its mass on its other nodes: without the rows and columns of the
 //! former, scaled to the mass of the element. The mass is the mean of the consistent and the lumped one, whose errors of the
-//! wave speed are opposite: with the consistent mass alone short waves run ahead of the front, with the lumped one behind. Contact nodes then follow their neighbours without inertia,
-//! and the contact force has nothing to ring against. What that moves is brought back by a factor on the whole body,
+//! wave speed are opposite: with the consistent mass alone short waves run ahead of the front, with the lumped one behind.
+//! Contact nodes then follow their neighbours without inertia, and the contact force has nothing to ring against. What that moves is brought back by a factor on the whole body,
 //! `m_ab (f_a + f_b) / 2` with `f` a polynomial of the reference position: the one of second degree that keeps mass, centre
 //! of mass and all second moments, hence the inertia about any axis; of first degree where the second does not do it (a
 //! body of one layer, say), which keeps mass and centre. `f` is 1 but for the square of element size over body size.
@@ -16,7 +16,7 @@ use mpi::traits::CommunicatorCollectives;
 use nalgebra::{DMatrix, DVector};
 
 use super::contact::facets_of;
-use super::forces::Solid;
+use super::solid::Solid;
 use crate::error::{Error, Result, agree};
 use crate::model::{Model, Target};
 use crate::partition::LocalMesh;

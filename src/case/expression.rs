@@ -108,19 +108,7 @@ impl Node {
             Self::Variable(index) => variables[*index],
             Self::Negate(node) => -node.evaluate(variables),
             Self::Binary(operator, a, b) => operator.apply(a.evaluate(variables), b.evaluate(variables)),
-            Self::Call(Function::If, arguments) => {
-                let chosen = if arguments[0].evaluate(variables).real() != 0.0 { 1 } else { 2 };
-                arguments[chosen].evaluate(variables)
-            }
-            Self::Call(Function::Min, arguments) => {
-                let (a, b) = (arguments[0].evaluate(variables), arguments[1].evaluate(variables));
-                if a.real() <= b.real() { a } else { b }
-            }
-            Self::Call(Function::Max, arguments) => {
-                let (a, b) = (arguments[0].evaluate(variables), arguments[1].evaluate(variables));
-                if a.real() >= b.real() { a } else { b }
-            }
-            Self::Call(function, arguments) => function.apply(arguments[0].evaluate(variables)),
+            Self::Call(function, arguments) => function.evaluate(arguments, variables),
         }
     }
 }
@@ -191,17 +179,28 @@ impl Operator {
 }
 
 impl Function {
-    /// Functions of one argument with their first and second derivatives.
-    fn apply<T: Scalar>(self, argument: T) -> T {
+    /// The value for arguments of which the parser has seen to it that there are enough; a function of one argument goes
+    /// by its first and second derivatives, the others choose one of theirs.
+    fn evaluate<T: Scalar>(self, arguments: &[Node], variables: &[T; 4]) -> T {
+        let value = |number: usize| arguments[number].evaluate(variables);
+        let argument = value(0);
         let x = argument.real();
         let (f, first, second) = match self {
+            Self::If => return if x != 0.0 { value(1) } else { value(2) },
+            Self::Min => {
+                let other = value(1);
+                return if x <= other.real() { argument } else { other };
+            }
+            Self::Max => {
+                let other = value(1);
+                return if x >= other.real() { argument } else { other };
+            }
             Self::Sin => (x.sin(), x.cos(), -x.sin()),
             Self::Cos => (x.cos(), -x.sin(), -x.cos()),
             Self::Exp => (x.exp(), x.exp(), x.exp()),
             Self::Log => (x.ln(), 1.0 / x, -1.0 / (x * x)),
             Self::Sqrt => (x.sqrt(), 0.5 / x.sqrt(), -0.25 / (x * x.sqrt())),
             Self::Abs => (x.abs(), if x < 0.0 { -1.0 } else { 1.0 }, 0.0),
-            Self::Min | Self::Max | Self::If => unreachable!("evaluated by the node"),
         };
         argument.chain(f, first, second)
     }

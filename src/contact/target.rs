@@ -40,6 +40,20 @@ impl TargetFacets {
         self.bodies.push(body);
     }
 
+    /// Number of facets.
+    pub fn count(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// Nodes of a facet.
+    pub fn nodes_of(&self, facet: usize) -> &[u32] {
+        &self.nodes[self.range(facet)]
+    }
+
+    fn range(&self, facet: usize) -> std::ops::Range<usize> {
+        self.offsets[facet] as usize..self.offsets[facet + 1] as usize
+    }
+
     /// The global name of side `side` of element `element` of the whole input mesh.
     pub fn identity(element: u32, side: u8) -> u64 {
         u64::from(element) * 16 + u64::from(side)
@@ -106,12 +120,12 @@ impl<const D: usize> TargetSurface<D> {
 
     /// Number of facets.
     pub fn len(&self) -> usize {
-        self.facets.kinds.len()
+        self.facets.count()
     }
 
     /// Whether the rank knows no facet.
     pub fn is_empty(&self) -> bool {
-        self.facets.kinds.is_empty()
+        self.facets.count() == 0
     }
 
     /// Kind of a facet.
@@ -135,19 +149,14 @@ impl<const D: usize> TargetSurface<D> {
         place.ok().map(|place| self.by_identity[place])
     }
 
-    fn range(&self, facet: u32) -> std::ops::Range<usize> {
-        let facet = facet as usize;
-        self.facets.offsets[facet] as usize..self.facets.offsets[facet + 1] as usize
-    }
-
     /// Nodes of a facet: places in the field arrays.
     pub fn nodes(&self, facet: u32) -> &[u32] {
-        &self.facets.nodes[self.range(facet)]
+        self.facets.nodes_of(facet as usize)
     }
 
     /// Reference positions of the nodes of a facet \[m\].
     pub fn reference_points(&self, facet: u32) -> &[Vector<D>] {
-        &self.reference_points[self.range(facet)]
+        &self.reference_points[self.facets.range(facet as usize)]
     }
 
     /// Fills `points` with the current positions of the nodes of a facet \[m\].

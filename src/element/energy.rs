@@ -2,9 +2,9 @@
 
 use std::marker::PhantomData;
 
+use super::batch::Batch;
 use super::group::ElementGroup;
 use super::kinematics::Kinematics;
-use super::solid::Workspace;
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{Hooke, Law, Model, NeoHookean, SaintVenantKirchhoff};
 
@@ -42,17 +42,17 @@ impl<P: Law, const D: usize> LaneTask for Energy<'_, P, D> {
     fn run<L: Lane>(self, unit: L) -> f64 {
         let Self { group, u, mine, .. } = self;
         let n = group.kind.nodes();
-        let mut work = Workspace::<L, D>::new(unit, group);
+        let mut batch = Batch::<L, D, 1>::new(unit, group);
         let mut total = 0.0;
         let batches = group.elements.chunks(WIDTH).zip(group.nodes.chunks_exact(n));
         for ((elements, nodes), points) in batches.zip(group.points.chunks_exact(n)) {
-            work.gather(unit, nodes, points, u);
+            batch.gather(unit, nodes, points, [u]);
             let mut sum = unit.constant(0.0);
             for pass in &group.passes {
                 let moduli = pass.moduli.in_lanes(unit);
                 for q in 0..pass.samples() {
-                    let sample = work.locate(unit, pass, q);
-                    sum = P::energy(&moduli, &sample.grad_u).mul_add(sample.volume, sum);
+                    let sample = batch.locate(unit, pass, q);
+                    sum = P::energy(&moduli, &sample.grad_u[0]).mul_add(sample.volume, sum);
                 }
             }
             let own = elements.iter().zip(sum.lanes()).filter(|(element, _)| mine[**element as usize]);

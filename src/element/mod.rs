@@ -3,6 +3,7 @@
 //! Everything is streamed element by element into an [`ElementSink`]; nothing here knows a matrix format, a global
 //! number or a process.
 
+mod batch;
 mod energy;
 mod group;
 mod kinematics;

@@ -6,14 +6,14 @@
 
 use std::marker::PhantomData;
 
-use super::group::{ElementGroup, Pass, Sampling};
-use super::kinematics::{Kinematics, gradient_of, reference_map};
-use super::solid::inverted;
+use super::batch::{Batch, Sample, check};
+use super::group::{ElementGroup, Pass};
+use super::kinematics::Kinematics;
 use super::tangent::Wanted;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{Model, NeoHookean, SaintVenantKirchhoff, StepLaw, StepResponse};
-use crate::square::{Row, Square, apply, apply_add, dot, product, product_transposed, scale, scale_all};
+use crate::square::{Row, Square, apply, apply_add, dot, product, scale_all};
 
 /// One evaluation of a group over a step.
 pub(super) struct Job<'a, const D: usize> {
@@ -84,9 +84,7 @@ impl<P: StepLaw, const D: usize> LaneTask for Step<'_, P, D> {
                     }
                 }
             }
-            if work.det_f.iter().flatten().any(|&det| det <= 0.0 || det.is_nan()) {
-                inverted(&work.det_f, elements, &group.passes)?;
-            }
+            check(&work.det_f, elements, &group.passes)?;
             work.emit(batch * WIDTH, elements.len(), wanted.is_some(), sink);
         }
         Ok(())
@@ -95,14 +93,9 @@ impl<P: StepLaw, const D: usize> LaneTask for Step<'_, P, D> {
 
 /// Everything that the loop over a group writes to; allocated once per evaluation.
 struct Workspace<L, const D: usize> {
-    points: Vec<Row<L, D>>,
-    displacements: [Vec<Row<L, D>>; 2],
-    slopes: Vec<Row<L, D>>,
+    batch: Batch<L, D, 2>,
     /// `g_a` at the current sample [1/m].
     gradients: Vec<Row<L, D>>,
-    /// Integral of the gradients over the points so far.
-    mean: Vec<Row<L, D>>,
-    volume: L,
     force: Vec<Row<L, D>>,
     /// Blocks `a * n + b`.
     blocks: Vec<Square<L, D>>,
@@ -116,15 +109,10 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     fn new(unit: L, group: &ElementGroup<D>) -> Self {
         let n = group.kind.nodes();
         let zero = unit.constant(0.0);
-        let rows = || vec![[zero; D]; n];
         Self {
-            points: rows(),
-            displacements: [rows(), rows()],
-            slopes: rows(),
-            gradients: rows(),
-            mean: rows(),
-            volume: zero,
-            force: rows(),
+            batch: Batch::new(unit, group),
+            gradients: vec![[zero; D]; n],
+            force: vec![[zero; D]; n],
             blocks: vec![[[zero; D]; D]; n * n],
             det_f: vec![[0.0; WIDTH]; group.passes.iter().map(Pass::samples).sum()],
             force_out: vec![0.0; n * D],
@@ -135,50 +123,19 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     #[inline(always)]
     fn gather(&mut self, unit: L, nodes: &[[u32; WIDTH]], points: &[[[f64; WIDTH]; D]], u: [&[f64]; 2]) {
         let zero = unit.constant(0.0);
-        for (a, (nodes, points)) in nodes.iter().zip(points).enumerate() {
-            for i in 0..D {
-                self.points[a][i] = unit.load(points[i]);
-                for (displacements, u) in self.displacements.iter_mut().zip(u) {
-                    displacements[a][i] = unit.load(nodes.map(|node| u[node as usize * D + i]));
-                }
-            }
-        }
+        self.batch.gather(unit, nodes, points, u);
         self.force.fill([zero; D]);
         self.blocks.fill([[zero; D]; D]);
-        self.mean.fill([zero; D]);
-        self.volume = zero;
     }
 
     /// Goes to a sample: sets the gradients and returns its volume and both displacement gradients.
     #[inline(always)]
     fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> (L, [Square<L, D>; 2]) {
-        if pass.sampling == Sampling::Mean {
-            let inverse = self.volume.recip();
-            for (gradient, mean) in self.gradients.iter_mut().zip(&self.mean) {
-                *gradient = scale(mean, inverse);
-            }
-            let [start, middle] = &self.displacements;
-            return (self.volume, [start, middle].map(|values| gradient_of(values, &self.gradients)));
-        }
-        for (slope, dn) in self.slopes.iter_mut().zip(pass.dn(q).as_chunks::<D>().0) {
-            for k in 0..D {
-                slope[k] = unit.constant(dn[k]);
-            }
-        }
-        let (det, map) = reference_map(&gradient_of(&self.points, &self.slopes));
-        let volume = unit.constant(pass.table.weights[q]) * det;
-        for (gradient, slope) in self.gradients.iter_mut().zip(&self.slopes) {
+        let Sample { volume, map, grad_u } = self.batch.locate(unit, pass, q);
+        for (gradient, slope) in self.gradients.iter_mut().zip(&self.batch.slopes) {
             *gradient = apply(&map, slope);
         }
-        self.volume = self.volume + volume;
-        for (mean, gradient) in self.mean.iter_mut().zip(&self.gradients) {
-            for k in 0..D {
-                mean[k] = volume.mul_add(gradient[k], mean[k]);
-            }
-        }
-        let [start, middle] = &self.displacements;
-        let of = |values| product_transposed(&gradient_of(values, &self.slopes), &map);
-        (volume, [of(start), of(middle)])
+        (volume, grad_u)
     }
 
     #[inline(always)]

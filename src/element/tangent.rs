@@ -2,11 +2,11 @@
 //!
 //! Only blocks `b >= a` are summed; the others are mirrored on the way out.
 
-use super::solid::{Sample, Workspace};
 use crate::lanes::{Lane, WIDTH};
 use crate::material::{Law, Metric, Moduli, Response};
 use crate::square::{
-    Square, apply, congruent, dot, inner_gram, outer_gram, product, scale, scale_add, scale_all, transpose,
+    Row, Square, apply, congruent, dot, inner_gram, outer_gram, product, scale, scale_add, scale_all,
+    transpose,
 };
 use crate::terms::Terms;
 
@@ -56,17 +56,20 @@ pub(super) struct Tangent<L, const D: usize> {
 }
 
 impl<L: Lane, const D: usize> Tangent<L, D> {
+    /// Of a response at a sample with the map from slopes to reference gradients and the volume.
     #[inline(always)]
-    pub fn new<P: Law>(response: &Response<L, D>, sample: &Sample<L, D>, wanted: Wanted<L>) -> Self {
-        let material = sample.volume * wanted.material;
+    pub fn new<P: Law>(
+        response: &Response<L, D>,
+        (map, volume): (&Square<L, D>, L),
+        wanted: Wanted<L>,
+    ) -> Self {
+        let material = volume * wanted.material;
         let (lam, q) = (response.lam * material, response.q * material);
-        let stress = scale_all(&response.second_piola, sample.volume * wanted.geometric);
-        let reference = scale_all(&inner_gram(&sample.map), q);
+        let stress = scale_all(&response.second_piola, volume * wanted.geometric);
+        let reference = scale_all(&inner_gram(map), q);
         let (map, isotropic) = match P::METRIC {
-            Metric::Linear => (sample.map, reference),
-            Metric::Reference => {
-                (product(&response.gradient_map, &sample.map), congruent(&stress, &sample.map))
-            }
+            Metric::Linear => (*map, reference),
+            Metric::Reference => (product(&response.gradient_map, map), congruent(&stress, map)),
             Metric::Current => {
                 let mut sum = inner_gram(&response.gradient_map);
                 for i in 0..D {
@@ -74,7 +77,7 @@ impl<L: Lane, const D: usize> Tangent<L, D> {
                         sum[i][j] = sum[i][j].mul_add(q, stress[i][j]);
                     }
                 }
-                (product(&response.gradient_map, &sample.map), congruent(&sum, &sample.map))
+                (product(&response.gradient_map, map), congruent(&sum, map))
             }
         };
         Self { lam, q, map, isotropic, metric: reference, pushed: outer_gram(&response.gradient_map) }
@@ -88,21 +91,48 @@ impl<L: Lane, const D: usize> Tangent<L, D> {
     }
 }
 
-impl<L: Lane, const D: usize> Workspace<L, D> {
+/// The stiffness of a batch while it is summed, and on its way out.
+pub(super) struct Blocks<L, const D: usize> {
+    /// `h_a`.
+    mapped: Vec<Row<L, D>>,
+    /// Blocks `(a, b)`, `b >= a`, row by row.
+    upper: Vec<Square<L, D>>,
+    /// Whole matrices, one after the other.
+    pub out: Vec<f64>,
+}
+
+impl<L: Lane, const D: usize> Blocks<L, D> {
+    /// For elements of `n` nodes.
+    #[inline(always)]
+    pub fn new(unit: L, n: usize) -> Self {
+        let zero = unit.constant(0.0);
+        Self {
+            mapped: vec![[zero; D]; n],
+            upper: vec![[[zero; D]; D]; n * (n + 1) / 2],
+            out: vec![0.0; WIDTH * n * n * D * D],
+        }
+    }
+
+    /// Begins a batch.
+    #[inline(always)]
+    pub fn clear(&mut self, unit: L) {
+        self.upper.fill([[unit.constant(0.0); D]; D]);
+    }
+
     /// Adds `P_ab = weight h_a h_b^T` and, scaled by `1 / (lambda + mu)`, the terms symmetric in `i, j`: with constant moduli
     /// the stiffness is `lambda P + mu P^T`, and a third of the work at the points is gone.
     #[inline(always)]
-    pub(super) fn add_factored(&mut self, tangent: &Tangent<L, D>, weight: L, metric: Metric) {
-        for (mapped, slope) in self.mapped.iter_mut().zip(&self.slopes) {
+    pub fn add_factored(&mut self, slopes: &[Row<L, D>], tangent: &Tangent<L, D>, weight: L, metric: Metric) {
+        for (mapped, slope) in self.mapped.iter_mut().zip(slopes) {
             *mapped = apply(&tangent.map, slope);
         }
         let mut blocks = self.upper.iter_mut();
-        for a in 0..self.slopes.len() {
+        for a in 0..slopes.len() {
             let h_a = scale(&self.mapped[a], weight);
-            let isotropic_a = apply(&tangent.isotropic, &self.slopes[a]);
-            let metric_a = apply(&tangent.metric, &self.slopes[a]);
+            let isotropic_a = apply(&tangent.isotropic, &slopes[a]);
+            let metric_a = apply(&tangent.metric, &slopes[a]);
             // The finite iterator goes first: a zip asks its first half once more than its second.
-            let partners = self.slopes[a..].iter().zip(&self.mapped[a..]);
+            let partners = slopes[a..].iter().zip(&self.mapped[a..]);
             for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
                 let isotropic = dot(&isotropic_a, slope_b);
                 let strength = dot(&metric_a, slope_b);
@@ -121,7 +151,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
 
     /// Ends a factored sum: `lambda P + mu P^T`.
     #[inline(always)]
-    pub(super) fn unfold(&mut self, moduli: &Moduli<L>) {
+    pub fn unfold(&mut self, moduli: &Moduli<L>) {
         for block in &mut self.upper {
             let factor = *block;
             for i in 0..D {
@@ -132,20 +162,21 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         }
     }
 
+    /// Adds the stiffness at one sample.
     #[inline(always)]
-    pub(super) fn add_stiffness(&mut self, tangent: &Tangent<L, D>, metric: Metric) {
-        for (mapped, slope) in self.mapped.iter_mut().zip(&self.slopes) {
+    pub fn add(&mut self, slopes: &[Row<L, D>], tangent: &Tangent<L, D>, metric: Metric) {
+        for (mapped, slope) in self.mapped.iter_mut().zip(slopes) {
             *mapped = apply(&tangent.map, slope);
         }
         let both = tangent.lam + tangent.q;
         let mut blocks = self.upper.iter_mut();
-        for a in 0..self.slopes.len() {
+        for a in 0..slopes.len() {
             let h_a = &self.mapped[a];
             let (lam_h, q_h, both_h) = (scale(h_a, tangent.lam), scale(h_a, tangent.q), scale(h_a, both));
-            let isotropic_a = apply(&tangent.isotropic, &self.slopes[a]);
-            let metric_a = apply(&tangent.metric, &self.slopes[a]);
+            let isotropic_a = apply(&tangent.isotropic, &slopes[a]);
+            let metric_a = apply(&tangent.metric, &slopes[a]);
             // The finite iterator goes first: a zip asks its first half once more than its second.
-            let partners = self.slopes[a..].iter().zip(&self.mapped[a..]);
+            let partners = slopes[a..].iter().zip(&self.mapped[a..]);
             for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
                 let isotropic = dot(&isotropic_a, slope_b);
                 let mut sum = *block;
@@ -171,7 +202,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
 
     /// Upper blocks in lanes to full matrices, one after the other.
     #[inline(always)]
-    pub(super) fn spread(&mut self) {
+    pub fn spread(&mut self) {
         // Blocks as arrays: their size must be known for the copies to become vector moves.
         match D {
             2 => self.spread_blocks::<4>(),
@@ -181,8 +212,8 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
 
     #[inline(always)]
     fn spread_blocks<const SIZE: usize>(&mut self) {
-        let n = self.force.len();
-        let (blocks, _) = self.stiffness_out.as_chunks_mut::<SIZE>();
+        let n = self.mapped.len();
+        let (blocks, _) = self.out.as_chunks_mut::<SIZE>();
         let (front, back) = blocks.split_at_mut(2 * n * n);
         let ((first, second), (third, fourth)) = (front.split_at_mut(n * n), back.split_at_mut(n * n));
         let mut matrices = [first, second, third, fourth];

@@ -42,20 +42,12 @@ impl<const D: usize> ContactTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "contact.csv";
 
-    /// Makes the table in `folder`. Rank 0 only.
+    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// The file can not be written.
-    pub fn create(folder: &Path) -> Result<Self> {
-        Ok(Self { table: Table::create(&folder.join(Self::FILE), columns::<D>())? })
-    }
-
-    /// Goes on from a checkpoint, see [`Table::resume`].
-    ///
-    /// # Errors
-    /// The file is missing, has other columns, or can not be written.
-    pub fn resume(folder: &Path, lengths: &Lengths) -> Result<Self> {
-        Ok(Self { table: Table::resume(&folder.join(Self::FILE), columns::<D>(), lengths)? })
+    /// As there.
+    pub fn open(folder: &Path, past: Option<&Lengths>) -> Result<Self> {
+        Ok(Self { table: Table::open(&folder.join(Self::FILE), columns::<D>(), past)? })
     }
 
     /// The file.
@@ -95,7 +87,7 @@ mod tests {
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("contact");
-        let mut table = ContactTable::<2>::create(&scratch.0).unwrap();
+        let mut table = ContactTable::<2>::open(&scratch.0, None).unwrap();
         let row = ContactRow {
             force_n: 8.0,
             force: [-3.0, 8.0],

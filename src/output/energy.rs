@@ -50,20 +50,12 @@ impl EnergyTable {
     /// Name of the file in the results folder.
     pub const FILE: &str = "energy.csv";
 
-    /// Makes the table in `folder`. Rank 0 only.
+    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// The file can not be written.
-    pub fn create(folder: &Path) -> Result<Self> {
-        Ok(Self { table: Table::create(&folder.join(Self::FILE), named(&COLUMNS))? })
-    }
-
-    /// Goes on from a checkpoint, see [`Table::resume`].
-    ///
-    /// # Errors
-    /// The file is missing, has other columns, or can not be written.
-    pub fn resume(folder: &Path, lengths: &Lengths) -> Result<Self> {
-        Ok(Self { table: Table::resume(&folder.join(Self::FILE), named(&COLUMNS), lengths)? })
+    /// As there.
+    pub fn open(folder: &Path, past: Option<&Lengths>) -> Result<Self> {
+        Ok(Self { table: Table::open(&folder.join(Self::FILE), named(&COLUMNS), past)? })
     }
 
     /// The file.
@@ -94,7 +86,7 @@ mod tests {
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("energy");
-        let mut table = EnergyTable::create(&scratch.0).unwrap();
+        let mut table = EnergyTable::open(&scratch.0, None).unwrap();
         let row = EnergyRow {
             kinetic: 1.0,
             strain: 2.0,

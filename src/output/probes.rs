@@ -53,21 +53,12 @@ impl<const D: usize> ProbeTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "probes.csv";
 
-    /// Makes the table in `folder`. Rank 0 only.
+    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// The file can not be written.
-    pub fn create(folder: &Path, probes: Vec<Probe>) -> Result<Self> {
-        let table = Table::create(&folder.join(Self::FILE), columns::<D>(&probes))?;
-        Ok(Self { table, probes })
-    }
-
-    /// Goes on from a checkpoint, see [`Table::resume`].
-    ///
-    /// # Errors
-    /// The file is missing, has other probes, or can not be written.
-    pub fn resume(folder: &Path, probes: Vec<Probe>, lengths: &Lengths) -> Result<Self> {
-        let table = Table::resume(&folder.join(Self::FILE), columns::<D>(&probes), lengths)?;
+    /// As there.
+    pub fn open(folder: &Path, probes: Vec<Probe>, past: Option<&Lengths>) -> Result<Self> {
+        let table = Table::open(&folder.join(Self::FILE), columns::<D>(&probes), past)?;
         Ok(Self { table, probes })
     }
 
@@ -77,7 +68,7 @@ impl<const D: usize> ProbeTable<D> {
     }
 
     /// Writes the row of a step: time and length of the step \[s\], and the probes in the order of
-    /// [`Self::create`].
+    /// [`Self::open`].
     ///
     /// # Errors
     /// A value is not finite, the count of probes is wrong, or the disk refuses.
@@ -132,7 +123,8 @@ mod tests {
     fn plane_header_and_rows_follow_the_contract() {
         let scratch = Scratch::new("probes-2d");
         let mut table =
-            ProbeTable::<2>::create(&scratch.0, vec![probe("node_50", true), probe("top", false)]).unwrap();
+            ProbeTable::<2>::open(&scratch.0, vec![probe("node_50", true), probe("top", false)], None)
+                .unwrap();
         let contact = ProbeContact {
             contact_pressure: 2e5,
             traction_t: -1e5,

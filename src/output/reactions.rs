@@ -24,20 +24,12 @@ impl<const D: usize> ReactionTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "reactions.csv";
 
-    /// Makes the table in `folder`. Rank 0 only.
+    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// The file can not be written.
-    pub fn create(folder: &Path) -> Result<Self> {
-        Ok(Self { table: Table::create(&folder.join(Self::FILE), columns::<D>())? })
-    }
-
-    /// Goes on from a checkpoint, see [`Table::resume`].
-    ///
-    /// # Errors
-    /// The file is missing, has other columns, or can not be written.
-    pub fn resume(folder: &Path, lengths: &Lengths) -> Result<Self> {
-        Ok(Self { table: Table::resume(&folder.join(Self::FILE), columns::<D>(), lengths)? })
+    /// As there.
+    pub fn open(folder: &Path, past: Option<&Lengths>) -> Result<Self> {
+        Ok(Self { table: Table::open(&folder.join(Self::FILE), columns::<D>(), past)? })
     }
 
     /// The file.
@@ -71,7 +63,7 @@ mod tests {
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("reactions");
-        let mut plane = ReactionTable::<2>::create(&scratch.0).unwrap();
+        let mut plane = ReactionTable::<2>::open(&scratch.0, None).unwrap();
         plane.row(1, 0.5, "clamp", &ReactionRow { force: [1.0, -2.0] }).unwrap();
         let text = std::fs::read_to_string(scratch.0.join("reactions.csv")).unwrap();
         assert_eq!(text, "step,time [s],boundary,force_x [N],force_y [N]\n1,0.5,clamp,1,-2\n");

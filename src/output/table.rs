@@ -79,6 +79,17 @@ pub struct Table {
 }
 
 impl Table {
+    /// Makes the file, or goes on with it from a checkpoint where it had its length of `past`. Rank 0 only.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create), or [`resume`](Self::resume).
+    pub fn open(path: &Path, columns: Vec<String>, past: Option<&Lengths>) -> Result<Self> {
+        match past {
+            None => Self::create(path, columns),
+            Some(lengths) => Self::resume(path, columns, lengths),
+        }
+    }
+
     /// Makes the file and writes the header. Rank 0 only.
     ///
     /// # Errors

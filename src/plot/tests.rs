@@ -22,9 +22,9 @@ use super::plot;
 fn write_run<const D: usize>(path: &Path, title: &str, friction: f64) {
     let folder = ResultsFolder::create(path).unwrap();
     let probes = ["node_50", "node_98"].map(|name| Probe { name: name.into(), on_contact: true });
-    let mut probe_table = ProbeTable::<D>::create(path, probes.to_vec()).unwrap();
-    let mut energy = EnergyTable::create(path).unwrap();
-    let mut iterations = IterationTable::create(path).unwrap();
+    let mut probe_table = ProbeTable::<D>::open(path, probes.to_vec(), None).unwrap();
+    let mut energy = EnergyTable::open(path, None).unwrap();
+    let mut iterations = IterationTable::open(path, None).unwrap();
     for step in 0..=140 {
         let time = f64::from(step) * 5e-4;
         let rows = [0.3, 1.0].map(|share| probe_row(time, share * friction));

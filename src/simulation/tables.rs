@@ -35,18 +35,13 @@ impl<const D: usize> Tables<D> {
     /// # Errors
     /// When a file can not be made, or is not the one that it was.
     pub fn open(folder: &Path, past: Option<&Lengths>) -> Result<Self> {
-        macro_rules! open {
-            ($table:ident) => {
-                past.map_or_else(|| $table::create(folder), |lengths| $table::resume(folder, lengths))?
-            };
-        }
         Ok(Self {
             probes: None,
-            contact: open!(ContactTable),
-            reactions: open!(ReactionTable),
-            energy: open!(EnergyTable),
-            momentum: open!(MomentumTable),
-            iterations: open!(IterationTable),
+            contact: ContactTable::open(folder, past)?,
+            reactions: ReactionTable::open(folder, past)?,
+            energy: EnergyTable::open(folder, past)?,
+            momentum: MomentumTable::open(folder, past)?,
+            iterations: IterationTable::open(folder, past)?,
             trouble: None,
             step: 0,
             time: 0.0,
@@ -62,10 +57,7 @@ impl<const D: usize> Tables<D> {
         let probe =
             |point: &Watched<D>| Probe { name: point.name.clone(), on_contact: point.contact.is_some() };
         let probes = watched.iter().map(probe).collect();
-        self.probes = Some(match past {
-            Some(lengths) => ProbeTable::resume(folder, probes, lengths)?,
-            None => ProbeTable::create(folder, probes)?,
-        });
+        self.probes = Some(ProbeTable::open(folder, probes, past)?);
         Ok(())
     }
 

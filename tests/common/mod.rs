@@ -48,6 +48,11 @@ impl Output {
         assert_eq!(self.code, Some(0), "the run failed:\n{}\n{}", self.stdout, self.stderr);
         self
     }
+
+    /// All that it said.
+    pub fn text(&self) -> String {
+        format!("{}{}", self.stdout, self.stderr)
+    }
 }
 
 /// Runs the program on `ranks` ranks (0: without `mpirun`) in `folder`.
@@ -60,6 +65,20 @@ pub fn run_within(limit: Duration, ranks: usize, args: &[&str], folder: &Path) -
     Running::start(ranks, args, folder).wait(limit)
 }
 
+/// What starts a program on `ranks` ranks (0: without `mpirun`).
+fn on_ranks(ranks: usize, program: impl AsRef<OsStr>) -> Command {
+    let mut command = match ranks {
+        0 => Command::new(program),
+        _ => {
+            let mut mpirun = Command::new("mpirun");
+            mpirun.args(["-n", &ranks.to_string()]).arg(program);
+            mpirun
+        }
+    };
+    command.envs(ENVIRONMENT);
+    command
+}
+
 /// A run that goes on.
 pub struct Running {
     child: Child,
@@ -70,15 +89,19 @@ pub struct Running {
 impl Running {
     /// Starts the program on `ranks` ranks (0: without `mpirun`) in `folder`.
     pub fn start(ranks: usize, args: &[&str], folder: &Path) -> Self {
-        let mut command = match ranks {
-            0 => Command::new(PROGRAM),
-            _ => {
-                let mut mpirun = Command::new("mpirun");
-                mpirun.args(["-n", &ranks.to_string(), PROGRAM]);
-                mpirun
-            }
-        };
-        command.args(args.iter().map(OsStr::new)).current_dir(folder).envs(ENVIRONMENT);
+        let mut command = on_ranks(ranks, PROGRAM);
+        command.args(args).current_dir(folder);
+        Self::of(command)
+    }
+
+    /// Starts this test program itself on `ranks` ranks (0: without `mpirun`), told by the environment what to do there.
+    pub fn of_this_test(ranks: usize, told: &[(&str, &OsStr)]) -> Self {
+        let mut command = on_ranks(ranks, std::env::current_exe().expect("the path of this program"));
+        command.envs(told.iter().copied());
+        Self::of(command)
+    }
+
+    fn of(mut command: Command) -> Self {
         let log = Folder::new("log");
         let file = |name: &str| File::create(log.join(name)).expect("a file for the output");
         command.stdin(Stdio::null()).stdout(file("stdout")).stderr(file("stderr"));
@@ -264,6 +287,29 @@ impl Table {
         found.unwrap_or_else(|| panic!("no column '{column}' among {:?}", self.header))
     }
 }
+
+/// A case: a small block dragged over a floor, four steps.
+pub const SMALL_BLOCK: &str = r#"title: Small block
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] } }
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
+    density: 1700
+obstacles:
+  floor: { plane: { point: [0, 0], normal: [0, 1] } }
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    normal: { penalty: { compliance: 1.0e-9 } }
+    friction: { coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } } }
+boundary:
+  clamp: { on: block.top, displacement: { x: "1.0 * t", y: -0.01 } }
+start: { equilibrium: { friction: false, increments: 2 } }
+time: { end: 0.002, step: 5.0e-4 }
+output: { probes: { corner: { at: [0, 0] } } }
+"#;
 
 /// A shipped case with some of its text replaced; each text must be there.
 #[track_caller]

@@ -1,6 +1,6 @@
 //! Does every rank see the target facets that its contactor facets may meet, and does METIS keep them together?
 
-use contact_petsc::assembly::targets::{Reach, Surfaces, TargetFacets, TargetGather};
+use contact_petsc::assembly::targets::{ForeignNodes, Reach, Surfaces, TargetGather};
 use contact_petsc::mesh::{Bounds, BoxShape, ElementKind, Facet, Mesh, merge};
 use contact_petsc::partition::exchange::NodeExchange;
 use contact_petsc::partition::{Couple, LocalMesh, Plan, Quality};
@@ -72,8 +72,8 @@ fn targets_are_found<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>
             .collect();
         let near = |facet: &&Facet| boxes.iter().any(|one| one.meets(&around(whole, **facet, shake)));
         let expected: Vec<Facet> = whole.facet_sets[COUPLE.target].iter().filter(near).copied().collect();
-        facets_are_those(world, whole, &local, &gather.facets, &expected);
-        values_fit_the_facets(world, whole, &local, &gather.facets, shake);
+        facets_are_those(world, whole, &local, &gather, &expected);
+        values_fit_the_facets(world, whole, &local, &gather.foreign, shake);
         motion_is_noticed(&gather, &now, slack);
     }
 }
@@ -83,16 +83,17 @@ fn facets_are_those<const D: usize>(
     world: &SimpleCommunicator,
     whole: &Mesh<D>,
     local: &LocalMesh<D>,
-    found: &TargetFacets<D>,
+    found: &TargetGather<D>,
     expected: &[Facet],
 ) {
+    let TargetGather { facets: found, foreign: beyond, .. } = found;
     let identity = |facet: &Facet| 16 * u64::from(facet.element) + u64::from(facet.side);
     assert!(found.identities.iter().copied().eq(expected.iter().map(identity)), "{:?}", found.identities);
     let input = input_of_global(world, local);
-    let foreign = found.foreign.iter().map(|&global| input[global as usize]);
+    let foreign = beyond.numbers.iter().map(|&global| input[global as usize]);
     let here: Vec<u32> = local.input_node.iter().copied().chain(foreign).collect();
-    assert!(found.foreign.is_sorted_by(|a, b| a < b));
-    assert!(found.foreign.iter().all(|&global| local.index.local(global).is_none()));
+    assert!(beyond.numbers.is_sorted_by(|a, b| a < b));
+    assert!(beyond.numbers.iter().all(|&global| local.index.local(global).is_none()));
     let mut nodes = Vec::new();
     for (number, &facet) in expected.iter().enumerate() {
         whole.facet_nodes(facet, &mut nodes);
@@ -101,7 +102,7 @@ fn facets_are_those<const D: usize>(
         assert_eq!(found.bodies[number], whole.body[facet.element as usize]);
     }
     let points = here[local.index.local_count()..].iter().map(|&node| whole.points[node as usize]);
-    assert!(found.foreign_points.iter().copied().eq(points));
+    assert!(beyond.points.iter().copied().eq(points));
 }
 
 /// The foreign nodes get their positions from their owners.
@@ -109,14 +110,14 @@ fn values_fit_the_facets<const D: usize>(
     world: &SimpleCommunicator,
     whole: &Mesh<D>,
     local: &LocalMesh<D>,
-    found: &TargetFacets<D>,
+    foreign: &ForeignNodes<D>,
     shake: f64,
 ) {
     let input = input_of_global(world, local);
-    let mut exchange = NodeExchange::new(world, &local.index, &found.foreign).expect("nodes that exist");
-    let mut brought = vec![0.0; D * found.foreign.len()];
+    let mut exchange = NodeExchange::new(world, &local.index, &foreign.numbers).expect("nodes that exist");
+    let mut brought = vec![0.0; D * foreign.numbers.len()];
     exchange.forward(world, D, &positions(whole, local, shake), &mut brought);
-    let expected = found.foreign.iter().flat_map(|&global| place(whole, input[global as usize], shake));
+    let expected = foreign.numbers.iter().flat_map(|&global| place(whole, input[global as usize], shake));
     assert!(brought.iter().copied().eq(expected));
 }
 

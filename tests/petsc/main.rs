@@ -4,12 +4,16 @@
 //! the environment it is one of the ranks and runs that case.
 
 mod algebra;
+#[path = "../common/mod.rs"]
+mod common;
 mod faults;
 mod lattice;
 mod solvers;
 
-use std::process::{Command, ExitCode, Stdio};
-use std::time::{Duration, Instant};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use common::Running;
 
 const CASE: &str = "CONTACT_PETSC_TEST_CASE";
 
@@ -17,7 +21,7 @@ const CASE: &str = "CONTACT_PETSC_TEST_CASE";
 const LIMIT: Duration = Duration::from_secs(60);
 
 /// A case, the number of ranks (0: started without `mpirun`), the exit code and a text to be printed.
-type Run = (&'static str, u32, i32, &'static str);
+type Run = (&'static str, usize, i32, &'static str);
 
 const RUNS: &[Run] = &[
     ("algebra", 0, 0, "algebra done"),
@@ -60,53 +64,14 @@ fn run_case(case: &str) {
 }
 
 fn passes(&(case, ranks, code, text): &Run) -> bool {
-    let started = Instant::now();
-    let (actual, output) = start(case, ranks);
+    let run = Running::of_this_test(ranks, &[(CASE, case.as_ref())]).wait(LIMIT);
+    let (actual, output) = (run.code, run.text());
     let good = actual == Some(code) && output.contains(text);
     let verdict = if good { "ok" } else { "FAILED" };
-    println!("test petsc::{case}_on_{ranks}_ranks ... {verdict} ({:.1} s)", started.elapsed().as_secs_f64());
+    println!("test petsc::{case}_on_{ranks}_ranks ... {verdict} ({:.1} s)", run.took.as_secs_f64());
     let shows = std::env::args().any(|argument| argument == "--nocapture");
     if !good || shows {
         println!("exit code {actual:?}, expected {code} and the text {text:?}\n{output}");
     }
     good
-}
-
-/// Exit code (none: killed for its time) and everything printed.
-fn start(case: &str, ranks: u32) -> (Option<i32>, String) {
-    let this = std::env::current_exe().expect("the path of this program");
-    let mut command = match ranks {
-        0 => Command::new(this),
-        _ => {
-            let mut mpirun = Command::new("mpirun");
-            mpirun.args(["-n", &ranks.to_string()]).arg(this);
-            mpirun
-        }
-    };
-    command.env(CASE, case).envs([
-        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-        ("OMPI_MCA_mpi_yield_when_idle", "1"),
-        ("OPENBLAS_NUM_THREADS", "1"),
-    ]);
-    let log = std::env::temp_dir().join(format!("contact-petsc-test-{}-{case}-{ranks}", std::process::id()));
-    let file = std::fs::File::create(&log).expect("a file for the output");
-    let error = file.try_clone().expect("a second handle");
-    let mut child = command.stdin(Stdio::null()).stdout(file).stderr(error).spawn().expect("mpirun starts");
-    let deadline = Instant::now() + LIMIT;
-    let status = loop {
-        match child.try_wait().expect("the state of the run") {
-            Some(status) => break Some(status),
-            None if Instant::now() > deadline => break None,
-            None => std::thread::sleep(Duration::from_millis(20)),
-        }
-    };
-    if status.is_none() {
-        let _ = child.kill().and_then(|()| child.wait());
-    }
-    let output = std::fs::read(&log).unwrap_or_default();
-    let _ = std::fs::remove_file(&log);
-    (status.and_then(|status| status.code()), String::from_utf8_lossy(&output).into_owned())
 }

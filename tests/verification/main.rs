@@ -5,6 +5,9 @@
 //! the rates.
 
 mod balances;
+mod cases;
+#[path = "../common/mod.rs"]
+mod common;
 mod manufactured;
 mod march;
 mod motion;
@@ -13,10 +16,11 @@ mod stages;
 mod tangent;
 mod wave;
 
-use std::process::{Command, ExitCode, Stdio};
+use std::process::ExitCode;
 use std::rc::Rc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use common::{Folder, Running};
 use contact_petsc::petsc::Session;
 
 const CHECK: &str = "CONTACT_PETSC_VERIFICATION";
@@ -27,7 +31,7 @@ const FOLDER: &str = "CONTACT_PETSC_VERIFICATION_FOLDER";
 const LIMIT: Duration = Duration::from_secs(300);
 
 /// A check, and the numbers of ranks for it (0: started without `mpirun`).
-type Run = (&'static str, fn(&Rc<Session>), &'static [u32]);
+type Run = (&'static str, fn(&Rc<Session>), &'static [usize]);
 
 const RUNS: &[Run] = &[
     ("plane_elements", manufactured::plane_elements, &[0]),
@@ -59,58 +63,16 @@ fn main() -> ExitCode {
     ExitCode::from(u8::from(failures > 0))
 }
 
-fn passes(name: &str, ranks: u32, shows: bool) -> bool {
-    let started = Instant::now();
-    let (good, output) = start(name, ranks);
+fn passes(name: &str, ranks: usize, shows: bool) -> bool {
+    let folder = Folder::new(name);
+    let told = [(CHECK, name.as_ref()), (FOLDER, folder.as_os_str())];
+    let run = Running::of_this_test(ranks, &told).wait(LIMIT);
+    let output = run.text();
+    let good = run.code == Some(0) && output.contains(&format!("{name} holds"));
     let verdict = if good { "ok" } else { "FAILED" };
-    println!(
-        "test verification::{name}_on_{ranks}_ranks ... {verdict} ({:.1} s)",
-        started.elapsed().as_secs_f64()
-    );
+    println!("test verification::{name}_on_{ranks}_ranks ... {verdict} ({:.1} s)", run.took.as_secs_f64());
     if !good || shows {
         println!("{output}");
     }
     good
-}
-
-/// Whether the check holds, and everything printed.
-fn start(name: &str, ranks: u32) -> (bool, String) {
-    let this = std::env::current_exe().expect("the path of this program");
-    let mut command = match ranks {
-        0 => Command::new(this),
-        _ => {
-            let mut mpirun = Command::new("mpirun");
-            mpirun.args(["-n", &ranks.to_string()]).arg(this);
-            mpirun
-        }
-    };
-    let folder = std::env::temp_dir().join(format!("contact-petsc-{}-{name}-{ranks}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder");
-    command.env(CHECK, name).env(FOLDER, &folder).envs([
-        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
-        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
-        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
-        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
-        ("OMPI_MCA_mpi_yield_when_idle", "1"),
-        ("OPENBLAS_NUM_THREADS", "1"),
-    ]);
-    let log = folder.join("log");
-    let file = std::fs::File::create(&log).expect("a file for the output");
-    let error = file.try_clone().expect("a second handle");
-    let mut child = command.stdin(Stdio::null()).stdout(file).stderr(error).spawn().expect("the run starts");
-    let deadline = Instant::now() + LIMIT;
-    let status = loop {
-        match child.try_wait().expect("the state of the run") {
-            Some(status) => break Some(status),
-            None if Instant::now() > deadline => break None,
-            None => std::thread::sleep(Duration::from_millis(20)),
-        }
-    };
-    if status.is_none() {
-        let _ = child.kill().and_then(|()| child.wait());
-    }
-    let output = String::from_utf8_lossy(&std::fs::read(&log).unwrap_or_default()).into_owned();
-    let _ = std::fs::remove_dir_all(&folder);
-    let good = status.is_some_and(|status| status.success()) && output.contains(&format!("{name} holds"));
-    (good, output)
 }

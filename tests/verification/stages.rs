@@ -6,7 +6,8 @@ use contact_petsc::dynamics::{Dynamics, Freeze, Known, Split};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::terms::Terms;
 
-use super::tangent::{Case, disturb, plane_cases, prescribed, rate, residual, scatter, set, solid_cases};
+use super::cases::{Case, plane_cases, solid_cases};
+use super::tangent::{disturb, prescribed, rate, residual, scatter, set};
 
 const STAGES: [(Split, Terms); 3] = [
     (Split::NormalStage(Known::Bound), Terms::NORMAL_STAGE),

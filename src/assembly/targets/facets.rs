@@ -1,39 +1,16 @@
 //! Target facets as plain arrays over "local nodes, then foreign nodes".
 
-use super::parcel::identity;
+use crate::contact::target::TargetFacets;
 use crate::mesh::{ElementKind, Facet};
 use crate::partition::LocalMesh;
 
-/// Facets of a target by ascending identity, this rank's and those of others.
+/// Nodes of target facets that this rank does not hold, ascending.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct TargetFacets<const D: usize> {
-    /// Kind of each facet.
-    pub kinds: Vec<ElementKind>,
-    /// Facet `f` has the nodes `nodes[offsets[f]..offsets[f + 1]]`. Length: facets + 1.
-    pub offsets: Vec<u32>,
-    /// Nodes, outward as in [`facet_nodes`](crate::mesh::Mesh::facet_nodes): local ones, then from the number of local
-    /// nodes on those of `foreign`.
-    pub nodes: Vec<u32>,
-    /// `16 element + side` in the input mesh: the same for a facet on every rank, at every time.
-    pub identities: Vec<u64>,
-    /// Body of each facet.
-    pub bodies: Vec<u16>,
-    /// Global numbers of the nodes that this rank does not hold, ascending.
-    pub foreign: Vec<i32>,
-    /// Reference points of the foreign nodes \[m\].
-    pub foreign_points: Vec<[f64; D]>,
-}
-
-impl<const D: usize> TargetFacets<D> {
-    /// Number of facets.
-    pub fn count(&self) -> usize {
-        self.kinds.len()
-    }
-
-    /// Nodes of a facet.
-    pub fn nodes_of(&self, facet: usize) -> &[u32] {
-        &self.nodes[self.offsets[facet] as usize..self.offsets[facet + 1] as usize]
-    }
+pub struct ForeignNodes<const D: usize> {
+    /// Global numbers.
+    pub numbers: Vec<i32>,
+    /// Reference points \[m\].
+    pub points: Vec<[f64; D]>,
 }
 
 /// A facet of another rank.
@@ -74,7 +51,7 @@ impl<'a, const D: usize> Gathered<'a, D> {
         let mut nodes = Vec::new();
         mesh.facet_nodes(facet, &mut nodes);
         self.facets.push(Entry {
-            identity: identity(self.local.input_element[element], facet.side.into()),
+            identity: TargetFacets::identity(self.local.input_element[element], facet.side),
             kind: mesh.facet_kind(facet),
             body: mesh.body[element],
             first: self.globals.len(),
@@ -94,26 +71,24 @@ impl<'a, const D: usize> Gathered<'a, D> {
         }
     }
 
-    /// Orders the facets and numbers the foreign nodes.
-    pub fn finish(mut self) -> TargetFacets<D> {
+    /// The facets by ascending identity, and the foreign nodes, which are numbered after the local ones.
+    pub fn finish(mut self) -> (TargetFacets, ForeignNodes<D>) {
         self.facets.sort_unstable_by_key(|entry| entry.identity);
         self.foreign.sort_unstable_by_key(|(global, _)| *global);
         self.foreign.dedup_by_key(|(global, _)| *global);
-        let (foreign, foreign_points): (Vec<i32>, Vec<[f64; D]>) = self.foreign.into_iter().unzip();
+        let (foreign, points): (Vec<i32>, Vec<[f64; D]>) = self.foreign.into_iter().unzip();
         let index = &self.local.index;
-        let number = |global: i32| {
-            let beyond = || foreign.partition_point(|&other| other < global) + index.local_count();
-            index.local(global).unwrap_or_else(|| beyond() as u32)
+        let number = |global: &i32| {
+            let beyond = || foreign.partition_point(|other| other < global) + index.local_count();
+            index.local(*global).unwrap_or_else(|| beyond() as u32)
         };
         let mut all = TargetFacets { offsets: vec![0], ..TargetFacets::default() };
-        for entry in &self.facets {
-            let globals = &self.globals[entry.first..entry.first + entry.kind.nodes()];
-            all.nodes.extend(globals.iter().map(|&global| number(global)));
-            all.offsets.push(all.nodes.len() as u32);
-            all.kinds.push(entry.kind);
-            all.identities.push(entry.identity);
-            all.bodies.push(entry.body);
+        let mut nodes = Vec::new();
+        for &Entry { identity, kind, body, first } in &self.facets {
+            nodes.clear();
+            nodes.extend(self.globals[first..first + kind.nodes()].iter().map(number));
+            all.push(kind, &nodes, identity, body);
         }
-        TargetFacets { foreign, foreign_points, ..all }
+        (all, ForeignNodes { numbers: foreign, points })
     }
 }

@@ -8,13 +8,14 @@ mod parcel;
 
 use mpi::traits::CommunicatorCollectives;
 
+use crate::contact::target::TargetFacets;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, BoundsTree, ElementKind, Facet, stretch};
 use crate::partition::LocalMesh;
 use crate::partition::exchange::sparse_all_to_all;
 
+pub use facets::ForeignNodes;
 use facets::Gathered;
-pub use facets::TargetFacets;
 use parcel::Parcel;
 
 /// Boxes by which a rank tells where its contactor facets lie: so many that a long or bent surface does not meet all.
@@ -43,8 +44,10 @@ pub struct Reach {
 /// Target facets near this rank's contactor facets, and where the surfaces were when they were gathered.
 #[derive(Debug, Clone)]
 pub struct TargetGather<const D: usize> {
-    /// The facets.
-    pub facets: TargetFacets<D>,
+    /// The facets by ascending identity, on local nodes, then foreign ones.
+    pub facets: TargetFacets,
+    /// The nodes that this rank does not hold.
+    pub foreign: ForeignNodes<D>,
     slack: f64,
     contactor: Track<D>,
     target: Track<D>,
@@ -88,8 +91,10 @@ impl<const D: usize> TargetGather<D> {
             world,
             whole.ok_or_else(|| Error::internal("contact: a message with target facets is damaged")),
         )?;
+        let (facets, foreign) = gathered.finish();
         Ok(Self {
-            facets: gathered.finish(),
+            facets,
+            foreign,
             slack: reach.slack,
             contactor: Track::new(local, &contactor, positions),
             target: Track::new(local, &target, positions),

@@ -2,6 +2,7 @@
 
 use super::Surfaces;
 use super::facets::{Arrived, Gathered};
+use crate::contact::target::TargetFacets;
 use crate::mesh::{Bounds, ElementKind, Facet};
 
 /// Facets from one rank.
@@ -65,16 +66,11 @@ impl Parcel<'_> {
             let (numbers, later) = reals.split_at_checked((2 + kind.nodes()) * D)?;
             (integers, reals) = (after, later);
             let [low, high, points @ ..] = numbers.as_chunks::<D>().0 else { return None };
-            let identity = identity(*element, *side);
+            let identity = TargetFacets::identity(*element, u8::try_from(*side).ok()?);
             if near(&Bounds { low: *low, high: *high }) {
                 into.push(&Arrived { kind, body: *body as u16, identity, globals, points });
             }
         }
         (integers.is_empty() && reals.is_empty()).then_some(())
     }
-}
-
-/// Number of a facet by which all ranks know it: `16 element + side`, in the input mesh.
-pub(super) fn identity(element: u32, side: u32) -> u64 {
-    16 * u64::from(element) + u64::from(side)
 }

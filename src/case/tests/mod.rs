@@ -4,6 +4,7 @@ mod accuracy;
 mod broken;
 mod document;
 mod functions;
+mod hostile;
 mod shipped;
 mod units;
 

@@ -1,22 +1,21 @@
 //! The point kernel against its own force: every law, obstacle, facet and regime, and every term by itself.
 
-use super::{ContactLaw, Frozen, Manner, Motion, PointState, Selection, Status, respond};
+mod scene;
+
+use scene::{SHIFT, Scene, Target, vectors};
+
+use super::{ContactLaw, Frozen, Status};
 use crate::contact::friction::coefficient::{Coefficient, Constant};
 use crate::contact::friction::regularization::REGULARIZATIONS;
 use crate::contact::friction::traction::Branch;
 use crate::contact::friction::{Coulomb, FRICTION_LAWS, Friction, FrictionLaw, Regularization};
-use crate::contact::geometry::{AreaMeasure, FacetPoint, Geometry};
-use crate::contact::history::History;
+use crate::contact::geometry::AreaMeasure;
 use crate::contact::normal::{NORMAL_LAWS, NormalLaw, Penalty};
 use crate::contact::obstacle::{OBSTACLES, Obstacle};
-use crate::contact::projection::Projection;
 use crate::mesh::ElementKind;
-use crate::space::{Table, reference};
-use crate::taylor::{scatter, taylor_rate};
 use crate::tensor::Vector;
 use crate::terms::Terms;
 
-const SHIFT: f64 = 3.0;
 const SINGLES: [Terms; 7] = [
     Terms::NORMAL_CONTACT,
     Terms::NORMAL_GEOMETRY,
@@ -26,180 +25,6 @@ const SINGLES: [Terms; 7] = [
     Terms::FRICTION_GEOMETRY,
     Terms::ZONE_CHANGE,
 ];
-
-/// What the point is pressed against.
-#[derive(Clone, Debug)]
-enum Target<const D: usize> {
-    Rigid(Obstacle<D>),
-    Facet(ElementKind),
-}
-
-/// One point of a facet with everything that it needs; the target facet's nodes follow the contactor's.
-#[derive(Clone)]
-struct Scene<const D: usize> {
-    target: Target<D>,
-    table: Table,
-    nodes: Vec<Vector<D>>,
-    velocity: Vec<Vector<D>>,
-    increment: Vec<Vector<D>>,
-    history: History<D>,
-    law: ContactLaw,
-    measure: AreaMeasure,
-    manner: Manner<D>,
-}
-
-fn vectors<const D: usize>(count: usize, seed: u32, size: f64) -> Vec<Vector<D>> {
-    scatter(count * D, seed).chunks_exact(D).map(|c| Vector::from_column_slice(c) * size).collect()
-}
-
-/// Nodes of a facet on its reference domain, bent out of the plane, scaled by `size`.
-fn facet_nodes<const D: usize>(kind: ElementKind, size: f64, seed: u32) -> Vec<Vector<D>> {
-    let place = |p: &[f64; 3]| {
-        Vector::<D>::from_fn(|i, _| if i + 1 < D { p[i] } else { 0.1 * p[0] * p[0] - 0.07 * p[1] })
-    };
-    let bend = vectors::<D>(kind.nodes(), seed, 0.05);
-    reference(kind).node_coordinates().iter().zip(bend).map(|(p, b)| (place(p) + b) * size).collect()
-}
-
-impl<const D: usize> Scene<D> {
-    /// A point of the last Gauss point of `kind`, with the given gap.
-    fn new(kind: ElementKind, target: Target<D>, law: ContactLaw, gap: f64) -> Self {
-        let element = reference(kind);
-        let table = element.tabulate(element.gauss_contact_rule());
-        let offset = Vector::from_fn(|i, _| 0.41 + 0.2 * i as f64);
-        let mut nodes: Vec<_> = facet_nodes::<D>(kind, 0.2, 3).into_iter().map(|x| x + offset).collect();
-        if let Target::Facet(kind) = target {
-            // A target with its normal up (D = 3) or down (D = 2) below the point, which projects inside of it.
-            let point = Self::point_of(&table, &nodes);
-            let lowered = facet_nodes::<D>(kind, 1.3, 5);
-            let centre = lowered.iter().sum::<Vector<D>>() / lowered.len() as f64;
-            nodes.extend(lowered.into_iter().map(|y| y - centre * 0.9 + point));
-        }
-        let count = nodes.len();
-        let mut scene = Self {
-            target,
-            table,
-            nodes,
-            velocity: vectors(count, 7, 0.5),
-            increment: vectors(count, 11, 0.01),
-            history: History::default(),
-            law,
-            measure: AreaMeasure::Current,
-            manner: Manner::default(),
-        };
-        let contactors = scene.table.nodes;
-        for _ in 0..3 {
-            let here = scene.geometry();
-            let shift = here.normal * (gap - here.gap);
-            scene.nodes[..contactors].iter_mut().for_each(|x| *x += shift);
-        }
-        assert!((scene.geometry().gap - gap).abs() < 1e-6 * gap.abs());
-        scene
-    }
-
-    fn point_of(table: &Table, nodes: &[Vector<D>]) -> Vector<D> {
-        let shape = &table.n[(table.points - 1) * table.nodes..];
-        nodes.iter().zip(shape).map(|(x, n)| x * *n).sum()
-    }
-
-    fn geometry(&self) -> Geometry<D> {
-        let (last, count) = (self.table.points - 1, self.table.nodes);
-        let point = FacetPoint {
-            shape: &self.table.n[last * count..],
-            gradient: &self.table.dn[last * count * (D - 1)..],
-            weight: self.table.weights[last],
-        };
-        let x = Self::point_of(&self.table, &self.nodes);
-        let mut geometry = Geometry::default();
-        match &self.target {
-            Target::Rigid(obstacle) => geometry.against_obstacle(&point, &obstacle.proximity(&x)),
-            Target::Facet(kind) => {
-                geometry.against_facet(&point, &Projection::of(&x, *kind, &self.nodes[count..]))
-            }
-        }
-        geometry.with_area(&point, &self.nodes[..count], self.measure);
-        geometry
-    }
-
-    fn response(&self) -> super::Response<D> {
-        let motion = Motion { velocity: &self.velocity, increment: &self.increment, history: &self.history };
-        respond(&self.law, &self.geometry(), &motion, &self.manner)
-    }
-
-    fn state(&self) -> PointState<D> {
-        self.response().state
-    }
-
-    fn force(&self) -> Vec<f64> {
-        let mut force = vec![0.0; self.nodes.len() * D];
-        self.response().add_force(&self.geometry(), &mut force);
-        force
-    }
-
-    fn stiffness(&self, terms: Terms) -> Vec<f64> {
-        let mut stiffness = vec![0.0; (self.nodes.len() * D).pow(2)];
-        let selection = Selection { terms, velocity_shift: SHIFT };
-        self.response().add_stiffness(&self.geometry(), &selection, &mut stiffness);
-        stiffness
-    }
-
-    /// The dense matrix of some terms.
-    fn matrix(&self, terms: Terms) -> nalgebra::DMatrix<f64> {
-        let (m, k) = (self.nodes.len(), self.stiffness(terms));
-        nalgebra::DMatrix::from_fn(m * D, m * D, |r, c| k[((r / D * m + c / D) * D + r % D) * D + c % D])
-    }
-
-    /// The scene with all nodes moved by `z`, velocities by `SHIFT z`, step increments by `z`.
-    fn moved(&self, z: &[f64]) -> Self {
-        let mut scene = self.clone();
-        for (a, z) in z.chunks_exact(D).enumerate() {
-            let z = Vector::<D>::from_column_slice(z);
-            scene.nodes[a] += z;
-            scene.velocity[a] += z * SHIFT;
-            scene.increment[a] += z;
-        }
-        scene
-    }
-
-    fn rate(&self, terms: Terms) -> f64 {
-        let zero = vec![0.0; self.nodes.len() * D];
-        let direction: Vec<f64> = scatter(zero.len(), 13).iter().map(|d| d * 2e-3).collect();
-        let matrix = self.matrix(terms);
-        let slope =
-            |_: &[f64], d: &[f64]| (-(&matrix * nalgebra::DVector::from_column_slice(d))).as_slice().to_vec();
-        taylor_rate(|z| self.moved(z).force(), slope, &zero, &direction)
-    }
-
-    /// Tunes the regularisation and the history such that the point sticks or slips with margin.
-    fn tuned(mut self, regularization: Regularization, status: Status) -> Self {
-        let Some(friction) = &mut self.law.friction else { return self };
-        friction.regularization = regularization;
-        let state = self.state();
-        let (speed, path, sticks) =
-            (state.slip_velocity.norm(), state.slip_increment.norm(), status == Status::Stick);
-        let Some(friction) = &mut self.law.friction else { return self };
-        friction.regularization = match regularization {
-            Regularization::StickVelocity { .. } => {
-                Regularization::StickVelocity { velocity: if sticks { 3.0 * speed } else { 0.4 * speed } }
-            }
-            Regularization::SmoothStickVelocity { .. } => Regularization::SmoothStickVelocity {
-                velocity: if sticks { 2.0 * speed } else { 0.5 * speed },
-            },
-            Regularization::StickStiffness { .. } => {
-                let stiffness = state.bound / path * if sticks { 0.3 } else { 4.0 };
-                let old_normal = (state.normal + vectors::<D>(1, 17, 0.1)[0]).normalize();
-                let push = vectors::<D>(1, 19, 1.0)[0];
-                let tangential = (push - old_normal * old_normal.dot(&push)).normalize();
-                self.history.normal = old_normal;
-                self.history.friction_traction = tangential * (0.4 * state.bound);
-                Regularization::StickStiffness { stiffness }
-            }
-        };
-        let reached = self.state().status;
-        assert_eq!(reached, status, "{:?}", self.law);
-        self
-    }
-}
 
 fn coulomb(mu: f64, regularization: Regularization) -> Option<Friction> {
     let coefficient = Coefficient::Constant(Constant::new(mu).unwrap());

@@ -1,0 +1,136 @@
+//! Four elements at a time in lanes: their nodes at one or more displacements, and what a sample of them is. All kernels
+//! of a group go from batch to batch and from sample to sample by this.
+
+use super::Inverted;
+use super::group::{ElementGroup, Pass, Sampling};
+use super::kinematics::{gradient_of, reference_map};
+use crate::lanes::{Lane, WIDTH};
+use crate::square::{Row, Square, apply_add, diagonal, product_transposed, scale, scale_all};
+
+/// Geometry and displacements at one sample.
+pub(super) struct Sample<L, const D: usize, const STATES: usize> {
+    /// Reference volume that it stands for \[m^D\].
+    pub volume: L,
+    /// Takes the slopes to reference gradients [1/m].
+    pub map: Square<L, D>,
+    /// Displacement gradient of each state.
+    pub grad_u: [Square<L, D>; STATES],
+}
+
+/// The nodes of a batch, which moves through a group; allocated once per evaluation.
+pub(super) struct Batch<L, const D: usize, const STATES: usize> {
+    points: Vec<Row<L, D>>,
+    displacements: [Vec<Row<L, D>>; STATES],
+    /// `dN_a/dxi` of the current sample, or mean gradients.
+    pub slopes: Vec<Row<L, D>>,
+    /// Integral of the gradients over the points so far, where a pass wants their mean.
+    mean: Vec<Row<L, D>>,
+    /// Volume of the points so far.
+    volume: L,
+}
+
+impl<L: Lane, const D: usize, const STATES: usize> Batch<L, D, STATES> {
+    #[inline(always)]
+    pub fn new(unit: L, group: &ElementGroup<D>) -> Self {
+        let n = group.kind.nodes();
+        let zero = unit.constant(0.0);
+        let rows = || vec![[zero; D]; n];
+        let wants_mean = group.passes.iter().any(|pass| pass.sampling == Sampling::Mean);
+        Self {
+            points: rows(),
+            displacements: std::array::from_fn(|_| rows()),
+            slopes: rows(),
+            mean: if wants_mean { rows() } else { Vec::new() },
+            volume: zero,
+        }
+    }
+
+    /// Fetches a batch at the displacements `u` of each state.
+    #[inline(always)]
+    pub fn gather(
+        &mut self,
+        unit: L,
+        nodes: &[[u32; WIDTH]],
+        points: &[[[f64; WIDTH]; D]],
+        u: [&[f64]; STATES],
+    ) {
+        let zero = unit.constant(0.0);
+        for (a, (nodes, points)) in nodes.iter().zip(points).enumerate() {
+            for i in 0..D {
+                self.points[a][i] = unit.load(points[i]);
+                for (displacements, u) in self.displacements.iter_mut().zip(u) {
+                    let mut values = [0.0; WIDTH];
+                    for lane in 0..WIDTH {
+                        values[lane] = u[nodes[lane] as usize * D + i];
+                    }
+                    displacements[a][i] = unit.load(values);
+                }
+            }
+        }
+        self.mean.fill([zero; D]);
+        self.volume = zero;
+    }
+
+    /// Goes to a sample: sets the slopes and returns what depends on geometry and displacement there.
+    #[inline(always)]
+    pub fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> Sample<L, D, STATES> {
+        // Loops, not closures handed to the standard library: those are compiled without the instructions of the lanes.
+        let mut grad_u = [[[unit.constant(0.0); D]; D]; STATES];
+        if pass.sampling == Sampling::Mean {
+            let inverse = self.volume.recip();
+            for (slope, mean) in self.slopes.iter_mut().zip(&self.mean) {
+                *slope = scale(mean, inverse);
+            }
+            for (grad_u, displacements) in grad_u.iter_mut().zip(&self.displacements) {
+                *grad_u = gradient_of(displacements, &self.slopes);
+            }
+            return Sample { volume: self.volume, map: diagonal(unit), grad_u };
+        }
+        for (slope, dn) in self.slopes.iter_mut().zip(pass.dn(q).as_chunks::<D>().0) {
+            for k in 0..D {
+                slope[k] = unit.constant(dn[k]);
+            }
+        }
+        let (det, map) = reference_map(&gradient_of(&self.points, &self.slopes));
+        for (grad_u, displacements) in grad_u.iter_mut().zip(&self.displacements) {
+            *grad_u = product_transposed(&gradient_of(displacements, &self.slopes), &map);
+        }
+        let volume = unit.constant(pass.table.weights[q]) * det;
+        if !self.mean.is_empty() {
+            self.volume = self.volume + volume;
+            let weighted = scale_all(&map, volume);
+            for (mean, slope) in self.mean.iter_mut().zip(&self.slopes) {
+                *mean = apply_add(&weighted, slope, mean);
+            }
+        }
+        Sample { volume, map, grad_u }
+    }
+}
+
+/// Finds the first element of a batch that is inverted at a quadrature point; `det_f` of each point of all passes.
+///
+/// # Errors
+/// That element.
+#[inline(always)]
+pub(super) fn check(
+    det_f: &[[f64; WIDTH]],
+    elements: &[u32],
+    passes: &[Pass],
+) -> std::result::Result<(), Inverted> {
+    if det_f.iter().flatten().all(|&det| det > 0.0) {
+        return Ok(());
+    }
+    inverted(det_f, elements, passes)
+}
+
+/// The lowest element of the batch with a point that is not positive, and its first such point.
+#[cold]
+fn inverted(det_f: &[[f64; WIDTH]], elements: &[u32], passes: &[Pass]) -> std::result::Result<(), Inverted> {
+    let points = || passes.iter().flat_map(|pass| &pass.points).zip(det_f);
+    for (lane, &element) in elements.iter().enumerate() {
+        if let Some((&point, det)) = points().find(|(_, det)| det[lane] <= 0.0 || det[lane].is_nan()) {
+            return Err(Inverted { element, point, det: det[lane] });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,251 @@
+//! Small scenes that have every term of the matrix at work between them, each of which says which.
+
+use std::rc::Rc;
+
+use contact_petsc::assembly::SystemOptions;
+use contact_petsc::contact::friction::coefficient::{Coefficient, Constant, Stribeck};
+use contact_petsc::contact::friction::{Coulomb, Friction, FrictionLaw, PowerLaw, Regularization};
+use contact_petsc::contact::normal::{NormalLaw, Penalty, PowerLaw as PowerNormal};
+use contact_petsc::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
+use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
+use contact_petsc::mesh::{BoxShape, Facet, Mesh};
+use contact_petsc::model::{Body, Contact, InitialOverclosure, LoadKind, NormalChoice, Quadrature, Target};
+use contact_petsc::petsc::{Format, Session};
+use contact_petsc::tensor::Vector;
+use contact_petsc::terms::Terms;
+
+use super::scene::{Scene, Solid, function, load, support};
+
+const NH: &str = "neo_hookean";
+const SVK: &str = "saint_venant_kirchhoff";
+
+/// A scene with the terms that are at work in it, besides those of the solid and the normal contact.
+pub struct Case<const D: usize> {
+    pub name: &'static str,
+    solid: Solid,
+    lumped: bool,
+    obstacle: Obstacle<D>,
+    /// Elements of a second body that takes the place of the obstacle.
+    bed: Option<ElementKind>,
+    normal: NormalLaw,
+    pub friction: Option<Friction>,
+    pub current_area: bool,
+    pub at_work: Terms,
+}
+
+const CURVED: Terms = Terms::NORMAL_GEOMETRY.union(Terms::FRICTION_GEOMETRY);
+const RUBBING: Terms = Terms::FRICTION_NORMAL_COUPLING.union(Terms::ZONE_CHANGE);
+
+fn coulomb(coefficient: Coefficient, regularization: Regularization) -> Option<Friction> {
+    Some(Friction { law: FrictionLaw::Coulomb(Coulomb { coefficient }), regularization })
+}
+
+fn constant() -> Coefficient {
+    Coefficient::Constant(Constant::new(0.6).expect("positive"))
+}
+
+/// Points stick below this slip velocity [m/s], and slip above.
+fn velocity(limit: f64) -> Regularization {
+    Regularization::stick_velocity(limit).expect("positive")
+}
+
+fn penalty() -> NormalLaw {
+    NormalLaw::Penalty(Penalty::new(0.05).expect("positive"))
+}
+
+fn floor<const D: usize>() -> Obstacle<D> {
+    let up = Vector::from_fn(|i, _| if i + 1 == D { 1.0 } else { 0.1 });
+    Obstacle::Plane(
+        Plane::new(Vector::from_fn(|i, _| if i + 1 == D { 0.2 } else { 0.5 }), up).expect("a plane"),
+    )
+}
+
+/// A ball from below, into which the whole bottom has sunk.
+fn ball<const D: usize>() -> Obstacle<D> {
+    let centre = Vector::from_fn(|i, _| if i + 1 == D { -2.0 } else { 0.45 });
+    Obstacle::Sphere(Sphere::new(centre, 2.3, Side::Outside).expect("a ball"))
+}
+
+pub fn plane_cases() -> Vec<Case<2>> {
+    let power = Friction {
+        law: FrictionLaw::PowerLaw(PowerLaw::new(8.0, 1.5).expect("positive")),
+        regularization: velocity(1e-3),
+    };
+    let stribeck = Coefficient::Stribeck(Stribeck::new(0.9, 0.4, 3.0).expect("positive"));
+    let stick = Regularization::stick_stiffness(20.0).expect("positive");
+    let slip = Regularization::stick_stiffness(1e4).expect("positive");
+    let damped = RUBBING | Terms::FRICTION_DAMPING;
+    vec![
+        new("stick by velocity", Quad4, NH, coulomb(constant(), velocity(8.0)), damped),
+        Case {
+            obstacle: ball(),
+            solid: Solid::new(Quad4, NH).reduced(),
+            ..new("slip on a disc", Quad4, NH, coulomb(constant(), velocity(1e-3)), RUBBING | CURVED)
+        },
+        Case {
+            lumped: true,
+            ..new(
+                "slip by Stribeck",
+                Tri6,
+                SVK,
+                coulomb(stribeck, velocity(1e-3)),
+                RUBBING | Terms::COEFFICIENT_CHANGE,
+            )
+        },
+        Case {
+            obstacle: ball(),
+            ..new(
+                "stick by stiffness",
+                Tri6,
+                NH,
+                coulomb(constant(), stick),
+                Terms::ZONE_CHANGE | Terms::FRICTION_DAMPING | CURVED,
+            )
+        },
+        new("slip by stiffness", Quad4, SVK, coulomb(constant(), slip), RUBBING),
+        Case {
+            normal: NormalLaw::PowerLaw(PowerNormal::new(40.0, 2.0).expect("positive")),
+            ..new("power laws", Quad4, NH, Some(power), RUBBING)
+        },
+        Case { current_area: false, ..new("no friction", Quad4, NH, None, Terms::empty()) },
+        Case {
+            bed: Some(Quad4),
+            ..new("stick on a body", Quad4, NH, coulomb(constant(), velocity(8.0)), damped | CURVED)
+        },
+        Case {
+            bed: Some(Tri6),
+            ..new("slip on a body", Quad9, NH, coulomb(constant(), velocity(1e-3)), RUBBING | CURVED)
+        },
+        Case {
+            bed: Some(Quad4),
+            current_area: false,
+            ..new("no friction on a body", Tri6, NH, None, Terms::NORMAL_GEOMETRY)
+        },
+        Case {
+            obstacle: ball(),
+            ..new("no friction on a disc", Quad4, SVK, None, Terms::NORMAL_GEOMETRY | Terms::ZONE_CHANGE)
+        },
+    ]
+}
+
+pub fn solid_cases() -> Vec<Case<3>> {
+    let stribeck = Coefficient::Stribeck(Stribeck::new(0.9, 0.4, 3.0).expect("positive"));
+    let cylinder =
+        Cylinder::new(Vector::from([0.4, 0.0, -2.0]), Vector::from([0.1, 1.0, 0.0]), 2.3, Side::Outside);
+    let slip = Regularization::stick_stiffness(1e4).expect("positive");
+    // In space a slipping point turns: its slip has a tangent.
+    let damped = RUBBING | Terms::FRICTION_DAMPING;
+    vec![
+        new("slip in space", Hex8, NH, coulomb(constant(), velocity(1e-3)), damped),
+        Case {
+            obstacle: Obstacle::Cylinder(cylinder.expect("a cylinder")),
+            ..new("stick on a cylinder", Tet10, SVK, coulomb(constant(), velocity(8.0)), damped | CURVED)
+        },
+        Case {
+            obstacle: ball(),
+            solid: Solid::new(Hex8, NH).reduced(),
+            ..new(
+                "slip on a ball",
+                Hex8,
+                NH,
+                coulomb(stribeck, velocity(1e-3)),
+                damped | CURVED | Terms::COEFFICIENT_CHANGE,
+            )
+        },
+        Case {
+            bed: Some(Tet4),
+            ..new("stick on a body in space", Hex8, NH, coulomb(constant(), velocity(8.0)), damped | CURVED)
+        },
+        Case {
+            bed: Some(Hex8),
+            ..new("slip on a body in space", Tet10, SVK, coulomb(constant(), velocity(1e-3)), damped | CURVED)
+        },
+        new("slip by stiffness in space", Tet4, NH, coulomb(constant(), slip), damped),
+    ]
+}
+
+/// On the floor by a penalty, with consistent mass and tractions on the deformed area.
+fn new<const D: usize>(
+    name: &'static str,
+    kind: ElementKind,
+    law: &'static str,
+    friction: Option<Friction>,
+    at_work: Terms,
+) -> Case<D> {
+    Case {
+        name,
+        solid: Solid::new(kind, law),
+        lumped: false,
+        obstacle: floor(),
+        bed: None,
+        normal: penalty(),
+        friction,
+        current_area: true,
+        at_work,
+    }
+}
+
+impl<const D: usize> Case<D> {
+    pub fn scene(&self, session: &Rc<Session>, format: Format) -> Scene<D> {
+        let mut model = self.solid.model::<D>();
+        model.bodies[0].lumped_mass = self.lumped;
+        let only = |axis: usize, text| std::array::from_fn(|i| if i == axis { text } else { "" });
+        model.supports.push(support("block.top", only(D - 1, "-0.2 * t")));
+        model.supports.push(support("block.right", only(0, "2 * t - 0.7")));
+        if self.current_area {
+            model.loads.push(load("block.left", LoadKind::Pressure(function("1.5 + 0.5 * y"))));
+        }
+        model.loads.push(load("block", LoadKind::BodyForce(std::array::from_fn(|_| function("0.3")))));
+        model.contacts.push(Contact {
+            name: "sole".to_owned(),
+            contactor: "block.bottom".to_owned(),
+            body: 0,
+            target: match self.bed {
+                None => Target::Obstacle(self.obstacle),
+                Some(_) => Target::Surface { set: "bed.top".to_owned(), body: 1 },
+            },
+            target_name: "foundation".to_owned(),
+            softer: 5.0e6,
+            normal: NormalChoice::Law(self.normal),
+            penetration: None,
+            friction: self.friction,
+            quadrature: Quadrature::Auto,
+            current_area: self.current_area,
+            initial_overclosure: InitialOverclosure::Accept,
+        });
+        let options = SystemOptions { inertia: true, format };
+        let mut mesh = self.solid.mesh(2, |_| ());
+        if let Some(kind) = self.bed {
+            let bed = Solid::new(kind, NH);
+            model.bodies.push(Body { name: "bed".to_owned(), ..bed.model::<D>().bodies.remove(0) });
+            model.supports.push(support("bed.bottom", std::array::from_fn(|_| "0.1 * t")));
+            mesh = beside(mesh, &bed);
+        }
+        Scene::new(session, mesh, &model, options)
+    }
+}
+
+/// A second body below the block, wider and of other cells, into whose top the whole bottom of the block has sunk.
+fn beside<const D: usize>(mut block: Mesh<D>, bed: &Solid) -> Mesh<D> {
+    let mut bed = BoxShape {
+        min: std::array::from_fn(|i| if i + 1 == D { -1.0 } else { -0.45 }),
+        max: std::array::from_fn(|i| if i + 1 == D { 0.2 } else { 1.55 }),
+        cells: [3; D],
+        element: bed.kind,
+    }
+    .mesh()
+    .expect("a box");
+    let first = block.points.len() as u32;
+    let elements = block.element_count() as u32;
+    block.points.append(&mut bed.points);
+    for element in 0..bed.element_count() {
+        let nodes: Vec<u32> = bed.element_nodes(element).iter().map(|node| node + first).collect();
+        block.push(bed.kinds[element], nodes);
+        *block.body.last_mut().expect("just pushed") = 1;
+    }
+    for (name, facets) in bed.facet_sets {
+        let facets = facets.iter().map(|facet| Facet { element: facet.element + elements, ..*facet });
+        block.facet_sets.insert(format!("bed.{name}"), facets.collect());
+    }
+    block
+}
