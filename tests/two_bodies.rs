@@ -266,6 +266,14 @@ fn ironing_is_smooth() {
     }
 }
 
+/// In space, as shipped: points that slide out under the rim of the indenter go through its edge by a hair within a step, which is no
+/// contact that was missed.
+#[test]
+fn ironing_in_space_is_not_cut() {
+    let record = Results::of(&shipped("ironing/solid.yml", &[]), 1).record();
+    assert_eq!((record["cut_steps"].as_u64(), record["steps"].as_u64()), (Some(0), Some(12)));
+}
+
 /// The shipped scene in space at a third of its cells.
 const COARSE_IRON_3D: [(&str, &str); 2] =
     [("cells: [12, 12, 2]", "cells: [8, 8, 1]"), ("cells: [15, 11, 3]", "cells: [12, 8, 2]")];

@@ -23,6 +23,8 @@ const COSINE: f64 = 0.98;
 const HALVINGS: usize = 60;
 /// A path meets a facet if it passes by its border by less than this part of its size.
 const BORDER: f64 = 1e-6;
+/// A point that grazes an edge may lie behind the plane of a facet by less than this part of its size, and be outside.
+const GRAZE: f64 = 0.25;
 /// Closer to the plane of a facet than this part of its size a point is neither in front nor behind.
 const TOUCH: f64 = 1e-9;
 
@@ -68,8 +70,9 @@ impl<const D: usize> Path<D> {
     }
 
     /// Whether a point on this path goes from the front of a moving simplex (in the plane a line, in space a triangle
-    /// whose corners turn left seen from the front) to its back, between its corners. A point that touches it at the
-    /// start, or lies less than `depth` \[m\] behind, passes where it is deeper than that at the end and still behind it.
+    /// whose corners turn left seen from the front) to its back, between its corners. It ends deeper behind than the
+    /// search looks, `depth` \[m\], or than a point gets that grazes an edge and is outside again. A point that touches it
+    /// at the start, or lies less than `depth` behind, passes where it is deeper than that at the end and still behind it.
     pub fn passes_simplex(&self, corners: &[Self; D], depth: f64) -> bool {
         let size = (1..D).map(|k| (corners[k].start - corners[0].start).norm()).fold(0.0, f64::max);
         let height = |t: f64| {
@@ -82,7 +85,7 @@ impl<const D: usize> Path<D> {
         if start <= TOUCH * size {
             return start >= -depth && end < -depth && between(0.0) && between(1.0);
         }
-        if end >= -TOUCH * size {
+        if end > -depth.min(GRAZE * size) {
             return false;
         }
         let (mut low, mut high) = (0.0, 1.0);
@@ -158,6 +161,7 @@ mod tests {
         assert!(!path([0.5, 0.0], [0.5, -0.05]).passes_simplex(&line(0.0, 0.0), 0.1));
         assert!(!path([0.5, 0.0], [1.5, -0.2]).passes_simplex(&line(0.0, 0.0), 0.1));
         assert!(!path([0.5, -1.0], [0.5, 1.0]).passes_simplex(&line(0.0, 0.0), 0.1));
+        assert!(!path([0.9, 0.02], [1.1, -0.05]).passes_simplex(&line(0.0, 0.0), 0.1), "grazes an edge");
         assert!(!path([1.5, 1.0], [1.5, -1.0]).passes_simplex(&line(0.0, 0.0), 0.1));
         assert!(!path([0.5, 1.0], [0.5, -1.0]).passes_simplex(&line(0.0, -2.0), 0.1));
         assert!(path([0.5, 1.0], [0.5, 1.0]).passes_simplex(&line(0.0, 2.0), 0.1));
