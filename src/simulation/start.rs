@@ -12,7 +12,8 @@ use crate::solvers::{LinearChoice, LinearSolver, Monolithic, Outcome, Problem};
 use crate::terms::Terms;
 use crate::time::Scheme;
 
-/// Spring that holds free bodies in the static start, relative to a typical diagonal entry.
+/// Spring under free bodies in the static start, relative to a typical diagonal entry: it makes the factorisation
+/// regular and carries bodies that nothing touches yet, and holds no one (`solvers::FreeMotions`).
 const HOLDING: f64 = 1e-7;
 
 /// Brings `stage.start` to the start of the motion. Collective.
@@ -94,7 +95,7 @@ fn press<const D: usize>(
         journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
             Outcome::Converged(report) => {
-                journal.pressed(&report);
+                journal.pressed(&report, factor);
                 system.accept(stage)?;
                 level.succeed();
             }

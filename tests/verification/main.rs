@@ -5,6 +5,7 @@
 //! the rates.
 
 mod balances;
+mod free_motions;
 mod manufactured;
 mod march;
 mod motion;
@@ -37,6 +38,7 @@ const RUNS: &[Run] = &[
     ("start", motion::start, &[0]),
     ("balances", balances::all, &[0, 3]),
     ("tangents", tangent::all, &[0, 2, 3]),
+    ("free_motions", free_motions::all, &[0, 2, 3, 4]),
     ("stages", stages::all, &[0, 2, 3]),
 ];
 
