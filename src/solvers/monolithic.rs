@@ -231,10 +231,9 @@ impl Monolithic {
         }
         let allowed = Self::NO_FORCE * self.settings.tolerance * scale;
         self.free = FreeMotions::find(system, stage, &self.rhs, allowed)?;
-        if let Some(driven) = &self.free.driven {
-            if self.driven.as_ref().is_none_or(|known| driven.free <= known.free) {
-                self.driven = Some(driven.clone());
-            }
+        let held_less = |driven: &&Driven| self.driven.as_ref().is_none_or(|known| driven.free <= known.free);
+        if let Some(driven) = self.free.driven.as_ref().filter(held_less) {
+            self.driven = Some(driven.clone());
         }
         self.free.clear_force(&mut self.rhs)
     }
