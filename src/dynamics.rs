@@ -164,7 +164,8 @@ pub struct Stage {
     /// What a staggered solve holds at present.
     pub split: Split,
     /// Spring on every free unknown, relative to a typical diagonal entry, that is in the matrix and not in the
-    /// residual: holds bodies that nothing holds without changing the equilibrium that is found.
+    /// residual: makes the matrix regular where nothing holds a body, without changing the equilibrium that is found.
+    /// Above zero it also says that free motions are to be looked for.
     pub holding: f64,
     /// Residual over the largest force that is enough, whatever the strategy asks: 0 but for states on the way to another.
     pub enough: f64,
@@ -260,6 +261,22 @@ pub struct ContactCounts {
     pub flipped: u64,
 }
 
+/// A motion of a body as a rigid one that its supports leave.
+pub struct RigidMotion {
+    /// Number of the body.
+    pub body: usize,
+    /// Its name.
+    pub name: String,
+    /// The motion: zero on other bodies and at prescribed unknowns, 2-norm 1.
+    pub field: Vector,
+    /// Nodes of the body.
+    pub nodes: f64,
+    /// How far their centre moves, x, y, z.
+    pub shift: [f64; 3],
+    /// How far the body turns about it, about x, y, z \[1/m\].
+    pub spin: [f64; 3],
+}
+
 /// A set of prescribed changes that goes to the right side: `rhs -= K_fd change`.
 pub struct Lift<'a> {
     /// Change of the prescribed unknowns, zero on the free ones \[m\].
@@ -338,6 +355,21 @@ pub trait Dynamics {
 
     /// The owned nodes of bodies that no support holds in some direction.
     fn floating_nodes(&self) -> Vec<bool>;
+
+    /// The rigid motions of bodies that supports leave at the trial places, contact left aside; orthonormal. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    fn rigid_motions(&self, stage: &Stage) -> Result<Vec<RigidMotion>>;
+
+    /// `M n` of a motion `n`, or `n` where there is no mass, zero in prescribed rows. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()>;
+
+    /// A typical diagonal entry of the stiffness [N/m], which [`Stage::holding`] counts in.
+    fn unit(&self) -> f64;
 
     /// Whether a slip direction reversed between the last iterate and the last residual. Collective.
     fn reverses(&self) -> bool;

@@ -76,3 +76,44 @@ fn inverted_element_on_3_ranks() {
     let output = disturbed(&rubber_block(&[crushed]), 3, |_| ());
     ended(&output, 6, "turned inside out");
 }
+
+/// A block that nothing holds along the plane it is pressed against, and the load that shall press it.
+fn pressed(load: &str) -> String {
+    format!(
+        "
+dimension: 2
+bodies:
+  block:
+    mesh: {{ box: {{ min: [0, 0], max: [1, 0.5], cells: [6, 3] }} }}
+    material: {{ neo_hookean: {{ young_modulus: 1.0e7, poisson_ratio: 0.3 }} }}
+    density: 1000
+obstacles: {{ floor: {{ plane: {{ point: [0, 0], normal: [0, 1] }} }} }}
+contact:
+  sole:
+    contactor: block.bottom
+    target: floor
+    normal: {{ penalty: {{ compliance: 1.0e-9 }} }}
+    friction: {{ coulomb: {{ coefficient: 0.5, regularization: {{ stick_velocity: 1.0e-3 }} }} }}
+    initial_overclosure: accept
+boundary: {{ press: {{ on: block.top, traction: {{ {load} }} }} }}
+start: {{ equilibrium: {{ friction: false, increments: 1 }} }}
+time: {{ end: 1.0e-3, step: 1.0e-3 }}
+"
+    )
+}
+
+/// Pressed straight the block is held by itself, and it is said that this took no force; pressed aslant it has no
+/// equilibrium without friction, and the error names body, direction and force.
+#[test]
+fn a_frictionless_start_needs_loads_that_balance_on_1_3_ranks() {
+    for ranks in [1, 3] {
+        let aslant = disturbed(&pressed("x: 2.0e3, y: -1.0e4"), ranks, |_| ());
+        // At the part of the loads that was tried last, 1/64.
+        ended(&aslant, 5, "nothing resists the motion of 'block' along x, and 3.125e1 N drive it");
+        let folder = Folder::new("pressed");
+        folder.write("case.yml", &pressed("y: -1.0e4"));
+        let straight = Running::start(ranks, &["case.yml", "--output", "out"], &folder).wait(LIMIT);
+        assert_eq!(straight.code, Some(0), "{}", straight.stderr);
+        assert!(straight.stderr.contains("1 free motion was held"), "{}", straight.stderr);
+    }
+}

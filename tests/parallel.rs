@@ -129,7 +129,7 @@ fn two_elements_on_1_4_7_ranks() {
     invariant(&solved_by(&text, INEXACT), &[4, 7]);
 }
 
-/// The block on the incline: bodies that only friction holds, a start that needs a holding spring.
+/// The block on the incline: bodies that only friction holds, a start whose free motion is held.
 #[test]
 fn incline_on_1_2_3_4_ranks() {
     let coarse = [("cells: [16, 8]", "cells: [8, 4]"), ("end: 0.5", "end: 0.06")];

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Folder, Output, Table, run};
+use common::{Folder, Output, Table, run, shipped};
 
 /// A rubber layer dragged over a plane fast enough to slip within a few steps.
 const LAYER: &str = "
@@ -127,6 +127,35 @@ fn staggered_is_monolithic_on_1_2_3_ranks() {
             assert!(sweeps.iter().any(|number| *number >= 3.0), "mu = {mu} on {ranks} ranks: no sweeps");
         }
     }
+}
+
+/// The answer as it comes by default is the monolithic one, also at the end of a long way on which all slips: what a step
+/// leaves open has the same sign each time and adds up.
+#[test]
+fn what_slips_on_and_on_does_not_drift_on_1_rank() {
+    let light = [
+        ("cells: [48, 50]", "cells: [12, 12]"),
+        ("y: -0.05", "y: -0.005"),
+        ("coefficient: 1.0", "coefficient: 0.3"),
+        ("step: 5.0e-4", "step: 1.0e-3"),
+    ];
+    let case: String = shipped("rubber-block/case.yml", &light)
+        .lines()
+        .filter(|line| !line.starts_with("solver:"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let expected = Solved::by(&case, 0.3, MONOLITHIC, 1).well();
+    let found = Solved::by(&case, 0.3, "{ strategy: staggered }", 1).well();
+    assert_eq!(found.count("cut_steps"), 0);
+    for column in ["force_n", "force_t"] {
+        let [expected, found] = [&expected, &found].map(|solved| solved.table("contact.csv").numbers(column));
+        let largest = expected.iter().fold(0.0f64, |most, force| most.max(force.abs()));
+        let differences = expected.iter().zip(&found).map(|(a, b)| (a - b).abs() / largest);
+        let drift = differences.fold(0.0, f64::max);
+        assert!(drift < 1e-5, "{column} drifts by {drift:.1e}");
+    }
+    let apart = apart(&expected, &found);
+    assert!(apart < 1e-6, "{apart:.1e}");
 }
 
 /// The forces of the full system are those that a step leaves behind: the monolithic residual is small at each last

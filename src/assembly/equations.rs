@@ -11,7 +11,7 @@ use super::system::ContactSystem;
 use super::tangent::symmetric;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
-    ContactCounts, Dynamics, ForceChange, Freeze, Lift, OverStep, Residual, Shortfall, Stage,
+    ContactCounts, Dynamics, ForceChange, Freeze, Lift, OverStep, Residual, RigidMotion, Shortfall, Stage,
 };
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
@@ -130,6 +130,18 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             }
         }
         floats
+    }
+
+    fn rigid_motions(&self, stage: &Stage) -> Result<Vec<RigidMotion>> {
+        self.rigid_at(stage)
+    }
+
+    fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()> {
+        Self::weigh_motion(self, motion, out)
+    }
+
+    fn unit(&self) -> f64 {
+        self.unit
     }
 
     fn is_cycling(&self) -> bool {

@@ -22,6 +22,7 @@ mod pattern;
 mod redistribution;
 mod renewal;
 mod report;
+mod rigid;
 mod scatter;
 mod solid;
 mod stages;

@@ -13,6 +13,7 @@ use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
 use super::redistribution::Redistribution;
+use super::rigid::{Named, named};
 use super::solid::{Solid, solids};
 use super::start::{Overclosure, known, resolve_overclosure, resolve_overclosure_of_points};
 use super::supports::{Supports, in_space};
@@ -89,6 +90,9 @@ pub struct ContactSystem<const D: usize> {
     /// Forces that conserve over a step have a symmetric matrix: everything is linear, and targets are flat.
     pub(super) symmetric_steps: bool,
     pub(super) free_bodies: Vec<FreeBody>,
+    pub(super) bodies: Vec<Named>,
+    /// Supports leave a body a rigid motion, if only to turn about a point.
+    leeway: bool,
     /// Stiffness of the unit rows of prescribed unknowns [N/m].
     pub(super) unit: f64,
     pub(super) phases: Phases,
@@ -155,6 +159,8 @@ impl<const D: usize> ContactSystem<D> {
             extent: span,
             symmetric_steps: model.has_symmetric_steps(),
             free_bodies: free_bodies(world, &local, model, &supports),
+            bodies: named(model),
+            leeway: false,
             unit: unit(model, extent, &local),
             local,
             solids,
@@ -170,6 +176,7 @@ impl<const D: usize> ContactSystem<D> {
             changes: Changes::default(),
             phases,
         };
+        system.leeway = system.has_leeway();
         if system.contacts.iter().any(|contact| contact.meeting().is_some()) {
             system.meet_undeformed(model)?;
         }
@@ -250,9 +257,9 @@ impl<const D: usize> ContactSystem<D> {
         self.mass.is_some()
     }
 
-    /// Whether supports hold every body in every direction.
+    /// Whether supports hold every body against every rigid motion.
     pub fn is_held(&self) -> bool {
-        self.free_bodies.is_empty()
+        !self.leeway
     }
 
     /// Bodies that no support holds in some direction, as `body (along x, y)`.

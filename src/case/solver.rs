@@ -32,8 +32,9 @@ pub enum Strategy {
     /// In turn, both with symmetric matrices, until they agree; needs a coefficient of friction below about 3. Without
     /// friction nothing is left to take in turn, and the step is solved as by `monolithic`.
     Staggered {
-        /// Distance of the stages over the increment of the step, change of friction forces over normal forces, and residual
-        /// of the full system over the largest force, between 0 and 1, both excluded.
+        /// Error of the displacements over the increment of the step, and of friction forces over normal forces, as distance
+        /// and contraction of the stages tell them; between 0 and 1, both excluded. The full system is balanced to
+        /// Newton's tolerance as well, but for frozen_traction, which is to this one.
         #[serde(default = "sweep_tolerance")]
         tolerance: Number,
         /// Sweeps over both stages before the step is cut, >= 1.
@@ -51,7 +52,7 @@ fn sweep_tolerance() -> Number {
 }
 
 fn sweeps() -> At<u32> {
-    60.into()
+    150.into()
 }
 
 /// What stage I of the staggered strategy knows of friction.

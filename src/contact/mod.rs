@@ -14,6 +14,7 @@ pub mod evaluation;
 pub mod friction;
 pub mod geometry;
 pub mod history;
+mod looks;
 pub mod multipliers;
 pub mod normal;
 pub mod obstacle;
@@ -27,6 +28,7 @@ pub mod rigid;
 #[cfg(test)]
 mod rigid_tests;
 pub mod search;
+mod shield;
 pub mod state;
 pub mod surface;
 pub mod target;

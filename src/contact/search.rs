@@ -1,15 +1,14 @@
 //! Which target facets are near: candidates for the pattern of the matrix, and the facet of each point.
 //!
-//! A projection counts only where it is nearest on the *surface*: one that is clipped at an edge to a neighbour onto
-//! which the point is nearer says nothing. So a point beside a sharp edge is open although it lies below the facet
-//! around the corner, a point in the wedge over a vertex belongs to both facets there, and one beyond the end to none.
+//! A tree of boxes says who may be near; [`super::looks`] says who is.
 
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
 use super::evaluation::at;
+use super::looks::{Around, Leaf, Looks, Near, Probe, share_a_node};
 use super::pairing::{PairChanges, Pairing};
-use super::projection::{Place, Projection};
+use super::shield::Shield;
 use super::surface::{ContactSurface, SurfaceFacet};
 use super::target::TargetSurface;
 use crate::mesh::{Bounds, ElementKind, stretch};
@@ -18,9 +17,6 @@ use crate::tensor::Vector;
 
 /// Distances that differ by less than this part of the size of the contactor facet are equal.
 const TIE: f64 = 1e-9;
-/// Of tied facets those count whose gap is at least this part of the largest: in the wedge of a concave edge the facet
-/// of the last iterate is kept until the neighbour is clearly the one that the point sank into.
-const FACE_ON: f64 = 0.9;
 
 /// How far a search looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,8 +37,6 @@ pub struct Sides<'a, const D: usize> {
     pub target: &'a TargetSurface<D>,
 }
 
-type Leaf<const D: usize> = GeomWithData<Rectangle<[f64; D]>, u32>;
-
 /// A tree of the boxes of the target's facets where they were when it was built, and how far they moved since.
 #[derive(Debug, Clone)]
 pub struct Search<const D: usize> {
@@ -55,27 +49,9 @@ pub struct Search<const D: usize> {
     /// Motion at which the tree is built anew.
     margin: f64,
     nodes: Vec<Vector<D>>,
-    seen: Vec<Seen>,
-}
-
-/// A facet on which a point was projected.
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    facet: u32,
-    distance: f64,
-    gap: f64,
-    place: Place,
-    /// Turned to the contactor, not too deep, not off the end.
-    eligible: bool,
-}
-
-/// A point in search of a facet.
-struct Probe<'a, const D: usize> {
-    x: Vector<D>,
-    outward: Vector<D>,
-    nodes: &'a [u32],
-    previous: Option<u32>,
-    tie: f64,
+    /// Around each facet where it is now.
+    shields: Vec<Shield<D>>,
+    looks: Looks<D>,
 }
 
 impl<const D: usize> Search<D> {
@@ -88,7 +64,8 @@ impl<const D: usize> Search<D> {
             motion: f64::INFINITY,
             margin: 0.0,
             nodes: Vec::new(),
-            seen: Vec::new(),
+            shields: Vec::new(),
+            looks: Looks::default(),
         };
         search.follow(target, u);
         search
@@ -170,6 +147,7 @@ impl<const D: usize> Search<D> {
         if !self.follow(sides.target, u) {
             return changes;
         }
+        self.raise_shields(sides.target, u);
         let mut points = Vec::new();
         for facet in sides.contactor.facets() {
             points.clear();
@@ -197,42 +175,27 @@ impl<const D: usize> Search<D> {
         changes
     }
 
-    /// Looks at facets from the nearest box on, until what is left is further away than the best of what was seen.
-    fn find(&mut self, probe: &Probe<'_, D>, target: &TargetSurface<D>, u: &[f64]) -> Option<u32> {
-        self.seen.clear();
-        // Which facet counts is dear to ask where many are seen: it is asked where one may, and again as more are seen.
-        let (mut possible, mut asked) = (self.limits.reach, 0);
-        for (leaf, squared) in self.tree.nearest_neighbor_iter_with_distance_2(probe.x.into()) {
-            let left = squared.sqrt() - self.motion - probe.tie;
-            if left > self.limits.reach {
-                break;
-            }
-            if left > possible && 2 * self.seen.len() > 3 * asked {
-                if left > nearest(&mut self.seen, target, probe.tie).unwrap_or(self.limits.reach) {
-                    break;
-                }
-                asked = self.seen.len();
-            }
-            target.current(leaf.data, u, &mut self.nodes);
-            let seen = look(probe, target, leaf.data, &self.nodes, &self.limits);
-            if seen.distance > self.limits.reach {
-                continue;
-            }
-            if seen.eligible {
-                possible = possible.min(seen.distance);
-            }
-            self.seen.push(seen);
+    /// Puts a shield around each facet at the displacements `u`.
+    fn raise_shields(&mut self, target: &TargetSurface<D>, u: &[f64]) {
+        self.shields.clear();
+        for facet in 0..target.len() as u32 {
+            target.current(facet, u, &mut self.nodes);
+            let kind = target.kind(facet);
+            self.shields.push(Shield::around(&self.nodes, kind.corners(), stretch(kind)));
         }
-        let best = nearest(&mut self.seen, target, probe.tie)?;
-        let tied = || {
-            let near = self.seen.iter().filter(|seen| seen.distance <= best + probe.tie);
-            near.filter(|seen| counts(seen, &self.seen, target, probe.tie))
+    }
+
+    /// The facet that counts for a point, of all within reach.
+    fn find(&mut self, probe: &Probe<'_, D>, target: &TargetSurface<D>, u: &[f64]) -> Option<u32> {
+        let around = Around { probe, target, u, limits: &self.limits };
+        let looks = &mut self.looks;
+        looks.forget();
+        let near = Near { tree: &self.tree, motion: self.motion, shields: &self.shields };
+        let best = match looks.follow(&near, &around) {
+            Some(best) => best,
+            None => looks.search(&near, &around)?,
         };
-        let deepest = tied().map(|seen| seen.gap.abs()).fold(0.0, f64::max);
-        let face_on = tied().filter(|seen| seen.gap.abs() >= FACE_ON * deepest - probe.tie);
-        // The facet of the last iterate before all others, then the lowest name.
-        let order = |facet: &u32| (probe.previous != Some(*facet), target.identity(*facet));
-        face_on.map(|seen| seen.facet).min_by_key(order)
+        looks.choose(best, &around)
     }
 }
 
@@ -248,54 +211,6 @@ fn current_points<'a, const D: usize>(
 /// A box around a facet with nodes at `points` \[m\].
 fn bounds<const D: usize>(kind: ElementKind, points: &[Vector<D>]) -> Bounds<D> {
     Bounds::of_facet(kind, points.iter().map(|&point| point.into()))
-}
-
-fn share_a_node(these: &[u32], those: &[u32]) -> bool {
-    these.iter().any(|node| those.contains(node))
-}
-
-fn look<const D: usize>(
-    probe: &Probe<'_, D>,
-    target: &TargetSurface<D>,
-    facet: u32,
-    nodes: &[Vector<D>],
-    limits: &SearchLimits,
-) -> Seen {
-    let projection = Projection::of(&probe.x, target.kind(facet), nodes);
-    let eligible = projection.normal.dot(&probe.outward) < 0.0
-        && projection.gap >= -limits.depth
-        && !target.is_off_end(facet, &projection)
-        && !share_a_node(probe.nodes, target.nodes(facet));
-    Seen { facet, distance: projection.distance, gap: projection.gap, place: projection.place, eligible }
-}
-
-/// Distance of the nearest facet that counts; sorts those `seen` by distance.
-fn nearest<const D: usize>(seen: &mut [Seen], target: &TargetSurface<D>, tie: f64) -> Option<f64> {
-    seen.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-    seen.iter().find(|this| counts(this, seen, target, tie)).map(|this| this.distance)
-}
-
-/// Whether a facet may be chosen, as far as the facets `seen` tell.
-fn counts<const D: usize>(this: &Seen, seen: &[Seen], target: &TargetSurface<D>, tie: f64) -> bool {
-    if !this.eligible || this.place == Place::Interior {
-        return this.eligible;
-    }
-    let meets = |other: &&Seen| {
-        let mut border = target.border_nodes(this.facet, this.place);
-        border.all(|node| target.nodes(other.facet).contains(&node))
-    };
-    // Who of those around the edge or corner lies most face-on to the point tells whether it is outside.
-    let mut face_on = this;
-    for other in seen.iter().filter(meets) {
-        if other.distance < this.distance - tie {
-            return false;
-        }
-        if other.gap.abs() > face_on.gap.abs() {
-            face_on = other;
-        }
-    }
-    let outside = |seen: &Seen| seen.gap > 0.0;
-    outside(this) == outside(face_on) || this.gap.abs().max(face_on.gap.abs()) <= tie
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The search against looking at everything, and what it does at ties, ends and corners.
 
 use super::*;
+use crate::contact::looks::{FACE_ON, Seen, counts, look};
 use crate::contact::pair_scene::{LIMITS, Scene, block};
 use crate::contact::surface::Quadrature;
 use crate::contact::target::TargetFacets;

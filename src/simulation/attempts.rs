@@ -26,8 +26,11 @@ impl<const D: usize> Journal<D> {
     }
 
     /// A load level of the static start was reached.
-    pub fn pressed(&mut self, report: &SolveReport) {
+    pub fn pressed(&mut self, report: &SolveReport, factor: f64) {
         self.count(report);
+        if factor == 1.0 && report.held.motions > 0 {
+            self.console.note(&report.held.note());
+        }
     }
 
     /// A solve of the next step begins.

@@ -16,7 +16,8 @@ use crate::time::Scheme;
 /// Residual over the largest force at which an increment of the static start is left for the next one.
 const PASSING: f64 = 1e-3;
 
-/// Spring that holds free bodies in the static start, relative to a typical diagonal entry.
+/// Spring under free bodies in the static start, relative to a typical diagonal entry: it makes the factorisation
+/// regular and carries bodies that nothing touches yet, and holds no one (`solvers::FreeMotions`).
 const HOLDING: f64 = 1e-7;
 
 /// Brings `stage.start` to the start of the motion. Collective.
@@ -96,7 +97,7 @@ fn press<const D: usize>(
         };
         match outcome {
             Outcome::Converged(report) => {
-                journal.pressed(&report);
+                journal.pressed(&report, factor);
                 course.reach(factor, stage)?;
                 system.accept(stage)?;
                 level.succeed();

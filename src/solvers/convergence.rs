@@ -1,5 +1,6 @@
 //! What an iteration did, and how a solve ended.
 
+use super::free_motion::Held;
 use crate::dynamics::ContactCounts;
 
 /// What an iteration belongs to.
@@ -74,14 +75,17 @@ pub struct SolveReport {
     pub residual: f64,
     /// Contact points at the end.
     pub contact: ContactCounts,
+    /// Free motions that were held in the last correction.
+    pub held: Held,
 }
 
 impl SolveReport {
-    /// Adds the work of another solve.
+    /// Adds the work of another solve, the last one so far.
     pub fn add_work(&mut self, other: &Self) {
         self.newton += other.newton;
         self.krylov += other.krylov;
         self.inner += other.inner;
+        self.held = other.held;
     }
 }
 

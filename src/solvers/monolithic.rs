@@ -8,6 +8,7 @@
 
 use super::convergence::{IterationReport, Outcome, SolveReport};
 use super::forcing::Forcing;
+use super::free_motion::{Driven, FreeMotions};
 use super::linear::{Fallback, LinearSolver, Solved};
 use crate::dynamics::{Dynamics, Lift, Residual, Stage};
 use crate::error::Result;
@@ -40,6 +41,9 @@ pub struct Monolithic {
     rhs: Vector,
     correction: Vector,
     origin: Vector,
+    free: FreeMotions,
+    /// The motion that was driven at the iterate that was held best.
+    driven: Option<Driven>,
 }
 
 /// Where along a correction the next iterate lies.
@@ -58,6 +62,9 @@ impl Monolithic {
     /// A correction that is smaller than this part of the displacements is rounding. Well above the noise that is
     /// seen, half of it, so that no partition is on the other side.
     const ROUNDING: f64 = 8.0 * f64::EPSILON;
+    /// Forces along a free motion up to this part of the tolerance are none: all of them together do not keep the balance
+    /// from being met.
+    const NO_FORCE: f64 = 0.1;
     /// Shortest step along a correction is `2^-HALVINGS`.
     const HALVINGS: i32 = 9;
 
@@ -75,6 +82,8 @@ impl Monolithic {
             rhs: pattern.like()?,
             correction: pattern.like()?,
             origin: pattern.like()?,
+            free: FreeMotions::default(),
+            driven: None,
         })
     }
 
@@ -96,6 +105,21 @@ impl Monolithic {
         &mut self,
         system: &mut dyn Dynamics,
         stage: &mut Stage,
+        watch: impl FnMut(&IterationReport),
+    ) -> Result<Outcome> {
+        (self.free, self.driven) = (FreeMotions::default(), None);
+        Ok(match (self.iterate(system, stage, watch)?, &self.driven) {
+            (Outcome::Failed(report, reason), Some(driven)) => {
+                Outcome::Failed(report, format!("{reason}; {}", driven.tell()))
+            }
+            (outcome, _) => outcome,
+        })
+    }
+
+    fn iterate(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &mut Stage,
         mut watch: impl FnMut(&IterationReport),
     ) -> Result<Outcome> {
         let mut report = SolveReport::default();
@@ -112,7 +136,11 @@ impl Monolithic {
                 return Ok(Outcome::Failed(report, rejected(system)));
             }
             if self.settled(now, row.iteration) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
-                return Ok(Outcome::Converged(report));
+                report.held = self.free.needed(&self.residual, now.scale)?;
+                return Ok(match report.held.force <= self.settings.tolerance {
+                    true => Outcome::Converged(report),
+                    false => Outcome::Failed(report, report.held.tell()),
+                });
             }
             if row.iteration == self.settings.max_iterations {
                 return Ok(Outcome::Failed(report, self.slow(&report, system)));
@@ -167,7 +195,10 @@ impl Monolithic {
         let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
         system.jacobian(stage, self.settings.terms, Some(lift))?;
         let tolerance = self.settings.linear[1];
+        let scale = now.scale.max(self.rhs.norm()?);
+        self.release(system, stage, scale)?;
         let solved = self.linear.solve_system((system, stage), &self.rhs, &mut self.correction, tolerance)?;
+        self.free.clear_motion(&mut self.correction)?;
         if solved.is_some() {
             stage.trial.u.axpy(1.0, &self.correction)?;
         }
@@ -192,8 +223,26 @@ impl Monolithic {
             false => self.rhs.copy_from(&self.residual)?,
         }
         self.rhs.scale(-1.0)?;
+        self.release(system, stage, now.scale)?;
         let tolerance = self.forcing.next(now.norm, self.target * now.scale);
-        self.linear.solve_system((system, stage), &self.rhs, &mut self.correction, tolerance)
+        let solved = self.linear.solve_system((system, stage), &self.rhs, &mut self.correction, tolerance)?;
+        self.free.clear_motion(&mut self.correction)?;
+        Ok(solved)
+    }
+
+    /// Finds the free motions of a static equilibrium at the assembled matrix, and takes what rounding puts along them
+    /// out of the right side.
+    fn release(&mut self, system: &dyn Dynamics, stage: &Stage, scale: f64) -> Result<()> {
+        if stage.holding == 0.0 {
+            return Ok(());
+        }
+        let allowed = Self::NO_FORCE * self.target * scale;
+        self.free = FreeMotions::find(system, stage, &self.rhs, allowed)?;
+        let held_less = |driven: &&Driven| self.driven.as_ref().is_none_or(|known| driven.free <= known.free);
+        if let Some(driven) = self.free.driven.as_ref().filter(held_less) {
+            self.driven = Some(driven.clone());
+        }
+        self.free.clear_force(&mut self.rhs)
     }
 
     /// Takes the correction whole, or the part of it that the safeguards allow.

@@ -17,8 +17,8 @@ use crate::terms::Terms;
 /// When the sweeps end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StaggeredSettings {
-    /// Distance of the stages over the increment of the step, change of the friction forces over the normal forces, and
-    /// residual of the full system over the largest force, at which the stages agree.
+    /// Error of the displacements over the increment of the step, and of the friction forces over the normal forces, as the
+    /// contraction tells them, at which the stages agree. The full system must balance to Newton's tolerance as well.
     pub tolerance: f64,
     /// Most sweeps over both stages.
     pub max_sweeps: u32,
@@ -29,6 +29,8 @@ pub struct StaggeredSettings {
 /// The staggered strategy.
 pub struct Staggered {
     settings: StaggeredSettings,
+    /// Residual of the full system over the largest force at which it balances: Newton's own tolerance.
+    balance: f64,
     normal: Monolithic,
     friction: Monolithic,
     /// What stage I found, the result.
@@ -61,6 +63,8 @@ struct Progress {
 impl Progress {
     /// Sweeps without a smaller change of friction after which none is expected.
     const PATIENCE: u32 = 10;
+    /// Largest contraction that the error is told from.
+    const MOST: f64 = 0.9;
 
     fn record(&mut self, sweep: &Sweep) {
         self.contraction = self.last.filter(|last| *last > 0.0).map(|last| sweep.distance / last);
@@ -68,6 +72,12 @@ impl Progress {
         let better = self.least.is_none_or(|least| sweep.friction < least);
         self.idle = if better { 0 } else { self.idle + 1 };
         self.least = if better { Some(sweep.friction) } else { self.least };
+    }
+
+    /// The error over the last change, `1 / (1 - q)`: all sweeps to come added up. Noise may make `q` anything: it counts up to
+    /// [`MOST`](Self::MOST).
+    fn amplification(&self) -> f64 {
+        1.0 / (1.0 - self.contraction.unwrap_or(0.0).clamp(0.0, Self::MOST))
     }
 
     fn stagnates(&self) -> bool {
@@ -106,6 +116,11 @@ impl Staggered {
         };
         Ok(Self {
             settings,
+            // A frozen traction follows the law no better than the slip is known: under a stiff stick, worse than the balance.
+            balance: match settings.known {
+                Known::Bound => settings.tolerance.min(newton.tolerance),
+                Known::Traction => settings.tolerance,
+            },
             normal: stage(Terms::NORMAL_STAGE)?,
             friction: stage(Terms::FRICTION_STAGE)?,
             found: pattern.like()?,
@@ -158,11 +173,17 @@ impl Staggered {
         Ok((outcome, sweep))
     }
 
-    /// Both stages agree, and what they agree on balances. The latter matters where friction is known as a traction: under
-    /// a stiff stick the law may give another one at displacements that hardly differ.
-    fn agrees(&self, sweep: &Sweep) -> bool {
-        let open = [sweep.relative_distance, sweep.friction, sweep.residual];
-        open.iter().all(|open| *open <= self.settings.tolerance)
+    /// Both stages agree, and what they agree on balances as well as a monolithic step does.
+    ///
+    /// Sweeps that contract by `q` leave `|u - u_I| <= |u_I - u_II| / (1 - q)` open, and as much of the friction. What is left
+    /// open has the same sign step after step and adds up: where all slips, the last force would miss by a thousand times
+    /// the tolerance but for the balance. Where stages differ by rounding alone, or friction has stopped to change less, no
+    /// sweep can do better.
+    fn agrees(&self, sweep: &Sweep, progress: &Progress) -> bool {
+        let open = sweep.relative_distance.max(sweep.friction) * progress.amplification();
+        let exhausted = sweep.relative_distance == 0.0 || progress.stagnates();
+        let balance = if exhausted { self.settings.tolerance } else { self.balance };
+        open <= self.settings.tolerance && sweep.residual <= balance
     }
 
     /// Why the sweeps end without agreement, where they do.
@@ -174,8 +195,8 @@ impl Staggered {
         let contraction = progress.contraction.map_or(String::new(), |c| format!(", contraction {c:.2}"));
         Some(format!(
             "the staggered scheme {why} after {number} sweeps: the stages differ by {:.1e} of the increment, friction \
-             changes by {:.1e} of the normal force, the residual is {:.1e}; not all <= {:.1e}{contraction}",
-            sweep.relative_distance, sweep.friction, sweep.residual, self.settings.tolerance
+             changes by {:.1e} of the normal force, not both <= {:.1e}, or the residual is {:.1e}, not <= {:.1e}{contraction}",
+            sweep.relative_distance, sweep.friction, self.settings.tolerance, sweep.residual, self.balance
         ))
     }
 
@@ -207,7 +228,7 @@ impl Staggered {
                 contraction: progress.contraction,
                 ..IterationReport::first(sweep.residual, report.contact)
             });
-            if self.agrees(&sweep) {
+            if self.agrees(&sweep, &progress) {
                 break;
             }
             if let Some(reason) = self.hopeless(number, &sweep, &progress) {
@@ -289,6 +310,18 @@ mod tests {
         assert_eq!(progress.contraction, None);
         progress.record(&sweep(2e-3, 0.5));
         assert!(progress.contraction.is_some_and(|c| (c - 0.2).abs() < 1e-12));
+    }
+
+    /// A slow contraction leaves more open than the last change tells.
+    #[test]
+    fn the_error_is_all_sweeps_to_come() {
+        let mut progress = Progress::default();
+        assert_eq!(progress.amplification(), 1.0);
+        progress.record(&sweep(1.0, 1.0));
+        progress.record(&sweep(0.5, 0.5));
+        assert_eq!(progress.amplification(), 2.0);
+        progress.record(&sweep(5.0, 0.5));
+        assert!((progress.amplification() - 10.0).abs() < 1e-12);
     }
 
     /// Friction that does not become smaller in ten sweeps will not, however far the stages are apart.

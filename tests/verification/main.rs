@@ -8,6 +8,7 @@ mod balances;
 mod cases;
 #[path = "../common/mod.rs"]
 mod common;
+mod free_motions;
 mod manufactured;
 mod march;
 mod motion;
@@ -41,6 +42,7 @@ const RUNS: &[Run] = &[
     ("start", motion::start, &[0]),
     ("balances", balances::all, &[0, 3]),
     ("tangents", tangent::all, &[0, 2, 3]),
+    ("free_motions", free_motions::all, &[0, 2, 3, 4]),
     ("stages", stages::all, &[0, 2, 3]),
 ];
 

@@ -1,0 +1,342 @@
+//! Free motions of a static equilibrium: found, and projected out of the correction.
+//!
+//! A body that only friction will hold has no force against it while friction is off: the tangent is singular along that
+//! motion `n`, `K n = 0`, and where the loads have no part in it, `n . r = 0`, any place along it is an equilibrium. The body
+//! shall stay where it is. So the rigid motions that supports leave are reduced to those that the present tangent, contact
+//! included, does not resist; where nothing drives them they are taken out of both sides of
+//!
+//! `K x = b`: `b - M n (n . b)` is solved for, and `x - n (n . M x)` is taken, `n . M n = 1`,
+//!
+//! which moves neither the centre of mass nor the mean angle along `n`. The weak spring of
+//! [`Stage::holding`](crate::dynamics::Stage) makes the factorisation regular and has no part in the answer.
+//!
+//! A motion that loads drive is no equilibrium: the body moves along it until it touches what resists, carried by the
+//! spring in strides. Of several free motions that is the one combination in which the loads lie; the others are
+//! still held. If nothing ever resists, the solve fails and tells body, direction and force.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+use nalgebra::{Cholesky, DMatrix, DVector, SVD};
+
+use crate::dynamics::{Dynamics, RigidMotion, Stage};
+use crate::error::Result;
+use crate::petsc::{Operator, Vector};
+
+/// A free motion along which loads drive a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Driven {
+    /// Number of free motions at that iterate.
+    pub free: usize,
+    /// Body and direction.
+    pub words: String,
+    /// Resultant along or about it.
+    pub force: f64,
+    /// N or N m.
+    pub unit: &'static str,
+}
+
+impl Driven {
+    /// As the reason of a failure.
+    pub fn tell(&self) -> String {
+        format!("nothing resists {}, and {:.3e} {} drive it", self.words, self.force, self.unit)
+    }
+}
+
+/// What was held of a converged equilibrium.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Held {
+    /// Number of motions.
+    pub motions: u32,
+    /// Largest force along one of them over the largest force: what holding would have needed.
+    pub force: f64,
+}
+
+impl Held {
+    /// For people.
+    pub fn note(&self) -> String {
+        let Self { motions, force } = self;
+        let (s, were) = if *motions == 1 { ("", "was") } else { ("s", "were") };
+        format!("{motions} free motion{s} {were} held, {force:.1e} of the largest force lay along it")
+    }
+
+    /// As the reason of a failure.
+    pub fn tell(&self) -> String {
+        format!("a free motion would need {:.1e} of the largest force to be held", self.force)
+    }
+}
+
+/// A motion that is held, and what it weighs.
+struct Motion {
+    field: Vector,
+    weight: Vector,
+}
+
+/// The free motions at an iterate.
+#[derive(Default)]
+pub struct FreeMotions {
+    held: Vec<Motion>,
+    /// The motion that loads drive.
+    pub driven: Option<Driven>,
+}
+
+/// Resistance over a typical diagonal entry up to which a motion is free: above rounding, below the softest penalty.
+const FREE: f64 = 1e-12;
+/// The same over the largest entry, in roundings.
+const ROUNDINGS: f64 = 32.0;
+/// The whole force of a motion may be larger by this factor than its part in the space of rigid motions.
+const WHOLE: f64 = 10.0;
+
+impl FreeMotions {
+    /// The free motions at the matrix that the system has assembled for `stage`. Forces `b` along them that are no larger
+    /// than `allowed` \[N\] are none. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn find(system: &dyn Dynamics, stage: &Stage, b: &Vector, allowed: f64) -> Result<Self> {
+        let rigid = system.rigid_motions(stage)?;
+        if rigid.is_empty() {
+            return Ok(Self::default());
+        }
+        let fields: Vec<&Vector> = rigid.iter().map(|motion| &motion.field).collect();
+        let free = unresisted(system, stage, &fields)?;
+        if free.ncols() == 0 {
+            return Ok(Self::default());
+        }
+        let loads = DVector::from_vec(products(&fields, &[b]));
+        let along = free.transpose() * &loads;
+        let size = along.norm();
+        let mut driven = None;
+        let mut idle = free.clone();
+        if size > allowed {
+            let way = &free * (&along / size);
+            driven = Some(describe(&rigid, &way, &loads, free.ncols()));
+            idle = &free * complement(&(along / size));
+        }
+        Ok(Self { held: weighed(system, &fields, &idle)?, driven })
+    }
+
+    /// Number of motions that are held.
+    pub fn held(&self) -> usize {
+        self.held.len()
+    }
+
+    /// Takes what is along the held motions out of forces. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn clear_force(&self, b: &mut Vector) -> Result<()> {
+        let fields: Vec<&Vector> = self.held.iter().map(|motion| &motion.field).collect();
+        let parts = products(&fields, &[b]);
+        self.held.iter().zip(parts).try_for_each(|(motion, part)| b.axpy(-part, &motion.weight))
+    }
+
+    /// Takes the held motions out of a correction. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn clear_motion(&self, x: &mut Vector) -> Result<()> {
+        let weights: Vec<&Vector> = self.held.iter().map(|motion| &motion.weight).collect();
+        let parts = products(&weights, &[x]);
+        self.held.iter().zip(parts).try_for_each(|(motion, part)| x.axpy(-part, &motion.field))
+    }
+
+    /// What the forces `r` that are left over have along the held motions, over the force `scale` \[N\]. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn needed(&self, r: &Vector, scale: f64) -> Result<Held> {
+        let fields: Vec<&Vector> = self.held.iter().map(|motion| &motion.field).collect();
+        let mut force = 0.0_f64;
+        for (motion, part) in fields.iter().zip(products(&fields, &[r])) {
+            force = force.max(part.abs() / motion.norm()?);
+        }
+        let force = if force == 0.0 { 0.0 } else { force / scale };
+        Ok(Held { motions: fields.len() as u32, force })
+    }
+}
+
+/// Dot products of all `left` with all `right`, row by row, in one message. Collective.
+fn products(left: &[&Vector], right: &[&Vector]) -> Vec<f64> {
+    let Some(first) = left.first() else { return Vec::new() };
+    let dot =
+        |a: &Vector, b: &Vector| a.owned().iter().zip(b.owned().iter()).map(|(a, b)| a * b).sum::<f64>();
+    let own: Vec<f64> = left.iter().flat_map(|a| right.iter().map(|b| dot(a, b))).collect();
+    let mut all = vec![0.0; own.len()];
+    first.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+    all
+}
+
+/// Coefficients, as orthonormal columns, of the combinations of `fields` for which `K n` and `K^T n` are zero. Collective.
+fn unresisted(system: &dyn Dynamics, stage: &Stage, fields: &[&Vector]) -> Result<DMatrix<f64>> {
+    let (matrix, unit, count) = (system.matrix(), system.unit(), fields.len());
+    // The spring is no resistance.
+    let spring = stage.holding * unit;
+    let mut image = fields[0].like()?;
+    matrix.diagonal(&mut image)?;
+    let tolerance = (FREE * unit).max(ROUNDINGS * f64::EPSILON * image.max_norm()?);
+    let mut columns = Vec::with_capacity(count);
+    for field in fields {
+        matrix.multiply(field, &mut image)?;
+        image.axpy(-spring, field)?;
+        columns.push(DVector::from_vec(products(fields, &[&image])));
+    }
+    let stiffness = DMatrix::from_columns(&columns);
+    if stiffness.iter().any(|entry| !entry.is_finite()) {
+        return Ok(DMatrix::zeros(count, 0));
+    }
+    let mut free = null_space(&stiffness, tolerance);
+    // A part in the space of rigid motions may vanish where the whole does not: under stress a turn changes forces.
+    let mut kept = Vec::new();
+    let mut sum = fields[0].like()?;
+    for column in free.column_iter() {
+        combine(fields, column.iter(), &mut sum)?;
+        matrix.multiply(&sum, &mut image)?;
+        image.axpy(-spring, &sum)?;
+        let forward = image.norm()?;
+        matrix.multiply_transpose(&sum, &mut image)?;
+        image.axpy(-spring, &sum)?;
+        if forward.max(image.norm()?) <= WHOLE * tolerance {
+            kept.push(column.into_owned());
+        }
+    }
+    free = if kept.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(&kept) };
+    Ok(free)
+}
+
+/// Orthonormal columns `y` with `|A y|` and `|A^T y|` up to a tolerance.
+fn null_space(a: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
+    let count = a.ncols();
+    let mut both = DMatrix::zeros(2 * count, count);
+    both.rows_mut(0, count).copy_from(a);
+    both.rows_mut(count, count).copy_from(&a.transpose());
+    let svd = SVD::new(both, false, true);
+    let Some(right) = svd.v_t else { return DMatrix::zeros(count, 0) };
+    let free: Vec<_> = (0..count)
+        .filter(|&k| svd.singular_values[k] <= tolerance)
+        .map(|k| right.row(k).transpose())
+        .collect();
+    if free.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(&free) }
+}
+
+/// Orthonormal columns that are orthogonal to a unit vector, one less than its length: those of its reflection onto the first axis.
+fn complement(unit: &DVector<f64>) -> DMatrix<f64> {
+    let count = unit.len();
+    let mut axis = unit.clone();
+    axis[0] += if unit[0] >= 0.0 { 1.0 } else { -1.0 };
+    let mirror = DMatrix::identity(count, count) - &axis * axis.transpose() * (2.0 / axis.norm_squared());
+    mirror.columns(1, count - 1).into_owned()
+}
+
+/// `sum_k c_k f_k`.
+fn combine<'a>(fields: &[&Vector], factors: impl Iterator<Item = &'a f64>, into: &mut Vector) -> Result<()> {
+    into.set(0.0);
+    fields.iter().zip(factors).try_for_each(|(field, &factor)| into.axpy(factor, field))
+}
+
+/// The combinations of `fields` by the columns of `idle`, made orthonormal by weight. Collective.
+fn weighed(system: &dyn Dynamics, fields: &[&Vector], idle: &DMatrix<f64>) -> Result<Vec<Motion>> {
+    let mut motions = Vec::with_capacity(idle.ncols());
+    for column in idle.column_iter() {
+        let (mut field, mut weight) = (fields[0].like()?, fields[0].like()?);
+        combine(fields, column.iter(), &mut field)?;
+        system.weigh_motion(&field, &mut weight)?;
+        motions.push(Motion { field, weight });
+    }
+    let parts = |take: fn(&Motion) -> &Vector| motions.iter().map(take).collect::<Vec<_>>();
+    let (own, weights) = (parts(|motion| &motion.field), parts(|motion| &motion.weight));
+    let masses = DMatrix::from_row_slice(own.len(), own.len(), &products(&own, &weights));
+    let Some(mixed) = Cholesky::new(masses).and_then(|root| root.l().try_inverse()) else {
+        // Bodies without mass: the mean of the nodes is what stays.
+        let plain = |motion: Motion| -> Result<Motion> {
+            let mut weight = motion.weight;
+            weight.copy_from(&motion.field)?;
+            Ok(Motion { field: motion.field, weight })
+        };
+        return motions.into_iter().map(plain).collect();
+    };
+    let mut result = Vec::with_capacity(motions.len());
+    for row in mixed.row_iter() {
+        let (mut field, mut weight) = (fields[0].like()?, fields[0].like()?);
+        combine(&own, row.iter(), &mut field)?;
+        combine(&weights, row.iter(), &mut weight)?;
+        result.push(Motion { field, weight });
+    }
+    Ok(result)
+}
+
+/// Body, direction and resultant of a motion with coefficients `way` under the `loads` along each rigid motion.
+fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVector<f64>, free: usize) -> Driven {
+    let share = |body: usize| -> f64 {
+        rigid.iter().zip(way.iter()).filter(|(motion, _)| motion.body == body).map(|(_, c)| c * c).sum()
+    };
+    let bodies = rigid.iter().map(|motion| motion.body);
+    let body = bodies.max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or_default();
+    let (mut shift, mut spin, mut power, mut nodes, mut name) = ([0.0; 3], [0.0; 3], 0.0, 0.0, "");
+    for ((motion, factor), load) in rigid.iter().zip(way.iter()).zip(loads.iter()) {
+        if motion.body == body {
+            for i in 0..3 {
+                shift[i] += factor * motion.shift[i];
+                spin[i] += factor * motion.spin[i];
+            }
+            power += factor * load;
+            (nodes, name) = (motion.nodes, &motion.name);
+        }
+    }
+    let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let shifts = 2.0 * nodes * length(&shift).powi(2) >= share(body);
+    let (vector, what) = if shifts { (shift, "motion of") } else { (spin, "turn of") };
+    let size = length(&vector);
+    let direction = direction(&vector.map(|x| x / size));
+    let unit = if shifts { "N" } else { "N m" };
+    let preposition = if shifts { "along" } else { "about" };
+    let words = format!("the {what} '{name}' {preposition} {direction}");
+    Driven { free, words, force: power / size, unit }
+}
+
+/// An axis by name, anything else by its components.
+fn direction(unit: &[f64; 3]) -> String {
+    const AXIS: f64 = 0.9999;
+    for (i, name) in ["x", "y", "z"].into_iter().enumerate() {
+        if unit[i].abs() > AXIS {
+            return if unit[i] < 0.0 { format!("-{name}") } else { name.to_owned() };
+        }
+    }
+    format!("({:.3}, {:.3}, {:.3})", unit[0], unit[1], unit[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Singular on both sides, or not at all: a motion that changes friction elsewhere is not free.
+    #[test]
+    fn a_free_motion_is_free_on_both_sides() {
+        let a = DMatrix::from_row_slice(3, 3, &[0.0, 0.0, 0.0, 0.0, 2.0, 1.0, 0.0, 1.0, 3.0]);
+        let free = null_space(&a, 1e-12);
+        assert_eq!(free.ncols(), 1);
+        assert!(free[(0, 0)].abs() > 1.0 - 1e-12);
+        let mut coupled = a.clone();
+        coupled[(0, 1)] = 0.5;
+        assert_eq!(null_space(&coupled, 1e-12).ncols(), 0);
+        assert_eq!(null_space(&(a + DMatrix::identity(3, 3) * 1e-3), 1e-12).ncols(), 0);
+    }
+
+    /// What is left beside a direction is orthonormal and orthogonal to it.
+    #[test]
+    fn the_complement_is_orthonormal() {
+        for unit in [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.6, -0.8]] {
+            let unit = DVector::from_row_slice(&unit);
+            let rest = complement(&unit);
+            assert_eq!(rest.shape(), (3, 2));
+            assert!((rest.transpose() * &rest - DMatrix::identity(2, 2)).amax() < 1e-14);
+            assert!((rest.transpose() * unit).amax() < 1e-14);
+        }
+        assert_eq!(complement(&DVector::from_row_slice(&[-1.0])).ncols(), 0);
+    }
+
+    #[test]
+    fn directions_are_named() {
+        assert_eq!(direction(&[0.0, -1.0, 0.0]), "-y");
+        assert_eq!(direction(&[0.6, 0.8, 0.0]), "(0.600, 0.800, 0.000)");
+    }
+}

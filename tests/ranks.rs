@@ -1,0 +1,191 @@
+//! Two deformable bodies on 1, 2, 3, 4 and 8 ranks: every scene at reduced size gives the same displacements, the same
+//! number of Newton iterations and the same contact points at every step.
+
+mod common;
+
+use common::{Results, shipped};
+
+const RANKS: [usize; 4] = [2, 3, 4, 8];
+
+/// Displacements agree to this part of the largest one.
+const AGREEMENT: f64 = 1e-9;
+
+/// A shipped case, what makes it small, and what makes it short.
+struct Scene {
+    case: &'static str,
+    changes: &'static [(&'static str, &'static str)],
+}
+
+const fn scene(case: &'static str, changes: &'static [(&'static str, &'static str)]) -> Scene {
+    Scene { case, changes }
+}
+
+const CONCRETE: &[Scene] = &[scene(
+    "concrete-block/case.yml",
+    &[
+        ("cells: [20, 10]", "cells: [10, 5]"),
+        ("cells: [50, 16]", "cells: [25, 8]"),
+        ("end: 0.094", "end: 5.0e-3"),
+    ],
+)];
+
+const ROUND: &[Scene] = &[
+    scene("hertz/case.yml", &[("cells: [45, 35]", "cells: [23, 18]"), ("increments: 5", "increments: 2")]),
+    scene(
+        "hertz/spheres.yml",
+        &[("[10, 10, 8]", "[5, 5, 4]"), ("[8, 8, 8]", "[4, 4, 4]"), ("increments: 8", "increments: 2")],
+    ),
+    scene(
+        "cattaneo-mindlin/case.yml",
+        &[("cells: [120, 48]", "cells: [40, 16]"), ("increments: 16", "increments: 4")],
+    ),
+];
+
+const PATCHES: &[Scene] = &[scene("patch/blocks.yml", &[]), scene("patch/blocks-solid.yml", &[])];
+
+const IRONING: &[Scene] = &[
+    scene(
+        "ironing/case.yml",
+        &[
+            ("cells: [48, 6]", "cells: [48, 2]"),
+            ("cells: [40, 10]", "cells: [40, 5]"),
+            ("end: 1,", "end: 0.6,"),
+        ],
+    ),
+    scene(
+        "ironing/solid.yml",
+        &[
+            ("cells: [12, 12, 2]", "cells: [8, 8, 1]"),
+            ("cells: [15, 11, 3]", "cells: [12, 8, 2]"),
+            ("end: 1,", "end: 0.42,"),
+        ],
+    ),
+];
+
+const COLLISIONS: &[Scene] = &[
+    scene(
+        "collision/case.yml",
+        &[
+            ("cells: [12, 12]", "cells: [6, 6]"),
+            ("cells: [14, 14]", "cells: [7, 7]"),
+            ("end: 0.012, step: 5.0e-5", "end: 0.002, step: 1.0e-4"),
+        ],
+    ),
+    scene(
+        "collision/friction.yml",
+        &[
+            ("cells: [12, 12]", "cells: [6, 6]"),
+            ("cells: [14, 14]", "cells: [7, 7]"),
+            ("end: 0.012, step: 5.0e-5", "end: 0.002, step: 1.0e-4"),
+        ],
+    ),
+    scene("collision/touching.yml", &[("cells: [8, 8]", "cells: [4, 4]"), ("end: 0.008", "end: 0.001")]),
+    scene(
+        "collision/solid.yml",
+        &[
+            ("cells: [6, 6, 6]", "cells: [3, 3, 3]"),
+            ("cells: [7, 7, 7]", "cells: [4, 4, 4]"),
+            ("end: 0.010, step: 1.0e-4", "end: 0.004, step: 2.0e-4"),
+            ("compliance: 1.0e-10", "compliance: 1.0e-9"),
+        ],
+    ),
+];
+
+const CUBES: &[Scene] = &[scene(
+    "two-cubes/case.yml",
+    &[
+        ("cells: [10, 10, 10]", "cells: [5, 5, 4]"),
+        ("cells: [8, 8, 8]", "cells: [4, 4, 3]"),
+        ("end: 0.01,", "end: 0.0025,"),
+    ],
+)];
+
+/// What one rank and any other number of them must agree on.
+struct Answer {
+    displacements: Vec<f64>,
+    newton: serde_json::Value,
+    /// Of each step and contact: closed, sticking and slipping points.
+    points: Vec<String>,
+}
+
+impl Answer {
+    fn of(text: &str, ranks: usize) -> Self {
+        let results = Results::of(text, ranks);
+        let (probes, contact) = (results.table("probes.csv"), results.table("contact.csv"));
+        let names = probes.names().filter(|name| name.contains(".u_"));
+        let columns = ["step", "contact", "points", "stick", "slip"].map(|name| contact.texts(name));
+        let row = |row: usize| columns.iter().map(|column| column[row]).collect::<Vec<_>>().join(" ");
+        Self {
+            displacements: names.flat_map(|name| probes.numbers(name)).collect(),
+            newton: results.record()["newton_iterations"].clone(),
+            points: (0..contact.len()).map(row).collect(),
+        }
+    }
+
+    /// Whether anything touched.
+    fn touches(&self) -> bool {
+        self.points.iter().any(|row| row.split(' ').nth(2).is_some_and(|points| points != "0"))
+    }
+
+    /// Largest difference of displacements over the largest of them.
+    fn apart(&self, other: &Self) -> f64 {
+        let (a, b) = (&self.displacements, &other.displacements);
+        assert!(!a.is_empty() && a.len() == b.len(), "{} and {} displacements", a.len(), b.len());
+        let largest =
+            |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |most: f64, u| most.max(u.abs()));
+        largest(&mut a.iter().zip(b).map(|(a, b)| a - b)) / largest(&mut a.iter().copied())
+    }
+}
+
+/// Each scene with a factorisation, so that the ranks differ by rounding alone.
+#[track_caller]
+fn invariant(scenes: &[Scene]) {
+    for Scene { case, changes } in scenes {
+        let text = shipped(case, changes);
+        let others = text.lines().filter(|line| !line.starts_with("solver:"));
+        let solver = "solver: { linear: direct, newton: { inexact: false } }";
+        let text: String = others.chain([solver]).map(|line| format!("{line}\n")).collect();
+        let alone = Answer::of(&text, 1);
+        assert!(alone.touches(), "{case}: nothing touches");
+        for ranks in RANKS {
+            let together = Answer::of(&text, ranks);
+            assert_eq!(alone.newton, together.newton, "{case} on {ranks} ranks: Newton iterations");
+            for (one, other) in alone.points.iter().zip(&together.points) {
+                assert_eq!(one, other, "{case} on {ranks} ranks: step contact points stick slip");
+            }
+            let apart = alone.apart(&together);
+            println!("{case} on {ranks} ranks: {apart:.1e}");
+            assert!(apart < AGREEMENT, "{case} on {ranks} ranks: displacements differ by {apart:.1e}");
+        }
+    }
+}
+
+#[test]
+fn concrete_block_on_1_2_3_4_8_ranks() {
+    invariant(CONCRETE);
+}
+
+#[test]
+fn hertz_and_cattaneo_mindlin_on_1_2_3_4_8_ranks() {
+    invariant(ROUND);
+}
+
+#[test]
+fn patches_that_do_not_match_on_1_2_3_4_8_ranks() {
+    invariant(PATCHES);
+}
+
+#[test]
+fn ironing_on_1_2_3_4_8_ranks() {
+    invariant(IRONING);
+}
+
+#[test]
+fn collisions_on_1_2_3_4_8_ranks() {
+    invariant(COLLISIONS);
+}
+
+#[test]
+fn two_cubes_on_1_2_3_4_8_ranks() {
+    invariant(CUBES);
+}

@@ -1,0 +1,167 @@
+//! Free motions of a static equilibrium: how many there are, what is told of one that is driven, and that a body that only
+//! friction would hold stays where it is.
+
+use std::rc::Rc;
+
+use contact_petsc::assembly::{ContactSystem, SystemOptions};
+use contact_petsc::case::Case;
+use contact_petsc::dynamics::{Dynamics, FrictionMode, Shifts, Stage};
+use contact_petsc::model::{Model, read_mesh};
+use contact_petsc::partition::{Plan, distribute};
+use contact_petsc::petsc::{Format, Session};
+use contact_petsc::solvers::{FreeMotions, LinearChoice, Outcome};
+use contact_petsc::terms::Terms;
+use contact_petsc::time::Scheme;
+
+use super::scene::Scene;
+
+const HOLDING: f64 = 1e-7;
+
+pub fn all(session: &Rc<Session>) {
+    counts(session);
+    driven(session);
+    stays(session);
+}
+
+/// A case of one body over a plane through `point` with this `normal`, or of none where that is empty.
+fn case(dimension: usize, mesh: &str, point: &str, normal: &str, boundary: &str) -> String {
+    let contact = "contact: { sole: { contactor: block.bottom, target: floor, normal: { penalty: { compliance: 1.0e-8 } }, \
+                   friction: FRICTION, quadrature: nodal, initial_overclosure: accept } }";
+    let (floor, contact) = match normal {
+        "" => (String::new(), ""),
+        _ => {
+            (format!("obstacles: {{ floor: {{ plane: {{ point: {point}, normal: {normal} }} }} }}"), contact)
+        }
+    };
+    format!(
+        "
+dimension: {dimension}
+bodies:
+  block:
+    mesh: {{ box: {{ {mesh} }} }}
+    material: {{ neo_hookean: {{ young_modulus: 1.0e7, poisson_ratio: 0.3 }} }}
+    density: 1000
+    kinematics: finite
+{floor}
+{contact}
+{boundary}
+start: {{ equilibrium: {{ friction: false, increments: 1 }} }}
+time: {{ end: 1, step: 0.1 }}
+"
+    )
+}
+
+const SQUARE: &str = "min: [0, 0], max: [1, 0.5], cells: [6, 3]";
+const TILTED: &str =
+    "min: [0, 0], max: [1, 0.5], cells: [6, 3], map: { x: 0.8 * x - 0.6 * y, y: 0.6 * x + 0.8 * y }";
+const DISC: &str = "min: [-1, -1], max: [1, 1], cells: [6, 6], \
+                    map: { x: 0.1 * x * sqrt(1 - y^2 / 2), y: 0.1 * y * sqrt(1 - x^2 / 2) }";
+const CUBE: &str = "min: [0, 0, 0], max: [1, 1, 0.5], cells: [4, 3, 2]";
+const BALL: &str = "min: [-1, -1, -1], max: [1, 1, 1], cells: [4, 4, 4], map: { \
+                    x: 0.1 * x * sqrt(1 - y^2 / 2 - z^2 / 2 + y^2 * z^2 / 3), \
+                    y: 0.1 * y * sqrt(1 - z^2 / 2 - x^2 / 2 + z^2 * x^2 / 3), \
+                    z: 0.1 * z * sqrt(1 - x^2 / 2 - y^2 / 2 + x^2 * y^2 / 3) }";
+const NO_FRICTION: &str = "none";
+const STICK: &str = "{ coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e8 } } }";
+
+/// The system of a case, distributed, and a stage at rest.
+fn scene<const D: usize>(session: &Rc<Session>, text: &str, friction: &str) -> Scene<D> {
+    let case = Case::parse(&text.replace("FRICTION", friction), "case.yml")
+        .unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let model = Model::<D>::new(&case).expect("a model");
+    let mesh = (session.rank() == 0).then(|| read_mesh(&case).expect("a mesh"));
+    let (local, _) = distribute(session.world(), mesh, &Plan::default()).expect("a partition");
+    let options = SystemOptions { inertia: true, format: Format::Aij };
+    let system = ContactSystem::new(session, local, &model, options).expect("a system");
+    let stage = Stage::at_rest(system.pattern_vector()).expect("a stage");
+    let mut scene = Scene { system, stage, session: session.clone() };
+    scene.stage.holding = HOLDING;
+    scene.stage.friction = if friction == NO_FRICTION { FrictionMode::Off } else { FrictionMode::AsGiven };
+    scene
+}
+
+/// The free motions of the undeformed state under its loads; those up to `allowed` count for nothing.
+fn free<const D: usize>(session: &Rc<Session>, text: &str, friction: &str, allowed: f64) -> FreeMotions {
+    let mut scene = scene::<D>(session, text, friction);
+    let Scene { system, stage, .. } = &mut scene;
+    Scheme::Static.prepare(stage, 1.0, 0.0).expect("a stage");
+    stage.shifts = Shifts::default();
+    system.prescribe(stage).expect("PETSc");
+    let mut rhs = system.pattern_vector().like().expect("a vector");
+    system.residual(stage, &mut rhs).expect("PETSc");
+    rhs.scale(-1.0).expect("PETSc");
+    system.observe().expect("PETSc");
+    system.jacobian(stage, Terms::ALL - Terms::ZONE_CHANGE, None).expect("PETSc");
+    FreeMotions::find(system, stage, &rhs, allowed).expect("PETSc")
+}
+
+/// On a plane a block slides, a disc slides and rolls; in space a block slides two ways and turns about the normal, a ball
+/// rolls two ways as well. Sticking friction and supports leave less.
+fn counts(session: &Rc<Session>) {
+    let up = "normal: [0, 1]";
+    let count2 = |text: &str, friction: &str| free::<2>(session, text, friction, f64::MAX).held();
+    let count3 = |text: &str| free::<3>(session, text, NO_FRICTION, f64::MAX).held();
+    let plane = |mesh: &str, point: &str| case(2, mesh, point, &up["normal: ".len()..], "");
+    let hold = |components: &str| {
+        format!("boundary: {{ wall: {{ on: block.left, displacement: {{ {components} }} }} }}")
+    };
+    assert_eq!(count2(&plane(SQUARE, "[0, 1.0e-6]"), NO_FRICTION), 1, "a block slides");
+    assert_eq!(
+        count2(
+            &case(2, TILTED, "[0, 0]", "[-0.6, 0.8]", "")
+                .replace("[0, 0], normal", "[-6.0e-7, 8.0e-7], normal"),
+            NO_FRICTION
+        ),
+        1,
+        "tilted"
+    );
+    assert_eq!(count2(&plane(SQUARE, "[0, 1.0e-6]"), STICK), 0, "friction holds it");
+    assert_eq!(count2(&plane(DISC, "[0, -0.0999999]"), NO_FRICTION), 2, "a disc slides and rolls");
+    assert_eq!(count2(&plane(DISC, "[0, -0.5]"), NO_FRICTION), 3, "nothing touches it");
+    assert_eq!(count2(&case(2, SQUARE, "", "", ""), NO_FRICTION), 3, "there is nothing");
+    assert_eq!(count2(&case(2, SQUARE, "", "", &hold("x: 0")), NO_FRICTION), 1, "a wall leaves one motion");
+    assert_eq!(count2(&case(2, SQUARE, "", "", &hold("x: 0, y: 0")), NO_FRICTION), 0, "a clamp leaves none");
+    let solid = |mesh: &str, height: &str| case(3, mesh, &format!("[0, 0, {height}]"), "[0, 0, 1]", "");
+    assert_eq!(count3(&solid(CUBE, "1.0e-6")), 3, "a block in space");
+    assert_eq!(count3(&solid(BALL, "-0.0999999")), 5, "a ball");
+    assert_eq!(count3(&case(3, CUBE, "", "", "")), 6, "there is nothing in space");
+}
+
+/// A motion that loads drive is not held, and is told with body, direction and resultant; the others are held.
+fn driven(session: &Rc<Session>) {
+    let load = |gravity: &str| format!("boundary: {{ weight: {{ on: block, gravity: {gravity} }} }}");
+    let told = |text: &str| {
+        let free = free::<2>(session, text, NO_FRICTION, 1e-6);
+        (free.held(), free.driven.expect("a load"))
+    };
+    // 500 kg.
+    let (held, falls) = told(&case(2, SQUARE, "[0, -1]", "[0, 1]", &load("[0, -10]")));
+    assert_eq!((held, falls.free, &*falls.words), (2, 3, "the motion of 'block' along -y"));
+    assert!((falls.force / 5000.0 - 1.0).abs() < 1e-9, "{falls:?}");
+    let (held, slides) = told(&case(2, SQUARE, "[0, 1.0e-6]", "[0, 1]", &load("[2, -10]")));
+    assert_eq!((held, slides.free, &*slides.words), (0, 1, "the motion of 'block' along x"));
+    assert!((slides.force / 1000.0 - 1.0).abs() < 1e-9, "{slides:?}");
+    let wheel = "boundary: { crank: { on: block.top, traction: { x: 1000 } }, back: { on: block.bottom, traction: { x: -1000 } } }";
+    let (held, turns) = told(&case(2, &SQUARE.replace("0.5]", "1]"), "[0, -1]", "[0, 1]", wheel));
+    assert_eq!((held, turns.free, &*turns.words), (2, 3, "the turn of 'block' about -z"));
+    assert!((turns.force / 1000.0 - 1.0).abs() < 1e-9, "{turns:?}");
+}
+
+/// A block on a plane, pressed unevenly: what friction would hold is left where it was, to rounding, although the block gives
+/// way by a millimetre and unevenly.
+fn stays(session: &Rc<Session>) {
+    let press = "boundary: { press: { on: block.top, traction: { y: \"-1.0e5 * (0.5 + x)\" } }, weight: { on: block, gravity: [0, -10] } }";
+    let text = case(2, &format!("{SQUARE}, map: {{ x: x + 0.2 * x * y, y: y }}"), "[0, 0]", "[0, 1]", press);
+    let mut scene = scene::<2>(session, &text, NO_FRICTION);
+    let mut strategy = scene.strategy(&LinearChoice::Named("direct"), false);
+    Scheme::Static.prepare(&mut scene.stage, 1.0, 0.0).expect("a stage");
+    scene.stage.shifts = Shifts::default();
+    let outcome = strategy.solve(&mut scene.system, &mut scene.stage, |_| ()).expect("PETSc");
+    let Outcome::Converged(report) = outcome else { panic!("{outcome:?}") };
+    assert_eq!(report.held.motions, 1);
+    assert!(report.held.force < 1e-12, "{:?}", report.held);
+    let u = scene.stage.trial.u.local().to_vec();
+    let [shift, moved, sunk] = scene.integrate([&u], |_, [u]| [u.x, u.x.abs(), u.y.abs()]);
+    assert!(moved > 1e-4 && sunk > 1e-4, "{moved}, {sunk}");
+    assert!(shift.abs() < 1e-14, "the centre of mass moved by {shift} of {moved}");
+}
