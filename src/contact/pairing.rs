@@ -14,6 +14,7 @@ struct Choice {
     /// The one before the last change.
     before: Option<u32>,
     toggles: u8,
+    held: bool,
 }
 
 /// What a search changed. Sum it over contacts and ranks.
@@ -66,16 +67,21 @@ impl Pairing {
         }
     }
 
+    /// From now on a point has a facet, until it is let go: it holds energy that only a facet can take.
+    pub fn hold(&mut self, point: usize, hold: bool) {
+        self.choices[point].held = hold;
+    }
+
     /// Whether the point keeps its facet for the rest of the step.
     pub fn is_frozen(&self, point: usize) -> bool {
         self.choices[point].toggles >= TOGGLES
     }
 
-    /// Takes the facet that the search found for a point; whether it changed. At the last toggle a facet is kept rather
-    /// than none: the gap on it still opens the point.
+    /// Takes the facet that the search found for a point; whether it changed. At the last toggle, and while it is
+    /// held, a facet is kept rather than none: the gap on it still opens the point.
     pub fn take(&mut self, point: usize, found: Option<u32>) -> bool {
         let choice = &mut self.choices[point];
-        if choice.toggles >= TOGGLES || found == choice.facet {
+        if choice.toggles >= TOGGLES || found == choice.facet || choice.held && found.is_none() {
             return false;
         }
         choice.toggles += u8::from(found == choice.before);
@@ -96,7 +102,7 @@ impl Pairing {
     /// The pairing of a checkpoint; a facet that the rank no longer knows is none.
     pub fn from_identities<const D: usize>(identities: &[u64], target: &TargetSurface<D>) -> Self {
         let facet = |&identity: &u64| (identity != NONE).then(|| target.find(identity)).flatten();
-        let choice = |facet: Option<u32>| Choice { facet, before: facet, toggles: 0 };
+        let choice = |facet: Option<u32>| Choice { facet, before: facet, toggles: 0, held: false };
         Self { choices: identities.iter().map(facet).map(choice).collect() }
     }
 
