@@ -1,7 +1,7 @@
 //! What every evaluation of a contact shares, whatever its target: fields in, request, and the work on one point.
 
-use super::geometry::{AreaMeasure, Geometry};
 use super::curvature::Curvature;
+use super::geometry::{AreaMeasure, Geometry};
 use super::obstacle::Proximity;
 use super::point::step::{Fields, StepGeometry, StepMotion, StepResponse, respond_over_step};
 use super::point::{ContactLaw, Motion, Response, Selection, respond};

@@ -90,14 +90,27 @@ impl<const D: usize> History<D> {
         let one = |name: &str| std::iter::once(name.to_owned());
         let traction = axes("friction_traction").chain(one("bound")).chain(axes("normal"));
         traction
-            .chain(["slip", "friction_work", "gap", "counted", "friction_power", "multiplier"].into_iter().flat_map(one))
+            .chain(
+                ["slip", "friction_work", "gap", "counted", "friction_power", "multiplier"]
+                    .into_iter()
+                    .flat_map(one),
+            )
             .collect()
     }
 
     /// Appends the numbers.
     pub fn columns(&self, into: &mut Vec<f64>) {
-        let Self { friction_traction, bound, normal, slip, friction_work, gap, counted, friction_power, multiplier } =
-            self;
+        let Self {
+            friction_traction,
+            bound,
+            normal,
+            slip,
+            friction_work,
+            gap,
+            counted,
+            friction_power,
+            multiplier,
+        } = self;
         into.extend(friction_traction.iter());
         into.push(*bound);
         into.extend(normal.iter());
@@ -116,7 +129,17 @@ impl<const D: usize> History<D> {
         let bound = take(1)?[0];
         let normal = Vector::from_column_slice(take(D)?);
         let &[slip, friction_work, gap, counted, friction_power, multiplier] = left else { return None };
-        Some(Self { friction_traction, bound, normal, slip, friction_work, gap, counted, friction_power, multiplier })
+        Some(Self {
+            friction_traction,
+            bound,
+            normal,
+            slip,
+            friction_work,
+            gap,
+            counted,
+            friction_power,
+            multiplier,
+        })
     }
 }
 

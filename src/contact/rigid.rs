@@ -1,7 +1,7 @@
 //! A contact of a surface with a rigid obstacle: evaluates all its points, facet by facet, into a sink.
 
-use super::evaluation::{Foot, Workspace};
 pub use super::evaluation::{AreaKind, ContactFields, ContactRequest};
+use super::evaluation::{Foot, Workspace};
 use super::obstacle::Obstacle;
 use super::point::ContactLaw;
 use super::state::ContactState;

@@ -208,7 +208,8 @@ impl<const D: usize> StepResponse<D> {
         if self.slopes.is_none() {
             return;
         }
-        let (pressure, tangential) = (self.state.normal_traction, self.correction + self.state.friction_traction);
+        let (pressure, tangential) =
+            (self.state.normal_traction, self.correction + self.state.friction_traction);
         for (node, force) in middle.nodes.iter().zip(force.chunks_exact_mut(D)) {
             let lever = node.normal.transpose() * tangential * middle.gap;
             let nodal = (node.gap * pressure + tangential * node.coefficient - lever) * middle.area;

@@ -273,7 +273,8 @@ fn tangent_over_a_step_has_order_two() {
     for kind in [ElementKind::Line2, ElementKind::Line3] {
         derivatives::<2>(kind, None);
     }
-    for kind in [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9]
+    for kind in
+        [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9]
     {
         derivatives::<3>(kind, None);
     }

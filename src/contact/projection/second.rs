@@ -138,7 +138,8 @@ impl<const D: usize> Projection<D> {
         // Of tau^l and of n.
         for (k, up) in raised.iter().enumerate().take(D - 1) {
             let [out_a, out_b] = [a, b].map(|p| p.tangents[k].transpose() * normal);
-            block += out_a * (of_b.transpose() * up).transpose() + (of_a.transpose() * up) * out_b.transpose();
+            block +=
+                out_a * (of_b.transpose() * up).transpose() + (of_a.transpose() * up) * out_b.transpose();
         }
         // Of da_l, and of the projection within it.
         let answer = &along.answer;

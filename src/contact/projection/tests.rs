@@ -150,9 +150,8 @@ fn second_variations<const D: usize>() {
         let nodes = bent::<D>(kind, 0.1);
         for (x, _) in places::<D>(kind, -0.2) {
             let z: Vec<f64> = std::iter::once(&x).chain(&nodes).flat_map(|p| p.as_slice().to_vec()).collect();
-            let split = |z: &[f64]| -> Vec<Vector<D>> {
-                z.chunks_exact(D).map(Vector::from_column_slice).collect()
-            };
+            let split =
+                |z: &[f64]| -> Vec<Vector<D>> { z.chunks_exact(D).map(Vector::from_column_slice).collect() };
             let at = |z: &[f64]| {
                 let moved = split(z);
                 Projection::of(&moved[0], kind, &moved[1..])
@@ -172,14 +171,19 @@ fn second_variations<const D: usize>() {
                 all.extend(p.by_target_nodes().zip(&field[1..]).map(|(v, f)| of(&v.normal, &v.gap, f)));
                 let turn: Vector<D> = all.iter().map(|(_, turn, _)| *turn).sum();
                 let flat = turn - here.normal * here.normal.dot(&turn);
-                let mut out: Vec<f64> = all.iter().flat_map(|(lever, ..)| lever.iter().copied().collect::<Vec<_>>()).collect();
+                let mut out: Vec<f64> =
+                    all.iter().flat_map(|(lever, ..)| lever.iter().copied().collect::<Vec<_>>()).collect();
                 out.extend(flat.iter());
                 out.push(all.iter().map(|(.., gap)| gap).sum());
                 out
             };
             let (turns, gaps) = (curvature.of_turn(&field), curvature.of_gap(&field));
-            let mut variations = vec![(1.0, [0.0; 2], here.by_contactor().normal, here.by_contactor().coordinates)];
-            variations.extend(here.by_target_nodes().map(|v| (v.coefficient, v.coefficient_gradient, v.normal, v.coordinates)));
+            let mut variations =
+                vec![(1.0, [0.0; 2], here.by_contactor().normal, here.by_contactor().coordinates)];
+            variations.extend(
+                here.by_target_nodes()
+                    .map(|v| (v.coefficient, v.coefficient_gradient, v.normal, v.coordinates)),
+            );
             let slope = |_: &[f64], d: &[f64]| {
                 let d = split(d);
                 let count = d.len();
@@ -194,7 +198,8 @@ fn second_variations<const D: usize>() {
                 for (field, (c, along, ..)) in field.iter().zip(&variations) {
                     for (d, (.., normal, coordinates)) in d.iter().zip(&variations) {
                         gap += field.dot(&(normal * d)) * c;
-                        gap += field.dot(&here.normal) * (0..2).map(|k| along[k] * coordinates[k].dot(d)).sum::<f64>();
+                        gap += field.dot(&here.normal)
+                            * (0..2).map(|k| along[k] * coordinates[k].dot(d)).sum::<f64>();
                     }
                 }
                 out.push(gap);

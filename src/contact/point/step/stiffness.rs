@@ -26,11 +26,7 @@ impl<const D: usize> StepGeometry<'_, D> {
     /// The position that a node moves, and by how much.
     fn position(&self, node: usize) -> (usize, f64) {
         let contactor = self.contactor();
-        if node < contactor {
-            (0, self.middle.nodes[node].coefficient)
-        } else {
-            (node - contactor + 1, 1.0)
-        }
+        if node < contactor { (0, self.middle.nodes[node].coefficient) } else { (node - contactor + 1, 1.0) }
     }
 
     /// A field at the positions.
@@ -164,8 +160,8 @@ impl<const D: usize> StepResponse<D> {
         let mut correction = Tensor::zeros();
         if terms.contains(Terms::NORMAL_GEOMETRY) {
             let size = by_mean * change.missed.value + factor * mean.traction;
-            correction = self.state.slip_increment * size.transpose()
-                + slip * (mean.traction * change.missed.value);
+            correction =
+                self.state.slip_increment * size.transpose() + slip * (mean.traction * change.missed.value);
         }
 
         // Friction.
