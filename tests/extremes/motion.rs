@@ -129,17 +129,20 @@ fn speeds(rows: &mut Vec<Row>) {
         let wave = (young / density).sqrt();
         let (step, end) = (5e-4, 0.03);
         let gap = 0.5 * speed * step;
-        let case = format!(
-            "title: Bar thrown at a plane\ndimension: 2\n\
+        let case = |scheme: &str| {
+            format!(
+                "title: Bar thrown at a plane\ndimension: 2\n\
              bodies:\n  bar:\n    mesh: {{ box: {{ min: [0, {gap:e}], max: [0.1, {:e}], cells: [1, 20], element: quad4 }} }}\n    \
              material: {{ neo_hookean: {{ young_modulus: {young:e}, poisson_ratio: 0 }} }}\n    density: {density}\n    initial_velocity: [0, -{speed:e}]\n\
              obstacles:\n  wall: {{ plane: {{ point: [0, 0], normal: [0, 1] }} }}\n\
              contact:\n  tip: {{ contactor: bar.bottom, target: wall, normal: {{ penalty: {{ compliance: 1e-9 }} }}, friction: none }}\n\
-             time: {{ end: {end}, step: {step:e}, scheme: {{ generalized_alpha: {{ spectral_radius: 0.8 }} }}, cuts: 8 }}\n",
-            gap + length,
-        );
+             time: {{ end: {end}, step: {step:e}, scheme: {scheme}, cuts: 8 }}\n",
+                gap + length,
+            )
+        };
+        let alpha = "{ generalized_alpha: { spectral_radius: 0.8 } }";
         let name = format!("1e{exponent}, onto a plane");
-        let row = Row::new("speed [m/s]", name, vec![case], move |results| {
+        let judge = move |results: &[Results]| {
             let (tip, momentum) = (results[0].contact("tip"), results[0].table("momentum.csv"));
             let (before, after) = (momentum.numbers("linear_y")[0], momentum.last("linear_y"));
             let forces = tip.numbers("force_n");
@@ -157,7 +160,13 @@ fn speeds(rows: &mut Vec<Row>) {
                 / forces.iter().filter(|f| **f > 0.0).count().max(1) as f64;
             let plateau = Verdict::close(mean, density * wave * speed * 0.1, 0.12);
             plateau.and(Verdict::close(-after / before, 1.0, 0.05)).and(Verdict::close(impulse, 1.0, 0.05))
-        });
+        };
+        // At ten times the wave speed the bar is pressed to 1 / 200 of its length: only a scheme that damps carries that.
+        if exponent == 3 {
+            let name = format!("1e{exponent}, onto a plane, backward Euler");
+            rows.push(Row::new("speed [m/s]", name, vec![case("backward_euler")], judge).quick());
+        }
+        let row = Row::new("speed [m/s]", name, vec![case(alpha)], judge);
         let row = if exponent >= 2 { row.or_refused(&[5, 6]) } else { row };
         rows.push(if exponent == -6 || exponent == 3 { row.quick() } else { row });
     }

@@ -33,8 +33,9 @@ use crate::contact::history::History;
 use crate::contact::normal::NormalResponse;
 use crate::tensor::Vector;
 
-/// A motion of less than this part of the penetration answers for no change of the gap.
-const STILL: f64 = 1e-3;
+/// A motion of less than this part of the penetration answers for no change of the gap: what a still point has left over would
+/// act as a spring of its own, up to `1 / (4 STILL)` times as stiff as the law.
+const STILL: f64 = 0.3;
 
 /// Motion of the nodes of a point.
 #[derive(Debug, Clone, Copy)]
