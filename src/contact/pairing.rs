@@ -115,3 +115,21 @@ impl Pairing {
         Self { choices: self.choices.iter().map(choice).collect() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A point that is held goes from facet to facet but not off the last one, until it is let go.
+    #[test]
+    fn a_held_point_keeps_a_facet() {
+        let mut pairing = Pairing::new(1);
+        assert!(pairing.take(0, Some(3)));
+        pairing.begin_step();
+        pairing.hold(0, true);
+        assert!(!pairing.take(0, None) && pairing.facet(0) == Some(3));
+        assert!(pairing.take(0, Some(4)) && pairing.facet(0) == Some(4));
+        pairing.hold(0, false);
+        assert!(pairing.take(0, None) && pairing.facet(0).is_none());
+    }
+}

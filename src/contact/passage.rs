@@ -183,7 +183,7 @@ mod tests {
             Obstacle::Sphere(Sphere::new(Vector::<2>::new(0.5, y), radius, Side::Outside).expect("a disc"))
         };
         // Outward is down: the disc comes from below.
-        let facet = |y: f64| [path([1.0, 0.0], [1.0, y]), path([0.0, 0.0], [0.0, y])];
+        let facet = |y: f64| [path([0.0, 0.0], [0.0, y]), path([1.0, 0.0], [1.0, y])];
         assert!(lies_between(&facet(-0.1), &disc(-0.14, 0.1)));
         assert!(!lies_between(&facet(-0.1), &disc(-0.16, 0.1)), "its cap alone");
         assert!(!lies_between(&facet(-0.1), &disc(-0.3, 0.1)));

@@ -277,6 +277,16 @@ fn zero_density(rows: &mut Vec<Row>) {
             move |results: &[Results]| Verdict::same(&forces(&results[1]), &forces(&results[0]), tolerance);
         rows.push(Row::new("density [kg/m3]", name, cases, judge).quick());
     };
+    let free = case([0.0; 2], newmark);
+    let start = free.find("boundary:").unwrap_or(0);
+    let end = free.find("time:").unwrap_or(0);
+    let free = format!("{}{}", &free[..start], &free[end..])
+        .replace("contactor: block.bottom", "contactor: base.top")
+        .replace("target: base.top", "target: plane")
+        .replace(
+            "contact:\n",
+            "obstacles:\n  plane: { plane: { point: [0, 9], normal: [0, -1] } }\ncontact:\n",
+        );
     let fixed = case([0.0; 2], "{ static: {} }");
     for (name, scheme) in
         [("0, Newmark, as in statics", newmark), ("0, generalised-alpha, as in statics", alpha)]
@@ -288,6 +298,8 @@ fn zero_density(rows: &mut Vec<Row>) {
         vec![case([1700.0, 1e-8], alpha), case([1700.0, 0.0], alpha)],
         1e-6,
     );
+    let reason = "nothing holds the body 'block', and it has no mass";
+    rows.push(Row::refused("density [kg/m3]", "0, nothing holds it", free, &[3], reason).quick());
 }
 
 /// A disc smaller than what lies between the contact points is not passed unseen.
