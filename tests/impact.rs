@@ -45,6 +45,96 @@ fn the_bar_keeps_its_energy_and_its_force_is_smooth() {
     }
 }
 
+/// Force over `E` that stops a bar of Saint Venant-Kirchhoff's law at `v0 / c = v`: a fan, since the law softens, in which
+/// `v = int sqrt((3 F^2 - 1) / 2) dF` from the stretch behind it to 1.
+fn fan(v: f64) -> f64 {
+    let (mut stretch, mut sum, step) = (1.0, 0.0, 1e-6);
+    while sum < v {
+        sum += step * ((3.0 * f64::powi(stretch - 0.5 * step, 2) - 1.0) / 2.0).sqrt();
+        stretch -= step;
+    }
+    0.5 * (stretch - stretch.powi(3))
+}
+
+/// The same of the neo-Hookean law, which stiffens: a shock, `v^2 / (1 - F) = (1 / F - F) / 2`.
+fn shock(v: f64) -> f64 {
+    let (mut low, mut high) = (0.05, 1.0 - 1e-9);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if v * v / (1.0 - middle) < 0.5 * (1.0 / middle - middle) { low = middle } else { high = middle }
+    }
+    0.5 * (1.0 / low - low)
+}
+
+/// At strains of a tenth and a fifth, where the laws are far from linear, the energy is kept as well, and the plateau is that of
+/// each law's own wave.
+#[test]
+fn large_strains_keep_the_energy_and_the_plateau() {
+    for (case, strain, force, kept) in [
+        ("conserving-saint-venant-kirchhoff", 0.1, fan(0.1), 1e-8),
+        ("conserving-saint-venant-kirchhoff", 0.2, fan(0.2), 1e-8),
+        ("conserving-neo-hookean", 0.1, shock(0.1), 1e-6),
+        ("conserving-neo-hookean", 0.2, shock(0.2), 1e-6),
+    ] {
+        let (speed, gap) = (30.0 * strain, 15.0 * strain);
+        let box_of = format!("min: [0, {gap}], max: [1, {}], cells: [1, 50]", gap + 10.0);
+        let velocity = format!("[0, -{speed}]");
+        let changes = [
+            ("min: [0, 0.15], max: [1, 10.15], cells: [1, 100]", &box_of[..]),
+            ("[0, -0.3]", &velocity),
+            ("step: 2.5e-3", "step: 5.0e-3"),
+            ("end: 1.5", "end: 1.1"),
+            ("    tip: { at: [0, 0.15] }\n", ""),
+            ("    end: { at: [0, 10.15] }", "    tip: { at: [0, 5] }"),
+        ];
+        let bar = Results::of(&shipped(&format!("bar-impact/{case}.yml"), &changes), 1);
+        let (drift, ripple) = (bar.unexplained(), bar.ripple(900.0 * force));
+        assert!(drift < kept && ripple < 0.01, "{case} at {strain}: {drift} {ripple}");
+    }
+}
+
+/// Whatever facets the points meet, over edges and corners, opening and closing within a step, with friction and without, in the
+/// plane and in space: energy is kept but for the heat of friction, and both momenta.
+#[test]
+fn collisions_keep_energy_and_momentum() {
+    let coarse = [("step: 5.0e-5", "step: 1.0e-4")];
+    let solid = [("step: 1.0e-4", "step: 2.0e-4")];
+    for (case, changes, rubs) in [
+        ("touching", &[][..], true),
+        (
+            "touching",
+            &[(
+                "friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 5.0e9 } } }",
+                "friction: none",
+            )][..],
+            false,
+        ),
+        ("case", &coarse[..], false),
+        ("friction", &coarse[..], true),
+        ("solid", &solid[..], true),
+    ] {
+        let run = Results::of(&shipped(&format!("collision/{case}.yml"), changes), 1);
+        let ledger = run.table("energy.csv");
+        assert!(run.unexplained() < 1e-10, "{case}: {}", run.unexplained());
+        let heat = ledger.numbers("friction_dissipated");
+        assert!(
+            heat.windows(2).all(|pair| pair[1] >= pair[0] - 1e-9) && (heat[heat.len() - 1] > 0.05) == rubs
+        );
+        let momentum = run.table("momentum.csv");
+        let columns: Vec<String> = momentum
+            .names()
+            .filter(|name| name.starts_with("linear") || name.starts_with("angular"))
+            .map(str::to_owned)
+            .collect();
+        assert!(columns.len() >= 3);
+        for column in columns {
+            let values = momentum.numbers(column.split(' ').next().unwrap_or(""));
+            let most = values.iter().fold(0.0_f64, |m, p| m.max((p - values[0]).abs()));
+            assert!(most < 1e-10 * 5.0, "{case}: {column} {most}");
+        }
+    }
+}
+
 /// With mass at its tip the bar keeps its energy all the same, but its force rings.
 #[test]
 fn mass_at_the_tip_rings() {

@@ -129,7 +129,30 @@ impl<const D: usize> ContactSystem<D> {
         Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
     }
 
-    /// Zero at the nodes without mass, which have no acceleration of their own.
+    /// Gives the nodes without mass the mean velocity of the step and no acceleration: what a scheme derives for them has no
+    /// inertia to settle it and would swing about from step to step. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn calm_massless(&self, stage: &mut Stage) -> Result<()> {
+        let Some(mass) = self.mass.as_ref().filter(|mass| stage.inertia && mass.is_partial()) else {
+            return Ok(());
+        };
+        {
+            let (start, end) = (stage.start.u.owned(), stage.trial.u.owned());
+            let (mut v, mut a) = (stage.trial.v.owned_mut(), stage.trial.a.owned_mut());
+            let dofs = mass.massless().iter().flat_map(|&node| node as usize * D..node as usize * D + D);
+            for dof in dofs.filter(|&dof| !self.supports.dofs.constrained[dof]) {
+                v[dof] = (end[dof] - start[dof]) / stage.dt;
+                a[dof] = 0.0;
+            }
+        }
+        stage.trial.v.update_ghosts()?;
+        stage.trial.a.update_ghosts()
+    }
+
+    /// Zero at the nodes without mass: they have no acceleration of their own, and their forces balance at every instant,
+    /// whatever those of an earlier one were.
     pub fn rest_massless(&self, rhs: &mut Vector) {
         let Some(mass) = &self.mass else { return };
         let mut rhs = rhs.owned_mut();

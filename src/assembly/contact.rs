@@ -246,8 +246,11 @@ impl<const D: usize> Contact<D> {
     /// Forgets the iterates of a step.
     pub fn begin_step(&mut self) {
         self.state.begin();
-        if let Some(meeting) = self.meeting_mut() {
+        if let Pair::Deformable(meeting) = &mut self.pair {
             meeting.pairing.begin_step();
+            for (point, history) in self.state.history.iter().enumerate() {
+                meeting.pairing.hold(point, history.counted < 0.0);
+            }
         }
     }
 }

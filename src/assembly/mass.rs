@@ -2,6 +2,9 @@
 
 use std::rc::Rc;
 
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
 use super::redistribution::Redistribution;
 use super::solid::{MassKind, Solid};
 use crate::error::Result;
@@ -14,8 +17,9 @@ pub struct Mass {
     values: Vec<f64>,
     /// Slots that touch prescribed unknowns, with the components of row and column.
     masked: Vec<(u32, u8, u8)>,
-    /// Owned nodes without mass.
+    /// Owned nodes without mass, and whether any rank has some.
     massless: Vec<u32>,
+    anywhere: bool,
     operator: Kronecker,
     _nodes: Matrix,
 }
@@ -36,10 +40,10 @@ impl Mass {
         for solid in solids {
             add_solid(solid, redistribution, &mut values);
         }
-        let massless = redistribution.map_or_else(Vec::new, |redistribution| {
-            let owned = redistribution.massless()[..pattern.rows()].iter().enumerate();
-            owned.filter(|(_, massless)| **massless).map(|(node, _)| node as u32).collect()
-        });
+        let without = |row: &usize| values[pattern.row(*row)].iter().all(|&mass| mass == 0.0);
+        let massless: Vec<u32> = (0..pattern.rows()).filter(without).map(|node| node as u32).collect();
+        let mut anywhere = false;
+        session.world().all_reduce_into(&!massless.is_empty(), &mut anywhere, SystemOperation::logical_or());
         let mut nodes = Matrix::scalar(session, pattern)?;
         nodes.fill(|entries| {
             entries.zero();
@@ -48,7 +52,7 @@ impl Mass {
         })?;
         let operator = nodes.kronecker_identity(D)?;
         let masked = masked::<D>(pattern, supported);
-        Ok(Self { values, masked, massless, operator, _nodes: nodes })
+        Ok(Self { values, masked, massless, anywhere, operator, _nodes: nodes })
     }
 
     /// Makes a matrix of the same pattern `factor M`, without the rows and columns of prescribed unknowns.
@@ -62,6 +66,11 @@ impl Mass {
     /// Owned nodes without mass: their rows are zero.
     pub fn massless(&self) -> &[u32] {
         &self.massless
+    }
+
+    /// Whether a node of any rank is without mass.
+    pub fn is_partial(&self) -> bool {
+        self.anywhere
     }
 
     /// `out = M a` \[N\]. Collective.

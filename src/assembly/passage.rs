@@ -7,7 +7,8 @@ use super::contact::{Contact, Pair};
 use super::meeting::Meeting;
 use super::system::ContactSystem;
 use super::targets::{Reach, Surfaces, TargetGather};
-use crate::contact::passage::Path;
+use crate::contact::obstacle::Obstacle;
+use crate::contact::passage::{Path, lies_between};
 use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::mesh::{Bounds, BoundsTree, ElementKind};
@@ -38,7 +39,13 @@ impl<const D: usize> ContactSystem<D> {
             self.contacts.iter().flat_map(|contact| self.shifts(contact, ends)).collect();
         let own = motions.clone();
         self.session.world().all_reduce_into(&own[..], &mut motions[..], SystemOperation::max());
-        let mut missed: Vec<u64> = Vec::with_capacity(self.contacts.len());
+        let mut missed: Vec<u64> = Vec::with_capacity(2 * self.contacts.len());
+        for contact in &self.contacts {
+            missed.push(match &contact.pair {
+                Pair::Rigid { contact: rigid, .. } => between_points(contact, &rigid.obstacle, ends),
+                Pair::Deformable(_) => 0,
+            });
+        }
         for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(3)) {
             let [motion, lost] = [motion[0] + motion[1], motion[2]];
             missed.push(match &contact.pair {
@@ -58,8 +65,20 @@ impl<const D: usize> ContactSystem<D> {
         }
         let mut all = vec![0u64; missed.len()];
         self.session.world().all_reduce_into(&missed[..], &mut all[..], SystemOperation::sum());
+        let [between, all] = <[&[u64]; 2]>::from(all.split_at(self.contacts.len()));
+        if let Some((contact, facets)) = self.contacts.iter().zip(between).find(|(_, facets)| **facets > 0) {
+            let radius = match &contact.pair {
+                Pair::Rigid { contact, .. } => contact.obstacle.outer_radius().unwrap_or(0.0),
+                Pair::Deformable(_) => 0.0,
+            };
+            return Ok(Some(format!(
+                "contact '{}': the obstacle, of radius {radius:.3e} m, lies between the points of {facets} facets of about {:.3e} m, none of which \
+                 touches it: mesh the contactor finer than the radius, or take quadrature: gauss",
+                contact.name, contact.facet_size
+            )));
+        }
         let through =
-            self.contacts.iter().zip(&all).zip(motions.chunks_exact(3)).find(|((_, points), _)| **points > 0);
+            self.contacts.iter().zip(all).zip(motions.chunks_exact(3)).find(|((_, points), _)| **points > 0);
         Ok(through.map(|((contact, points), motion)| {
             format!(
                 "contact '{}': {points} points would go through the target within one step, in which \
@@ -136,6 +155,36 @@ impl<const D: usize> ContactSystem<D> {
         };
         Ok(paths(contact, ends, false).filter(passes).count() as u64)
     }
+}
+
+/// Facets of this rank without a closed point in which a small round obstacle lies.
+fn between_points<const D: usize>(contact: &Contact<D>, obstacle: &Obstacle<D>, ends: Ends<'_>) -> u64 {
+    // A facet that is not longer than the obstacle is thick always has a point in it before it lies so deep.
+    let Some(radius) = obstacle.outer_radius().filter(|radius| *radius < 2.0 * contact.facet_size) else {
+        return 0;
+    };
+    let (surface, mut count) = (contact.surface(), 0);
+    for facet in surface.facets().iter().filter(|facet| facet.mine) {
+        if contact.state.current[facet.points.clone()].iter().any(|point| point.is_closed()) {
+            continue;
+        }
+        let nodes = surface.reference_points(facet).iter().zip(surface.facet_nodes(facet));
+        let corners: Vec<Path<D>> = nodes
+            .map(|(x, &node)| {
+                let at = |u: &[f64]| x + Point::from_fn(|i, _| u[node as usize * D + i]);
+                Path { start: at(ends.start), end: at(ends.end) }
+            })
+            .collect();
+        let around = around(&corners);
+        let size = (Point::<D>::from(around.high) - Point::from(around.low)).norm();
+        if obstacle.gap(&corners[0].end) > size - 0.5 * radius {
+            continue;
+        }
+        let mut lies = false;
+        parts(facet.kind, |part| lies |= lies_between(&std::array::from_fn(|k| corners[part[k]]), obstacle));
+        count += u64::from(lies);
+    }
+    count
 }
 
 /// Paths of the points of a contact that are open at the end of the step, or of all.

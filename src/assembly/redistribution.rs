@@ -54,8 +54,11 @@ impl Redistribution {
         model: &Model<D>,
         solids: &[Solid<D>],
     ) -> Result<Option<Self>> {
-        let wanting: BTreeSet<usize> =
-            (0..model.bodies.len()).filter(|&body| model.bodies[body].redistributed_mass).collect();
+        let wants = |body: &usize| {
+            let body = &model.bodies[*body];
+            body.redistributed_mass && body.formulation.density > 0.0
+        };
+        let wanting: BTreeSet<usize> = (0..model.bodies.len()).filter(wants).collect();
         if wanting.is_empty() {
             return Ok(None);
         }
@@ -73,11 +76,6 @@ impl Redistribution {
             all.balance(session, local, (body, &model.bodies[body].name), solids)?;
         }
         Ok(Some(all))
-    }
-
-    /// Whether each local node is without mass.
-    pub fn massless(&self) -> &[bool] {
-        &self.massless
     }
 
     /// Takes the consistent mass `mass[a * n + b]` of the element with these nodes to its other nodes \[kg\].

@@ -314,7 +314,9 @@ impl<const D: usize> ContactSystem<D> {
             state.begin();
             contact.remember_multipliers();
         }
-        stage.start_forces.copy_from(&self.forces)
+        stage.start_forces.copy_from(&self.forces)?;
+        self.rest_massless(&mut stage.start_forces);
+        Ok(())
     }
 
     /// Whether friction takes part anywhere.
@@ -355,6 +357,8 @@ impl<const D: usize> ContactSystem<D> {
             contact.begin_step();
         }
         stage.start_forces.copy_from(&self.forces)?;
+        self.rest_massless(&mut stage.start_forces);
+        self.calm_massless(stage)?;
         stage.accept();
         Ok(())
     }

@@ -17,7 +17,8 @@ pub struct Body {
     pub mesh: Mesh,
     /// Hyperelastic law and its constants.
     pub material: Material,
-    /// Reference density [kg/m3], > 0. Needed in dynamics and under gravity.
+    /// Reference density [kg/m3], >= 0. Needed in dynamics and under gravity; a body without mass has no inertia and follows
+    /// what moves it at once.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<Density>,
     /// finite: Green strain, current contact; linear: small strain.

@@ -1,13 +1,15 @@
 //! A contact of a surface with a deformable body: every point with the facet that the search paired it with.
 
-use super::evaluation::{AreaKind, ContactFields, ContactRequest, Workspace};
+use super::evaluation::{AreaKind, ContactFields, ContactRequest, Foot, Workspace};
 use super::pairing::{PairChanges, Pairing};
+use super::point::step::open_over_step;
 use super::point::{ContactLaw, PointState};
 use super::projection::Projection;
 use super::search::{Search, SearchLimits, Sides};
 use super::state::ContactState;
 use super::surface::ContactSurface;
 use super::target::TargetSurface;
+use crate::tensor::Vector;
 
 /// What one point in contact contributes to the nodes of its two facets.
 #[derive(Debug, Clone, Copy)]
@@ -79,17 +81,28 @@ impl<const D: usize> DeformableContact<D> {
             work.gather(self.surface.reference_points(facet), nodes, fields);
             for (q, point) in facet.points.clone().enumerate() {
                 let Some(target) = pairing.facet(point) else {
-                    state.current[point] = PointState::default();
+                    state.current[point] = match request.over_step {
+                        true => {
+                            let area = self.surface.reference_area(point);
+                            open_over_step(&self.law, &state.history[point], area)
+                        }
+                        false => PointState::default(),
+                    };
                     continue;
                 };
                 work.keep(nodes.len());
                 work.gather(self.target.reference_points(target), self.target.nodes(target), fields);
                 let at = self.surface.facet_point(facet, q);
-                self.locate((&at, point), target, &mut work);
-                work.geometry.gap -= state.adjusted(point);
+                self.locate((&at, point), target, request, &mut work);
+                let adjusted = state.adjusted(point);
                 if request.over_step {
-                    self.locate_end(&at, target, &mut work);
-                    work.end_geometry.gap -= state.adjusted(point);
+                    // The gap in the middle is the lever of tractions, and no law's.
+                    let was_open = state.history[point].counted >= 0.0;
+                    self.locate_ends(&at, target, was_open, &mut work);
+                    work.start_gap -= adjusted;
+                    work.end_geometry.gap -= adjusted;
+                } else {
+                    work.geometry.gap -= adjusted;
                 }
                 let Some(response) = work.respond(&self.law, point, request, state) else { continue };
                 work.clear_sums(request);
@@ -106,23 +119,37 @@ impl<const D: usize> DeformableContact<D> {
         }
     }
 
-    /// The point at the end of the step, on the facet that it has in the middle.
-    fn locate_end(&self, at: &super::geometry::FacetPoint<'_>, target: u32, work: &mut Workspace<D>) {
-        work.go_to_end();
-        let (contactor, facet) = work.end.split_at(at.shape.len());
-        let projection = Projection::of(&at.position(contactor), self.target.kind(target), facet);
-        work.end_geometry.against_facet(at, &projection);
+    /// The point at the end of the step, on the facet that it has in the middle, and its gap at the start if that is wanted.
+    fn locate_ends(
+        &self,
+        at: &super::geometry::FacetPoint<'_>,
+        target: u32,
+        with_start: bool,
+        work: &mut Workspace<D>,
+    ) {
+        work.go_to_ends();
+        let kind = self.target.kind(target);
+        let project = |places: &[Vector<D>]| {
+            let (contactor, facet) = places.split_at(at.shape.len());
+            Projection::of(&at.position(contactor), kind, facet)
+        };
+        work.end_geometry.against_facet(at, &project(&work.end));
+        let closes = with_start && work.end_geometry.gap < 0.0;
+        work.start_gap = if closes { project(&work.start).gap } else { f64::INFINITY };
     }
 
     fn locate(
         &self,
         (at, point): (&super::geometry::FacetPoint<'_>, usize),
         target: u32,
+        request: &ContactRequest,
         work: &mut Workspace<D>,
     ) {
         let (contactor, facet) = work.current.split_at(at.shape.len());
         let projection = Projection::of(&at.position(contactor), self.target.kind(target), facet);
         work.geometry.against_facet(at, &projection);
         work.geometry.with_area(at, &work.current, self.area.measure(&self.surface, point));
+        let wanted = request.over_step && request.stiffness.is_some();
+        work.foot = wanted.then_some(Foot::Facet(projection, at.shape.len()));
     }
 }

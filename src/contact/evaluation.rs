@@ -1,8 +1,11 @@
 //! What every evaluation of a contact shares, whatever its target: fields in, request, and the work on one point.
 
+use super::curvature::Curvature;
 use super::geometry::{AreaMeasure, Geometry};
-use super::point::step::{StepMotion, StepResponse, respond_over_step};
+use super::obstacle::Proximity;
+use super::point::step::{Fields, StepGeometry, StepMotion, StepResponse, respond_over_step};
 use super::point::{ContactLaw, Motion, Response, Selection, respond};
+use super::projection::Projection;
 use super::state::{Branches, ContactState, Hold};
 use super::surface::ContactSurface;
 use crate::tensor::Vector;
@@ -60,6 +63,23 @@ pub(super) enum Answer<const D: usize> {
     OverStep(StepResponse<D>),
 }
 
+/// What a point stands on.
+pub(super) enum Foot<const D: usize> {
+    /// An obstacle.
+    Obstacle(Proximity<D>),
+    /// A facet, whose nodes begin at this place among those gathered.
+    Facet(Projection<D>, usize),
+}
+
+impl<const D: usize> Foot<D> {
+    fn curvature(&self, places: &[Vector<D>]) -> Curvature<D> {
+        match self {
+            Self::Obstacle(proximity) => Curvature::of_obstacle(proximity),
+            Self::Facet(projection, first) => projection.curvature(&places[*first..]),
+        }
+    }
+}
+
 /// A node's vector out of a nodal field.
 pub(super) fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
     Vector::from_column_slice(&field[node as usize * D..][..D])
@@ -73,9 +93,13 @@ pub(super) struct Workspace<const D: usize> {
     velocity: Vec<Vector<D>>,
     increment: Vec<Vector<D>>,
     pub geometry: Geometry<D>,
-    /// Places and geometry at the end of a step; empty where nothing is evaluated over one.
+    /// Places at the start and at the end of a step, and the geometry there; empty where nothing is evaluated over one.
+    pub start: Vec<Vector<D>>,
     pub end: Vec<Vector<D>>,
+    pub start_gap: f64,
     pub end_geometry: Geometry<D>,
+    /// What the point stands on in the middle of a step, where a stiffness over it is wanted.
+    pub foot: Option<Foot<D>>,
     pub force: Vec<f64>,
     pub stiffness: Vec<f64>,
 }
@@ -88,8 +112,11 @@ impl<const D: usize> Workspace<D> {
             velocity: Vec::new(),
             increment: Vec::new(),
             geometry: Geometry::default(),
+            start: Vec::new(),
             end: Vec::new(),
+            start_gap: f64::INFINITY,
             end_geometry: Geometry::default(),
+            foot: None,
             force: Vec::new(),
             stiffness: Vec::new(),
         }
@@ -114,8 +141,10 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
-    /// Places of the gathered nodes at the end of the step: as far from the middle as the start.
-    pub fn go_to_end(&mut self) {
+    /// Places of the gathered nodes at the start of the step and at its end, as far from the middle.
+    pub fn go_to_ends(&mut self) {
+        self.start.clear();
+        self.start.extend(self.current.iter().zip(&self.increment).map(|(x, u)| x - u));
         self.end.clear();
         self.end.extend(self.current.iter().zip(&self.increment).map(|(x, u)| x + u));
     }
@@ -144,9 +173,9 @@ impl<const D: usize> Workspace<D> {
         if request.over_step {
             let motion = StepMotion {
                 middle: &self.geometry,
-                end: &self.end_geometry,
-                velocity: &self.velocity,
-                increment: &self.increment,
+                end: self.end_geometry.gap,
+                start: self.start_gap,
+                fields: self.fields(),
                 history: &state.history[point],
             };
             let response = respond_over_step(law, &motion, &manner);
@@ -160,6 +189,10 @@ impl<const D: usize> Workspace<D> {
         response.state.is_closed().then_some(Answer::Now(response))
     }
 
+    fn fields(&self) -> Fields<'_, D> {
+        Fields { velocity: &self.velocity, increment: &self.increment }
+    }
+
     /// Adds what a closed point contributes.
     pub fn add(&mut self, answer: &Answer<D>, request: &ContactRequest) {
         match answer {
@@ -171,10 +204,12 @@ impl<const D: usize> Workspace<D> {
             }
             Answer::OverStep(response) => {
                 response.add_force(&self.geometry, &mut self.force);
-                if let Some(selection) = &request.stiffness {
-                    let geometry = (&self.geometry, &self.end_geometry);
-                    response.add_stiffness(geometry, selection, &mut self.stiffness);
-                }
+                let (Some(selection), Some(foot)) = (&request.stiffness, &self.foot) else { return };
+                let curvature = foot.curvature(&self.current);
+                let geometry =
+                    StepGeometry { middle: &self.geometry, end: &self.end_geometry, curvature: &curvature };
+                let fields = Fields { velocity: &self.velocity, increment: &self.increment };
+                response.add_stiffness(&geometry, &fields, selection, &mut self.stiffness);
             }
         }
     }

@@ -7,6 +7,7 @@
 //! Pure: no PETSc, no MPI, no case.
 
 mod check;
+pub mod curvature;
 pub mod deformable;
 #[cfg(test)]
 mod deformable_tests;

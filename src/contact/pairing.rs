@@ -14,6 +14,7 @@ struct Choice {
     /// The one before the last change.
     before: Option<u32>,
     toggles: u8,
+    held: bool,
 }
 
 /// What a search changed. Sum it over contacts and ranks.
@@ -66,16 +67,21 @@ impl Pairing {
         }
     }
 
+    /// From now on a point has a facet, until it is let go: it holds energy that only a facet can take.
+    pub fn hold(&mut self, point: usize, hold: bool) {
+        self.choices[point].held = hold;
+    }
+
     /// Whether the point keeps its facet for the rest of the step.
     pub fn is_frozen(&self, point: usize) -> bool {
         self.choices[point].toggles >= TOGGLES
     }
 
-    /// Takes the facet that the search found for a point; whether it changed. At the last toggle a facet is kept rather
-    /// than none: the gap on it still opens the point.
+    /// Takes the facet that the search found for a point; whether it changed. At the last toggle, and while it is
+    /// held, a facet is kept rather than none: the gap on it still opens the point.
     pub fn take(&mut self, point: usize, found: Option<u32>) -> bool {
         let choice = &mut self.choices[point];
-        if choice.toggles >= TOGGLES || found == choice.facet {
+        if choice.toggles >= TOGGLES || found == choice.facet || choice.held && found.is_none() {
             return false;
         }
         choice.toggles += u8::from(found == choice.before);
@@ -96,7 +102,7 @@ impl Pairing {
     /// The pairing of a checkpoint; a facet that the rank no longer knows is none.
     pub fn from_identities<const D: usize>(identities: &[u64], target: &TargetSurface<D>) -> Self {
         let facet = |&identity: &u64| (identity != NONE).then(|| target.find(identity)).flatten();
-        let choice = |facet: Option<u32>| Choice { facet, before: facet, toggles: 0 };
+        let choice = |facet: Option<u32>| Choice { facet, before: facet, toggles: 0, held: false };
         Self { choices: identities.iter().map(facet).map(choice).collect() }
     }
 
@@ -107,5 +113,23 @@ impl Pairing {
         let moved = |facet: Option<u32>| facet.and_then(|facet| new.find(old.identity(facet)));
         let choice = |c: &Choice| Choice { facet: moved(c.facet), before: moved(c.before), ..*c };
         Self { choices: self.choices.iter().map(choice).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A point that is held goes from facet to facet but not off the last one, until it is let go.
+    #[test]
+    fn a_held_point_keeps_a_facet() {
+        let mut pairing = Pairing::new(1);
+        assert!(pairing.take(0, Some(3)));
+        pairing.begin_step();
+        pairing.hold(0, true);
+        assert!(!pairing.take(0, None) && pairing.facet(0) == Some(3));
+        assert!(pairing.take(0, Some(4)) && pairing.facet(0) == Some(4));
+        pairing.hold(0, false);
+        assert!(pairing.take(0, None) && pairing.facet(0).is_none());
     }
 }

@@ -97,6 +97,39 @@ impl<const D: usize> Path<D> {
     }
 }
 
+/// Whether a round obstacle lies in a simplex, or went through it in a step, though none of the points of the facet that it
+/// is part of touches: the simplex ends deeper in the obstacle than half of its radius, or swept over its centre.
+pub fn lies_between<const D: usize>(corners: &[Path<D>; D], obstacle: &Obstacle<D>) -> bool {
+    let Some(radius) = obstacle.outer_radius() else { return false };
+    let ends = corners.map(|corner| corner.end);
+    let swept = obstacle
+        .centre()
+        .is_some_and(|centre| Path { start: centre, end: centre }.passes_simplex(corners, radius));
+    swept || deepest(&ends, obstacle) < -0.5 * radius
+}
+
+/// The smallest gap on a simplex \[m\]; gaps of round obstacles are convex.
+fn deepest<const D: usize>(corners: &[Vector<D>; D], obstacle: &Obstacle<D>) -> f64 {
+    let along = |from: &Vector<D>, to: &Vector<D>| smallest(|t| obstacle.gap(&(from + (to - from) * t)));
+    match D {
+        2 => along(&corners[0], &corners[1]),
+        _ => smallest(|t| {
+            let [left, right] = [1, 2].map(|k| corners[0] + (corners[k] - corners[0]) * t);
+            along(&left, &right)
+        }),
+    }
+}
+
+/// The smallest value of a convex function between 0 and 1, to a few digits.
+fn smallest(f: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..30 {
+        let third = (high - low) / 3.0;
+        if f(low + third) < f(high - third) { high -= third } else { low += third }
+    }
+    f(0.5 * (low + high))
+}
+
 /// The outward normal of the simplex with these corners, as long as its measure or twice it.
 fn normal_of<const D: usize>(corners: &[Vector<D>; D]) -> Vector<D> {
     facet_normal(&std::array::from_fn(
@@ -143,6 +176,30 @@ mod tests {
         assert!(!path([0.0, 1.0], [0.0, 0.05]).passes_obstacle(&disc));
         let plane = Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0)).expect("a plane");
         assert!(!path([0.0, 1.0], [5.0, 1e-3]).passes_obstacle(&Obstacle::Plane(plane)));
+    }
+
+    /// A disc or ball between the corners of a facet, or swept over by it, is seen; one beside it, in front of it or larger than
+    /// what it is cut by is not.
+    #[test]
+    fn small_obstacles_between_points_are_seen() {
+        let disc = |y: f64, radius: f64| {
+            Obstacle::Sphere(Sphere::new(Vector::<2>::new(0.5, y), radius, Side::Outside).expect("a disc"))
+        };
+        // Outward is down: the disc comes from below.
+        let facet = |y: f64| [path([0.0, 0.0], [0.0, y]), path([1.0, 0.0], [1.0, y])];
+        assert!(lies_between(&facet(-0.1), &disc(-0.14, 0.1)));
+        assert!(!lies_between(&facet(-0.1), &disc(-0.16, 0.1)), "its cap alone");
+        assert!(!lies_between(&facet(-0.1), &disc(-0.3, 0.1)));
+        assert!(lies_between(&facet(-1.0), &disc(-0.5, 0.01)), "swept over");
+        assert!(!lies_between(&facet(-1.0), &disc(0.5, 0.01)), "on the other side all the while");
+        let beside = Sphere::new(Vector::<2>::new(1.2, -0.1), 0.1, Side::Outside).expect("a disc");
+        assert!(!lies_between(&facet(-0.1), &Obstacle::Sphere(beside)));
+        let corners =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|x| still(Vector::<3>::from(x)));
+        let ball = |x: [f64; 3]| Obstacle::Sphere(Sphere::new(x.into(), 0.1, Side::Outside).expect("a ball"));
+        assert!(lies_between(&corners, &ball([0.3, 0.3, 0.04])));
+        assert!(!lies_between(&corners, &ball([0.3, 0.3, 0.06])));
+        assert!(!lies_between(&corners, &ball([0.7, 0.7, 0.0])));
     }
 
     /// Front to back counts, back to front and beside do not, and what flies along with the point is not passed.

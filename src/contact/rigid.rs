@@ -1,7 +1,7 @@
 //! A contact of a surface with a rigid obstacle: evaluates all its points, facet by facet, into a sink.
 
-use super::evaluation::Workspace;
 pub use super::evaluation::{AreaKind, ContactFields, ContactRequest};
+use super::evaluation::{Foot, Workspace};
 use super::obstacle::Obstacle;
 use super::point::ContactLaw;
 use super::state::ContactState;
@@ -44,11 +44,11 @@ impl<const D: usize> RigidContact<D> {
             work.gather(self.surface.reference_points(facet), nodes, fields);
             work.clear_sums(request);
             if request.over_step {
-                work.go_to_end();
+                work.go_to_ends();
             }
             let mut contributes = false;
             for point in facet.points.clone() {
-                self.locate(facet, point, request.over_step, &mut work);
+                self.locate(facet, point, request, &mut work);
                 if let Some(response) = work.respond(&self.law, point, request, state) {
                     contributes = true;
                     work.add(&response, request);
@@ -60,12 +60,14 @@ impl<const D: usize> RigidContact<D> {
         }
     }
 
-    fn locate(&self, facet: &SurfaceFacet, point: usize, over_step: bool, work: &mut Workspace<D>) {
+    fn locate(&self, facet: &SurfaceFacet, point: usize, request: &ContactRequest, work: &mut Workspace<D>) {
         let at = self.surface.facet_point(facet, point - facet.points.start);
         let proximity = self.obstacle.proximity(&at.position(&work.current));
         work.geometry.against_obstacle(&at, &proximity);
         work.geometry.with_area(&at, &work.current, self.area.measure(&self.surface, point));
-        if over_step {
+        if request.over_step {
+            work.foot = request.stiffness.is_some().then_some(Foot::Obstacle(proximity));
+            work.start_gap = self.obstacle.gap(&at.position(&work.start));
             let proximity = self.obstacle.proximity(&at.position(&work.end));
             work.end_geometry.against_obstacle(&at, &proximity);
         }

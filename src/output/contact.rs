@@ -14,7 +14,8 @@ pub struct ContactRow<const D: usize> {
     pub force_n: f64,
     /// Resultant of normal and friction tractions \[N\].
     pub force: [f64; D],
-    /// `|int t_T da|` \[N\], the length of the friction resultant.
+    /// Friction on the contactor \[N\]. In the plane `int t_T . e da` with its sign, `e` the normal outward from the target turned
+    /// clockwise by a right angle (to the right on a target that faces up); in space the length `|int t_T da|`.
     pub force_t: f64,
     /// Area of the contact zone \[m2\].
     pub area: f64,
@@ -28,7 +29,8 @@ pub struct ContactRow<const D: usize> {
     pub max_penetration: f64,
     /// Largest `t_n` \[Pa\].
     pub max_pressure: f64,
-    /// `int t_T . v_T da` \[W\]: what friction does to the bodies, never positive.
+    /// `-int t_T . v_T da` \[W\]: what friction takes out of the motion at that instant. Never negative in the velocity form; elastic
+    /// stick gives back what it took.
     pub friction_power: f64,
 }
 

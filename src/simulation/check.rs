@@ -130,6 +130,12 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     let _ = writeln!(text, "  smallest element edge: {smallest_edge:.4e} m");
     let density = body.formulation.density;
     if density <= 0.0 {
+        if !case.is_static() {
+            let _ = writeln!(
+                text,
+                "  no mass, hence no inertia and no waves: it follows supports, loads and contacts at once"
+            );
+        }
         return;
     }
     let moduli = body.formulation.material.moduli;

@@ -270,8 +270,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     let mut linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[2], &choice, &problem)?;
     let tolerance = case.solver.krylov.tolerance.si.min(1e-10);
     if linear.solve(system.matrix(), &rhs, &mut change, tolerance)?.is_none() {
-        return Err(Error::not_converged("the initial acceleration: the mass matrix can not be solved with")
-            .hint("a body needs a density above zero in dynamics"));
+        return Err(Error::not_converged("the initial acceleration: the mass matrix can not be solved with"));
     }
     stage.start.a.axpy(1.0, &change)?;
     stage.start.a.update_ghosts()?;

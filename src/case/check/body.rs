@@ -20,7 +20,7 @@ impl Check<'_> {
             self.cure("an almost incompressible solid is written as 0.49 or 0.499, with `locking: selective_reduced`");
         }
         match body.density {
-            Some(density) => self.positive("the density", density),
+            Some(density) => self.not_negative("the density", density.si, density.place),
             None => self.missing_density(name),
         }
         if let Some(velocity) = &body.initial_velocity {
@@ -33,12 +33,14 @@ impl Check<'_> {
             let moves = !self.case.is_static();
             self.require(moves, velocity.place, "an initial velocity has no meaning with the static scheme");
         }
-        if self.case.is_static() && !self.is_held(name) {
-            self.say(
-                name.place,
-                format!("nothing holds the body '{}', and the static scheme has no inertia", name.value),
-            );
-            self.cure("add a displacement boundary or a contact, or use a dynamic scheme");
+        let massless = body.density.is_some_and(|density| density.si == 0.0);
+        if (self.case.is_static() || massless) && !self.is_held(name) {
+            let why = if massless { "it has no mass" } else { "the static scheme has no inertia" };
+            self.say(name.place, format!("nothing holds the body '{}', and {why}", name.value));
+            self.cure(match massless {
+                true => "add a displacement boundary or a contact, or give it a density",
+                false => "add a displacement boundary or a contact, or use a dynamic scheme",
+            });
         }
     }
 

@@ -136,7 +136,7 @@ const BROKEN: &[Broken] = &[
     ("cells: [4, 4]", "cells: [4, -4]", "5:57", &["whole number, zero or more"]),
     ("{ every: 10 }", "10", "28:11", &["expected a mapping"]),
     // Ranges.
-    ("\"1700 kg/m3\"", "-1700", "7:14", &["the density must be > 0, found -1700"]),
+    ("\"1700 kg/m3\"", "-1700", "7:14", &["the density must be >= 0, found -1700"]),
     ("    density: \"1700 kg/m3\"\n", "", "4:3", &["'block' needs a density"]),
     ("0.45", "0.5", "6:71", &["Poisson's ratio", "< 0.5", "0.49"]),
     ("0.45", "-1", "6:71", &["Poisson's ratio", "> -1"]),

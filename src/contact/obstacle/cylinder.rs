@@ -37,6 +37,10 @@ impl<const D: usize> Cylinder<D> {
         offset - self.axis * self.axis.dot(&offset)
     }
 
+    pub(super) fn outer_radius(&self) -> Option<f64> {
+        (self.side == Side::Outside).then_some(self.radius)
+    }
+
     pub(super) fn gap(&self, x: &Vector<D>) -> f64 {
         self.side.sign() * (self.offset(x).norm() - self.radius)
     }

@@ -65,6 +65,23 @@ impl<const D: usize> Obstacle<D> {
         }
     }
 
+    /// Radius \[m\] of an obstacle that is round and may slip between the points of a contactor; none of planes and hollows.
+    pub fn outer_radius(&self) -> Option<f64> {
+        match self {
+            Self::Plane(_) => None,
+            Self::Sphere(sphere) => sphere.outer_radius(),
+            Self::Cylinder(cylinder) => cylinder.outer_radius(),
+        }
+    }
+
+    /// Centre \[m\] of a sphere or disc.
+    pub fn centre(&self) -> Option<Vector<D>> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere.centre()),
+            Self::Plane(_) | Self::Cylinder(_) => None,
+        }
+    }
+
     /// The gap alone \[m\].
     pub fn gap(&self, x: &Vector<D>) -> f64 {
         match self {

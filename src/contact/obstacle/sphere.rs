@@ -25,6 +25,14 @@ impl<const D: usize> Sphere<D> {
         Ok(Self { centre, radius: positive("the radius of the sphere", radius)?, side })
     }
 
+    pub(super) fn outer_radius(&self) -> Option<f64> {
+        (self.side == Side::Outside).then_some(self.radius)
+    }
+
+    pub(super) fn centre(&self) -> Vector<D> {
+        self.centre
+    }
+
     pub(super) fn gap(&self, x: &Vector<D>) -> f64 {
         self.side.sign() * ((x - self.centre).norm() - self.radius)
     }

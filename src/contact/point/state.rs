@@ -19,6 +19,9 @@ pub enum Status {
 pub struct PointState<const D: usize> {
     /// `g_n` \[m\], > 0 open.
     pub gap: f64,
+    /// The gap of the potential \[m\]: over a step it may lag behind the gap where that jumped, see [`super::step`]; infinite
+    /// where it is not kept.
+    pub counted: f64,
     /// `n`, unit, outward from the target.
     pub normal: Vector<D>,
     /// `t_n >= 0`, pressure on the contactor \[Pa\].
@@ -49,6 +52,7 @@ impl<const D: usize> Default for PointState<D> {
     fn default() -> Self {
         Self {
             gap: f64::INFINITY,
+            counted: f64::INFINITY,
             normal: Vector::zeros(),
             normal_traction: 0.0,
             friction_traction: Vector::zeros(),

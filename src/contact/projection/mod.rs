@@ -6,6 +6,7 @@
 
 mod newton;
 mod polynomial;
+mod second;
 #[cfg(test)]
 mod tests;
 

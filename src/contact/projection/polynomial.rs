@@ -74,6 +74,12 @@ impl<const D: usize> Polynomial<D> {
         (rows[0] + (rows[1] + rows[2] * xi[1]) * xi[1]).norm()
     }
 
+    /// `y_,112` and `y_,122` at `xi`; the other third derivatives vanish.
+    pub fn third(&self, xi: &[f64; 2]) -> [Vector<D>; 2] {
+        let c = &self.coefficients;
+        [c[1][2] * 2.0 + c[2][2] * (4.0 * xi[1]), c[2][1] * 2.0 + c[2][2] * (4.0 * xi[0])]
+    }
+
     /// Point, tangents and curvature at `xi`.
     pub fn at(&self, xi: &[f64; 2]) -> View<D> {
         let [s, t] = *xi;

@@ -4,7 +4,7 @@ use super::{Place, Projection};
 use crate::mesh::ElementKind;
 use crate::space::reference;
 use crate::taylor::{scatter, taylor_rate};
-use crate::tensor::Vector;
+use crate::tensor::{Tensor, Vector};
 
 fn facets(dimension: usize) -> impl Iterator<Item = ElementKind> {
     ElementKind::ALL.into_iter().filter(move |kind| kind.dimension() + 1 == dimension)
@@ -143,6 +143,81 @@ fn variations_have_taylor_order_two_in_2d() {
 #[test]
 fn variations_have_taylor_order_two_in_3d() {
     variations::<3>();
+}
+
+fn second_variations<const D: usize>() {
+    for kind in facets(D) {
+        let nodes = bent::<D>(kind, 0.1);
+        for (x, _) in places::<D>(kind, -0.2) {
+            let z: Vec<f64> = std::iter::once(&x).chain(&nodes).flat_map(|p| p.as_slice().to_vec()).collect();
+            let split =
+                |z: &[f64]| -> Vec<Vector<D>> { z.chunks_exact(D).map(Vector::from_column_slice).collect() };
+            let at = |z: &[f64]| {
+                let moved = split(z);
+                Projection::of(&moved[0], kind, &moved[1..])
+            };
+            let here = at(&z);
+            let curvature = here.curvature(&nodes);
+            let any = Vector::<D>::from_fn(|i, _| 0.3 - 0.7 * i as f64);
+            let t = any - here.normal * here.normal.dot(&any);
+            let field = split(&scatter(z.len(), 41));
+            let value = |z: &[f64]| {
+                let p = at(z);
+                let of = |normal: &Tensor<D>, gap: &Vector<D>, field: &Vector<D>| {
+                    ((normal.transpose() * t), normal * field, gap.dot(field))
+                };
+                let point = p.by_contactor();
+                let mut all = vec![of(&point.normal, &point.gap, &field[0])];
+                all.extend(p.by_target_nodes().zip(&field[1..]).map(|(v, f)| of(&v.normal, &v.gap, f)));
+                let turn: Vector<D> = all.iter().map(|(_, turn, _)| *turn).sum();
+                let flat = turn - here.normal * here.normal.dot(&turn);
+                let mut out: Vec<f64> =
+                    all.iter().flat_map(|(lever, ..)| lever.iter().copied().collect::<Vec<_>>()).collect();
+                out.extend(flat.iter());
+                out.push(all.iter().map(|(.., gap)| gap).sum());
+                out
+            };
+            let (turns, gaps) = (curvature.of_turn(&field), curvature.of_gap(&field));
+            let mut variations =
+                vec![(1.0, [0.0; 2], here.by_contactor().normal, here.by_contactor().coordinates)];
+            variations.extend(
+                here.by_target_nodes()
+                    .map(|v| (v.coefficient, v.coefficient_gradient, v.normal, v.coordinates)),
+            );
+            let slope = |_: &[f64], d: &[f64]| {
+                let d = split(d);
+                let count = d.len();
+                let mut out = Vec::new();
+                for a in 0..count {
+                    let row: Vector<D> = (0..count).map(|b| curvature.of_normal(&t, a, b) * d[b]).sum();
+                    out.extend(row.iter());
+                }
+                let turn: Vector<D> = turns.iter().zip(&d).map(|(turn, d)| turn * d).sum();
+                out.extend(turn.iter());
+                let mut gap: f64 = gaps.iter().zip(&d).map(|(gap, d)| gap.dot(d)).sum();
+                for (field, (c, along, ..)) in field.iter().zip(&variations) {
+                    for (d, (.., normal, coordinates)) in d.iter().zip(&variations) {
+                        gap += field.dot(&(normal * d)) * c;
+                        gap += field.dot(&here.normal)
+                            * (0..2).map(|k| along[k] * coordinates[k].dot(d)).sum::<f64>();
+                    }
+                }
+                out.push(gap);
+                out
+            };
+            let direction: Vec<f64> = scatter(z.len(), 31).iter().map(|d| d * 0.01).collect();
+            let rate = taylor_rate(value, slope, &z, &direction);
+            assert!(rate > 1.9, "{kind:?} {:?} {x:?}: {rate}", here.place);
+        }
+    }
+}
+
+/// The second variations of the normal along its tangents, and of the gap, have order two, inside and beyond edges and
+/// vertices.
+#[test]
+fn second_variations_have_taylor_order_two() {
+    second_variations::<2>();
+    second_variations::<3>();
 }
 
 /// On a straight facet the projection is exact, also far away, and gaps are positive outside.
