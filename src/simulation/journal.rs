@@ -78,6 +78,7 @@ impl<const D: usize> Journal<D> {
             digest: case.digest()?,
             inputs,
             versions: versions(),
+            petsc_options: session.options_at_the_start(),
             ranks: session.size() as usize,
             unknowns: 0,
             start: SystemTime::now(),
@@ -198,6 +199,18 @@ impl<const D: usize> Journal<D> {
     /// A load level of the static start was reached.
     pub fn pressed(&mut self, report: &SolveReport) {
         self.count(report);
+    }
+
+    /// The next step is tried; until it has ended its iterations are none of what a run goes on from.
+    pub fn try_step(&mut self) {
+        if let Some(tables) = &mut self.tables {
+            tables.begin_attempt();
+        }
+    }
+
+    /// The step has ended, well or not.
+    pub fn tried(&mut self) {
+        self.tables.iter_mut().for_each(Tables::end_attempt);
     }
 
     /// A solve of the next step begins.
