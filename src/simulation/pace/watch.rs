@@ -238,7 +238,9 @@ impl Watch {
             return Ok(power * system.mean_size(rate, self.weight)?);
         }
         let span = (self.end - self.memory.since).max(stage.dt);
-        let section = self.scheme.saturation(stage.dt, span);
+        // On a penalty that became stiffer the contact itself is one of the fast modes, and feeds on what is lost.
+        let is_stiffer = self.memory.stiffenings.iter().any(|factor| *factor > 1.0);
+        let section = if is_stiffer { Section::WHOLE } else { self.scheme.saturation(stage.dt, span) };
         self.section = Some(section);
         let rate = system.mean_size(past.smooth_rate(&section)?, self.weight)?;
         let (passed, before) = (self.memory.passed.after(&section).part(&section), self.memory.rate[1]);
