@@ -42,9 +42,9 @@ struct Line {
 enum Sub {
     /// Compute a case; the word may be left out
     Run(RunArguments),
-    /// Parse, mesh and pair a case, print it completed with derived numbers, solve nothing
+    /// Parse, mesh and pair a case, print it completed with derived numbers, solve nothing; list the members of a study
     Check {
-        /// Case file
+        /// Case file, or study file
         case: PathBuf,
         /// PETSc's own options, after `--`
         #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
@@ -235,7 +235,7 @@ pub enum Command {
     Run(RunArguments),
     /// Check a case without solving it.
     Check {
-        /// Case file.
+        /// Case file, or study file.
         case: PathBuf,
         /// PETSc's own options.
         petsc: Vec<String>,

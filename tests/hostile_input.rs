@@ -191,8 +191,15 @@ fn refuse(input: &Input, folder: &Path) -> Result<(), Error> {
         Input::Box(text) => read_mesh::<2>(&Case::parse(text, "case.yml")?).map(drop),
         Input::Mesh(bytes) => gmsh::parse::<2>(bytes, None).map(drop),
         Input::Checkpoint(bytes) => {
+            let (path, length) = (Path::new("a.ckpt"), bytes.len() as u64);
             let mut file = std::io::Cursor::new(bytes);
-            checkpoint::examine(Path::new("a.ckpt"), &mut file, bytes.len() as u64).map(drop)
+            let header = checkpoint::examine(path, &mut file, length)?;
+            let table = |section: &checkpoint::Section| {
+                let keys = (0..section.rows.min(9)).collect();
+                checkpoint::Table::keyed(&section.name, section.columns.clone(), keys, 4)
+            };
+            let mut tables: Vec<_> = header.sections.iter().map(table).collect();
+            checkpoint::fill(path, &mut file, length, &mut tables)
         }
         Input::Field(bytes) => vtu_reader::parse(bytes).map(drop),
         Input::Table(bytes) => Csv::parse(Path::new("a.csv"), bytes).map(drop),

@@ -333,6 +333,78 @@ fn signals_stop_with_a_checkpoint() {
     assert!(apart <= AGREEMENT, "{apart:.1e}");
 }
 
+/// A block whose steps take long: a second or so each, in four to six iterations.
+fn slow_block() -> String {
+    let slow = [("cells: [48, 50]", "cells: [72, 75]"), ("end: 0.07", "end: 0.002")];
+    shipped("rubber-block/case.yml", &slow, TIGHT, 1000)
+}
+
+/// The steps and the stages of the rows of iterations.
+fn iterations(results: &Path) -> Vec<(String, String)> {
+    let text = fs::read_to_string(results.join("iterations.csv")).unwrap_or_default();
+    let words = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        (cells[0].to_owned(), [cells[3], cells[4], cells[5]].join(" "))
+    };
+    text.lines().skip(1).filter(|line| line.split(',').count() > 5).map(words).collect()
+}
+
+/// Sends a signal as soon as there is an iteration of a step.
+fn signalled_within(folder: &Folder, ranks: usize, step: &str, signal: &str, more: &[&str]) -> Output {
+    let running = Running::start(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
+    let deadline = std::time::Instant::now() + Duration::from_secs(120);
+    while !iterations(&folder.join("out")).iter().any(|(own, _)| own == step)
+        && std::time::Instant::now() < deadline
+    {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    running.signal(signal);
+    running.wait(Duration::from_secs(60))
+}
+
+/// A signal does not wait for the end of a long step: the step is given up at its next iterate, the checkpoint is of the last one,
+/// and the run that goes on has each iteration once. In the static start there is nothing to keep.
+#[test]
+fn signals_stop_within_a_step_on_1_and_2_ranks() {
+    let folder = place(&slow_block());
+    let stopped = signalled_within(&folder, 0, "0", "TERM", &[]);
+    assert_eq!(stopped.code, Some(7), "{}", stopped.stderr);
+    assert!(stopped.stderr.contains("stopped: SIGTERM in the static start"), "{}", stopped.stderr);
+    assert!(checkpoints(&folder.join("out")).is_empty());
+    compute(&folder, 0, "whole", &[]).success();
+    let whole = iterations(&folder.join("whole"));
+    for (ranks, step, signal, more) in [(0, "2", "TERM", &[][..]), (2, "3", "USR1", &["--restart"])] {
+        let stopped = signalled_within(&folder, ranks, step, signal, more);
+        assert_eq!(stopped.code, Some(7), "{}", stopped.stderr);
+        let before = step.parse::<u32>().unwrap() - 1;
+        let last = checkpoints(&folder.join("out")).pop().expect("a checkpoint");
+        assert!(last.ends_with(format!("step-{before:06}.ckpt")), "{}", last.display());
+        let of_step = |rows: &[(String, String)]| rows.iter().filter(|(own, _)| own == step).count();
+        let given_up = of_step(&iterations(&folder.join("out")));
+        assert!(given_up < of_step(&whole), "{given_up} iterations of step {step}");
+    }
+    compute(&folder, 0, "out", &["--restart"]).success();
+    assert_eq!(iterations(&folder.join("out")), whole);
+    let apart = apart(&folder.join("whole"), &folder.join("out"));
+    assert!(apart <= AGREEMENT, "{apart:.1e}");
+}
+
+/// `mpirun` hands SIGTERM on, kills its ranks a second later and returns 1 whatever they do: by then the checkpoint is there,
+/// unless the machine is so busy that a second is not enough, three times.
+#[test]
+fn mpirun_leaves_time_for_a_checkpoint() {
+    let folder = place(&rubber_block(TIGHT, "end: 0.15", 1000));
+    let in_time = (0..3).any(|_| {
+        let _ = fs::remove_dir_all(folder.join("out"));
+        let stopped = signalled(&folder, 2, "TERM", &[]);
+        assert!([Some(1), Some(7)].contains(&stopped.code), "{:?} {}", stopped.code, stopped.stderr);
+        let record = record(&folder.join("out"));
+        record["verdict"] == "stopped" && record["exit_code"] == 7
+    });
+    assert!(in_time);
+    compute(&folder, 2, "out", &["--restart"]).success();
+}
+
 /// A second SIGINT does not wait for the end of the step.
 #[test]
 fn a_second_interrupt_ends_at_once() {

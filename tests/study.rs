@@ -111,6 +111,13 @@ fn a_study_goes_on_where_it_was() {
 
     let output = study(1, &["--rerun-failed"], &folder).success();
     assert_eq!(output.stdout.matches("(before)").count(), 5, "{}", output.stdout);
+    // Other options of PETSc are another study, those that only report are not; without options it is the first one again.
+    for (options, before) in [(&["--", "-ksp_rtol", "1e-9"], 0), (&["--", "-ksp_rtol", "1e-9"], 6)] {
+        let output = study(1, options, &folder).success();
+        assert_eq!(output.stdout.matches("(before)").count(), before, "{}", output.stdout);
+    }
+    let output = study(1, &["--", "-ksp_rtol", "1e-9", "-malloc_dump"], &folder).success();
+    assert_eq!(output.stdout.matches("(before)").count(), 6, "{}", output.stdout);
     let changed = SMALL_BLOCK.replace("coefficient: 0.5", "coefficient: 0.4");
     folder.write("case.yml", &changed);
     let output = study(1, &[], &folder).success();
@@ -138,6 +145,18 @@ fn wrong_studies_end_with_3_on_2_ranks() {
     }
 }
 
+/// Results go where scene and study are both named, so that two studies of a scene do not meet.
+#[test]
+fn studies_of_a_scene_keep_apart() {
+    let folder = folder(STUDY);
+    let scene = folder.canonicalize().unwrap().file_name().unwrap().to_str().unwrap().to_owned();
+    for (file, results) in [("study.yml", "study"), ("study-mesh.yml", "study-mesh")] {
+        folder.write(file, STUDY);
+        run(1, &["study", file, "--quiet"], &folder).success();
+        assert!(folder.join(format!("results/{scene}-{results}/study.csv")).exists(), "{file}");
+    }
+}
+
 /// A dry run lists the members and runs none; a folder of somebody else is left alone; without a member that completes the
 /// study has failed.
 #[test]
@@ -149,7 +168,9 @@ fn a_study_runs_nothing_that_it_should_not() {
         "{}",
         output.stdout
     );
-    assert!(!folder.join("out").exists());
+    let checked = run(1, &["check", "study.yml"], &folder).success();
+    assert_eq!(checked.stdout, output.stdout, "a check is a dry run");
+    assert!(!folder.join("out").exists() && !folder.join("results").exists());
     fs::create_dir(folder.join("out")).unwrap();
     folder.write("out/mine.txt", "mine");
     let output = study(0, &[], &folder);

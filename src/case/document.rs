@@ -194,6 +194,11 @@ impl Document {
         Ok(Self { root, files: Rc::new([source, overrides]) })
     }
 
+    /// Whether there is such a key at the top.
+    pub fn has(&self, key: &str) -> bool {
+        matches!(&self.root.tree, Tree::Map(entries) if entries.iter().any(|(name, _)| name.value == key))
+    }
+
     /// Puts values at paths such as `contact.sole.normal.penalty.compliance` or `bodies.block.mesh.box.cells[0]`; `null`
     /// takes a key away.
     ///

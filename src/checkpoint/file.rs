@@ -108,15 +108,21 @@ impl Drop for Writer {
 }
 
 /// The sections of a file that [`verify`] has found whole.
-pub(super) struct Reader {
+pub(super) struct Reader<R> {
     path: PathBuf,
-    file: BufReader<File>,
+    file: R,
     pub header: Header,
 }
 
-impl Reader {
+impl Reader<BufReader<File>> {
     pub fn open(path: &Path) -> Result<Self> {
-        let mut file = open(path)?;
+        Self::new(path, open(path)?)
+    }
+}
+
+impl<R: Read> Reader<R> {
+    /// Of anything that can be read; the path stands in errors only.
+    pub fn new(path: &Path, mut file: R) -> Result<Self> {
         let (header, _) = head(path, &mut file)?;
         Ok(Self { path: path.to_path_buf(), file, header })
     }
@@ -202,7 +208,7 @@ fn open(path: &Path) -> Result<BufReader<File>> {
     File::open(path).map(|file| BufReader::with_capacity(1 << 20, file)).map_err(|e| unreadable(path, &e))
 }
 
-fn unreadable(path: &Path, error: &std::io::Error) -> Error {
+pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Error {
     Error::file(format!("{}: can not read: {error}", path.display()))
 }
 

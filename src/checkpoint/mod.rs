@@ -20,5 +20,5 @@ mod table;
 
 pub use file::{FORMAT, Header, Section, examine, verify};
 pub use store::{Found, Store};
-pub use stream::{read, write};
+pub use stream::{fill, read, write};
 pub use table::Table;

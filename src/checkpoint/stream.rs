@@ -1,5 +1,6 @@
 //! The way of tables between all ranks and the file of rank 0, piece by piece.
 
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use mpi::collective::SystemOperation;
@@ -7,7 +8,7 @@ use mpi::datatype::PartitionMut;
 use mpi::traits::{CommunicatorCollectives, Root};
 use serde_json::Value;
 
-use super::file::{Header, Reader, Section, Writer};
+use super::file::{Header, Reader, Section, Writer, examine, unreadable};
 use super::table::Table;
 use crate::error::{Error, Result, agree};
 
@@ -106,13 +107,35 @@ pub fn read(world: &impl CommunicatorCollectives, path: &Path, tables: &mut [Tab
     for (number, table) in tables.iter_mut().enumerate() {
         let mut rows = reader.as_ref().map_or(0, |reader| reader.header.sections[number].rows);
         world.process_at_rank(0).broadcast_into(&mut rows);
-        let missing =
-            spread(world, table, rows, |words| reader.as_mut().map_or(Ok(()), |file| file.words(words)));
-        let missing = agree(world, missing)?;
-        let lacks = || Error::file(format!("{}: lacks {missing} rows of '{}'", path.display(), table.name));
-        agree(world, (missing == 0).then_some(()).ok_or_else(lacks))?;
+        let share = |words: &mut [u64]| world.process_at_rank(0).broadcast_into(words);
+        let bring = |words: &mut [u64]| reader.as_mut().map_or(Ok(()), |file| file.words(words));
+        let missing = agree(world, spread(table, rows, bring, share))?;
+        agree(world, complete(path, table, missing))?;
     }
     Ok(())
+}
+
+/// The same for one process without MPI, of anything that can be read and wound back, of a length \[bytes\]; the path
+/// stands in errors only.
+///
+/// # Errors
+/// As [`read`], and as [`examine`].
+pub fn fill(path: &Path, file: &mut (impl Read + Seek), length: u64, tables: &mut [Table]) -> Result<()> {
+    examine(path, file, length)?;
+    file.rewind().map_err(|error| unreadable(path, &error))?;
+    let mut reader = Reader::new(path, file)?;
+    compare(&reader.header.sections, tables)?;
+    for (number, table) in tables.iter_mut().enumerate() {
+        let rows = reader.header.sections[number].rows;
+        let missing = spread(table, rows, |words| reader.words(words), |_| ())?;
+        complete(path, table, missing)?;
+    }
+    Ok(())
+}
+
+fn complete(path: &Path, table: &Table, missing: usize) -> Result<()> {
+    let lacks = || Error::file(format!("{}: lacks {missing} rows of '{}'", path.display(), table.name));
+    (missing == 0).then_some(()).ok_or_else(lacks)
 }
 
 fn compare(sections: &[Section], tables: &[Table]) -> Result<()> {
@@ -127,13 +150,13 @@ fn compare(sections: &[Section], tables: &[Table]) -> Result<()> {
         .hint("go on with the version of the program that wrote it, or start anew without --restart"))
 }
 
-/// Reads a section of so many rows by `bring` on rank 0, and lets each rank take those of its keys; how many it did not
-/// find. Collective.
+/// Reads a section of so many rows by `bring`, which rank 0 does, and `share`, which gives them to all, and lets each rank
+/// take those of its keys; how many it did not find. Collective where `share` is.
 fn spread(
-    world: &impl CommunicatorCollectives,
     table: &mut Table,
     rows: u64,
     mut bring: impl FnMut(&mut [u64]) -> Result<()>,
+    share: impl Fn(&mut [u64]),
 ) -> Result<usize> {
     let (order, width) = (table.order(), table.columns.len());
     let most = (PIECE / (width + 1)).max(1) as u64;
@@ -145,7 +168,7 @@ fn spread(
         if outcome.is_ok() {
             outcome = bring(&mut words);
         }
-        world.process_at_rank(0).broadcast_into(&mut words[..]);
+        share(&mut words);
         for row in words.chunks_exact(width + 1) {
             while order.get(taken).is_some_and(|&mine| table.keys[mine] < row[0]) {
                 taken += 1;
@@ -159,4 +182,35 @@ fn spread(
         left -= count;
     }
     outcome.map(|()| order.len() - found)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    /// Rows come back by their keys, in whatever order they are wanted; a row that is not there, or another column, is
+    /// told.
+    #[test]
+    fn rows_come_back_by_their_keys() {
+        let folder = std::env::temp_dir().join(format!("contact-petsc-{}-stream", std::process::id()));
+        let path = folder.join("a.ckpt");
+        let columns = vec!["u_x".to_owned(), "u_y".to_owned()];
+        let section = Section { name: "nodes".into(), columns: columns.clone(), rows: 3 };
+        let header = Header { state: Value::Null, sections: vec![section] };
+        let mut writer = Writer::create(&path, &header).unwrap();
+        writer.words(&[2, 20, 21, 5, 50, 51, 9, 90, 91]).unwrap();
+        writer.finish().unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let fill = |keys: &[u64], columns: &[String]| {
+            let mut tables = [Table::keyed("nodes", columns.to_vec(), keys.to_vec(), 4)];
+            fill(&path, &mut Cursor::new(&bytes), bytes.len() as u64, &mut tables)
+                .map(|()| tables[0].words.clone())
+        };
+        assert_eq!(fill(&[9, 2], &columns).unwrap(), [90, 91, 20, 21]);
+        assert_eq!(fill(&[], &columns).unwrap(), [0; 0]);
+        assert!(fill(&[2, 3], &columns).unwrap_err().message.contains("lacks 1 rows of 'nodes'"));
+        assert!(fill(&[2], &columns[..1]).unwrap_err().message.contains("holds other columns"));
+    }
 }

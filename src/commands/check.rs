@@ -1,19 +1,27 @@
-//! `contact-petsc check case.yml`: everything up to the first solve, told as a case file with remarks.
+//! `contact-petsc check case.yml`: everything up to the first solve, told as a case file with remarks; of a study the list
+//! of its members, whose cases are all read.
 
 use std::path::Path;
 
-use super::run::read;
-use crate::error::Result;
+use crate::case::Case;
+use crate::error::{Result, agree};
 use crate::petsc::Session;
-use crate::simulation::{self, give_options};
+use crate::simulation::{self, give_options, shared_text};
+use crate::study::Study;
 
-/// The completed case and what follows from it, as YAML whose comments hold the derived numbers. Collective.
+/// The completed case and what follows from it, as YAML whose comments hold the derived numbers; of a study what
+/// `study --dry-run` says. Collective.
 ///
 /// # Errors
 /// The same on all ranks, and the same that a run would meet before its first solve.
 pub fn check(path: &Path, petsc: &[String]) -> Result<String> {
     let session = Session::start(petsc)?;
-    let case = read(&session, path)?;
+    let own = if session.rank() == 0 { Case::load(path) } else { Ok(String::new()) };
+    let text = shared_text(&session, own)?;
+    if Study::is_meant(&text) {
+        return super::study::listing(&session, path);
+    }
+    let case = agree(session.world(), Case::parse(&text, &path.display().to_string()))?;
     give_options(&session, &case)?;
     let derived = match case.dimension.value {
         2 => simulation::check::<2>(&session, &case)?,

@@ -21,10 +21,10 @@ pub fn study(arguments: &StudyArguments) -> Result<()> {
 }
 
 fn compute(session: &Rc<Session>, arguments: &StudyArguments) -> Result<()> {
-    let planned = read(session, &arguments.study)?;
     if arguments.dry_run {
-        return super::print(&planned.listing());
+        return super::print(&listing(session, &arguments.study)?);
     }
+    let planned = read(session, &arguments.study)?;
     let folder = arguments.output.clone().map_or_else(|| study::default_place(&arguments.study), Ok)?;
     let options = Options {
         folder,
@@ -37,6 +37,14 @@ fn compute(session: &Rc<Session>, arguments: &StudyArguments) -> Result<()> {
         is_quiet: arguments.quiet,
     };
     study::run(session, &planned, &options).map(drop)
+}
+
+/// What the study at `path` would run, as text. Collective.
+///
+/// # Errors
+/// The same on all ranks: the study is wrong, or the case of a member.
+pub fn listing(session: &Rc<Session>, path: &Path) -> Result<String> {
+    read(session, path).map(|planned| planned.listing())
 }
 
 /// The study and its cases, read on rank 0 and understood by all. Collective.

@@ -133,6 +133,8 @@ pub struct Record {
     pub inputs: Vec<Input>,
     /// Name and version of the program and of each library.
     pub versions: Vec<(String, String)>,
+    /// PETSc's options of the command line, with their values.
+    pub petsc_options: String,
     /// MPI ranks.
     pub ranks: usize,
     /// Degrees of freedom.
@@ -221,6 +223,7 @@ impl Record {
             "warnings": self.warnings,
             "versions": versions,
             "inputs": self.inputs,
+            "petsc_options": self.petsc_options,
             "case_sha256": self.digest,
             "case": self.case,
         });
@@ -260,6 +263,7 @@ mod tests {
             digest: String::new(),
             inputs: vec![],
             versions: vec![("petsc".into(), "3.18.5".into())],
+            petsc_options: String::new(),
             ranks: 2,
             unknowns: 4998,
             start: UNIX_EPOCH + Duration::from_secs(951_827_696),

@@ -204,6 +204,7 @@ mod tests {
             digest: String::new(),
             inputs: vec![],
             versions: vec![],
+            petsc_options: String::new(),
             ranks: 2,
             unknowns: 10,
             start: UNIX_EPOCH,

@@ -46,6 +46,12 @@ impl Lengths {
         Ok(())
     }
 
+    /// Lets what a table has beyond `length` bytes be dropped by who goes on from here.
+    pub fn cut(&mut self, table: &Table, length: u64) {
+        let name = table.path.file_name().unwrap_or_default().to_string_lossy();
+        self.0.entry(name.into_owned()).and_modify(|own| *own = length.min(*own));
+    }
+
     /// Whether all tables of a folder still have the rows that they had.
     ///
     /// # Errors
@@ -124,6 +130,14 @@ impl Table {
     pub fn settle(&self) -> Result<u64> {
         let settled = self.file.sync_all().and_then(|()| self.file.metadata());
         settled.map(|data| data.len()).map_err(|e| unwritable(&self.path, &e))
+    }
+
+    /// Bytes of the file now, on the disk or not.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn length(&self) -> Result<u64> {
+        self.file.metadata().map(|data| data.len()).map_err(|e| unwritable(&self.path, &e))
     }
 
     /// The file.

@@ -33,6 +33,8 @@ const READ_AT_THE_END: [&str; 18] = [
 #[derive(Debug, Default)]
 pub(super) struct Options {
     given: HashSet<String>,
+    /// What was given at the start with values, but for what only reports.
+    text: String,
 }
 
 impl Options {
@@ -44,7 +46,12 @@ impl Options {
         let all = unsafe { super::call::string(text) };
         petsc!(contact_free(text.cast()))?;
         let given = all.split_whitespace().filter(|token| is_name(token)).map(key).collect();
-        Ok(Self { given })
+        Ok(Self { given, text: that_compute(&all) })
+    }
+
+    /// What was given at the start with values, sorted, but for options that PETSc reads only at its end.
+    pub(super) fn at_the_start(&self) -> &str {
+        &self.text
     }
 
     /// Counts an option as given by the user from now on.
@@ -86,6 +93,21 @@ impl Options {
             |(name, value): (String, String)| format!("-{} {value}", key(&name)).trim_end().to_owned();
         Ok(left.into_iter().filter(|(name, _)| counts(name)).map(words).collect())
     }
+}
+
+/// The options of a text with their values, sorted, without those that PETSc reads only at its end.
+fn that_compute(all: &str) -> String {
+    let mut options: Vec<Vec<&str>> = Vec::new();
+    for word in all.split_whitespace() {
+        match options.last_mut().filter(|_| !is_name(word)) {
+            Some(option) => option.push(word),
+            None => options.push(vec![word]),
+        }
+    }
+    options.retain(|option| !READ_AT_THE_END.contains(&key(option[0]).as_str()));
+    let mut options: Vec<String> = options.iter().map(|option| option.join(" ")).collect();
+    options.sort();
+    options.join(" ")
 }
 
 /// Puts an option into the database; an empty value makes a flag.

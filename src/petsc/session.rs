@@ -35,6 +35,8 @@ pub struct Session {
     events: RefCell<Vec<Rc<Shared>>>,
     /// Processor time at which the run began that is measured \[s\].
     began: Cell<f64>,
+    /// Whether this process was asked to stop; see [`Session::listen`].
+    asked: RefCell<Option<Box<dyn Fn() -> bool>>>,
     /// PETSc keeps pointers to its arguments until the end.
     _arguments: Arguments,
     /// Dropped, and MPI with it, after `Drop::drop` has finalised PETSc.
@@ -63,6 +65,7 @@ impl Session {
             options: RefCell::new(Options::snapshot()?),
             events: RefCell::default(),
             began: Cell::new(0.0),
+            asked: RefCell::default(),
             _arguments: arguments,
             _universe: universe,
         };
@@ -147,6 +150,22 @@ impl Session {
     /// The user's options for the linear solver of that prefix, each as `-name`.
     pub fn given(&self, prefix: &str) -> Vec<String> {
         self.options.borrow().of_solver(prefix)
+    }
+
+    /// From now on [`Session::is_asked_to_stop`] is what this says, in place of what was said before.
+    pub fn listen(&self, asked: impl Fn() -> bool + 'static) {
+        *self.asked.borrow_mut() = Some(Box::new(asked));
+    }
+
+    /// Whether this rank was asked to stop; other ranks may not know of it yet.
+    pub fn is_asked_to_stop(&self) -> bool {
+        self.asked.borrow().as_ref().is_some_and(|asked| asked())
+    }
+
+    /// The PETSc options with which the session was started, by the command line or `PETSC_OPTIONS`, with their values and
+    /// sorted; those that only report at the end are left out.
+    pub fn options_at_the_start(&self) -> String {
+        self.options.borrow().at_the_start().to_owned()
     }
 
     /// Whether the PETSc option `name` is set; counts it as used.

@@ -45,6 +45,7 @@ fn record(title: &str, verdict: Verdict) -> Record {
         case: serde_json::json!({"title": title}),
         inputs: vec![],
         versions: vec![],
+        petsc_options: String::new(),
         ranks: 2,
         unknowns: 1,
         start: SystemTime::now(),

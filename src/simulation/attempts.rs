@@ -1,6 +1,7 @@
 //! The journal of the solves: which is at work, its iterations, and how it ended.
 
 use super::journal::Journal;
+use super::tables::Tables;
 use crate::dynamics::Stage;
 use crate::output::console::Attempt;
 use crate::output::iterations::IterationRow;
@@ -31,6 +32,18 @@ impl<const D: usize> Journal<D> {
         if factor == 1.0 && report.held.motions > 0 {
             self.console.note(&report.held.note());
         }
+    }
+
+    /// The next step is tried; until it has ended its iterations are none of what a run goes on from.
+    pub fn try_step(&mut self) {
+        if let Some(tables) = &mut self.tables {
+            tables.begin_attempt();
+        }
+    }
+
+    /// The step has ended, well or not.
+    pub fn tried(&mut self) {
+        self.tables.iter_mut().for_each(Tables::end_attempt);
     }
 
     /// A solve of the next step begins.

@@ -1,5 +1,6 @@
 //! When a run writes a checkpoint, what goes into it, and when it is asked to stop.
 
+use std::cell::Cell;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::Instant;
@@ -18,7 +19,7 @@ use crate::assembly::{ContactSystem, EnergyLedger};
 use crate::case::Case;
 use crate::checkpoint::{self, Store};
 use crate::dynamics::Stage;
-use crate::error::{Error, Result, agree};
+use crate::error::{Cause, Error, Result, agree};
 use crate::petsc::{Event, Session};
 use crate::solvers::Strategy;
 use crate::time::StepControl;
@@ -54,8 +55,13 @@ pub struct Keeper {
     began: Instant,
     /// End of the last step; what comes before the first one is done once only.
     last: Option<Instant>,
-    /// Longest step and longest checkpoint so far \[s\].
-    longest: [f64; 2],
+    /// Longest step so far \[s\].
+    longest_step: f64,
+    /// Longest checkpoint so far \[s\].
+    longest_write: f64,
+    /// The same for who asks within a step; there is no wall time within the first step of a process, so that each one
+    /// comes further than the last.
+    reserve: Rc<Cell<Option<f64>>>,
 }
 
 impl Keeper {
@@ -67,18 +73,27 @@ impl Keeper {
         let wanted = case.output.checkpoint.as_ref();
         let limit = wanted.and_then(|checkpoint| checkpoint.wall_time).map(|limit| limit.si);
         let (every, keep) = wanted.map_or((None, 2), |c| (Some(u64::from(c.every.value)), c.keep.value));
+        let limit = place.wall_time.map(|limit| limit.as_secs_f64()).or(limit);
+        let (signals, began, reserve) = (Signals::listen()?, Instant::now(), Rc::<Cell<_>>::default());
+        let (heard, kept): (Signals, Rc<Cell<Option<f64>>>) = (signals.clone(), Rc::clone(&reserve));
+        session.listen(move || {
+            let over = |reserve, limit| began.elapsed().as_secs_f64() + reserve >= limit;
+            heard.last() != 0 || kept.get().zip(limit).is_some_and(|(reserve, limit)| over(reserve, limit))
+        });
         Ok(Self {
             session: session.clone(),
             output: Event::register(session, "Output")?,
-            signals: Signals::listen()?,
+            signals,
             store: Store::of(&place.folder),
             command: place.command(),
             every,
             keep: keep as usize,
-            limit: place.wall_time.map(|limit| limit.as_secs_f64()).or(limit),
-            began: Instant::now(),
+            limit,
+            began,
             last: None,
-            longest: [0.0; 2],
+            longest_step: 0.0,
+            longest_write: 0.0,
+            reserve,
         })
     }
 
@@ -108,12 +123,35 @@ impl Keeper {
         Ok(())
     }
 
+    /// Writes a checkpoint of the last step that was accepted, since a rank was asked to stop within the next one; the
+    /// error that ends the run. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks: the checkpoint can not be written.
+    pub fn within_a_step<const D: usize>(&mut self, run: Moment<'_, D>, case: &Case) -> Result<Error> {
+        let asked = self.asked();
+        let Moment { system, stage, watch: (control, ledger, guard, pace), journal, .. } = run;
+        let path = self.write(case, (system, stage), (control, ledger, guard, pace), journal)?;
+        Ok(self.stopped(asked, stage.start.time, &path))
+    }
+
+    /// What ended the start: where a rank was asked to stop there is nothing yet to go on from. Collective in that case.
+    pub fn within_the_start(&mut self, error: Error) -> Error {
+        if error.cause != Cause::Stopped {
+            return error;
+        }
+        let why = Self::reason(self.asked());
+        Error::stopped(format!("{why} in the static start; no step is done, and no checkpoint is written"))
+            .hint("start anew")
+    }
+
     /// Why any rank was asked to stop; 0 where none was. Collective.
     fn asked(&mut self) -> i32 {
         let seconds = self.last.map_or(0.0, |last| last.elapsed().as_secs_f64());
         self.last = Some(Instant::now());
-        self.longest[0] = self.longest[0].max(seconds);
-        let ahead = self.began.elapsed().as_secs_f64() + self.longest.iter().sum::<f64>();
+        self.longest_step = self.longest_step.max(seconds);
+        let ahead = self.began.elapsed().as_secs_f64() + self.longest_step + self.longest_write;
+        self.reserve.set(Some(self.longest_write));
         let over = self.limit.is_some_and(|limit| ahead >= limit);
         let own = self.signals.last().max(if over { WALL_TIME } else { 0 });
         let mut any = 0;
@@ -146,7 +184,7 @@ impl Keeper {
         if self.session.rank() == 0 {
             self.store.prune(journal.step(), self.keep);
         }
-        self.longest[1] = self.longest[1].max(began.elapsed().as_secs_f64());
+        self.longest_write = self.longest_write.max(began.elapsed().as_secs_f64());
         Ok(path)
     }
 
@@ -161,8 +199,12 @@ impl Keeper {
         }
     }
 
+    fn reason(asked: i32) -> &'static str {
+        if asked == WALL_TIME { "the wall time is over" } else { Signals::name(asked) }
+    }
+
     fn stopped(&self, asked: i32, time: f64, path: &std::path::Path) -> Error {
-        let why = if asked == WALL_TIME { "the wall time is over" } else { Signals::name(asked) };
+        let why = Self::reason(asked);
         Error::stopped(format!("{why} at t = {time:.6e} s; the state is in {}", path.display()))
             .hint(&format!("go on with\n  {} --restart", self.command))
     }

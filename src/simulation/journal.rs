@@ -69,6 +69,7 @@ impl<const D: usize> Journal<D> {
             digest: case.digest()?,
             inputs,
             versions: versions(),
+            petsc_options: session.options_at_the_start(),
             ranks: session.size() as usize,
             unknowns: 0,
             start: SystemTime::now(),

@@ -25,7 +25,7 @@ use std::rc::Rc;
 use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
 use crate::dynamics::{Dynamics, OverStep, Stage};
-use crate::error::{Error, Result, agree};
+use crate::error::{Cause, Error, Result, agree};
 use crate::model::{Contact, Model, Target, read_mesh};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
@@ -72,7 +72,8 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let mut journal = Journal::open(session, (case, &model), place, saved.as_ref())?;
     let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
         let watch = match &saved {
-            None => begin(&mut system, &mut stage, (case, &model), &mut journal)?, // B_0
+            None => begin(&mut system, &mut stage, (case, &model), &mut journal) // B_0
+                .map_err(|error| keeper.within_the_start(error))?,
             Some(saved) => saved.resume(&mut system, &mut stage, (case, &model), &mut journal)?,
         };
         march((&mut system, &mut stage), &mut strategy, case, &mut journal, (watch, &mut keeper))
@@ -148,8 +149,16 @@ fn march<const D: usize>(
     while !control.finished() {
         pace.prepare(system);
         let attempt = Attempt { scheme, control: &control, pace: &pace };
-        let outcome = attempt.solve(system, stage, &mut **strategy, journal)?;
-        let outcome = attempt.finish(system, stage, outcome)?;
+        journal.try_step();
+        let outcome = match attempt.solve(system, stage, &mut **strategy, journal) {
+            Err(error) if error.cause == Cause::Stopped => {
+                let watch = (&control, &ledger, &guard, &mut pace);
+                let moment = Moment { system, stage, strategy, watch, journal };
+                return Err(keeper.within_a_step(moment, case)?);
+            }
+            outcome => attempt.finish(system, stage, outcome?)?,
+        };
+        journal.tried();
         journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
             Outcome::Converged(report) => {

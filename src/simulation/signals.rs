@@ -1,4 +1,4 @@
-//! Signals that ask a run to stop: remembered here, answered at the end of a step.
+//! Signals that ask a run to stop: remembered here, answered at the next iterate or at the end of a step.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

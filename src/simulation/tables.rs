@@ -24,6 +24,8 @@ pub struct Tables<const D: usize> {
     iterations: IterationTable,
     /// An iteration that could not be written; told at the end of the step, where all ranks listen.
     trouble: Option<Error>,
+    /// Length of the table of iterations before the step under way \[bytes\].
+    before: Option<u64>,
     step: u64,
     time: f64,
     dt: f64,
@@ -43,6 +45,7 @@ impl<const D: usize> Tables<D> {
             momentum: MomentumTable::open(folder, past)?,
             iterations: IterationTable::open(folder, past)?,
             trouble: None,
+            before: None,
             step: 0,
             time: 0.0,
             dt: 0.0,
@@ -71,7 +74,21 @@ impl<const D: usize> Tables<D> {
             [self.contact.table(), self.reactions.table(), self.energy.table(), self.momentum.table()];
         let all = self.probes.iter().map(ProbeTable::table).chain(others).chain([self.iterations.table()]);
         all.into_iter().try_for_each(|table| lengths.add(table))?;
+        self.before.into_iter().for_each(|before| lengths.cut(self.iterations.table(), before));
         Ok(lengths)
+    }
+
+    /// Iterations that follow count only when their step has ended, in [`lengths`](Self::lengths).
+    pub fn begin_attempt(&mut self) {
+        match self.iterations.table().length() {
+            Ok(length) => self.before = Some(length),
+            Err(error) => drop(self.trouble.get_or_insert(error)),
+        }
+    }
+
+    /// The iterations written so far count.
+    pub fn end_attempt(&mut self) {
+        self.before = None;
     }
 
     /// The rows that follow belong to this step.

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::table::COLUMNS;
 use crate::case::diagnostics::{Complaint, Source};
-use crate::case::document::{Node, Tree, read_as};
+use crate::case::document::{Document, Node, Tree, read_as};
 use crate::case::quantity::{Duration, Number};
 use crate::case::tagged::tagged;
 use crate::case::{At, Named, Place};
@@ -157,6 +157,13 @@ impl Study {
             None => Ok(study),
             Some(first) => Err(study.source.error(first)),
         }
+    }
+
+    /// Whether a text means to be a study rather than a case: it names a case and has no bodies.
+    pub fn is_meant(text: &str) -> bool {
+        let path = std::path::Path::new("study.yml");
+        Document::read(text, path, Source::new(text, path))
+            .is_ok_and(|document| document.has("case") && !document.has("bodies"))
     }
 
     /// The file itself.

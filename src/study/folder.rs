@@ -17,17 +17,18 @@ use crate::output::record::timestamp;
 pub const MARKER: &str = "study.json";
 
 /// Where a study goes unless `--output` says otherwise: `results/<folder>-study` for a file called `study.yml`,
-/// `results/<stem>` for any other.
+/// `results/<folder>-study-x` for one called `study-x.yml`, `results/<stem>` for any other.
 ///
 /// # Errors
 /// The path names no file, or the working directory is gone.
 pub fn default_place(path: &Path) -> Result<PathBuf> {
-    if path.file_stem().is_none_or(|stem| stem != "study") {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    if stem != "study" && !stem.starts_with("study-") {
         return default_folder(path);
     }
     let case = default_folder(&path.with_file_name("case.yml"))?;
     let name = case.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(case.with_file_name(format!("{name}-study")))
+    Ok(case.with_file_name(format!("{name}-{stem}")))
 }
 
 /// Makes the folder, or goes on with one that a study of ours has made.

@@ -81,7 +81,7 @@ pub fn run(session: &Rc<Session>, planned: &Planned, options: &Options) -> Resul
             return Ok(None);
         }
         folder::prepare(&options.folder)?;
-        Ledger::open(study, members, options).map(Some)
+        Ledger::open(study, members, options, session.options_at_the_start()).map(Some)
     };
     let mut ledger = agree(session.world(), root())?;
     if let Some(ledger) = &ledger {
@@ -131,17 +131,20 @@ struct Ledger<'a> {
     axes: Vec<String>,
     quantities: Vec<String>,
     rows: Vec<Row>,
+    /// PETSc's options of the command line.
+    petsc: String,
 }
 
 impl<'a> Ledger<'a> {
-    fn open(study: &'a Study, members: &'a [Member], options: &'a Options) -> Result<Self> {
+    fn open(study: &'a Study, members: &'a [Member], options: &'a Options, petsc: String) -> Result<Self> {
         let quantities: Vec<String> = study.quantities.value.names().map(str::to_owned).collect();
         let rows = members.iter().map(|member| Row::waiting(member, quantities.len())).collect();
         let references = References::read(study)?;
-        Ok(Self { study, members, options, references, axes: plan::axes(study), quantities, rows })
+        Ok(Self { study, members, options, references, axes: plan::axes(study), quantities, rows, petsc })
     }
 
-    /// Whether the results of a member are there, made by this program from the same case and meshes.
+    /// Whether the results of a member are there, made by this program from the same case and meshes with the same
+    /// options of PETSc.
     fn is_done(&self, member: &Member) -> bool {
         let record = record(&member_folder(&self.options.folder, member));
         let ended = match record["verdict"].as_str() {
@@ -165,6 +168,7 @@ impl<'a> Ledger<'a> {
         };
         ended
             && record["case_sha256"] == member.digest.as_str()
+            && record["petsc_options"] == self.petsc.as_str()
             && record["versions"]["contact-petsc"] == env!("CARGO_PKG_VERSION")
             && same_meshes()
     }

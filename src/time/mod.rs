@@ -7,6 +7,7 @@ mod adaptive;
 mod budget;
 pub mod estimate;
 mod halving;
+pub mod saturation;
 mod scheme;
 mod step_control;
 

@@ -1,0 +1,156 @@
+//! The pace of a run whose accuracy is an input: is a step good enough, and what does the next one have to keep.
+
+mod past;
+mod watch;
+
+use super::journal::Journal;
+use crate::assembly::{Asked, ContactSystem, Energies, EnergyLedger, SavedLedger};
+use crate::case::{Case, PenetrationTolerance};
+use crate::dynamics::Stage;
+use crate::error::Result;
+use crate::model::{LoadKind, Model};
+use crate::solvers::SolveReport;
+use crate::time::StepControl;
+
+pub use watch::Memory;
+
+use watch::Watch;
+
+/// What watches the errors of a run; without `accuracy` in the case it is nothing, and costs nothing.
+pub struct Pace {
+    watch: Option<Box<Watch>>,
+}
+
+/// Limits the penetration where the case asks for it. To be called before any equilibrium is sought.
+pub fn limit_penetration<const D: usize>(system: &mut ContactSystem<D>, case: &Case) {
+    let Some(asked) = case.accuracy.as_ref().and_then(|accuracy| accuracy.penetration) else { return };
+    if matches!(case.time.scheme.value, crate::case::Scheme::Conserving) {
+        return; // Its contact forces are differences of the penalty's energy.
+    }
+    system.limit_penetration(match asked {
+        PenetrationTolerance::Length(length) => Asked::Length(length.si),
+        PenetrationTolerance::Relative(part) => Asked::Relative(part.si),
+    });
+}
+
+/// Whether the steps follow their errors.
+fn adapts(case: &Case) -> bool {
+    case.accuracy.as_ref().is_some_and(|accuracy| accuracy.time.is_some())
+}
+
+/// The steps of the case from an instant `start` on \[s\].
+pub fn control<const D: usize>(case: &Case, model: &Model<D>, start: f64) -> StepControl {
+    let time = &case.time;
+    match adapts(case) {
+        true => StepControl::adaptive([start, time.end.si], time.step(), &kinks(model), time.cuts.value),
+        false => StepControl::new(start, time.end.si, time.step(), time.cuts.value),
+    }
+}
+
+/// Instants at which loads or supports may jump, or their rates \[s\].
+fn kinks<const D: usize>(model: &Model<D>) -> Vec<f64> {
+    let supports = model.supports.iter().flat_map(|support| support.components.iter().flatten());
+    let loads = model.loads.iter().flat_map(|load| match &load.kind {
+        LoadKind::BodyForce(functions) | LoadKind::Traction(functions) => functions.as_slice(),
+        LoadKind::Pressure(function) => std::slice::from_ref(function),
+    });
+    supports.chain(loads).flat_map(|function| function.kinks()).collect()
+}
+
+impl Pace {
+    /// Of the state at the start in `stage`. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn new<const D: usize>(
+        system: &mut ContactSystem<D>,
+        stage: &Stage,
+        case: &Case,
+        model: &Model<D>,
+    ) -> Result<Self> {
+        let Some(accuracy) = case.accuracy.as_ref().map(|accuracy| accuracy.value) else {
+            return Ok(Self { watch: None });
+        };
+        let watch = Watch::new(system, stage, (case, accuracy), kinks(model))?;
+        Ok(Self { watch: Some(Box::new(watch)) })
+    }
+
+    /// Puts to the contacts what the next step has to keep. Collective.
+    pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) {
+        if let Some(watch) = &self.watch {
+            watch.prepare(system);
+        }
+    }
+
+    /// Moves the first guess to where the last displacements point, where they are of one smooth motion.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
+        match &self.watch {
+            Some(watch) => watch.predict(stage),
+            None => Ok(()),
+        }
+    }
+
+    /// What the ledger has to go back to where the next step is repeated.
+    pub fn save(&self, ledger: &EnergyLedger, control: &StepControl) -> Option<SavedLedger> {
+        let repeats = self.watch.is_some() && matches!(control, StepControl::Adaptive(_));
+        repeats.then(|| ledger.save())
+    }
+
+    /// Whether the step in `stage`, which is solved, is good enough; `control` offers the next one, or the same anew.
+    /// Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn accepts<const D: usize>(
+        &mut self,
+        (system, stage): (&mut ContactSystem<D>, &Stage),
+        control: &mut StepControl,
+        energies: [&Energies; 2],
+        report: &SolveReport,
+    ) -> Result<bool> {
+        match &mut self.watch {
+            Some(watch) => watch.accepts(system, stage, control, energies, report),
+            None => Ok(true),
+        }
+    }
+
+    /// The step is accepted; tells the journal what was achieved so far. To be called before the trial state becomes
+    /// the start of the next step. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn advance<const D: usize>(
+        &mut self,
+        system: &mut ContactSystem<D>,
+        stage: &Stage,
+        control: &StepControl,
+        journal: &mut Journal<D>,
+    ) -> Result<()> {
+        let Some(watch) = &mut self.watch else { return Ok(()) };
+        watch.advance(system, stage)?;
+        journal.accuracy(watch.record(control.rejected()));
+        Ok(())
+    }
+
+    /// What has to be kept for a run to go on, beside the control; the estimate begins anew.
+    pub fn memory(&self) -> Option<&Memory> {
+        self.watch.as_ref().map(|watch| watch.memory())
+    }
+
+    /// Goes on with what was kept; the points of the contacts remember their last accepted step.
+    pub fn recall<const D: usize>(&mut self, system: &mut ContactSystem<D>, memory: &Memory) {
+        if let Some(watch) = &mut self.watch {
+            watch.recall(system, memory);
+        }
+    }
+
+    /// Lets the estimate begin anew, as in a run that goes on from here.
+    pub fn forget<const D: usize>(&mut self, system: &mut ContactSystem<D>) {
+        if let Some(watch) = &mut self.watch {
+            watch.forget(system);
+        }
+    }
+}

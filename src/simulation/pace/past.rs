@@ -1,0 +1,150 @@
+//! Displacements before the present step: what the estimate of its error, and a first guess of the next, are made of.
+
+use crate::dynamics::{Stage, State};
+use crate::error::Result;
+use crate::petsc::Vector;
+use crate::time::Scheme;
+use crate::time::estimate::{FIELDS, extrapolation, weights};
+use crate::time::saturation::{SECTIONS, Section};
+
+/// Displacements before the start of the step, and errors of the steps that were accepted.
+pub struct Past {
+    u: [Vector; 2],
+    instants: [f64; 2],
+    known: usize,
+    /// Estimated error of the step that was judged last, over the power of its length that it falls with.
+    rate: Vector,
+    /// The same of the steps before, smoothed: section by section of the filter.
+    smooth: [Vector; SECTIONS],
+    work: Vector,
+    /// Whether a parabola through them told the last displacement better than the velocity at the start of its step.
+    curved: bool,
+}
+
+impl Past {
+    /// Of a motion that begins, with the layout of `pattern`.
+    ///
+    /// # Errors
+    /// When PETSc can not allocate.
+    pub fn new(pattern: &Vector) -> Result<Self> {
+        Ok(Self {
+            u: [pattern.like()?, pattern.like()?],
+            instants: [0.0; 2],
+            known: 0,
+            rate: pattern.like()?,
+            smooth: [pattern.like()?, pattern.like()?, pattern.like()?],
+            work: pattern.like()?,
+            curved: false,
+        })
+    }
+
+    /// The velocity jumps: displacements before the start are not of the same smooth motion any more.
+    pub fn jump(&mut self) {
+        self.known = 0;
+    }
+
+    /// Begins anew: neither displacements nor errors are known.
+    pub fn forget(&mut self) {
+        (self.known, self.curved) = (0, false);
+        self.smooth.iter_mut().for_each(|section| section.set(0.0));
+    }
+
+    /// Moves the first guess to where the last displacements point, where they are of one smooth motion.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
+        if self.known < 2 || !self.curved {
+            return Ok(());
+        }
+        self.extrapolate(&stage.start, stage.trial.time, &mut stage.trial.u)
+    }
+
+    /// The parabola through the last two displacements and that of `start`, at the instant `at` \[s\].
+    fn extrapolate(&self, start: &State, at: f64, out: &mut Vector) -> Result<()> {
+        let [far, near, last] = extrapolation([self.instants[1], self.instants[0], start.time], at);
+        out.copy_from(&start.u)?;
+        out.scale(last)?;
+        out.axpy(near, &self.u[0])?;
+        out.axpy(far, &self.u[1])
+    }
+
+    /// Estimated error of the step in `stage` over the power of its length that it falls with, `dt^(p + 1)`: a derivative
+    /// of the motion \[m/s^(p + 1)\]; `clear` sets it to zero where nothing moves freely.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn rate(&mut self, scheme: Scheme, stage: &Stage, clear: impl Fn(&mut Vector)) -> Result<&Vector> {
+        let instants = [self.instants[1], self.instants[0], stage.start.time, stage.trial.time];
+        let weights = weights(scheme.local_error().unwrap_or_default(), &instants, self.known);
+        let [near, far] = &self.u;
+        let fields: [&Vector; FIELDS] =
+            [far, near, &stage.start.u, &stage.trial.u, &stage.start.v, &stage.start.a];
+        self.rate.set(0.0);
+        for (weight, field) in weights.iter().zip(fields).filter(|(weight, _)| **weight != 0.0) {
+            self.rate.axpy(*weight / stage.dt.powf(scheme.order() + 1.0), field)?;
+        }
+        clear(&mut self.rate);
+        Ok(&self.rate)
+    }
+
+    /// The last rate as it leaves the filter, which stays as it was.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn smooth_rate(&mut self, section: &Section) -> Result<&Vector> {
+        let Self { rate, smooth, work, .. } = self;
+        combine(&section.weights(section.count - 1), smooth, rate, work)?;
+        Ok(work)
+    }
+
+    /// Takes the last rate into the filter.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn settle(&mut self, section: &Section) -> Result<()> {
+        // The last section first: the others still hold what it needs.
+        for last in (0..SECTIONS).rev() {
+            combine(&section.weights(last), &self.smooth, &self.rate, &mut self.work)?;
+            self.smooth[last].copy_from(&self.work)?;
+        }
+        Ok(())
+    }
+
+    /// Takes the displacement at the start of a step that is accepted, and notes which guess would have been better.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn push(&mut self, stage: &Stage, restart: bool) -> Result<()> {
+        if self.known == 2 {
+            self.work.waxpy(-1.0, &stage.start.u, &stage.trial.u)?;
+            self.work.axpy(-stage.dt, &stage.start.v)?;
+            let straight = self.work.norm()?;
+            let mut guess = self.work.like()?;
+            self.extrapolate(&stage.start, stage.trial.time, &mut guess)?;
+            guess.axpy(-1.0, &stage.trial.u)?;
+            self.curved = guess.norm()? < straight;
+        }
+        self.u.swap(0, 1);
+        self.u[0].copy_from(&stage.start.u)?;
+        self.instants = [stage.start.time, self.instants[0]];
+        self.known = if restart { 0 } else { (self.known + 1).min(2) };
+        Ok(())
+    }
+}
+
+/// The weighted sum of the sections of a filter and its input.
+fn combine(
+    weights: &[f64; SECTIONS + 1],
+    sections: &[Vector; SECTIONS],
+    input: &Vector,
+    out: &mut Vector,
+) -> Result<()> {
+    let [one, two, three] = sections;
+    out.set(0.0);
+    for (weight, field) in weights.iter().zip([one, two, three, input]).filter(|(weight, _)| **weight != 0.0)
+    {
+        out.axpy(*weight, field)?;
+    }
+    Ok(())
+}

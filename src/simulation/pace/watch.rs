@@ -1,0 +1,289 @@
+//! What watches the errors of a run from step to step.
+
+use serde::{Deserialize, Serialize};
+
+use super::past::Past;
+use crate::assembly::{ContactSystem, Energies, Stuck};
+use crate::case::quantity::Number;
+use crate::case::{Accuracy, Case};
+use crate::contact::friction::Regularization;
+use crate::dynamics::{Dynamics, Stage, State};
+use crate::error::Result;
+use crate::output::accuracy::{AccuracyRecord, Errors};
+use crate::simulation::options;
+use crate::solvers::SolveReport;
+use crate::time::saturation::{Passed, Section};
+use crate::time::{Budget, Judgement, Scheme, StepControl};
+
+/// What the watch remembers from step to step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    time: Option<Budget>,
+    energy: Option<Budget>,
+    /// Largest displacement so far, root mean square \[m\].
+    size: f64,
+    /// Largest energy without a cause so far \[J\].
+    drift: f64,
+    /// Deepest penetration \[m\], fastest creep \[m/s\], largest elastic slip \[m\] so far.
+    contact: [f64; 3],
+    closed: u64,
+    /// Steps that the last jump of the velocity still shows in.
+    unsettled: u32,
+    /// Instant of the last jump, from which on modes lose their phase \[s\].
+    since: f64,
+    /// Derivative of the motion that errors follow from, smoothed: of the last step, and of the last step before the filter
+    /// began; 0 where none was.
+    rate: [f64; 2],
+    passed: Passed,
+    /// How much stiffer than their laws say the contacts are.
+    stiffenings: Vec<f64>,
+}
+
+/// What watches the errors of a run.
+pub(super) struct Watch {
+    accuracy: Accuracy,
+    scheme: Scheme,
+    end: f64,
+    step: f64,
+    kinks: Vec<f64>,
+    weight: f64,
+    given: Vec<Option<Regularization>>,
+    /// Smallest tolerance of a contact \[m\].
+    penetration: Option<f64>,
+    memory: Memory,
+    past: Option<Past>,
+    /// Estimated error and allowance of the step that was judged last \[m\].
+    judged: [f64; 2],
+    /// The filter in the step that was judged last, unless the velocity jumped, and what came out of it.
+    section: Option<Section>,
+    smooth: f64,
+}
+
+impl Watch {
+    /// Newton iterations up to which a step may grow, and from which it shrinks.
+    const EFFORT: [u32; 2] = [7, 14];
+    /// A penetration beyond what is asked by any part has the step repeated.
+    const REPEAT: f64 = 2.01;
+    /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
+    const SAFETY: f64 = 1.8;
+
+    /// Of the state at the start in `stage`; `kinks` are the instants at which loads or their rates may jump. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn new<const D: usize>(
+        system: &mut ContactSystem<D>,
+        stage: &Stage,
+        (case, accuracy): (&Case, Accuracy),
+        kinks: Vec<f64>,
+    ) -> Result<Self> {
+        let scheme = options::scheme(&case.time);
+        let budget = |part: Option<Number>| part.map(|part| Budget::new(part.si));
+        let adapts = accuracy.time.is_some() && scheme.local_error().is_some();
+        let past = if adapts { Some(Past::new(&stage.start.u)?) } else { None };
+        let closed = system.contact_summaries().iter().map(|contact| contact.zone.points as u64).sum();
+        let mut watch = Self {
+            accuracy,
+            scheme,
+            end: case.time.end.si,
+            step: case.time.step(),
+            kinks,
+            weight: system.weight()?,
+            given: system.regularizations(),
+            penetration: system.smallest_tolerance(),
+            memory: Memory {
+                time: budget(accuracy.time.filter(|_| past.is_some())),
+                energy: budget(accuracy.energy.filter(|_| scheme.has_inertia())),
+                size: 0.0,
+                drift: 0.0,
+                contact: [0.0; 3],
+                closed,
+                unsettled: 2,
+                since: 0.0,
+                rate: [0.0; 2],
+                passed: Passed::default(),
+                stiffenings: system.stiffenings(),
+            },
+            past,
+            judged: [0.0; 2],
+            section: None,
+            smooth: 0.0,
+        };
+        watch.observe_size(system, &stage.start)?;
+        Ok(watch)
+    }
+
+    /// What has to be kept for a run to go on.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// Goes on with what was kept.
+    pub fn recall<const D: usize>(&mut self, system: &mut ContactSystem<D>, memory: &Memory) {
+        system.recall_stiffenings(&memory.stiffenings);
+        self.memory = memory.clone();
+    }
+
+    /// Lets the estimate begin anew, with the last error for the errors of all steps before.
+    pub fn forget<const D: usize>(&mut self, system: &mut ContactSystem<D>) {
+        system.note_gaps();
+        let memory = &mut self.memory;
+        memory.unsettled = 2;
+        memory.rate[1] = memory.rate[0];
+        memory.passed = Passed::default();
+        if let Some(past) = &mut self.past {
+            past.forget();
+        }
+    }
+
+    /// Moves the first guess to where the last displacements point, where they are of one smooth motion.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
+        self.past.as_ref().map_or(Ok(()), |past| past.predict(stage))
+    }
+
+    fn observe_size<const D: usize>(&mut self, system: &mut ContactSystem<D>, state: &State) -> Result<()> {
+        let moved = system.mean_size(&state.u, self.weight)?;
+        let about_to = self.step * system.mean_size(&state.v, self.weight)?;
+        self.memory.size = self.memory.size.max(moved).max(about_to);
+        let size = self.memory.size;
+        if let Some(budget) = &mut self.memory.time {
+            budget.observe(size);
+        }
+        Ok(())
+    }
+
+    pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) {
+        let Some(slip) = self.accuracy.slip.filter(|_| self.memory.size > 0.0) else { return };
+        let allowed = slip.si * self.memory.size;
+        system.stiffen_stick(&self.given, allowed / self.end, allowed);
+    }
+
+    pub fn accepts<const D: usize>(
+        &mut self,
+        system: &mut ContactSystem<D>,
+        stage: &Stage,
+        control: &mut StepControl,
+        [before, now]: [&Energies; 2],
+        report: &SolveReport,
+    ) -> Result<bool> {
+        self.observe_size(system, &stage.trial)?;
+        let (share, left) = (stage.dt / self.end, 1.0 - stage.start.time / self.end);
+        let jumps = report.contact.closed != self.memory.closed;
+        let lenient = jumps || self.memory.unsettled > 0;
+        let mut ratio = 0.0f64;
+        let error = self.error(system, stage, jumps)?;
+        if let Some(budget) = &self.memory.time {
+            let fair = budget.share(share, left);
+            let allowed = if lenient { budget.event().max(fair) } else { fair };
+            ratio = ratio.max(error / allowed);
+            self.judged = [error, fair];
+        }
+        if let Some(budget) = &mut self.memory.energy {
+            budget.observe(now.total().abs().max(now.external_work.abs()).max(now.friction_dissipated));
+            let fair = budget.share(share, left);
+            let allowed = if lenient { budget.event().max(fair) } else { fair };
+            let gained = now.numerical.abs() - before.numerical.abs();
+            ratio = ratio.max(gained / allowed);
+        }
+        if self.scheme.has_inertia() && system.shortfall().is_some_and(|left| left.ratio > 1.0) {
+            system.keep_penetration(false);
+            ratio = ratio.max(Self::REPEAT);
+        }
+        let event = jumps && ratio > 0.1;
+        let ease = match report.newton {
+            newton if newton <= Self::EFFORT[0] => f64::INFINITY,
+            newton if newton <= Self::EFFORT[1] => 1.0,
+            _ => 0.7,
+        };
+        let order = self.scheme.order();
+        let accepted = control.judge(&Judgement { ratio, order, event, ease });
+        if !accepted {
+            return Ok(false);
+        }
+        if let Some(budget) = &mut self.memory.time {
+            let [error, fair] = self.judged;
+            // Behind a jump the estimate still sees the jump, which was paid for.
+            budget.spend(if self.memory.unsettled > 0 && !jumps { error.min(fair) } else { error });
+        }
+        if let Some(budget) = &mut self.memory.energy {
+            budget.spend(now.numerical.abs() - before.numerical.abs());
+        }
+        self.memory.drift = self.memory.drift.max(now.numerical.abs());
+        self.memory.closed = report.contact.closed;
+        let kink = self.kinks.iter().any(|kink| (kink - stage.trial.time).abs() < 1e-9 * self.end);
+        self.memory.unsettled = if event || kink { 2 } else { self.memory.unsettled.saturating_sub(1) };
+        if event || kink {
+            self.memory.since = stage.trial.time;
+            self.past.iter_mut().for_each(Past::jump);
+        }
+        Ok(true)
+    }
+
+    /// Estimated error of the step, root mean square \[m\]: as it is where the velocity jumps, else without what was lost
+    /// before.
+    fn error<const D: usize>(
+        &mut self,
+        system: &mut ContactSystem<D>,
+        stage: &Stage,
+        jumps: bool,
+    ) -> Result<f64> {
+        let Some(past) = &mut self.past else { return Ok(0.0) };
+        let rate = past.rate(self.scheme, stage, |field| system.clear_prescribed(field))?;
+        let power = Self::SAFETY * stage.dt.powf(self.scheme.order() + 1.0);
+        if jumps {
+            self.section = None;
+            return Ok(power * system.mean_size(rate, self.weight)?);
+        }
+        let span = (self.end - self.memory.since).max(stage.dt);
+        // On a penalty that became stiffer the contact itself is one of the fast modes, and feeds on what is lost.
+        let is_stiffer = self.memory.stiffenings.iter().any(|factor| *factor > 1.0);
+        let section = if is_stiffer { Section::WHOLE } else { self.scheme.saturation(stage.dt, span) };
+        self.section = Some(section);
+        let rate = system.mean_size(past.smooth_rate(&section)?, self.weight)?;
+        let (passed, before) = (self.memory.passed.after(&section).part(&section), self.memory.rate[1]);
+        self.smooth = if before > 0.0 { rate + (1.0 - passed) * before } else { rate / passed };
+        Ok(power * self.smooth)
+    }
+
+    pub fn advance<const D: usize>(&mut self, system: &mut ContactSystem<D>, stage: &Stage) -> Result<()> {
+        if let Some(past) = &mut self.past {
+            if let Some(section) = self.section.take() {
+                past.settle(&section)?;
+                self.memory.passed = self.memory.passed.after(&section);
+                self.memory.rate[0] = self.smooth;
+            }
+            past.push(stage, self.memory.unsettled == 2)?;
+        }
+        let Stuck { creep, give } = system.stuck();
+        let depth = system.shortfall().map_or(0.0, |left| left.depth);
+        system.keep_penetration(true);
+        self.memory.stiffenings = system.stiffenings();
+        for (most, now) in self.memory.contact.iter_mut().zip([depth, creep, give]) {
+            *most = most.max(now);
+        }
+        Ok(())
+    }
+
+    pub fn record(&self, repeated_steps: u64) -> AccuracyRecord {
+        let number = |part: Option<Number>| part.map(|part| part.si);
+        let Memory { time, energy, size, drift, contact: [depth, creep, give], .. } = &self.memory;
+        let rubs = self.given.iter().any(Option::is_some);
+        let asked = Errors {
+            penetration: self.penetration,
+            slip: number(self.accuracy.slip).filter(|_| rubs),
+            time: number(self.accuracy.time).filter(|_| time.is_some()),
+            energy: number(self.accuracy.energy).filter(|_| energy.is_some()),
+        };
+        let over = |value: f64, scale: f64| if value == 0.0 { 0.0 } else { value / scale };
+        let achieved = Errors {
+            penetration: asked.penetration.map(|_| *depth),
+            slip: asked.slip.map(|_| over((creep * self.end).max(*give), *size)),
+            time: time.as_ref().map(Budget::achieved),
+            energy: energy.as_ref().map(|budget| over(*drift, budget.scale())),
+        };
+        AccuracyRecord { asked, achieved, repeated_steps }
+    }
+}
