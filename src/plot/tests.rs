@@ -46,6 +46,7 @@ fn record(title: &str, verdict: Verdict) -> Record {
         inputs: vec![],
         versions: vec![],
         ranks: 2,
+        blas_threads: None,
         unknowns: 1,
         start: SystemTime::now(),
         totals: Totals::default(),
