@@ -32,7 +32,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
     };
     let columns = if shots.len() == 1 { 1 } else { 2 };
     let caption_width = WIDTH / columns as f64 - CAPTION_MARGIN;
-    let lines = |title: &str, shot: &Shot| wrapped(&caption(title, shot), LABEL, caption_width, 2);
+    let lines = |title: &str, shot: &Shot| wrapped(&caption(title, shot), LABEL, caption_width, 3);
     let scenes: Vec<(Vec<String>, Scene)> =
         shots.iter().map(|(title, shot)| (lines(title, shot), scene(shot))).collect();
     let values = || scenes.iter().flat_map(|(_, scene)| scene.faces.iter().filter_map(|face| face.value));
