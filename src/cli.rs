@@ -1,13 +1,14 @@
 //! The command line: `contact-petsc case.yml`, its sisters, and what they take.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 
+use crate::case::diagnostics::nearest;
 use crate::error::{Error, Result};
 use crate::output::pace::wall_time;
 
@@ -105,7 +106,7 @@ pub struct RunArguments {
     /// Results folder; `results/` and the name of the case's folder or file unless given
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Go on from the last checkpoint of the results folder, or from the one given
+    /// Go on from the last checkpoint of the results folder, or from the one given; in a new folder as a branch
     #[arg(long, value_name = "CHECKPOINT", num_args = 0..=1, require_equals = true)]
     pub restart: Option<Option<PathBuf>>,
     /// Stop before this wall time is over, with a checkpoint and exit code 7: seconds, or as in "55 min", "2 h", 1:30:00
@@ -292,11 +293,16 @@ where
     let version = format!("{}\n{versions}", env!("CARGO_PKG_VERSION"));
     let command =
         Line::command().version(env!("CARGO_PKG_VERSION")).long_version(version.trim_end().to_string());
-    let line = command.try_get_matches_from(arguments).and_then(|matches| Line::from_arg_matches(&matches));
+    let words: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    let first = words.get(1).map(PathBuf::from);
+    let line = command.try_get_matches_from(words).and_then(|matches| Line::from_arg_matches(&matches));
     let line = match line {
         Ok(line) => line,
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
             return Ok(Command::Print(error.render().to_string()));
+        }
+        Err(error) if error.kind() == ErrorKind::UnknownArgument => {
+            return Err(first.and_then(|word| mistyped(&word)).unwrap_or_else(|| usage(&error)));
         }
         Err(error) => return Err(usage(&error)),
     };
@@ -313,6 +319,22 @@ where
         (Some(Sub::Completions { shell }), _) => Ok(Command::Completions(shell)),
         (None, None) => Err(Error::usage("no case is given").hint("contact-petsc --help")),
     }
+}
+
+/// The error for a word in the place of a command or case file that is neither; `None` for what looks like a file.
+pub fn mistyped(word: &Path) -> Option<Error> {
+    let text = word.to_str().filter(|_| !word.exists())?;
+    let line = Line::command();
+    let commands: Vec<&str> = line.get_subcommands().map(clap::Command::get_name).collect();
+    let is_word = text.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
+    if !is_word || text.is_empty() || commands.contains(&text) {
+        return None;
+    }
+    let cure = nearest(text, &commands).map_or_else(
+        || "contact-petsc --help lists the commands; a case file ends in .yml".to_owned(),
+        |command| format!("did you mean `contact-petsc {command}`?"),
+    );
+    Some(Error::usage(format!("no such command or case file: '{text}'")).hint(&cure))
 }
 
 /// clap's own text, whose first word this program adds itself.

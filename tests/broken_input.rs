@@ -55,7 +55,7 @@ const CASES: &[Broken] = &[
     ),
     ("cells: [4, 4] }", "cells: [4, 4], map: { z: \"1\" } }", 3, &["case.yml:5:", "2D has no z"], 0),
     ("cells: [4, 4] }", "cells: [4, 4], map: { x: \"x + t\" } }", 3, &["a mesh does not depend on t"], 0),
-    ("cells: [4, 4] }", "cells: [4, 4], map: { y: \"sqrt(y - 1)\" } }", 3, &["sends [0.0, 0.0] to"], 1),
+    ("cells: [4, 4] }", "cells: [4, 4], map: { y: \"sqrt(y - 1)\" } }", 3, &["sends [0, 0] m to"], 1),
     // Words of the case file.
     ("density:", "densty:", 3, &["case.yml:7:5", "unknown key 'densty'", "did you mean 'density'?"], 2),
     ("density: 1700", "density: heavy", 3, &["case.yml:7:14", "heavy"], 0),
@@ -81,6 +81,8 @@ const CASES: &[Broken] = &[
     ("y: -0.01", "y: { table: [[0, 0], [0, 1]] }", 3, &["the times of a table must increase"], 0),
     ("y: -0.01", "y: \"-0.01 * tt\"", 3, &["case.yml:17", "tt"], 0),
     ("y: -0.01", "y: \"-0.01 / t\"", 3, &["case.yml:17", "not finite at t = 0"], 0),
+    ("x: \"1.0 * t\"", "x: \"1e300 * t\"", 3, &["case.yml:17", "beyond all measure", "t = 0"], 2),
+    ("x: \"1.0 * t\"", "x: \"1e300 * t * x\"", 3, &["clamp", "component x", "beyond all measure", "t = "], 2),
     ("y: -0.01", "y: \"-0.01 / (x - 0.1)\"", 3, &["clamp", "not finite", "[0.1, 0.4]"], 3),
     // Names and sets.
     ("on: block.top", "on: block.topp", 3, &["the box 'block' has no set 'topp'", "did you mean 'top'?"], 0),
@@ -120,6 +122,24 @@ const CASES: &[Broken] = &[
     (BOX, "file: dangling.msh", 4, &["dangling.msh", "node"], 0),
     (BOX, "file: square.msh, region: rubbr", 4, &["square.msh", "rubbr", "rubber"], 2),
 ];
+
+/// Contact at nodes where there must be none; `ELEMENT` and `TARGET` are filled in.
+const NODAL: &str = "title: nodal
+dimension: DIMENSION
+bodies:
+  upper: { mesh: { box: { min: [0, 0, 1], max: [1, 1, 2], cells: [1, 1, 1], element: ELEMENT } }, material: MATERIAL }
+  lower: { mesh: { box: { min: [0, 0, 0], max: [1, 1, 1], cells: [1, 1, 1] } }, material: MATERIAL }
+obstacles: { floor: { plane: { point: [0, 0, 1], normal: [0, 0, 1] } } }
+contact:
+  sole:
+    contactor: upper.SOLE
+    target: TARGET
+    normal: { penalty: { compliance: 1.0e-9 } }
+    friction: none
+    quadrature: nodal
+boundary: { low: { on: lower.SOLE, displacement: { ALL } }, up: { on: upper.TOP, displacement: { ALL } } }
+time: { end: 1, scheme: { static: { increments: 1 } } }
+";
 
 /// Cases on the mesh of a file, whose sets only the mesh knows.
 const ON_A_FILE: &[Broken] = &[
@@ -187,6 +207,51 @@ fn all_refused(folder: &Folder, base: &str, list: &[Broken]) {
 #[test]
 fn broken_cases_are_refused_on_1_2_and_3_ranks() {
     all_refused(&folder_with_meshes("broken"), SMALL_BLOCK, CASES);
+}
+
+/// Contact at the nodes of quadratic facets is refused between two bodies, and on an obstacle where their rule is not
+/// positive; elsewhere it is not.
+#[test]
+fn nodal_contact_of_quadratic_facets_is_refused_on_1_and_2_ranks() {
+    let folder = Folder::new("nodal");
+    let case = |element: &str, target: &str, solid: bool| {
+        let material = "{ neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }";
+        let text = NODAL.replace("ELEMENT", element).replace("TARGET", target).replace("MATERIAL", material);
+        let (dimension, [sole, top], all) = match solid {
+            true => ("3", ["bottom", "top"], "x: 0, y: 0, z: 0"),
+            false => ("2", ["bottom", "top"], "x: 0, y: 0"),
+        };
+        let text = text.replace("SOLE", sole).replace("TOP", top).replace("ALL", all);
+        let text = text.replace("DIMENSION", dimension);
+        if solid {
+            return text;
+        }
+        let flat =
+            text.replace("[0, 0, 1], max: [1, 1, 2]", "[0, 1], max: [1, 2]").replace("[1, 1, 1]", "[1, 1]");
+        flat.replace("[0, 0, 0]", "[0, 0]").replace("[0, 0, 1]", "[0, 1]")
+    };
+    let refused = [
+        ("quad8", "lower.top", "line3"),
+        ("tri6", "lower.top", "line3"),
+        ("hex20", "lower.top", "quad8"),
+        ("hex27", "lower.top", "quad9"),
+        ("tet10", "lower.top", "tri6"),
+        ("hex20", "floor", "quad8"),
+        ("tet10", "floor", "tri6"),
+    ];
+    for (element, target, facet) in refused {
+        folder.write("case.yml", &case(element, target, !["quad8", "tri6"].contains(&element)));
+        let words =
+            [&*format!("on {facet} facets"), "'sole'", "case.yml:13", "hint: write `quadrature: gauss`"];
+        let output = run(if element == "hex27" { 2 } else { 0 }, &["check", "case.yml"], &folder);
+        check(&output, 3, &words).unwrap_or_else(|e| panic!("{element} on {target}: {e}"));
+    }
+    for (element, target, solid) in
+        [("quad9", "floor", false), ("hex27", "floor", true), ("quad4", "lower.top", false)]
+    {
+        folder.write("case.yml", &case(element, target, solid));
+        run(0, &["check", "case.yml"], &folder).success();
+    }
 }
 
 /// So is what only the mesh of a file can tell.
@@ -273,6 +338,9 @@ fn wrong_command_lines_are_usage_errors() {
         (&["a.yml", "-q", "-v"], "cannot be used with", 0),
         (&["plot"], "RESULTS", 0),
         (&["list", "more"], "more", 0),
+        (&["lst"], "did you mean `contact-petsc list`?", 2),
+        (&["chek", "base.yml"], "did you mean `contact-petsc check`?", 0),
+        (&["quux"], "no such command or case file: 'quux'", 0),
     ] {
         check(&run(ranks, line, &folder), 2, &[words]).unwrap_or_else(|e| panic!("{line:?}: {e}"));
     }

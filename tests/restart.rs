@@ -309,9 +309,12 @@ fn signals_stop_with_a_checkpoint() {
     let folder = place(&silent);
     compute(&folder, 0, "whole", &[]).success();
     assert!(checkpoints(&folder.join("whole")).is_empty());
-    for (ranks, signal, more) in
-        [(0, "TERM", &[][..]), (2, "USR1", &["--restart"]), (0, "INT", &["--restart"])]
-    {
+    for (ranks, signal, more) in [
+        (0, "TERM", &[][..]),
+        (2, "USR1", &["--restart"]),
+        (0, "INT", &["--restart"]),
+        (0, "HUP", &["--restart"]),
+    ] {
         let stopped = signalled(&folder, ranks, signal, more);
         assert_eq!(stopped.code, Some(7), "{}", stopped.stderr);
         let told = format!("contact-petsc: stopped: SIG{signal} at t = ");
@@ -328,7 +331,7 @@ fn signals_stop_with_a_checkpoint() {
         assert_eq!(checkpoints(&folder.join("out")).last().and_then(|p| p.file_name()), Some(name.as_ref()));
     }
     compute(&folder, 0, "out", &["--restart"]).success();
-    assert_eq!(record(&folder.join("out"))["restarts"], 3);
+    assert_eq!(record(&folder.join("out"))["restarts"], 4);
     let apart = apart(&folder.join("whole"), &folder.join("out"));
     assert!(apart <= AGREEMENT, "{apart:.1e}");
 }
@@ -544,5 +547,40 @@ fn a_full_disk_loses_nothing_on_1_and_2_ranks() {
         assert_eq!(checkpoints(&out).len(), 1, "{:?}", checkpoints(&out));
         compute(&folder, ranks, "out", &["--restart"]).success();
         same_bits(&folder.join("whole"), &out);
+    }
+}
+
+/// A checkpoint begins a branch in a new folder: its rows are those that the run went on with, and it can go on itself. The
+/// first run is left alone. Without a checkpoint to name there is nothing to go on from.
+#[test]
+fn a_run_branches_off_on_1_and_2_ranks() {
+    for ranks in [0, 2] {
+        let folder = place(&rubber_block(GMRES, "end: 0.01", 5));
+        compute(&folder, ranks, "whole", &[]).success();
+        let before = files(&folder.join("whole"));
+        let from = "--restart=whole/checkpoints/step-000010.ckpt";
+        compute(&folder, ranks, "branch", &[from]).success();
+        assert_eq!(before, files(&folder.join("whole")));
+        for name in ["energy.csv", "probes.csv", "contact.csv"] {
+            let text = |results: &str| fs::read_to_string(folder.join(results).join(name)).expect("a table");
+            let (whole, branch) = (text("whole"), text("branch"));
+            let mut rows = branch.lines();
+            assert_eq!(rows.next(), whole.lines().next(), "{name}");
+            let later: Vec<&str> = rows.collect();
+            assert!(later.len() == 10 && later[0].starts_with("11,"), "{name}: {later:?}");
+            assert!(whole.lines().skip(12).eq(later), "{name}");
+        }
+        assert_eq!(record(&folder.join("branch"))["restarts"], 1);
+        let on = "--restart=branch/checkpoints/step-000015.ckpt";
+        compute(&folder, ranks, "branch", &[on]).success();
+        assert_eq!(Table::read(&folder.join("branch/energy.csv")).len(), 10);
+        let absent = compute(&folder, ranks, "absent", &["--restart"]);
+        assert_eq!(absent.code, Some(4), "{}", absent.stderr);
+        assert!(
+            absent.stderr.contains("nothing to go on from") && !absent.stderr.contains("plot"),
+            "{}",
+            absent.stderr
+        );
+        assert!(!folder.join("absent").exists());
     }
 }

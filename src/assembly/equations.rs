@@ -15,6 +15,7 @@ use crate::dynamics::{
 };
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
+use crate::mesh::spelled;
 use crate::petsc::{Matrix, Vector};
 use crate::space::Fields;
 use crate::terms::Terms;
@@ -215,7 +216,8 @@ impl<const D: usize> ContactSystem<D> {
         let centre = mesh.element_centre(inverted.element as usize);
         let number = self.local.input_element[inverted.element as usize];
         Error::guard(format!(
-            "element {number} at {centre:?} is turned inside out (det F = {:.3e})",
+            "element {number} at {} m is turned inside out (det F = {:.3e})",
+            spelled(&centre),
             inverted.det
         ))
     }

@@ -1,12 +1,12 @@
 //! Points that penetrate before the start: counted, refused, or moved out.
 
 use mpi::collective::SystemOperation;
-use mpi::traits::{CommunicatorCollectives, Root};
+use mpi::traits::CommunicatorCollectives;
 
 use super::contact::facets_of;
 use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result, agree};
-use crate::mesh::Facet;
+use crate::mesh::{Facet, spelled};
 use crate::model::{Contact, InitialOverclosure};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector;
@@ -65,7 +65,7 @@ pub fn resolve_overclosure<const D: usize>(
         let point = local.mesh.points[node as usize];
         (obstacle.gap(&Vector::from(point)), point)
     });
-    let found = worst(world, &contact.name, touching(known, gaps));
+    let found = worst(world, &contact.name, known, gaps);
     if found.smallest_gap < 0.0 {
         match contact.initial_overclosure {
             InitialOverclosure::Error => return Err(refusal(contact, &found, "nodes")),
@@ -98,7 +98,7 @@ pub fn resolve_overclosure_of_points<const D: usize>(
             (state.current[point].gap, place.into())
         })
     });
-    let found = worst(world, &given.name, touching(known, gaps));
+    let found = worst(world, &given.name, known, gaps);
     if found.smallest_gap < 0.0 {
         match given.initial_overclosure {
             InitialOverclosure::Error => return Err(refusal(given, &found, "points")),
@@ -111,8 +111,12 @@ pub fn resolve_overclosure_of_points<const D: usize>(
 
 fn refusal<const D: usize>(contact: &Contact<D>, found: &Overclosure<D>, what: &str) -> Error {
     Error::case(format!(
-        "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} m at {:?}",
-        contact.name, found.nodes, contact.target_name, -found.smallest_gap, found.place
+        "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} m at {} m",
+        contact.name,
+        found.nodes,
+        contact.target_name,
+        -found.smallest_gap,
+        spelled(&found.place)
     ))
     .hint("move the body, or set initial_overclosure to adjust or accept")
 }
@@ -156,30 +160,34 @@ fn touching<const D: usize>(
     gaps.map(move |(gap, point)| (if gap.abs() <= known { 0.0 } else { gap }, point))
 }
 
-/// The smallest of the ranks' gaps.
+/// The smallest of the ranks' gaps; of places with the same gap, to what is `known` of one \[m\], that with the lowest
+/// coordinates, so that it does not depend on the ranks. Collective.
 fn worst<const D: usize>(
     world: &impl CommunicatorCollectives,
     contact: &str,
+    known: f64,
     gaps: impl Iterator<Item = (f64, [f64; D])>,
 ) -> Overclosure<D> {
-    let (mut smallest, mut place, mut count) = (f64::INFINITY, [0.0; D], [0u64; 2]);
-    for (gap, point) in gaps {
-        count[0] += u64::from(gap < 0.0);
-        count[1] += 1;
-        if gap < smallest {
-            (smallest, place) = (gap, point);
-        }
+    let gaps: Vec<_> = touching(known, gaps).collect();
+    let least = |own: f64| {
+        let mut all = 0.0;
+        world.all_reduce_into(&own, &mut all, SystemOperation::min());
+        all
+    };
+    let smallest = least(gaps.iter().map(|(gap, _)| *gap).fold(f64::INFINITY, f64::min));
+    let mut ties: Vec<[f64; D]> =
+        gaps.iter().filter(|(gap, _)| *gap <= smallest + known).map(|(_, place)| *place).collect();
+    let mut place = [0.0; D];
+    for k in 0..D {
+        place[k] = least(ties.iter().map(|tie| tie[k]).fold(f64::INFINITY, f64::min));
+        ties.retain(|tie| tie[k] == place[k]);
     }
-    let (mut least, mut total) = (0.0, [0u64; 2]);
-    world.all_reduce_into(&smallest, &mut least, SystemOperation::min());
+    let count = [gaps.iter().filter(|(gap, _)| *gap < 0.0).count() as u64, gaps.len() as u64];
+    let mut total = [0u64; 2];
     world.all_reduce_into(&count[..], &mut total[..], SystemOperation::sum());
-    let holder = if smallest == least { world.rank() } else { i32::MAX };
-    let mut first = 0;
-    world.all_reduce_into(&holder, &mut first, SystemOperation::min());
-    world.process_at_rank(first).broadcast_into(&mut place[..]);
     Overclosure {
         contact: contact.to_owned(),
-        smallest_gap: least,
+        smallest_gap: smallest,
         place,
         nodes: total[0],
         candidates: total[1],

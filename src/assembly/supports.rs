@@ -2,6 +2,7 @@
 
 use crate::case::Function;
 use crate::error::{Error, Result};
+use crate::mesh::spelled;
 use crate::model::Support;
 use crate::space::{DofMap, Fields, Motion};
 
@@ -21,17 +22,18 @@ impl<const D: usize> Supports<D> {
     /// Writes prescribed `u`, `v`, `a` at `time`, times `factor`, into the local arrays.
     ///
     /// # Errors
-    /// When a prescribed value is not finite.
+    /// When a prescribed value is not finite, or so large that nothing could be computed with it.
     pub fn fill(&self, points: &[[f64; D]], time: f64, factor: f64, fields: Fields) -> Result<()> {
         let motion = |boundary: usize, component: usize, point: &[f64; D]| {
             let Some(function) = &self.motions[boundary][component] else {
                 return Err(Error::internal("a support without a function"));
             };
             let at = function.motion(in_space(point), time);
-            if ![at.value, at.rate, at.second].iter().all(|value| value.is_finite()) {
+            if let Some(words) = at.trouble() {
                 return Err(Error::case(format!(
-                    "component {} is not finite at t = {time} s, point {point:?}",
-                    ["x", "y", "z"][component]
+                    "component {}: {words} at t = {time} s, point {}",
+                    ["x", "y", "z"][component],
+                    spelled(point)
                 )));
             }
             Ok(Motion { u: factor * at.value, v: factor * at.rate, a: factor * at.second })

@@ -138,9 +138,8 @@ impl Check<'_> {
         }
         for t in [0.0, self.case.time.end.si] {
             let motion = function.motion([0.0; 3], t);
-            if ![motion.value, motion.rate, motion.second].iter().all(|value| value.is_finite()) {
-                let what = if motion.value.is_finite() { "derivative" } else { "value" };
-                self.say(varying.place, format!("the {what} is not finite at t = {t}"));
+            if let Some(words) = motion.trouble() {
+                self.say(varying.place, format!("{words} at t = {t}"));
                 return;
             }
         }

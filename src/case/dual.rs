@@ -56,7 +56,21 @@ pub struct Motion {
     pub second: f64,
 }
 
+/// No value or derivative may be larger, in SI units: energies and norms take its powers, and they must be numbers.
+const LARGEST: f64 = 1e60;
+
 impl Motion {
+    /// What is wrong with it, where nothing could be computed with it.
+    pub fn trouble(&self) -> Option<String> {
+        let named = [("value", self.value), ("derivative", self.rate), ("second derivative", self.second)];
+        let (what, number) =
+            named.into_iter().find(|(_, number)| number.is_nan() || number.abs() > LARGEST)?;
+        Some(match number.is_finite() {
+            true => format!("the {what} is {number:e}, beyond all measure,"),
+            false => format!("the {what} is not finite"),
+        })
+    }
+
     /// Time itself.
     pub(super) fn time(t: f64) -> Self {
         Self { value: t, rate: 1.0, second: 0.0 }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use crate::case::Case;
 use crate::cli::{self, RunArguments};
-use crate::error::{Cause, Result, agree};
+use crate::error::{Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::folder::default_folder;
 use crate::petsc::Session;
@@ -34,20 +34,10 @@ fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {
         begin: begin(arguments),
         wall_time: arguments.wall_time,
     };
-    let outcome = match case.dimension.value {
+    match case.dimension.value {
         2 => simulation::run::<2>(session, &case, &place),
         _ => simulation::run::<3>(session, &case, &place),
-    };
-    let solved = outcome
-        .as_ref()
-        .err()
-        .is_none_or(|e| matches!(e.cause, Cause::NotConverged | Cause::Guard | Cause::Stopped));
-    if solved && session.rank() == 0 && place.verbosity > Verbosity::Silent {
-        session.unused_options()?.iter().for_each(|option| {
-            eprintln!("contact-petsc: warning: the PETSc option `{option}` was used by nothing");
-        });
     }
-    outcome
 }
 
 /// `-vv`: every linear solver prints the residual of each iteration, and why it stopped.
@@ -64,7 +54,11 @@ fn monitor_linear_solvers(session: &Session) -> Result<()> {
 /// # Errors
 /// The same on all ranks.
 pub fn read(session: &Rc<Session>, path: &Path) -> Result<Case> {
-    let own = if session.rank() == 0 { Case::load(path) } else { Ok(String::new()) };
+    let own = if session.rank() == 0 {
+        Case::load(path).map_err(|error| cli::mistyped(path).unwrap_or(error))
+    } else {
+        Ok(String::new())
+    };
     let text = shared_text(session, own)?;
     agree(session.world(), Case::parse(&text, &path.display().to_string()))
 }

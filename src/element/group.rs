@@ -5,7 +5,7 @@ use super::{Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::lanes::WIDTH;
 use crate::material::{Material, Moduli};
-use crate::mesh::{ElementKind, Mesh};
+use crate::mesh::{ElementKind, Mesh, spelled};
 use crate::space::{Rule, Table, reference};
 
 /// Physics and discretisation of a group.
@@ -159,7 +159,8 @@ impl<const D: usize> ElementGroup<D> {
                 if det <= 0.0 || det.is_nan() {
                     let (kind, centre) = (self.kind, centre(&points));
                     return Err(Error::file(format!(
-                        "{kind} element {element} around {centre:?} is inverted or flat: Jacobian {det:.3e} is not positive"
+                        "{kind} element {element} around {} m is inverted or flat: Jacobian {det:.3e} is not positive",
+                        spelled(&centre)
                     )));
                 }
             }

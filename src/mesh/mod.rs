@@ -10,6 +10,7 @@ mod kind;
 mod measure;
 mod merge;
 mod room;
+mod spelling;
 mod tree;
 pub mod validate;
 
@@ -19,6 +20,7 @@ pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use merge::merge;
 pub use room::require_room;
+pub use spelling::{digits, spelled};
 pub use tree::BoundsTree;
 
 use std::collections::BTreeMap;

@@ -3,7 +3,8 @@
 use super::lengths;
 use crate::case::{self, Case};
 use crate::error::{Error, Result};
-use crate::mesh::{BoxShape, ElementKind, Mesh, gmsh, merge, require_room, validate};
+use crate::mesh::{BoxShape, ElementKind, Mesh, gmsh, merge, require_room, spelled, validate};
+use crate::space::reference;
 
 /// Reads or generates the meshes of all bodies and merges them; sets are named `body.set`. For one rank.
 ///
@@ -24,7 +25,33 @@ pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
         };
         bodies.push((name.value.clone(), mesh));
     }
-    merge(bodies)
+    let mesh = merge(bodies)?;
+    require_nodal_rules(case, &mesh)?;
+    Ok(mesh)
+}
+
+/// Whether the contacts that want their points at nodes may have them there: facets of low order always, those of second
+/// order with a positive rule at their nodes on an obstacle. Between two bodies a quadratic facet meets through Gauss
+/// points.
+fn require_nodal_rules<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<()> {
+    for (name, contact) in case.contact.iter().filter(|(_, contact)| is_nodal(contact)) {
+        let facets = mesh.facet_sets.get(&contact.contactor.value).into_iter().flatten();
+        let mut kinds = facets.map(|&facet| mesh.facet_kind(facet));
+        let meets_body = case.obstacles.get(&contact.target).is_none();
+        let lacks_rule =
+            |kind: &ElementKind| reference(*kind).nodal_rule().is_none() || (meets_body && kind.order() > 1);
+        if let Some(kind) = kinds.find(lacks_rule) {
+            let target = if meets_body { "a deformable target" } else { "an obstacle" };
+            let (name, kind) = (&name.value, kind.name());
+            let message = format!("contact '{name}': no nodal quadrature on {kind} facets against {target}");
+            return Err(case.error(contact.quadrature.place, message).hint("write `quadrature: gauss`"));
+        }
+    }
+    Ok(())
+}
+
+fn is_nodal(contact: &case::Contact) -> bool {
+    contact.quadrature.value == case::Quadrature::Nodal
 }
 
 /// Nodes that all boxes have at least.
@@ -61,13 +88,17 @@ fn bend<const D: usize>(mesh: &mut Mesh<D>, map: &case::BoxMap) -> Result<()> {
             *entry = function.map_or(*entry, |function| function.value(place, 0.0));
         }
         if point.iter().any(|entry| !entry.is_finite()) {
-            return Err(Error::case(format!("the map of the box sends {:?} to {point:?}", &place[..D])));
+            return Err(Error::case(format!(
+                "the map of the box sends {} m to {} m",
+                spelled(&place[..D]),
+                spelled(point)
+            )));
         }
     }
     match validate::first_bad_element(mesh) {
         Some(bad) => Err(Error::case(format!(
-            "the map of the box leaves an element at {:?} flat or turned inside out",
-            mesh.points[bad.node as usize]
+            "the map of the box leaves an element at {} m flat or turned inside out",
+            spelled(&mesh.points[bad.node as usize])
         ))
         .hint("neighbours must stay neighbours, and left must stay left of right")),
         None => Ok(()),

@@ -82,16 +82,28 @@ impl ResultsFolder {
     /// # Errors
     /// The folder is not there, or holds no `run.json` of this program.
     pub fn open(path: &Path) -> Result<Self> {
+        let cure = "give the results folder of a run, as in `contact-petsc plot results/rubber-block`";
+        Self::find(path).map_err(|error| error.hint(cure))
+    }
+
+    /// As [`open`](Self::open), for callers that know what else to do.
+    ///
+    /// # Errors
+    /// As there, without a cure.
+    pub fn find(path: &Path) -> Result<Self> {
         if !path.is_dir() {
-            return Err(Error::file(format!("{}: no such folder", path.display()))
-                .hint("give the results folder of a run, as in `contact-petsc plot results/rubber-block`"));
+            return Err(Error::file(format!("{}: no such folder", path.display())));
         }
         if !is_ours(path) {
             let text = format!("{}: not a results folder: it has no {RECORD} of {PROGRAM}", path.display());
-            return Err(Error::file(text)
-                .hint("give the results folder of a run, as in `contact-petsc plot results/rubber-block`"));
+            return Err(Error::file(text));
         }
         Ok(Self { path: path.to_path_buf() })
+    }
+
+    /// Whether there is nothing at this path, or an empty folder: room for results of their own.
+    pub fn is_free(path: &Path) -> bool {
+        matches!(is_occupied(path), Ok(false))
     }
 
     /// The folder itself.

@@ -137,6 +137,8 @@ pub struct Record {
     pub petsc_options: String,
     /// MPI ranks.
     pub ranks: usize,
+    /// Threads of the BLAS in each rank, where it is one that tells.
+    pub blas_threads: Option<u32>,
     /// Degrees of freedom.
     pub unknowns: u64,
     /// When the run began.
@@ -168,10 +170,12 @@ pub struct Record {
 const MOST_WARNINGS: usize = 100;
 
 impl Record {
-    /// Keeps a warning for whoever reads the record.
+    /// Keeps a warning for whoever reads the record, as one line: the console's label goes, a cure follows.
     pub fn warn(&mut self, text: String) {
         match self.warnings.len() {
-            count if count < MOST_WARNINGS => self.warnings.push(text),
+            count if count < MOST_WARNINGS => {
+                self.warnings.push(text.trim_start_matches("warning: ").replace("\nhint: ", "; "));
+            }
             MOST_WARNINGS => self.warnings.push("further warnings are left out".into()),
             _ => {}
         }
@@ -208,6 +212,7 @@ impl Record {
             "wall_seconds": self.wall_seconds,
             "simulated_time": self.simulated_time,
             "ranks": self.ranks,
+            "blas_threads": self.blas_threads,
             "unknowns": self.unknowns,
             "steps": self.totals.steps,
             "cut_steps": self.totals.cut_steps,
@@ -265,6 +270,7 @@ mod tests {
             versions: vec![("petsc".into(), "3.18.5".into())],
             petsc_options: String::new(),
             ranks: 2,
+            blas_threads: Some(1),
             unknowns: 4998,
             start: UNIX_EPOCH + Duration::from_secs(951_827_696),
             totals: Totals {
@@ -315,6 +321,16 @@ mod tests {
         assert_eq!(completed["warnings"][0], "watch it");
         assert_eq!(std::fs::read_dir(&scratch.0).unwrap().count(), 1);
         assert!(ResultsFolder::open(&scratch.0).is_ok());
+    }
+
+    /// A warning is one line, whatever the console made of it, and there is an end to them.
+    #[test]
+    fn warnings_are_single_lines() {
+        let mut record = sample(Verdict::Running);
+        record.warn("warning: 1 mm deep\nhint: ask for less".into());
+        assert_eq!(record.warnings[1], "1 mm deep; ask for less");
+        (0..200).for_each(|_| record.warn("again".into()));
+        assert_eq!(record.warnings.len(), MOST_WARNINGS + 1);
     }
 
     /// The hash is SHA-256: the standard's value for "abc".

@@ -61,8 +61,15 @@ impl fmt::Display for StartUp {
             1 => writeln!(f, "  ranks     1")?,
             n => writeln!(f, "  ranks     {n}, imbalance {:.3}, edge cut {}", self.imbalance, self.edge_cut)?,
         }
-        if let (Some((imbalance, pairs, cut)), 2..) = (self.meeting, self.ranks) {
-            writeln!(f, "            contact imbalance {imbalance:.3}, {cut} of {pairs} pairs across ranks")?;
+        match (self.meeting, self.ranks) {
+            (None, _) => {}
+            (Some((_, pairs, _)), ..2) => writeln!(f, "            {pairs} pairs of elements may touch")?,
+            (Some((imbalance, pairs, cut)), _) => {
+                writeln!(
+                    f,
+                    "            contact imbalance {imbalance:.3}, {cut} of {pairs} pairs across ranks"
+                )?;
+            }
         }
         writeln!(f, "  solver    {}", self.solver)?;
         for contact in &self.contacts {
@@ -194,6 +201,8 @@ mod tests {
             \x20 contact   sole: 49 of 49 points closed, deepest overclosure 1.500e-5 m at (0.480000, 0.000000)\n\
             \x20 results   results/rubber-block";
         assert_eq!(report.to_string(), expected);
+        let alone = StartUp { ranks: 1, ..report }.to_string();
+        assert!(alone.contains("  ranks     1\n            80 pairs of elements may touch\n"), "{alone}");
     }
 
     /// The phases stand in aligned columns, and what they leave over is shown.
@@ -206,6 +215,7 @@ mod tests {
             versions: vec![],
             petsc_options: String::new(),
             ranks: 2,
+            blas_threads: None,
             unknowns: 10,
             start: UNIX_EPOCH,
             totals: Totals {

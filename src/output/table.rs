@@ -12,6 +12,10 @@ use crate::error::{Error, Result};
 
 use super::folder::{trouble, unwritable, write_whole};
 
+/// What a user can do about a result that is no number.
+const NO_NUMBER: &str =
+    "the step before is the last good one; look at what the boundaries prescribe and at the units";
+
 /// One entry of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell<'a> {
@@ -153,7 +157,7 @@ impl Table {
     /// Appends one row and hands it to the system at once, so that it outlives this process.
     ///
     /// # Errors
-    /// A number is not finite or the count of cells is wrong (internal faults that name the column), or the
+    /// A number is not finite, so that the step came to nothing; the count of cells is wrong, an internal fault; or the
     /// disk refuses.
     pub fn row(&mut self, cells: &[Cell]) -> Result<()> {
         if cells.len() != self.columns.len() {
@@ -167,7 +171,7 @@ impl Table {
                 && !value.is_finite()
             {
                 let text = format!("{}: the value {value} in column `{column}`", self.path.display());
-                return Err(Error::internal(text));
+                return Err(Error::not_converged(text).hint(NO_NUMBER));
             }
             push(&mut self.line, cell);
             self.line.push(',');
@@ -264,7 +268,7 @@ mod tests {
         assert_eq!(text, "step,name,gap [m]\n1,\"a, \"\"b\"\"\",\n2,c,1e-10\n");
     }
 
-    /// NaN and infinity are faults that name the file and the column, and leave no half row behind.
+    /// NaN and infinity end a run with words that name the file and the column, and leave no half row behind.
     #[test]
     fn refuses_what_is_not_a_number() {
         let scratch = Scratch::new("nan");
@@ -272,7 +276,7 @@ mod tests {
         let mut table = Table::create(&path, named(&["step", "gap [m]"])).unwrap();
         for value in [f64::NAN, f64::INFINITY] {
             let error = table.row(&[Cell::Count(1), Cell::Number(value)]).unwrap_err();
-            assert_eq!(error.cause, Cause::Internal);
+            assert_eq!(error.cause, Cause::NotConverged);
             assert!(error.message.contains("gap [m]") && error.message.contains("a.csv"), "{error}");
         }
         assert_eq!(table.row(&[Cell::Count(1)]).unwrap_err().cause, Cause::Internal);

@@ -7,8 +7,8 @@ use std::collections::HashSet;
 use std::ffi::{CString, c_char};
 use std::ptr::null_mut;
 
-/// Options that PETSc reads only when it is finalised; they are never reported as unused.
-const READ_AT_THE_END: [&str; 18] = [
+/// Options that PETSc reads before it counts, or only when it is finalised; they are never reported as unused.
+const READ_AT_THE_END: [&str; 19] = [
     "checkfunctionlist",
     "checkstack",
     "get_total_flops",
@@ -23,6 +23,7 @@ const READ_AT_THE_END: [&str; 18] = [
     "malloc_view",
     "memory_view",
     "mpidump",
+    "no_signal_handler",
     "objects_dump",
     "options_left",
     "options_view",

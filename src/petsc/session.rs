@@ -2,7 +2,7 @@
 
 use super::call::{self, petsc, quiet_handler};
 use super::options::{self, Options};
-use super::usage;
+use super::{threads, usage};
 use crate::error::{Error, Result};
 use mpi::environment::Universe;
 use mpi::topology::SimpleCommunicator;
@@ -52,6 +52,7 @@ impl Session {
     /// A stray word among `args`; a library that can not start; a second session in one process.
     pub fn start(args: &[String]) -> Result<Rc<Self>> {
         options::validate(args)?;
+        threads::one_unless_chosen();
         let again = || Error::internal("MPI is started already: a process has one session");
         let universe = mpi::initialize().ok_or_else(again)?;
         std::panic::set_hook(Box::new(report_panic));
@@ -247,9 +248,10 @@ struct Arguments {
 
 impl Arguments {
     fn new(args: &[String]) -> Result<Self> {
-        // Without the last word PETSc would also read .petscrc files that happen to lie about.
-        let words =
-            ["contact-petsc"].into_iter().chain(args.iter().map(String::as_str)).chain(["-skip_petscrc"]);
+        // Signals have their usual meaning or ours: PETSc would end the run at a terminal that goes away and at a pipe
+        // that was closed. And without the last word it would read .petscrc files that happen to lie about.
+        let own = ["-no_signal_handler", "-skip_petscrc"];
+        let words = ["contact-petsc"].into_iter().chain(args.iter().map(String::as_str)).chain(own);
         let texts = words.map(options::text).collect::<Result<Vec<_>>>()?;
         let mut array: Vec<*mut c_char> = texts.iter().map(|text| text.as_ptr().cast_mut()).collect();
         array.push(null_mut());
@@ -260,18 +262,29 @@ impl Arguments {
 
 /// PETSc and MPI as the program runs with them, METIS as it was built with; works without a session.
 ///
-/// One line each, as in `PETSc 3.18.5`.
-pub fn versions() -> [String; 3] {
+/// Names and versions, as in `PETSc` and `3.18.5`.
+pub fn versions() -> [(String, String); 3] {
     let [mut major, mut minor, mut patch, mut release] = [0; 4];
     let known = petsc!(PetscGetVersionNumber(&mut major, &mut minor, &mut patch, &mut release));
     let petsc = match known {
-        Ok(()) => format!("PETSc {major}.{minor}.{patch}"),
-        Err(_) => format!("PETSc {}", env!("PETSC_BUILD_VERSION")),
+        Ok(()) => format!("{major}.{minor}.{patch}"),
+        Err(_) => env!("PETSC_BUILD_VERSION").to_owned(),
     };
-    let library = mpi::environment::library_version().unwrap_or_default();
-    let words = library.split([',', '\n']).next().unwrap_or_default().trim();
-    let mpi = if words.is_empty() { "MPI".to_owned() } else { words.to_owned() };
-    [petsc, mpi, format!("METIS {}", env!("METIS_VERSION"))]
+    let mpi = name_and_version(&mpi::environment::library_version().unwrap_or_default());
+    [("PETSc".to_owned(), petsc), mpi, ("METIS".to_owned(), env!("METIS_VERSION").to_owned())]
+}
+
+/// What an MPI library says of itself, as name and version: a version begins with a digit, or with a `v` and a digit.
+fn name_and_version(library: &str) -> (String, String) {
+    let line = library.split([',', '\n']).next().unwrap_or_default();
+    let is_version =
+        |word: &&str| word.trim_start_matches('v').starts_with(|first: char| first.is_ascii_digit());
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let name: Vec<&str> = words.iter().copied().take_while(|word| !is_version(word)).collect();
+    let name = name.join(" ");
+    let name = name.trim_end_matches(':').trim_end_matches("Version").trim_end();
+    let version = words.iter().copied().find(is_version).unwrap_or_default();
+    (if name.is_empty() { "MPI" } else { name }.to_owned(), version.to_owned())
 }
 
 fn say(error: &Error) {
@@ -307,4 +320,22 @@ fn end_all_ranks(code: i32) -> ! {
         }
     }
     std::process::exit(code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Names of several words are one name, and the version is the version.
+    #[test]
+    fn libraries_have_names_and_versions() {
+        for (words, name, version) in [
+            ("Open MPI v4.1.4, package: Debian OpenMPI, ident: 4.1.4", "Open MPI", "v4.1.4"),
+            ("MPICH Version:      4.0.2\nMPICH Release date: 2022", "MPICH", "4.0.2"),
+            ("Intel(R) MPI Library 2021.5 for Linux* OS\n", "Intel(R) MPI Library", "2021.5"),
+            ("", "MPI", ""),
+        ] {
+            assert_eq!(name_and_version(words), (name.to_owned(), version.to_owned()));
+        }
+    }
 }

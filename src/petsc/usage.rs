@@ -1,4 +1,4 @@
-//! What this process has used: memory and processor time, told by Linux.
+//! What Linux tells of this process: memory and processor time that it has used, signals that it ignores.
 
 use nix::sys::resource::{UsageWho, getrusage};
 
@@ -26,9 +26,20 @@ pub(super) fn forget_peak() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// A line of Linux's process status; unlike `getrusage` it does not inherit the peak of the process that started us.
+/// Whether this process ignores a signal, as under `nohup`; no where the system does not tell.
+pub fn ignores(signal: i32) -> bool {
+    let mask = u64::from_str_radix(status("SigIgn:").trim(), 16).unwrap_or(0);
+    (1..=64).contains(&signal) && mask >> (signal - 1) & 1 == 1
+}
+
+/// A number of bytes in Linux's process status; unlike `getrusage` it does not inherit the peak of the process that started us.
 fn status_bytes(field: &str) -> u64 {
+    let kilobytes = status(field).split_whitespace().next().and_then(|word| word.parse::<u64>().ok());
+    kilobytes.unwrap_or(0) * 1024
+}
+
+/// A line of Linux's process status, without its name; empty where there is none.
+fn status(field: &str) -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default();
-    line.split_whitespace().next().and_then(|kilobytes| kilobytes.parse::<u64>().ok()).unwrap_or(0) * 1024
+    status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default().to_owned()
 }

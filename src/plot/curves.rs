@@ -117,7 +117,7 @@ fn vertical_motion(runs: &[Run], probes: &[String]) -> Result<Option<Named>> {
 
 /// Normal contact stress of all probes (Fig. 12).
 fn normal_stresses(runs: &[Run], probes: &[String]) -> Result<Option<Named>> {
-    let name = ["Normal contact stresses", "normal stress", "Pa"];
+    let name = ["Normal contact stresses at the nodes of the probes", "normal stress", "Pa"];
     let figure = together(runs, probes, ("contact_pressure [Pa]", name))?;
     Ok(figure.map(|figure| ("normal_stresses".into(), figure)))
 }

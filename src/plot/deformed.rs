@@ -9,10 +9,14 @@ use super::chart::{Frame, draw_axes, place_in};
 use super::colour::{bar_width, colour, draw_bar};
 use super::grid::Shot;
 use super::scene::{Face, Scene, Shown};
-use super::style::{FAINT, INK, LABEL, PALE, Stroke, TITLE, fitted};
+use super::style::{FAINT, INK, LABEL, PALE, Stroke, TITLE, wrapped};
 
 const WIDTH: f64 = 860.0;
 const HEAD: f64 = 40.0;
+/// What the scale of colours and the panel's rims leave no room for.
+const CAPTION_MARGIN: f64 = 115.0;
+/// Of the lines of a caption.
+const LINE: f64 = 16.0;
 /// Above so many faces on a panel the lines between them would hide the colours.
 const MOST_RIMS: usize = 6000;
 
@@ -26,22 +30,26 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
         1.0 => Scene::of(shot, shown),
         _ => Scene::of(&magnified(shot, factor), shown),
     };
-    let scenes: Vec<(String, Scene)> =
-        shots.iter().map(|(title, shot)| (caption(title, shot), scene(shot))).collect();
+    let columns = if shots.len() == 1 { 1 } else { 2 };
+    let caption_width = WIDTH / columns as f64 - CAPTION_MARGIN;
+    let lines = |title: &str, shot: &Shot| wrapped(&caption(title, shot), LABEL, caption_width, 3);
+    let scenes: Vec<(Vec<String>, Scene)> =
+        shots.iter().map(|(title, shot)| (lines(title, shot), scene(shot))).collect();
     let values = || scenes.iter().flat_map(|(_, scene)| scene.faces.iter().filter_map(|face| face.value));
     if values().next().is_none() {
         return Ok(None);
     }
     let (name, title) = match shown {
         Shown::VonMises => ("von Mises stress", "Deformed mesh, von Mises stress"),
-        Shown::Pressure => ("contact pressure", "Deformed mesh, contact pressure"),
+        Shown::Pressure => {
+            ("contact pressure", "Deformed mesh, contact pressure (mean of the nodes of each facet)")
+        }
     };
     let title = match factor {
         1.0 => title.to_string(),
         _ => format!("{title}, displacements {factor} times enlarged"),
     };
     let scale = Axis::covering(&Quantity::new(name, "Pa"), values(), Ends::Ticks, 5.0);
-    let columns = if scenes.len() == 1 { 1 } else { 2 };
     let width = (WIDTH - bar_width(&scale) - 24.0) / columns as f64;
     let height = panel_height(&scenes, width);
     let rows = scenes.len().div_ceil(columns);
@@ -94,13 +102,14 @@ fn caption(title: &str, shot: &Shot) -> String {
 }
 
 /// Height of a panel of that width that the flattest scene fills, within bounds.
-fn panel_height(scenes: &[(String, Scene)], width: f64) -> f64 {
+fn panel_height(scenes: &[(Vec<String>, Scene)], width: f64) -> f64 {
     let slimness = scenes.iter().map(|(_, scene)| {
         let [x, y] = extent(scene);
         (y[1] - y[0]) / (x[1] - x[0]).max(f64::MIN_POSITIVE)
     });
     let tallest = slimness.fold(0.0, f64::max);
-    ((width - 80.0) * tallest + 90.0).clamp(230.0, 620.0)
+    let lines = scenes.iter().map(|(caption, _)| caption.len()).max().unwrap_or(1);
+    ((width - 80.0) * tallest + 90.0).clamp(230.0, 620.0) + LINE * (lines - 1) as f64
 }
 
 fn extent(scene: &Scene) -> [[f64; 2]; 2] {
@@ -111,10 +120,17 @@ fn extent(scene: &Scene) -> [[f64; 2]; 2] {
     [span(0), span(1)]
 }
 
-fn draw_panel(canvas: &Canvas, place: Frame, caption: &str, (scene, scale): (&Scene, &Axis)) -> Result<()> {
-    let [left, top, right, bottom] = place;
-    let caption = fitted(caption, LABEL, right - left - 60.0);
-    canvas.text(&caption, [(left + right) / 2.0 + 20.0, top + 10.0], LABEL, Anchor::Middle)?;
+fn draw_panel(
+    canvas: &Canvas,
+    [left, top, right, bottom]: Frame,
+    caption: &[String],
+    (scene, scale): (&Scene, &Axis),
+) -> Result<()> {
+    for (number, line) in caption.iter().enumerate() {
+        let at = [(left + right) / 2.0 + 20.0, top + 10.0 + LINE * number as f64];
+        canvas.text(line, at, LABEL, Anchor::Middle)?;
+    }
+    let top = top + LINE * (caption.len() - 1) as f64;
     let is_plane = !scene.outline.is_empty();
     let frame = if is_plane {
         [left + 60.0, top + 26.0, right - 12.0, bottom - 50.0]

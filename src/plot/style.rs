@@ -92,9 +92,38 @@ pub fn fitted(text: &str, size: f64, width: f64) -> String {
     cut.trim_end().to_string() + "…"
 }
 
+/// The text in lines of at most `width`, broken between words; what does not fit into the last of `most` is cut.
+pub fn wrapped(text: &str, size: f64, width: f64, most: usize) -> Vec<String> {
+    let mut lines: Vec<String> = vec![String::new()];
+    for word in text.split_whitespace() {
+        let count = lines.len();
+        let Some(line) = lines.last_mut() else { break };
+        let longer = if line.is_empty() { word.to_owned() } else { format!("{line} {word}") };
+        if line.is_empty() || count == most || text_width(&longer, size) <= width {
+            *line = longer;
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines.iter().map(|line| fitted(line, size, width)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Long titles go on in the next line and are cut in the last one only.
+    #[test]
+    fn titles_wrap() {
+        let title = "Rubber block dragged over a rigid foundation, power law 2, t = 70 ms";
+        let lines = wrapped(title, LABEL, 330.0, 2);
+        assert_eq!(lines.join(" "), title);
+        assert_eq!(lines.len(), 2);
+        assert_eq!(wrapped("short", LABEL, 330.0, 2), ["short"]);
+        let cut = wrapped(&title.repeat(3), LABEL, 330.0, 2);
+        assert!(cut.len() == 2 && cut[1].ends_with('…'), "{cut:?}");
+        assert!(cut.iter().all(|line| text_width(line, LABEL) <= 330.0));
+    }
 
     /// Neighbouring curves differ in colour and in dash, and none is repeated among the first forty-two.
     #[test]

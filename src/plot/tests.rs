@@ -47,6 +47,7 @@ fn record(title: &str, verdict: Verdict) -> Record {
         versions: vec![],
         petsc_options: String::new(),
         ranks: 2,
+        blas_threads: None,
         unknowns: 1,
         start: SystemTime::now(),
         totals: Totals::default(),

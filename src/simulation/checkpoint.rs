@@ -25,7 +25,7 @@ use crate::solvers::Strategy;
 use crate::time::StepControl;
 
 /// Code of the wall-time limit among the numbers of signals, none of which it is.
-const WALL_TIME: i32 = 1;
+const WALL_TIME: i32 = 1000;
 
 /// The run at the end of a step that was accepted.
 pub struct Moment<'a, const D: usize> {

@@ -6,14 +6,14 @@ use std::time::{Instant, SystemTime};
 
 use super::attempts::At;
 use super::place::{Place, prepare, versions};
-use super::remarks::{contact_starts, remarks, untouched, warning};
+use super::remarks::{contact_starts, notes, remarks, untouched, unused, warning};
 use super::restart::Saved;
 use super::resume::Past;
 use super::tables::Tables;
 use crate::assembly::{ContactSystem, Energies, EnergyLedger, Watched};
 use crate::case::Case;
 use crate::dynamics::Stage;
-use crate::error::{Result, agree};
+use crate::error::{Cause, Result, agree};
 use crate::model::Model;
 use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Console, StepLine};
@@ -21,7 +21,7 @@ use crate::output::fields::FieldWriter;
 use crate::output::record::{Balance, Record, Totals, Verdict};
 use crate::output::summary::StartUp;
 use crate::partition::Report;
-use crate::petsc::{Event, Session};
+use crate::petsc::{Event, Session, blas_threads};
 use crate::solvers::{SolveReport, Strategy};
 use crate::time::StepControl;
 
@@ -61,7 +61,7 @@ impl<const D: usize> Journal<D> {
     ) -> Result<Self> {
         let rank = session.rank() as usize;
         let past = saved.map(|saved| (saved.state.past.clone(), saved.state.time));
-        let lengths = past.as_ref().map(|(past, _)| &past.lengths);
+        let lengths = past.as_ref().and_then(|(past, _)| past.lengths());
         let own = if rank == 0 { prepare::<D>(case, place, lengths) } else { Ok((None, Vec::new())) };
         let (tables, inputs) = agree(session.world(), own)?;
         let mut record = Record {
@@ -71,6 +71,7 @@ impl<const D: usize> Journal<D> {
             versions: versions(),
             petsc_options: session.options_at_the_start(),
             ranks: session.size() as usize,
+            blas_threads: blas_threads(),
             unknowns: 0,
             start: SystemTime::now(),
             totals: Totals::default(),
@@ -121,7 +122,7 @@ impl<const D: usize> Journal<D> {
         self.record.balance.nodes = partition.owned.clone();
         let facets = system.surface_cells().mine.iter().filter(|&&mine| mine).count();
         self.record.balance.contact_facets = super::measure::of_each_rank(&self.session, facets as u64);
-        let lengths = self.past.as_ref().map(|(past, _)| &past.lengths);
+        let lengths = self.past.as_ref().and_then(|(past, _)| past.lengths());
         let watch = |tables: &mut Tables<D>| tables.watch(&self.folder, &self.watched, lengths);
         agree(self.session.world(), self.tables.as_mut().map_or(Ok(()), watch))?;
         if self.every > 0 {
@@ -133,6 +134,8 @@ impl<const D: usize> Journal<D> {
             agree(self.session.world(), resumed)?;
             self.fields = Some(fields);
         }
+        let mut warnings = remarks(system, &self.watched);
+        warnings.append(&mut self.remarks);
         let report = StartUp {
             title: self.record.case["title"].as_str().unwrap_or("untitled").to_owned(),
             folder: self.folder.display().to_string(),
@@ -146,9 +149,9 @@ impl<const D: usize> Journal<D> {
                 .then(|| (partition.contact_imbalance(), partition.pairs, partition.pairs_cut)),
             solver: strategy.describe(),
             contacts: contact_starts(system),
-            remarks: remarks(system, &self.watched).into_iter().chain(self.remarks.drain(..)).collect(),
+            remarks: notes(system).into_iter().chain(warnings.iter().cloned()).collect(),
         };
-        self.record.warnings.clone_from(&report.remarks);
+        warnings.into_iter().for_each(|text| self.record.warn(text));
         self.console.start_up(&report);
         Ok(())
     }
@@ -161,7 +164,7 @@ impl<const D: usize> Journal<D> {
     /// What a user should know now, and finds in `run.json` later.
     pub fn warn(&mut self, text: &str) {
         self.console.note(text);
-        self.record.warn(text.trim_start_matches("warning: ").to_owned());
+        self.record.warn(text.to_owned());
     }
 
     /// What accuracy was achieved so far.
@@ -275,16 +278,21 @@ impl<const D: usize> Journal<D> {
         self.measure();
         self.record.verdict = outcome.as_ref().map_or_else(Verdict::of, |()| Verdict::Completed);
         let missed = self.record.accuracy.and_then(|accuracy| accuracy.warning());
-        let warnings: Vec<String> =
-            self.record.penetrations.iter().filter_map(warning).chain(missed).collect();
-        let plain = |text: &String| text.trim_start_matches("warning: ").to_owned();
-        self.record.warnings.extend(warnings.iter().map(plain));
+        let contacts = self.record.penetrations.iter().filter_map(warning).chain(missed).collect::<Vec<_>>();
+        let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
+        contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));
         let written = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
         if outcome.is_ok() {
             self.console.finish(&self.record);
-            warnings.iter().for_each(|text| self.console.note(text));
-            return agree(self.session.world(), written);
+            contacts.iter().for_each(|text| self.console.note(text));
         }
-        Ok(())
+        options.iter().for_each(|text| self.console.note(text));
+        outcome.as_ref().map_or(Ok(()), |()| agree(self.session.world(), written))
     }
+}
+
+/// Whether a run came as far as its solvers, so that what they did not ask for is known.
+fn is_solved(outcome: &Result<()>) -> bool {
+    let causes = [Cause::NotConverged, Cause::Guard, Cause::Stopped];
+    outcome.as_ref().err().is_none_or(|error| causes.contains(&error.cause))
 }

@@ -67,9 +67,5 @@ pub(super) fn prepare<const D: usize>(
 /// Names and versions of the program and its libraries.
 pub(super) fn versions() -> Vec<(String, String)> {
     let own = ("contact-petsc".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
-    let split = |text: String| {
-        let (name, version) = text.split_once(' ').map_or((text.as_str(), ""), |parts| parts);
-        (name.to_owned(), version.to_owned())
-    };
-    std::iter::once(own).chain(crate::petsc::versions().into_iter().map(split)).collect()
+    std::iter::once(own).chain(crate::petsc::versions()).collect()
 }

@@ -5,6 +5,7 @@ use crate::dynamics::Dynamics;
 use crate::model::Contact;
 use crate::output::record::Penetration;
 use crate::output::summary::ContactStart;
+use crate::petsc::Session;
 
 /// A contact before anything has touched.
 pub(super) fn untouched<const D: usize>(contact: &Contact<D>) -> Penetration {
@@ -26,6 +27,13 @@ pub(super) fn warning(contact: &Penetration) -> Option<String> {
     ))
 }
 
+/// The PETSc options of the user that nothing has asked for, in words.
+pub(super) fn unused(session: &Session) -> Vec<String> {
+    let options = session.unused_options().unwrap_or_default();
+    let words = |option| format!("warning: the PETSc option `{option}` was used by nothing");
+    options.into_iter().map(words).collect()
+}
+
 /// The contacts as the undeformed bodies have them.
 pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<ContactStart> {
     let start = |found: &Overclosure<D>| ContactStart {
@@ -42,11 +50,20 @@ fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
     found.smallest_gap < f64::MAX
 }
 
-/// What a user should know before the run.
-pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
+/// What a user may like to know before the run: in dynamics a body may fly.
+pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
+    if system.is_dynamic() { loose(system) } else { Vec::new() }
+}
+
+/// The bodies that no support holds, in a sentence, where there are any.
+fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     let free = system.free_bodies();
-    let mut remarks =
-        if free.is_empty() { Vec::new() } else { vec![format!("no support holds {}", free.join("; "))] };
+    if free.is_empty() { Vec::new() } else { vec![format!("no support holds {}", free.join("; "))] }
+}
+
+/// What a user should mind before the run.
+pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
+    let mut remarks = if system.is_dynamic() { Vec::new() } else { loose(system) };
     let extent = system.extent();
     let far = system.overclosures().iter().filter(|found| is_near(found) && found.smallest_gap > extent);
     remarks.extend(far.map(|found| {
@@ -59,7 +76,8 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
     remarks.extend(off.map(|point| {
         let Watched { name, place, distance, .. } = point;
         format!(
-            "probe '{name}' takes the nearest node, {place:?}, {distance:.3e} m from where it was asked for"
+            "probe '{name}' takes the nearest node, {} m, {distance:.3e} m from where it was asked for",
+            crate::mesh::spelled(place)
         )
     }));
     remarks

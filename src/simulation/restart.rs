@@ -32,7 +32,7 @@ pub enum Begin {
     Anew,
     /// From the newest checkpoint of the results folder.
     Newest,
-    /// From this checkpoint of it.
+    /// From this checkpoint: in the folder that has its rows, or as a branch in a new one.
     From(PathBuf),
 }
 
@@ -184,9 +184,15 @@ impl Saved {
     }
 }
 
+const NOTHING_TO_GO_ON_FROM: &str = "there is nothing to go on from: start without --restart, name the folder of the run \
+     with --output, or branch off into a new folder by --restart=CHECKPOINT --output NEW";
+
 /// Path and state of the checkpoint, as text. Rank 0 only.
 fn look<const D: usize>(case: &Case, place: &Place) -> Result<String> {
-    ResultsFolder::open(&place.folder).map_err(|error| error.hint("a run is started without --restart"))?;
+    let branches = matches!(place.begin, Begin::From(_)) && ResultsFolder::is_free(&place.folder);
+    if !branches {
+        ResultsFolder::find(&place.folder).map_err(|error| error.hint(NOTHING_TO_GO_ON_FROM))?;
+    }
     let asked = match &place.begin {
         Begin::From(path) => Some(path.as_path()),
         Begin::Anew | Begin::Newest => None,
@@ -194,12 +200,15 @@ fn look<const D: usize>(case: &Case, place: &Place) -> Result<String> {
     let again = |path: &std::path::Path| format!("{} --restart={}", place.command(), path.display());
     let found = Store::of(&place.folder).find(asked, again)?;
     let name = found.path.display().to_string();
-    let state: State = serde_json::from_value(found.header.state).map_err(|error| {
+    let mut state: State = serde_json::from_value(found.header.state).map_err(|error| {
         Error::file(format!("{name}: written by another version of this program ({error})"))
             .hint("go on with that version, or start anew without --restart")
     })?;
     state.check::<D>(case, &inputs(case, place)?).map_err(|error| error.within(&name))?;
-    state.past.lengths.check(&place.folder)?;
+    match branches {
+        true => state.past.branch(),
+        false => state.past.lengths().map_or(Ok(()), |lengths| lengths.check(&place.folder))?,
+    }
     serde_json::to_string(&(found.path, state))
         .map_err(|error| Error::internal(format!("checkpoint: {error}")))
 }

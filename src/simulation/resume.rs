@@ -23,11 +23,21 @@ pub struct Past {
     pub phases: Vec<(String, Phase)>,
     /// When the first run began [s since 1970].
     pub start: u64,
-    /// The tables.
-    pub lengths: Lengths,
+    /// The tables; none for a branch, which has tables of its own.
+    lengths: Lengths,
 }
 
 impl Past {
+    /// The tables to go on in, which a branch has not.
+    pub fn lengths(&self) -> Option<&Lengths> {
+        (!self.lengths.0.is_empty()).then_some(&self.lengths)
+    }
+
+    /// Goes on in a folder of its own: the tables begin with the next step.
+    pub fn branch(&mut self) {
+        self.lengths = Lengths::default();
+    }
+
     /// Puts what was done before into the record of a run that goes on.
     pub fn recall(&self, record: &mut Record) {
         record.totals = Totals { restarts: self.totals.restarts + 1, ..self.totals };

@@ -3,13 +3,15 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::flag;
 
 use crate::error::{Error, Result};
+use crate::petsc::ignores;
 
 /// The signals and their names. `mpirun` hands SIGUSR1 on and leaves the ranks alive; after SIGTERM it soon kills them.
-const SIGNALS: [(i32, &str); 3] = [(SIGTERM, "SIGTERM"), (SIGINT, "SIGINT"), (SIGUSR1, "SIGUSR1")];
+const SIGNALS: [(i32, &str); 4] =
+    [(SIGTERM, "SIGTERM"), (SIGINT, "SIGINT"), (SIGUSR1, "SIGUSR1"), (SIGHUP, "SIGHUP")];
 /// Exit code after a second SIGINT, as shells have it.
 const INTERRUPTED: i32 = 128 + SIGINT;
 
@@ -28,7 +30,8 @@ impl Signals {
         let (last, interrupted) = (Arc::<AtomicUsize>::default(), Arc::<AtomicBool>::default());
         let once = flag::register_conditional_shutdown(SIGINT, INTERRUPTED, Arc::clone(&interrupted));
         let mut registered = once.and_then(|_| flag::register(SIGINT, interrupted));
-        for (signal, _) in SIGNALS {
+        // Under `nohup` a terminal that goes away is none of our business.
+        for (signal, _) in SIGNALS.into_iter().filter(|(signal, _)| *signal != SIGHUP || !ignores(SIGHUP)) {
             registered =
                 registered.and_then(|_| flag::register_usize(signal, Arc::clone(&last), signal as usize));
         }

@@ -224,7 +224,8 @@ fn no_equilibrium<const D: usize>(system: &mut ContactSystem<D>, reason: &str, f
     match free.is_empty() {
         true => error.hint("use more increments, or start: { rest: {} }"),
         false => error.hint(&format!(
-            "no support holds {}: without friction its loads must balance along every free direction",
+            "use more increments, or start: {{ rest: {{}} }}; as no support holds {}, without friction its loads must also \
+             balance along every free direction",
             free.join(", ")
         )),
     }
@@ -245,7 +246,7 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage) -> Re
     let state = system.residual(stage, &mut residual)?;
     if !state.norm.is_finite() {
         let fault = system.fault();
-        return Err(fault.unwrap_or_else(|| Error::internal("the forces at the start are not numbers")));
+        return Err(fault.unwrap_or_else(|| Error::not_converged("the forces at the start are not numbers")));
     }
     system.remember_start(stage)?;
     stage.start.copy_from(&stage.trial)

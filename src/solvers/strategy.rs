@@ -20,7 +20,8 @@ pub const STRATEGIES: &[Entry] = &[
     Entry { name: "monolithic", about: "Newton with the full non-symmetric tangent, whatever the friction" },
     Entry {
         name: "staggered",
-        about: "normal contact and friction in turn by symmetric matrices; contracts by about 0.2 to 0.35 mu",
+        about: "normal contact and friction in turn by symmetric matrices; a sweep contracts in proportion to the \
+                coefficient of friction: by 0.4 to 0.66 mu for rubber, 0.05 mu for concrete",
     },
 ];
 

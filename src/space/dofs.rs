@@ -4,7 +4,7 @@
 //! marked like owned ones, so that columns of prescribed unknowns are known without communication.
 
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, digits};
 
 /// A displacement boundary condition as resolved from the case: which components on which set.
 #[derive(Debug, Clone, PartialEq)]
@@ -154,7 +154,7 @@ fn conflict(names: [&str; 2], component: u8, place: &str) -> Error {
 }
 
 fn place<const D: usize>(point: &[f64; D]) -> String {
-    let numbers: Vec<String> = point.iter().map(|x| format!("{x}")).collect();
+    let numbers: Vec<String> = point.iter().map(|&x| digits(x)).collect();
     format!("({})", numbers.join(", "))
 }
 

@@ -32,7 +32,7 @@ impl Findings<'_> {
         let name = &self.quantities[quantity];
         let asked = percent(target);
         let all: Vec<(&Row, f64)> = self.judged(quantity).collect();
-        let Some((row, error)) = cheapest(&all, &all, target) else {
+        let Some((row, error)) = self.cheapest(&all, &all, target) else {
             return match self.judged(quantity).min_by(|a, b| a.1.total_cmp(&b.1)) {
                 None => format!(
                     "for {asked} in {name} there is nothing to say: no member has an error to judge by"
@@ -43,6 +43,9 @@ impl Findings<'_> {
                     percent(error),
                     seconds(row.cost.cpu)
                 ),
+                Some((_, error)) if !self.has_order() => {
+                    format!("for {asked} in {name} no member suffices: {} at best", percent(error))
+                }
                 Some((row, error)) => format!(
                     "for {asked} in {name} no member suffices; the nearest is {} with {} after {}",
                     self.described(row),
@@ -88,7 +91,7 @@ impl Findings<'_> {
         let of = |row: &Row| row.labels.first().is_some_and(|own| own == label);
         let own: Vec<(&Row, f64)> = all.iter().copied().filter(|(row, _)| of(row)).collect();
         let who = format!("{} = {label}", self.axes[0]);
-        match cheapest(&own, &all, target) {
+        match self.cheapest(&own, &all, target) {
             Some((row, _)) => format!("; the cheapest with {who} needs {}", seconds(row.cost.cpu)),
             None if own.iter().any(|(_, error)| *error <= target) => {
                 format!("; with {who} some do by luck only")
@@ -108,23 +111,44 @@ impl Findings<'_> {
         let parts = self.axes.iter().zip(&row.labels).map(|(axis, label)| format!("{axis} = {label}"));
         parts.collect::<Vec<_>>().join(", ")
     }
-}
 
-/// The cheapest of `rows` that suffices and does so not by luck alone: refined along any one axis, it would still.
-fn cheapest<'a>(rows: &[(&'a Row, f64)], all: &[(&Row, f64)], target: f64) -> Option<(&'a Row, f64)> {
-    let is_lucky = |row: &Row| all.iter().any(|(other, error)| *error > target && is_refinement(other, row));
-    let suffices = rows.iter().filter(|(row, error)| *error <= target && !is_lucky(row));
-    suffices.copied().min_by(|a, b| a.0.cost.cpu.total_cmp(&b.0.cost.cpu))
-}
+    /// The cheapest of `rows` that suffices and does so not by luck alone: refined along any one axis, it would still.
+    fn cheapest<'a>(
+        &self,
+        rows: &[(&'a Row, f64)],
+        all: &[(&Row, f64)],
+        target: f64,
+    ) -> Option<(&'a Row, f64)> {
+        let is_lucky =
+            |row: &Row| all.iter().any(|(other, error)| *error > target && self.is_refinement(other, row));
+        let suffices = rows.iter().filter(|(row, error)| *error <= target && !is_lucky(row));
+        suffices.copied().min_by(|a, b| a.0.cost.cpu.total_cmp(&b.0.cost.cpu))
+    }
 
-/// Whether a member differs from another by more unknowns or steps along one axis, of several not the first, which is that of
-/// the compared.
-fn is_refinement(finer: &Row, row: &Row) -> bool {
-    let labels = || row.labels.iter().zip(&finer.labels);
-    let is_varied = |(own, other): (&String, &String)| own != other && !own.is_empty() && !other.is_empty();
-    let first = usize::from(row.labels.len() > 1);
-    let differences = labels().filter(|(own, other)| own != other).count();
-    differences == 1 && labels().skip(first).any(is_varied) && finer.cost.size() > row.cost.size()
+    /// Whether a member differs from another by more unknowns or steps along one axis that has an order, of several not the
+    /// first, which is that of the compared.
+    fn is_refinement(&self, finer: &Row, row: &Row) -> bool {
+        let labels = || row.labels.iter().zip(&finer.labels).enumerate();
+        let first = usize::from(row.labels.len() > 1);
+        let differences = labels().filter(|(_, (own, other))| own != other).count();
+        let varied = labels().skip(first).any(|(axis, (own, other))| own != other && self.is_ordered(axis));
+        differences == 1 && varied && finer.cost.size() > row.cost.size()
+    }
+
+    /// Whether the values of an axis are numbers, with or without a unit: then one is finer than another. Elements, schemes
+    /// and lists of what was changed have no such order.
+    fn is_ordered(&self, axis: usize) -> bool {
+        let labels =
+            self.rows.iter().filter_map(|row| row.labels.get(axis)).filter(|label| !label.is_empty());
+        let number =
+            |label: &String| label.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok());
+        labels.clone().count() > 0 && labels.clone().all(number)
+    }
+
+    /// Whether any axis is ordered, so that a nearest member says in which direction to go on.
+    fn has_order(&self) -> bool {
+        (0..self.axes.len()).any(|axis| self.is_ordered(axis))
+    }
 }
 
 /// A share in per cent, two figures.
@@ -216,6 +240,26 @@ mod tests {
             advice[0].contains("1 cheaper only by luck") && advice[0].contains("b none suffices"),
             "{advice:?}"
         );
+    }
+
+    /// What was changed one at a time has no order: none of it is luck, and none is the nearest.
+    #[test]
+    fn changes_have_no_order() {
+        let mut rows = vec![
+            of(["", "as-shipped"], 0.1, 0.001),
+            of(["", "step-1-ms"], 0.05, 0.3),
+            of(["", "stick-1e-4"], 0.4, 0.005),
+        ];
+        for (row, steps) in rows.iter_mut().zip([2, 1, 3]) {
+            row.labels.remove(0);
+            row.cost = Cost { unknowns: 1, steps, ..row.cost.clone() };
+        }
+        rows[2].errors = vec![Some(0.02)];
+        let names = ["change".to_owned()];
+        let findings = Findings { axes: &names, quantities: &["force".into()], rows: &rows };
+        let advice = findings.advice(&[0.01, 1e-4]);
+        assert!(advice[0].contains("use change = as-shipped") && !advice[0].contains("luck"), "{advice:?}");
+        assert_eq!(advice[1], "for 0.01 % in force no member suffices: 0.1 % at best");
     }
 
     /// Numbers have two figures.

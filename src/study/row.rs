@@ -230,6 +230,12 @@ impl References {
         study.quantities.value.values().map(standard).collect::<Result<_>>().map(Self)
     }
 
+    /// Whether errors in a quantity may still change, since they are taken against the finest member that there is so far.
+    pub fn is_provisional(&self, index: usize, rows: &[Row]) -> bool {
+        let has_own = rows.iter().any(|row| row.name == REFERENCE);
+        self.0[index].is_none() && !has_own && rows.iter().any(|row| row.state == State::Waiting)
+    }
+
     /// Gives all rows their errors; of quantities without a reference of their own against the study's.
     pub fn compare(&self, rows: &mut [Row], quantities: &Named<Quantity>) {
         let finest = finest(rows);

@@ -182,9 +182,13 @@ impl<'a> Ledger<'a> {
         let what = match row.state {
             State::Completed => {
                 let errors = self.quantities.iter().zip(&row.errors).zip(&row.is_measure);
-                let known = errors.filter_map(|((name, error), is_measure)| match (error, is_measure) {
-                    (Some(error), false) => Some(format!("{name} {}", percent(*error))),
-                    _ => None,
+                let so_far = |index| match self.references.is_provisional(index, &self.rows) {
+                    true => " against the finest so far",
+                    false => "",
+                };
+                let known = errors.enumerate().filter_map(|(index, ((name, error), is_measure))| {
+                    let error = error.filter(|_| !is_measure)?;
+                    Some(format!("{name} {}{}", percent(error), so_far(index)))
                 });
                 std::iter::once(seconds(row.cost.cpu)).chain(known).collect::<Vec<_>>().join(", ")
             }

@@ -257,7 +257,7 @@ fn events_and_records(session: &Rc<Session>) {
     // The peak is read last: memory grows between the two.
     let now = memory();
     assert!(now > 1 << 20 && peak_memory() >= now);
-    let [petsc, mpi, metis] = versions();
+    let [petsc, mpi, metis] = versions().map(|(name, version)| format!("{name} {version}"));
     assert!(
         petsc.starts_with("PETSc 3.") && mpi.contains("MPI") && metis.starts_with("METIS 5."),
         "{petsc}, {mpi}, {metis}"

@@ -1,0 +1,119 @@
+//! A run among terminals, pipes and libraries: none of them ends it, slows it down, or goes unrecorded.
+
+mod common;
+
+use std::fs;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use common::{ENVIRONMENT, Folder, PROGRAM, SMALL_BLOCK, Table};
+
+/// A line of the shell in which `$PROGRAM` is the program; without `OPENBLAS_NUM_THREADS` and `OMP_NUM_THREADS`, which the
+/// program does not need.
+fn shell(line: &str, folder: &Folder) -> Output {
+    let mut command = Command::new("timeout");
+    command.args(["-k", "5", "90", "bash", "-c", line]).current_dir(&**folder).env("PROGRAM", PROGRAM);
+    command.envs(ENVIRONMENT).env_remove("OPENBLAS_NUM_THREADS").env_remove("OMP_NUM_THREADS");
+    command.output().expect("bash starts")
+}
+
+fn record(folder: &Folder) -> serde_json::Value {
+    let text = fs::read_to_string(folder.join("out/run.json")).expect("a record");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+/// A case that goes on for thousands of steps.
+fn long(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    folder.write("case.yml", &SMALL_BLOCK.replace("end: 0.002", "end: 0.3"));
+    folder
+}
+
+/// The BLAS has one thread, unless the user chose another number; both are on record, with the libraries by their names.
+#[test]
+fn the_blas_has_one_thread_unless_told() {
+    let folder = Folder::new("threads");
+    folder.write("case.yml", SMALL_BLOCK);
+    let threads = |before: &str| {
+        let output = shell(&format!("{before} $PROGRAM case.yml -q -o out"), &folder);
+        assert!(output.status.success(), "{output:?}");
+        record(&folder)["blas_threads"].clone()
+    };
+    let [own, chosen] = [threads(""), threads("OPENBLAS_NUM_THREADS=2")];
+    if !own.is_null() {
+        assert_eq!(own, 1);
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        assert_eq!(chosen, cores.min(2));
+    }
+    let record = record(&folder);
+    let versions = record["versions"].as_object().expect("versions");
+    let names: Vec<&str> = versions.keys().map(String::as_str).collect();
+    assert_eq!([names[0], names[1], names[3]], ["contact-petsc", "PETSc", "METIS"], "{names:?}");
+    assert!(["Open MPI", "MPICH", "Intel(R) MPI Library"].contains(&names[2]), "{names:?}");
+    let number = |text: &str| text.trim_start_matches('v').starts_with(|first: char| first.is_ascii_digit());
+    assert!(versions.values().all(|version| version.as_str().is_some_and(number)), "{versions:?}");
+}
+
+/// A reader that goes away after three lines does not end the run, on one rank and on two.
+#[test]
+fn a_closed_pipe_ends_no_run_on_1_and_2_ranks() {
+    for start in ["", "mpirun -n 2 "] {
+        let folder = Folder::new("pipe");
+        folder.write("case.yml", SMALL_BLOCK);
+        let line = format!("{start}$PROGRAM case.yml -v -o out 2>&1 | head -3; exit ${{PIPESTATUS[0]}}");
+        let output = shell(&line, &folder);
+        assert_eq!(record(&folder)["verdict"], "completed", "{output:?}");
+        assert!(!start.is_empty() || output.status.success(), "{output:?}");
+        assert_eq!(Table::read(&folder.join("out/energy.csv")).len(), 5);
+    }
+}
+
+/// Under `nohup` a terminal that goes away is no reason to stop; without, it is one (tests/restart.rs).
+#[test]
+fn nohup_keeps_a_run_going() {
+    let folder = long("nohup");
+    let line = "nohup $PROGRAM case.yml -q -o out > log 2>&1 & echo $! > id; wait $!";
+    let mut command = Command::new("timeout");
+    command.args(["-k", "5", "90", "bash", "-c", line]).current_dir(&*folder).env("PROGRAM", PROGRAM);
+    let mut running = command.envs(ENVIRONMENT).spawn().expect("bash starts");
+    let rows = || fs::read_to_string(folder.join("out/energy.csv")).map_or(0, |text| text.lines().count());
+    let wait_for = |count: usize| {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        while rows() < count && Instant::now() < deadline {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        rows()
+    };
+    assert!(wait_for(5) >= 5);
+    let id = fs::read_to_string(folder.join("id")).expect("the process");
+    let sent =
+        |signal: &str| Command::new("kill").args([signal, id.trim()]).status().is_ok_and(|s| s.success());
+    assert!(sent("-HUP"));
+    let reached = rows();
+    assert!(wait_for(reached + 20) >= reached + 20, "it stopped at SIGHUP");
+    assert!(sent("-TERM"));
+    assert_eq!(running.wait().expect("its end").code(), Some(7));
+}
+
+/// An option that nothing used is on record, also where nobody was told; a body that flies is no warning.
+#[test]
+fn the_record_has_what_the_console_leaves_out() {
+    let folder = Folder::new("record");
+    let free = SMALL_BLOCK
+        .replace(
+            "clamp: { on: block.top, displacement: { x: \"1.0 * t\", y: -0.01 } }",
+            "push: { on: block.top, traction: { y: -10 } }",
+        )
+        .replace("start: { equilibrium: { friction: false, increments: 2 } }\n", "");
+    folder.write("case.yml", &free);
+    let output = shell("$PROGRAM case.yml -q -o out -- -snes_mponitor 3", &folder);
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+    let warnings = record(&folder)["warnings"].clone();
+    let warnings: Vec<&str> =
+        warnings.as_array().into_iter().flatten().filter_map(|text| text.as_str()).collect();
+    assert!(warnings.contains(&"the PETSc option `-snes_mponitor 3` was used by nothing"), "{warnings:?}");
+    assert!(!warnings.iter().any(|text| text.contains("no support holds")), "{warnings:?}");
+    let output = shell("$PROGRAM case.yml -o out", &folder);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("note      no support holds 'block' along x, y"), "{said}");
+}
