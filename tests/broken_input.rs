@@ -69,7 +69,7 @@ const CASES: &[Broken] = &[
     ("    density", "\tdensity", 3, &["case.yml:7"], 0),
     ("dimension: 2", "dimension: 2\ndimension: 2", 3, &["case.yml:3:1", "'dimension' stands twice"], 0),
     // Ranges.
-    ("density: 1700", "density: -1700", 3, &["case.yml:7:14", "density must be > 0, found -1700"], 2),
+    ("density: 1700", "density: -1700", 3, &["case.yml:7:14", "density must be >= 0, found -1700"], 2),
     ("    density: 1700\n", "", 3, &["density", "block"], 0),
     ("poisson_ratio: 0.3", "poisson_ratio: 0.5", 3, &["case.yml:6:69", "0.5"], 0),
     ("dimension: 2", "dimension: 4", 3, &["case.yml:2:12", "2 or 3, not 4"], 0),

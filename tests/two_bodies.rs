@@ -226,6 +226,20 @@ fn ironing_is_smooth() {
     }
 }
 
+/// The same on quadratic facets, as long on the indenter as on the slab: a step is not cut, and the pressing force is the one that linear
+/// facets approach from above (10.656, 10.516, 10.481 MN, see the scene).
+#[test]
+fn ironing_on_quadratic_facets() {
+    for element in ["quad8", "quad9", "tri6"] {
+        let quadratic = [("cells: [48, 6]", "cells: [12, 3]"), ("quad4", element)];
+        let results = Results::of(&shipped("ironing/case.yml", &quadratic), 1);
+        assert_eq!(results.record()["cut_steps"], 0, "{element}");
+        let pressed = results.table("contact.csv").numbers("force_n");
+        let last = pressed.last().copied().unwrap_or(0.0);
+        assert!((last / 10.48e6 - 1.0).abs() < 2e-3, "{element}: {last}");
+    }
+}
+
 /// In space, as shipped: points that slide out under the rim of the indenter go through its edge by a hair within a step, which is no
 /// contact that was missed.
 #[test]
