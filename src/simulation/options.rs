@@ -13,6 +13,10 @@ use crate::solvers::{
 use crate::terms::Terms;
 use crate::time::Scheme;
 
+/// Unknowns from which on early Newton iterations solve loosely unless the case decides.
+const LARGE: usize = 20_000;
+/// Small problems may solve tighter than asked by this factor, so that no iterate ends by the error of a linear solve.
+const FIRM: f64 = 0.1;
 /// No linear solve of the inexact Newton method is looser.
 const LOOSEST: f64 = 1e-4;
 
@@ -98,7 +102,7 @@ pub fn strategy<const D: usize>(
     let pattern = system.pattern_vector();
     let (linear, problem) = (linear(case), step_problem(case, system));
     let solver = || LinearSolver::new(pattern, prefix, &linear, &problem);
-    let newton = newton(case, terms(system));
+    let newton = newton(case, terms(system), system.unknowns());
     Ok(augmented(
         system,
         match staggered(case) {
@@ -165,14 +169,19 @@ pub fn terms<const D: usize>(system: &ContactSystem<D>) -> Terms {
     if system.has_friction() { Terms::ALL } else { Terms::ALL - Terms::ZONE_CHANGE }
 }
 
-/// Newton's method as the case wants it.
-pub fn newton(case: &Case, terms: Terms) -> NewtonSettings {
+/// Newton's method as the case wants it, for so many unknowns.
+pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
     let (newton, krylov) = (&case.solver.newton, &case.solver.krylov);
     let tightest = krylov.tolerance.si;
+    let inexact = newton.inexact.or((unknowns >= LARGE || case.accuracy.is_some()).then_some(true));
     NewtonSettings {
         tolerance: newton_tolerance(case),
         max_iterations: newton.max_iterations.value,
-        linear: [if newton.inexact { tightest.max(LOOSEST) } else { tightest }, tightest],
+        linear: match inexact {
+            Some(true) => [tightest.max(LOOSEST), tightest],
+            Some(false) => [tightest; 2],
+            None => [tightest, FIRM * tightest],
+        },
         line_search: newton.line_search,
         terms,
     }

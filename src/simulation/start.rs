@@ -79,7 +79,8 @@ fn press<const D: usize>(
     if linear.wants_rigid_body_modes() {
         system.set_rigid_body_modes()?;
     }
-    let newton = Monolithic::new(options::newton(case, terms), linear, system.pattern_vector())?;
+    let newton =
+        Monolithic::new(options::newton(case, terms, system.unknowns()), linear, system.pattern_vector())?;
     let mut strategy = options::augmented(system, Box::new(newton));
     stage.holding = if system.is_held() { 0.0 } else { HOLDING };
     let mut level = Levels::new(increments.max(1));
