@@ -41,7 +41,7 @@ pub struct Body {
     pub redistributed_mass: bool,
     /// Young's modulus \[Pa\], to which penalties are compared.
     pub young_modulus: f64,
-    /// Velocity at the start [m/s], one function a component; empty where it rests.
+    /// Velocity at the start \[m/s\], one function a component; empty where it rests.
     pub initial_velocity: Vec<Function>,
 }
 
@@ -157,7 +157,7 @@ pub struct Load<const D: usize> {
 /// Kinds of loads.
 #[derive(Debug, Clone)]
 pub enum LoadKind<const D: usize> {
-    /// Force per mass [m/s2].
+    /// Force per mass \[m/s2\].
     BodyForce([Function; D]),
     /// Force per reference area \[Pa\].
     Traction([Function; D]),

@@ -53,7 +53,7 @@ fn values<'a>(field: &'a contact_petsc::output::vtu_reader::Field, name: &str) -
 /// A node of a contactor at the last step.
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    /// Reference position [m].
+    /// Reference position \[m\].
     at: [f64; 3],
     pressure: f64,
     /// Along x.

@@ -165,7 +165,7 @@ fn stretch(free: i32) -> f64 {
     across(low).sqrt()
 }
 
-/// Cauchy stress of all cells of the last step [Pa], component by component.
+/// Cauchy stress of all cells of the last step \[Pa\], component by component.
 fn stresses(results: &Results, step: &str) -> (usize, Vec<f64>) {
     let folder = results.file("fields").join(step);
     let names = std::fs::read_dir(&folder).expect("fields").map(|entry| entry.expect("a file").path());

@@ -31,7 +31,7 @@ const COARSE_BLOCK: [(&str, &str); 3] = [
     ("end: 0.094", "end: 0.03"),
 ];
 
-/// Weight of the block and P_y [N].
+/// Weight of the block and P_y \[N\].
 const BURDEN: f64 = 2200.0 * 0.5 * 9.81 + 3.0e5;
 
 /// Sum of the reactions at the start.

@@ -25,7 +25,7 @@ pub enum Asked {
 /// How points that stick move all the same.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Stuck {
-    /// Largest slip velocity of a sticking point under a law with a stick velocity [m/s].
+    /// Largest slip velocity of a sticking point under a law with a stick velocity \[m/s\].
     pub creep: f64,
     /// Largest elastic slip of a sticking point under a law with a stick stiffness \[m\].
     pub give: f64,
@@ -182,7 +182,7 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().filter_map(|contact| contact.tolerance).reduce(f64::min)
     }
 
-    /// Makes stick stiffer than `given` by powers of two, so that no sticking point creeps faster than `speed` [m/s] or
+    /// Makes stick stiffer than `given` by powers of two, so that no sticking point creeps faster than `speed` \[m/s\] or
     /// gives way by more than `slip` \[m\] under the friction tractions of now. Collective.
     pub fn stiffen_stick(&mut self, given: &[Option<Regularization>], speed: f64, slip: f64) {
         /// A law is made stiffer by this factor at most.

@@ -217,7 +217,7 @@ pub(super) fn free_bodies<const D: usize>(
     loose.map(|body| FreeBody { body, words: words(body) }).collect()
 }
 
-/// A typical diagonal entry of the stiffness, `E h^(D - 2)` [N/m].
+/// A typical diagonal entry of the stiffness, `E h^(D - 2)` \[N/m\].
 pub(super) fn unit<const D: usize>(model: &Model<D>, extent: f64, local: &LocalMesh<D>) -> f64 {
     let stiffest = model.bodies.iter().map(|body| body.young_modulus).fold(0.0, f64::max);
     let size = extent / f64::from(local.index.total.max(1)).powf(1.0 / D as f64);

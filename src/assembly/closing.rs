@@ -16,7 +16,7 @@ pub struct Closing {
     pub before: u64,
     /// All points.
     pub points: u64,
-    /// Largest speed at which a gap closed [m/s].
+    /// Largest speed at which a gap closed \[m/s\].
     pub speed: f64,
 }
 

@@ -36,7 +36,7 @@ impl Energies {
 /// Momentum of all bodies together at one instant, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Momentum {
-    /// `int rho v dV`, the components that the space has [N s].
+    /// `int rho v dV`, the components that the space has \[N s\].
     pub linear: [f64; 3],
     /// `int rho x x v dV` about the origin at the current places; in the plane the last component alone [N m s].
     pub angular: [f64; 3],

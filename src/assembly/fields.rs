@@ -25,7 +25,7 @@ pub struct ContactFields {
     pub gap: Vec<f64>,
     /// Path slid in contact \[m\].
     pub slip: Vec<f64>,
-    /// `v_T` [m/s], D values a node.
+    /// `v_T` \[m/s\], D values a node.
     pub slip_velocity: Vec<f64>,
     /// 0 open, 1 stick, 2 slip.
     pub status: Vec<u8>,

@@ -25,7 +25,7 @@ pub struct NodalContact {
     pub friction_traction: f64,
     /// `g_n` \[m\].
     pub gap: f64,
-    /// Like the friction traction [m/s].
+    /// Like the friction traction \[m/s\].
     pub slip_velocity: f64,
     /// The status of most of the area.
     pub status: Status,
@@ -53,7 +53,7 @@ pub struct Watched<const D: usize> {
 pub struct PointReport<const D: usize> {
     /// Displacement \[m\].
     pub u: [f64; D],
-    /// Velocity [m/s].
+    /// Velocity \[m/s\].
     pub v: [f64; D],
     /// Contact, where the node lies on a contactor.
     pub contact: Option<NodalContact>,

@@ -93,7 +93,7 @@ pub struct ContactSystem<const D: usize> {
     pub(super) bodies: Vec<Named>,
     /// Supports leave a body a rigid motion, if only to turn about a point.
     leeway: bool,
-    /// Stiffness of the unit rows of prescribed unknowns [N/m].
+    /// Stiffness of the unit rows of prescribed unknowns \[N/m\].
     pub(super) unit: f64,
     pub(super) phases: Phases,
 }

@@ -30,7 +30,7 @@ pub struct Body {
     /// Mass matrix.
     #[serde(default)]
     pub mass: Mass,
-    /// Velocity at the start [m/s], one entry a direction, expressions in x, y, z; zero if absent.
+    /// Velocity at the start \[m/s\], one entry a direction, expressions in x, y, z; zero if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_velocity: Option<At<Vec<VaryingVelocity>>>,
 }

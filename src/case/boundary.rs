@@ -15,7 +15,7 @@ pub struct Boundary {
     /// Prescribed displacement \[m\] of the directions that are named; the others stay free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement: Option<At<Components<0, 1, 0>>>,
-    /// Acceleration of gravity [m/s2] on a body, one entry a direction.
+    /// Acceleration of gravity \[m/s2\] on a body, one entry a direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<At<Vec<VaryingAcceleration>>>,
     /// Dead load on facets [Pa of reference area]; directions that are not named are zero.
@@ -53,7 +53,7 @@ impl<const KG: i8, const M: i8, const S: i8> Components<KG, M, S> {
 pub enum Action<'a> {
     /// Prescribed displacement, direction by direction \[m\].
     Displacement([Option<&'a VaryingLength>; 3]),
-    /// Acceleration [m/s2], one entry a direction.
+    /// Acceleration \[m/s2\], one entry a direction.
     Gravity(&'a [VaryingAcceleration]),
     /// Dead load per reference area, direction by direction \[Pa\].
     Traction([Option<&'a VaryingPressure>; 3]),

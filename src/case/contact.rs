@@ -118,7 +118,7 @@ pub enum Coefficient {
         rest: Number,
         /// Coefficient at high speed, >= 0.
         kinetic: Number,
-        /// Speed over which the coefficient falls [m/s], > 0.
+        /// Speed over which the coefficient falls \[m/s\], > 0.
         decay_velocity: Velocity,
     },
 }
@@ -133,11 +133,11 @@ fn grosch_schallamach_exponent() -> Number {
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Regularization")]
 pub enum Regularization {
-    /// Slip speed below which friction is proportional to it [m/s], > 0: a stuck point creeps at most that fast.
+    /// Slip speed below which friction is proportional to it \[m/s\], > 0: a stuck point creeps at most that fast.
     StickVelocity(Velocity),
-    /// The same with a smooth bend [m/s], > 0: friction reaches its bound only at speeds well above this.
+    /// The same with a smooth bend \[m/s\], > 0: friction reaches its bound only at speeds well above this.
     SmoothStickVelocity(Velocity),
-    /// Tangential stiffness of stick [Pa/m], > 0: return map, no creep.
+    /// Tangential stiffness of stick \[Pa/m\], > 0: return map, no creep.
     StickStiffness(Stiffness),
 }
 tagged!(Regularization, "regularization");

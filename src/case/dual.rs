@@ -50,7 +50,7 @@ impl Scalar for f64 {
 pub struct Motion {
     /// The function.
     pub value: f64,
-    /// Its first derivative [1/s].
+    /// Its first derivative \[1/s\].
     pub rate: f64,
     /// Its second derivative [1/s2].
     pub second: f64,

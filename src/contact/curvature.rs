@@ -51,7 +51,7 @@ impl<const D: usize> Curvature<D> {
         out
     }
 
-    /// For each position `b` the `d/dz_b sum_a dg/dz_a . field_a` that [`beyond`](Self::beyond) stands for.
+    /// For each position `b` the `d/dz_b sum_a dg/dz_a . field_a` that `beyond` stands for.
     pub fn of_gap(&self, field: &[Vector<D>]) -> Vec<Vector<D>> {
         if self.beyond.is_empty() {
             return vec![Vector::zeros(); self.positions];

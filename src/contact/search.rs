@@ -1,6 +1,6 @@
 //! Which target facets are near: candidates for the pattern of the matrix, and the facet of each point.
 //!
-//! A tree of boxes says who may be near; [`super::looks`] says who is.
+//! A tree of boxes says who may be near; `looks` says who is.
 
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};

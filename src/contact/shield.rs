@@ -8,14 +8,14 @@ pub struct Shield<const D: usize> {
     centre: Vector<D>,
     /// Unit normal of the disc, zero where the facet has none.
     normal: Vector<D>,
-    /// Of the disc [m].
+    /// Of the disc \[m\].
     radius: f64,
-    /// From the middle of the disc to either side [m].
+    /// From the middle of the disc to either side \[m\].
     thickness: f64,
 }
 
 impl<const D: usize> Shield<D> {
-    /// Around a facet with these nodes [m], the `corners` first; the absolute values of its shape functions sum up to
+    /// Around a facet with these nodes \[m\], the `corners` first; the absolute values of its shape functions sum up to
     /// `stretch` at most.
     pub fn around(nodes: &[Vector<D>], corners: usize, stretch: f64) -> Self {
         let centre = nodes.iter().sum::<Vector<D>>() / nodes.len() as f64;
@@ -26,7 +26,7 @@ impl<const D: usize> Shield<D> {
         Self { centre, normal, radius, thickness }
     }
 
-    /// No point of the facet is nearer to `x` than this [m].
+    /// No point of the facet is nearer to `x` than this \[m\].
     pub fn distance(&self, x: &Vector<D>) -> f64 {
         let arm = x - self.centre;
         let height = arm.dot(&self.normal);

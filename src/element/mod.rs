@@ -39,7 +39,7 @@ impl Request {
 
 /// Receives elements (or facets) one by one, in the order of their group.
 pub trait ElementSink {
-    /// `force` is `[a * D + i]` \[N\]; `stiffness`, where asked for, `[((a * N + b) * D + i) * D + j]` [N/m], the left-hand
+    /// `force` is `[a * D + i]` \[N\]; `stiffness`, where asked for, `[((a * N + b) * D + i) * D + j]` \[N/m\], the left-hand
     /// side for rows `(a, i)` and columns `(b, j)`.
     fn element(&mut self, index: usize, force: &[f64], stiffness: Option<&[f64]>);
 }

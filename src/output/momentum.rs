@@ -10,7 +10,7 @@ use super::table::{Cell, Lengths, Table, named};
 /// The momentum at the end of one step, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MomentumRow {
-    /// `int rho v dV` [N s]; the plane has the first two components.
+    /// `int rho v dV` \[N s\]; the plane has the first two components.
     pub linear: [f64; 3],
     /// `int rho x x v dV` about the origin at the current places [N m s]; the plane has the last component.
     pub angular: [f64; 3],

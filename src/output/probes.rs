@@ -21,7 +21,7 @@ pub struct Probe {
 pub struct ProbeRow<const D: usize> {
     /// Displacement \[m\].
     pub u: [f64; D],
-    /// Velocity [m/s].
+    /// Velocity \[m/s\].
     pub v: [f64; D],
     /// The contact columns; written only where [`Probe::on_contact`] holds, where `None` leaves them empty.
     pub contact: Option<ProbeContact>,
@@ -36,7 +36,7 @@ pub struct ProbeContact {
     pub traction_t: f64,
     /// `g_n` \[m\], positive where open; `None` where no target lies opposite.
     pub gap: Option<f64>,
-    /// Speed of the contactor against the target [m/s]: signed as `traction_t` in 2D, its length in 3D.
+    /// Speed of the contactor against the target \[m/s\]: signed as `traction_t` in 2D, its length in 3D.
     pub slip_velocity: f64,
     /// Open, stick or slip.
     pub status: Status,

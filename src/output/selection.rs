@@ -31,7 +31,7 @@ pub struct Cells<'a, const D: usize> {
 pub struct VolumeFields<'a> {
     /// \[m\], node-major, `D` components a node.
     pub displacement: &'a [f64],
-    /// [m/s], likewise; `None` in statics.
+    /// \[m/s\], likewise; `None` in statics.
     pub velocity: Option<&'a [f64]>,
     /// \[Pa\], six an element: xx, yy, zz, xy, yz, xz, the out-of-plane stress of plane strain included.
     pub cauchy_stress: &'a [f64],
@@ -53,7 +53,7 @@ pub struct SurfaceFields<'a> {
     pub gap: &'a [f64],
     /// Length of the way slipped so far \[m\].
     pub slip: &'a [f64],
-    /// Velocity of the contactor against the target, in the tangent plane [m/s], `D` components a node.
+    /// Velocity of the contactor against the target, in the tangent plane \[m/s\], `D` components a node.
     pub slip_velocity: &'a [f64],
     /// [`super::Status`] as its number.
     pub status: &'a [u8],

@@ -101,7 +101,7 @@ impl Keeper {
     /// would: contacts and solvers begin anew, so that both compute the same. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: the checkpoint can not be written, or [`Cause::Stopped`](crate::error::Cause::Stopped).
+    /// The same on all ranks: the checkpoint can not be written, or [`Cause::Stopped`].
     pub fn step_done<const D: usize>(&mut self, run: Moment<'_, D>, case: &Case) -> Result<()> {
         let finished = run.watch.0.finished();
         let asked = if finished { 0 } else { self.asked() };

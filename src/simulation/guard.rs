@@ -24,7 +24,7 @@ pub struct Guard {
     scale: f64,
     /// When the unexplained energy was last below half of the limit.
     calm: Energies,
-    /// Wave speed of the contactor of each contact [m/s]; empty where impact is not watched, or was seen.
+    /// Wave speed of the contactor of each contact \[m/s\]; empty where impact is not watched, or was seen.
     speeds: Vec<f64>,
 }
 

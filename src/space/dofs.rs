@@ -26,25 +26,25 @@ pub struct Prescribed {
     pub entries: Vec<(u32, u8)>,
 }
 
-/// Prescribed displacement \[m\], velocity [m/s] and acceleration [m/s2] of one component at one time.
+/// Prescribed displacement \[m\], velocity \[m/s\] and acceleration \[m/s2\] of one component at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
     /// Displacement \[m\].
     pub u: f64,
-    /// Velocity [m/s].
+    /// Velocity \[m/s\].
     pub v: f64,
-    /// Acceleration [m/s2].
+    /// Acceleration \[m/s2\].
     pub a: f64,
 }
 
-/// Local arrays of `u` \[m\], `v` [m/s] and `a` [m/s2] by degree of freedom.
+/// Local arrays of `u` \[m\], `v` \[m/s\] and `a` \[m/s2\] by degree of freedom.
 #[derive(Debug)]
 pub struct Fields<'a> {
     /// Displacement \[m\].
     pub u: &'a mut [f64],
-    /// Velocity [m/s].
+    /// Velocity \[m/s\].
     pub v: &'a mut [f64],
-    /// Acceleration [m/s2]; empty where there is no inertia.
+    /// Acceleration \[m/s2\]; empty where there is no inertia.
     pub a: &'a mut [f64],
 }
 

@@ -130,7 +130,7 @@ pub enum Measure {
 pub enum Known {
     /// A value, in the unit of the column.
     Value(Number),
-    /// A table with a column `time [s]` and the quantity's column, relative to this file.
+    /// A table with a column `time \[s\]` and the quantity's column, relative to this file.
     Csv(At<String>),
 }
 

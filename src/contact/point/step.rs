@@ -11,7 +11,7 @@
 //! `t_n = tau (1 + c delta)`, `q = tau c s`, `g_1 = g_0 + delta + c (delta^2 + |s|^2)`
 //!
 //! do the work `tau (g_1 - g_0) = -(w(g_1) - w(g_0))`, whatever `c` is. It is chosen so that `g_1` is the gap that the
-//! geometry has at the end ([`change`]): on a plane `c` is zero, on a curved target and over the edges between facets it
+//! geometry has at the end (`change`): on a plane `c` is zero, on a curved target and over the edges between facets it
 //! tilts the force towards the mean of the normals. Where the gap jumps by more than the point moves, as beside a corner,
 //! it can not be; `g_1` then is the gap that counts, what is left is made up for as the point moves on, and is forgotten once
 //! the point is open. No energy is made or lost on the way.

@@ -4,6 +4,10 @@
 //! `u`); a solver sees a [`Stage`] and asks the [`Dynamics`] for its residual and its matrix. Neither knows
 //! elements, contact or the mesh.
 
+mod split;
+
+pub use split::{ForceChange, Freeze, Known, Split};
+
 use crate::error::{Error, Result};
 use crate::petsc::{Matrix, Vector};
 use crate::terms::Terms;
@@ -16,9 +20,9 @@ pub struct State {
     pub time: f64,
     /// Displacement \[m\].
     pub u: Vector,
-    /// Velocity [m/s].
+    /// Velocity \[m/s\].
     pub v: Vector,
-    /// Acceleration [m/s2]; without entries where there is no inertia.
+    /// Acceleration \[m/s2\]; without entries where there is no inertia.
     pub a: Vector,
 }
 
@@ -50,7 +54,7 @@ impl State {
 /// Derivatives of the rates with respect to the unknown `u` at the end of the step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Shifts {
-    /// `dv/du` [1/s].
+    /// `dv/du` \[1/s\].
     pub velocity: f64,
     /// `da/du` [1/s2].
     pub acceleration: f64,
@@ -78,48 +82,6 @@ pub enum FrictionMode {
     AsGiven,
     /// Switched off: the frictionless start of the paper.
     Off,
-}
-
-/// Which of the couplings between normal contact and friction a stage cuts, by holding what the other stage finds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Split {
-    /// None: the balance itself, (3.5).
-    #[default]
-    Monolithic,
-    /// Stage I (3.6): normal contact is sought, friction is known as far as `Known` says.
-    NormalStage(Known),
-    /// Stage II (3.7): friction is sought under known normal tractions in a known zone.
-    FrictionStage,
-}
-
-/// What stage I knows of friction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Known {
-    /// The bound; the friction traction follows the slip up to it.
-    #[default]
-    Bound,
-    /// The friction traction itself.
-    Traction,
-}
-
-/// Tractions that a stage is to hold from now on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Freeze {
-    /// Bound and friction traction at the end of the last step.
-    LastStep,
-    /// Normal tractions at the last residual, and the friction bound that belongs to them.
-    NormalTractions,
-    /// Friction tractions at the last residual.
-    FrictionTractions,
-}
-
-/// Forces of the contact points, 2-norms over all points \[N\].
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ForceChange {
-    /// How much the friction forces differ from the frozen ones.
-    pub friction: f64,
-    /// Size of the normal forces.
-    pub normal: f64,
 }
 
 /// How far contact is from what was asked.
@@ -173,9 +135,9 @@ pub struct Stage {
     pub load_factor: f64,
     /// `r = Q - F_ext - F_n - F_T` at the start \[N\].
     pub start_forces: Vector,
-    /// `v` at the end if `u` did not change [m/s].
+    /// `v` at the end if `u` did not change \[m/s\].
     pub velocity_base: Vector,
-    /// `a` at the end if `u` did not change [m/s2]; without entries where there is no inertia.
+    /// `a` at the end if `u` did not change \[m/s2\]; without entries where there is no inertia.
     pub acceleration_base: Vector,
 }
 
@@ -326,7 +288,7 @@ pub trait Dynamics {
     /// When PETSc refuses.
     fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()>;
 
-    /// The assembled matrix [N/m].
+    /// The assembled matrix \[N/m\].
     fn matrix(&self) -> &Matrix;
 
     /// Whether the matrix of these terms is symmetric for this case.
@@ -368,7 +330,7 @@ pub trait Dynamics {
     /// When PETSc refuses.
     fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()>;
 
-    /// A typical diagonal entry of the stiffness [N/m], which [`Stage::holding`] counts in.
+    /// A typical diagonal entry of the stiffness \[N/m\], which [`Stage::holding`] counts in.
     fn unit(&self) -> f64;
 
     /// Whether a slip direction reversed between the last iterate and the last residual. Collective.

@@ -1,0 +1,125 @@
+//! A run that is interrupted and goes on leaves the results of one that was not: to the last bit on the same number of
+//! ranks, to rounding on another one. What is wrong with a checkpoint is told before anything is touched.
+//!
+//! Bits are compared with GMRES, and from one and the same start: MUMPS on several ranks, which solves the static start,
+//! too, rounds differently each time.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod kills;
+mod refusals;
+mod stops;
+mod to_the_bit;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use common::{Folder, Output, Running, Table, run};
+
+/// Displacements on other ranks agree to this part of the largest one.
+const AGREEMENT: f64 = 1e-10;
+const GMRES: &str = "{ linear: gmres_asm_ilu }";
+const TIGHT: &str = "{ linear: direct, newton: { inexact: false, tolerance: 1.0e-11 } }";
+
+/// A shipped case with some of its text replaced, a solver, and a checkpoint every so many steps, of which all are kept.
+#[track_caller]
+fn shipped(case: &str, changes: &[(&str, &str)], solver: &str, every: u32) -> String {
+    let checkpoint = format!("output:\n  checkpoint: {{ every: {every}, keep: 1000 }}\n");
+    let text = common::shipped(case, &[changes, &[("output:\n", &checkpoint)]].concat());
+    let others = text.lines().filter(|line| !line.starts_with("solver:"));
+    others.chain([&*format!("solver: {solver}")]).map(|line| format!("{line}\n")).collect()
+}
+
+/// Friction by velocity on a rigid plane, Newmark.
+fn rubber_block(solver: &str, end: &str, every: u32) -> String {
+    let small = [("cells: [48, 50]", "cells: [12, 13]"), ("end: 0.07", end)];
+    shipped("rubber-block/case.yml", &small, solver, every)
+}
+
+/// Two bodies, return map, statics: points change facets, the pattern of the matrix grows.
+fn ironing(solver: &str) -> String {
+    let small = [("cells: [48, 6]", "cells: [16, 3]"), ("cells: [40, 10]", "cells: [20, 4]")];
+    shipped("ironing/case.yml", &small, solver, 8)
+}
+
+/// Three dimensions.
+fn rubber_cube(solver: &str) -> String {
+    let small = [("cells: [10, 10, 10]", "cells: [4, 4, 4]"), ("end: 0.03", "end: 0.004")];
+    shipped("rubber-cube/case.yml", &small, solver, 3)
+}
+
+/// Two bodies by velocity, generalised-alpha: the forces at the start of a step count.
+fn concrete_block(solver: &str) -> String {
+    shipped("concrete-block/case.yml", &[("end: 0.094", "end: 0.01")], solver, 16)
+}
+
+/// A folder with a case, in which runs are made.
+fn place(text: &str) -> Folder {
+    let folder = Folder::new("restart");
+    folder.write("case.yml", text);
+    folder
+}
+
+fn compute(folder: &Folder, ranks: usize, output: &str, more: &[&str]) -> Output {
+    run(ranks, &[&["case.yml", "-q", "-o", output], more].concat(), folder)
+}
+
+/// All files of a result but the record and the checkpoints, by name.
+fn files(results: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let (mut found, mut folders) = (BTreeMap::new(), vec![results.to_path_buf()]);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).expect("a folder").flatten() {
+            let path = entry.path();
+            let name = path.strip_prefix(results).expect("a file within").to_path_buf();
+            if path.is_dir() && !name.starts_with("checkpoints") {
+                folders.push(path);
+            } else if path.is_file() && name != Path::new("run.json") {
+                found.insert(name, fs::read(&path).expect("a file"));
+            }
+        }
+    }
+    found
+}
+
+#[track_caller]
+fn same_bits(one: &Path, other: &Path) {
+    let (one, other) = (files(one), files(other));
+    assert_eq!(one.keys().collect::<Vec<_>>(), other.keys().collect::<Vec<_>>());
+    assert!(one.contains_key(Path::new("energy.csv")) && one.contains_key(Path::new("fields.pvd")));
+    let apart: Vec<_> = one.iter().filter(|(name, bytes)| other[*name] != **bytes).map(|(n, _)| n).collect();
+    assert!(apart.is_empty(), "not the same: {apart:?}");
+}
+
+fn copy(from: &Path, to: &Path) {
+    let copied = std::process::Command::new("cp").arg("-r").args([from, to]).status();
+    assert!(copied.is_ok_and(|status| status.success()));
+}
+
+fn checkpoints(results: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(results.join("checkpoints")).into_iter().flatten().flatten();
+    let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    found.sort();
+    found
+}
+
+fn record(results: &Path) -> serde_json::Value {
+    let text = fs::read_to_string(results.join("run.json")).expect("a record");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+/// Largest difference of the displacements of all probes over the largest of them.
+#[track_caller]
+fn apart(one: &Path, other: &Path) -> f64 {
+    let [one, other] = [one, other].map(|results| {
+        let table = Table::read(&results.join("probes.csv"));
+        let names = table.names().filter(|name| name.contains(".u_"));
+        let steps: Vec<f64> = table.numbers("step");
+        assert!(steps.iter().enumerate().all(|(row, step)| row as f64 == *step), "a gap or a double row");
+        names.flat_map(|name| table.numbers(name)).collect::<Vec<_>>()
+    });
+    assert!(!one.is_empty() && one.len() == other.len(), "{} and {} numbers", one.len(), other.len());
+    let largest = one.iter().fold(0.0f64, |most, u| most.max(u.abs()));
+    one.iter().zip(&other).fold(0.0f64, |most, (a, b)| most.max((a - b).abs())) / largest
+}

@@ -1,0 +1,139 @@
+//! What does not fit, a full disk, and branches.
+
+use super::*;
+
+/// The code, the words, and that no file of the results has changed.
+#[track_caller]
+fn refused(folder: &Folder, more: &[&str], code: i32, words: &[&str]) {
+    let before = files(&folder.join("out"));
+    let output = compute(folder, 0, "out", more);
+    assert_eq!(output.code, Some(code), "{}", output.stderr);
+    assert_eq!(output.stderr.matches("contact-petsc: error:").count(), 1, "{}", output.stderr);
+    for word in words {
+        assert!(output.stderr.contains(word), "no '{word}' in: {}", output.stderr);
+    }
+    assert_eq!(files(&folder.join("out")), before);
+}
+
+/// A checkpoint that is not whole is an error that offers the one before; another case, another mesh and lost rows are
+/// errors, too. Nothing is touched by any of them.
+#[test]
+fn what_does_not_fit_is_refused() {
+    let folder = place(&rubber_block(GMRES, "end: 0.01", 5));
+    let out = folder.join("out");
+    let none = compute(&folder, 0, "out", &["--restart"]);
+    assert!(none.code == Some(4) && none.stderr.contains("no such folder"), "{}", none.stderr);
+    compute(&folder, 0, "out", &[]).success();
+    let all = checkpoints(&out);
+    let (newest, older) = (&all[all.len() - 1], &all[all.len() - 2]);
+    let whole = fs::read(newest).expect("a checkpoint");
+    let offer =
+        format!("--restart=out/checkpoints/{}", older.file_name().and_then(|n| n.to_str()).expect("a name"));
+    let mut flipped = whole.clone();
+    flipped[whole.len() / 2] ^= 1;
+    let mut later = whole.clone();
+    later[25] = 99;
+    for (bytes, words) in [
+        (&whole[..whole.len() / 2], "cut short"),
+        (&whole[..10], "cut short"),
+        (&flipped, "its SHA-256 is another one"),
+        (&later, "format 99; this program reads format 1"),
+        (b"something else that is long enough to be looked at", "not a checkpoint"),
+    ] {
+        fs::write(newest, bytes).expect("a damaged checkpoint");
+        refused(&folder, &["--restart"], 4, &[words, "an older one is whole", &offer]);
+    }
+    refused(&folder, &["--restart=out/checkpoints/step-000001.ckpt"], 4, &["step-000001.ckpt", &offer]);
+    fs::write(newest, &whole).expect("the checkpoint");
+
+    let case = fs::read_to_string(folder.join("case.yml")).expect("the case");
+    for (from, to, words) in [
+        ("coefficient: 1.0", "coefficient: 0.9", "contact.sole.friction"),
+        ("step: 5.0e-4", "step: 2.5e-4", "time.step was 0.0005 and is 0.00025"),
+        ("cells: [12, 13]", "cells: [12, 12]", "bodies.block.mesh"),
+        ("node_50: { at: [0, 0] }", "node_50: { at: [0, 0.1] }", "output.probes"),
+        ("end: 0.01", "end: 0.005", "the case ends at"),
+    ] {
+        assert!(case.contains(from), "{from}");
+        folder.write("case.yml", &case.replace(from, to));
+        refused(&folder, &["--restart"], 3, &[words, "hint: "]);
+    }
+    folder.write("case.yml", &case);
+    let rows = fs::read(out.join("energy.csv")).expect("a table");
+    fs::write(out.join("energy.csv"), &rows[..rows.len() - 10]).expect("a shorter table");
+    refused(&folder, &["--restart"], 4, &["energy.csv", "lacks rows"]);
+    fs::write(out.join("energy.csv"), rows).expect("the table");
+
+    // What may change: title, solver, fields, end.
+    let more =
+        case.replace("end: 0.01", "end: 0.012").replace("fields: { every: 10 }", "fields: { every: 3 }");
+    folder.write("case.yml", &more.replace("title: ", "title: Again, ").replace(GMRES, TIGHT));
+    compute(&folder, 0, "out", &["--restart"]).success();
+    assert_eq!(Table::read(&out.join("energy.csv")).last("step"), 24.0);
+
+    fs::remove_dir_all(out.join("checkpoints")).expect("no checkpoints");
+    refused(&folder, &["--restart"], 4, &["no checkpoint to go on from", "start anew without --restart"]);
+}
+
+/// The disk is full when a checkpoint is written: an error that offers the older one, from which the run goes on as if
+/// nothing had been.
+#[test]
+fn a_full_disk_loses_nothing_on_1_and_2_ranks() {
+    let folder = place(&rubber_block(GMRES, "end: 0.005", 10));
+    let out = folder.join("out");
+    for ranks in [1, 2] {
+        folder.write("case.yml", &rubber_block(GMRES, "end: 0.005", 10));
+        compute(&folder, ranks, "out", &[]).success();
+        let _ = fs::remove_dir_all(folder.join("whole"));
+        copy(&out, &folder.join("whole"));
+        folder.write("case.yml", &rubber_block(GMRES, "end: 0.015", 10));
+        compute(&folder, ranks, "whole", &["--restart"]).success();
+        // What is written here meets a disk without room.
+        std::os::unix::fs::symlink("/dev/full", out.join("checkpoints/step-000020.part")).expect("a link");
+        let full = compute(&folder, ranks, "out", &["--restart"]);
+        assert_eq!(full.code, Some(4), "{}", full.stderr);
+        assert_eq!(full.stderr.matches("contact-petsc: error:").count(), 1, "{}", full.stderr);
+        for words in ["No space left", "step-000020.ckpt", "the checkpoint of step 10 is whole", "--restart"]
+        {
+            assert!(full.stderr.contains(words), "no '{words}' in: {}", full.stderr);
+        }
+        assert_eq!(checkpoints(&out).len(), 1, "{:?}", checkpoints(&out));
+        compute(&folder, ranks, "out", &["--restart"]).success();
+        same_bits(&folder.join("whole"), &out);
+    }
+}
+
+/// A checkpoint begins a branch in a new folder: its rows are those that the run went on with, and it can go on itself. The
+/// first run is left alone. Without a checkpoint to name there is nothing to go on from.
+#[test]
+fn a_run_branches_off_on_1_and_2_ranks() {
+    for ranks in [0, 2] {
+        let folder = place(&rubber_block(GMRES, "end: 0.01", 5));
+        compute(&folder, ranks, "whole", &[]).success();
+        let before = files(&folder.join("whole"));
+        let from = "--restart=whole/checkpoints/step-000010.ckpt";
+        compute(&folder, ranks, "branch", &[from]).success();
+        assert_eq!(before, files(&folder.join("whole")));
+        for name in ["energy.csv", "probes.csv", "contact.csv"] {
+            let text = |results: &str| fs::read_to_string(folder.join(results).join(name)).expect("a table");
+            let (whole, branch) = (text("whole"), text("branch"));
+            let mut rows = branch.lines();
+            assert_eq!(rows.next(), whole.lines().next(), "{name}");
+            let later: Vec<&str> = rows.collect();
+            assert!(later.len() == 10 && later[0].starts_with("11,"), "{name}: {later:?}");
+            assert!(whole.lines().skip(12).eq(later), "{name}");
+        }
+        assert_eq!(record(&folder.join("branch"))["restarts"], 1);
+        let on = "--restart=branch/checkpoints/step-000015.ckpt";
+        compute(&folder, ranks, "branch", &[on]).success();
+        assert_eq!(Table::read(&folder.join("branch/energy.csv")).len(), 10);
+        let absent = compute(&folder, ranks, "absent", &["--restart"]);
+        assert_eq!(absent.code, Some(4), "{}", absent.stderr);
+        assert!(
+            absent.stderr.contains("nothing to go on from") && !absent.stderr.contains("plot"),
+            "{}",
+            absent.stderr
+        );
+        assert!(!folder.join("absent").exists());
+    }
+}

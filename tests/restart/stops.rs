@@ -1,0 +1,166 @@
+//! Runs that are asked to stop, by a signal or by the clock.
+
+use super::*;
+
+/// Waits until a run has written so many rows, then sends it a signal.
+fn signalled(folder: &Folder, ranks: usize, signal: &str, more: &[&str]) -> Output {
+    let rows = || fs::read_to_string(folder.join("out/energy.csv")).map_or(0, |text| text.lines().count());
+    let before = rows();
+    let running = Running::start(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
+    let deadline = std::time::Instant::now() + Duration::from_secs(60);
+    while rows() < before.max(3) + 8 && std::time::Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let _ =
+        std::process::Command::new("kill").args([&format!("-{signal}"), &running.id().to_string()]).status();
+    running.wait(Duration::from_secs(60))
+}
+
+/// A signal ends the run with code 7 and a checkpoint, which the case need not ask for; so does `mpirun` with SIGUSR1.
+#[test]
+fn signals_stop_with_a_checkpoint() {
+    let text = rubber_block(TIGHT, "end: 0.1", 5);
+    let silent: String =
+        text.lines().filter(|line| !line.contains("checkpoint")).map(|l| format!("{l}\n")).collect();
+    let folder = place(&silent);
+    compute(&folder, 0, "whole", &[]).success();
+    assert!(checkpoints(&folder.join("whole")).is_empty());
+    for (ranks, signal, more) in [
+        (0, "TERM", &[][..]),
+        (2, "USR1", &["--restart"]),
+        (0, "INT", &["--restart"]),
+        (0, "HUP", &["--restart"]),
+    ] {
+        let stopped = signalled(&folder, ranks, signal, more);
+        assert_eq!(stopped.code, Some(7), "{}", stopped.stderr);
+        let told = format!("contact-petsc: stopped: SIG{signal} at t = ");
+        assert_eq!(stopped.stderr.matches(&told).count(), 1, "{}", stopped.stderr);
+        assert!(
+            stopped.stderr.contains("contact-petsc case.yml --output out --restart"),
+            "{}",
+            stopped.stderr
+        );
+        let record = record(&folder.join("out"));
+        assert_eq!((&record["verdict"], &record["exit_code"]), (&"stopped".into(), &7.into()));
+        let step = record["steps"].as_u64().expect("steps");
+        let name = format!("step-{step:06}.ckpt");
+        assert_eq!(checkpoints(&folder.join("out")).last().and_then(|p| p.file_name()), Some(name.as_ref()));
+    }
+    compute(&folder, 0, "out", &["--restart"]).success();
+    assert_eq!(record(&folder.join("out"))["restarts"], 4);
+    let apart = apart(&folder.join("whole"), &folder.join("out"));
+    assert!(apart <= AGREEMENT, "{apart:.1e}");
+}
+
+/// A block whose steps take long: a second or so each, in four to six iterations.
+fn slow_block() -> String {
+    let slow = [("cells: [48, 50]", "cells: [72, 75]"), ("end: 0.07", "end: 0.002")];
+    shipped("rubber-block/case.yml", &slow, TIGHT, 1000)
+}
+
+/// The steps and the stages of the rows of iterations.
+fn iterations(results: &Path) -> Vec<(String, String)> {
+    let text = fs::read_to_string(results.join("iterations.csv")).unwrap_or_default();
+    let words = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        (cells[0].to_owned(), [cells[3], cells[4], cells[5]].join(" "))
+    };
+    text.lines().skip(1).filter(|line| line.split(',').count() > 5).map(words).collect()
+}
+
+/// Sends a signal as soon as there is an iteration of a step.
+fn signalled_within(folder: &Folder, ranks: usize, step: &str, signal: &str, more: &[&str]) -> Output {
+    let running = Running::start(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
+    let deadline = std::time::Instant::now() + Duration::from_secs(120);
+    while !iterations(&folder.join("out")).iter().any(|(own, _)| own == step)
+        && std::time::Instant::now() < deadline
+    {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    running.signal(signal);
+    running.wait(Duration::from_secs(60))
+}
+
+/// A signal does not wait for the end of a long step: the step is given up at its next iterate, the checkpoint is of the last one,
+/// and the run that goes on has each iteration once. In the static start there is nothing to keep.
+#[test]
+fn signals_stop_within_a_step_on_1_and_2_ranks() {
+    let folder = place(&slow_block());
+    let stopped = signalled_within(&folder, 0, "0", "TERM", &[]);
+    assert_eq!(stopped.code, Some(7), "{}", stopped.stderr);
+    assert!(stopped.stderr.contains("stopped: SIGTERM in the static start"), "{}", stopped.stderr);
+    assert!(checkpoints(&folder.join("out")).is_empty());
+    compute(&folder, 0, "whole", &[]).success();
+    let whole = iterations(&folder.join("whole"));
+    for (ranks, step, signal, more) in [(0, "2", "TERM", &[][..]), (2, "3", "USR1", &["--restart"])] {
+        let stopped = signalled_within(&folder, ranks, step, signal, more);
+        assert_eq!(stopped.code, Some(7), "{}", stopped.stderr);
+        let before = step.parse::<u32>().unwrap() - 1;
+        let last = checkpoints(&folder.join("out")).pop().expect("a checkpoint");
+        assert!(last.ends_with(format!("step-{before:06}.ckpt")), "{}", last.display());
+        let of_step = |rows: &[(String, String)]| rows.iter().filter(|(own, _)| own == step).count();
+        let given_up = of_step(&iterations(&folder.join("out")));
+        assert!(given_up < of_step(&whole), "{given_up} iterations of step {step}");
+    }
+    compute(&folder, 0, "out", &["--restart"]).success();
+    assert_eq!(iterations(&folder.join("out")), whole);
+    let apart = apart(&folder.join("whole"), &folder.join("out"));
+    assert!(apart <= AGREEMENT, "{apart:.1e}");
+}
+
+/// `mpirun` hands SIGTERM on, kills its ranks a second later and returns 1 whatever they do: by then the checkpoint is there,
+/// unless the machine is so busy that a second is not enough, three times.
+#[test]
+fn mpirun_leaves_time_for_a_checkpoint() {
+    let folder = place(&rubber_block(TIGHT, "end: 0.15", 1000));
+    let in_time = (0..3).any(|_| {
+        let _ = fs::remove_dir_all(folder.join("out"));
+        let stopped = signalled(&folder, 2, "TERM", &[]);
+        assert!([Some(1), Some(7)].contains(&stopped.code), "{:?} {}", stopped.code, stopped.stderr);
+        let record = record(&folder.join("out"));
+        record["verdict"] == "stopped" && record["exit_code"] == 7
+    });
+    assert!(in_time);
+    compute(&folder, 2, "out", &["--restart"]).success();
+}
+
+/// A second SIGINT does not wait for the end of the step.
+#[test]
+fn a_second_interrupt_ends_at_once() {
+    let slow = [("cells: [48, 50]", "cells: [150, 150]"), ("end: 0.07", "end: 0.01")];
+    let folder = place(&shipped("rubber-block/case.yml", &slow, "{ linear: direct }", 5));
+    let running = Running::start(0, &["case.yml", "-q", "-o", "out"], &folder);
+    let deadline = std::time::Instant::now() + Duration::from_secs(60);
+    while !folder.join("out/run.json").exists() && std::time::Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let interrupt = || std::process::Command::new("kill").args(["-INT", &running.id().to_string()]).status();
+    for _ in 0..2 {
+        interrupt().expect("kill");
+        std::thread::sleep(Duration::from_millis(300));
+    }
+    let ended = running.wait(Duration::from_secs(30));
+    assert_eq!(ended.code, Some(130), "{}", ended.stderr);
+    assert!(checkpoints(&folder.join("out")).is_empty());
+}
+
+/// A wall time ends the run with code 7, from the command line or the case; jobs one after the other come to the end, and
+/// the last one may be told to go on once more.
+#[test]
+fn wall_times_chain() {
+    let text = rubber_block(TIGHT, "end: 0.15", 1000);
+    let folder = place(&text);
+    compute(&folder, 0, "whole", &[]).success();
+    let limited = text.replace("keep: 1000", "keep: 2, wall_time: \"300 ms\"");
+    folder.write("case.yml", &limited);
+    let first = compute(&folder, 0, "out", &[]);
+    assert_eq!(first.code, Some(7), "{}", first.stderr);
+    assert!(first.stderr.contains("the wall time is over at t = "), "{}", first.stderr);
+    let second = compute(&folder, 2, "out", &["--restart", "--wall-time", "0.2"]);
+    assert_eq!(second.code, Some(7), "{}", second.stderr);
+    assert_eq!(compute(&folder, 0, "out", &["--restart", "--wall-time", "1 h"]).code, Some(0));
+    assert_eq!(compute(&folder, 0, "out", &["--restart"]).code, Some(0));
+    let apart = apart(&folder.join("whole"), &folder.join("out"));
+    assert!(apart <= AGREEMENT, "{apart:.1e}");
+    assert_eq!(checkpoints(&folder.join("out")).len(), 2, "the last two are kept");
+}
