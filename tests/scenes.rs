@@ -38,6 +38,24 @@ fn close(what: &str, value: f64, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() <= tolerance, "{what}: {value}, expected {expected} within {tolerance}");
 }
 
+/// Another program on the same mesh, `scripts/peer.py` (FEniCSx, forms and tangents derived by UFL): the static start to 1e-5, in which
+/// friction has no part yet, and the forces of the whole motion to 1 % of the largest. Its friction law is the smooth one.
+#[test]
+fn rubber_block_agrees_with_another_program() {
+    let coarse = [("cells: [48, 50]", "cells: [16, 16]"), ("locking: selective_reduced", "locking: none")];
+    let contact = run(&shipped("rubber-block/case.yml", &coarse)).table("contact.csv");
+    let peer = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/peer/rubber-block-16.csv");
+    let peer = Table::read(std::path::Path::new(peer));
+    for (ours, theirs) in [("force_n", "f_n"), ("force_x", "f_t")] {
+        let theirs = peer.numbers(theirs);
+        let scale = theirs.iter().fold(0.0_f64, |largest, force| largest.max(force.abs()));
+        for (row, (time, expected)) in peer.numbers("t").into_iter().zip(theirs).enumerate() {
+            let tolerance = if row == 0 { 1e-5 } else { 1e-2 };
+            close(&format!("{ours} at {time} s"), at(&contact, ours, time), expected, tolerance * scale);
+        }
+    }
+}
+
 const GRAVITY: f64 = 9.81;
 
 /// tan = 0.5: sin = 1 / sqrt 5, cos = 2 / sqrt 5.
