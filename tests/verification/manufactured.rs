@@ -41,7 +41,7 @@ pub fn solid_elements(session: &Rc<Session>) {
         (Solid::new(Hex8, NH).reduced(), 5),
         (Solid::new(Hex8, SVK).linear(), 5),
         (Solid::new(Tet4, SVK), 5),
-        (Solid::new(Hex20, NH), 5),
+        (Solid::new(Hex20, NH), 7),
         (Solid::new(Hex27, SVK), 3),
         (Solid::new(Tet10, NH), 3),
         (Solid::new(Tet10, SVK).linear(), 3),
@@ -66,8 +66,8 @@ fn converges<const D: usize>(session: &Rc<Session>, (solid, cells): &Row) {
         let Solid { kind, law, kinematics, locking } = solid;
         println!("{kind} {law} {kinematics:?} {locking:?}: {coarse:.2e} {fine:.2e} rate {rate:.2}");
     }
-    // Serendipity elements fall from a higher order to theirs.
-    assert!(rate > order - 0.1 && rate < order + 0.2, "{solid:?}: rate {rate}");
+    // Serendipity elements fall from a higher order to theirs: hex20 needs a finer pair.
+    assert!((rate - order).abs() < 0.1, "{solid:?}: rate {rate}");
 }
 
 /// Error of the displacement in the L2 norm.
