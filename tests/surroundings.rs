@@ -68,7 +68,7 @@ fn a_closed_pipe_ends_no_run_on_1_and_2_ranks() {
     }
 }
 
-/// Under `nohup` a terminal that goes away is no reason to stop; without, it is one (tests/restart.rs).
+/// Under `nohup` a terminal that goes away is no reason to stop; without, it is one (tests/restart).
 #[test]
 fn nohup_keeps_a_run_going() {
     let folder = long("nohup");
