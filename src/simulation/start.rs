@@ -131,8 +131,9 @@ fn approach<const D: usize>(
         stage.shifts = Shifts::default();
     }
     stage.load_factor = factor;
-    // Friction remembers the way.
-    stage.enough = if factor < 1.0 && !friction { PASSING } else { 0.0 };
+    // Friction remembers the way, and what rounding leaves along a free motion is looked for in a tight balance.
+    let passes = factor < 1.0 && !friction && stage.holding == 0.0;
+    stage.enough = if passes { PASSING } else { 0.0 };
     journal.start_attempt(factor);
     let moved = match course {
         Some(course) => course.extrapolate(factor, stage).map(|()| true)?,

@@ -137,7 +137,7 @@ impl Monolithic {
             }
             if self.settled(now, row.iteration) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
                 report.held = self.free.needed(&self.residual, now.scale)?;
-                return Ok(match report.held.force <= self.settings.tolerance {
+                return Ok(match report.held.force <= self.target {
                     true => Outcome::Converged(report),
                     false => Outcome::Failed(report, report.held.tell()),
                 });
@@ -214,10 +214,7 @@ impl Monolithic {
 
     /// The Newton correction at the current residual; `None` where every linear solver failed.
     fn correct(&mut self, system: &mut dyn Dynamics, stage: &Stage, now: Residual) -> Result<Option<Solved>> {
-        // An iterate that meets the tolerance is only confirmed: the tangent of the one before does for that.
-        if !self.converged(now) || system.predicts() {
-            system.jacobian(stage, self.settings.terms, None)?;
-        }
+        system.jacobian(stage, self.settings.terms, None)?;
         match system.predicts() {
             true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
             false => self.rhs.copy_from(&self.residual)?,

@@ -55,7 +55,7 @@ pub struct Axis {
     pub key: Option<At<String>>,
     /// A list of values, or a mapping from labels to values.
     #[serde(default)]
-    #[schemars(with = "Option<ListOrMapping>")]
+    #[schemars(schema_with = "list_or_mapping")]
     pub values: Option<Node>,
     /// Choices by name, each with values by their paths.
     #[serde(default)]
@@ -63,12 +63,12 @@ pub struct Axis {
 }
 
 /// What the schema says of the values of an axis.
-#[derive(JsonSchema)]
-#[schemars(untagged, inline)]
-#[allow(dead_code, reason = "stands for a node in the schema")]
-enum ListOrMapping {
-    List(Vec<serde_json::Value>),
-    Mapping(serde_json::Map<String, serde_json::Value>),
+fn list_or_mapping(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({ "anyOf": [
+        { "type": "array", "items": true },
+        { "type": "object", "additionalProperties": true },
+        { "type": "null" },
+    ] })
 }
 
 /// What the members are compared with.
