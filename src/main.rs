@@ -5,6 +5,9 @@ use std::process::ExitCode;
 
 use contact_petsc::{cli, commands, petsc};
 
+/// Time by which rank 0 ends before the other ranks in failure.
+const HEAD_START: std::time::Duration = std::time::Duration::from_millis(200);
+
 fn main() -> ExitCode {
     let versions = petsc::versions().map(|(name, version)| format!("{name} {version}")).join("\n");
     let done = cli::parse(std::env::args_os(), &versions).and_then(commands::execute);
@@ -15,6 +18,10 @@ fn main() -> ExitCode {
             if commands::speaks() && !error.message.is_empty() {
                 // A reader that went away is no reason to panic.
                 let _ = writeln!(std::io::stderr(), "contact-petsc: {}: {error}", error.label());
+            }
+            if !commands::speaks() {
+                // `mpirun` kills all ranks when the first has failed, and forgets what rank 0 said a moment before: let that be rank 0.
+                std::thread::sleep(HEAD_START);
             }
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(70))
         }

@@ -222,7 +222,11 @@ fn a_full_disk_ends_all_ranks_on_2_ranks() {
     // Shared memory between the ranks would be files, too.
     let mut command = Command::new("timeout");
     command.args(["-k", "5", "90", "mpirun", "-n", "2", "bash", "-c", &script]).current_dir(&*folder);
-    let output = command.envs(ENVIRONMENT).env("OMPI_MCA_btl", "self,tcp").output().expect("mpirun starts");
+    let output = command
+        .envs(ENVIRONMENT)
+        .envs([("OMPI_MCA_btl", "self,tcp"), ("OMPI_MCA_btl_tcp_if_include", "lo")])
+        .output()
+        .expect("mpirun starts");
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(4), "{stderr}");
     assert_eq!(stderr.matches("contact-petsc: error").count(), 1, "{stderr}");

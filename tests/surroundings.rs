@@ -6,7 +6,7 @@ use std::fs;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use common::{ENVIRONMENT, Folder, PROGRAM, SMALL_BLOCK, Table};
+use common::{ENVIRONMENT, Folder, PROGRAM, SMALL_BLOCK, Table, send};
 
 /// A line of the shell in which `$PROGRAM` is the program; without `OPENBLAS_NUM_THREADS` and `OMP_NUM_THREADS`, which the
 /// program does not need.
@@ -86,12 +86,10 @@ fn nohup_keeps_a_run_going() {
     };
     assert!(wait_for(5) >= 5);
     let id = fs::read_to_string(folder.join("id")).expect("the process");
-    let sent =
-        |signal: &str| Command::new("kill").args([signal, id.trim()]).status().is_ok_and(|s| s.success());
-    assert!(sent("-HUP"));
+    assert!(send("HUP", id.trim()));
     let reached = rows();
     assert!(wait_for(reached + 20) >= reached + 20, "it stopped at SIGHUP");
-    assert!(sent("-TERM"));
+    assert!(send("TERM", id.trim()));
     assert_eq!(running.wait().expect("its end").code(), Some(7));
 }
 

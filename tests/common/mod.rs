@@ -18,11 +18,13 @@ pub const PROGRAM: &str = env!("CARGO_BIN_EXE_contact-petsc");
 pub const LIMIT: Duration = Duration::from_secs(120);
 
 /// As `scripts/environment`: what Open MPI needs for the superuser, in containers and on few cores.
-pub const ENVIRONMENT: [(&str, &str); 7] = [
+pub const ENVIRONMENT: [(&str, &str); 9] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
     ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
     ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+    ("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe"),
+    ("PRTE_MCA_hwloc_default_binding_policy", "none"),
     ("OMPI_MCA_mpi_yield_when_idle", "1"),
     ("OPENBLAS_NUM_THREADS", "1"),
     ("OMP_NUM_THREADS", "1"),
@@ -63,6 +65,14 @@ pub fn run(ranks: usize, args: &[&str], folder: &Path) -> Output {
 /// Runs the program on `ranks` ranks in `folder`, and kills it and all its ranks after `limit`.
 pub fn run_within(limit: Duration, ranks: usize, args: &[&str], folder: &Path) -> Output {
     Running::start(ranks, args, folder).wait(limit)
+}
+
+/// Sends a signal to a process, or with a minus to its group; whether there was one. By the shell: small systems lack the
+/// program `kill`.
+pub fn send(signal: &str, process: &str) -> bool {
+    let mut shell = Command::new("bash");
+    shell.args(["-c", "kill -s \"$0\" -- \"$1\"", signal, process]).stderr(Stdio::null());
+    shell.status().is_ok_and(|status| status.success())
 }
 
 /// What starts a program on `ranks` ranks (0: without `mpirun`).
@@ -151,8 +161,7 @@ impl Running {
 
     /// Sends a signal to the group.
     pub fn signal(&self, name: &str) {
-        let group = format!("-{}", self.child.id());
-        let _ = Command::new("kill").args([&format!("-{name}"), "--", &group]).stderr(Stdio::null()).status();
+        send(name, &format!("-{}", self.child.id()));
     }
 }
 

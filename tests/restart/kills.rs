@@ -63,7 +63,7 @@ fn survives_kills_of_a_rank_on_2_ranks() {
         let children = format!("/proc/{0}/task/{0}/children", running.id());
         let ranks = fs::read_to_string(children).unwrap_or_default();
         if let Some(rank) = ranks.split_whitespace().last() {
-            let _ = std::process::Command::new("kill").args(["-9", rank]).status();
+            send("KILL", rank);
         }
     };
     survives(&ironing(GMRES), 2, 4, kill, Duration::from_millis(1500));

@@ -16,7 +16,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use common::{Folder, Output, Running, Table, run};
+use common::{Folder, Output, Running, Table, run, send};
 
 /// Displacements on other ranks agree to this part of the largest one.
 const AGREEMENT: f64 = 1e-10;

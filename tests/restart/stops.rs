@@ -11,8 +11,7 @@ fn signalled(folder: &Folder, ranks: usize, signal: &str, more: &[&str]) -> Outp
     while rows() < before.max(3) + 8 && std::time::Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(2));
     }
-    let _ =
-        std::process::Command::new("kill").args([&format!("-{signal}"), &running.id().to_string()]).status();
+    send(signal, &running.id().to_string());
     running.wait(Duration::from_secs(60))
 }
 
@@ -138,9 +137,8 @@ fn a_second_interrupt_ends_at_once() {
     while !folder.join("out/run.json").exists() && std::time::Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(5));
     }
-    let interrupt = || std::process::Command::new("kill").args(["-INT", &running.id().to_string()]).status();
     for _ in 0..2 {
-        interrupt().expect("kill");
+        assert!(send("INT", &running.id().to_string()));
         std::thread::sleep(Duration::from_millis(300));
     }
     let ended = running.wait(Duration::from_secs(30));
