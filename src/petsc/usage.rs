@@ -26,10 +26,9 @@ pub(super) fn forget_peak() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// Whether this process ignores a signal, as under `nohup`; no where the system does not tell.
-pub fn ignores(signal: i32) -> bool {
-    let mask = u64::from_str_radix(status("SigIgn:").trim(), 16).unwrap_or(0);
-    (1..=64).contains(&signal) && mask >> (signal - 1) & 1 == 1
+/// The signals that this process ignores, bit `n - 1` for signal `n`; none where the system does not tell.
+pub(super) fn ignored_signals() -> u64 {
+    u64::from_str_radix(status("SigIgn:").trim(), 16).unwrap_or(0)
 }
 
 /// A number of bytes in Linux's process status; unlike `getrusage` it does not inherit the peak of the process that started us.
