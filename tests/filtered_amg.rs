@@ -197,7 +197,8 @@ fn penalty_and_friction_do_not_matter() {
 /// Each part is needed: the solve on the nodes in contact, and its second pass.
 #[test]
 fn every_part_matters() {
-    let scene = Scene { kappa: 1e3, ..COARSE };
+    // Fine enough that most of it is not in W.
+    let scene = Scene { kappa: 1e3, cells: 12, ..COARSE };
     let whole = scene.solved("filtered_amg", 1, &[]).most();
     let once = scene.solved("{ filtered_amg: { passes: before } }", 1, &[]).most();
     assert!(once > whole + 2.0, "{once} without the second pass, {whole} with it");
@@ -220,10 +221,11 @@ fn ranks_may_have_nothing() {
     }
 }
 
-/// Iterations stay few where most of the mesh lies outside of the layers around the contact.
+/// Iterations stay few where most of the mesh lies outside of the layers around the contact: 13, and 18 where multigrid
+/// does not know that the bodies touch.
 #[test]
 fn iterations_stay_few() {
     let fine = Scene { cells: 16, ..COARSE }.solved("filtered_amg", 2, &[]).without_help();
     assert!(fine.count("unknowns") > 14_000, "{}", fine.count("unknowns"));
-    assert!(fine.most() <= 25.0, "{}", fine.most());
+    assert!(fine.most() <= 16.0, "{}", fine.most());
 }

@@ -1,5 +1,6 @@
 //! Two deformable bodies on 1, 2, 3, 4 and 8 ranks: every scene at reduced size gives the same displacements, the same
-//! number of Newton iterations and the same contact points at every step.
+//! number of Newton iterations and the same contact points at every step; with a factorisation, and with each iterative
+//! solver that is chosen by itself or for contact.
 
 mod common;
 
@@ -100,10 +101,50 @@ const CUBES: &[Scene] = &[scene(
     ],
 )];
 
+/// The scenes for Krylov methods are short, so that many solvers fit in.
+const PLANE: Scene = scene(
+    "concrete-block/case.yml",
+    &[
+        ("cells: [20, 10]", "cells: [8, 4]"),
+        ("cells: [50, 16]", "cells: [20, 6]"),
+        ("end: 0.094", "end: 5.0e-4"),
+    ],
+);
+
+const CUBE_CELLS: [(&str, &str); 2] =
+    [("cells: [10, 10, 10]", "cells: [5, 5, 3]"), ("cells: [8, 8, 8]", "cells: [4, 4, 3]")];
+
+const SOLID: Scene =
+    scene("two-cubes/case.yml", &[CUBE_CELLS[0], CUBE_CELLS[1], ("end: 0.01,", "end: 5.0e-4,")]);
+
+/// The same without inertia.
+const PRESSED: Scene = scene("two-cubes/case.yml", &[CUBE_CELLS[0], CUBE_CELLS[1], STATIC]);
+
+const STATIC: (&str, &str) = (
+    "start: { equilibrium: { friction: false, increments: 2 } }\ntime: { end: 0.01, step: 5.0e-4, scheme: { generalized_alpha: { spectral_radius: 0.8 } } }",
+    "time: { end: 1.0e-3, step: 1.0e-3, scheme: { static: {} } }",
+);
+
+/// And without friction, hence symmetric.
+const SLIDING: Scene = scene(
+    "two-cubes/case.yml",
+    &[
+        CUBE_CELLS[0],
+        CUBE_CELLS[1],
+        STATIC,
+        (
+            "friction: { coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e9 } } }",
+            "friction: none",
+        ),
+    ],
+);
+
 /// What one rank and any other number of them must agree on.
 struct Answer {
     displacements: Vec<f64>,
     newton: serde_json::Value,
+    /// Linear solves that another preset had to end.
+    fallbacks: u64,
     /// Of each step and contact: closed, sticking and slipping points.
     points: Vec<String>,
 }
@@ -115,9 +156,11 @@ impl Answer {
         let names = probes.names().filter(|name| name.contains(".u_"));
         let columns = ["step", "contact", "points", "stick", "slip"].map(|name| contact.texts(name));
         let row = |row: usize| columns.iter().map(|column| column[row]).collect::<Vec<_>>().join(" ");
+        let record = results.record();
         Self {
             displacements: names.flat_map(|name| probes.numbers(name)).collect(),
-            newton: results.record()["newton_iterations"].clone(),
+            newton: record["newton_iterations"].clone(),
+            fallbacks: record["linear_fallbacks"].as_u64().expect("a count"),
             points: (0..contact.len()).map(row).collect(),
         }
     }
@@ -140,23 +183,29 @@ impl Answer {
 /// Each scene with a factorisation, so that the ranks differ by rounding alone.
 #[track_caller]
 fn invariant(scenes: &[Scene]) {
-    for Scene { case, changes } in scenes {
-        let text = shipped(case, changes);
-        let others = text.lines().filter(|line| !line.starts_with("solver:"));
-        let solver = "solver: { linear: direct, newton: { inexact: false } }";
-        let text: String = others.chain([solver]).map(|line| format!("{line}\n")).collect();
-        let alone = Answer::of(&text, 1);
-        assert!(alone.touches(), "{case}: nothing touches");
-        for ranks in RANKS {
-            let together = Answer::of(&text, ranks);
-            assert_eq!(alone.newton, together.newton, "{case} on {ranks} ranks: Newton iterations");
-            for (one, other) in alone.points.iter().zip(&together.points) {
-                assert_eq!(one, other, "{case} on {ranks} ranks: step contact points stick slip");
-            }
-            let apart = alone.apart(&together);
-            println!("{case} on {ranks} ranks: {apart:.1e}");
-            assert!(apart < AGREEMENT, "{case} on {ranks} ranks: displacements differ by {apart:.1e}");
+    scenes.iter().for_each(|scene| invariant_by(scene, "linear: direct"));
+}
+
+/// A scene solved as `solver` says: solves are exact, or to the tolerance of the Krylov method, in every iteration.
+#[track_caller]
+fn invariant_by(Scene { case, changes }: &Scene, solver: &str) {
+    let text = shipped(case, changes);
+    let others = text.lines().filter(|line| !line.starts_with("solver:"));
+    let line = format!("solver: {{ {solver}, newton: {{ inexact: false }} }}");
+    let text: String = others.chain([line.as_str()]).map(|line| format!("{line}\n")).collect();
+    let what = format!("{case} by {solver}");
+    let alone = Answer::of(&text, 1);
+    assert!(alone.touches(), "{what}: nothing touches");
+    for ranks in RANKS {
+        let together = Answer::of(&text, ranks);
+        assert_eq!(alone.newton, together.newton, "{what} on {ranks} ranks: Newton iterations");
+        assert_eq!(together.fallbacks, 0, "{what} on {ranks} ranks: another solver took over");
+        for (one, other) in alone.points.iter().zip(&together.points) {
+            assert_eq!(one, other, "{what} on {ranks} ranks: step contact points stick slip");
         }
+        let apart = alone.apart(&together);
+        println!("{what} on {ranks} ranks: {apart:.1e}");
+        assert!(apart < AGREEMENT, "{what} on {ranks} ranks: displacements differ by {apart:.1e}");
     }
 }
 
@@ -188,4 +237,28 @@ fn collisions_on_1_2_3_4_8_ranks() {
 #[test]
 fn two_cubes_on_1_2_3_4_8_ranks() {
     invariant(CUBES);
+}
+
+#[test]
+fn krylov_methods_in_the_plane_on_1_2_3_4_8_ranks() {
+    for solver in ["linear: gmres_asm_ilu", "linear: two_stage", "strategy: staggered, linear: cg_icc"] {
+        invariant_by(&PLANE, solver);
+    }
+}
+
+#[test]
+fn krylov_methods_in_space_on_1_2_3_4_8_ranks() {
+    for solver in ["linear: gmres_asm_ilu", "linear: two_stage", "strategy: staggered, linear: cg_icc"] {
+        invariant_by(&SOLID, solver);
+    }
+}
+
+#[test]
+fn multigrid_on_1_2_3_4_8_ranks() {
+    for solver in ["linear: filtered_amg", "linear: gmres_amg"] {
+        invariant_by(&PRESSED, solver);
+    }
+    for solver in ["linear: cg_icc", "linear: cg_filtered_amg"] {
+        invariant_by(&SLIDING, solver);
+    }
 }

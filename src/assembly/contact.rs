@@ -27,6 +27,8 @@ pub struct Contact<const D: usize> {
     pub state: ContactState<D>,
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
+    /// Stiffness of an element of the softer side under the mean facet, `E / h` \[Pa/m\].
+    pub beneath: f64,
     /// Penetration that is asked for \[m\]; none where any will do.
     pub tolerance: Option<f64>,
     /// How much stiffer than its law says the contact is, to keep that penetration.
@@ -134,6 +136,7 @@ impl<const D: usize> Contact<D> {
             pair,
             state: ContactState::new(0),
             facet_size: measures.facet_size,
+            beneath: contact.softer / measures.facet_size,
             tolerance: None,
             stiffening: 1.0,
         };

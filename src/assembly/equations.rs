@@ -59,6 +59,10 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         self.assemble(stage, terms, Target::Other(matrix), None)
     }
 
+    fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()> {
+        self.assemble(stage, Terms::BODIES, Target::Joined(matrix), None)
+    }
+
     fn matrix(&self) -> &Matrix {
         &self.matrix
     }

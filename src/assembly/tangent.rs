@@ -39,9 +39,10 @@ impl<const D: usize> ContactSystem<D> {
         let symmetric = symmetric(contacts, external, stage, terms)
             && (stage.over_step == OverStep::No || self.symmetric_steps);
         let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };
-        let matrix = match target {
-            Target::Own => &mut self.matrix,
-            Target::Other(matrix) => matrix,
+        let (matrix, joined) = match target {
+            Target::Own => (&mut self.matrix, false),
+            Target::Other(matrix) => (matrix, false),
+            Target::Joined(matrix) => (matrix, true),
         };
         let inverted = matrix.fill(|values| {
             let tangent = phases.tangent.begin();
@@ -77,9 +78,12 @@ impl<const D: usize> ContactSystem<D> {
             }
             drop(tangent);
             let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
-            let selection = Selection { terms, velocity_shift: shifts.velocity };
-            let request = ContactRequest {
-                stiffness: Some(selection),
+            let request = |contact: &Contact<D>| ContactRequest {
+                stiffness: Some(Selection {
+                    terms,
+                    velocity_shift: shifts.velocity,
+                    joint: joined.then_some(contact.beneath),
+                }),
                 hold: hold(stage),
                 branches: Branches::Predicted,
                 over_step: stage.over_step == OverStep::Middle,
@@ -87,7 +91,7 @@ impl<const D: usize> ContactSystem<D> {
             phases.contact.time(|| {
                 for pair in contacts.iter_mut() {
                     let lift = lifted.as_mut().map(LiftTarget::reborrow);
-                    pair.add_stiffness(&fields, &request, constrained, values, lift);
+                    pair.add_stiffness(&fields, &request(pair), constrained, values, lift);
                 }
             });
             if let Some(interface) = interface {
@@ -96,6 +100,7 @@ impl<const D: usize> ContactSystem<D> {
                 interface.add_stiffness(world, (values, symmetry), lift, |fields, opening| {
                     let _running = phases.contact.begin();
                     for contact in contacts.iter_mut() {
+                        let request = request(contact);
                         if let Pair::Deformable(meeting) = &contact.pair {
                             meeting.add_stiffness(fields, &request, &mut contact.state, opening);
                         }

@@ -114,7 +114,7 @@ pub enum Linear {
         #[serde(default)]
         inner: Inner,
     },
-    /// GMRES with a factorisation of the nodes in contact around a cycle of multigrid that sees no contact.
+    /// GMRES with a factorisation of the nodes in contact around a cycle of multigrid for the bodies.
     FilteredAmg {
         /// Element layers around the facets in contact that are factorised with them.
         #[serde(default = "layers")]

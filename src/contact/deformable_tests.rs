@@ -53,7 +53,7 @@ fn bent<const D: usize>(upper: ElementKind, lower: ElementKind, law: ContactLaw)
 }
 
 fn matrix<const D: usize>(scene: &Scene<D>, terms: Terms) -> Vec<f64> {
-    let selection = Selection { terms, velocity_shift: SHIFT };
+    let selection = Selection { terms, velocity_shift: SHIFT, joint: None };
     let request = ContactRequest { stiffness: Some(selection), ..Default::default() };
     scene.clone().evaluate(&request).matrix
 }

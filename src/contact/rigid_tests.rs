@@ -190,7 +190,7 @@ fn tangent<const D: usize>(element: ElementKind, quadrature: Quadrature, hold: H
         let v: Vec<f64> = v.iter().zip(u).map(|(v, u)| v + 10.0 * u).collect();
         evaluate(&contact, (u, &v), request, &mut held.borrow_mut())
     };
-    let selection = Selection { terms: Terms::ALL, velocity_shift: 10.0 };
+    let selection = Selection { terms: Terms::ALL, velocity_shift: 10.0, joint: None };
     let zero = vec![0.0; size];
     forced(&zero, &ContactRequest::default());
     held.borrow_mut().freeze(Keep::Pressure);
@@ -297,7 +297,7 @@ fn extremes_give_numbers() {
     let size = mesh.points.len() * 3;
     let laws: Vec<FrictionLaw> = FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()).collect();
     assert!(laws.len() > COEFFICIENTS.len());
-    let selection = Selection { terms: Terms::ALL, velocity_shift: 1e6 };
+    let selection = Selection { terms: Terms::ALL, velocity_shift: 1e6, joint: None };
     let request = ContactRequest { stiffness: Some(selection), ..Default::default() };
     for normal in NORMAL_LAWS.iter().map(|entry| (entry.samples)()[0]) {
         for (law, entry) in laws.iter().flat_map(|law| REGULARIZATIONS.iter().map(move |r| (law, r))) {

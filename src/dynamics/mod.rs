@@ -288,6 +288,13 @@ pub trait Dynamics {
     /// When PETSc refuses.
     fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()>;
 
+    /// Assembles [`Terms::BODIES`] with springs where contact is closed into a matrix of the system's pattern: of the
+    /// stiffness of `K_CN` and `K_T`, yet no stiffer than the elements beneath them. Symmetric. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()>;
+
     /// The assembled matrix \[N/m\].
     fn matrix(&self) -> &Matrix;
 

@@ -4,10 +4,17 @@
 /// incomplete factorisation costs as much as several iterations.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Fatigue {
-    /// Digits an iteration gained while the preconditioner was new; 0 before there is one.
+    /// Most digits an iteration gained with the present preconditioner; 0 before there is one.
     fresh: f64,
+    /// Most digits an iteration ever gained.
+    best: f64,
     /// Digits an iteration gained last.
-    pub last: f64,
+    last: f64,
+    /// Solves since the preconditioner was made.
+    age: u32,
+    /// Age at which one that was poor from the start is made anew: its matrix may have been an odd one, as that of
+    /// an iterate that led nowhere. Twice as many each time that this does not help.
+    patience: u32,
 }
 
 impl Fatigue {
@@ -15,13 +22,60 @@ impl Fatigue {
     const WORTH: f64 = 0.7;
 
     pub fn is_tired(self) -> bool {
-        self.last <= Self::WORTH * self.fresh
+        self.last <= Self::WORTH * self.fresh || self.is_poor() && self.age >= self.patience
+    }
+
+    /// Whether the last iteration gained much less than was possible once.
+    pub fn is_poor(self) -> bool {
+        self.last <= Self::WORTH * self.best
+    }
+
+    /// The preconditioner is gone, not what such a one can do.
+    pub fn forget(&mut self) {
+        *self = Self { best: self.best, patience: self.patience, ..Self::default() };
     }
 
     pub fn record(&mut self, renewed: bool, iterations: u32, tolerance: f64) {
         self.last = -tolerance.log10() / f64::from(iterations.max(1));
+        let poor = self.is_poor();
+        self.best = self.best.max(self.last);
         if renewed {
             self.fresh = self.last;
+            self.age = 0;
+            self.patience = if poor { (2 * self.patience).max(1) } else { 0 };
         }
+        self.fresh = self.fresh.max(self.last);
+        self.age = self.age.saturating_add(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Iterations of solves, each with a new preconditioner where the last one is tired; which of them had one.
+    fn renewals(iterations: impl IntoIterator<Item = u32>) -> Vec<usize> {
+        let mut fatigue = Fatigue::default();
+        let renewed = iterations.into_iter().enumerate().filter_map(|(solve, iterations)| {
+            let renewed = fatigue.is_tired();
+            fatigue.record(renewed, iterations, 1e-8);
+            renewed.then_some(solve)
+        });
+        renewed.collect()
+    }
+
+    /// Made once and kept while it serves, made anew after a solve in which it did not.
+    #[test]
+    fn what_serves_is_kept() {
+        assert_eq!(renewals([12, 13, 15, 14, 12]), [0]);
+        assert_eq!(renewals([12, 13, 30, 13, 12]), [0, 3]);
+    }
+
+    /// One made for a matrix that led nowhere does not stay; where every matrix is hard it is seldom tried again.
+    #[test]
+    fn what_was_poor_from_the_start_is_tried_again() {
+        assert_eq!(renewals([12, 35, 34, 13, 13, 13]), [0, 2, 3]);
+        let hard = renewals(std::iter::once(12).chain(std::iter::repeat_n(30, 63)));
+        assert!(hard.len() <= 8, "{hard:?}");
     }
 }

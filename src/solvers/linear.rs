@@ -251,7 +251,7 @@ impl LinearSolver {
         let known = self.pattern.replace(Rc::clone(matrix.pattern()));
         if known.is_some_and(|known| !Rc::ptr_eq(&known, matrix.pattern())) {
             self.solvers.iter_mut().for_each(|solver| *solver = None);
-            self.fatigue = Fatigue::default();
+            self.fatigue.forget();
         }
     }
 
@@ -308,14 +308,14 @@ impl LinearSolver {
         let iterations = outcome.iterations as u32;
         self.fatigue.record(renew, iterations, tolerance);
         if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
-            own.learn(self.fatigue.last);
+            own.learn(self.fatigue.is_poor());
         }
         let tried = Tried { iterations, residual, tolerance, reason: outcome.reason.to_string() };
         if renew || tried.is_good() {
             return Ok(tried);
         }
         // The preconditioner of an earlier matrix may be at fault: the preset gets a second try with its own.
-        self.fatigue = Fatigue::default();
+        self.fatigue.forget();
         let again = self.attempt(matrix, (rhs, size), x, tolerance)?;
         Ok(Tried { iterations: iterations + again.iterations, ..again })
     }

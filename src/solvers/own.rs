@@ -45,6 +45,6 @@ pub trait Own {
         0
     }
 
-    /// Hears how many digits an iteration of the outer method gained.
-    fn learn(&mut self, _digits: f64) {}
+    /// Hears whether the last solve was poor beside the best so far.
+    fn learn(&mut self, _poor: bool) {}
 }

@@ -161,7 +161,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: FILTERED_AMG,
-        about: "GMRES with a factorisation of the nodes in contact around multigrid that sees no contact: large problems",
+        about: "GMRES with a factorisation of the nodes in contact around multigrid for the bodies: large problems",
         symmetric: false,
         iterative: true,
         formats: BOTH,

@@ -60,7 +60,30 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>) {
     scene.system.jacobian(&scene.stage, Terms::ALL, None).expect("PETSc");
     let whole = scene.system.matrix().asymmetry().expect("PETSc");
     assert!(whole > 1e-8, "{name}: the whole matrix is symmetric");
+    joints_are_symmetric(&mut scene, &name);
     nodes_in_contact_have_normals(&mut scene, &name);
+}
+
+/// The bodies joined by springs are symmetric, stiffer than the bodies alone, and that where there is contact alone.
+fn joints_are_symmetric<const D: usize>(scene: &mut super::scene::Scene<D>, name: &str) {
+    let mut joined = scene.system.matrix().like().expect("PETSc");
+    let mut bodies = joined.like().expect("PETSc");
+    scene.system.joined_bodies_into(&scene.stage, &mut joined).expect("PETSc");
+    scene.system.jacobian_into(&scene.stage, Terms::BODIES, &mut bodies).expect("PETSc");
+    let asymmetry = joined.asymmetry().expect("PETSc");
+    assert!(asymmetry < 1e-13, "{name}: joined bodies have an asymmetry of {asymmetry:.1e}");
+    let touching = scene.system.contact_nodes();
+    let [mut stiffer, mut alone] = [(); 2].map(|()| scene.stage.trial.u.like().expect("PETSc"));
+    joined.diagonal(&mut stiffer).expect("PETSc");
+    bodies.diagonal(&mut alone).expect("PETSc");
+    stiffer.axpy(-1.0, &alone).expect("PETSc");
+    let size = alone.norm().expect("PETSc");
+    for (node, added) in stiffer.owned().chunks_exact(D).enumerate() {
+        assert!(added.iter().all(|k| *k >= -1e-13 * size), "{name}: {added:?}");
+        let free = added.iter().all(|k| k.abs() <= 1e-13 * size);
+        assert!(free || touching[node], "{name}: a spring on a node without contact");
+    }
+    assert!(stiffer.norm().expect("PETSc") > 1e-6 * size, "{name}: no spring");
 }
 
 /// The normals are unit vectors where there is contact and there alone.

@@ -148,16 +148,21 @@ impl<const D: usize> Scene<D> {
         }
     }
 
-    fn stiffness_times(&self, middle: &[Vector<D>], d: &[f64], terms: Terms) -> Vec<f64> {
+    fn stiffness(&self, middle: &[Vector<D>], selection: &Selection) -> Vec<f64> {
         let (increment, velocity) = (self.increments(middle), self.velocities(middle));
         let (response, here) = self.respond(middle);
         let (there, curvature) = (self.end(middle), self.curvature(middle));
         let count = middle.len();
         let mut stiffness = vec![0.0; count * count * D * D];
-        let selection = Selection { terms, velocity_shift: 2.0 / STEP };
         let geometry = StepGeometry { middle: &here, end: &there, curvature: &curvature };
         let fields = Fields { velocity: &velocity, increment: &increment };
-        response.add_stiffness(&geometry, &fields, &selection, &mut stiffness);
+        response.add_stiffness(&geometry, &fields, selection, &mut stiffness);
+        stiffness
+    }
+
+    fn stiffness_times(&self, middle: &[Vector<D>], d: &[f64], terms: Terms) -> Vec<f64> {
+        let selection = Selection { terms, velocity_shift: 2.0 / STEP, joint: None };
+        let (count, stiffness) = (middle.len(), self.stiffness(middle, &selection));
         let entry = |r: usize, c: usize| stiffness[((r / D * count + c / D) * D + r % D) * D + c % D];
         (0..count * D).map(|r| -(0..count * D).map(|c| entry(r, c) * d[c]).sum::<f64>()).collect()
     }
@@ -285,5 +290,40 @@ fn tangent_over_a_step_has_order_two() {
         (entry.samples_3d)()
             .into_iter()
             .for_each(|obstacle| derivatives::<3>(ElementKind::Quad4, Some(obstacle)));
+    }
+}
+
+fn joins<const D: usize>(kind: ElementKind, plane: Obstacle<D>) {
+    for (normal, friction, gaps) in laws()
+        .into_iter()
+        .flat_map(|n| frictions().into_iter().flat_map(move |f| MOTIONS.into_iter().map(move |g| (n, f, g))))
+    {
+        let scene = Scene::<D>::new(kind, Some(plane), ContactLaw { normal, friction }, gaps);
+        let terms = Terms::NORMAL_CONTACT | Terms::FRICTION_DAMPING;
+        let springs =
+            |joint| scene.stiffness(&scene.middle, &Selection { terms, velocity_shift: 2.0 / STEP, joint });
+        let (whole, expected) = (springs(Some(f64::INFINITY)), springs(None));
+        let largest = expected.iter().fold(0.0f64, |most, k| most.max(k.abs()));
+        assert!(largest > 0.0);
+        for (spring, term) in whole.iter().zip(&expected) {
+            assert!((spring - term).abs() <= 1e-12 * largest, "{kind} {normal:?} {friction:?} {gaps:?}");
+        }
+        let limit = 1e-3 * largest / AREA;
+        let softer = springs(Some(limit)).iter().fold(0.0f64, |most, k| most.max(k.abs()));
+        assert!(softer <= 2.0 * AREA * limit, "{kind} {normal:?} {friction:?} {gaps:?}: {softer:e}");
+    }
+}
+
+/// On a plane, where nothing turns, the springs for multigrid are K_CN and K_T over the step, and no stiffer than asked.
+#[test]
+fn joints_over_a_step_are_the_terms_on_a_plane() {
+    let flat = |obstacle: &Obstacle<2>| matches!(obstacle, Obstacle::Plane(_));
+    let solid = |obstacle: &Obstacle<3>| matches!(obstacle, Obstacle::Plane(_));
+    for entry in OBSTACLES {
+        (entry.samples_2d)().into_iter().filter(flat).for_each(|plane| joins::<2>(ElementKind::Line2, plane));
+        (entry.samples_3d)()
+            .into_iter()
+            .filter(solid)
+            .for_each(|plane| joins::<3>(ElementKind::Quad4, plane));
     }
 }

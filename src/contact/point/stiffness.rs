@@ -1,5 +1,6 @@
 //! Force and stiffness of an evaluated point, term by term.
 
+use super::joint::Joint;
 use super::{Response, Slopes};
 use crate::contact::geometry::Geometry;
 use crate::tensor::{Tensor, Vector};
@@ -12,6 +13,8 @@ pub struct Selection {
     pub terms: Terms,
     /// `c_v`.
     pub velocity_shift: f64,
+    /// In the place of the terms springs no stiffer than this \[Pa/m\]: what multigrid can work with.
+    pub joint: Option<f64>,
 }
 
 impl<const D: usize> Response<D> {
@@ -33,6 +36,11 @@ impl<const D: usize> Response<D> {
         let Some(slopes) = &self.slopes else {
             return;
         };
+        if let Some(stiffest) = selection.joint {
+            let by_increment = slopes.by_velocity * selection.velocity_shift + slopes.by_increment;
+            let joint = Joint { normal: -slopes.normal, tangential: -by_increment };
+            return joint.add_springs(geometry, stiffest, stiffness);
+        }
         let terms = selection.terms;
         let count = geometry.nodes.len();
         // What a change of the test coefficient along the target multiplies.

@@ -266,3 +266,41 @@ fn multipliers_keep_the_tangent() {
         assert!((scene.state().normal_traction / expected - 1.0).abs() < 1e-12);
     }
 }
+
+fn joins<const D: usize>(kind: ElementKind, target: Target<D>) {
+    for regularization in regularizations() {
+        for status in [Status::Stick, Status::Slip] {
+            let law = ContactLaw { normal: penalty(), friction: coulomb(0.7, regularization) };
+            let scene = Scene::new(kind, target.clone(), law, -0.02).tuned(regularization, status);
+            let terms = scene.matrix(Terms::NORMAL_CONTACT | Terms::FRICTION_DAMPING);
+            let whole = scene.joint(f64::INFINITY);
+            let what = format!("{kind} {regularization:?} {status:?}");
+            assert!((&whole - &terms).norm() <= 1e-12 * terms.norm(), "{what}");
+            let (geometry, limit) = (scene.geometry(), 1e-3 * terms.amax() / scene.geometry().area);
+            let soft = scene.joint(limit);
+            assert!((&soft - soft.transpose()).norm() <= 1e-12 * soft.norm(), "{what}");
+            assert!(soft.clone().symmetric_eigenvalues().min() >= -1e-12 * soft.norm(), "{what}");
+            // Both sides moved apart along the normal meet the spring that was asked for, and no stiffer one anywhere.
+            let resists = |direction: &Vector<D>| {
+                let apart = nalgebra::DVector::from_fn(geometry.nodes.len() * D, |i, _| {
+                    geometry.nodes[i / D].coefficient * direction[i % D]
+                });
+                let square: f64 = geometry.nodes.iter().map(|node| node.coefficient.powi(2)).sum();
+                (apart.transpose() * &soft * &apart)[0] / (square * square * geometry.area)
+            };
+            assert!((resists(&geometry.normal) / limit - 1.0).abs() < 1e-12, "{what}");
+            for direction in vectors::<D>(5, 23, 1.0) {
+                let along = direction - geometry.normal * geometry.normal.dot(&direction);
+                assert!(resists(&along) <= D as f64 * limit * along.norm_squared(), "{what}");
+            }
+        }
+    }
+}
+
+/// The springs for multigrid are K_CN and K_T where these are soft, and no stiffer than asked; symmetric, not negative.
+#[test]
+fn joints_are_soft_enough_for_multigrid() {
+    joins::<2>(ElementKind::Line3, Target::Rigid((OBSTACLES[1].samples_2d)()[0]));
+    joins::<3>(ElementKind::Quad4, Target::Rigid((OBSTACLES[2].samples_3d)()[0]));
+    joins::<3>(ElementKind::Quad4, Target::Facet(ElementKind::Tri6));
+}

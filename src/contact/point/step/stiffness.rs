@@ -4,6 +4,7 @@ use super::{Fields, Relative, StepResponse};
 use crate::contact::curvature::Curvature;
 use crate::contact::geometry::Geometry;
 use crate::contact::point::Selection;
+use crate::contact::point::joint::Joint;
 use crate::tensor::{Tensor, Vector, tangential_projector};
 use crate::terms::Terms;
 
@@ -73,8 +74,15 @@ impl<const D: usize> StepResponse<D> {
         selection: &Selection,
         stiffness: &mut [f64],
     ) {
-        if self.slopes.is_none() {
+        let Some(slopes) = &self.slopes else {
             return;
+        };
+        if let Some(stiffest) = selection.joint {
+            // The end moves twice as far as the middle.
+            let (friction, mean) = (&slopes.friction, &slopes.mean);
+            let by_middle = friction.by_velocity * selection.velocity_shift + friction.by_increment * 2.0;
+            let joint = Joint { normal: -2.0 * mean.derivative, tangential: -by_middle };
+            return joint.add_springs(geometry.middle, stiffest, stiffness);
         }
         let (middle, terms, count) = (geometry.middle, selection.terms, geometry.middle.nodes.len());
         let [increment, velocity] = [fields.increment, fields.velocity].map(|f| Moved::new(geometry, f));

@@ -125,15 +125,28 @@ impl<const D: usize> Scene<D> {
     }
 
     pub fn stiffness(&self, terms: Terms) -> Vec<f64> {
+        self.selected(Selection { terms, velocity_shift: SHIFT, joint: None })
+    }
+
+    fn selected(&self, selection: Selection) -> Vec<f64> {
         let mut stiffness = vec![0.0; (self.nodes.len() * D).pow(2)];
-        let selection = Selection { terms, velocity_shift: SHIFT };
         self.response().add_stiffness(&self.geometry(), &selection, &mut stiffness);
         stiffness
     }
 
     /// The dense matrix of some terms.
     pub fn matrix(&self, terms: Terms) -> nalgebra::DMatrix<f64> {
-        let (m, k) = (self.nodes.len(), self.stiffness(terms));
+        self.dense(&self.stiffness(terms))
+    }
+
+    /// That of the springs for multigrid.
+    pub fn joint(&self, stiffest: f64) -> nalgebra::DMatrix<f64> {
+        let selection = Selection { terms: Terms::empty(), velocity_shift: SHIFT, joint: Some(stiffest) };
+        self.dense(&self.selected(selection))
+    }
+
+    fn dense(&self, k: &[f64]) -> nalgebra::DMatrix<f64> {
+        let m = self.nodes.len();
         nalgebra::DMatrix::from_fn(m * D, m * D, |r, c| k[((r / D * m + c / D) * D + r % D) * D + c % D])
     }
 

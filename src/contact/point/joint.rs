@@ -1,0 +1,36 @@
+//! A closed point as springs that multigrid can work with: no stiffer than the elements around them.
+
+use crate::contact::geometry::Geometry;
+use crate::tensor::{Tensor, Vector};
+
+/// The stiffness with which a closed point resists a relative motion of its two sides, `K_CN` and `K_T` alone.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Joint<const D: usize> {
+    /// Along the normal, `-dt_n/dg` \[Pa/m\].
+    pub normal: f64,
+    /// Along the surface, `-dt_T/du_T`, symmetric and not negative \[Pa/m\].
+    pub tangential: Tensor<D>,
+}
+
+impl<const D: usize> Joint<D> {
+    /// Adds `A c_a c_b (k_n n n^T + K_T)` to `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes \[N/m\], both
+    /// springs made as soft as `stiffest` \[Pa/m\] where they are stiffer. Symmetric, not negative, and without
+    /// resistance to motions that the two sides share.
+    pub fn add_springs(&self, geometry: &Geometry<D>, stiffest: f64, stiffness: &mut [f64]) {
+        let normal: Vector<D> = geometry.normal;
+        let along = self.tangential.amax();
+        let softer = if along > stiffest { stiffest / along } else { 1.0 };
+        let spring =
+            normal * normal.transpose() * self.normal.clamp(0.0, stiffest) + self.tangential * softer;
+        let count = geometry.nodes.len();
+        for (a, test) in geometry.nodes.iter().enumerate() {
+            for (b, node) in geometry.nodes.iter().enumerate() {
+                let block = spring * (geometry.area * test.coefficient * node.coefficient);
+                let start = (a * count + b) * D * D;
+                for (i, row) in stiffness[start..start + D * D].chunks_exact_mut(D).enumerate() {
+                    row.iter_mut().enumerate().for_each(|(j, entry)| *entry += block[(i, j)]);
+                }
+            }
+        }
+    }
+}
