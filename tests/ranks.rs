@@ -187,13 +187,13 @@ impl Answer {
     /// How often a point has another facet than it had before, in the steps whose pairs are kept.
     fn changes_of_facet(&self) -> usize {
         let steps: Vec<&Pairs> = self.pairs.values().collect();
-        let changes = |[before, after]: &[&Pairs; 2]| {
+        let changes = |(before, after): (&&Pairs, &&Pairs)| {
             let other = after.iter().filter(|(point, facet)| {
                 **facet != NO_FACET && before[*point] != NO_FACET && before[*point] != **facet
             });
             other.count()
         };
-        steps.array_windows().map(changes).sum()
+        steps.iter().zip(steps.iter().skip(1)).map(changes).sum()
     }
 
     /// Whether anything touched.
