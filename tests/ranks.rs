@@ -232,12 +232,12 @@ fn invariant_scene(Scene { case, changes }: &Scene) -> usize {
     assert!(paired > 0, "{case}: no point has a facet");
     for ranks in RANKS {
         let together = Answer::of(&text, ranks);
+        alone.same_pairs(&together, &format!("{case} on {ranks} ranks"));
         assert_eq!(alone.newton, together.newton, "{case} on {ranks} ranks: Newton iterations");
         assert_eq!(alone.points.len(), together.points.len(), "{case} on {ranks} ranks: steps");
         for (one, other) in alone.points.iter().zip(&together.points) {
             assert_eq!(one, other, "{case} on {ranks} ranks: step contact points stick slip");
         }
-        alone.same_pairs(&together, &format!("{case} on {ranks} ranks"));
         let apart = alone.apart(&together);
         println!("{case} on {ranks} ranks: {apart:.1e}");
         assert!(apart < AGREEMENT, "{case} on {ranks} ranks: displacements differ by {apart:.1e}");
