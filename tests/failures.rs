@@ -69,6 +69,41 @@ fn missing_mesh_on_3_ranks() {
     ended(&output, 4, "no.msh");
 }
 
+/// A block of which every node is prescribed is pushed into a floor whose force is beyond all measure at the depth of the
+/// first step. The step is cut as any that fails, some steps are done, and the run ends with the node and the force; nothing
+/// that is no number is in any table. No free unknown feels the force: the balance alone does not tell.
+#[test]
+fn a_force_beyond_all_measure_is_a_failed_step_on_1_3_ranks() {
+    let text = "
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [0, 0], max: [1, 1], cells: [2, 1] } }
+    material: { neo_hookean: { young_modulus: 1e7, poisson_ratio: 0.3 } }
+    density: 1000
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact:
+  sole: { contactor: block.bottom, target: floor, normal: { power_law: { stiffness: 1e260, exponent: 50 } }, friction: none }
+boundary: { all: { on: block, displacement: { x: 0, y: \"-100 * t\" } } }
+time: { end: 0.2, step: 0.1, cuts: 12 }
+";
+    for ranks in [1, 3] {
+        let folder = Folder::new("beyond");
+        folder.write("case.yml", text);
+        let output = Running::start(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).wait(LIMIT);
+        ended(&output, 5, "the contact force at node 0, [0, 0] m, on rank");
+        let record = std::fs::read_to_string(folder.join("out/run.json")).expect("a record");
+        let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+        let count = |name: &str| record[name].as_u64().unwrap_or(0);
+        assert!(count("cut_steps") > 10 && count("steps") > 0, "{} cuts", count("cut_steps"));
+        for table in ["contact.csv", "energy.csv", "reactions.csv", "iterations.csv"] {
+            let text =
+                std::fs::read_to_string(folder.join("out").join(table)).expect("a table").to_lowercase();
+            assert!(!text.contains("nan") && !text.contains("inf"), "{table}: {text}");
+        }
+    }
+}
+
 /// Elements that no cut of the step keeps from turning inside out, somewhere.
 #[test]
 fn inverted_element_on_3_ranks() {

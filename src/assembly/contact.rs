@@ -25,6 +25,8 @@ pub struct Contact<const D: usize> {
     pub pair: Pair<D>,
     /// What its points remember.
     pub state: ContactState<D>,
+    /// Bodies of contactor and target; twice the same where an obstacle is the target.
+    pub bodies: [usize; 2],
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
     /// Stiffness of an element of the softer side under the mean facet, `E / h` \[Pa/m\].
@@ -135,6 +137,10 @@ impl<const D: usize> Contact<D> {
             name: contact.name.clone(),
             pair,
             state: ContactState::new(0),
+            bodies: match &contact.target {
+                Target::Obstacle(_) => [contact.body; 2],
+                Target::Surface { body, .. } => [contact.body, *body],
+            },
             facet_size: measures.facet_size,
             beneath: contact.softer / measures.facet_size,
             tolerance: None,
@@ -174,6 +180,15 @@ impl<const D: usize> Contact<D> {
             Pair::Rigid { contact, .. } => contact.area,
             Pair::Deformable(meeting) => meeting.contact.area,
         }
+    }
+
+    /// Whether both are contacts of the same two deformable bodies, in whatever roles.
+    pub fn joins_those_of(&self, other: &Self) -> bool {
+        let bodies = |contact: &Self| {
+            let [a, b] = contact.bodies;
+            contact.meeting().map(|_| [a.min(b), a.max(b)])
+        };
+        bodies(self).is_some() && bodies(self) == bodies(other)
     }
 
     /// The meeting, where the target is deformable.

@@ -27,6 +27,14 @@ pub struct Energies {
 }
 
 impl Energies {
+    /// Whether all are numbers.
+    pub fn is_finite(&self) -> bool {
+        let Self { kinetic, strain, contact, friction_dissipated, external_work, numerical } = self;
+        [kinetic, strain, contact, friction_dissipated, external_work, numerical]
+            .iter()
+            .all(|e| e.is_finite())
+    }
+
     /// Kinetic, strain and contact energy.
     pub fn total(&self) -> f64 {
         self.kinetic + self.strain + self.contact

@@ -25,6 +25,7 @@ mod report;
 mod rigid;
 mod scatter;
 mod solid;
+mod soundness;
 mod stages;
 mod start;
 mod supports;

@@ -21,6 +21,13 @@ pub(super) struct Named {
     kinematics: Kinematics,
 }
 
+impl Named {
+    /// Name in the case file.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
 /// Names and kinematics of the bodies of the model.
 pub(super) fn named<const D: usize>(model: &Model<D>) -> Vec<Named> {
     let named = |body: &crate::model::Body| Named {

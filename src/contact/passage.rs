@@ -3,7 +3,7 @@
 //! Only the ends of a step are balanced. Between them points and target facets are taken to move on straight lines at
 //! constant speed, and a point that is open at both ends must not have met the target on its way.
 
-use super::obstacle::Obstacle;
+use super::obstacle::{Cylinder, Obstacle};
 use crate::space::facet_normal;
 use crate::tensor::Vector;
 
@@ -74,38 +74,106 @@ impl<const D: usize> Path<D> {
     /// search looks, `depth` \[m\], or than a point gets that grazes an edge and is outside again. A point that touches it
     /// at the start, or lies less than `depth` behind, passes where it is deeper than that at the end and still behind it.
     pub fn passes_simplex(&self, corners: &[Self; D], depth: f64) -> bool {
-        let size = (1..D).map(|k| (corners[k].start - corners[0].start).norm()).fold(0.0, f64::max);
-        let height = |t: f64| {
-            let there = corners.map(|corner| corner.at(t));
-            let normal = normal_of(&there).try_normalize(0.0);
-            normal.map_or(0.0, |normal| (self.at(t) - there[0]).dot(&normal))
-        };
-        let between = |t: f64| is_between(&self.at(t), &corners.map(|corner| corner.at(t)));
-        let [start, end] = [0.0, 1.0].map(height);
+        let size = size_of(corners);
+        let [start, end] = [0.0, 1.0].map(|t| self.height(corners, t));
         if start <= TOUCH * size {
+            let between = |t: f64| self.is_between(corners, t);
             return start >= -depth && end < -depth && between(0.0) && between(1.0);
         }
-        if end > -depth.min(GRAZE * size) {
-            return false;
-        }
+        end <= -depth.min(GRAZE * size) && self.enters(corners)
+    }
+
+    /// Whether a point on this path that is in front of a moving simplex at the start and behind it at the end goes through
+    /// its plane between its corners.
+    fn enters(&self, corners: &[Self; D]) -> bool {
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if height(middle) > 0.0 { low = middle } else { high = middle }
+            if self.height(corners, middle) > 0.0 { low = middle } else { high = middle }
         }
-        between(high)
+        self.is_between(corners, high)
+    }
+
+    /// How deep a point on this path ends behind a moving simplex on the border of a solid \[m\], where it has sunk into that
+    /// solid by more than `from` \[m\]: it is `inside` of it at the end, or was at the start or went through the simplex in the
+    /// step and ends between its corners, or `anywhere` behind it. `inside` is asked at the parts 0 and 1 of the step.
+    pub fn sinks(
+        &self,
+        corners: &[Self; D],
+        from: f64,
+        inside: impl Fn(f64) -> bool,
+        anywhere: bool,
+    ) -> Option<f64> {
+        let depth = -self.height(corners, 1.0);
+        if depth <= from || depth.is_nan() {
+            return None;
+        }
+        let between = self.is_between(corners, 1.0);
+        let was_in_front = self.height(corners, 0.0) > TOUCH * size_of(corners);
+        let entered = || if was_in_front { self.enters(corners) } else { inside(0.0) };
+        ((between && inside(1.0)) || (between || anywhere) && entered()).then_some(depth)
+    }
+
+    /// Whether a point on this path is behind the plane of a moving simplex, or on it, at the part `t` of the step.
+    pub fn is_behind(&self, corners: &[Self; D], t: f64) -> bool {
+        self.height(corners, t) <= TOUCH * size_of(corners)
+    }
+
+    /// Height over the plane of a simplex, at the part `t` of the step \[m\]; 0 where it has no plane.
+    fn height(&self, corners: &[Self; D], t: f64) -> f64 {
+        let there = corners.map(|corner| corner.at(t));
+        let normal = normal_of(&there).try_normalize(0.0);
+        normal.map_or(0.0, |normal| (self.at(t) - there[0]).dot(&normal))
+    }
+
+    fn is_between(&self, corners: &[Self; D], t: f64) -> bool {
+        is_between(&self.at(t), &corners.map(|corner| corner.at(t)))
     }
 }
 
+/// Length of the longest edge from the first corner, at the start \[m\].
+fn size_of<const D: usize>(corners: &[Path<D>; D]) -> f64 {
+    (1..D).map(|k| (corners[k].start - corners[0].start).norm()).fold(0.0, f64::max)
+}
+
 /// Whether a round obstacle lies in a simplex, or went through it in a step, though none of the points of the facet that it
-/// is part of touches: the simplex ends deeper in the obstacle than half of its radius, or swept over its centre.
+/// is part of touches: the simplex ends deeper in the obstacle than half of its radius, or swept over its centre or axis.
 pub fn lies_between<const D: usize>(corners: &[Path<D>; D], obstacle: &Obstacle<D>) -> bool {
     let Some(radius) = obstacle.outer_radius() else { return false };
     let ends = corners.map(|corner| corner.end);
-    let swept = obstacle
-        .centre()
-        .is_some_and(|centre| Path { start: centre, end: centre }.passes_simplex(corners, radius));
+    let swept = match obstacle {
+        Obstacle::Cylinder(cylinder) => sweeps_axis(corners, cylinder),
+        _ => obstacle
+            .centre()
+            .is_some_and(|centre| Path { start: centre, end: centre }.passes_simplex(corners, radius)),
+    };
     swept || deepest(&ends, obstacle) < -0.5 * radius
+}
+
+/// Whether an edge of a moving simplex meets the axis of a cylinder at some time in the step. A simplex that has the axis in
+/// it without that has it at the end.
+fn sweeps_axis<const D: usize>(corners: &[Path<D>; D], cylinder: &Cylinder<D>) -> bool {
+    let across = corners
+        .map(|corner| Path { start: cylinder.offset(&corner.start), end: cylinder.offset(&corner.end) });
+    (0..D).any(|k| {
+        let [a, b] = [across[k], across[(k + 1) % D]];
+        let [da, db] = [a, b].map(|path| path.end - path.start);
+        let turn = |a: &Vector<D>, b: &Vector<D>| {
+            cylinder.axis().dot(&facet_normal(&std::array::from_fn(|k| if k == 0 { *a } else { *b })))
+        };
+        // Seen along the axis: `turn(a, b)` is quadratic in time, zero where the line through both meets the axis.
+        let polynomial =
+            [turn(&a.start, &b.start), turn(&a.start, &db) + turn(&da, &b.start), turn(&da, &db)];
+        let meets = |t: &f64| (0.0..=1.0).contains(t) && a.at(*t).dot(&b.at(*t)) <= 0.0;
+        roots(polynomial).iter().any(meets)
+    })
+}
+
+/// Real roots of `c_0 + c_1 t + c_2 t^2`; not numbers where there are none, or all are.
+fn roots([c0, c1, c2]: [f64; 3]) -> [f64; 2] {
+    // By the larger of both first: nothing cancels.
+    let larger = -0.5 * (c1 + (c1 * c1 - 4.0 * c0 * c2).sqrt().copysign(c1));
+    [larger / c2, c0 / larger]
 }
 
 /// The smallest gap on a simplex \[m\]; gaps of round obstacles are convex.
@@ -131,7 +199,7 @@ fn smallest(f: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// The outward normal of the simplex with these corners, as long as its measure or twice it.
-fn normal_of<const D: usize>(corners: &[Vector<D>; D]) -> Vector<D> {
+pub fn normal_of<const D: usize>(corners: &[Vector<D>; D]) -> Vector<D> {
     facet_normal(&std::array::from_fn(
         |k| if k + 1 < D { corners[k + 1] - corners[0] } else { Vector::zeros() },
     ))
@@ -152,7 +220,7 @@ fn is_between<const D: usize>(x: &Vector<D>, corners: &[Vector<D>; D]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::obstacle::{Plane, Side, Sphere};
+    use crate::contact::obstacle::{Cylinder, Plane, Side, Sphere};
 
     fn still<const D: usize>(x: Vector<D>) -> Path<D> {
         Path { start: x, end: x }
@@ -200,6 +268,60 @@ mod tests {
         assert!(lies_between(&corners, &ball([0.3, 0.3, 0.04])));
         assert!(!lies_between(&corners, &ball([0.3, 0.3, 0.06])));
         assert!(!lies_between(&corners, &ball([0.7, 0.7, 0.0])));
+    }
+
+    /// A cylinder that a triangle swept over is seen, along any edge of it, aslant to its axis, and where the triangle turns;
+    /// one that it passes beside, or stops short of, is not.
+    #[test]
+    fn a_cylinder_swept_over_is_seen() {
+        let cylinder = |x: f64, y: f64| {
+            let (point, axis) = (Vector::<3>::new(x, y, 0.0), Vector::<3>::new(0.0, 0.0, 1.0));
+            Obstacle::Cylinder(Cylinder::new(point, axis, 0.01, Side::Outside).expect("a cylinder"))
+        };
+        // In the plane y = 0, moving down; seen along the axis a line from x = 0 to 1.
+        let moving = |dy: [f64; 3]| {
+            let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 0.0, 1.0]].map(Vector::<3>::from);
+            std::array::from_fn(|k| Path {
+                start: corners[k],
+                end: corners[k] + Vector::<3>::new(0.0, dy[k], 0.0),
+            })
+        };
+        for x in [0.02, 0.3, 0.5, 0.98] {
+            assert!(lies_between(&moving([-1.0; 3]), &cylinder(x, -0.5)), "{x}");
+            assert!(!lies_between(&moving([-1.0; 3]), &cylinder(x, -1.1)), "{x}");
+            assert!(!lies_between(&moving([-1.0; 3]), &cylinder(x, 0.1)), "{x}");
+        }
+        assert!(!lies_between(&moving([-1.0; 3]), &cylinder(1.1, -0.5)));
+        assert!(lies_between(&moving([0.0, -2.0, -0.6]), &cylinder(0.5, -0.5)), "turns");
+        assert!(!lies_between(&moving([0.0, -2.0, -0.6]), &cylinder(0.5, -1.2)), "turns");
+        let [point, axis] = [[0.4, -0.5, 0.3], [0.3, 0.2, 1.0]].map(Vector::<3>::from);
+        let aslant = Cylinder::new(point, axis, 0.01, Side::Outside).expect("a cylinder");
+        assert!(lies_between(&moving([-1.0; 3]), &Obstacle::Cylinder(aslant)));
+        assert!(!lies_between(&moving([-0.2; 3]), &Obstacle::Cylinder(aslant)));
+    }
+
+    /// A vertex sinks into the solid behind a facet where it lies in it, and where it went through the facet, however deep; one
+    /// beside the facet, behind the solid, or only a little behind the facet, does not.
+    #[test]
+    fn a_vertex_sinks_into_a_solid() {
+        // Outward is down: the solid is above, 0.3 thick.
+        let facet = [path([0.0, 0.0], [0.0, 0.0]), path([1.0, 0.0], [1.0, 0.0])];
+        let sinks = |from: [f64; 2], to: [f64; 2], anywhere| {
+            let path = path(from, to);
+            let inside =
+                |t: f64| (0.0..=0.3).contains(&path.at(t)[1]) && (0.0..=1.0).contains(&path.at(t)[0]);
+            path.sinks(&facet, 0.1, inside, anywhere)
+        };
+        assert_eq!(sinks([0.5, 0.2], [0.5, 0.2], false), Some(0.2));
+        assert_eq!(sinks([0.5, 0.05], [0.5, 0.05], false), None, "a little behind");
+        assert_eq!(sinks([0.5, 0.4], [0.5, 0.4], false), None, "behind the solid");
+        assert_eq!(sinks([1.5, 0.2], [1.5, 0.2], false), None, "beside");
+        assert_eq!(sinks([0.5, -0.1], [0.5, 0.4], false), Some(0.4));
+        assert_eq!(sinks([0.5, 0.05], [0.5, 0.4], false), Some(0.4), "through, from a touch");
+        assert_eq!(sinks([0.5, -0.1], [0.5, 0.05], false), None);
+        assert_eq!(sinks([0.9, -0.1], [1.1, 0.4], false), None, "round the corner, perhaps");
+        assert_eq!(sinks([0.9, -0.1], [1.1, 0.4], true), Some(0.4));
+        assert_eq!(sinks([1.1, -0.1], [0.9, 0.4], true), None, "not through the facet");
     }
 
     /// Front to back counts, back to front and beside do not, and what flies along with the point is not passed.

@@ -177,7 +177,7 @@ mod tests {
             displacement: &U,
             contact_pressure: &PER_NODE,
             traction_t: &U,
-            gap: &[f64::NAN; 6],
+            gap: &[0.25; 6],
             slip: &PER_NODE,
             slip_velocity: &U,
             status: &[0, 1, 2, 0, 0, 0],
@@ -254,6 +254,20 @@ mod tests {
         assert!(index.contains("displacement") && !index.contains("velocity"));
         assert!(!scratch.0.join("contact.pvd").exists());
         assert!(!scratch.0.join("fields/step_000001/contact.pvtu").exists());
+    }
+
+    /// A value that is no number is an error that names its field, and no piece is written.
+    #[test]
+    fn refuses_what_is_no_number() {
+        let scratch = Scratch::new("fields-nan");
+        let mine = [true, true];
+        let mut writer = FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None);
+        for sick in [f64::NAN, f64::INFINITY] {
+            let fields = VolumeFields { det_f: &[1.0, sick], ..volume_fields() };
+            let error = writer.write(1, &fields, None).unwrap_err();
+            assert!(error.message.contains("`det_f`") && error.exit_code() == 5, "{error}");
+        }
+        assert!(!scratch.0.join("fields/step_000001/volume_0000.vtu").exists());
     }
 
     /// A field of the wrong length is an error that names it.

@@ -43,6 +43,13 @@ impl Values {
         self.len() == 0
     }
 
+    fn are_finite(&self) -> bool {
+        match self {
+            Self::Float64(values) => values.iter().all(|value| value.is_finite()),
+            Self::Int32(_) | Self::UInt8(_) => true,
+        }
+    }
+
     fn bytes(&self) -> u64 {
         let width = match self {
             Self::Float64(_) => 8,
@@ -167,6 +174,11 @@ impl Piece {
 /// Arrays that do not fit the grid (an internal fault), or the disk refuses.
 pub fn write(path: &Path, piece: &Piece) -> Result<()> {
     let (points, cells) = piece.check()?;
+    let arrays = piece.point_data.iter().chain(&piece.cell_data).chain(std::iter::once(&piece.points));
+    if let Some(array) = arrays.into_iter().find(|array| !array.values.are_finite()) {
+        let text = format!("{}: a value of `{}` is no number", path.display(), array.name);
+        return Err(Error::not_converged(text));
+    }
     write_whole_with(path, |file| stream(file, piece, [points, cells]))
 }
 

@@ -149,6 +149,7 @@ fn march<const D: usize>(
     while !control.finished() {
         pace.prepare(system);
         let attempt = Attempt { scheme, control: &control, pace: &pace };
+        let (before, saved) = (*ledger.now(), ledger.save());
         journal.try_step();
         let outcome = match attempt.solve(system, stage, &mut **strategy, journal) {
             Err(error) if error.cause == Cause::Stopped => {
@@ -156,16 +157,15 @@ fn march<const D: usize>(
                 let moment = Moment { system, stage, strategy, watch, journal };
                 return Err(keeper.within_a_step(moment, case)?);
             }
-            outcome => attempt.finish(system, stage, outcome?)?,
+            outcome => attempt.finish(system, stage, &mut ledger, outcome?)?,
         };
         journal.tried();
         journal.fallbacks(&strategy.take_fallbacks());
         match outcome {
             Outcome::Converged(report) => {
-                let (before, saved) = (*ledger.now(), pace.save(&ledger, &control));
-                let energies = ledger.advance(system, stage)?;
+                let energies = *ledger.now();
                 if !pace.accepts((system, stage), &mut control, [&before, &energies], &report)? {
-                    saved.into_iter().for_each(|saved| ledger.restore(saved));
+                    ledger.restore(saved);
                     journal.repeated(&report, &control);
                     continue;
                 }
@@ -187,6 +187,7 @@ fn march<const D: usize>(
                 )?;
             }
             Outcome::Failed(report, reason) => {
+                ledger.restore(saved);
                 journal.failed(&report, &reason, &control);
                 if control.fail() == Retry::GiveUp {
                     return Err(give_up(system, &reason, stage, (&control, strategy.cure())));
@@ -230,15 +231,16 @@ impl Attempt<'_> {
         strategy.solve(system, stage, &mut |row| journal.iteration(row))
     }
 
-    /// Goes on to the end of the step where the scheme has balanced its middle, and evaluates the forces there.
+    /// Goes on to the end of the step where the scheme has balanced its middle, evaluates the forces there and lets the
+    /// ledger take the step. What can not be taken for the end of a step is a failed one.
     fn finish<const D: usize>(
         &self,
         system: &mut ContactSystem<D>,
         stage: &mut Stage,
+        ledger: &mut EnergyLedger,
         outcome: Outcome,
     ) -> Result<Outcome> {
         let Outcome::Converged(report) = outcome else { return Ok(outcome) };
-        let inverted = "an element is turned inside out at the end of the step";
         let goes_on = self.scheme.finish(stage, self.control.end_of_step())?;
         if stage.over_step == OverStep::End {
             system.settle_end(stage)?;
@@ -246,12 +248,20 @@ impl Attempt<'_> {
             system.prescribe(stage)?;
             let mut residual = system.pattern_vector().like()?;
             if !system.residual(stage, &mut residual)?.norm.is_finite() {
-                return Ok(Outcome::Failed(report, inverted.into()));
+                let why = system.fault().map_or_else(|| "no number".to_owned(), |fault| fault.message);
+                return Ok(Outcome::Failed(report, format!("at the end of the step: {why}")));
             }
         }
-        Ok(match system.missed_contact(stage)? {
-            Some(reason) => Outcome::Failed(report, reason),
-            None => Outcome::Converged(report),
+        if let Some(reason) = system.unsound_state(stage) {
+            return Ok(Outcome::Failed(report, reason));
+        }
+        if let Some(reason) = system.missed_contact(stage)? {
+            return Ok(Outcome::Failed(report, reason));
+        }
+        let energies = ledger.advance(system, stage)?;
+        Ok(match energies.is_finite() {
+            true => Outcome::Converged(report),
+            false => Outcome::Failed(report, "an energy at the end of the step is no number".to_owned()),
         })
     }
 }

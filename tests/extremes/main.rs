@@ -2,6 +2,7 @@
 //!
 //! The quick rows run with every test; `scripts/extremes` runs all of them and writes the table of `docs/extremes.md`.
 
+mod between;
 #[path = "../common/mod.rs"]
 mod common;
 mod motion;
@@ -76,6 +77,12 @@ fn motion_at_the_extremes() {
     hold(motion::rows());
 }
 
+/// Obstacles and bodies that are smaller than what lies between contact points, and what looks like them.
+#[test]
+fn nothing_is_missed_between_points() {
+    hold(between::rows());
+}
+
 /// Wedges, spikes, cliffs, internal edges.
 #[test]
 fn shapes_at_the_extremes() {
@@ -95,7 +102,10 @@ fn the_whole_table() {
     let Some(path) = std::env::var_os("EXTREMES_TABLE") else { panic!("run scripts/extremes") };
     let only = std::env::var("EXTREMES_ONLY").unwrap_or_default();
     let mut rows: Vec<Row> =
-        [statics::rows(), motion::rows(), shapes::rows(), scaling::rows()].into_iter().flatten().collect();
+        [statics::rows(), motion::rows(), between::rows(), shapes::rows(), scaling::rows()]
+            .into_iter()
+            .flatten()
+            .collect();
     rows.retain(|row| format!("{}: {}", row.group, row.name).contains(&only));
     rows.sort_by_key(|row| ORDER.iter().position(|group| *group == row.group));
     let mut table = String::from(
@@ -123,7 +133,7 @@ fn the_whole_table() {
 }
 
 /// Order of the groups in the table.
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 15] = [
     "stiffness [Pa]",
     "pair ratio",
     "friction",
@@ -134,6 +144,7 @@ const ORDER: [&str; 14] = [
     "speed [m/s]",
     "density [kg/m3]",
     "size [m]",
+    "between points",
     "far away [m]",
     "snap-through",
     "shapes",

@@ -11,7 +11,6 @@ pub fn rows() -> Vec<Row> {
     speeds(&mut rows);
     thin(&mut rows);
     zero_density(&mut rows);
-    small_obstacle(&mut rows);
     rows
 }
 
@@ -300,21 +299,4 @@ fn zero_density(rows: &mut Vec<Row>) {
     );
     let reason = "nothing holds the body 'block', and it has no mass";
     rows.push(Row::refused("density [kg/m3]", "0, nothing holds it", free, &[3], reason).quick());
-}
-
-/// A disc smaller than what lies between the contact points is not passed unseen.
-fn small_obstacle(rows: &mut Vec<Row>) {
-    for (name, radius, speed) in
-        [("radius 0.01 m between points", 0.01, 1.0), ("radius 1e-4 m, swept over in a step", 1e-4, 100.0)]
-    {
-        let case = format!(
-            "title: Disc between points\ndimension: 2\nbodies:\n  block:\n    mesh: {{ box: {{ min: [0, 0], max: [1, 0.5], cells: [4, 2], element: quad4 }} }}\n    \
-             material: {{ neo_hookean: {{ young_modulus: 1e7, poisson_ratio: 0.3 }} }}\n    density: 1000\n    initial_velocity: [0, -{speed:e}]\n\
-             obstacles:\n  pin: {{ sphere: {{ center: [0.375, -0.05], radius: {radius:e} }} }}\n\
-             contact:\n  hit: {{ contactor: block.bottom, target: pin, normal: {{ penalty: {{ compliance: 1e-10 }} }}, friction: none }}\n\
-             time: {{ end: 0.2, step: 2e-3, scheme: backward_euler, cuts: 3 }}\n"
-        );
-        let row = Row::refused("size [m]", name, case, &[5], "between the points of 1 facets");
-        rows.push(row.quick());
-    }
 }

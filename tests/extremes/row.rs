@@ -87,6 +87,12 @@ impl Results {
         self.table("contact.csv").only("contact", name)
     }
 
+    /// Totals of `run.json`.
+    pub fn record(&self) -> serde_json::Value {
+        let text = fs::read_to_string(self.folder.join("run.json")).unwrap_or_default();
+        serde_json::from_str(&text).unwrap_or_default()
+    }
+
     /// The program's reason, in one line.
     pub fn reason(&self) -> String {
         let line = self.stderr.lines().find(|line| line.contains("error:")).unwrap_or("no reason given");

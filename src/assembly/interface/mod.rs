@@ -99,6 +99,22 @@ impl<const D: usize> Interface<D> {
         self.exchange.time(|| self.bring.forward_many(world, &mut travelling));
     }
 
+    /// Fields of the rank's nodes, ghosts included, with the values of the foreign nodes after them. Collective.
+    pub fn with_foreign<const N: usize>(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        fields: [&[f64]; N],
+    ) -> [Vec<f64>; N] {
+        let mut wanted = fields.map(|_| vec![0.0; self.foreign.len() * D]);
+        let mut travelling = Vec::with_capacity(N);
+        for (owned, wanted) in fields.into_iter().zip(&mut wanted) {
+            travelling.push(Field { width: D, owned, wanted: &mut wanted[..] });
+        }
+        self.exchange.time(|| self.bring.forward_many(world, &mut travelling));
+        let mut own = fields.into_iter();
+        wanted.map(|foreign| own.next().into_iter().flatten().copied().chain(foreign).collect())
+    }
+
     /// The fields brought last.
     pub fn fields(&self) -> ContactFields<'_> {
         ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start }

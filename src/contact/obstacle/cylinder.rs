@@ -31,8 +31,13 @@ impl<const D: usize> Cylinder<D> {
         Ok(Self { point, axis, radius: positive("the radius of the cylinder", radius)?, side })
     }
 
-    /// From the axis to `x`.
-    fn offset(&self, x: &Vector<D>) -> Vector<D> {
+    /// Direction of the axis, of length 1.
+    pub fn axis(&self) -> Vector<D> {
+        self.axis
+    }
+
+    /// From the axis to `x` \[m\], square to it.
+    pub fn offset(&self, x: &Vector<D>) -> Vector<D> {
         let offset = x - self.point;
         offset - self.axis * self.axis.dot(&offset)
     }

@@ -4,7 +4,7 @@ mod past;
 mod watch;
 
 use super::journal::Journal;
-use crate::assembly::{Asked, ContactSystem, Energies, EnergyLedger, SavedLedger};
+use crate::assembly::{Asked, ContactSystem, Energies};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;
 use crate::error::Result;
@@ -91,12 +91,6 @@ impl Pace {
             Some(watch) => watch.predict(stage),
             None => Ok(()),
         }
-    }
-
-    /// What the ledger has to go back to where the next step is repeated.
-    pub fn save(&self, ledger: &EnergyLedger, control: &StepControl) -> Option<SavedLedger> {
-        let repeats = self.watch.is_some() && matches!(control, StepControl::Adaptive(_));
-        repeats.then(|| ledger.save())
     }
 
     /// Whether the step in `stage`, which is solved, is good enough; `control` offers the next one, or the same anew.

@@ -1,0 +1,172 @@
+//! Whether a contact was missed: a body went through its target between the ends of a step, or what it met is smaller than
+//! the spacing of its contact points.
+
+mod moving;
+mod vertices;
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::{Contact, Pair};
+use super::meeting::Meeting;
+use super::system::ContactSystem;
+use crate::contact::obstacle::Obstacle;
+use crate::contact::passage::{Path, lies_between};
+use crate::dynamics::Stage;
+use crate::error::Result;
+use crate::mesh::{Bounds, BoundsTree};
+use crate::tensor::Vector as Point;
+use moving::{Ends, Moving, around, nodes_of, parts, paths};
+use vertices::Sunk;
+
+/// What was found on this rank, to be summed over all: facets around small obstacles, points that went through, of each
+/// contact; and the vertices that sank in between points.
+struct Found<const D: usize> {
+    between: Vec<u64>,
+    through: Vec<u64>,
+    sunk: Vec<Sunk<D>>,
+}
+
+impl<const D: usize> ContactSystem<D> {
+    /// Why the step of `stage` can not be accepted although it balances: a point went through a target and is open on
+    /// the other side, or a target lies between the points of a contactor. What things may have met on their way is gathered
+    /// only where something moved further than a point may unseen, or a point has no facet any more. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks, when a message is damaged.
+    pub fn missed_contact(&mut self, stage: &Stage) -> Result<Option<String>> {
+        if self.contacts.is_empty() {
+            return Ok(None);
+        }
+        let (start, end) = (stage.start.u.local(), stage.trial.u.local());
+        let ends = Ends { start: &start, end: &end };
+        let mut motions: Vec<f64> =
+            self.contacts.iter().flat_map(|contact| self.shifts(contact, ends)).collect();
+        let own = motions.clone();
+        self.session.world().all_reduce_into(&own[..], &mut motions[..], SystemOperation::max());
+        let found = self.find(ends, &motions)?;
+        let counts = found.between.iter().chain(&found.through).copied();
+        let own: Vec<u64> = counts.chain([found.sunk.len() as u64]).collect();
+        let mut all = own.clone();
+        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        let (between, through) = all.split_at(self.contacts.len());
+        if let Some((contact, facets)) = self.contacts.iter().zip(between).find(|(_, facets)| **facets > 0) {
+            return Ok(Some(tell_between(contact, *facets)));
+        }
+        let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(3));
+        if let Some(((contact, points), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
+            return Ok(Some(format!(
+                "contact '{}': {points} points would go through the target within one step, in which \
+                 the surfaces move by {:.3e} m",
+                contact.name,
+                motion[0] + motion[1]
+            )));
+        }
+        let any = through.last().is_some_and(|vertices| *vertices > 0);
+        Ok(if any { self.tell_sunk(&self.without_contact(&found.sunk, ends)) } else { None })
+    }
+
+    /// Looks for all of it; `motions` as [`shifts`](Self::shifts), of all ranks. Collective.
+    fn find(&mut self, ends: Ends<'_>, motions: &[f64]) -> Result<Found<D>> {
+        let meetings: Vec<&Meeting<D>> = self.contacts.iter().filter_map(Contact::meeting).collect();
+        let known =
+            self.interface.as_mut().map(|interface| Moving::known(&self.session, interface, &meetings, ends));
+        let mut known = known.into_iter().flatten();
+        let mut found = Found { between: Vec::new(), through: Vec::new(), sunk: Vec::new() };
+        for (number, (contact, motion)) in self.contacts.iter().zip(motions.chunks_exact(3)).enumerate() {
+            let [motion, lost] = [motion[0] + motion[1], motion[2]];
+            let (between, through) = match &contact.pair {
+                Pair::Rigid { contact: rigid, .. } => {
+                    let passes = |path: &Path<D>| motion > 0.0 && path.passes_obstacle(&rigid.obstacle);
+                    let through = paths(contact, ends).filter(|(path, _)| passes(path)).count();
+                    (between_points(contact, &rigid.obstacle, ends), through as u64)
+                }
+                Pair::Deformable(meeting) => {
+                    let near = known.next().unwrap_or_default();
+                    let far = motion > meeting.stride() || lost > 0.0;
+                    let moving = match far {
+                        true => Moving::gathered(&self.session, &self.local, meeting, ends, motion)?,
+                        false => near,
+                    };
+                    found.sunk.extend(self.sunk(number, meeting, &moving, (ends, far)));
+                    (0, if far { passages(meeting, contact, ends, &moving) } else { 0 })
+                }
+            };
+            found.between.push(between);
+            found.through.push(through);
+        }
+        Ok(found)
+    }
+
+    /// How far own nodes of contactor and target move in the step, at most \[m\]; 1 where a point has lost its facet.
+    fn shifts(&self, contact: &Contact<D>, ends: Ends<'_>) -> [f64; 3] {
+        let of_node = |node: u32| {
+            let dofs = node as usize * D..node as usize * D + D;
+            dofs.map(|dof| (ends.end[dof] - ends.start[dof]).powi(2)).sum::<f64>()
+        };
+        let surface = contact.surface();
+        let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
+        let contactor = contactor.map(|&node| of_node(node)).fold(0.0, f64::max);
+        let (mut target, mut lost, mut nodes) = (0.0_f64, false, Vec::new());
+        if let Some(meeting) = contact.meeting() {
+            let knew = contact.state.history.iter().map(|history| history.normal != Point::<D>::zeros());
+            lost = knew.enumerate().any(|(point, knew)| knew && meeting.pairing.facet(point).is_none());
+            for &facet in &meeting.surfaces()[1] {
+                self.local.mesh.facet_nodes(facet, &mut nodes);
+                target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
+            }
+        }
+        [contactor.sqrt(), target.sqrt(), f64::from(u8::from(lost))]
+    }
+}
+
+/// Points that pass through facets of the target, which are gathered as far as anything moves.
+fn passages<const D: usize>(
+    meeting: &Meeting<D>,
+    contact: &Contact<D>,
+    ends: Ends<'_>,
+    moving: &Moving<D>,
+) -> u64 {
+    let (simplices, depth) = (moving.simplices(), meeting.depth());
+    let boxes: Vec<Bounds<D>> = simplices.iter().map(|corners| around(corners)).collect();
+    let tree = BoundsTree::new(&boxes);
+    let passes = |path: &Path<D>| {
+        tree.meeting(&around(&[*path]).inflate(depth))
+            .any(|simplex| path.passes_simplex(&simplices[simplex as usize], depth))
+    };
+    paths(contact, ends).filter(|(path, closed)| !closed && passes(path)).count() as u64
+}
+
+fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64) -> String {
+    let radius = match &contact.pair {
+        Pair::Rigid { contact, .. } => contact.obstacle.outer_radius().unwrap_or(0.0),
+        Pair::Deformable(_) => 0.0,
+    };
+    format!(
+        "contact '{}': the obstacle, of radius {radius:.3e} m, lies between the points of {facets} facets of about {:.3e} m, none of which \
+         touches it: mesh the contactor finer than the radius, or take quadrature: gauss",
+        contact.name, contact.facet_size
+    )
+}
+
+/// Facets of this rank without a closed point in which a small round obstacle lies.
+fn between_points<const D: usize>(contact: &Contact<D>, obstacle: &Obstacle<D>, ends: Ends<'_>) -> u64 {
+    let Some(radius) = obstacle.outer_radius() else { return 0 };
+    let (surface, mut count) = (contact.surface(), 0);
+    for facet in surface.facets().iter().filter(|facet| facet.mine) {
+        if contact.state.current[facet.points.clone()].iter().any(|point| point.is_closed()) {
+            continue;
+        }
+        let corners = nodes_of(surface, facet, ends);
+        let around = around(&corners);
+        let size = (Point::<D>::from(around.high) - Point::from(around.low)).norm();
+        // A facet that is not longer than the obstacle is thick always has a point in it before it lies so deep.
+        if radius >= 2.0 * size || obstacle.gap(&corners[0].end) > size - 0.5 * radius {
+            continue;
+        }
+        let mut lies = false;
+        parts(facet.kind, |part| lies |= lies_between(&std::array::from_fn(|k| corners[part[k]]), obstacle));
+        count += u64::from(lies);
+    }
+    count
+}

@@ -1,0 +1,232 @@
+//! Facets of both sides of a contact as they move in a step.
+
+use super::super::contact::Contact;
+use super::super::interface::Interface;
+use super::super::meeting::Meeting;
+use super::super::targets::{Reach, Surfaces, TargetGather};
+use crate::contact::passage::{Path, normal_of};
+use crate::contact::surface::{ContactSurface, SurfaceFacet};
+use crate::error::Result;
+use crate::mesh::{Bounds, ElementKind};
+use crate::partition::LocalMesh;
+use crate::partition::exchange::{Field, NodeExchange};
+use crate::petsc::Session;
+use crate::tensor::Vector as Point;
+
+/// Displacements at the two ends of a step \[m\].
+#[derive(Clone, Copy)]
+pub(super) struct Ends<'a> {
+    pub start: &'a [f64],
+    pub end: &'a [f64],
+}
+
+impl Ends<'_> {
+    /// The way of a node from its reference point.
+    pub fn path<const D: usize>(&self, reference: &Point<D>, node: u32) -> Path<D> {
+        let at = |u: &[f64]| reference + Point::from_fn(|i, _| u[node as usize * D + i]);
+        Path { start: at(self.start), end: at(self.end) }
+    }
+}
+
+/// Facets of a target with the ways of their nodes.
+#[derive(Default)]
+pub(super) struct Moving<const D: usize> {
+    kinds: Vec<ElementKind>,
+    offsets: Vec<usize>,
+    /// Which nodes are the same ones.
+    nodes: Vec<u32>,
+    paths: Vec<Path<D>>,
+}
+
+/// A node of a target, or a place on an edge between two.
+pub(super) struct Vertex<const D: usize> {
+    ends: [u32; 2],
+    pub path: Path<D>,
+}
+
+/// Most pieces of an edge: more are not worth their price.
+const MOST_PIECES: f64 = 100.0;
+
+impl<const D: usize> Moving<D> {
+    fn push(&mut self, kind: ElementKind, nodes: &[u32], path: impl Fn(usize) -> Path<D>) {
+        self.kinds.push(kind);
+        self.offsets.push(self.nodes.len());
+        self.nodes.extend_from_slice(nodes);
+        self.paths.extend((0..nodes.len()).map(path));
+    }
+
+    /// What the search knows: all that can be near while nothing moves further than a part of a facet. Collective.
+    pub fn known(
+        session: &Session,
+        interface: &mut Interface<D>,
+        meetings: &[&Meeting<D>],
+        ends: Ends<'_>,
+    ) -> Vec<Self> {
+        let [start, end] = interface.with_foreign(session.world(), [ends.start, ends.end]);
+        let ends = Ends { start: &start, end: &end };
+        let all = meetings.iter().map(|meeting| {
+            let (target, mut moving) = (&meeting.contact.target, Self::default());
+            for facet in 0..target.len() as u32 {
+                let (nodes, points) = (target.nodes(facet), target.reference_points(facet));
+                moving.push(target.kind(facet), nodes, |k| ends.path(&points[k], nodes[k]));
+            }
+            moving
+        });
+        all.collect()
+    }
+
+    /// What may be met while things move by `motion` \[m\]. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks, when a message is damaged.
+    pub fn gathered(
+        session: &Session,
+        local: &LocalMesh<D>,
+        meeting: &Meeting<D>,
+        ends: Ends<'_>,
+        motion: f64,
+    ) -> Result<Self> {
+        let world = session.world();
+        let positions: Vec<f64> =
+            local.mesh.points.as_flattened().iter().zip(ends.start).map(|(x, u)| x + u).collect();
+        let [contactor, target] = meeting.surfaces();
+        let surfaces = Surfaces { local, contactor, target };
+        let reach = Reach { radius: motion + meeting.depth(), slack: 0.0 };
+        let TargetGather { facets, foreign, .. } = TargetGather::new(world, &surfaces, &positions, reach)?;
+        let mut bring = NodeExchange::new(world, &local.index, &foreign.numbers)?;
+        let [mut start, mut end] = [0, 1].map(|_| vec![0.0; foreign.numbers.len() * D]);
+        let fields = [(ends.start, &mut start), (ends.end, &mut end)];
+        let mut fields = fields.map(|(owned, wanted)| Field { width: D, owned, wanted: &mut wanted[..] });
+        bring.forward_many(world, &mut fields);
+        let beyond = Ends { start: &start, end: &end };
+        let path = |node: u32| match (node as usize).checked_sub(local.index.local_count()) {
+            None => ends.path(&local.mesh.points[node as usize].into(), node),
+            Some(at) => beyond.path(&foreign.points[at].into(), at as u32),
+        };
+        let mut moving = Self::default();
+        for facet in 0..facets.count() {
+            let nodes = facets.nodes_of(facet);
+            moving.push(facets.kinds[facet], nodes, |k| path(nodes[k]));
+        }
+        Ok(moving)
+    }
+
+    /// Nodes of a facet with their ways.
+    fn facet(&self, facet: usize) -> (&[u32], &[Path<D>]) {
+        let end = self.offsets.get(facet + 1).copied().unwrap_or(self.nodes.len());
+        let range = self.offsets[facet]..end;
+        (&self.nodes[range.clone()], &self.paths[range])
+    }
+
+    /// The facets as lines or triangles between their corners.
+    pub fn simplices(&self) -> Vec<[Path<D>; D]> {
+        let mut simplices = Vec::with_capacity(self.kinds.len());
+        for (facet, &kind) in self.kinds.iter().enumerate() {
+            let (_, paths) = self.facet(facet);
+            parts(kind, |part| simplices.push(std::array::from_fn(|k| paths[part[k]])));
+        }
+        simplices
+    }
+
+    /// Each node once, and in space places on each edge as well, no further apart than `spacing` \[m\].
+    pub fn vertices(&self, spacing: f64) -> Vec<Vertex<D>> {
+        let nodes = self.nodes.iter().zip(&self.paths);
+        let mut vertices: Vec<Vertex<D>> =
+            nodes.map(|(&node, &path)| Vertex { ends: [node; 2], path }).collect();
+        vertices.sort_by_key(|vertex| vertex.ends);
+        vertices.dedup_by_key(|vertex| vertex.ends);
+        if D == 2 {
+            return vertices;
+        }
+        let mut edges: Vec<[(u32, Path<D>); 2]> = Vec::new();
+        for (facet, kind) in self.kinds.iter().enumerate() {
+            let (nodes, paths) = self.facet(facet);
+            let node = |k: usize| (nodes[k], paths[k]);
+            let corners = kind.corners();
+            for edge in 0..corners {
+                let [first, last] = [node(edge), node((edge + 1) % corners)];
+                // The nodes within edges follow the corners.
+                match nodes.len() >= 2 * corners {
+                    true => edges.extend([[first, node(corners + edge)], [node(corners + edge), last]]),
+                    false => edges.push([first, last]),
+                }
+            }
+        }
+        edges.iter_mut().for_each(|edge| edge.sort_by_key(|(node, _)| *node));
+        edges.sort_by_key(|[(a, _), (b, _)]| [*a, *b]);
+        edges.dedup_by_key(|[(a, _), (b, _)]| [*a, *b]);
+        for [(first, a), (last, b)] in edges {
+            let pieces = ((a.end - b.end).norm() / spacing).ceil().clamp(1.0, MOST_PIECES) as u32;
+            vertices.extend((1..pieces).map(|piece| {
+                let part = f64::from(piece) / f64::from(pieces);
+                let between = |from: Point<D>, to: Point<D>| from + (to - from) * part;
+                let path = Path { start: between(a.start, b.start), end: between(a.end, b.end) };
+                Vertex { ends: [first, last], path }
+            }));
+        }
+        vertices
+    }
+
+    /// Whether a facet at a vertex ends turned against an outward `normal`.
+    pub fn faces(&self, vertex: &Vertex<D>, normal: &Point<D>) -> bool {
+        let at = |nodes: &[u32]| vertex.ends.iter().all(|node| nodes.contains(node));
+        (0..self.kinds.len()).filter(|&facet| at(self.facet(facet).0)).any(|facet| {
+            let (_, paths) = self.facet(facet);
+            let mut against = false;
+            parts(self.kinds[facet], |part| {
+                against |= normal_of(&std::array::from_fn(|k| paths[part[k]].end)).dot(normal) < 0.0;
+            });
+            against
+        })
+    }
+
+    /// A box around all of it, at both ends.
+    pub fn bounds(&self) -> Bounds<D> {
+        around(&self.paths)
+    }
+}
+
+/// The ways of the nodes of a contactor facet.
+pub(super) fn nodes_of<const D: usize>(
+    surface: &ContactSurface<D>,
+    facet: &SurfaceFacet,
+    ends: Ends<'_>,
+) -> Vec<Path<D>> {
+    let nodes = surface.reference_points(facet).iter().zip(surface.facet_nodes(facet));
+    nodes.map(|(reference, &node)| ends.path(reference, node)).collect()
+}
+
+/// Paths of the points of a contact, and whether they touch at the end of the step.
+pub(super) fn paths<'a, const D: usize>(
+    contact: &'a Contact<D>,
+    ends: Ends<'a>,
+) -> impl Iterator<Item = (Path<D>, bool)> + 'a {
+    let surface = contact.surface();
+    surface.facets().iter().flat_map(move |facet| {
+        let nodes = nodes_of(surface, facet, ends);
+        let [from, to]: [Vec<Point<D>>; 2] =
+            [nodes.iter().map(|path| path.start).collect(), nodes.iter().map(|path| path.end).collect()];
+        facet.points.clone().enumerate().map(move |(q, point)| {
+            let place = surface.facet_point(facet, q);
+            let path = Path { start: place.position(&from), end: place.position(&to) };
+            (path, contact.state.current[point].is_closed())
+        })
+    })
+}
+
+/// Corners of the lines or triangles that fill the corners of a facet.
+pub(super) fn parts(kind: ElementKind, mut receive: impl FnMut(&[usize])) {
+    match (kind.dimension(), kind.corners()) {
+        (1, _) => receive(&[0, 1]),
+        (_, 3) => receive(&[0, 1, 2]),
+        _ => {
+            receive(&[0, 1, 2]);
+            receive(&[0, 2, 3]);
+        }
+    }
+}
+
+/// A box around everything that moves on these paths.
+pub(super) fn around<const D: usize>(paths: &[Path<D>]) -> Bounds<D> {
+    Bounds::of(paths.iter().flat_map(|path| [path.start.into(), path.end.into()]))
+}

@@ -1,0 +1,227 @@
+//! Whether a target got between the points of a contactor: a part of it that is smaller than their spacing.
+//!
+//! Contact is looked for at points. A vertex of the target that has sunk into the contactor between them, deeper than the
+//! facet resolves or than a fourth of the thinner body, with no point of a contact between the two bodies that touches within
+//! a facet's length of it, is a contact missed. In space so is a place on an edge.
+
+use mpi::collective::SystemOperation;
+use mpi::datatype::PartitionMut;
+use mpi::traits::{Communicator, CommunicatorCollectives};
+
+use super::super::contact::Contact;
+use super::super::meeting::Meeting;
+use super::super::system::ContactSystem;
+use super::moving::{Ends, Moving, around, nodes_of, parts, paths};
+use crate::contact::passage::{Path, normal_of};
+use crate::contact::surface::SurfaceFacet;
+use crate::mesh::{Bounds, BoundsTree, Facet, Mesh, spelled};
+use crate::tensor::Vector as Point;
+
+/// A vertex may sink into a facet by this part of the facet's length before a point of it would have to touch: its points
+/// are no further than that from where an edge of a right angle comes in.
+const PART: f64 = 0.25;
+
+/// Edges of the target are looked at in places this part of a mean facet of the contactor apart.
+const SPACING: f64 = 0.5;
+
+/// A vertex of a target in the contactor, at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sunk<const D: usize> {
+    /// Which contact.
+    pub contact: usize,
+    /// Behind a facet of the contactor \[m\].
+    pub depth: f64,
+    /// Length of that facet \[m\].
+    pub facet: f64,
+    pub place: Point<D>,
+}
+
+impl<const D: usize> Sunk<D> {
+    const WIDTH: usize = 3 + D;
+
+    fn pack(&self, into: &mut Vec<f64>) {
+        into.extend([self.contact as f64, self.depth, self.facet]);
+        into.extend(self.place.iter());
+    }
+
+    fn unpack(numbers: &[f64]) -> Self {
+        let (contact, depth, facet) = (numbers[0] as usize, numbers[1], numbers[2]);
+        Self { contact, depth, facet, place: Point::from_column_slice(&numbers[3..]) }
+    }
+}
+
+impl<const D: usize> ContactSystem<D> {
+    /// Vertices of the target that sank into facets of this rank none of whose points touches. `far` where things moved so
+    /// far in the step that they may be anywhere at its end.
+    pub(super) fn sunk(
+        &self,
+        number: usize,
+        meeting: &Meeting<D>,
+        moving: &Moving<D>,
+        (ends, far): (Ends<'_>, bool),
+    ) -> Vec<Sunk<D>> {
+        let contact = &self.contacts[number];
+        let (near, mut sunk) = (moving.bounds(), Vec::new());
+        if near.is_empty() || contact.bodies[0] == contact.bodies[1] {
+            return sunk;
+        }
+        let open = |facet: &&SurfaceFacet| {
+            !contact.state.current[facet.points.clone()].iter().any(|point| point.is_closed())
+        };
+        let open = contact.surface().facets().iter().filter(open);
+        let solids = open.map(|facet| Solid::new(self, contact, facet, ends));
+        let solids = solids.map(|solid| (solid.bounds(), solid)).filter(|(around, _)| around.meets(&near));
+        let (boxes, solids): (Vec<Bounds<D>>, Vec<Solid<D>>) = solids.unzip();
+        if solids.is_empty() {
+            return sunk;
+        }
+        let tree = BoundsTree::new(&boxes);
+        for vertex in moving.vertices(SPACING * contact.facet_size) {
+            let path = vertex.path;
+            for hit in tree.meeting(&around(&[path])) {
+                let solid = &solids[hit as usize];
+                parts(solid.facet.kind, |part| {
+                    let corners: [Path<D>; D] = std::array::from_fn(|k| solid.nodes[part[k]]);
+                    let normal = normal_of(&corners.map(|corner| corner.end));
+                    // Cheap, before what is dear.
+                    if (path.end - corners[0].end).dot(&normal) >= 0.0 {
+                        return;
+                    }
+                    let from = solid.enough(&corners, 0.5 * meeting.depth());
+                    let depth = path.sinks(&corners, from, |t| solid.holds(&path, t), far);
+                    if let Some(depth) = depth.filter(|_| moving.faces(&vertex, &normal)) {
+                        let (facet, place) = (solid.length(), path.end);
+                        sunk.push(Sunk { contact: number, depth, facet, place });
+                    }
+                });
+            }
+        }
+        sunk
+    }
+
+    /// Those of the vertices found on all ranks near which no point touches, the deepest first. Collective.
+    pub(super) fn without_contact(&self, found: &[Sunk<D>], ends: Ends<'_>) -> Vec<Sunk<D>> {
+        let world = self.session.world();
+        let mut own = Vec::with_capacity(found.len() * Sunk::<D>::WIDTH);
+        found.iter().for_each(|sunk| sunk.pack(&mut own));
+        let mut counts = vec![0i32; world.size() as usize];
+        world.all_gather_into(&(own.len() as i32), &mut counts[..]);
+        let starts = counts.iter().scan(0, |sum, &count| Some(std::mem::replace(sum, *sum + count)));
+        let starts: Vec<i32> = starts.collect();
+        let mut all = vec![0.0; counts.iter().map(|&count| count as usize).sum()];
+        world.all_gather_varcount_into(
+            &own[..],
+            &mut PartitionMut::new(&mut all[..], &counts[..], &starts[..]),
+        );
+        let all: Vec<Sunk<D>> = all.chunks_exact(Sunk::<D>::WIDTH).map(Sunk::unpack).collect();
+        let mut touched = vec![0u8; all.len()];
+        for contact in &self.contacts {
+            let alike = |sunk: &Sunk<D>| self.contacts[sunk.contact].joins_those_of(contact);
+            if !all.iter().any(alike) {
+                continue;
+            }
+            let closed = |(_, closed): &(Path<D>, bool)| *closed;
+            for (point, _) in paths(contact, ends).filter(closed) {
+                for (sunk, touched) in all.iter().zip(&mut touched).filter(|(sunk, _)| alike(sunk)) {
+                    *touched |= u8::from((point.end - sunk.place).norm() <= sunk.facet);
+                }
+            }
+        }
+        let mut known = vec![0u8; touched.len()];
+        world.all_reduce_into(&touched[..], &mut known[..], SystemOperation::max());
+        let left = all.into_iter().zip(known).filter(|(_, touched)| *touched == 0);
+        let mut left: Vec<Sunk<D>> = left.map(|(sunk, _)| sunk).collect();
+        left.sort_by(|a, b| (a.contact.cmp(&b.contact)).then(b.depth.total_cmp(&a.depth)));
+        left
+    }
+
+    /// What a user reads of the vertices of the first contact that has some.
+    pub(super) fn tell_sunk(&self, sunk: &[Sunk<D>]) -> Option<String> {
+        let first = sunk.first()?;
+        let contact = &self.contacts[first.contact];
+        let mut places: Vec<[u64; D]> = sunk
+            .iter()
+            .filter(|sunk| sunk.contact == first.contact)
+            .map(|sunk| std::array::from_fn(|i| sunk.place[i].to_bits()))
+            .collect();
+        places.sort_unstable();
+        places.dedup();
+        let [contactor, target] = contact.bodies.map(|body| self.bodies[body].name());
+        Some(format!(
+            "contact '{}': '{target}' lies in '{contactor}' between its contact points at {} places, none of which is within {:.3e} m of a point that \
+             touches, the deepest {:.3e} m behind a facet at {}: mesh '{contactor}' finer there, or exchange contactor and target",
+            contact.name,
+            places.len(),
+            first.facet,
+            first.depth,
+            spelled(first.place.as_slice())
+        ))
+    }
+}
+
+/// A facet of a contactor with the element behind it.
+struct Solid<'a, const D: usize> {
+    contact: &'a Contact<D>,
+    mesh: &'a Mesh<D>,
+    ends: Ends<'a>,
+    facet: &'a SurfaceFacet,
+    /// Of the facet.
+    nodes: Vec<Path<D>>,
+}
+
+impl<'a, const D: usize> Solid<'a, D> {
+    fn new(
+        system: &'a ContactSystem<D>,
+        contact: &'a Contact<D>,
+        facet: &'a SurfaceFacet,
+        ends: Ends<'a>,
+    ) -> Self {
+        let nodes = nodes_of(contact.surface(), facet, ends);
+        Self { contact, mesh: &system.local.mesh, ends, facet, nodes }
+    }
+
+    fn element(&self) -> usize {
+        self.facet.facet.element as usize
+    }
+
+    fn path(&self, node: u32) -> Path<D> {
+        self.ends.path(&self.mesh.points[node as usize].into(), node)
+    }
+
+    /// A box around the element, at both ends of the step.
+    fn bounds(&self) -> Bounds<D> {
+        let nodes = self.mesh.element_nodes(self.element()).iter().map(|&node| self.path(node));
+        Bounds::of(nodes.flat_map(|path| [path.start.into(), path.end.into()]))
+    }
+
+    /// Whether a point is in the element at the part `t` of the step: behind all its sides.
+    fn holds(&self, path: &Path<D>, t: f64) -> bool {
+        let kind = self.mesh.kinds[self.element()];
+        let (mut nodes, mut holds) = (Vec::new(), true);
+        for side in 0..kind.sides().len() as u8 {
+            self.mesh.facet_nodes(Facet { side, ..self.facet.facet }, &mut nodes);
+            parts(kind.facet_kind(), |part| {
+                holds &= path.is_behind(&std::array::from_fn(|k| self.path(nodes[part[k]])), t);
+            });
+        }
+        holds
+    }
+
+    /// Longest distance of two nodes at the end of the step \[m\].
+    fn length(&self) -> f64 {
+        let apart = |a: &Path<D>| self.nodes.iter().map(|b| (a.end - b.end).norm()).fold(0.0, f64::max);
+        self.nodes.iter().map(apart).fold(0.0, f64::max)
+    }
+
+    /// Depth behind the plane of `corners` from which a vertex counts as sunk \[m\]: what the facet resolves, `at_most`, and
+    /// beyond that how far the facet bulges and the overclosure that was adjusted.
+    fn enough(&self, corners: &[Path<D>; D], at_most: f64) -> f64 {
+        let plane = corners.map(|corner| corner.end);
+        let normal = normal_of(&plane).try_normalize(0.0).unwrap_or_else(Point::zeros);
+        let bulge =
+            self.nodes.iter().map(|node| (node.end - plane[0]).dot(&normal).abs()).fold(0.0, f64::max);
+        let state = &self.contact.state;
+        let adjusted = self.facet.points.clone().map(|point| -state.adjusted(point)).fold(0.0, f64::max);
+        (PART * self.length()).min(at_most) + bulge + adjusted
+    }
+}

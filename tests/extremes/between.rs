@@ -1,0 +1,142 @@
+//! What is smaller than the spacing of contact points: it is seen, and what only looks like it goes on uncut.
+
+use crate::row::{Results, Row, Verdict};
+
+const GROUP: &str = "between points";
+
+/// A block with a side of 1 m and facets of 0.25 m that flies down to what stands below it, with `more` of the case.
+fn block(title: &str, dimension: usize, speed: f64, bodies: &str, more: &str) -> String {
+    let (low, high, cells, velocity) = match dimension {
+        2 => ("[0, 0]", "[1, 0.5]", "[4, 2]", format!("[0, -{speed}]")),
+        _ => ("[0, 0, 0]", "[1, 1, 0.5]", "[4, 4, 2]", format!("[0, 0, -{speed}]")),
+    };
+    format!(
+        "title: {title}\ndimension: {dimension}\nbodies:\n  block:\n    mesh: {{ box: {{ min: {low}, max: {high}, cells: {cells} }} }}\n    \
+         material: {{ neo_hookean: {{ young_modulus: 1e7, poisson_ratio: 0.3 }} }}\n    density: 1000\n    initial_velocity: {velocity}\n\
+         {bodies}{more}time: {{ end: 0.2, step: 2e-3, scheme: backward_euler, cuts: 3 }}\n"
+    )
+}
+
+fn contact(contactor: &str, target: &str) -> String {
+    format!(
+        "contact:\n  hit: {{ contactor: {contactor}, target: {target}, normal: {{ penalty: {{ compliance: 1e-10 }} }}, friction: none }}\n"
+    )
+}
+
+/// The same with a body `pin` that is held at its foot and ends 0.05 m below the block.
+fn pin(dimension: usize, speed: f64, mesh: &str, (contactor, target): (&str, &str)) -> String {
+    let held = if dimension == 2 { "x: 0, y: 0" } else { "x: 0, y: 0, z: 0" };
+    let bodies = format!(
+        "  pin:\n    mesh: {{ box: {{ {mesh} }} }}\n    \
+         material: {{ neo_hookean: {{ young_modulus: 1e8, poisson_ratio: 0.3 }} }}\n    density: 1000\n"
+    );
+    let foot = format!("boundary:\n  foot: {{ on: pin.bottom, displacement: {{ {held} }} }}\n");
+    block("Pin between points", dimension, speed, &bodies, &format!("{}{foot}", contact(contactor, target)))
+}
+
+/// All rows of this file.
+pub fn rows() -> Vec<Row> {
+    let mut rows = Vec::new();
+    obstacles(&mut rows);
+    bodies(&mut rows);
+    seen(&mut rows);
+    rows
+}
+
+/// A disc or cylinder smaller than what lies between the contact points is not passed unseen.
+fn obstacles(rows: &mut Vec<Row>) {
+    let hit = contact("block.bottom", "pin");
+    for (name, radius, speed) in
+        [("disc, radius 0.01 m", 0.01, 1.0), ("disc, radius 1e-4 m, swept over in a step", 1e-4, 100.0)]
+    {
+        let pin =
+            format!("obstacles:\n  pin: {{ sphere: {{ center: [0.375, -0.05], radius: {radius:e} }} }}\n");
+        let case = block("Disc between points", 2, speed, "", &format!("{pin}{hit}"));
+        rows.push(Row::refused(GROUP, name, case, &[5], "between the points of 1 facets").quick());
+    }
+    for (name, axis, facets) in [
+        ("cylinder, radius 1e-3 m, swept over in a step", "[0, 1, 0]", "between the points of 4 facets"),
+        ("cylinder aslant, swept over in a step, on 3 ranks", "[1, 1, 0.01]", "between the points of"),
+    ] {
+        let pin = format!(
+            "obstacles:\n  pin: {{ cylinder: {{ point: [0.375, 0.375, -0.05], axis: {axis}, radius: 1e-3 }} }}\n"
+        );
+        let case = block("Cylinder between points", 3, 100.0, "", &format!("{pin}{hit}"));
+        let row = Row::refused(GROUP, name, case, &[5], facets).quick();
+        rows.push(if name.ends_with("ranks") { row.on(3) } else { row });
+    }
+}
+
+/// A body, a tip or an edge that goes between two contact points is not passed unseen, on any number of ranks.
+fn bodies(rows: &mut Vec<Row>) {
+    let plane = "min: [0.365, -0.35], max: [0.385, -0.05], cells: [2, 6]";
+    let spike = "min: [0.225, -0.35], max: [0.525, -0.05], cells: [6, 6], map: { y: \"y - (y + 0.35) / 0.3 * 1.5 * abs(x - 0.375)\" }";
+    let solid = "min: [0.36, 0.36, -0.35], max: [0.38, 0.38, -0.05], cells: [1, 1, 6]";
+    let blade = "min: [0.36, -0.5, -0.35], max: [0.38, 1.5, -0.05], cells: [1, 1, 6]";
+    let roles = ("block.bottom", "pin.top");
+    for (name, dimension, speed, mesh, ranks) in [
+        ("pin of 0.02 m", 2, 1.0, plane, &[0, 3][..]),
+        ("pin of 0.02 m, passed in a step", 2, 300.0, plane, &[0, 2]),
+        ("spike of 67 degrees", 2, 1.0, spike, &[0]),
+        ("pin in space", 3, 2.0, solid, &[0, 4]),
+        ("pin in space, passed in a step", 3, 300.0, solid, &[0]),
+        ("edge of a blade, no node of which is near", 3, 1.0, blade, &[0, 2]),
+    ] {
+        for &ranks in ranks {
+            let name = if ranks == 0 { name.to_owned() } else { format!("{name}, on {ranks} ranks") };
+            let case = pin(dimension, speed, mesh, roles);
+            rows.push(
+                Row::refused(GROUP, name, case, &[5], "'pin' lies in 'block' between its contact points")
+                    .on(ranks)
+                    .quick(),
+            );
+        }
+    }
+}
+
+/// What is met by points, be it near an end, at a corner, or with the roles exchanged, is not cut.
+fn seen(rows: &mut Vec<Row>) {
+    let met = |results: &[Results]| {
+        let most = results[0].contact("hit").numbers("points").iter().fold(0.0_f64, |m, p| m.max(*p));
+        let cuts = results[0].record()["cut_steps"].as_u64();
+        Verdict::says(format!("{most} points, {cuts:?} cuts"), "met, none cut", most > 0.0 && cuts == Some(0))
+    };
+    let plane = "min: [0.365, -0.35], max: [0.385, -0.05], cells: [2, 6]";
+    let slab = |low: f64, high: f64, cells: u32| {
+        format!("min: [{low}, -0.35], max: [{high}, -0.05], cells: [{cells}, 3]")
+    };
+    let both = contact("block.bottom", "pin.top")
+        + "  back: { contactor: pin.top, target: block.bottom, normal: { penalty: { compliance: 1e-10 } }, friction: none }\n";
+    for (name, case) in [
+        ("pin of 0.02 m, as the contactor", pin(2, 1.0, plane, ("pin.top", "block.bottom"))),
+        (
+            "pin of 0.02 m, in both roles, sunk in by the penalty",
+            pin(2, 1.0, plane, ("pin.top", "block.bottom"))
+                .replace(
+                    &contact("pin.top", "block.bottom"),
+                    &both.replace("hit:", "fro:").replace("back:", "hit:"),
+                )
+                .replace("compliance: 1e-10", "compliance: 5e-9")
+                .replace("young_modulus: 1e8", "young_modulus: 1e10"),
+        ),
+        ("slab that ends before a point", pin(2, 1.0, &slab(-1.0, 0.52, 40), ("block.bottom", "pin.top"))),
+        (
+            "slab that ends before a point, sunk in by the penalty",
+            pin(2, 1.0, &slab(-1.0, 0.52, 40), ("block.bottom", "pin.top"))
+                .replace("compliance: 1e-10", "compliance: 6e-6"),
+        ),
+        ("slab of coarser facets", pin(2, 1.0, &slab(-0.7, 1.6, 5), ("block.bottom", "pin.top"))),
+        ("round and fine", {
+            let arc = "min: [-0.375, -0.35], max: [1.125, -0.05], cells: [60, 3], map: { y: \"y - (y + 0.35) / 0.3 * 0.25 * (x - 0.375)^2\" }";
+            pin(2, 1.0, arc, ("block.bottom", "pin.top"))
+        }),
+    ] {
+        rows.push(Row::new(GROUP, name, vec![case], met).quick());
+    }
+    // Over the end of the slab and off it: the corner of the slab passes along all facets of the block.
+    let off = pin(2, 0.5, &slab(-1.0, 0.77, 30), ("block.bottom", "pin.top"))
+        .replace("initial_velocity: [0, -0.5]", "initial_velocity: [6, -0.5]")
+        .replace("-0.05]", "-0.002]")
+        .replace("boundary:\n", "boundary:\n  weight: { on: block, gravity: [0, -10] }\n");
+    rows.push(Row::new(GROUP, "block that slides off an end", vec![off], met).quick());
+}
