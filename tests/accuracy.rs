@@ -104,3 +104,37 @@ time: { end: 0.1, step: 0.01 }
     assert!(!std::fs::read_to_string(plain.0.join("out/run.json")).expect("a record").contains("accuracy"));
     assert_eq!(plain.table("probes.csv").numbers("time").len(), 11);
 }
+
+/// A bar that rattles on a penalty made stiff for its penetration says so as soon as its steps can not become shorter, and
+/// names the cure; a scheme that keeps its energy has no need of it.
+#[test]
+fn rattling_is_told_at_once() {
+    let text = shipped("bar-impact/case.yml", &[("end: 1.5", "end: 0.52")]);
+    let record =
+        |text: &str| std::fs::read_to_string(Results::of(text, 1).0.join("out/run.json")).expect("a record");
+    let rattles = record(&format!("{text}accuracy: tight\n"));
+    assert!(
+        rattles.contains("as short as they may be") && rattles.contains("scheme: conserving"),
+        "{rattles}"
+    );
+    let calm = text.replace("{ generalized_alpha: { spectral_radius: 0.8 } }", "conserving");
+    assert!(!record(&format!("{calm}accuracy: {{ time: 1e-3 }}\n")).contains("as short as they may be"));
+}
+
+/// Points that stick do not creep where slip is asked for: what a stick velocity would let go on for ever a return map holds,
+/// and Newton's method finds the branches of friction at once.
+#[test]
+fn sticking_points_do_not_creep() {
+    let changes = [
+        ("end: 0.094", "end: 0.01"),
+        ("cells: [20, 10]", "cells: [10, 5]"),
+        ("cells: [50, 16]", "cells: [25, 8]"),
+    ];
+    let text = shipped("concrete-block/case.yml", &changes)
+        + "accuracy: { time: 1e-2, slip: 1e-4, penetration: none }\n";
+    let results = Results::of(&text, 1);
+    let [asked, achieved] = results.part("slip");
+    assert!(achieved > 0.0 && achieved <= asked, "{achieved:e} > {asked:e}");
+    let steps = results.table("probes.csv").numbers("dt").len();
+    assert!(results.newton() < 3 * steps, "{} iterations in {steps} steps", results.newton());
+}

@@ -182,30 +182,37 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().filter_map(|contact| contact.tolerance).reduce(f64::min)
     }
 
-    /// Makes stick stiffer than `given` by powers of two, so that no sticking point creeps faster than `speed` \[m/s\] or
-    /// gives way by more than `slip` \[m\] under the friction tractions of now. Collective.
-    pub fn stiffen_stick(&mut self, given: &[Option<Regularization>], speed: f64, slip: f64) {
+    /// Makes stick so stiff that no sticking point gives way by more than `slip` \[m\] under the bound on its friction: a law
+    /// with a stick velocity, under which it would creep for ever, by the return map, stiffer by powers of two than the
+    /// `given` stiffness or than that of the normal law. Collective.
+    pub fn stiffen_stick(&mut self, given: &[Option<Regularization>], slip: f64) {
         /// A law is made stiffer by this factor at most.
         const MOST: f64 = 1024.0;
         for (contact, given) in self.contacts.iter_mut().zip(given) {
             let Some(given) = *given else { continue };
-            let wanted = match given {
-                Regularization::StickVelocity { velocity }
-                | Regularization::SmoothStickVelocity { velocity } => velocity / speed,
-                Regularization::StickStiffness { stiffness } => {
-                    let traction =
-                        |point: &crate::contact::point::PointState<D>| point.friction_traction.norm();
-                    let own = contact.state.current.iter().map(traction).fold(0.0, f64::max);
-                    let mut most = 0.0;
-                    self.session.world().all_reduce_into(&own, &mut most, SystemOperation::max());
-                    2.0 * most / (stiffness * slip)
-                }
+            let bounds = contact.state.history.iter().map(|history| history.bound);
+            let trial = contact.state.current.iter().map(|point| point.bound);
+            let own = bounds.chain(trial).filter(|bound| bound.is_finite()).fold(0.0, f64::max);
+            let mut bound = 0.0;
+            self.session.world().all_reduce_into(&own, &mut bound, SystemOperation::max());
+            let wanted = bound / slip;
+            let base = match (given, contact.law().normal) {
+                (Regularization::StickStiffness { stiffness }, _) => stiffness,
+                (_, NormalLaw::Penalty(law)) => 1.0 / law.normal_compliance(),
+                // Without a stiffness to begin with the law stays until something presses.
+                _ if wanted == 0.0 => continue,
+                _ => wanted,
             };
-            let factor = wanted.clamp(1.0, MOST).log2().ceil().exp2();
+            let factor = (wanted / base).clamp(1.0, MOST).log2().ceil().exp2();
             if let Some(friction) = &mut contact.law_mut().friction {
-                friction.regularization = given.stiffened(factor);
+                friction.regularization = Regularization::StickStiffness { stiffness: base * factor };
             }
         }
+    }
+
+    /// Nodes of all bodies on all ranks.
+    pub fn nodes(&self) -> u32 {
+        self.local.index.total.unsigned_abs()
     }
 
     /// The regularisations of the friction laws as they are.

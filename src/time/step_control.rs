@@ -99,6 +99,14 @@ impl StepControl {
         }
     }
 
+    /// Whether the next step is the shortest that errors may ask for.
+    pub fn is_shortest(&self) -> bool {
+        match self {
+            Self::Halving(_) => false,
+            Self::Adaptive(steps) => steps.is_shortest(),
+        }
+    }
+
     /// Whether a step that was solved is taken; equal steps always are.
     pub fn judge(&mut self, judgement: &Judgement) -> bool {
         match self {

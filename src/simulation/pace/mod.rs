@@ -125,6 +125,7 @@ impl Pace {
     ) -> Result<()> {
         let Some(watch) = &mut self.watch else { return Ok(()) };
         watch.advance(system, stage)?;
+        watch.remark.take().iter().for_each(|text| journal.warn(text));
         journal.accuracy(watch.record(control.rejected()));
         Ok(())
     }

@@ -37,6 +37,9 @@ pub struct Memory {
     passed: Passed,
     /// How much stiffer than their laws say the contacts are.
     stiffenings: Vec<f64>,
+    /// Steps as short as errors may ask for.
+    #[serde(default)]
+    shortest: u32,
 }
 
 /// What watches the errors of a run.
@@ -54,6 +57,8 @@ pub(super) struct Watch {
     past: Option<Past>,
     /// Estimated error and allowance of the step that was judged last \[m\].
     judged: [f64; 2],
+    /// What a user should know of that step.
+    pub remark: Option<String>,
     /// The filter in the step that was judged last, unless the velocity jumped, and what came out of it.
     section: Option<Section>,
     smooth: f64,
@@ -66,6 +71,8 @@ impl Watch {
     const REPEAT: f64 = 2.01;
     /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
     const SAFETY: f64 = 1.8;
+    /// As many steps of the smallest length are no accident.
+    const RATTLES: u32 = 100;
 
     /// Of the state at the start in `stage`; `kinks` are the instants at which loads or their rates may jump. Collective.
     ///
@@ -103,9 +110,11 @@ impl Watch {
                 rate: [0.0; 2],
                 passed: Passed::default(),
                 stiffenings: system.stiffenings(),
+                shortest: 0,
             },
             past,
             judged: [0.0; 2],
+            remark: None,
             section: None,
             smooth: 0.0,
         };
@@ -158,7 +167,7 @@ impl Watch {
     pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) {
         let Some(slip) = self.accuracy.slip.filter(|_| self.memory.size > 0.0) else { return };
         let allowed = slip.si * self.memory.size;
-        system.stiffen_stick(&self.given, allowed / self.end, allowed);
+        system.stiffen_stick(&self.given, allowed);
     }
 
     pub fn accepts<const D: usize>(
@@ -174,7 +183,12 @@ impl Watch {
         let jumps = report.contact.closed != self.memory.closed;
         let lenient = jumps || self.memory.unsettled > 0;
         let mut ratio = 0.0f64;
-        let error = self.error(system, stage, jumps)?;
+        let closes = report.contact.closed > self.memory.closed;
+        let mut error = self.error(system, stage, jumps)?;
+        if closes {
+            let fresh = report.contact.closed - self.memory.closed;
+            error = error.max(self.struck(fresh as f64 / system.nodes() as f64, [before, now]));
+        }
         if let Some(budget) = &self.memory.time {
             let fair = budget.share(share, left);
             let allowed = if lenient { budget.event().max(fair) } else { fair };
@@ -188,6 +202,9 @@ impl Watch {
             let gained = now.numerical.abs() - before.numerical.abs();
             ratio = ratio.max(gained / allowed);
         }
+        if self.gives_way(system) {
+            ratio = ratio.max(Self::REPEAT);
+        }
         if self.scheme.has_inertia() && system.shortfall().is_some_and(|left| left.ratio > 1.0) {
             system.keep_penetration(false);
             ratio = ratio.max(Self::REPEAT);
@@ -199,10 +216,13 @@ impl Watch {
             _ => 0.7,
         };
         let order = self.scheme.order();
+        let short = control.is_shortest();
         let accepted = control.judge(&Judgement { ratio, order, event, ease });
         if !accepted {
             return Ok(false);
         }
+        self.memory.shortest += u32::from(short);
+        self.remark = self.shortest_remark(self.memory.shortest - u32::from(short));
         if let Some(budget) = &mut self.memory.time {
             let [error, fair] = self.judged;
             // Behind a jump the estimate still sees the jump, which was paid for.
@@ -220,6 +240,44 @@ impl Watch {
             self.past.iter_mut().for_each(Past::jump);
         }
         Ok(true)
+    }
+
+    /// Whether what sticks gives way by more than was asked.
+    fn gives_way<const D: usize>(&self, system: &ContactSystem<D>) -> bool {
+        let Some(slip) = self.accuracy.slip.filter(|_| self.given.iter().any(Option::is_some)) else {
+            return false;
+        };
+        let Stuck { creep, give } = system.stuck();
+        (creep * self.end).max(give) > slip.si * self.memory.size
+    }
+
+    /// Error of the motion by an impact that lost energy \[m\]: velocities err by half of its part, and displacements with
+    /// them. `fresh` is the part of the nodes that struck. Their energy is no error: on a stiff penalty it rattles until it is
+    /// lost, whatever the step.
+    fn struck(&self, fresh: f64, [before, now]: [&Energies; 2]) -> f64 {
+        let sizes = [before.kinetic, now.kinetic, before.strain, now.strain];
+        let all = sizes.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+        let lost = (now.numerical - before.numerical).abs() - fresh * before.kinetic;
+        0.5 * lost.max(0.0) / all * self.memory.size
+    }
+
+    /// What a user should know at once: that errors have asked for the shortest steps again and again.
+    fn shortest_remark(&self, before: u32) -> Option<String> {
+        let Memory { shortest, stiffenings, .. } = &self.memory;
+        if before >= Self::RATTLES || *shortest < Self::RATTLES {
+            return None;
+        }
+        let stiffer = stiffenings.iter().copied().fold(1.0, f64::max);
+        let why = match stiffer > 1.0 {
+            true => format!(
+                ": contact rattles on a penalty {stiffer} times stiffer than that of the case, made so for accuracy.penetration"
+            ),
+            false => String::new(),
+        };
+        Some(format!(
+            "warning: {shortest} steps were as short as they may be, and the accuracy may be missed all the same{why}\n\
+             hint: for an impact use `scheme: conserving`, which keeps its energy with any step, or ask for less"
+        ))
     }
 
     /// Estimated error of the step, root mean square \[m\]: as it is where the velocity jumps, else without what was lost
