@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use contact_petsc::{cli, commands, petsc};
 
 /// Time by which rank 0 ends before the other ranks in failure.
-const HEAD_START: std::time::Duration = std::time::Duration::from_millis(200);
+const HEAD_START: std::time::Duration = std::time::Duration::from_millis(50);
 
 fn main() -> ExitCode {
     let versions = petsc::versions().map(|(name, version)| format!("{name} {version}")).join("\n");

@@ -138,3 +138,22 @@ fn sticking_points_do_not_creep() {
     let steps = results.table("probes.csv").numbers("dt").len();
     assert!(results.newton() < 3 * steps, "{} iterations in {steps} steps", results.newton());
 }
+
+/// Neither a penetration that only a stiffer penalty mends nor a stick that is too soft is met by ever shorter steps.
+#[test]
+fn no_step_is_cut_for_what_it_does_not_mend() {
+    let steps = |results: &Results| results.table("probes.csv").numbers("time").len();
+    let level = shipped("rubber-block/case.yml", &[("end: 0.07", "end: 0.052")]) + "accuracy: fast\n";
+    let level = Results::of(&level, 1);
+    assert!(steps(&level) < 600, "{} steps", steps(&level));
+    let [asked, achieved] = level.part("penetration [m]");
+    assert!(achieved <= asked, "{achieved:e} > {asked:e}");
+    let soft =
+        rubber("step: 5.0e-4", "accuracy: { time: 1e-2, slip: 1e-3, penetration: none, energy: none }\n");
+    let soft = soft.replace("stick_velocity: 1.0e-3", "stick_stiffness: 1.0e6");
+    assert!(soft.contains("stick_stiffness"));
+    let soft = Results::of(&soft, 1);
+    assert!(steps(&soft) < 300, "{} steps", steps(&soft));
+    let [asked, achieved] = soft.part("slip");
+    assert!(achieved <= asked, "{achieved:e} > {asked:e}");
+}

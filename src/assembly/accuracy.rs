@@ -123,20 +123,35 @@ impl<const D: usize> ContactSystem<D> {
         }
     }
 
-    /// Makes a contact in motion stiffer that passed its tolerance in the present step, or would if its pressure grew by
-    /// half, and leaves the tractions at the start of the step as they are, at its end where it is accepted. Collective.
-    pub fn keep_penetration(&mut self, accepted: bool) {
+    /// Makes a contact in motion stiffer whose penetration would pass its tolerance if its pressure grew by half, and leaves
+    /// the tractions at the end of the present step, which is accepted, as they are. Collective.
+    pub fn keep_penetration(&mut self) {
         /// Elastic part of the penetration over what is left of the tolerance, beyond which the contact becomes stiffer.
         const GROWTH: f64 = 2.0;
         /// As much of the tolerance is taken to be left at least.
         const LEAST: f64 = 0.25;
+        if self.is_dynamic() {
+            self.note_gaps();
+            self.stiffen_where(|[depth, elastic]| elastic > GROWTH * (1.0 - depth).max(LEAST));
+        }
+    }
+
+    /// Makes a contact in motion stiffer that passes its tolerance in the present step, and leaves the tractions at the
+    /// start of the step as they are. Whether there is one that gains by it, the same on all ranks. Collective.
+    pub fn mend_penetration(&mut self) -> bool {
+        /// Elastic part over the tolerance that can not take a contact much further.
+        const HARDLY: f64 = 1.0 / 32.0;
+        /// Part of the tolerance to be kept: what becomes stiffer gives way a little all the same.
+        const INSIDE: f64 = 0.97;
+        self.is_dynamic() && self.stiffen_where(|[depth, elastic]| depth > INSIDE && elastic > HARDLY)
+    }
+
+    /// Makes contacts stiffer by their depth and its elastic part, both over the tolerance. Collective.
+    fn stiffen_where(&mut self, stiffens: impl Fn([f64; 2]) -> bool) -> bool {
         /// By this factor.
         const FACTOR: f64 = 4.0;
-        if !self.is_dynamic() || self.contacts.iter().all(|contact| contact.tolerance.is_none()) {
-            return;
-        }
-        if accepted {
-            self.contacts.iter_mut().for_each(|contact| contact.state.note_gaps());
+        if self.contacts.iter().all(|contact| contact.tolerance.is_none()) {
+            return false;
         }
         let depths = depths(self.session.world(), &self.contacts);
         let elastic = |contact: &Contact<D>| {
@@ -146,14 +161,16 @@ impl<const D: usize> ContactSystem<D> {
         let own: Vec<f64> = self.contacts.iter().map(elastic).collect();
         let mut all = vec![0.0; own.len()];
         self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+        let mut stiffer = false;
         for ((contact, depth), elastic) in self.contacts.iter_mut().zip(depths).zip(all) {
             let Some(tolerance) = contact.tolerance else { continue };
-            let left = (tolerance - depth).max(LEAST * tolerance);
-            if elastic > GROWTH * left {
+            if stiffens([depth / tolerance, elastic / tolerance]) {
                 let factor = contact.stiffen(FACTOR);
                 contact.state.stiffen(factor);
+                stiffer |= factor > 1.0;
             }
         }
+        stiffer
     }
 
     /// How much stiffer than their laws say the contacts are.
@@ -184,10 +201,11 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Makes stick so stiff that no sticking point gives way by more than `slip` \[m\] under the bound on its friction: a law
     /// with a stick velocity, under which it would creep for ever, by the return map, stiffer by powers of two than the
-    /// `given` stiffness or than that of the normal law. Collective.
-    pub fn stiffen_stick(&mut self, given: &[Option<Regularization>], slip: f64) {
+    /// `given` stiffness and than that of the normal law. Whether a law is not what it was. Collective.
+    pub fn stiffen_stick(&mut self, given: &[Option<Regularization>], slip: f64) -> bool {
         /// A law is made stiffer by this factor at most.
         const MOST: f64 = 1024.0;
+        let mut changed = false;
         for (contact, given) in self.contacts.iter_mut().zip(given) {
             let Some(given) = *given else { continue };
             let bounds = contact.state.history.iter().map(|history| history.bound);
@@ -196,18 +214,26 @@ impl<const D: usize> ContactSystem<D> {
             let mut bound = 0.0;
             self.session.world().all_reduce_into(&own, &mut bound, SystemOperation::max());
             let wanted = bound / slip;
-            let base = match (given, contact.law().normal) {
-                (Regularization::StickStiffness { stiffness }, _) => stiffness,
-                (_, NormalLaw::Penalty(law)) => 1.0 / law.normal_compliance(),
+            let normal = match contact.law().normal {
+                NormalLaw::Penalty(law) => 1.0 / law.normal_compliance(),
+                // The power law is softest where nothing presses: what is wanted first sets the scale.
+                _ => 0.0,
+            };
+            let base = match given {
+                Regularization::StickStiffness { stiffness } => stiffness.max(normal),
+                _ if normal > 0.0 => normal,
                 // Without a stiffness to begin with the law stays until something presses.
                 _ if wanted == 0.0 => continue,
-                _ => wanted,
+                _ => wanted.log2().ceil().exp2(),
             };
             let factor = (wanted / base).clamp(1.0, MOST).log2().ceil().exp2();
+            let stiff = Regularization::StickStiffness { stiffness: base * factor };
             if let Some(friction) = &mut contact.law_mut().friction {
-                friction.regularization = Regularization::StickStiffness { stiffness: base * factor };
+                changed |= friction.regularization != stiff;
+                friction.regularization = stiff;
             }
         }
+        changed
     }
 
     /// Nodes of all bodies on all ranks.

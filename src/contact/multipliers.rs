@@ -88,8 +88,10 @@ impl<const D: usize> ContactState<D> {
             history.multiplier = match self.multipliers.way {
                 Augmentation::Sought => point.normal_traction,
                 Augmentation::Carried => {
-                    *offset = if point.gap > 0.0 { 0.0 } else { *offset };
-                    *offset * stiffness
+                    let multiplier = if point.gap > 0.0 { 0.0 } else { *offset * stiffness };
+                    // As a run that is resumed has it, to the last bit.
+                    *offset = multiplier / stiffness;
+                    multiplier
                 }
             };
         }

@@ -6,6 +6,7 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::pace::limits_slip;
 use super::remarks::{contact_starts, remarks};
 use super::{needs, options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
@@ -181,6 +182,10 @@ fn describe_contact<const D: usize>(
         let _ = writeln!(text, "  penetration asked for: {asked:.3e} m");
     }
     let Some(friction) = law.friction else { return };
+    if limits_slip(case) {
+        let _ = writeln!(text, "  stick: by the return map, as stiff as accuracy.slip asks for");
+        return;
+    }
     match friction.regularization {
         Regularization::StickVelocity { velocity } | Regularization::SmoothStickVelocity { velocity } => {
             let creep = velocity * case.time.end.si;

@@ -6,6 +6,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::options;
+use super::pace::limits_slip;
 use crate::assembly::ContactSystem;
 use crate::case::Case;
 use crate::contact::friction::coefficient::Coefficient;
@@ -64,8 +65,9 @@ impl Traits {
             friction: frictions().next().is_some(),
             pressure: coulomb(|coefficient| matches!(coefficient, Coefficient::GroschSchallamach(_))),
             speed: coulomb(|coefficient| matches!(coefficient, Coefficient::Stribeck(_))),
-            memory: frictions()
-                .any(|friction| matches!(friction.regularization, Regularization::StickStiffness { .. })),
+            memory: frictions().any(|friction| {
+                matches!(friction.regularization, Regularization::StickStiffness { .. }) || limits_slip(case)
+            }),
             area: contacts.iter().any(|contact| contact.current_area),
             follows: system.has_following_loads(),
             staggered: options::staggered(case).is_some(),

@@ -42,7 +42,7 @@ impl Fatigue {
         if renewed {
             self.fresh = self.last;
             self.age = 0;
-            self.patience = if poor { (2 * self.patience).max(1) } else { 0 };
+            self.patience = if poor { self.patience.saturating_mul(2).max(1) } else { 0 };
         }
         self.fresh = self.fresh.max(self.last);
         self.age = self.age.saturating_add(1);
@@ -77,5 +77,8 @@ mod tests {
         assert_eq!(renewals([12, 35, 34, 13, 13, 13]), [0, 2, 3]);
         let hard = renewals(std::iter::once(12).chain(std::iter::repeat_n(30, 63)));
         assert!(hard.len() <= 8, "{hard:?}");
+        // However often a new one is poor beside the first.
+        let worse = [30, 50].into_iter().cycle().take(200);
+        assert_eq!(renewals(std::iter::once(12).chain(worse))[0], 0);
     }
 }

@@ -28,6 +28,15 @@ impl Check<'_> {
             );
             self.cure("write `penetration: none`, and give the contact a smaller compliance");
         }
+        if let Some(slip) = accuracy.slip.filter(|slip| slip.place.line > 0 && conserves) {
+            self.say(
+                slip.place,
+                "the conserving scheme keeps the law of friction as it is: a slip can not be asked for",
+            );
+            self.cure(
+                "write `slip: none`, and give the friction a smaller stick velocity or a stiffer stick",
+            );
+        }
         self.part("the slip", accuracy.slip);
         self.part("the error in time", accuracy.time);
         self.part("the energy", accuracy.energy);

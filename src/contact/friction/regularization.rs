@@ -41,18 +41,6 @@ impl Regularization {
         Ok(Self::StickVelocity { velocity: positive("the stick velocity", velocity)? })
     }
 
-    /// The same, stiffer by `factor` >= 1: what sticks creeps, or gives way, by as much less.
-    #[must_use]
-    pub fn stiffened(self, factor: f64) -> Self {
-        match self {
-            Self::StickVelocity { velocity } => Self::StickVelocity { velocity: velocity / factor },
-            Self::SmoothStickVelocity { velocity } => {
-                Self::SmoothStickVelocity { velocity: velocity / factor }
-            }
-            Self::StickStiffness { stiffness } => Self::StickStiffness { stiffness: stiffness * factor },
-        }
-    }
-
     /// The smooth variant of the paper's regularisation.
     ///
     /// # Errors

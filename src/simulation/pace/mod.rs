@@ -57,6 +57,13 @@ fn kinks<const D: usize>(model: &Model<D>) -> Vec<f64> {
     supports.chain(loads).flat_map(|function| function.kinks()).collect()
 }
 
+/// Whether stick follows the slip that is asked for, by the return map, and not the case's own law; the conserving scheme,
+/// whose energy hangs on the law, keeps it.
+pub fn limits_slip(case: &Case) -> bool {
+    let conserves = matches!(case.time.scheme.value, crate::case::Scheme::Conserving);
+    case.accuracy.as_ref().is_some_and(|accuracy| accuracy.value.slip.is_some()) && !conserves
+}
+
 impl Pace {
     /// Of the state at the start in `stage`. Collective.
     ///
@@ -68,9 +75,10 @@ impl Pace {
         case: &Case,
         model: &Model<D>,
     ) -> Result<Self> {
-        let Some(accuracy) = case.accuracy.as_ref().map(|accuracy| accuracy.value) else {
+        let Some(mut accuracy) = case.accuracy.as_ref().map(|accuracy| accuracy.value) else {
             return Ok(Self { watch: None });
         };
+        accuracy.slip = accuracy.slip.filter(|_| limits_slip(case));
         let watch = Watch::new(system, stage, (case, accuracy), kinks(model))?;
         Ok(Self { watch: Some(Box::new(watch)) })
     }

@@ -164,10 +164,10 @@ impl Watch {
         Ok(())
     }
 
-    pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) {
-        let Some(slip) = self.accuracy.slip.filter(|_| self.memory.size > 0.0) else { return };
-        let allowed = slip.si * self.memory.size;
-        system.stiffen_stick(&self.given, allowed);
+    /// Makes stick as stiff as the slip that is asked for wants it; whether that changed anything. Collective.
+    pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) -> bool {
+        let asked = self.accuracy.slip.filter(|_| self.memory.size > 0.0);
+        asked.is_some_and(|slip| system.stiffen_stick(&self.given, slip.si * self.memory.size))
     }
 
     pub fn accepts<const D: usize>(
@@ -202,11 +202,10 @@ impl Watch {
             let gained = now.numerical.abs() - before.numerical.abs();
             ratio = ratio.max(gained / allowed);
         }
-        if self.gives_way(system) {
-            ratio = ratio.max(Self::REPEAT);
-        }
-        if self.scheme.has_inertia() && system.shortfall().is_some_and(|left| left.ratio > 1.0) {
-            system.keep_penetration(false);
+        // A shorter step alone is no cure for slip and penetration: what nothing stiffer mends is told at the end.
+        let loose = self.gives_way(system) && self.prepare(system);
+        let deep = self.scheme.has_inertia() && system.mend_penetration();
+        if loose || deep {
             ratio = ratio.max(Self::REPEAT);
         }
         let event = jumps && ratio > 0.1;
@@ -317,7 +316,7 @@ impl Watch {
         }
         let Stuck { creep, give } = system.stuck();
         let depth = system.shortfall().map_or(0.0, |left| left.depth);
-        system.keep_penetration(true);
+        system.keep_penetration();
         self.memory.stiffenings = system.stiffenings();
         for (most, now) in self.memory.contact.iter_mut().zip([depth, creep, give]) {
             *most = most.max(now);
