@@ -33,8 +33,6 @@ pub struct Session {
     ending: SimpleCommunicator,
     options: RefCell<Options>,
     events: RefCell<Vec<Rc<Shared>>>,
-    /// Signals that were ignored before MPI, whose parts may catch them, began: bit `n - 1` for signal `n`.
-    ignored: u64,
     /// Processor time at which the run began that is measured \[s\].
     began: Cell<f64>,
     /// Whether this process was asked to stop; see [`Session::listen`].
@@ -55,7 +53,6 @@ impl Session {
     pub fn start(args: &[String]) -> Result<Rc<Self>> {
         options::validate(args)?;
         threads::one_unless_chosen();
-        let ignored = usage::ignored_signals();
         let again = || Error::internal("MPI is started already: a process has one session");
         let universe = mpi::initialize().ok_or_else(again)?;
         std::panic::set_hook(Box::new(report_panic));
@@ -68,7 +65,6 @@ impl Session {
             world,
             options: RefCell::new(Options::snapshot()?),
             events: RefCell::default(),
-            ignored,
             began: Cell::new(0.0),
             asked: RefCell::default(),
             _arguments: arguments,
@@ -100,11 +96,6 @@ impl Session {
     /// Processor time of this rank outside of the kernel since the run began \[s\].
     pub fn user_seconds(&self) -> f64 {
         usage::user_seconds() - self.began.get()
-    }
-
-    /// Whether this process was started with that signal ignored, as by `nohup`.
-    pub fn began_ignoring(&self, signal: i32) -> bool {
-        (1..=64).contains(&signal) && self.ignored >> (signal - 1) & 1 == 1
     }
 
     /// All ranks of the run.

@@ -1,5 +1,7 @@
 //! What Linux tells of this process: memory and processor time that it has used, signals that it ignores.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use nix::sys::resource::{UsageWho, getrusage};
 
 /// Largest memory that this process has held since the start, or since `forget_peak` \[bytes\]; 0 where the system does
@@ -26,9 +28,27 @@ pub(super) fn forget_peak() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// The signals that this process ignores, bit `n - 1` for signal `n`; none where the system does not tell.
-pub(super) fn ignored_signals() -> u64 {
-    u64::from_str_radix(status("SigIgn:").trim(), 16).unwrap_or(0)
+/// Whether SIGHUP was ignored when the process began, as under `nohup`.
+static BEGAN_IGNORING_HANGUP: AtomicBool = AtomicBool::new(false);
+
+/// Looked at before the libraries begin, some of which catch the signal as they are loaded (UCX, below Open MPI).
+#[used]
+#[unsafe(link_section = ".preinit_array")]
+static LOOK: extern "C" fn() = look;
+
+extern "C" fn look() {
+    // SAFETY: asks for the action of a signal and changes nothing; a zeroed one is a place for the answer.
+    let action = unsafe {
+        let mut action: libc::sigaction = std::mem::zeroed();
+        libc::sigaction(libc::SIGHUP, std::ptr::null(), &mut action);
+        action.sa_sigaction
+    };
+    BEGAN_IGNORING_HANGUP.store(action == libc::SIG_IGN, Ordering::Relaxed);
+}
+
+/// Whether this process was started with SIGHUP ignored, as by `nohup`.
+pub fn began_ignoring_hangup() -> bool {
+    BEGAN_IGNORING_HANGUP.load(Ordering::Relaxed)
 }
 
 /// A number of bytes in Linux's process status; unlike `getrusage` it does not inherit the peak of the process that started us.

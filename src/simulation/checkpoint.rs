@@ -74,7 +74,7 @@ impl Keeper {
         let limit = wanted.and_then(|checkpoint| checkpoint.wall_time).map(|limit| limit.si);
         let (every, keep) = wanted.map_or((None, 2), |c| (Some(u64::from(c.every.value)), c.keep.value));
         let limit = place.wall_time.map(|limit| limit.as_secs_f64()).or(limit);
-        let (signals, began, reserve) = (Signals::listen(session)?, Instant::now(), Rc::<Cell<_>>::default());
+        let (signals, began, reserve) = (Signals::listen()?, Instant::now(), Rc::<Cell<_>>::default());
         let (heard, kept): (Signals, Rc<Cell<Option<f64>>>) = (signals.clone(), Rc::clone(&reserve));
         session.listen(move || {
             let over = |reserve, limit| began.elapsed().as_secs_f64() + reserve >= limit;

@@ -7,7 +7,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::flag;
 
 use crate::error::{Error, Result};
-use crate::petsc::Session;
+use crate::petsc::began_ignoring_hangup;
 
 /// The signals and their names. `mpirun` hands SIGUSR1 on and leaves the ranks alive; after SIGTERM it soon kills them.
 const SIGNALS: [(i32, &str); 4] =
@@ -26,12 +26,12 @@ impl Signals {
     ///
     /// # Errors
     /// The system refuses.
-    pub fn listen(session: &Session) -> Result<Self> {
+    pub fn listen() -> Result<Self> {
         let (last, interrupted) = (Arc::<AtomicUsize>::default(), Arc::<AtomicBool>::default());
         let once = flag::register_conditional_shutdown(SIGINT, INTERRUPTED, Arc::clone(&interrupted));
         let mut registered = once.and_then(|_| flag::register(SIGINT, interrupted));
         // Under `nohup` a terminal that goes away is none of our business.
-        let heeded = |signal: i32| signal != SIGHUP || !session.began_ignoring(SIGHUP);
+        let heeded = |signal: i32| signal != SIGHUP || !began_ignoring_hangup();
         for (signal, _) in SIGNALS.into_iter().filter(|(signal, _)| heeded(*signal)) {
             registered =
                 registered.and_then(|_| flag::register_usize(signal, Arc::clone(&last), signal as usize));
