@@ -21,7 +21,7 @@ impl<const D: usize> Joint<D> {
         let along = self.tangential.amax();
         let softer = if along > stiffest { stiffest / along } else { 1.0 };
         let spring =
-            normal * normal.transpose() * self.normal.clamp(0.0, stiffest) + self.tangential * softer;
+            normal * normal.transpose() * self.normal.max(0.0).min(stiffest) + self.tangential * softer;
         let count = geometry.nodes.len();
         for (a, test) in geometry.nodes.iter().enumerate() {
             for (b, node) in geometry.nodes.iter().enumerate() {

@@ -203,8 +203,10 @@ impl Watch {
             ratio = ratio.max(gained / allowed);
         }
         // A shorter step alone is no cure for slip and penetration: what nothing stiffer mends is told at the end.
-        let loose = self.gives_way(system) && self.prepare(system);
-        let deep = self.scheme.has_inertia() && system.mend_penetration();
+        // Equal steps are taken as they are, and what is taken keeps the laws that it was solved with.
+        let repeats = matches!(control, StepControl::Adaptive(_));
+        let loose = repeats && self.gives_way(system) && self.prepare(system);
+        let deep = repeats && self.scheme.has_inertia() && system.mend_penetration();
         if loose || deep {
             ratio = ratio.max(Self::REPEAT);
         }
