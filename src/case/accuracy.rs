@@ -8,7 +8,6 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use serde_saphyr::Spanned;
 
 use super::diagnostics::Complaint;
 use super::place::{At, Place};
@@ -96,8 +95,8 @@ struct Part<T>(Option<T>);
 
 impl<'de> Deserialize<'de> for Part<Number> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let raw = Spanned::<Scalar>::deserialize(deserializer)?;
-        let place = raw.referenced.into();
+        let raw = At::<Scalar>::deserialize(deserializer)?;
+        let place = raw.place;
         if is_none(&raw.value) {
             return Ok(Self(None));
         }
@@ -108,8 +107,8 @@ impl<'de> Deserialize<'de> for Part<Number> {
 
 impl<'de> Deserialize<'de> for Part<Penetration> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let raw = Spanned::<Written>::deserialize(deserializer)?;
-        let place = raw.referenced.into();
+        let raw = At::<Written>::deserialize(deserializer)?;
+        let place = raw.place;
         match raw.value {
             Written::Relative(number) => Ok(Self(Some(Penetration::Relative(number)))),
             Written::Scalar(scalar) if is_none(&scalar) => Ok(Self(None)),

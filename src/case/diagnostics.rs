@@ -7,7 +7,6 @@ use std::rc::Rc;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_saphyr::Error as Yaml;
 
-use super::document::Origins;
 use super::place::Place;
 use crate::error::Error;
 
@@ -22,8 +21,8 @@ pub struct Source {
     pub text: String,
     /// Folder of the file, which paths in it are relative to.
     pub directory: PathBuf,
-    /// Where its lines come from, if the text was put together from other files.
-    pub(super) origins: Option<Rc<Origins>>,
+    /// The study that changed keys of it, which places of file 1 are meant for.
+    pub(super) overrides: Option<Rc<Source>>,
 }
 
 impl PartialEq for Source {
@@ -76,6 +75,12 @@ impl Complaint {
         self
     }
 
+    /// The same with its place, unless it has one.
+    #[must_use]
+    pub fn or_at(self, place: Place) -> Self {
+        if self.place.line == 0 { self.at(place) } else { self }
+    }
+
     /// The same with a cure.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
@@ -92,18 +97,44 @@ impl Complaint {
 
     fn from_text(text: &str) -> Option<Self> {
         let parts: Vec<&str> = text.split(PART).collect();
-        let [_, line, column, length, offset, message, hint, ..] = parts[..] else { return None };
-        let place =
-            Place { line: line.parse().ok()?, column: column.parse().ok()?, length: length.parse().ok()? };
-        Some(Self { place, offset: offset.parse().ok()?, message: message.into(), hint: hint.into() })
+        let [_, file, line, column, length, offset, message, hint, ..] = parts[..] else { return None };
+        let number = |text: &str| text.parse().ok();
+        let (file, line, column, length) = (number(file)?, number(line)?, number(column)?, number(length)?);
+        let place = Place { file, line, column, length };
+        Some(Self { place, offset: number(offset)?, message: message.into(), hint: hint.into() })
     }
 }
 
+/// What serde finds wrong as data is read from a tree.
+impl serde::de::Error for Complaint {
+    fn custom<T: fmt::Display>(message: T) -> Self {
+        let text = message.to_string();
+        Self::from_text(&text).unwrap_or_else(|| Self::new(text))
+    }
+    fn unknown_field(key: &str, known: &'static [&'static str]) -> Self {
+        unknown_key(key, known)
+    }
+    fn unknown_variant(variant: &str, known: &'static [&'static str]) -> Self {
+        Self::unknown("value", variant, known.iter().copied())
+    }
+    fn missing_field(key: &'static str) -> Self {
+        Self::new(format!("the key '{key}' is missing here"))
+    }
+    fn duplicate_field(key: &'static str) -> Self {
+        Self::new(format!("the key '{key}' stands twice")).hint("keep one of the two")
+    }
+}
+
+impl std::error::Error for Complaint {}
+
 impl fmt::Display for Complaint {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Place { line, column, length } = self.place;
+        let Place { file, line, column, length } = self.place;
         let (offset, message, hint) = (self.offset, &self.message, &self.hint);
-        write!(f, "{PART}{line}{PART}{column}{PART}{length}{PART}{offset}{PART}{message}{PART}{hint}{PART}")
+        write!(
+            f,
+            "{PART}{file}{PART}{line}{PART}{column}{PART}{length}{PART}{offset}{PART}{message}{PART}{hint}{PART}"
+        )
     }
 }
 
@@ -120,13 +151,13 @@ impl Source {
     /// The text of a file.
     pub fn new(text: &str, path: &Path) -> Self {
         let directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        Self { name: path.display().to_string(), text: text.to_owned(), directory, origins: None }
+        Self { name: path.display().to_string(), text: text.to_owned(), directory, overrides: None }
     }
 
     /// The error that shows a complaint: `name:line:column: message`, the line, the hint.
     pub fn error(&self, complaint: &Complaint) -> Error {
-        if let Some((source, complaint)) = self.origins.as_ref().and_then(|o| o.translate(complaint)) {
-            return source.error(&complaint);
+        if let (1, Some(overrides)) = (complaint.place.file, &self.overrides) {
+            return overrides.error(complaint);
         }
         let mut place = complaint.place;
         if place.line == 0 {
@@ -167,16 +198,22 @@ impl Source {
         let error = error.without_snippet();
         let mut place = error.location().map(Place::from).unwrap_or_default();
         if place.line == 0 {
-            place = Place { line: 1, column: 1, length: 1 };
+            place = Place { line: 1, column: 1, length: 1, ..place };
         }
         let mut complaint = self.sentence(error);
-        if complaint.place.line == 0 {
-            complaint.place = place;
-        }
+        complaint = complaint.or_at(place);
         if let (true, Some(hint)) = (complaint.hint.is_empty(), self.tab_hint(complaint.place)) {
             complaint = complaint.hint(hint);
         }
         self.error(&complaint)
+    }
+
+    /// The error of a file without a word in it.
+    pub(super) fn nothing(&self) -> Error {
+        let place = Place { line: 1, column: 1, length: 1, ..Place::default() };
+        let what = if self.text.trim().is_empty() { "is empty" } else { "holds only comments" };
+        let complaint = Complaint::new(format!("the case {what}")).at(place);
+        self.error(&complaint.hint("start from a case file in meshes/"))
     }
 
     fn sentence(&self, error: &Yaml) -> Complaint {
@@ -184,26 +221,11 @@ impl Source {
         match error {
             Yaml::Message { msg, .. } => Complaint::from_text(msg).unwrap_or_else(|| say(msg.clone())),
             Yaml::AliasError { error, .. } => self.sentence(error),
-            Yaml::Eof { .. } if self.text.trim().is_empty() => {
-                say("the case is empty".into()).hint("start from a case file in meshes/")
-            }
-            Yaml::Eof { .. } => say("the case ends too early or holds only comments".into()),
+            Yaml::Eof { .. } => say("the case ends too early".into()),
             Yaml::MultipleDocuments { .. } => say("one case a file: a second document begins here".into()),
-            Yaml::SerdeUnknownField { field, expected, .. } => unknown_key(field, expected),
-            Yaml::SerdeUnknownVariant { variant, expected, .. } => {
-                Complaint::unknown("value", variant, expected.iter().copied())
-            }
-            Yaml::SerdeMissingField { field, .. } => say(format!("the key '{field}' is missing here")),
             Yaml::DuplicateMappingKey { key, .. } => {
                 let key = key.as_deref().unwrap_or("of this mapping");
                 say(format!("the key '{key}' stands twice")).hint("keep one of the two")
-            }
-            Yaml::SerdeInvalidType { unexpected, expected, .. }
-            | Yaml::SerdeInvalidValue { unexpected, expected, .. } => {
-                say(format!("expected {expected}, found {unexpected}"))
-            }
-            Yaml::SerdeInvalidLength { len, expected, .. } => {
-                say(format!("expected {expected}, found {len} entries"))
             }
             Yaml::InvalidBooleanStrict { .. } => say("expected true or false".into()),
             Yaml::NonFiniteFloat { value, .. } => say(format!("expected a finite number, found {value}")),

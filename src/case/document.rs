@@ -1,4 +1,5 @@
-//! A case as a tree whose every piece knows its file and place, so that a study can change keys before the case is read.
+//! A file of YAML as a tree whose every piece knows its place: what cases and studies are read from, and what a study
+//! changes keys in before its case is read.
 
 use std::cell::Cell;
 use std::fmt;
@@ -7,12 +8,13 @@ use std::rc::Rc;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
-use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
-use serde_saphyr::Spanned;
+use serde::de::{DeserializeOwned, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde_saphyr::{Location, Spanned};
 
-use super::diagnostics::{Complaint, Source};
+use super::diagnostics::Source;
 use super::path::put;
 use super::place::{At, Named, Place};
+use super::tree::{NODE, kept_node};
 use crate::error::Result;
 
 thread_local! {
@@ -20,19 +22,13 @@ thread_local! {
     static FILE: Cell<usize> = const { Cell::new(0) };
 }
 
-/// A file, by its number in the document, and a place in it.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Origin {
-    pub file: usize,
-    pub place: Place,
-}
-
 /// A piece of YAML and where it is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Node {
     /// What is written.
     pub tree: Tree,
-    pub(super) origin: Origin,
+    /// Where it is written.
+    pub place: Place,
 }
 
 /// What a piece of YAML is.
@@ -55,11 +51,6 @@ pub enum Tree {
 }
 
 impl Node {
-    /// Where it is written.
-    pub fn place(&self) -> Place {
-        self.origin.place
-    }
-
     /// A short name for people and folders: the scalar itself, the entries of a list joined by `x`.
     pub fn label(&self) -> String {
         match &self.tree {
@@ -78,11 +69,20 @@ impl Node {
     }
 }
 
+/// A value that is kept as it is written, such as one that a study sets.
 impl<'de> Deserialize<'de> for Node {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let spanned = Spanned::<Tree>::deserialize(deserializer)?;
-        let origin = Origin { file: FILE.get(), place: spanned.referenced.into() };
-        Ok(Self { tree: spanned.value, origin })
+        struct Kept;
+        impl<'de> Visitor<'de> for Kept {
+            type Value = Node;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a value")
+            }
+            fn visit_newtype_struct<D: Deserializer<'de>>(self, _: D) -> std::result::Result<Node, D::Error> {
+                kept_node().ok_or_else(|| D::Error::custom("a node is read from a tree alone"))
+            }
+        }
+        deserializer.deserialize_newtype_struct(NODE, Kept)
     }
 }
 
@@ -96,6 +96,21 @@ impl JsonSchema for Node {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         true.into()
     }
+}
+
+/// A node as the YAML reader hands it over.
+struct Written(Node);
+
+impl<'de> Deserialize<'de> for Written {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        let spanned = Spanned::<Tree>::deserialize(deserializer)?;
+        Ok(Self(Node { tree: spanned.value, place: here(spanned.referenced) }))
+    }
+}
+
+/// A place in the file that is being read.
+fn here(location: Location) -> Place {
+    Place { file: FILE.get(), ..location.into() }
 }
 
 impl<'de> Deserialize<'de> for Tree {
@@ -138,49 +153,41 @@ impl<'de> Visitor<'de> for AnyTree {
     }
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> std::result::Result<Tree, A::Error> {
         let mut entries = Vec::new();
-        while let Some(entry) = list.next_element()? {
+        while let Some(Written(entry)) = list.next_element()? {
             entries.push(entry);
         }
         Ok(Tree::List(entries))
     }
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<Tree, A::Error> {
         let mut entries = Vec::new();
-        while let Some(entry) = map.next_entry()? {
-            entries.push(entry);
+        while let Some((key, Written(value))) = map.next_entry::<Spanned<String>, _>()? {
+            entries.push((At { value: key.value, place: here(key.referenced) }, value));
         }
         Ok(Tree::Map(entries))
     }
 }
 
-/// Reads YAML whose nodes belong to the file of that number.
-pub(crate) fn read_as<T: serde::de::DeserializeOwned>(file: usize, source: &Source) -> Result<T> {
+/// The tree of a file that has that number among the files of a document.
+fn tree_of(file: usize, source: &Source) -> Result<Node> {
     FILE.set(file);
     let options = serde_saphyr::options! { strict_booleans: true };
     let read = serde_saphyr::from_str_with_options(&source.text, options);
     FILE.set(0);
-    read.map_err(|error| source.yaml_error(&error))
+    let Written(root) = read.map_err(|error| source.yaml_error(&error))?;
+    if root.tree == Tree::Null { Err(source.nothing()) } else { Ok(root) }
+}
+
+/// Reads YAML whose nodes belong to the file of that number.
+pub(crate) fn read_as<T: DeserializeOwned>(file: usize, source: &Source) -> Result<T> {
+    let root = tree_of(file, source)?;
+    T::deserialize(&root).map_err(|complaint| source.error(&complaint.or_at(root.place)))
 }
 
 /// The case that a study starts from, before it is read as a case.
 #[derive(Debug, Clone)]
 pub struct Document {
     root: Node,
-    files: Rc<[Source; 2]>,
-}
-
-/// Where each line of a text that a document wrote comes from.
-#[derive(Debug, Clone)]
-pub(super) struct Origins {
-    files: Rc<[Source; 2]>,
-    lines: Vec<Origin>,
-}
-
-impl Origins {
-    /// The file that a complaint about the written text is meant for, and the complaint there.
-    pub(super) fn translate(&self, complaint: &Complaint) -> Option<(&Source, Complaint)> {
-        let origin = self.lines.get(complaint.place.line.checked_sub(1)?)?;
-        Some((&self.files[origin.file], complaint.clone().at(origin.place)))
-    }
+    source: Source,
 }
 
 impl Document {
@@ -189,9 +196,8 @@ impl Document {
     /// # Errors
     /// The text is no YAML.
     pub fn read(text: &str, path: &Path, overrides: Source) -> Result<Self> {
-        let source = Source::new(text, path);
-        let root = read_as(0, &source)?;
-        Ok(Self { root, files: Rc::new([source, overrides]) })
+        let source = Source { overrides: Some(Rc::new(overrides)), ..Source::new(text, path) };
+        Ok(Self { root: tree_of(0, &source)?, source })
     }
 
     /// Whether there is such a key at the top.
@@ -206,80 +212,18 @@ impl Document {
     /// A path leads through what is no mapping or list, or by a name that the case has not; told with its place.
     pub fn put(&mut self, overrides: &Named<Node>) -> Result<()> {
         for (path, value) in overrides.iter() {
-            put(&mut self.root, path, value).map_err(|complaint| self.files[1].error(&complaint))?;
+            put(&mut self.root, path, value).map_err(|complaint| self.source.error(&complaint))?;
         }
         Ok(())
     }
 
-    /// The text of the case as it stands now, a token a line, with the origin of each line.
-    pub(super) fn write(&self) -> (Source, Rc<Origins>) {
-        let mut writer = Writer::default();
-        writer.node(&self.root);
-        let own = &self.files[0];
-        let text = Source {
-            name: own.name.clone(),
-            text: writer.text,
-            directory: own.directory.clone(),
-            origins: None,
-        };
-        (text, Rc::new(Origins { files: Rc::clone(&self.files), lines: writer.lines }))
-    }
-}
-
-#[derive(Default)]
-struct Writer {
-    text: String,
-    lines: Vec<Origin>,
-}
-
-impl Writer {
-    fn line(&mut self, token: &str, origin: Origin) {
-        self.text.push(' ');
-        self.text.push_str(token);
-        self.text.push('\n');
-        self.lines.push(origin);
+    /// The document as what it means.
+    pub(super) fn read_as<T: DeserializeOwned>(&self) -> Result<T> {
+        T::deserialize(&self.root).map_err(|complaint| self.source.error(&complaint.or_at(self.root.place)))
     }
 
-    fn node(&mut self, node: &Node) {
-        let origin = node.origin;
-        match &node.tree {
-            Tree::Null => self.line("null", origin),
-            Tree::Truth(truth) => self.line(&truth.to_string(), origin),
-            Tree::Whole(number) => self.line(&number.to_string(), origin),
-            Tree::Number(number) => self.line(&number_text(*number), origin),
-            Tree::Text(text) => self.line(&quoted(text), origin),
-            Tree::List(entries) => {
-                self.line("[", origin);
-                for entry in entries {
-                    self.node(entry);
-                    self.line(",", entry.origin);
-                }
-                self.line("]", origin);
-            }
-            Tree::Map(entries) => {
-                self.line("{", origin);
-                for (key, value) in entries {
-                    // A key stands in the file of its value, whoever made the mapping around it.
-                    let file = value.origin.file;
-                    self.line(&format!("{}:", quoted(&key.value)), Origin { file, place: key.place });
-                    self.node(value);
-                    self.line(",", value.origin);
-                }
-                self.line("}", origin);
-            }
-        }
-    }
-}
-
-/// A text between quotes; YAML knows the escapes of JSON.
-fn quoted(text: &str) -> String {
-    serde_json::Value::from(text).to_string()
-}
-
-fn number_text(number: f64) -> String {
-    match number {
-        n if n.is_nan() => ".nan".into(),
-        n if n.is_infinite() => if n > 0.0 { ".inf" } else { "-.inf" }.into(),
-        n => format!("{n:?}"),
+    /// Its files.
+    pub(super) fn source(&self) -> &Source {
+        &self.source
     }
 }

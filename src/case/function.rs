@@ -8,7 +8,6 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
-use serde_saphyr::Spanned;
 
 use super::diagnostics::Complaint;
 pub use super::dual::Motion;
@@ -159,8 +158,8 @@ impl<const KG: i8, const M: i8, const S: i8> Deref for Varying<KG, M, S> {
 
 impl<'de, const KG: i8, const M: i8, const S: i8> Deserialize<'de> for Varying<KG, M, S> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let raw = Spanned::<Written<KG, M, S>>::deserialize(deserializer)?;
-        let place = raw.referenced.into();
+        let raw = At::<Written<KG, M, S>>::deserialize(deserializer)?;
+        let place = raw.place;
         let complain = |complaint: Complaint| D::Error::custom(complaint.at(place));
         let function = match raw.value {
             Written::Scalar(scalar) => {

@@ -25,6 +25,7 @@ mod solver;
 mod start;
 pub(crate) mod tagged;
 mod time;
+mod tree;
 pub mod unit;
 
 use std::fs::File;
@@ -138,7 +139,8 @@ impl Case {
     /// # Errors
     /// What is wrong, as `name:line:column: message`, with the line itself and a hint.
     pub fn parse(text: &str, name: &str) -> Result<Self> {
-        Self::of(Source::new(text, Path::new(name)))
+        let source = Source::new(text, Path::new(name));
+        document::read_as::<Self>(0, &source)?.checked(source)
     }
 
     /// Reads, checks and completes a case whose keys a study has changed.
@@ -146,21 +148,18 @@ impl Case {
     /// # Errors
     /// What is wrong, at its place in the case or in the study.
     pub fn from_document(document: &Document) -> Result<Self> {
-        let (mut source, origins) = document.write();
-        source.origins = Some(origins);
-        Self::of(source)
+        document.read_as::<Self>()?.checked(document.source().clone())
     }
 
-    fn of(source: Source) -> Result<Self> {
-        let mut case: Self = document::read_as(0, &source)?;
-        case.source = source;
-        let mut complaints = check::complaints(&case);
+    fn checked(mut self, source: Source) -> Result<Self> {
+        self.source = source;
+        let mut complaints = check::complaints(&self);
         if complaints.is_empty() {
-            case.complete();
-            return Ok(case);
+            self.complete();
+            return Ok(self);
         }
-        complaints.sort_by_key(|complaint| (complaint.place.line, complaint.place.column));
-        let shown: Vec<String> = complaints.iter().take(10).map(|c| case.source.error(c).message).collect();
+        complaints.sort_by_key(|Complaint { place, .. }| (place.file, place.line, place.column));
+        let shown: Vec<String> = complaints.iter().take(10).map(|c| self.source.error(c).message).collect();
         Err(Error::case(shown.join("\n\n")))
     }
 
@@ -219,7 +218,8 @@ impl Case {
     /// # Errors
     /// A fault of the program.
     pub fn to_yaml(&self) -> Result<String> {
-        serde_saphyr::to_string(self).map_err(|error| Error::internal(format!("case to YAML: {error}")))
+        serde_saphyr::to_string(&self.to_json()?)
+            .map_err(|error| Error::internal(format!("case to YAML: {error}")))
     }
 
     /// SHA-256 of the completed case, by which a study knows a member that is done.

@@ -1,7 +1,7 @@
 //! Paths into a case, as `contact.sole.normal.penalty.compliance` or `bodies.block.mesh.box.cells[0]`.
 
 use super::diagnostics::Complaint;
-use super::document::{Node, Origin, Tree};
+use super::document::{Node, Tree};
 use super::place::{At, Place};
 
 /// Mappings whose keys are names that the user chose: a path may not make an entry by the way.
@@ -52,14 +52,15 @@ pub(super) fn put(root: &mut Node, path: &At<String>, value: &Node) -> std::resu
     let mut so_far = String::new();
     for (index, step) in steps.iter().enumerate() {
         let is_last = index + 1 == steps.len();
-        let at = |offset: usize, length: usize| Origin {
-            file: value.origin.file,
-            place: Place { column: path.place.column + offset + quotes(path), length, ..path.place },
+        let at = |offset: usize, length: usize| Place {
+            column: path.place.column + offset + quotes(path),
+            length,
+            ..path.place
         };
         node = match step {
             Step::Key(key, offset) => {
-                let origin = at(*offset, key.chars().count());
-                let entry = Entry { key, parent: &so_far, origin, is_last };
+                let place = at(*offset, key.chars().count());
+                let entry = Entry { key, parent: &so_far, place, is_last };
                 if is_last && takes_away {
                     return entry.take_away(node);
                 }
@@ -68,7 +69,7 @@ pub(super) fn put(root: &mut Node, path: &At<String>, value: &Node) -> std::resu
                 inner
             }
             Step::Entry(position, offset) => {
-                let place = at(*offset, 1).place;
+                let place = at(*offset, 1);
                 so_far.push_str(&format!("[{position}]"));
                 let Tree::List(entries) = &mut node.tree else {
                     return Err(Complaint::new(format!("'{so_far}': this is no list in the case")).at(place));
@@ -90,7 +91,7 @@ struct Entry<'a> {
     key: &'a str,
     /// The path before it.
     parent: &'a str,
-    origin: Origin,
+    place: Place,
     is_last: bool,
 }
 
@@ -105,14 +106,14 @@ impl Entry<'_> {
                 return Err(self.unknown(&noun, entries));
             }
             None => {
-                let key = At { value: self.key.to_owned(), place: self.origin.place };
-                entries.push((key, Node { tree: Tree::Map(Vec::new()), origin: self.origin }));
+                let key = At { value: self.key.to_owned(), place: self.place };
+                entries.push((key, Node { tree: Tree::Map(Vec::new()), place: self.place }));
                 entries.len() - 1
             }
         };
         let (key, inner) = &mut entries[at];
         if self.is_last {
-            key.place = self.origin.place;
+            key.place = self.place;
         }
         Ok(inner)
     }
@@ -134,13 +135,13 @@ impl Entry<'_> {
         let label = node.label();
         match &mut node.tree {
             Tree::Map(entries) => Ok(entries),
-            _ => Err(no_mapping(self.parent, self.key, &label).at(self.origin.place)),
+            _ => Err(no_mapping(self.parent, self.key, &label).at(self.place)),
         }
     }
 
     fn unknown(&self, noun: &str, entries: &[(At<String>, Node)]) -> Complaint {
         let names = entries.iter().map(|(name, _)| name.value.as_str());
-        Complaint::unknown(noun, self.key, names).at(self.origin.place)
+        Complaint::unknown(noun, self.key, names).at(self.place)
     }
 }
 

@@ -6,16 +6,20 @@ use std::marker::PhantomData;
 use std::ops::Deref;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::de::{Deserializer, MapAccess, Visitor};
+use serde::de::{Deserializer, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
-use serde_saphyr::{Location, Spanned};
+use serde_saphyr::Location;
 
-/// Line and column (both from 1, in characters) and length of a piece of the case file; zeros where unknown.
+use super::tree::{PLACED, place_of_next};
+
+/// Line and column (both from 1, in characters) and length of a piece of a file; zeros where unknown.
 ///
 /// Two places are always equal: where a value stands does not distinguish two cases.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Place {
+    /// 0: the case or the study that is read; 1: the study that changes keys of the case.
+    pub file: usize,
     /// Line, from 1.
     pub line: usize,
     /// Column, from 1.
@@ -33,6 +37,7 @@ impl PartialEq for Place {
 impl From<Location> for Place {
     fn from(location: Location) -> Self {
         Self {
+            file: 0,
             line: location.line() as usize,
             column: location.column() as usize,
             length: location.span().len() as usize,
@@ -64,8 +69,25 @@ impl<T> Deref for At<T> {
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let spanned = Spanned::<T>::deserialize(deserializer)?;
-        Ok(Self { value: spanned.value, place: spanned.referenced.into() })
+        deserializer.deserialize_newtype_struct(PLACED, Placed(PhantomData))
+    }
+}
+
+/// Reads a value whose place is told beforehand; one that is made on the way has none.
+struct Placed<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Placed<T> {
+    type Value = At<T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a value")
+    }
+    fn visit_newtype_struct<D: Deserializer<'de>>(self, inner: D) -> Result<At<T>, D::Error> {
+        let place = place_of_next();
+        Ok(At { value: T::deserialize(inner)?, place })
+    }
+    fn visit_f64<E: Error>(self, number: f64) -> Result<At<T>, E> {
+        Ok(T::deserialize(number.into_deserializer())?.into())
     }
 }
 

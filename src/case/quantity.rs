@@ -7,10 +7,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
-use serde_saphyr::Spanned;
 
 use super::diagnostics::Complaint;
-use super::place::Place;
+use super::place::{At, Place};
 use super::unit::{self, Dimension};
 
 /// A finite number in SI units of dimension kg^`KG` m^`M` s^`S`, with its place.
@@ -53,8 +52,8 @@ impl<const KG: i8, const M: i8, const S: i8> Quantity<KG, M, S> {
 
 impl<'de, const KG: i8, const M: i8, const S: i8> Deserialize<'de> for Quantity<KG, M, S> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let raw = Spanned::<Scalar>::deserialize(deserializer)?;
-        let place = raw.referenced.into();
+        let raw = At::<Scalar>::deserialize(deserializer)?;
+        let place = raw.place;
         let si = raw.value.in_dimension(Self::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
         Ok(Self { si, place })
     }
@@ -100,8 +99,8 @@ impl PowerStiffness {
 
 impl<'de> Deserialize<'de> for PowerStiffness {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let raw = Spanned::<Scalar>::deserialize(deserializer)?;
-        let place = raw.referenced.into();
+        let raw = At::<Scalar>::deserialize(deserializer)?;
+        let place = raw.place;
         let read = match &raw.value {
             Scalar::Number(si) => Ok((*si, None)),
             Scalar::Text(text) => unit::parse(text).map(|(si, dimension)| (si, Some(dimension))),

@@ -245,7 +245,7 @@ fn check_axis(name: &At<String>, axis: &Axis, complaints: &mut Vec<Complaint>) {
             Tree::Map(values) => values.len(),
             _ => {
                 return complaints.push(
-                    Complaint::new("expected a list, or a mapping from labels".into()).at(values.place()),
+                    Complaint::new("expected a list, or a mapping from labels".into()).at(values.place),
                 );
             }
         },

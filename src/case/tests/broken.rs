@@ -26,7 +26,7 @@ const BROKEN: &[Broken] = &[
         "18:15",
         &["unknown friction law 'coulumb'", "did you mean 'coulomb'?"],
     ),
-    (FRICTION, "friction: coulomb", "18:5", &["'coefficient' is missing"]),
+    (FRICTION, "friction: coulomb", "18:15", &["'coefficient' is missing"]),
     (FRICTION, "friction: 0.3", "18:15", &["expected a friction law", "number 0.3", "coulomb"]),
     (FRICTION, "friction: {}", "18:15", &["friction law", "empty", "power_law"]),
     (
@@ -108,8 +108,8 @@ const BROKEN: &[Broken] = &[
         "13:3",
         &["'floor' stands twice"],
     ),
-    ("dimension: 2\n", "", "30:1", &["'dimension' is missing"]),
-    (", poisson_ratio: 0.45", "", "6:32", &["'poisson_ratio' is missing"]),
+    ("dimension: 2\n", "", "1:1", &["'dimension' is missing"]),
+    (", poisson_ratio: 0.45", "", "6:30", &["'poisson_ratio' is missing"]),
     (MESH, "mesh: { region: rubber }", "5:11", &["a mesh needs 'box' or 'file'"]),
     (
         MESH,
@@ -311,7 +311,7 @@ const BROKEN: &[Broken] = &[
     ("friction: false", "friction: true", "18:80", &["no slip velocity"]),
     ("linear: auto", "linear: cg_icc", "26:41", &["friction makes it non-symmetric", "staggered"]),
     // YAML itself.
-    ("[0, 0], max", "[0, 0, max", "5:32", &[]),
+    ("[0, 0], max", "[0, 0, max", "5:25", &["bracket"]),
     ("density:", "\tdensity:", "7:6", &["begins with a tab"]),
     ("title: A", "title: 'A", "2:1", &["quoted"]),
     ("dimension: 2", "dimension: *two", "2:12", &["anchor"]),

@@ -79,3 +79,49 @@ fn errors_point_into_the_right_file() {
     assert!(text.contains("case.yml:6:5") && text.contains("did you mean 'density'"), "{text}");
     assert!(text.contains("densty: 1.7e3"), "the line itself: {text}");
 }
+
+/// What serde asks a tree for, and what it is told where the tree has something else: with the place, and never a panic.
+#[test]
+fn trees_are_read_as_typed_data() {
+    #[derive(serde::Deserialize, Debug, PartialEq)]
+    #[serde(deny_unknown_fields)]
+    struct Data {
+        word: String,
+        count: u8,
+        whole: i64,
+        real: f64,
+        pair: (f64, f64),
+        nothing: Option<f64>,
+        choice: Choice,
+    }
+    #[derive(serde::Deserialize, Debug, PartialEq)]
+    #[serde(rename_all = "snake_case")]
+    enum Choice {
+        Plain,
+        Valued(f64),
+    }
+    let read = |text: &str| read_as::<Data>(0, &Source::new(text, Path::new("a.yml")));
+    let good = "word: 5\ncount: 7\nwhole: -3\nreal: 2\npair: [1, 2.5]\nnothing: null\nchoice: plain\n";
+    let (pair, choice) = ((1.0, 2.5), Choice::Plain);
+    let data = Data { word: "5".into(), count: 7, whole: -3, real: 2.0, pair, nothing: None, choice };
+    assert_eq!(read(good).unwrap(), data);
+    assert_eq!(read(&good.replace("plain", "{ valued: 2 }")).unwrap().choice, Choice::Valued(2.0));
+    for (from, to, place, words) in [
+        ("count: 7", "count: 300", "a.yml:2:8", "300"),
+        ("count: 7", "count: -7", "a.yml:2:8", "whole number, zero or more, found -7"),
+        ("count: 7", "count: 7\ncount: 8", "a.yml:3:1", "stands twice"),
+        ("count: 7", "cuont: 7", "a.yml:2:1", "did you mean 'count'"),
+        ("whole: -3", "whole: 1.5", "a.yml:3:8", "expected a whole number, found 1.5"),
+        ("real: 2", "real: [2]", "a.yml:4:7", "expected a number, found a list"),
+        ("real: 2\n", "", "a.yml:1:1", "'real' is missing"),
+        ("[1, 2.5]", "[1, 2.5, 3]", "a.yml:5:7", "expected 2 entries, found 3"),
+        ("[1, 2.5]", "[1]", "a.yml:5:7", "length 1"),
+        ("[1, 2.5]", "[1, yes]", "a.yml:5:11", "expected a number, found 'yes'"),
+        ("plain", "{ valued: yes }", "a.yml:7:19", "expected a number, found 'yes'"),
+        ("plain", "plan", "a.yml:7:9", "did you mean 'plain'"),
+        ("word: 5", "word: { a: 5 }", "a.yml:1:7", "expected a word, found a mapping"),
+    ] {
+        let text = read(&good.replace(from, to)).unwrap_err().message;
+        assert!(text.contains(place) && text.contains(words), "{to}: {text}");
+    }
+}

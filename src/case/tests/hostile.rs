@@ -13,7 +13,7 @@ fn documents_that_are_no_case_are_refused() {
         ("", "the case is empty"),
         ("  \n", "the case is empty"),
         ("# nothing\n", "holds only comments"),
-        ("---\n", "missing"),
+        ("---\n", "holds only comments"),
         ("just words", "expected a mapping"),
         ("[1, 2]", "expected a mapping"),
         ("bodies: {}\ndimension: 2\ntime: { end: 1, step: 1 }", "at least one body"),
