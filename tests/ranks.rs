@@ -31,14 +31,17 @@ const fn scene(case: &'static str, changes: &'static [(&'static str, &'static st
     Scene { case, changes }
 }
 
-const CONCRETE: &[Scene] = &[scene(
-    "concrete-block/case.yml",
-    &[
-        ("cells: [20, 10]", "cells: [10, 5]"),
-        ("cells: [50, 16]", "cells: [25, 8]"),
-        ("end: 0.094", "end: 5.0e-3"),
-    ],
-)];
+const CONCRETE_CHANGES: [(&str, &str); 3] = [
+    ("cells: [20, 10]", "cells: [10, 5]"),
+    ("cells: [50, 16]", "cells: [25, 8]"),
+    ("end: 0.094", "end: 5.0e-3"),
+];
+
+/// As printed the penetration is 3 nm: a gap rounded like the coordinates of its two sides fails here.
+const CONCRETE: &[Scene] = &[
+    scene("concrete-block/case.yml", &CONCRETE_CHANGES),
+    scene("concrete-block/as-printed.yml", &CONCRETE_CHANGES),
+];
 
 const ROUND: &[Scene] = &[
     scene("hertz/case.yml", &[("cells: [45, 35]", "cells: [23, 18]"), ("increments: 5", "increments: 2")]),
