@@ -94,3 +94,11 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
     }));
     remarks
 }
+
+/// What to change of contacts whose points lie at nodes and meet the corners between the facets of another body.
+pub(super) fn nodal_cure<const D: usize>(system: &ContactSystem<D>) -> Option<String> {
+    let name = system.nodal_pairs().next()?;
+    Some(format!(
+        "write `quadrature: gauss` for contact '{name}', whose points at nodes may lie right on a corner between two facets"
+    ))
+}
