@@ -217,7 +217,7 @@ fn a_cap_that_is_hit_fails_on_1_2_ranks() {
 }
 
 /// The variant that freezes the friction traction finds the same, and does so differently: without a look at the full
-/// balance it ends some 1e-3 away, with one to the tolerance of the sweeps 1e-5.
+/// balance it ends some 1e-3 away, with one to the tolerance of the sweeps 8e-7.
 #[test]
 fn frozen_traction_agrees_on_2_ranks() {
     let solver = "{ strategy: { staggered: { variant: frozen_traction } } }";
