@@ -6,7 +6,7 @@ use std::fs;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::{ENVIRONMENT, Folder, PROGRAM, Running, SMALL_BLOCK, Table, run};
+use common::{ENVIRONMENT, Folder, PROGRAM, Running, SMALL_BLOCK, Table, run, shipped};
 
 fn with(from: &str, to: &str) -> String {
     assert!(SMALL_BLOCK.contains(from), "not in the case: {from}");
@@ -160,6 +160,24 @@ fn a_contact_that_never_closes_is_remarked() {
     let output = run(2, &["case.yml"], &folder).success();
     assert!(output.stdout.contains("can it close?"), "{}", output.stdout);
     assert_eq!(output.stderr.matches("'sole' never closed").count(), 1, "{}", output.stderr);
+}
+
+/// A target with many nodes between two contact points is remarked, as shipped or with the roles swapped it is not.
+#[test]
+fn a_target_finer_than_the_points_is_remarked() {
+    let quadratic = ("element: quad4", "element: quad9");
+    let swapped = [
+        quadratic,
+        ("contactor: slab.top", "contactor: indenter.bottom"),
+        ("target: indenter.bottom", "target: slab.top"),
+    ];
+    for (changes, remarked) in [(&[][..], false), (&[quadratic][..], true), (&swapped[..], false)] {
+        let folder = Folder::new("finer");
+        folder.write("case.yml", &shipped("ironing/case.yml", changes));
+        let output = run(0, &["check", "case.yml"], &folder).success();
+        let words = "2.6 nodes of its target lie between two of its points";
+        assert_eq!(output.text().contains(words), remarked, "{changes:?}: {}", output.text());
+    }
 }
 
 /// Two supports that say the same of a node live together; each reaction is counted once.

@@ -152,3 +152,16 @@ fn a_frictionless_start_needs_loads_that_balance_on_1_3_ranks() {
         assert!(straight.stderr.contains("1 free motion was held"), "{}", straight.stderr);
     }
 }
+
+/// Points at nodes that lie right on the corners of another body's facets find no balance: the message names the cure.
+#[test]
+fn nodal_points_on_corners_of_a_target_on_2_ranks() {
+    let changes = [
+        ("quadrature: gauss", "quadrature: nodal"),
+        ("cells: [20, 10]", "cells: [10, 4]"),
+        ("cells: [50, 16]", "cells: [30, 4]"),
+    ];
+    let output = disturbed(&common::shipped("concrete-block/case.yml", &changes), 2, |_| ());
+    ended(&output, 5, "static start");
+    assert!(output.stderr.contains("write `quadrature: gauss` for contact 'base'"), "{}", output.stderr);
+}

@@ -216,15 +216,15 @@ fn a_cap_that_is_hit_fails_on_1_2_ranks() {
     }
 }
 
-/// The variant that freezes the friction traction finds the same where it converges, and does so differently: without a
-/// look at the full balance it ends some 1e-3 away.
+/// The variant that freezes the friction traction finds the same, and does so differently: without a look at the full
+/// balance it ends some 1e-3 away, with one to the tolerance of the sweeps 8e-7.
 #[test]
 fn frozen_traction_agrees_on_2_ranks() {
     let solver = "{ strategy: { staggered: { variant: frozen_traction } } }";
     let expected = Solved::by(LAYER, 0.3, MONOLITHIC, 1).well();
     let found = Solved::by(LAYER, 0.3, solver, 2).well();
     let apart = apart(&expected, &found);
-    assert!(apart < 1e-5, "{apart:.1e}");
+    assert!(apart < 1e-7, "{apart:.1e}");
     let by_bound = Solved::by(LAYER, 0.3, STAGGERED, 2).well();
     let first = |solved: &Solved| solved.table("iterations.csv").only("stage", "I").numbers("residual");
     assert_ne!(first(&found), first(&by_bound));

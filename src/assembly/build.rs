@@ -11,7 +11,7 @@ use super::supports::Supports;
 use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, Facet};
-use crate::model::{Model, Target};
+use crate::model::{Model, Quadrature, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 use crate::space::{Boundary, DofMap};
@@ -94,7 +94,7 @@ fn measures<const D: usize>(
     let mut largest = vec![0.0; most.len()];
     world.all_reduce_into(&most[..], &mut largest[..], SystemOperation::max());
     let names = [&contact.contactor, &contact.target_name];
-    for (name, sums) in names.into_iter().zip(total.chunks(2)) {
+    for (name, sums) in names.into_iter().zip(total.chunks(4)) {
         if sums[1] == 0.0 {
             let message = format!("contact '{}': the surface '{name}' has no facet", contact.name);
             return Err(Error::case(message));
@@ -105,8 +105,14 @@ fn measures<const D: usize>(
         facet: largest[1..].iter().copied().fold(0.0, f64::max),
         depth: 0.5 * thickness.fold(f64::INFINITY, f64::min),
     };
-    let facet_size = (total[0] / total[1]).powf(1.0 / (D as f64 - 1.0));
-    Ok(Measures { facet_size, nodal: largest[0] == 0.0, sight })
+    let length = |area: f64, count: f64| (area / count).powf(1.0 / (D as f64 - 1.0));
+    let facet_size = length(total[0], total[1]);
+    let points = total[if contact.quadrature == Quadrature::Nodal { 3 } else { 2 }];
+    let nodes_between_points = match total.get(4..8) {
+        Some(target) => length(total[0], points) / length(target[0], target[3]),
+        None => 0.0,
+    };
+    Ok(Measures { facet_size, nodes_between_points, nodal: largest[0] == 0.0, sight })
 }
 
 /// Shortest side of the box around a body \[m\]. Collective.
@@ -148,10 +154,16 @@ fn have_nodal_rule<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> bo
     facets.iter().all(|&facet| crate::space::reference(local.mesh.facet_kind(facet)).nodal_rule().is_some())
 }
 
-/// Undeformed area and number of the facets that this rank reports.
-fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 2] {
+/// Of the facets that this rank reports the undeformed area, their number, that of their Gauss points, and that of the
+/// pieces into which their nodes divide them.
+fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 4] {
     let mine = facets.iter().filter(|facet| local.mine[facet.element as usize]);
-    mine.fold([0.0; 2], |[area, count], &facet| [area + facet_area(local, facet), count + 1.0])
+    mine.fold([0.0; 4], |[area, count, points, pieces], &facet| {
+        let kind = local.mesh.facet_kind(facet);
+        let gauss = crate::space::reference(kind).gauss_contact_rule().len() as f64;
+        let between = (kind.order() as f64).powi(D as i32 - 1);
+        [area + facet_area(local, facet), count + 1.0, points + gauss, pieces + between]
+    })
 }
 
 fn facet_area<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> f64 {

@@ -29,6 +29,8 @@ pub struct Contact<const D: usize> {
     pub bodies: [usize; 2],
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
+    /// Nodes of the target between two points of the contactor in a line, on average; 0 where the target is an obstacle.
+    pub nodes_between_points: f64,
     /// Stiffness of an element of the softer side under the mean facet, `E / h` \[Pa/m\].
     pub beneath: f64,
     /// Penetration that is asked for \[m\]; none where any will do.
@@ -87,6 +89,8 @@ pub fn facets_of<'a, const D: usize>(local: &'a LocalMesh<D>, set: &str) -> Resu
 pub struct Measures {
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
+    /// Nodes of the target between two points of the contactor in a line, on average; 0 where the target is an obstacle.
+    pub nodes_between_points: f64,
     /// Every facet of the contactor has a rule of points at its nodes.
     pub nodal: bool,
     /// How far the contact looks around.
@@ -142,6 +146,7 @@ impl<const D: usize> Contact<D> {
                 Target::Surface { body, .. } => [contact.body, *body],
             },
             facet_size: measures.facet_size,
+            nodes_between_points: measures.nodes_between_points,
             beneath: contact.softer / measures.facet_size,
             tolerance: None,
             stiffening: 1.0,

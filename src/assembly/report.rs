@@ -181,6 +181,17 @@ impl<const D: usize> ContactSystem<D> {
         Ok(sums)
     }
 
+    /// Contacts of two bodies whose points lie at nodes.
+    pub fn nodal_pairs(&self) -> impl Iterator<Item = &str> {
+        let pairs = self.contacts.iter().filter(|contact| contact.meeting().is_some());
+        pairs.filter(|contact| contact.surface().is_nodal()).map(|contact| contact.name.as_str())
+    }
+
+    /// Contacts of two bodies, with how many nodes of the target lie between two contact points in a line, on average.
+    pub fn nodes_between_points(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.contacts.iter().map(|contact| (contact.name.as_str(), contact.nodes_between_points))
+    }
+
     fn nearest(&self, probe: &Probe<D>, contacts: &[NodalSums]) -> Result<Watched<D>> {
         let world = self.session.world();
         let mut on_body = vec![probe.body.is_none(); self.local.mesh.points.len()];

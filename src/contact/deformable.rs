@@ -77,8 +77,10 @@ impl<const D: usize> DeformableContact<D> {
         let mut work = Workspace::new();
         for (index, facet) in self.surface.facets().iter().enumerate() {
             let nodes = self.surface.facet_nodes(facet);
+            let undeformed = self.surface.reference_points(facet);
             work.keep(0);
-            work.gather(self.surface.reference_points(facet), nodes, fields);
+            work.look_from(&undeformed[0], nodes[0], fields);
+            work.gather(undeformed, nodes, fields);
             for (q, point) in facet.points.clone().enumerate() {
                 let Some(target) = pairing.facet(point) else {
                     state.current[point] = match request.over_step {

@@ -255,6 +255,23 @@ fn flat_patch_is_exact_for_every_pair() {
     }
 }
 
+/// A penetration of a nanometre between blocks a kilometre from the origin of coordinates has the law's pressure, with
+/// the rounding of displacements of a micrometre.
+#[test]
+fn tiny_penetrations_are_not_rounded_like_places() {
+    let upper = block::<3>(ElementKind::Hex8, [1000.0, 1000.5], [1000.3, 1000.6], 1);
+    let lower = block::<3>(ElementKind::Tet4, [999.7, 1000.9], [1000.0, 1000.3], 2);
+    let mut scene = Scene::<3>::new(upper, lower, &["lower.top"], Quadrature::Gauss);
+    scene.shift(0, [2e-6, 1e-6, -3e-6]);
+    scene.shift(1, [3e-6, 2e-6, -3.001e-6]);
+    scene.pair();
+    scene.evaluate(&ContactRequest::default());
+    let pressure = 1e-9 / COMPLIANCE;
+    for point in &scene.state.current {
+        assert!((point.normal_traction / pressure - 1.0).abs() < 1e-11, "{}", point.normal_traction);
+    }
+}
+
 fn slide<const D: usize>(upper: ElementKind, lower: ElementKind) {
     let upper = block(upper, [-0.1, 0.1], [0.0, 0.2], 1);
     let lower = block(lower, [-1.0, 1.0], [-1.0, 1e-3], 2);

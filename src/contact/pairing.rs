@@ -72,6 +72,11 @@ impl Pairing {
         self.choices[point].held = hold;
     }
 
+    /// Points that went back to the facet they came from more than once in this step.
+    pub fn restless(&self) -> usize {
+        self.choices.iter().filter(|choice| choice.toggles > 1).count()
+    }
+
     /// Whether the point keeps its facet for the rest of the step.
     pub fn is_frozen(&self, point: usize) -> bool {
         self.choices[point].toggles >= TOGGLES
@@ -119,6 +124,19 @@ impl Pairing {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Sliding on from facet to facet is no unrest, going to and fro is, until the step is over.
+    #[test]
+    fn points_that_go_to_and_fro_are_counted() {
+        let mut pairing = Pairing::new(2);
+        for facet in 0..5 {
+            pairing.take(0, Some(facet));
+            pairing.take(1, Some(facet % 2));
+        }
+        assert_eq!(pairing.restless(), 1);
+        pairing.begin_step();
+        assert_eq!(pairing.restless(), 0);
+    }
 
     /// A point that is held goes from facet to facet but not off the last one, until it is let go.
     #[test]

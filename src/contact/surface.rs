@@ -203,9 +203,14 @@ impl<const D: usize> ContactSurface<D> {
         &self.representative
     }
 
+    /// Whether its points lie at nodes.
+    pub fn is_nodal(&self) -> bool {
+        self.quadrature == Quadrature::Nodal
+    }
+
     /// The node on which point `q` of a facet lies, under nodal quadrature.
     pub fn node_of(&self, facet: &SurfaceFacet, q: usize) -> Option<u32> {
-        (self.quadrature == Quadrature::Nodal).then(|| self.facet_nodes(facet)[q])
+        self.is_nodal().then(|| self.facet_nodes(facet)[q])
     }
 }
 

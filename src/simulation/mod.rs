@@ -43,6 +43,7 @@ pub use restart::Begin;
 
 use checkpoint::{Keeper, Moment};
 use guard::Guard;
+use remarks::nodal_cure;
 use restart::Saved;
 
 /// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
@@ -283,5 +284,6 @@ fn give_up<const D: usize>(
             free.join("; ")
         ));
     }
-    error.hint(&format!("results up to this time are kept; {cure}"))
+    let nodal = nodal_cure(system).map_or_else(String::new, |nodal| format!("{nodal}, or "));
+    error.hint(&format!("results up to this time are kept; {nodal}{cure}"))
 }

@@ -2,6 +2,7 @@
 //! acceleration that balances the forces (formulation, sections 6 and 7C).
 
 use super::journal::Journal;
+use super::remarks::nodal_cure;
 use super::{SOLVER_PREFIXES, options};
 use crate::assembly::ContactSystem;
 use crate::case::{Case, Start};
@@ -223,14 +224,17 @@ fn no_equilibrium<const D: usize>(system: &mut ContactSystem<D>, reason: &str, f
     let free = system.free_bodies();
     let place = format!("static start at {:.0} % of the loads", 100.0 * factor);
     let error = system.fault().unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
-    match free.is_empty() {
-        true => error.hint("use more increments, or start: { rest: {} }"),
-        false => error.hint(&format!(
-            "use more increments, or start: {{ rest: {{}} }}; as no support holds {}, without friction its loads must also \
-             balance along every free direction",
-            free.join(", ")
-        )),
+    let mut cure = "use more increments, or start: { rest: {} }".to_owned();
+    if let Some(nodal) = nodal_cure(system) {
+        cure = format!("{nodal}; or {cure}");
     }
+    if !free.is_empty() {
+        cure += &format!(
+            "; as no support holds {}, without friction its loads must also balance along every free direction",
+            free.join(", ")
+        );
+    }
+    error.hint(&cure)
 }
 
 /// Prescribed values, contact and forces of the start state.

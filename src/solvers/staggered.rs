@@ -89,6 +89,9 @@ impl Staggered {
     /// Each stage is solved to this residual over the largest force at least: the stages are compared, and can not
     /// agree better than each is solved.
     const STAGE_TOLERANCE: f64 = 1e-10;
+    /// The same where friction is held whole: under a stiff stick the friction that belongs to a displacement errs by some
+    /// thirty times the residual that the displacement was solved to, and the full system is to balance with it.
+    const STAGE_TOLERANCE_TRACTION: f64 = 1e-12;
     /// Corrections of a stage, whose matrix is not the whole derivative.
     const STAGE_ITERATIONS: u32 = 60;
     /// Stages that differ by this part of the displacements differ by rounding.
@@ -105,9 +108,13 @@ impl Staggered {
         mut linear: impl FnMut() -> Result<LinearSolver>,
         pattern: &Vector,
     ) -> Result<Self> {
+        let tight = match settings.known {
+            Known::Bound => Self::STAGE_TOLERANCE,
+            Known::Traction => Self::STAGE_TOLERANCE_TRACTION,
+        };
         let mut stage = |terms| {
             let newton = NewtonSettings {
-                tolerance: newton.tolerance.min(Self::STAGE_TOLERANCE),
+                tolerance: newton.tolerance.min(tight),
                 max_iterations: newton.max_iterations.max(Self::STAGE_ITERATIONS),
                 terms,
                 ..newton.clone()
@@ -116,11 +123,7 @@ impl Staggered {
         };
         Ok(Self {
             settings,
-            // A frozen traction follows the law no better than the slip is known: under a stiff stick, worse than the balance.
-            balance: match settings.known {
-                Known::Bound => settings.tolerance.min(newton.tolerance),
-                Known::Traction => settings.tolerance,
-            },
+            balance: settings.tolerance.min(newton.tolerance),
             normal: stage(Terms::NORMAL_STAGE)?,
             friction: stage(Terms::FRICTION_STAGE)?,
             found: pattern.like()?,
