@@ -45,8 +45,9 @@ const OVERLAPPING: &str = "gmres_asm_ilu";
 
 /// All presets, for `contact-petsc list`, hints and the ladder.
 ///
-/// Right preconditioning throughout GMRES: its residual is the true one. Overlap 1: block Jacobi needs an
-/// order of magnitude more iterations where a partition boundary meets the contact zone.
+/// Right preconditioning throughout GMRES: its residual is the true one. Overlap 1 at least: block Jacobi needs an order
+/// of magnitude more iterations where a partition boundary meets the contact zone. The options of
+/// [overlapping](Preset::is_overlapping) subdomains are there for users who choose some of them.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "direct",
