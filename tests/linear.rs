@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Folder, Output, Table, run};
+use common::{Folder, Output, Table, run, shipped};
 use contact_petsc::solvers::Preset;
 
 /// Dynamic contact with friction in the plane.
@@ -82,9 +82,14 @@ impl Solved {
     }
 
     fn fallbacks(&self) -> u64 {
+        self.count("linear_fallbacks")
+    }
+
+    /// A number of the run record.
+    fn count(&self, name: &str) -> u64 {
         let text = std::fs::read_to_string(self.folder.join("out/run.json")).expect("a run record");
         let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-        record["linear_fallbacks"].as_u64().expect("a count")
+        record[name].as_u64().expect("a count")
     }
 
     fn displacements(&self) -> Vec<f64> {
@@ -129,6 +134,32 @@ fn symmetric_presets_solve_frictionless_contact_on_1_2_3_ranks() {
     presets_agree(&frictionless(), &["cholesky", "cg_jacobi", "cg_icc", "cg_amg"], &[1, 2, 3]);
     let solved = Solved::by(&frictionless(), "auto", 2, &[]).well();
     assert!(solved.output.stdout.contains("solver    cholesky"), "{}", solved.output.stdout);
+}
+
+/// The subdomains of two ranks are as good as the whole: GMRES needs hardly more iterations, in the plane and in space.
+#[test]
+fn subdomains_cost_hardly_any_iterations_on_2_ranks() {
+    let plane = shipped(
+        "rubber-block/case.yml",
+        &[
+            ("cells: [48, 50]", "cells: [32, 32]"),
+            ("end: 0.07", "end: 0.005"),
+            ("solver: { strategy: monolithic }", ""),
+        ],
+    );
+    let space = shipped(
+        "rubber-cube/case.yml",
+        &[
+            ("cells: [10, 10, 10]", "cells: [8, 24, 8]"),
+            ("max: [0.1, 0.1, 0.1]", "max: [0.1, 0.4, 0.1]"),
+            ("end: 0.03", "end: 0.003"),
+        ],
+    );
+    for case in [plane, space] {
+        let [alone, both] = [1, 2]
+            .map(|ranks| Solved::by(&case, "gmres_asm_ilu", ranks, &[]).well().count("krylov_iterations"));
+        assert!(alone > 100 && both * 100 <= alone * 104, "{alone} and {both} iterations");
+    }
 }
 
 /// A preset that runs out of iterations is followed by a stronger one, which is said and counted.

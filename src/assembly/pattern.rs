@@ -1,16 +1,13 @@
 //! The sparsity of the system: which nodes meet, by row of the rank's own nodes.
 
 use crate::mesh::Mesh;
-use crate::partition::IndexMap;
+use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 
-/// All pairs of nodes that share one of the first `assembled` elements, for the rows that this rank owns.
-pub fn pattern_of_elements<const D: usize>(
-    mesh: &Mesh<D>,
-    assembled: usize,
-    index: &IndexMap,
-) -> BlockPattern {
-    let touching = elements_at_nodes(mesh, assembled, index.owned);
+/// All pairs of nodes that share an assembled element, for the rows that this rank owns.
+pub fn pattern_of_elements<const D: usize>(local: &LocalMesh<D>) -> BlockPattern {
+    let LocalMesh { mesh, index, assembled, .. } = local;
+    let touching = elements_at_nodes(mesh, *assembled, index.owned);
     let mut row_offsets = Vec::with_capacity(index.owned + 1);
     let mut columns = Vec::new();
     let mut row: Vec<i32> = Vec::new();
@@ -28,7 +25,8 @@ pub fn pattern_of_elements<const D: usize>(
         columns.extend_from_slice(&row);
         row_offsets.push(columns.len() as u32);
     }
-    BlockPattern { block_size: D, first_row: index.first, row_offsets, columns }
+    let places = local.input_node[..index.owned].to_vec();
+    BlockPattern { block_size: D, first_row: index.first, row_offsets, columns, places }
 }
 
 /// For each owned node the elements that use it, in compressed form.

@@ -120,7 +120,7 @@ impl<const D: usize> ContactSystem<D> {
             }
         }
         let supports = agree(world, supports(&local, model))?;
-        let pattern = Rc::new(pattern_of_elements(&local.mesh, local.assembled, &local.index));
+        let pattern = Rc::new(pattern_of_elements(&local));
         let constrained = &supports.dofs.constrained;
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
         let contacts = contacts(world, &local, model, &pattern, constrained)?;

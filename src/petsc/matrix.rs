@@ -4,7 +4,7 @@ use super::call::petsc;
 use super::census::{self, Kind};
 use super::operator::{Kronecker, Operator, SharedOperator};
 use super::pattern::BlockPattern;
-use super::scatter::{BlockValues, Scatter};
+use super::scatter::{BlockReader, BlockValues, Scatter};
 use super::session::Session;
 use super::storage::{Format, PartArray, info, scalar_rows, type_name};
 use super::vector::Vector;
@@ -200,6 +200,16 @@ impl Matrix {
         };
         self.assemble()?;
         Ok(answer)
+    }
+
+    /// Looks at this rank's values.
+    ///
+    /// # Errors
+    /// PETSc refuses its arrays.
+    pub fn read<R>(&self, look: impl FnOnce(&BlockReader) -> R) -> Result<R> {
+        let [diagonal, off_diagonal] = &mut self.arrays()?;
+        let parts = [&*diagonal.values(), &*off_diagonal.values()];
+        Ok(look(&BlockReader { parts, scatter: &self.scatter }))
     }
 
     /// Takes over all values of a matrix of the same pattern, block size and format. Collective.

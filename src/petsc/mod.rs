@@ -31,7 +31,7 @@ pub use operator::{Kronecker, Operator, SharedOperator, residual_norm};
 pub use options::validate as validate_options;
 pub use outcome::{Outcome, Reason, Reuse, Start};
 pub use pattern::BlockPattern;
-pub use scatter::{BlockValues, NO_SLOT};
+pub use scatter::{BlockReader, BlockValues, NO_SLOT};
 pub use session::{Session, versions};
 pub use shell::ShellOperator;
 pub use storage::Format;

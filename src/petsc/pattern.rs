@@ -16,6 +16,9 @@ pub struct BlockPattern {
     pub row_offsets: Vec<u32>,
     /// Global node of each slot, ascending within a row; the diagonal is always there.
     pub columns: Vec<i32>,
+    /// Place of each owned node in an order of all nodes that does not depend on the number of ranks, such as its
+    /// number in the input: that in which incomplete factors eliminate.
+    pub places: Vec<u32>,
 }
 
 impl BlockPattern {
@@ -49,7 +52,8 @@ impl BlockPattern {
     /// The pattern with further blocks (owned row, global column), sorted by row; those that it has may be among them.
     pub fn widened(&self, further: impl Iterator<Item = (u32, i32)>) -> Self {
         let mut further = further.peekable();
-        let mut wide = Self { row_offsets: vec![0], columns: Vec::with_capacity(self.slots()), ..*self };
+        let mut wide =
+            Self { row_offsets: vec![0], columns: Vec::with_capacity(self.slots()), ..self.without_rows() };
         for row in 0..self.rows() {
             let start = wide.columns.len();
             wide.columns.extend_from_slice(&self.columns[self.row(row)]);
@@ -71,6 +75,11 @@ impl BlockPattern {
         wide
     }
 
+    fn without_rows(&self) -> Self {
+        let places = self.places.clone();
+        Self { places, row_offsets: Vec::new(), columns: Vec::new(), ..*self }
+    }
+
     /// Refuses what is no pattern, before PETSc makes something of it.
     pub(super) fn check(&self) -> Result<()> {
         let wrong = |what: &str| Err(Error::internal(format!("pattern of a matrix: {what}")));
@@ -81,6 +90,9 @@ impl BlockPattern {
         }
         if self.row_offsets.windows(2).any(|pair| pair[0] > pair[1]) {
             return wrong("the row offsets descend");
+        }
+        if self.places.len() != self.rows() {
+            return wrong("not every row has its place");
         }
         for row in 0..self.rows() {
             if !self.columns[self.row(row)].is_sorted_by(|a, b| a < b) {

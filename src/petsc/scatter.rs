@@ -245,10 +245,42 @@ impl BlockValues<'_> {
 
     /// Copies one block out, row-major.
     pub fn block(&self, slot: u32, block: &mut [f64]) {
+        let [diagonal, off_diagonal] = &self.parts;
+        BlockReader { parts: [diagonal, off_diagonal], scatter: self.scatter }.block(slot, block);
+    }
+}
+
+/// The values of a matrix on this rank, to be read within [`Matrix::read`](super::Matrix::read).
+pub struct BlockReader<'a> {
+    pub(super) parts: [&'a [f64]; 2],
+    pub(super) scatter: &'a Scatter,
+}
+
+impl BlockReader<'_> {
+    /// Copies one block out, row-major: `block[i * D + j]`, with D the matrix's block size.
+    pub fn block(&self, slot: u32, block: &mut [f64]) {
         let size = self.scatter.block_size;
         for (k, value) in block.iter_mut().enumerate().take(size * size) {
             let (part, at) = self.scatter.entry(slot, k / size, k % size);
             *value = self.parts[part][at];
         }
+    }
+
+    /// One block, `[j][i]` with `i` the row: by columns, as BAIJ stores it. D must be the matrix's block size.
+    #[inline]
+    pub fn columns<const D: usize>(&self, slot: u32) -> [[f64; D]; D] {
+        let (part, start) = self.scatter.place(slot);
+        if self.scatter.format == Format::Baij
+            && let Some(whole) =
+                self.parts[part].get(start..).and_then(|rest| rest.as_chunks::<D>().0.first_chunk())
+        {
+            return *whole;
+        }
+        std::array::from_fn(|j| {
+            std::array::from_fn(|i| {
+                let (part, at) = self.scatter.entry(slot, i, j);
+                self.parts[part][at]
+            })
+        })
     }
 }

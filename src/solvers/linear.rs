@@ -8,6 +8,7 @@ use super::filtered_amg::{FilteredAmg, FilteredAmgSettings};
 use super::ladder::{LinearChoice, Problem, ladder};
 use super::own::{Origin, Own};
 use super::presets::Preset;
+use super::subdomain::Subdomain;
 use super::two_stage::{TwoStage, TwoStageSettings};
 use super::users_options::{beside_the_users, refuse_symmetric_method};
 use crate::dynamics::{Dynamics, Stage};
@@ -79,6 +80,8 @@ pub struct LinearSolver {
     /// The preconditioner with matrices of its own, made when it is first used; PETSc calls it back. A ladder has one
     /// such preset at most.
     own: Rc<RefCell<Option<Box<dyn Own>>>>,
+    /// Factors on overlapping subdomains, made when they are first used.
+    subdomain: Rc<RefCell<Option<Subdomain>>>,
     stages: TwoStageSettings,
     filter: FilteredAmgSettings,
     work: Vector,
@@ -114,6 +117,7 @@ impl LinearSolver {
             fatigue: Fatigue::default(),
             pattern: None,
             own: Rc::default(),
+            subdomain: Rc::default(),
             stages: stages(choice, problem),
             filter: match choice {
                 LinearChoice::FilteredAmg(_, settings) => *settings,
@@ -240,6 +244,29 @@ impl LinearSolver {
         !inner.unwrap_or(preset).iterative
     }
 
+    /// Whether the current preset works on overlapping subdomains, and the user leaves them to the program.
+    fn overlaps(&self) -> bool {
+        let kinds = ["pc_", "sub_"].map(|kind| format!("-{}{kind}", self.prefix));
+        let chosen = |name: &String| kinds.iter().any(|kind| name.starts_with(kind));
+        self.preset().is_overlapping() && !self.session.given(&self.prefix).iter().any(chosen)
+    }
+
+    /// Brings the factors on subdomains up to date; those of an earlier matrix may be kept. Collective.
+    fn factorise(&self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
+        let mut slot = self.subdomain.borrow_mut();
+        let kept = slot.take().filter(|made| made.fits(matrix));
+        let renew = kept.is_none() || reuse == Reuse::Renew;
+        let mut made = match kept {
+            Some(made) => made,
+            None => Subdomain::new(&self.session, matrix)?,
+        };
+        if renew {
+            made.renew(matrix)?;
+        }
+        *slot = Some(made);
+        Ok(())
+    }
+
     /// Iterations after which the current preset counts as failed.
     fn most(&self) -> usize {
         let next = self.ladder.get(self.rung + 1).is_some_and(|next| next.is_own());
@@ -292,6 +319,9 @@ impl LinearSolver {
         if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
             setup.time(|| own.prepare(matrix, reuse))?;
         }
+        if self.overlaps() {
+            setup.time(|| self.factorise(matrix, reuse))?;
+        }
         let most = self.most();
         let krylov = self.krylov()?;
         krylov.set_operators(matrix, matrix)?;
@@ -322,8 +352,7 @@ impl LinearSolver {
 
     /// The Krylov solver of the current rung, made on first use.
     fn krylov(&mut self) -> Result<&mut Krylov> {
-        let slot = &mut self.solvers[self.rung];
-        if slot.is_none() {
+        if self.solvers[self.rung].is_none() {
             let mut krylov = Krylov::new(&self.session, &self.prefix)?;
             let options = self.ladder[self.rung].options_on(self.session.size() as usize);
             krylov.configure(&beside_the_users(options, |name| {
@@ -337,12 +366,22 @@ impl LinearSolver {
                     None => Err(Error::internal("a preconditioner was used before it was assembled")),
                 })?;
             }
+            if self.overlaps() {
+                let subdomain = Rc::clone(&self.subdomain);
+                krylov.set_shell_preconditioner(move |r, z| match subdomain.borrow_mut().as_mut() {
+                    Some(subdomain) => {
+                        subdomain.apply(r, z);
+                        Ok(())
+                    }
+                    None => Err(Error::internal("factors were used before they were made")),
+                })?;
+            }
             if !self.symmetric {
                 refuse_symmetric_method(&krylov)?;
             }
-            *slot = Some(krylov);
+            self.solvers[self.rung] = Some(krylov);
         }
-        slot.as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
+        self.solvers[self.rung].as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
     }
 }
 

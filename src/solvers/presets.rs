@@ -40,10 +40,14 @@ pub const FILTERED_AMG: &str = "filtered_amg";
 /// The same for symmetric matrices.
 pub const CG_FILTERED_AMG: &str = "cg_filtered_amg";
 
+/// Name of the preset with ILU(0) on overlapping subdomains.
+const OVERLAPPING: &str = "gmres_asm_ilu";
+
 /// All presets, for `contact-petsc list`, hints and the ladder.
 ///
-/// Right preconditioning throughout GMRES: its residual is the true one. Overlap 1: block Jacobi needs an
-/// order of magnitude more iterations where a partition boundary meets the contact zone.
+/// Right preconditioning throughout GMRES: its residual is the true one. Overlap 1 at least: block Jacobi needs an order
+/// of magnitude more iterations where a partition boundary meets the contact zone. The options of
+/// [overlapping](Preset::is_overlapping) subdomains are there for users who choose some of them.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "direct",
@@ -78,7 +82,7 @@ pub const PRESETS: &[Preset] = &[
         alone: &[],
     },
     Preset {
-        name: "gmres_asm_ilu",
+        name: OVERLAPPING,
         about: "GMRES with ILU(0) on overlapping subdomains: best where inertia helps, and for 3D contact",
         symmetric: false,
         iterative: true,
@@ -208,6 +212,12 @@ impl Preset {
     /// Whether the program makes its preconditioner, with matrices of its own.
     pub fn is_own(&self) -> bool {
         self.is_two_stage() || [FILTERED_AMG, CG_FILTERED_AMG].contains(&self.name)
+    }
+
+    /// Whether its preconditioner is ILU(0) on overlapping subdomains, which the program makes unless the user has options
+    /// for it.
+    pub fn is_overlapping(&self) -> bool {
+        self.name == OVERLAPPING
     }
 
     /// The preset of that name.

@@ -59,7 +59,8 @@ fn owned(local: &LocalMesh<2>) -> impl Iterator<Item = i32> + Clone {
     local.index.first..local.index.first + local.index.owned as i32
 }
 
-/// Each wanted node brings the values of its owner, exactly, one field alone or two in one message.
+/// Each wanted node brings the values of its owner, exactly, one field alone, what a closure writes, or two
+/// in one message.
 fn values_come_from_their_owners(world: &SimpleCommunicator, local: &LocalMesh<2>, share: i32) {
     let wanted = wanted(world, local, share);
     let mut exchange = NodeExchange::new(world, &local.index, &wanted).expect("nodes that exist");
@@ -74,6 +75,10 @@ fn values_come_from_their_owners(world: &SimpleCommunicator, local: &LocalMesh<2
         let mut alone = vec![f64::NAN; 2 * wanted.len()];
         exchange.forward(world, 2, &two, &mut alone);
         assert_eq!(alone, values(&mut wanted.iter().copied(), 2));
+        let mut written = vec![f64::NAN; 2 * wanted.len()];
+        let give = |node: u32, out: &mut [f64]| out.copy_from_slice(&two[2 * node as usize..][..2]);
+        exchange.forward_from(world, 2, give, &mut written);
+        assert_eq!(written, alone);
         let mut pair = [vec![f64::NAN; 2 * wanted.len()], vec![f64::NAN; 3 * wanted.len()]];
         let [first, second] = &mut pair;
         let fields = &mut [

@@ -69,6 +69,7 @@ pub fn errors() {
             first_row: 0,
             row_offsets: row_offsets.to_vec(),
             columns: columns.to_vec(),
+            places: (1..row_offsets.len() as u32).collect(),
         };
         Matrix::new(&session, &Rc::new(pattern), Format::Aij).err().map(|error| error.message)
     };

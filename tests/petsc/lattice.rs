@@ -95,7 +95,8 @@ impl Local {
         ghosts.sort_unstable();
         ghosts.dedup();
         let first_row = owned.start as i32;
-        let pattern = BlockPattern { block_size: lattice.dimension, first_row, row_offsets, columns };
+        let places = owned.map(|node| node as u32).collect();
+        let pattern = BlockPattern { block_size: lattice.dimension, first_row, row_offsets, columns, places };
         Self { lattice, pattern: Rc::new(pattern), ghosts }
     }
 

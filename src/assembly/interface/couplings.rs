@@ -124,7 +124,13 @@ mod tests {
     use crate::partition::IndexMap;
 
     fn pattern() -> BlockPattern {
-        BlockPattern { block_size: 2, first_row: 4, row_offsets: vec![0, 2, 4], columns: vec![4, 5, 4, 5] }
+        BlockPattern {
+            block_size: 2,
+            first_row: 4,
+            row_offsets: vec![0, 2, 4],
+            columns: vec![4, 5, 4, 5],
+            places: vec![0, 1],
+        }
     }
 
     /// Own rows go to slots of the widened pattern, rows of ghosts and foreign nodes to remote blocks, all of them.

@@ -108,6 +108,25 @@ impl NodeExchange {
         }
     }
 
+    /// Fills `wanted` with what `give` writes of each owned node, `width` values a node. Collective.
+    pub fn forward_from(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        width: usize,
+        mut give: impl FnMut(u32, &mut [f64]),
+        wanted: &mut [f64],
+    ) {
+        self.resize(width);
+        for (&node, slot) in self.given.iter().zip(self.at_owner.chunks_exact_mut(width.max(1))) {
+            give(node, slot);
+        }
+        let out = Cargo { peers: &self.takers, items: &self.at_owner[..] };
+        swap(world, width, out, Cargo { peers: &self.owners, items: &mut self.at_taker });
+        for (&place, slot) in self.places.iter().zip(self.at_taker.chunks_exact(width.max(1))) {
+            wanted[place as usize * width..][..width].copy_from_slice(slot);
+        }
+    }
+
     /// Adds `wanted`, `width` values a node in the order of the list, to the owners' values. Collective.
     ///
     /// The owner adds by ascending rank of those that send, so that the sum is the same each time.
