@@ -16,8 +16,8 @@ use crate::partition::IndexMap;
 use crate::partition::exchange::NodeExchange;
 use crate::petsc::{BlockPattern, Matrix, Session, Vector};
 
-/// The first layer has to be; of the others each may add so many rows to those of its rank: the second saves one
-/// iteration in eight, the third one in thirty (rubber block, 128 by 128, 2 ranks).
+/// The first layer has to be; of the others each may add so many rows to those of its rank: the second saves a tenth of the
+/// iterations, the third a fiftieth (five matrices of the rubber block, 128 by 128, in two parts).
 const LAYERS: [f64; 3] = [f64::INFINITY, 0.1, 0.025];
 
 /// The preconditioner, for blocks of any size.
