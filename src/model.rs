@@ -35,14 +35,32 @@ pub struct Body {
     pub name: String,
     /// Law, kinematics, locking, density.
     pub formulation: Formulation,
-    /// Diagonal mass.
-    pub lumped_mass: bool,
-    /// The mass matrix leaves out the nodes of contact surfaces.
-    pub redistributed_mass: bool,
+    /// Where its mass is.
+    pub mass: MassChoice,
     /// Young's modulus \[Pa\], to which penalties are compared.
     pub young_modulus: f64,
     /// Velocity at the start \[m/s\], one function a component; empty where it rests.
     pub initial_velocity: Vec<Function>,
+}
+
+/// Where the mass of a body is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MassChoice {
+    /// Where it is: `int rho N_a N_b`.
+    Consistent,
+    /// At its nodes.
+    Lumped,
+    /// Not at the nodes of contact surfaces.
+    Redistributed,
+    /// The same where the body can spare it, else consistent.
+    RedistributedIfPossible,
+}
+
+impl MassChoice {
+    /// Whether the nodes of contact surfaces shall be without mass.
+    pub fn spares_contact(self) -> bool {
+        matches!(self, Self::Redistributed | Self::RedistributedIfPossible)
+    }
 }
 
 /// Where the normal law comes from.

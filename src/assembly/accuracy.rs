@@ -1,5 +1,7 @@
 //! What an accuracy asks of contact, and the sizes that errors are compared with.
 
+use std::collections::BTreeSet;
+
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
@@ -173,6 +175,26 @@ impl<const D: usize> ContactSystem<D> {
         stiffer
     }
 
+    /// Whether the mass of a node can rattle on a penalty that became stiffer: where the nodes of either side have no mass, the
+    /// elements behind them take part in every motion, and are softer.
+    pub fn rattles(&self) -> bool {
+        let stiffer = self.contacts.iter().filter(|contact| contact.stiffening > 1.0);
+        stiffer.into_iter().any(|contact| !self.is_calm(contact))
+    }
+
+    /// Whether a side of the contact has nodes without mass.
+    fn is_calm(&self, contact: &Contact<D>) -> bool {
+        self.redistribution.as_ref().is_some_and(|mass| contact.bodies.iter().any(|&body| mass.has(body)))
+    }
+
+    /// Names of the bodies whose mass is redistributed, and of those that can not spare what they should.
+    pub fn redistributed(&self) -> [Vec<String>; 2] {
+        let names = |bodies: &BTreeSet<usize>| {
+            bodies.iter().map(|&body| self.bodies[body].name().to_owned()).collect()
+        };
+        self.redistribution.as_ref().map_or_else(Default::default, |mass| mass.bodies().each_ref().map(names))
+    }
+
     /// How much stiffer than their laws say the contacts are.
     pub fn stiffenings(&self) -> Vec<f64> {
         self.contacts.iter().map(|contact| contact.stiffening).collect()
@@ -234,6 +256,32 @@ impl<const D: usize> ContactSystem<D> {
             }
         }
         changed
+    }
+
+    /// For each contact, the root mean square speed of all bodies that an impulse on it gives to those of its bodies that are free
+    /// to move \[1/kg\]; 0 where the mass of a node may rattle, whose forces are no impulse. Collective.
+    pub fn recoils(&self) -> Vec<f64> {
+        let mut own = vec![0.0; self.bodies.len()];
+        for solid in &self.solids {
+            solid.group.mass(|index, mass| {
+                if self.local.mine[solid.group.elements()[index] as usize] {
+                    own[solid.body] += mass.iter().sum::<f64>();
+                }
+            });
+        }
+        let mut masses = vec![0.0; own.len()];
+        self.session.world().all_reduce_into(&own[..], &mut masses[..], SystemOperation::sum());
+        let all: f64 = masses.iter().sum();
+        let flies =
+            |body: &usize| masses[*body] > 0.0 && self.free_bodies.iter().any(|free| free.body == *body);
+        let recoil = |contact: &Contact<D>| {
+            if !self.is_calm(contact) {
+                return 0.0;
+            }
+            let bodies: BTreeSet<usize> = contact.bodies.into_iter().filter(flies).collect();
+            bodies.into_iter().map(|body| 1.0 / (masses[body] * all)).sum::<f64>().sqrt()
+        };
+        self.contacts.iter().map(recoil).collect()
     }
 
     /// Nodes of all bodies on all ranks.

@@ -11,7 +11,7 @@ use super::supports::Supports;
 use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, Facet};
-use crate::model::{Model, Quadrature, Target};
+use crate::model::{MassChoice, Model, Quadrature, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 use crate::space::{Boundary, DofMap};
@@ -28,10 +28,10 @@ pub(super) struct FreeBody {
 pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
     let body = |body: &crate::model::Body| BodyPhysics {
         formulation: body.formulation,
-        mass: match body {
-            body if body.lumped_mass => MassKind::Lumped,
-            body if body.redistributed_mass => MassKind::Redistributed,
-            _ => MassKind::Consistent,
+        mass: match body.mass {
+            MassChoice::Consistent => MassKind::Consistent,
+            MassChoice::Lumped => MassKind::Lumped,
+            MassChoice::Redistributed | MassChoice::RedistributedIfPossible => MassKind::Redistributed,
         },
     };
     model.bodies.iter().map(body).collect()

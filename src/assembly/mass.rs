@@ -117,10 +117,12 @@ fn add_solid<const D: usize>(solid: &Solid<D>, redistribution: Option<&Redistrib
     };
     let mut left = Vec::new();
     match (solid.mass, redistribution) {
-        (MassKind::Redistributed, Some(redistribution)) => solid.group.mass(|index, mass| {
-            redistribution.apply(map.nodes(index), mass, &mut left);
-            map.slots(index).iter().zip(&left).for_each(|(&slot, &value)| add(slot, value));
-        }),
+        (MassKind::Redistributed, Some(redistribution)) if redistribution.has(solid.body) => {
+            solid.group.mass(|index, mass| {
+                redistribution.apply(map.nodes(index), mass, &mut left);
+                map.slots(index).iter().zip(&left).for_each(|(&slot, &value)| add(slot, value));
+            })
+        }
         (MassKind::Consistent | MassKind::Redistributed, _) => solid.group.mass(|index, mass| {
             map.slots(index).iter().zip(mass).for_each(|(&slot, &value)| add(slot, value));
         }),

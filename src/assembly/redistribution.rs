@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use super::contact::facets_of;
 use super::solid::Solid;
 use crate::error::{Error, Result, agree};
-use crate::model::{Model, Target};
+use crate::model::{MassChoice, Model, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::{Session, Vector};
 
@@ -30,6 +30,8 @@ const ROUNDING: f64 = 1e-10;
 
 /// Which nodes have no mass, and by what factor the others have more.
 pub struct Redistribution {
+    /// Bodies whose mass is redistributed, and those that can not spare what they should.
+    bodies: [BTreeSet<usize>; 2],
     /// For each local node.
     massless: Vec<bool>,
     /// The same.
@@ -47,7 +49,8 @@ impl Redistribution {
     /// The redistribution of all bodies that want it; none where no body does. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: a body that is left without mass, or would have to be changed a lot.
+    /// The same on all ranks: a body that is left without mass, or would have to be changed a lot, unless it may keep its
+    /// mass.
     pub fn new<const D: usize>(
         session: &Rc<Session>,
         local: &LocalMesh<D>,
@@ -56,7 +59,7 @@ impl Redistribution {
     ) -> Result<Option<Self>> {
         let wants = |body: &usize| {
             let body = &model.bodies[*body];
-            body.redistributed_mass && body.formulation.density > 0.0
+            body.mass.spares_contact() && body.formulation.density > 0.0
         };
         let wanting: BTreeSet<usize> = (0..model.bodies.len()).filter(wants).collect();
         if wanting.is_empty() {
@@ -71,11 +74,29 @@ impl Redistribution {
         marks.update_ghosts()?;
         let massless = marks.local().chunks_exact(D).map(|mark| mark[0] > 0.0).collect::<Vec<_>>();
         let factor = vec![1.0; massless.len()];
-        let mut all = Self { massless, factor };
+        let mut all = Self { bodies: [wanting.clone(), BTreeSet::new()], massless, factor };
         for body in wanting {
-            all.balance(session, local, (body, &model.bodies[body].name), solids)?;
+            let model = &model.bodies[body];
+            if all.balance(session, local, body, solids) {
+                continue;
+            }
+            if model.mass == MassChoice::Redistributed {
+                return Err(refusal(&model.name));
+            }
+            all.bodies[0].remove(&body);
+            all.bodies[1].insert(body);
         }
         Ok(Some(all))
+    }
+
+    /// Whether the mass of the body is redistributed.
+    pub fn has(&self, body: usize) -> bool {
+        self.bodies[0].contains(&body)
+    }
+
+    /// The bodies whose mass is redistributed, and those that can not spare what they should.
+    pub fn bodies(&self) -> &[BTreeSet<usize>; 2] {
+        &self.bodies
     }
 
     /// Takes the consistent mass `mass[a * n + b]` of the element with these nodes to its other nodes \[kg\].
@@ -105,14 +126,14 @@ impl Redistribution {
         out.iter_mut().for_each(|m| *m *= scale);
     }
 
-    /// Finds the factor of a body. Collective.
+    /// Finds the factor of a body; whether there is one. Collective.
     fn balance<const D: usize>(
         &mut self,
         session: &Rc<Session>,
         local: &LocalMesh<D>,
-        (body, name): (usize, &str),
+        body: usize,
         solids: &[Solid<D>],
-    ) -> Result<()> {
+    ) -> bool {
         let mut nodes: Vec<u32> = (0..local.mesh.element_count())
             .filter(|&element| usize::from(local.mesh.body[element]) == body)
             .flat_map(|element| local.mesh.element_nodes(element).iter().copied())
@@ -137,14 +158,10 @@ impl Redistribution {
             session.world().all_reduce_into(&wrong, &mut everywhere, SystemOperation::sum());
             if everywhere == 0 {
                 nodes.iter().zip(values).for_each(|(&node, f)| self.factor[node as usize] = f);
-                return Ok(());
+                return true;
             }
         }
-        let message = format!(
-            "bodies.{name}: mass: redistributed can not keep mass and centre of the body without its contact nodes"
-        );
-        Err(Error::case(message)
-            .hint("mesh it finer: some layers must lie behind the surface; or use mass: consistent"))
+        false
     }
 
     /// Moments of the mass that is left, weighted by each monomial, and of the mass as it was. Collective.
@@ -186,6 +203,13 @@ impl Redistribution {
         let right = total.split_off(count * count);
         [total, right]
     }
+}
+
+fn refusal(name: &str) -> Error {
+    Error::case(format!(
+        "bodies.{name}: mass: redistributed can not keep mass and centre of the body without its contact nodes"
+    ))
+    .hint("mesh it finer: some layers must lie behind the surface; or use mass: consistent")
 }
 
 /// The owned nodes of bodies in `wanting` that lie on a surface of some contact.

@@ -254,8 +254,11 @@ tagged!(Locking, "cure for locking");
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Mass")]
 pub enum Mass {
-    /// Integral of rho N_a N_b.
+    /// Redistributed where `accuracy` asks for a penetration in dynamics and the body can spare the mass of its contact
+    /// surfaces, since its penalty may have to become stiff; else consistent. The conserving scheme keeps its penalty.
     #[default]
+    Auto,
+    /// Integral of rho N_a N_b.
     Consistent,
     /// Diagonal with the same total.
     Lumped,

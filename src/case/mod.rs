@@ -213,6 +213,18 @@ impl Case {
         matches!(self.time.scheme.value, Scheme::Static { .. })
     }
 
+    /// Whether `accuracy` may make a penalty on this body stiffer while it moves.
+    pub fn stiffens_contact_of(&self, body: &str) -> bool {
+        let asked = self.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some());
+        let moves = !self.is_static() && self.time.scheme.value != Scheme::Conserving;
+        let is_on = |place: &str| place.split('.').next() == Some(body);
+        let stiffens = |contact: &Contact| {
+            !matches!(contact.normal, Normal::PowerLaw { .. })
+                && (is_on(&contact.contactor) || is_on(&contact.target))
+        };
+        asked && moves && self.contact.values().any(stiffens)
+    }
+
     /// The completed case as YAML.
     ///
     /// # Errors

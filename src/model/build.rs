@@ -1,7 +1,7 @@
 //! From the case to the model: names resolved, bodies, boundaries, probes and contacts in the order of the file.
 
 use super::laws::{friction, normal, obstacle};
-use super::{Body, Contact, Load, LoadKind, Model, Probe, Support, Target, lengths};
+use super::{Body, Contact, Load, LoadKind, MassChoice, Model, Probe, Support, Target, lengths};
 use crate::case::{self, Action, Case, Function};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
@@ -13,7 +13,8 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// When a law refuses its constants, with the place in the case.
     pub fn new(case: &Case) -> Result<Self> {
-        let bodies: Vec<Body> = case.bodies.iter().map(|(name, b)| body(name, b)).collect::<Result<_>>()?;
+        let bodies: Vec<Body> =
+            case.bodies.iter().map(|(name, b)| body(case, name, b)).collect::<Result<_>>()?;
         let contacts = case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, name, contact));
         let contacts = contacts.collect::<Result<_>>()?;
         let mut model =
@@ -88,7 +89,7 @@ impl<const D: usize> Model<D> {
     }
 }
 
-fn body(name: &str, body: &case::Body) -> Result<Body> {
+fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
     let elastic = body.material.elastic();
     let law = match body.material {
         case::Material::NeoHookean(_) => "neo_hookean",
@@ -111,8 +112,12 @@ fn body(name: &str, body: &case::Body) -> Result<Body> {
     Ok(Body {
         name: name.to_owned(),
         formulation,
-        lumped_mass: body.mass == case::Mass::Lumped,
-        redistributed_mass: body.mass == case::Mass::Redistributed,
+        mass: match body.mass {
+            case::Mass::Auto if case.stiffens_contact_of(name) => MassChoice::RedistributedIfPossible,
+            case::Mass::Auto | case::Mass::Consistent => MassChoice::Consistent,
+            case::Mass::Lumped => MassChoice::Lumped,
+            case::Mass::Redistributed => MassChoice::Redistributed,
+        },
         young_modulus,
         initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| f.function.clone()).collect()),
     })

@@ -22,7 +22,7 @@ pub struct Errors {
 }
 
 /// Asked and achieved.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct AccuracyRecord {
     /// What the case wants.
     pub asked: Errors,
@@ -30,6 +30,9 @@ pub struct AccuracyRecord {
     pub achieved: Errors,
     /// Steps that were solved and repeated since their errors were too large.
     pub repeated_steps: u64,
+    /// Bodies whose contact surfaces have no mass, so that a penalty can be stiff.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub mass_redistributed: Vec<String>,
 }
 
 impl AccuracyRecord {
@@ -76,13 +79,13 @@ mod tests {
     fn tells_what_was_missed() {
         let asked = Errors { time: Some(1e-3), energy: Some(1e-2), ..Errors::default() };
         let achieved = Errors { time: Some(9e-4), energy: Some(2e-2), slip: Some(1.0), ..Errors::default() };
-        let record = AccuracyRecord { asked, achieved, repeated_steps: 3 };
+        let record = AccuracyRecord { asked, achieved, repeated_steps: 3, mass_redistributed: Vec::new() };
         assert_eq!(record.to_string(), "time 9.0e-4 of 1.0e-3, energy 2.0e-2 of 1.0e-2; 3 steps repeated");
         assert_eq!(
             record.warning().as_deref(),
             Some("warning: the accuracy was not met: energy 2.0e-2, asked 1.0e-2")
         );
-        let json = serde_json::to_value(record).unwrap();
+        let json = serde_json::to_value(&record).unwrap();
         assert_eq!((json["asked"]["time"].as_f64(), json["asked"].get("slip")), (Some(1e-3), None));
     }
 }

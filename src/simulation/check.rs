@@ -59,6 +59,9 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let _ = writeln!(text, "{}", steps(case));
     for (body, size) in model.bodies.iter().zip(&sizes) {
         describe_body(&mut text, body, size, case);
+        if system.redistributed()[0].contains(&body.name) {
+            let _ = writeln!(text, "  mass: redistributed, the nodes of contact surfaces have none");
+        }
     }
     let starts = contact_starts(&system);
     for ((contact, law), start) in model.contacts.iter().zip(system.contact_laws()).zip(&starts) {

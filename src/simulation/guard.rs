@@ -63,9 +63,14 @@ impl Guard {
             closing.now > 0 && many && closing.speed > SUDDEN * speed
         };
         let (closing, _) = closings.iter().zip(&self.speeds).find(|pair| sudden(*pair))?;
+        let spared = !system.redistributed()[0].is_empty();
+        let cure = match spared {
+            true => "use `scheme: conserving`, or",
+            false => "use `scheme: conserving`, with `mass: redistributed` for the bodies that meet, and",
+        };
         let text = format!(
             "warning: impact seen at t = {:.4e} s: contact '{}' closed at {:.2e} m/s; this scheme may gain or lose energy by it\n\
-             hint: use `scheme: conserving`, with `mass: redistributed` for the bodies that meet, and watch `numerical` in energy.csv",
+             hint: {cure} watch `numerical` in energy.csv",
             stage.trial.time, closing.contact, closing.speed
         );
         self.speeds.clear();

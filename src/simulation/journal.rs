@@ -277,7 +277,7 @@ impl<const D: usize> Journal<D> {
     pub fn close(&mut self, outcome: &Result<()>) -> Result<()> {
         self.measure();
         self.record.verdict = outcome.as_ref().map_or_else(Verdict::of, |()| Verdict::Completed);
-        let missed = self.record.accuracy.and_then(|accuracy| accuracy.warning());
+        let missed = self.record.accuracy.as_ref().and_then(AccuracyRecord::warning);
         let contacts = self.record.penetrations.iter().filter_map(warning).chain(missed).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
         contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));

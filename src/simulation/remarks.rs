@@ -57,7 +57,15 @@ fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
 
 /// What a user may like to know before the run: in dynamics a body may fly.
 pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
-    if system.is_dynamic() { loose(system) } else { Vec::new() }
+    let mut notes = if system.is_dynamic() { loose(system) } else { Vec::new() };
+    let [spared, _] = system.redistributed();
+    if !spared.is_empty() {
+        notes.push(format!(
+            "mass: redistributed: the nodes of contact surfaces have none in {}",
+            spared.join(", ")
+        ));
+    }
+    notes
 }
 
 /// The bodies that no support holds, in a sentence, where there are any.
@@ -69,6 +77,14 @@ fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
 /// What a user should mind before the run.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
     let mut remarks = if system.is_dynamic() { Vec::new() } else { loose(system) };
+    let [_, short] = system.redistributed();
+    if !short.is_empty() {
+        remarks.push(format!(
+            "too few layers of elements to take the mass off the contact surfaces of {}: a penalty that becomes stiffer for \
+             accuracy.penetration may make them rattle",
+            short.join(", ")
+        ));
+    }
     let extent = system.extent();
     let far = system.overclosures().iter().filter(|found| is_near(found) && found.smallest_gap > extent);
     remarks.extend(far.map(|found| {

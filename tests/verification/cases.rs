@@ -9,7 +9,9 @@ use contact_petsc::contact::normal::{NormalLaw, Penalty, PowerLaw as PowerNormal
 use contact_petsc::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
 use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
 use contact_petsc::mesh::{BoxShape, Facet, Mesh};
-use contact_petsc::model::{Body, Contact, InitialOverclosure, LoadKind, NormalChoice, Quadrature, Target};
+use contact_petsc::model::{
+    Body, Contact, InitialOverclosure, LoadKind, MassChoice, NormalChoice, Quadrature, Target,
+};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::tensor::Vector;
 use contact_petsc::terms::Terms;
@@ -188,7 +190,9 @@ fn new<const D: usize>(
 impl<const D: usize> Case<D> {
     pub fn scene(&self, session: &Rc<Session>, format: Format) -> Scene<D> {
         let mut model = self.solid.model::<D>();
-        model.bodies[0].lumped_mass = self.lumped;
+        if self.lumped {
+            model.bodies[0].mass = MassChoice::Lumped;
+        }
         let only = |axis: usize, text| std::array::from_fn(|i| if i == axis { text } else { "" });
         model.supports.push(support("block.top", only(D - 1, "-0.2 * t")));
         model.supports.push(support("block.right", only(0, "2 * t - 0.7")));

@@ -8,7 +8,7 @@ use contact_petsc::dynamics::{Dynamics, Stage};
 use contact_petsc::element::{Formulation, Kinematics, Locking};
 use contact_petsc::material::Material;
 use contact_petsc::mesh::{BoxShape, ElementKind, Mesh, merge};
-use contact_petsc::model::{Body, Load, LoadKind, Model, Support};
+use contact_petsc::model::{Body, Load, LoadKind, MassChoice, Model, Support};
 use contact_petsc::partition::{LocalMesh, Plan, distribute};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::solvers::{LinearChoice, LinearSolver, Monolithic, NewtonSettings, Outcome, Problem};
@@ -62,8 +62,7 @@ impl Solid {
         let block = Body {
             name: "block".to_owned(),
             formulation,
-            lumped_mass: false,
-            redistributed_mass: false,
+            mass: MassChoice::Consistent,
             young_modulus: YOUNG,
             initial_velocity: Vec::new(),
         };

@@ -48,6 +48,26 @@ fn the_completed_case_says_the_same() {
     }
 }
 
+/// A penalty may become stiffer in motion, under a scheme that does not conserve, where a penetration is asked for.
+#[test]
+fn penalties_become_stiffer_in_motion() {
+    let stiffens = |accuracy: &str, from: &str, to: &str| {
+        let text = with(AT, &format!("accuracy: {accuracy}")).replacen(from, to, 1);
+        let case = Case::parse(&text, "case.yml").unwrap_or_else(|error| panic!("{error}"));
+        [
+            case.stiffens_contact_of("block"),
+            case.stiffens_contact_of("floor"),
+            case.stiffens_contact_of("bloc"),
+        ]
+    };
+    let newmark = "{ newmark: { beta: 0.25, gamma: 0.5 } }";
+    assert_eq!(stiffens("fast", "", ""), [true, true, false]);
+    assert_eq!(stiffens("{ penetration: none }", "", ""), [false; 3]);
+    assert_eq!(stiffens("fast", newmark, "conserving"), [false; 3]);
+    let power = "{ power_law: { stiffness: 1e14, exponent: 2 } }";
+    assert_eq!(stiffens("fast", "{ penalty: { compliance: \"1e-10 m/Pa\" } }", power), [false; 3]);
+}
+
 /// What can not be is refused with its place and a cure.
 #[test]
 fn broken_accuracies_are_refused() {

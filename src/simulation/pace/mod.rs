@@ -1,6 +1,7 @@
 //! The pace of a run whose accuracy is an input: is a step good enough, and what does the next one have to keep.
 
 mod past;
+mod recoil;
 mod watch;
 
 use super::journal::Journal;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::past::Past;
+use super::recoil;
 use crate::assembly::{ContactSystem, Energies, Stuck};
 use crate::case::quantity::Number;
 use crate::case::{Accuracy, Case};
@@ -40,6 +41,12 @@ pub struct Memory {
     /// Steps as short as errors may ask for.
     #[serde(default)]
     shortest: u32,
+    /// What carries each contact at the end of the last accepted step \[N\].
+    #[serde(default)]
+    loads: Vec<f64>,
+    /// Whether a body has landed or taken off: fronts of waves run through it.
+    #[serde(default)]
+    landed: bool,
 }
 
 /// What watches the errors of a run.
@@ -53,10 +60,16 @@ pub(super) struct Watch {
     given: Vec<Option<Regularization>>,
     /// Smallest tolerance of a contact \[m\].
     penetration: Option<f64>,
+    /// Bodies whose contact surfaces have no mass.
+    massless: Vec<String>,
+    /// What an impulse on each contact moves, see [`ContactSystem::recoils`].
+    recoils: Vec<f64>,
     memory: Memory,
     past: Option<Past>,
     /// Estimated error and allowance of the step that was judged last \[m\].
     judged: [f64; 2],
+    /// Whether a body lands or takes off in it.
+    lands: bool,
     /// What a user should know of that step.
     pub remark: Option<String>,
     /// The filter in the step that was judged last, unless the velocity jumped, and what came out of it.
@@ -71,6 +84,8 @@ impl Watch {
     const REPEAT: f64 = 2.01;
     /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
     const SAFETY: f64 = 1.8;
+    /// And by this factor more behind a landing, as measured: the front of a wave is many modes.
+    const FRONT: f64 = 1.5;
     /// As many steps of the smallest length are no accident.
     const RATTLES: u32 = 100;
 
@@ -98,10 +113,12 @@ impl Watch {
             weight: system.weight()?,
             given: system.regularizations(),
             penetration: system.smallest_tolerance(),
+            massless: system.redistributed()[0].clone(),
             memory: Memory {
                 time: budget(accuracy.time.filter(|_| past.is_some())),
                 energy: budget(accuracy.energy.filter(|_| scheme.has_inertia())),
-                size: 0.0,
+                // What moves by less than contacts may overlap is not looked at more closely than that.
+                size: system.smallest_tolerance().filter(|_| scheme.has_inertia()).unwrap_or(0.0),
                 drift: 0.0,
                 contact: [0.0; 3],
                 closed,
@@ -111,7 +128,11 @@ impl Watch {
                 passed: Passed::default(),
                 stiffenings: system.stiffenings(),
                 shortest: 0,
+                loads: recoil::loads(system),
+                landed: false,
             },
+            lands: false,
+            recoils: if adapts { system.recoils() } else { Vec::new() },
             past,
             judged: [0.0; 2],
             remark: None,
@@ -187,7 +208,14 @@ impl Watch {
         let mut error = self.error(system, stage, jumps)?;
         if closes {
             let fresh = report.contact.closed - self.memory.closed;
-            error = error.max(self.struck(fresh as f64 / system.nodes() as f64, [before, now]));
+            let flight = self.flight(system, stage)?;
+            error = error.max(self.struck(fresh as f64 / system.nodes() as f64, flight, [before, now]));
+        }
+        if jumps && self.past.is_some() {
+            let loads = [&self.memory.loads[..], &recoil::loads(system)];
+            let thrown = recoil::thrown(&self.recoils, loads) * stage.dt;
+            error = error.max(thrown * (self.end - stage.start.time));
+            self.lands = thrown > 0.0;
         }
         if let Some(budget) = &self.memory.time {
             let fair = budget.share(share, left);
@@ -218,12 +246,14 @@ impl Watch {
         };
         let order = self.scheme.order();
         let short = control.is_shortest();
+        let lands = std::mem::take(&mut self.lands);
         let accepted = control.judge(&Judgement { ratio, order, event, ease });
         if !accepted {
             return Ok(false);
         }
+        self.memory.landed |= lands;
         self.memory.shortest += u32::from(short);
-        self.remark = self.shortest_remark(self.memory.shortest - u32::from(short));
+        self.remark = self.shortest_remark(system.rattles(), self.memory.shortest - u32::from(short));
         if let Some(budget) = &mut self.memory.time {
             let [error, fair] = self.judged;
             // Behind a jump the estimate still sees the jump, which was paid for.
@@ -252,32 +282,53 @@ impl Watch {
         (creep * self.end).max(give) > slip.si * self.memory.size
     }
 
-    /// Error of the motion by an impact that lost energy \[m\]: velocities err by half of its part, and displacements with
-    /// them. `fresh` is the part of the nodes that struck. Their energy is no error: on a stiff penalty it rattles until it is
+    /// How far the velocities of the step carry until the end, at most as far as anything moved so far \[m\].
+    fn flight<const D: usize>(&self, system: &mut ContactSystem<D>, stage: &Stage) -> Result<f64> {
+        let [from, to] = [&stage.start.v, &stage.trial.v];
+        let speed = system.mean_size(from, self.weight)?.max(system.mean_size(to, self.weight)?);
+        Ok(self.memory.size.min(speed * (self.end - stage.start.time)))
+    }
+
+    /// Error of the motion by an impact that lost energy \[m\]: velocities err by half of its part, and what they carry so far
+    /// as `flight` with them. `fresh` is the part of the nodes that struck. Their energy is no error: on a stiff penalty it rattles until it is
     /// lost, whatever the step.
-    fn struck(&self, fresh: f64, [before, now]: [&Energies; 2]) -> f64 {
+    fn struck(&self, fresh: f64, flight: f64, [before, now]: [&Energies; 2]) -> f64 {
         let sizes = [before.kinetic, now.kinetic, before.strain, now.strain];
         let all = sizes.into_iter().fold(f64::MIN_POSITIVE, f64::max);
         let lost = (now.numerical - before.numerical).abs() - fresh * before.kinetic;
-        0.5 * lost.max(0.0) / all * self.memory.size
+        0.5 * lost.max(0.0) / all * flight
     }
 
     /// What a user should know at once: that errors have asked for the shortest steps again and again.
-    fn shortest_remark(&self, before: u32) -> Option<String> {
+    fn shortest_remark(&self, rattles: bool, before: u32) -> Option<String> {
         let Memory { shortest, stiffenings, .. } = &self.memory;
         if before >= Self::RATTLES || *shortest < Self::RATTLES {
             return None;
         }
         let stiffer = stiffenings.iter().copied().fold(1.0, f64::max);
-        let why = match stiffer > 1.0 {
-            true => format!(
-                ": contact rattles on a penalty {stiffer} times stiffer than that of the case, made so for accuracy.penetration"
+        let (why, cure) = match (rattles, stiffer > 1.0) {
+            (true, _) => (
+                format!(
+                    ": contact rattles on a penalty {stiffer} times stiffer than that of the case, made so for accuracy.penetration"
+                ),
+                "take the mass off the nodes of contact surfaces, `mass: redistributed` of their bodies, use `scheme: \
+                 conserving`, which keeps its energy with any step, or ask for less",
             ),
-            false => String::new(),
+            (false, true) => (
+                format!(
+                    " on a penalty {stiffer} times stiffer than that of the case, made so for accuracy.penetration"
+                ),
+                "ask for less, or for a larger penetration",
+            ),
+            (false, false) => (
+                format!(", over {:.1e} m, the largest displacement so far", self.memory.size),
+                "ask for less, or write `time: none` for equal steps; for an impact `scheme: conserving` keeps its energy with \
+                 any step",
+            ),
         };
         Some(format!(
             "warning: {shortest} steps were as short as they may be, and the accuracy may be missed all the same{why}\n\
-             hint: for an impact use `scheme: conserving`, which keeps its energy with any step, or ask for less"
+             hint: {cure}"
         ))
     }
 
@@ -291,15 +342,15 @@ impl Watch {
     ) -> Result<f64> {
         let Some(past) = &mut self.past else { return Ok(0.0) };
         let rate = past.rate(self.scheme, stage, |field| system.clear_prescribed(field))?;
-        let power = Self::SAFETY * stage.dt.powf(self.scheme.order() + 1.0);
+        let safety = Self::SAFETY * if self.memory.landed { Self::FRONT } else { 1.0 };
+        let power = safety * stage.dt.powf(self.scheme.order() + 1.0);
         if jumps {
             self.section = None;
             return Ok(power * system.mean_size(rate, self.weight)?);
         }
         let span = (self.end - self.memory.since).max(stage.dt);
-        // On a penalty that became stiffer the contact itself is one of the fast modes, and feeds on what is lost.
-        let is_stiffer = self.memory.stiffenings.iter().any(|factor| *factor > 1.0);
-        let section = if is_stiffer { Section::WHOLE } else { self.scheme.saturation(stage.dt, span) };
+        // A contact that can rattle is itself one of the fast modes, and feeds on what is lost.
+        let section = if system.rattles() { Section::WHOLE } else { self.scheme.saturation(stage.dt, span) };
         self.section = Some(section);
         let rate = system.mean_size(past.smooth_rate(&section)?, self.weight)?;
         let (passed, before) = (self.memory.passed.after(&section).part(&section), self.memory.rate[1]);
@@ -315,6 +366,7 @@ impl Watch {
                 self.memory.rate[0] = self.smooth;
             }
             past.push(stage, self.memory.unsettled == 2)?;
+            self.memory.loads = recoil::loads(system);
         }
         let Stuck { creep, give } = system.stuck();
         let depth = system.shortfall().map_or(0.0, |left| left.depth);
@@ -343,6 +395,6 @@ impl Watch {
             time: time.as_ref().map(Budget::achieved),
             energy: energy.as_ref().map(|budget| over(*drift, budget.scale())),
         };
-        AccuracyRecord { asked, achieved, repeated_steps }
+        AccuracyRecord { asked, achieved, repeated_steps, mass_redistributed: self.massless.clone() }
     }
 }
