@@ -8,8 +8,9 @@ mod nodes;
 mod owners;
 mod peers;
 mod rows;
+mod sends;
 mod sparse;
 
 pub use nodes::{Field, NodeExchange, Traffic};
-pub use rows::{ForeignRows, RowExchange};
+pub use rows::{Arrived, ForeignRows, RowExchange};
 pub use sparse::sparse_all_to_all;
