@@ -80,7 +80,7 @@ impl<const D: usize> ContactSystem<D> {
                 stiffness: Some(Selection {
                     terms,
                     velocity_shift: shifts.velocity,
-                    joint: joined.then_some(contact.beneath),
+                    joint: joined.then(|| contact.joint(stage.friction)),
                 }),
                 hold: hold(stage),
                 branches: Branches::Predicted,

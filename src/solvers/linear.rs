@@ -174,7 +174,7 @@ impl LinearSolver {
                 let inner = self.stages.inner.unwrap_or("cg_icc");
                 Box::new(TwoStage::new(&origin, self.stages.second, inner)?)
             }
-            false => Box::new(FilteredAmg::new(&origin, self.filter)?),
+            false => Box::new(FilteredAmg::new(&origin, self.filter, self.symmetric)?),
         })
     }
 
