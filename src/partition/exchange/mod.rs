@@ -8,7 +8,7 @@ mod nodes;
 mod owners;
 mod peers;
 mod rows;
-mod sends;
+
 mod sparse;
 
 pub use nodes::{Field, NodeExchange, Traffic};

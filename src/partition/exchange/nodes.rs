@@ -4,10 +4,10 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::owners::Owners;
 use super::peers::{Peers, swap_while};
-use super::sends::Sends;
 use super::sparse::sparse_all_to_all;
 use crate::error::{Error, Result, agree};
 use crate::partition::IndexMap;
+use crate::petsc::Sends;
 
 /// A list of nodes that this rank wants values of, agreed with their owners.
 #[derive(Debug, Clone, Default)]

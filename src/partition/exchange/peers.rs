@@ -6,7 +6,7 @@ use mpi::datatype::Equivalence;
 use mpi::request::{Request, scope};
 use mpi::traits::{CommunicatorCollectives, Destination, Source};
 
-use super::sends::Sends;
+use crate::petsc::Sends;
 
 /// Ranks, ascending, and how many items go to or come from each.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

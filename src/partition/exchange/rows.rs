@@ -5,10 +5,10 @@ use mpi::traits::CommunicatorCollectives;
 use super::nodes::Traffic;
 use super::owners::Owners;
 use super::peers::{Peers, swap_while};
-use super::sends::Sends;
 use super::sparse::sparse_all_to_all;
 use crate::error::{Error, Result, agree};
 use crate::partition::IndexMap;
+use crate::petsc::Sends;
 
 /// Node pairs in rows of other ranks, in compressed form: block `k` is row `rows[i]`, column `columns[k]` with
 /// `offsets[i] <= k < offsets[i + 1]`. Rows and the columns of each ascend.

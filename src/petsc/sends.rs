@@ -12,7 +12,7 @@ use mpi::traits::Communicator;
 
 /// Numbers on their way to other ranks. A copy has none on their way.
 #[derive(Default)]
-pub(super) struct Sends {
+pub struct Sends {
     items: Vec<f64>,
     flying: Vec<ffi::MPI_Request>,
 }
