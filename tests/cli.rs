@@ -106,6 +106,7 @@ fn petsc_options_reach_petsc_on_1_and_2_ranks() {
         assert_eq!(warnings.count(), 1, "{option}: {}", output.stderr);
     }
     assert_eq!(output.stderr.matches("was used by nothing").count(), 2, "{}", output.stderr);
+    assert!(output.stdout.contains("solver    by PETSc's options"), "{}", output.stdout);
     let unused = run(2, &["case.yml", "-o", "out", "--", "-pc_type", "asm", "-x_y", "1"], &folder).success();
     assert_eq!(unused.stderr.matches("`-x_y 1` was used by nothing").count(), 1, "{}", unused.stderr);
 }

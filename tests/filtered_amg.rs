@@ -229,3 +229,11 @@ fn iterations_stay_few() {
     assert!(fine.count("unknowns") > 14_000, "{}", fine.count("unknowns"));
     assert!(fine.most() <= 16.0, "{}", fine.most());
 }
+
+/// Without friction aggregates stay on their side of the contact: 13 iterations at most, 15 where they reach across and tie on
+/// the coarse levels what slides.
+#[test]
+fn what_slides_freely_is_not_tied() {
+    let sliding = Scene { cells: 16, mu: 0.0, ..COARSE }.solved("cg_filtered_amg", 1, &[]).without_help();
+    assert!(sliding.most() <= 14.0, "{}", sliding.most());
+}

@@ -6,7 +6,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact::{Contact, Pair};
 use super::external::Moment;
 use super::forces::At;
-use super::interface::Interface;
+use super::interface::{Interface, RemoteForce};
 use super::stages::hold;
 use super::system::{ContactSystem, Parts, Phases};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
@@ -24,19 +24,6 @@ impl<const D: usize> ContactSystem<D> {
     pub(super) fn sweep(&mut self, stage: &Stage, branches: Branches) {
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
         let Parts { internal, contact, external } = &mut self.parts;
-        // Predicted branches change the contact alone, and come after the residual of the same state.
-        if branches == Branches::Actual {
-            let _running = self.phases.forces.begin();
-            self.fault = None;
-            internal.fill(0.0);
-            for solid in &self.solids {
-                if let Err(inverted) = solid.add_force(&At::of(stage, &u, &u_start), internal) {
-                    self.fault.get_or_insert(inverted);
-                }
-            }
-            external.fill(0.0);
-            self.external.add_force(&Self::moment(stage, &u), &self.solids, external);
-        }
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
         let over_step = stage.over_step == OverStep::Middle;
@@ -44,11 +31,31 @@ impl<const D: usize> ContactSystem<D> {
         self.phases.contact.time(|| {
             self.contacts.iter_mut().for_each(|pair| pair.add_force(&fields, &request, contact));
         });
-        if let Some(interface) = &mut self.interface {
-            interface.bring(self.session.world(), &fields);
-            self.missed =
-                meet(interface, &mut self.contacts, (self.session.world(), &self.phases), &request, contact);
+        let (solids, loads, phases, fault) =
+            (&self.solids, &mut self.external, &self.phases, &mut self.fault);
+        let mut bodies = || {
+            // Predicted branches change the contact alone, and come after the residual of the same state.
+            if branches == Branches::Predicted {
+                return;
+            }
+            let _running = phases.forces.begin();
+            *fault = None;
+            internal.fill(0.0);
+            for solid in solids {
+                if let Err(inverted) = solid.add_force(&At::of(stage, &u, &u_start), internal) {
+                    fault.get_or_insert(inverted);
+                }
+            }
+            external.fill(0.0);
+            loads.add_force(&Self::moment(stage, &u), solids, external);
+        };
+        let Some(interface) = &mut self.interface else { return bodies() };
+        let world = self.session.world();
+        if branches == Branches::Actual {
+            interface.bring(world, &fields);
         }
+        // Contact first, so that its forces are there by the time that the elements are done.
+        self.missed = meet(interface, &mut self.contacts, (world, phases), &request, contact, bodies);
     }
 
     /// `M (w_0 a_start + w_1 a_end)` into `work`, and nothing where there is no inertia.
@@ -189,19 +196,21 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// Pairs the points of deformable contacts and adds their forces; whether a pair is missing in the couples. Collective.
+/// Pairs the points of deformable contacts and adds their forces, and does `meanwhile` while those of other ranks are on
+/// their way; whether a pair is missing in the couples. Collective.
 pub(super) fn meet<const D: usize>(
     interface: &mut Interface<D>,
     contacts: &mut [Contact<D>],
     (world, phases): (&impl CommunicatorCollectives, &Phases),
     request: &ContactRequest,
     force: &mut [f64],
+    meanwhile: impl FnOnce(),
 ) -> bool {
     let u = interface.fields().u;
     phases
         .search
         .time(|| contacts.iter_mut().filter_map(Contact::meeting_mut).for_each(|meeting| meeting.pair(u)));
-    let missed = interface.add_forces(world, force, |fields, own, mut remote| {
+    let evaluate = |fields: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
         let _running = phases.contact.begin();
         let mut missed = false;
         for contact in contacts {
@@ -209,6 +218,6 @@ pub(super) fn meet<const D: usize>(
             missed |= meeting.add_force(fields, request, &mut contact.state, own, remote.reborrow());
         }
         missed
-    });
-    missed.unwrap_or(false)
+    };
+    interface.add_forces(world, force, evaluate, meanwhile).unwrap_or(false)
 }

@@ -10,6 +10,7 @@ use crate::contact::rigid::{ContactSink, RigidContact};
 use crate::contact::state::{Changes, ContactState, ForceChange};
 use crate::contact::surface::{ContactSurface, Ownership, Quadrature};
 use crate::contact::target::{TargetFacets, TargetSurface};
+use crate::dynamics::FrictionMode;
 use crate::element::ElementSink;
 use crate::error::{Error, Result};
 use crate::mesh::Facet;
@@ -169,6 +170,14 @@ impl<const D: usize> Contact<D> {
             Pair::Rigid { contact, .. } => &contact.law,
             Pair::Deformable(meeting) => &meeting.contact.law,
         }
+    }
+
+    /// Stiffness of the springs that stand for it in the matrix of joined bodies, at most \[Pa/m\]. What slides freely has
+    /// softer ones: multigrid that joins nodes across them ties sliding as well.
+    pub fn joint(&self, friction: FrictionMode) -> f64 {
+        const SLIDING: f64 = 0.2;
+        let sticks = friction == FrictionMode::AsGiven && self.law().friction.is_some();
+        if sticks { self.beneath } else { SLIDING * self.beneath }
     }
 
     /// Its laws, to be changed between steps.

@@ -4,7 +4,8 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::contact::Contact;
-use super::interface::Interface;
+use super::interface::{Interface, RemoteForce};
+use crate::contact::evaluation::ContactFields;
 use crate::contact::point::PointState;
 use crate::contact::state::{self, Hold, Keep};
 use crate::dynamics::{ForceChange, Freeze, FrictionMode, Known, Split, Stage};
@@ -74,10 +75,11 @@ pub fn contact_normals<const D: usize>(
     let owned = normals.len();
     normals.copy_from_slice(&sums[..owned]);
     if let Some(interface) = interface {
-        interface.add_forces(world, &mut normals, |_, own, mut remote| {
+        let add = |_: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
             let pairs = contacts.iter().filter_map(|contact| Some((contact.meeting()?, &contact.state)));
             pairs.for_each(|(meeting, state)| meeting.add_normals(state, own, remote.reborrow()));
-        });
+        };
+        interface.add_forces(world, &mut normals, add, || ());
     }
     for normal in normals.chunks_exact_mut(D) {
         let sum = Point::<D>::from_column_slice(normal);
@@ -107,10 +109,11 @@ pub fn contact_nodes<const D: usize>(
         }
     }
     if let Some(interface) = interface {
-        interface.add_forces(world, &mut marks, |_, own, mut remote| {
+        let add = |_: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
             let pairs = contacts.iter().filter_map(|contact| Some((contact.meeting()?, &contact.state)));
             pairs.for_each(|(meeting, state)| meeting.add_marks(state, own, remote.reborrow()));
-        });
+        };
+        interface.add_forces(world, &mut marks, add, || ());
     }
     marks.chunks_exact(D).map(|node| node[0] > 0.0).collect()
 }

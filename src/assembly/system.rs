@@ -191,7 +191,8 @@ impl<const D: usize> ContactSystem<D> {
         let request = ContactRequest { hold: Hold::Frictionless, ..ContactRequest::default() };
         let mut force = vec![0.0; self.local.index.owned * D];
         if let Some(interface) = &mut self.interface {
-            meet(interface, &mut self.contacts, (session.world(), &self.phases), &request, &mut force);
+            let around = (session.world(), &self.phases);
+            meet(interface, &mut self.contacts, around, &request, &mut force, || ());
         }
         let known = known(self.size, self.extent);
         for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {

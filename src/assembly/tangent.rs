@@ -3,6 +3,7 @@
 use super::contact::{Contact, Pair};
 use super::external::External;
 use super::forces::At;
+use super::interface::Opening;
 use super::scatter::LiftTarget;
 use super::stages::{Target, hold};
 use super::system::ContactSystem;
@@ -11,7 +12,7 @@ use crate::contact::point::Selection;
 use crate::contact::state::Branches;
 use crate::dynamics::{FrictionMode, Lift, OverStep, Stage};
 use crate::error::Result;
-use crate::petsc::Symmetry;
+use crate::petsc::{BlockValues, Symmetry};
 use crate::terms::Terms;
 
 impl<const D: usize> ContactSystem<D> {
@@ -61,52 +62,53 @@ impl<const D: usize> ContactSystem<D> {
                     values.add_diagonal(dof, if *held { unit } else { holding * unit });
                 }
             }
-            let mut inverted = Ok(());
-            for solid in solids {
-                let lift = lifted.as_mut().map(LiftTarget::reborrow);
-                inverted = inverted.and(solid.add_stiffness(
-                    &At::of(stage, &u, &u_start),
-                    terms,
-                    constrained,
-                    values,
-                    lift,
-                ));
-            }
-            let lift = lifted.as_mut().map(LiftTarget::reborrow);
-            if terms.contains(Terms::FOLLOWING_LOAD) {
-                external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
-            }
             drop(tangent);
+            let mut inverted = Ok(());
+            let mut bodies = |values: &mut BlockValues, mut lift: Option<LiftTarget>| {
+                let _running = phases.tangent.begin();
+                for solid in solids {
+                    let (at, lift) = (At::of(stage, &u, &u_start), lift.as_mut().map(LiftTarget::reborrow));
+                    let done = solid.add_stiffness(&at, terms, constrained, values, lift);
+                    inverted = inverted.and(done);
+                }
+                if terms.contains(Terms::FOLLOWING_LOAD) {
+                    external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
+                }
+            };
             let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
             let request = |contact: &Contact<D>| ContactRequest {
                 stiffness: Some(Selection {
                     terms,
                     velocity_shift: shifts.velocity,
-                    joint: joined.then_some(contact.beneath),
+                    joint: joined.then(|| contact.joint(stage.friction)),
                 }),
                 hold: hold(stage),
                 branches: Branches::Predicted,
                 over_step: stage.over_step == OverStep::Middle,
             };
+            let lift = lifted.as_mut().map(LiftTarget::reborrow);
+            match interface {
+                None => bodies(values, lift),
+                // Contact first, so that its blocks are there by the time that the elements are done.
+                Some(interface) => {
+                    let evaluate = |fields: &ContactFields, opening: &mut Opening| {
+                        let _running = phases.contact.begin();
+                        for contact in contacts.iter_mut() {
+                            let request = request(contact);
+                            if let Pair::Deformable(meeting) = &contact.pair {
+                                meeting.add_stiffness(fields, &request, &mut contact.state, opening);
+                            }
+                        }
+                    };
+                    interface.add_stiffness((world, &fields), (values, symmetry), lift, evaluate, bodies);
+                }
+            }
             phases.contact.time(|| {
                 for pair in contacts.iter_mut() {
                     let lift = lifted.as_mut().map(LiftTarget::reborrow);
                     pair.add_stiffness(&fields, &request(pair), constrained, values, lift);
                 }
             });
-            if let Some(interface) = interface {
-                interface.bring(world, &fields);
-                let lift = lifted.as_mut().map(|lift| (lift.change, &mut *lift.rhs));
-                interface.add_stiffness(world, (values, symmetry), lift, |fields, opening| {
-                    let _running = phases.contact.begin();
-                    for contact in contacts.iter_mut() {
-                        let request = request(contact);
-                        if let Pair::Deformable(meeting) = &contact.pair {
-                            meeting.add_stiffness(fields, &request, &mut contact.state, opening);
-                        }
-                    }
-                });
-            }
             inverted
         })?;
         self.fault = inverted.err();

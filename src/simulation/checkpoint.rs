@@ -85,7 +85,7 @@ impl Keeper {
             output: Event::register(session, "Output")?,
             signals,
             store: Store::of(&place.folder),
-            command: place.command(),
+            command: place.command(session.size() as usize),
             every,
             keep: keep as usize,
             limit,

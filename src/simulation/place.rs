@@ -33,9 +33,10 @@ impl Place {
         Self { case_file, folder, verbosity, begin: Begin::Anew, wall_time: None }
     }
 
-    /// The command that goes on with this run, but for `--restart`.
-    pub fn command(&self) -> String {
-        format!("contact-petsc {} --output {}", self.case_file.display(), self.folder.display())
+    /// The command that goes on with this run on so many ranks, but for `--restart`.
+    pub fn command(&self, ranks: usize) -> String {
+        let on_ranks = if ranks > 1 { format!("mpirun -n {ranks} ") } else { String::new() };
+        format!("{on_ranks}contact-petsc {} --output {}", self.case_file.display(), self.folder.display())
     }
 }
 
@@ -68,4 +69,17 @@ pub(super) fn prepare<const D: usize>(
 pub(super) fn versions() -> Vec<(String, String)> {
     let own = ("contact-petsc".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
     std::iter::once(own).chain(crate::petsc::versions()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What goes on with a run of several ranks asks for as many.
+    #[test]
+    fn the_command_names_the_ranks() {
+        let place = Place::anew("a.yml".into(), "results/a".into(), Verbosity::Silent);
+        assert_eq!(place.command(1), "contact-petsc a.yml --output results/a");
+        assert_eq!(place.command(4), "mpirun -n 4 contact-petsc a.yml --output results/a");
+    }
 }

@@ -134,7 +134,11 @@ impl Saved {
         if place.begin == Begin::Anew {
             return Ok(None);
         }
-        let own = if session.rank() == 0 { look::<D>(case, place) } else { Ok(String::new()) };
+        let own = if session.rank() == 0 {
+            look::<D>(case, place, session.size() as usize)
+        } else {
+            Ok(String::new())
+        };
         let text = shared_text(session, own)?;
         let (path, state) =
             serde_json::from_str(&text).map_err(|error| Error::internal(format!("checkpoint: {error}")))?;
@@ -188,7 +192,7 @@ const NOTHING_TO_GO_ON_FROM: &str = "there is nothing to go on from: start witho
      with --output, or branch off into a new folder by --restart=CHECKPOINT --output NEW";
 
 /// Path and state of the checkpoint, as text. Rank 0 only.
-fn look<const D: usize>(case: &Case, place: &Place) -> Result<String> {
+fn look<const D: usize>(case: &Case, place: &Place, ranks: usize) -> Result<String> {
     let branches = matches!(place.begin, Begin::From(_)) && ResultsFolder::is_free(&place.folder);
     if !branches {
         ResultsFolder::find(&place.folder).map_err(|error| error.hint(NOTHING_TO_GO_ON_FROM))?;
@@ -197,7 +201,7 @@ fn look<const D: usize>(case: &Case, place: &Place) -> Result<String> {
         Begin::From(path) => Some(path.as_path()),
         Begin::Anew | Begin::Newest => None,
     };
-    let again = |path: &std::path::Path| format!("{} --restart={}", place.command(), path.display());
+    let again = |path: &std::path::Path| format!("{} --restart={}", place.command(ranks), path.display());
     let found = Store::of(&place.folder).find(asked, again)?;
     let name = found.path.display().to_string();
     let mut state: State = serde_json::from_value(found.header.state).map_err(|error| {

@@ -48,6 +48,8 @@ impl Default for FilteredAmgSettings {
 struct Bulk {
     matrix: Matrix,
     krylov: Krylov,
+    /// One cycle.
+    options: [(&'static str, &'static str); 4],
     /// `da/du` and spring of the matrix; `None` before there is one.
     made_for: Option<[f64; 2]>,
     /// Assembled since the last set-up.
@@ -69,24 +71,29 @@ pub struct FilteredAmg {
 impl Bulk {
     /// Prefix of PETSc's options for the multigrid.
     const PREFIX: &str = "bulk_";
-    /// One cycle. The threshold keeps stored zeros, places for contact to come, from joining nodes of two bodies.
-    const OPTIONS: [(&str, &str); 4] = [
-        ("ksp_type", "preonly"),
-        ("pc_type", "gamg"),
-        ("pc_gamg_threshold", "0.0"),
-        ("pc_gamg_reuse_interpolation", "true"),
-    ];
+    /// Threshold of couplings by which nodes are aggregated: it keeps stored zeros, places for contact to come, from joining
+    /// nodes of two bodies.
+    const THRESHOLD: &str = "0.0";
+    /// The same where all slides freely: aggregates stay on their side of a joint, or sliding would be tied on the coarse
+    /// levels.
+    const SLIDING_THRESHOLD: &str = "0.04";
     /// Spring on the unknowns of a floating body, over the diagonal entry, what inertia gives included.
     const SHIFT: f64 = 1e-4;
     /// The weight of inertia may change by this factor before the matrix is assembled anew.
     const RANGE: f64 = 2.0;
 
-    fn new(origin: &Origin) -> Result<Self> {
+    fn new(origin: &Origin, sliding: bool) -> Result<Self> {
         let mut krylov = Krylov::new(origin.session, Self::PREFIX)?;
-        krylov.configure(&Self::OPTIONS)?;
+        let options = [
+            ("ksp_type", "preonly"),
+            ("pc_type", "gamg"),
+            ("pc_gamg_threshold", if sliding { Self::SLIDING_THRESHOLD } else { Self::THRESHOLD }),
+            ("pc_gamg_reuse_interpolation", "true"),
+        ];
+        krylov.configure(&options)?;
         let mut matrix = origin.like.like_stored_as(Format::Aij)?;
         matrix.ungroup_rows()?;
-        Ok(Self { matrix, krylov, made_for: None, changed: false, poor: false })
+        Ok(Self { matrix, krylov, options, made_for: None, changed: false, poor: false })
     }
 
     /// Whether the matrix serves at the stage.
@@ -140,7 +147,7 @@ impl Bulk {
         }
         if std::mem::take(&mut self.poor) {
             // Resetting is not enough: PETSc's (3.18) levels keep their sizes.
-            self.krylov.configure(&Self::OPTIONS)?;
+            self.krylov.configure(&self.options)?;
         }
         self.krylov.set_operators(&self.matrix, &self.matrix)?;
         self.krylov.set_up()
@@ -155,14 +162,14 @@ impl Bulk {
 }
 
 impl FilteredAmg {
-    /// A preconditioner whose matrices are still zero. Collective.
+    /// A preconditioner whose matrices are still zero, of a problem without friction where all is `sliding`. Collective.
     ///
     /// # Errors
     /// No memory.
-    pub fn new(origin: &Origin, settings: FilteredAmgSettings) -> Result<Self> {
+    pub fn new(origin: &Origin, settings: FilteredAmgSettings, sliding: bool) -> Result<Self> {
         Ok(Self {
             passes: settings.passes,
-            bulk: Bulk::new(origin)?,
+            bulk: Bulk::new(origin, sliding)?,
             zone: Zone::new(origin.session, settings.layers),
             operator: None,
             residual: origin.pattern.like()?,

@@ -131,9 +131,15 @@ impl LinearSolver {
         Ok(solver)
     }
 
-    /// The presets in the order in which they are tried.
+    /// The presets in the order in which they are tried, or that the user chose by options of PETSc.
     pub fn describe(&self) -> String {
-        self.ladder.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", then ")
+        let given = |name: &str| self.session.is_given(&format!("{}{name}", self.prefix));
+        let presets = self.ladder.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", then ");
+        match (given("pc_type"), given("ksp_type")) {
+            (true, _) => "by PETSc's options".to_owned(),
+            (false, true) => format!("{presets}, with the method by PETSc's options"),
+            (false, false) => presets,
+        }
     }
 
     /// The preset in use.
@@ -178,7 +184,7 @@ impl LinearSolver {
                 let inner = self.stages.inner.unwrap_or("cg_icc");
                 Box::new(TwoStage::new(&origin, self.stages.second, inner)?)
             }
-            false => Box::new(FilteredAmg::new(&origin, self.filter)?),
+            false => Box::new(FilteredAmg::new(&origin, self.filter, self.symmetric)?),
         })
     }
 

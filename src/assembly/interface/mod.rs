@@ -10,6 +10,7 @@ mod sinks;
 
 use mpi::traits::CommunicatorCollectives;
 
+use super::scatter::LiftTarget;
 use crate::contact::evaluation::ContactFields;
 use crate::error::Result;
 use crate::partition::IndexMap;
@@ -43,8 +44,9 @@ struct Rows {
     row_of: Vec<u32>,
     /// Blocks of the rank's own rows that couples need, those that others add to included.
     own: Vec<(u32, i32)>,
-    /// Slots of the blocks that arrive.
+    /// Slots of the blocks that may arrive, and of those that did.
     received: Vec<u32>,
+    slots: Vec<u32>,
     force: Vec<f64>,
     values: Vec<f64>,
 }
@@ -90,13 +92,30 @@ impl<const D: usize> Interface<D> {
     /// Brings the fields of the rank's nodes, ghosts included, and those of the foreign nodes: one message a
     /// neighbour. Collective.
     pub fn bring(&mut self, world: &impl CommunicatorCollectives, fields: &ContactFields) {
-        let all = [(&mut self.u, fields.u), (&mut self.v, fields.v), (&mut self.u_start, fields.u_start)];
-        let mut travelling = all.map(|(all, owned)| {
-            let (local, wanted) = all.split_at_mut(owned.len());
-            local.copy_from_slice(owned);
-            Field { width: D, owned, wanted }
-        });
-        self.exchange.time(|| self.bring.forward_many(world, &mut travelling));
+        self.bring_with(world, fields, None);
+    }
+
+    /// The same, in the same message with the `change` of prescribed unknowns where there is one.
+    fn bring_with(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        fields: &ContactFields,
+        change: Option<&[f64]>,
+    ) {
+        let _running = self.exchange.begin();
+        if change.is_some() {
+            self.change.resize(self.u.len(), 0.0);
+        }
+        let state = [(&mut self.u, fields.u), (&mut self.v, fields.v), (&mut self.u_start, fields.u_start)];
+        let all = state.into_iter().chain(change.map(|change| (&mut self.change, change)));
+        let mut travelling: Vec<Field<'_>> = all
+            .map(|(all, owned)| {
+                let (local, wanted) = all.split_at_mut(owned.len());
+                local.copy_from_slice(owned);
+                Field { width: D, owned, wanted }
+            })
+            .collect();
+        self.bring.forward_many(world, &mut travelling);
     }
 
     /// Fields of the rank's nodes, ghosts included, with the values of the foreign nodes after them. Collective.
@@ -143,7 +162,8 @@ impl<const D: usize> Interface<D> {
         let row = |node| globals.binary_search(&self.numbering(index).global(node));
         let row_of = beyond.map(|node| row(node).map_or(NO_ROW, |row| row as u32)).collect();
         let (force, values) = (vec![0.0; globals.len() * D], vec![0.0; remote.blocks() * D * D]);
-        self.rows = Some(Rows { give, blocks, remote, row_of, own, received: Vec::new(), force, values });
+        let (received, slots) = (Vec::new(), Vec::new());
+        self.rows = Some(Rows { give, blocks, remote, row_of, own, received, slots, force, values });
         Ok(())
     }
 
@@ -169,59 +189,73 @@ impl<const D: usize> Interface<D> {
         }
     }
 
-    /// Lets `evaluate` collect forces, then sends those of other ranks' rows. Collective.
+    /// Lets `evaluate` collect forces, then sends those of other ranks' rows, and does `meanwhile`, which is to wait for no
+    /// other rank, until those of others are there. Collective.
     pub fn add_forces<R>(
         &mut self,
         world: &impl CommunicatorCollectives,
         own: &mut [f64],
         evaluate: impl FnOnce(&ContactFields, &mut [f64], RemoteForce) -> R,
+        meanwhile: impl FnOnce(),
     ) -> Option<R> {
         let fields = ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start };
-        let rows = self.rows.as_mut()?;
+        let Some(rows) = self.rows.as_mut() else {
+            meanwhile();
+            return None;
+        };
         rows.force.fill(0.0);
         let remote = RemoteForce { row_of: &rows.row_of, values: &mut rows.force };
         let answer = evaluate(&fields, own, remote);
-        self.exchange.time(|| rows.give.reverse_add(world, D, &rows.force, own));
+        let sending = self.exchange.begin();
+        let _waiting = rows.give.reverse_add_while(world, D, &rows.force, own, || {
+            drop(sending);
+            meanwhile();
+            self.exchange.begin()
+        });
         Some(answer)
     }
 
-    /// Lets `evaluate` collect blocks, and columns of prescribed unknowns where there is a `lift` (their change at
-    /// owned nodes, ghosts after them, and the owned rows that take it); sends those of other ranks' rows. Collective.
+    /// Brings the fields and lets `evaluate` collect blocks, and columns of prescribed unknowns where there is a `lift` (their
+    /// change at owned nodes, ghosts after them, and the owned rows that take it); sends those of other ranks' rows, and does
+    /// `meanwhile`, as in [`add_forces`](Self::add_forces), until those of others are there. Collective.
     pub fn add_stiffness(
         &mut self,
-        world: &impl CommunicatorCollectives,
+        (world, fields): (&impl CommunicatorCollectives, &ContactFields),
         (values, symmetry): (&mut BlockValues, Symmetry),
-        mut lift: Option<(&[f64], &mut [f64])>,
+        mut lift: Option<LiftTarget>,
         evaluate: impl FnOnce(&ContactFields, &mut Opening<'_, '_>),
+        meanwhile: impl FnOnce(&mut BlockValues, Option<LiftTarget>),
     ) {
-        if let Some((change, _)) = &lift {
-            self.change.resize(self.u.len(), 0.0);
-            let (local, wanted) = self.change.split_at_mut(change.len());
-            local.copy_from_slice(change);
-            self.bring.forward(world, D, change, wanted);
-        }
+        self.bring_with(world, fields, lift.as_ref().map(|lift| lift.change));
         let fields = ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start };
-        let Some(rows) = self.rows.as_mut() else { return };
+        let Some(rows) = self.rows.as_mut() else { return meanwhile(values, lift) };
         rows.values.fill(0.0);
         rows.force.fill(0.0);
-        let lifted = lift.as_mut().map(|(_, rhs)| PairLift {
+        let lifted = lift.as_mut().map(|lift| PairLift {
             change: &self.change,
-            rhs,
+            rhs: &mut *lift.rhs,
             remote: RemoteForce { row_of: &rows.row_of, values: &mut rows.force },
         });
         let mut opening = Opening {
             constrained: &self.constrained,
-            values,
+            values: &mut *values,
             remote: &mut rows.values,
             lift: lifted,
             symmetry,
         };
         evaluate(&fields, &mut opening);
-        let arrived = self.exchange.time(|| rows.blocks.send_values(world, D * D, &rows.values));
-        values.add_blocks(&rows.received, arrived);
-        if let Some((_, rhs)) = lift {
-            rows.give.reverse_add(world, D, &rows.force, rhs);
+        let sending = self.exchange.begin();
+        if let Some(lift) = &mut lift {
+            rows.give.reverse_add(world, D, &rows.force, lift.rhs);
         }
+        let (arrived, _waiting) = rows.blocks.send_values_while(world, D * D, &rows.values, || {
+            drop(sending);
+            meanwhile(values, lift);
+            self.exchange.begin()
+        });
+        rows.slots.clear();
+        rows.slots.extend(arrived.numbers.iter().map(|&number| rows.received[number as usize]));
+        values.add_blocks(&rows.slots, arrived.blocks);
     }
 }
 

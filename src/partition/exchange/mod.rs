@@ -11,5 +11,5 @@ mod rows;
 mod sparse;
 
 pub use nodes::{Field, NodeExchange, Traffic};
-pub use rows::{ForeignRows, RowExchange};
+pub use rows::{Arrived, ForeignRows, RowExchange};
 pub use sparse::sparse_all_to_all;

@@ -3,10 +3,11 @@
 use mpi::traits::CommunicatorCollectives;
 
 use super::owners::Owners;
-use super::peers::{Cargo, Peers, swap};
+use super::peers::{Peers, swap_while};
 use super::sparse::sparse_all_to_all;
 use crate::error::{Error, Result, agree};
 use crate::partition::IndexMap;
+use crate::petsc::Sends;
 
 /// A list of nodes that this rank wants values of, agreed with their owners.
 #[derive(Debug, Clone, Default)]
@@ -17,9 +18,8 @@ pub struct NodeExchange {
     /// Whom this rank gets values from, and the place in the wanted list of each that comes.
     owners: Peers,
     places: Vec<u32>,
-    /// What flies on the owners' end, and on the takers'.
-    at_owner: Vec<f64>,
-    at_taker: Vec<f64>,
+    leaving: Sends,
+    landed: Vec<f64>,
 }
 
 /// One of several fields that travel together.
@@ -65,8 +65,8 @@ impl NodeExchange {
             given: asked.into_iter().flat_map(|(_, nodes)| nodes).collect(),
             owners: Peers::new(requests.iter().map(|(rank, nodes)| (*rank, nodes.len()))),
             places,
-            at_owner: Vec::new(),
-            at_taker: Vec::new(),
+            leaving: Sends::default(),
+            landed: Vec::new(),
         })
     }
 
@@ -85,20 +85,17 @@ impl NodeExchange {
 
     /// The same for several fields in one message a neighbour. Collective.
     pub fn forward_many(&mut self, world: &impl CommunicatorCollectives, fields: &mut [Field<'_>]) {
-        let width = fields.iter().map(|field| field.width).sum();
-        self.resize(width);
-        let mut slots = self.at_owner.chunks_exact_mut(width.max(1));
-        for (&node, slot) in self.given.iter().zip(&mut slots) {
-            let mut at = 0;
+        let width: usize = fields.iter().map(|field| field.width).sum();
+        let room = self.leaving.room();
+        for &node in &self.given {
             for field in fields.iter() {
-                let from = node as usize * field.width;
-                slot[at..at + field.width].copy_from_slice(&field.owned[from..from + field.width]);
-                at += field.width;
+                room.extend_from_slice(&field.owned[node as usize * field.width..][..field.width]);
             }
         }
-        let out = Cargo { peers: &self.takers, items: &self.at_owner[..] };
-        swap(world, width, out, Cargo { peers: &self.owners, items: &mut self.at_taker });
-        for (&place, slot) in self.places.iter().zip(self.at_taker.chunks_exact(width.max(1))) {
+        self.landed.resize(self.places.len() * width, 0.0);
+        let out = (&mut self.leaving, self.takers.ranges(width));
+        swap_while(world, out, (&self.owners, &mut self.landed, width), || ());
+        for (&place, slot) in self.places.iter().zip(self.landed.chunks_exact(width.max(1))) {
             let mut at = 0;
             for field in fields.iter_mut() {
                 let to = place as usize * field.width;
@@ -116,13 +113,16 @@ impl NodeExchange {
         mut give: impl FnMut(u32, &mut [f64]),
         wanted: &mut [f64],
     ) {
-        self.resize(width);
-        for (&node, slot) in self.given.iter().zip(self.at_owner.chunks_exact_mut(width.max(1))) {
-            give(node, slot);
+        let room = self.leaving.room();
+        for &node in &self.given {
+            let start = room.len();
+            room.resize(start + width, 0.0);
+            give(node, &mut room[start..]);
         }
-        let out = Cargo { peers: &self.takers, items: &self.at_owner[..] };
-        swap(world, width, out, Cargo { peers: &self.owners, items: &mut self.at_taker });
-        for (&place, slot) in self.places.iter().zip(self.at_taker.chunks_exact(width.max(1))) {
+        self.landed.resize(self.places.len() * width, 0.0);
+        let out = (&mut self.leaving, self.takers.ranges(width));
+        swap_while(world, out, (&self.owners, &mut self.landed, width), || ());
+        for (&place, slot) in self.places.iter().zip(self.landed.chunks_exact(width.max(1))) {
             wanted[place as usize * width..][..width].copy_from_slice(slot);
         }
     }
@@ -137,17 +137,30 @@ impl NodeExchange {
         wanted: &[f64],
         owned: &mut [f64],
     ) {
-        self.resize(width);
-        for (&place, slot) in self.places.iter().zip(self.at_taker.chunks_exact_mut(width.max(1))) {
-            let from = place as usize * width;
-            slot.copy_from_slice(&wanted[from..from + width]);
+        self.reverse_add_while(world, width, wanted, owned, || ());
+    }
+
+    /// The same, and does `work` while the values are on their way. Collective.
+    pub fn reverse_add_while<R>(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        width: usize,
+        wanted: &[f64],
+        owned: &mut [f64],
+        work: impl FnOnce() -> R,
+    ) -> R {
+        let room = self.leaving.room();
+        for &place in &self.places {
+            room.extend_from_slice(&wanted[place as usize * width..][..width]);
         }
-        let out = Cargo { peers: &self.owners, items: &self.at_taker[..] };
-        swap(world, width, out, Cargo { peers: &self.takers, items: &mut self.at_owner });
-        for (&node, slot) in self.given.iter().zip(self.at_owner.chunks_exact(width.max(1))) {
+        self.landed.resize(self.given.len() * width, 0.0);
+        let out = (&mut self.leaving, self.owners.ranges(width));
+        let (_, done) = swap_while(world, out, (&self.takers, &mut self.landed, width), work);
+        for (&node, slot) in self.given.iter().zip(self.landed.chunks_exact(width.max(1))) {
             let row = &mut owned[node as usize * width..][..width];
             row.iter_mut().zip(slot).for_each(|(sum, value)| *sum += value);
         }
+        done
     }
 
     /// What a [`forward`](Self::forward) of `width` values a node makes this rank send.
@@ -163,10 +176,5 @@ impl NodeExchange {
     /// Owned nodes that others want, by ascending taker.
     pub fn given(&self) -> &[u32] {
         &self.given
-    }
-
-    fn resize(&mut self, width: usize) {
-        self.at_owner.resize(self.given.len() * width, 0.0);
-        self.at_taker.resize(self.places.len() * width, 0.0);
     }
 }

@@ -1,8 +1,12 @@
 //! The ranks on one end of an exchange, and the one place where messages fly.
 
+use std::ops::Range;
+
 use mpi::datatype::Equivalence;
 use mpi::request::{Request, scope};
 use mpi::traits::{CommunicatorCollectives, Destination, Source};
+
+use crate::petsc::Sends;
 
 /// Ranks, ascending, and how many items go to or come from each.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -36,11 +40,16 @@ impl Peers {
 
     /// Each peer with its part of `all`, which has `width` entries an item.
     pub fn parts<'a, T>(&'a self, all: &'a [T], width: usize) -> impl Iterator<Item = (i32, &'a [T])> {
-        let ranges = self.offsets.windows(2).map(move |ends| ends[0] * width..ends[1] * width);
-        self.ranks.iter().copied().zip(ranges.map(|range| &all[range]))
+        self.ranges(width).map(|(rank, range)| (rank, &all[range]))
     }
 
-    /// The same, to be written to.
+    /// Each peer with the range of its entries, of which an item has `width`.
+    pub fn ranges(&self, width: usize) -> impl Iterator<Item = (i32, Range<usize>)> {
+        let ranges = self.offsets.windows(2).map(move |ends| ends[0] * width..ends[1] * width);
+        self.ranks.iter().copied().zip(ranges)
+    }
+
+    /// Each peer with its part, to be written to.
     fn parts_mut<'a, T>(&self, mut all: &'a mut [T], width: usize) -> Vec<(i32, &'a mut [T])> {
         let mut parts = Vec::with_capacity(self.count());
         for (&rank, ends) in self.ranks.iter().zip(self.offsets.windows(2)) {
@@ -86,6 +95,30 @@ pub(super) fn swap<T: Equivalence>(
             .collect();
         arriving.into_iter().chain(leaving).for_each(Request::wait_without_status);
     });
+}
+
+/// Sends the `lists` of the buffer `out`, each to its rank, and receives into `items` of the peers `from`, with room for
+/// `width` entries an item: how many came from each, and what `work` returned, which is done while the messages fly and is
+/// to wait for no other rank.
+pub(super) fn swap_while<R>(
+    world: &impl CommunicatorCollectives,
+    (out, lists): (&mut Sends, impl Iterator<Item = (i32, Range<usize>)>),
+    (from, items, width): (&Peers, &mut [f64], usize),
+    work: impl FnOnce() -> R,
+) -> (Vec<usize>, R) {
+    scope(|scope| {
+        let parts = from.parts_mut(items, width).into_iter();
+        let arriving: Vec<Request<'_, [f64], _>> = parts
+            .map(|(rank, part)| world.process_at_rank(rank).immediate_receive_into(scope, part))
+            .collect();
+        out.post(world, lists);
+        let done = work();
+        let mut counts = Vec::with_capacity(arriving.len());
+        for request in arriving {
+            counts.push(request.wait().count(f64::equivalent_datatype()) as usize);
+        }
+        (counts, done)
+    })
 }
 
 #[cfg(test)]

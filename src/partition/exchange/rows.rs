@@ -4,10 +4,11 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::nodes::Traffic;
 use super::owners::Owners;
-use super::peers::{Cargo, Peers, swap};
+use super::peers::{Peers, swap_while};
 use super::sparse::sparse_all_to_all;
 use crate::error::{Error, Result, agree};
 use crate::partition::IndexMap;
+use crate::petsc::Sends;
 
 /// Node pairs in rows of other ranks, in compressed form: block `k` is row `rows[i]`, column `columns[k]` with
 /// `offsets[i] <= k < offsets[i + 1]`. Rows and the columns of each ascend.
@@ -63,7 +64,21 @@ pub struct RowExchange {
     rows: Vec<u32>,
     offsets: Vec<u32>,
     columns: Vec<i32>,
+    /// Messages that go and come, and what came in them.
+    leaving: Sends,
+    landed: Vec<f64>,
+    numbers: Vec<u32>,
     arrived: Vec<f64>,
+}
+
+/// Blocks that arrived, one after the other, and their numbers among all that may, those of
+/// [`received`](RowExchange::received): ascending, of a sender each once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arrived<'a> {
+    /// Number of each.
+    pub numbers: &'a [u32],
+    /// Their values.
+    pub blocks: &'a [f64],
 }
 
 impl RowExchange {
@@ -115,23 +130,59 @@ impl RowExchange {
         self.columns.len()
     }
 
-    /// Sends the blocks of [`ForeignRows`], `size` values each in its order, and returns those that arrived in the
-    /// order of [`received`](Self::received), to be added in this order. Collective.
+    /// Sends the blocks of [`ForeignRows`], `size` values each in its order, those alone that are not zero, and returns
+    /// those that arrived, to be added in their order. Collective.
     pub fn send_values(
         &mut self,
         world: &impl CommunicatorCollectives,
         size: usize,
         blocks: &[f64],
-    ) -> &[f64] {
-        self.arrived.resize(self.columns.len() * size, 0.0);
-        let out = Cargo { peers: &self.owners, items: blocks };
-        swap(world, size, out, Cargo { peers: &self.senders, items: &mut self.arrived });
-        &self.arrived
+    ) -> Arrived<'_> {
+        self.send_values_while(world, size, blocks, || ()).0
     }
 
-    /// What [`send_values`](Self::send_values) with `size` values a block makes this rank send.
+    /// The same, and does `work` while the blocks are on their way. Collective.
+    pub fn send_values_while<R>(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        size: usize,
+        blocks: &[f64],
+        work: impl FnOnce() -> R,
+    ) -> (Arrived<'_>, R) {
+        let Self { leaving, landed, numbers, arrived, .. } = self;
+        // A block travels behind its number. Few couples are in contact, and short messages are there at once.
+        let room = leaving.room();
+        let mut lists = Vec::with_capacity(self.owners.count());
+        for (rank, part) in self.owners.parts(blocks, size) {
+            let first = room.len();
+            for (number, block) in part.chunks_exact(size).enumerate() {
+                if block.iter().any(|value| *value != 0.0) {
+                    room.push(number as f64);
+                    room.extend_from_slice(block);
+                }
+            }
+            lists.push((rank, first..room.len()));
+        }
+        landed.resize(self.columns.len() * (size + 1), 0.0);
+        let from = (&self.senders, &mut landed[..], size + 1);
+        let (counts, done) = swap_while(world, (leaving, lists.into_iter()), from, work);
+        numbers.clear();
+        arrived.clear();
+        let mut first = 0;
+        for ((_, list), count) in self.senders.parts(landed, size + 1).zip(counts) {
+            for block in list[..count].chunks_exact(size + 1) {
+                numbers.push(first + block[0] as u32);
+                arrived.extend_from_slice(&block[1..]);
+            }
+            first += (list.len() / (size + 1)) as u32;
+        }
+        (Arrived { numbers, blocks: arrived }, done)
+    }
+
+    /// What [`send_values`](Self::send_values) with `size` values a block makes this rank send where no block is
+    /// zero.
     pub fn traffic(&self, size: usize) -> Traffic {
-        Traffic { messages: self.owners.count(), bytes: self.owners.items() * size * size_of::<f64>() }
+        Traffic { messages: self.owners.count(), bytes: self.owners.items() * (size + 1) * size_of::<f64>() }
     }
 }
 
