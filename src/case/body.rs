@@ -254,7 +254,7 @@ tagged!(Locking, "cure for locking");
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Mass")]
 pub enum Mass {
-    /// Redistributed where `accuracy` asks for a penetration in dynamics and the body can spare the mass of its contact
+    /// Redistributed where `accuracy` asks for a penetration and a time in dynamics and the body can spare the mass of its contact
     /// surfaces, since its penalty may have to become stiff; else consistent. The conserving scheme keeps its penalty.
     #[default]
     Auto,

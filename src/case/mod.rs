@@ -213,9 +213,13 @@ impl Case {
         matches!(self.time.scheme.value, Scheme::Static { .. })
     }
 
-    /// Whether `accuracy` may make a penalty on this body stiffer while it moves.
+    /// Whether `accuracy` may make a penalty on this body stiffer while it moves, in steps that follow their errors: in equal
+    /// ones a node without mass, which friction may leave no balance, has too few ways out.
     pub fn stiffens_contact_of(&self, body: &str) -> bool {
-        let asked = self.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some());
+        let asked = self
+            .accuracy
+            .as_ref()
+            .is_some_and(|accuracy| accuracy.penetration.is_some() && accuracy.time.is_some());
         let moves = !self.is_static() && self.time.scheme.value != Scheme::Conserving;
         let is_on = |place: &str| place.split('.').next() == Some(body);
         let stiffens = |contact: &Contact| {

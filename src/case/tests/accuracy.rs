@@ -63,6 +63,7 @@ fn penalties_become_stiffer_in_motion() {
     let newmark = "{ newmark: { beta: 0.25, gamma: 0.5 } }";
     assert_eq!(stiffens("fast", "", ""), [true, true, false]);
     assert_eq!(stiffens("{ penetration: none }", "", ""), [false; 3]);
+    assert_eq!(stiffens("{ time: none }", "", ""), [false; 3]);
     assert_eq!(stiffens("fast", newmark, "conserving"), [false; 3]);
     let power = "{ power_law: { stiffness: 1e14, exponent: 2 } }";
     assert_eq!(stiffens("fast", "{ penalty: { compliance: \"1e-10 m/Pa\" } }", power), [false; 3]);
