@@ -8,7 +8,6 @@ mod nodes;
 mod owners;
 mod peers;
 mod rows;
-
 mod sparse;
 
 pub use nodes::{Field, NodeExchange, Traffic};
