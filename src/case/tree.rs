@@ -32,6 +32,9 @@ pub(super) fn kept_node() -> Option<Node> {
     KEPT.take()
 }
 
+/// Characters of a text that an error repeats.
+const SHORT: usize = 60;
+
 type Read<T> = Result<T, Complaint>;
 
 impl Node {
@@ -48,6 +51,9 @@ impl Node {
         match &self.tree {
             Tree::Null => "nothing".into(),
             Tree::Truth(_) => "true or false".into(),
+            Tree::Text(text) if text.chars().count() > SHORT => {
+                format!("'{} ...'", text.chars().take(SHORT).collect::<String>())
+            }
             Tree::Text(text) => format!("'{text}'"),
             Tree::List(_) => "a list".into(),
             Tree::Map(_) => "a mapping".into(),
