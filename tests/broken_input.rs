@@ -6,7 +6,7 @@ mod common;
 use std::fs;
 use std::time::Duration;
 
-use common::{Folder, Output, SMALL_BLOCK, run};
+use common::{Folder, Output, SMALL_BLOCK, run, run_refused};
 
 const BOX: &str = "box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] }";
 const FRICTION: &str =
@@ -190,23 +190,33 @@ fn folder_with_meshes(name: &str) -> Folder {
     folder
 }
 
-fn all_refused(folder: &Folder, base: &str, list: &[Broken]) {
-    let mut failures = Vec::new();
-    for (from, to, code, words, ranks) in list {
-        assert!(base.contains(from), "not in the case: {from}");
-        folder.write("case.yml", &base.replacen(from, to, 1));
-        let output = run(*ranks, &["case.yml", "-o", "out"], folder);
-        if let Err(failure) = check(&output, *code, words) {
-            failures.push(format!("--- {from} -> {to} on {ranks} ranks: {failure}"));
-        }
-    }
+/// All of the list, some at a time, each in a folder of its own.
+fn all_refused(name: &str, base: &str, list: &[Broken]) {
+    let at_once = std::thread::available_parallelism().map_or(1, usize::from);
+    let failures: Vec<String> = std::thread::scope(|scope| {
+        let parts = list.chunks(list.len().div_ceil(at_once)).enumerate().map(|(number, part)| {
+            let folder = folder_with_meshes(&format!("{name}-{number}"));
+            scope.spawn(move || part.iter().filter_map(|broken| taken(&folder, base, broken)).collect())
+        });
+        let parts: Vec<_> = parts.collect();
+        parts.into_iter().flat_map(|part| -> Vec<String> { part.join().expect("a thread") }).collect()
+    });
     assert!(failures.is_empty(), "{} of {}:\n{}", failures.len(), list.len(), failures.join("\n"));
+}
+
+/// What is wrong with the way in which a broken case is refused.
+fn taken(folder: &Folder, base: &str, (from, to, code, words, ranks): &Broken) -> Option<String> {
+    assert!(base.contains(from), "not in the case: {from}");
+    folder.write("case.yml", &base.replacen(from, to, 1));
+    let output = run_refused(*ranks, &["case.yml", "-o", "out"], folder);
+    let failure = check(&output, *code, words).err()?;
+    Some(format!("--- {from} -> {to} on {ranks} ranks: {failure}"))
 }
 
 /// A wrong word, number, name, set or file in a case is refused with its place and a cure.
 #[test]
 fn broken_cases_are_refused_on_1_2_and_3_ranks() {
-    all_refused(&folder_with_meshes("broken"), SMALL_BLOCK, CASES);
+    all_refused("broken", SMALL_BLOCK, CASES);
 }
 
 /// Contact at the nodes of quadratic facets is refused between two bodies, and on an obstacle where their rule is not
@@ -243,7 +253,7 @@ fn nodal_contact_of_quadratic_facets_is_refused_on_1_and_2_ranks() {
         folder.write("case.yml", &case(element, target, !["quad8", "tri6"].contains(&element)));
         let words =
             [&*format!("on {facet} facets"), "'sole'", "case.yml:13", "hint: write `quadrature: gauss`"];
-        let output = run(if element == "hex27" { 2 } else { 0 }, &["check", "case.yml"], &folder);
+        let output = run_refused(if element == "hex27" { 2 } else { 0 }, &["check", "case.yml"], &folder);
         check(&output, 3, &words).unwrap_or_else(|e| panic!("{element} on {target}: {e}"));
     }
     for (element, target, solid) in
@@ -258,7 +268,7 @@ fn nodal_contact_of_quadratic_facets_is_refused_on_1_and_2_ranks() {
 #[test]
 fn sets_that_the_mesh_lacks_are_refused_on_1_2_and_3_ranks() {
     let mesh = SMALL_BLOCK.replace(BOX, "file: square.msh, region: rubber");
-    all_refused(&folder_with_meshes("sets"), &mesh, ON_A_FILE);
+    all_refused("sets", &mesh, ON_A_FILE);
 }
 
 /// A mesh file of another dimension than the case is refused.
@@ -268,7 +278,7 @@ fn a_mesh_of_another_dimension_is_refused() {
     let case = SMALL_BLOCK.replace(BOX, "file: square.msh").replace("dimension: 2", "dimension: 3");
     let case = case.replace("[0, 0]", "[0, 0, 0]").replace("[0, 1]", "[0, 0, 1]");
     folder.write("case.yml", &case);
-    let output = run(2, &["case.yml"], &folder);
+    let output = run_refused(2, &["case.yml"], &folder);
     check(&output, 4, &["square.msh", "no elements of dimension 3"]).unwrap();
 }
 
@@ -286,7 +296,7 @@ fn a_body_that_nothing_holds_is_refused_on_2_ranks() {
     {
         folder.write("case.yml", case);
         for command in [&["case.yml", "-o", "out"][..], &["check", "case.yml"][..]] {
-            check(&run(2, command, &folder), 3, &[words, "hint: "]).unwrap();
+            check(&run_refused(2, command, &folder), 3, &[words, "hint: "]).unwrap();
         }
     }
 }
@@ -304,7 +314,7 @@ fn a_body_that_slides_away_is_refused_on_2_ranks() {
         )
         .replace(TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }");
     folder.write("case.yml", &case);
-    let output = run(2, &["case.yml", "-o", "out"], &folder);
+    let output = run_refused(2, &["case.yml", "-o", "out"], &folder);
     assert!([Some(3), Some(5)].contains(&output.code), "{}{}", output.stdout, output.stderr);
     assert!(output.stderr.contains("no support holds 'block' along x"), "{}", output.stderr);
 }
@@ -322,7 +332,8 @@ fn petsc_options_are_checked_on_1_and_2_ranks() {
         (&["-mass_ksp_rtol", "tight"], 2, &["tight", "-mass_ksp_rtol"], 2),
     ] {
         let line = [&["case.yml", "-o", "out", "--"], options].concat();
-        check(&run(ranks, &line, &folder), code, words).unwrap_or_else(|e| panic!("{options:?}: {e}"));
+        check(&run_refused(ranks, &line, &folder), code, words)
+            .unwrap_or_else(|e| panic!("{options:?}: {e}"));
     }
 }
 
@@ -342,7 +353,7 @@ fn wrong_command_lines_are_usage_errors() {
         (&["chek", "base.yml"], "did you mean `contact-petsc check`?", 0),
         (&["quux"], "no such command or case file: 'quux'", 0),
     ] {
-        check(&run(ranks, line, &folder), 2, &[words]).unwrap_or_else(|e| panic!("{line:?}: {e}"));
+        check(&run_refused(ranks, line, &folder), 2, &[words]).unwrap_or_else(|e| panic!("{line:?}: {e}"));
     }
 }
 
@@ -367,7 +378,7 @@ fn unusable_files_are_named_on_1_and_2_ranks() {
         (&["plot", "theirs"], 4, &["theirs", "run.json", "hint: "], 0),
         (&["plot", "absent"], 4, &["absent"], 0),
     ] {
-        check(&run(ranks, line, &folder), code, words).unwrap_or_else(|e| panic!("{line:?}: {e}"));
+        check(&run_refused(ranks, line, &folder), code, words).unwrap_or_else(|e| panic!("{line:?}: {e}"));
     }
     assert_eq!(fs::read_to_string(folder.join("theirs/thesis.txt")).unwrap(), "years of work");
 }
