@@ -147,9 +147,12 @@ fn rubber_block_by_every_law_on_1_2_3_4_8_ranks() {
     };
     on("grosch-schallamach", &RANKS);
     on("power-law-2", &RANKS);
-    // The same laws with another exponent.
-    on("power-law-1", &[4]);
-    on("power-law-3", &[4]);
+    // The same laws with other numbers, the same law with another motion.
+    for law in
+        ["power-law-1", "power-law-3", "power-law-1-kn", "power-law-2-kn", "power-law-3-kn", "smooth-start"]
+    {
+        on(law, &[4]);
+    }
 }
 
 /// The block on the incline: bodies that only friction holds, a start whose free motion is held. Linear systems are solved
