@@ -19,6 +19,25 @@ pub enum LinearChoice {
     FilteredAmg(&'static str, FilteredAmgSettings),
 }
 
+impl LinearChoice {
+    /// The two-stage preconditioner that it asks for, the inner solver chosen.
+    pub(super) fn stages(&self, problem: &Problem) -> TwoStageSettings {
+        let asked = match self {
+            Self::TwoStage(settings) => *settings,
+            _ => TwoStageSettings::default(),
+        };
+        TwoStageSettings { inner: asked.inner.or(Some(problem.inner())), ..asked }
+    }
+
+    /// The filtered multigrid that it asks for.
+    pub(super) fn filter(&self) -> FilteredAmgSettings {
+        match self {
+            Self::FilteredAmg(_, settings) => *settings,
+            _ => FilteredAmgSettings::default(),
+        }
+    }
+}
+
 /// What the choice depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Problem {
@@ -65,7 +84,7 @@ impl Problem {
     }
 
     /// What solves with the symmetric matrices of the two-stage preconditioner where the case does not say.
-    pub(super) fn inner(&self) -> &'static str {
+    fn inner(&self) -> &'static str {
         let symmetric = Self { symmetric: true, format: Some(Format::Aij), ..*self };
         let names = symmetric.names().iter();
         // A preconditioner with matrices of its own does not nest.

@@ -118,11 +118,8 @@ impl LinearSolver {
             pattern: None,
             own: Rc::default(),
             subdomain: Rc::default(),
-            stages: stages(choice, problem),
-            filter: match choice {
-                LinearChoice::FilteredAmg(_, settings) => *settings,
-                _ => FilteredAmgSettings::default(),
-            },
+            stages: choice.stages(problem),
+            filter: choice.filter(),
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
             solve: Event::register(session, "Solve")?,
@@ -389,13 +386,4 @@ impl LinearSolver {
         }
         self.solvers[self.rung].as_mut().ok_or_else(|| Error::internal("the linear solver was not made"))
     }
-}
-
-/// The two-stage preconditioner that the case asks for, its inner solver chosen.
-fn stages(choice: &LinearChoice, problem: &Problem) -> TwoStageSettings {
-    let asked = match choice {
-        LinearChoice::TwoStage(settings) => *settings,
-        _ => TwoStageSettings::default(),
-    };
-    TwoStageSettings { inner: asked.inner.or(Some(problem.inner())), ..asked }
 }

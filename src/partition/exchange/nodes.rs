@@ -92,9 +92,7 @@ impl NodeExchange {
                 room.extend_from_slice(&field.owned[node as usize * field.width..][..field.width]);
             }
         }
-        self.landed.resize(self.places.len() * width, 0.0);
-        let out = (&mut self.leaving, self.takers.ranges(width));
-        swap_while(world, out, (&self.owners, &mut self.landed, width), || ());
+        self.travel(world, width);
         for (&place, slot) in self.places.iter().zip(self.landed.chunks_exact(width.max(1))) {
             let mut at = 0;
             for field in fields.iter_mut() {
@@ -119,12 +117,17 @@ impl NodeExchange {
             room.resize(start + width, 0.0);
             give(node, &mut room[start..]);
         }
-        self.landed.resize(self.places.len() * width, 0.0);
-        let out = (&mut self.leaving, self.takers.ranges(width));
-        swap_while(world, out, (&self.owners, &mut self.landed, width), || ());
+        self.travel(world, width);
         for (&place, slot) in self.places.iter().zip(self.landed.chunks_exact(width.max(1))) {
             wanted[place as usize * width..][..width].copy_from_slice(slot);
         }
+    }
+
+    /// Brings what is leaving from the owners to those that want it.
+    fn travel(&mut self, world: &impl CommunicatorCollectives, width: usize) {
+        self.landed.resize(self.places.len() * width, 0.0);
+        let out = (&mut self.leaving, self.takers.ranges(width));
+        swap_while(world, out, (&self.owners, &mut self.landed, width), || ());
     }
 
     /// Adds `wanted`, `width` values a node in the order of the list, to the owners' values. Collective.
