@@ -4,6 +4,7 @@
 //! nothing is sent to other ranks while assembling.
 
 mod accuracy;
+mod apart;
 mod balance;
 mod build;
 mod closing;
@@ -34,6 +35,7 @@ mod tangent;
 pub mod targets;
 
 pub use accuracy::{Asked, Stuck};
+pub use apart::Span;
 pub use closing::Closing;
 pub use energy::{Balances, Energies, EnergyLedger, Momentum, SavedLedger};
 pub use fields::{ContactFields, StressFields, SurfaceCells};

@@ -21,8 +21,14 @@ pub struct Overclosure<const D: usize> {
     pub smallest_gap: f64,
     /// Where that is \[m\].
     pub place: [f64; D],
+    /// Largest gap of those with a target near \[m\].
+    pub largest_gap: f64,
+    /// Where that is \[m\].
+    pub far_place: [f64; D],
     /// Number of those that penetrate.
     pub nodes: u64,
+    /// Number of those with a target near.
+    pub paired: u64,
     /// Number of those that may touch.
     pub candidates: u64,
 }
@@ -160,8 +166,7 @@ fn touching<const D: usize>(
     gaps.map(move |(gap, point)| (if gap.abs() <= known { 0.0 } else { gap }, point))
 }
 
-/// The smallest of the ranks' gaps; of places with the same gap, to what is `known` of one \[m\], that with the lowest
-/// coordinates, so that it does not depend on the ranks. Collective.
+/// The smallest and the largest of the ranks' gaps and how many there are; places are `known` so well \[m\]. Collective.
 fn worst<const D: usize>(
     world: &impl CommunicatorCollectives,
     contact: &str,
@@ -169,27 +174,38 @@ fn worst<const D: usize>(
     gaps: impl Iterator<Item = (f64, [f64; D])>,
 ) -> Overclosure<D> {
     let gaps: Vec<_> = touching(known, gaps).collect();
+    let (smallest_gap, place) = least(world, known, &gaps);
+    let paired: Vec<_> =
+        gaps.iter().filter(|(gap, _)| *gap < f64::MAX).map(|&(gap, at)| (-gap, at)).collect();
+    let (largest, far_place) = least(world, known, &paired);
+    let below = gaps.iter().filter(|(gap, _)| *gap < 0.0).count();
+    let count = [below, paired.len(), gaps.len()].map(|number| number as u64);
+    let mut total = [0u64; 3];
+    world.all_reduce_into(&count[..], &mut total[..], SystemOperation::sum());
+    let [nodes, paired, candidates] = total;
+    let contact = contact.to_owned();
+    Overclosure { contact, smallest_gap, place, largest_gap: -largest, far_place, nodes, paired, candidates }
+}
+
+/// The least of the ranks' values and its place; of places with the same value, to what is `known` of one \[m\], that with
+/// the lowest coordinates, so that it does not depend on the ranks. Collective.
+fn least<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    known: f64,
+    values: &[(f64, [f64; D])],
+) -> (f64, [f64; D]) {
     let least = |own: f64| {
         let mut all = 0.0;
         world.all_reduce_into(&own, &mut all, SystemOperation::min());
         all
     };
-    let smallest = least(gaps.iter().map(|(gap, _)| *gap).fold(f64::INFINITY, f64::min));
+    let smallest = least(values.iter().map(|(value, _)| *value).fold(f64::INFINITY, f64::min));
     let mut ties: Vec<[f64; D]> =
-        gaps.iter().filter(|(gap, _)| *gap <= smallest + known).map(|(_, place)| *place).collect();
+        values.iter().filter(|(value, _)| *value <= smallest + known).map(|(_, place)| *place).collect();
     let mut place = [0.0; D];
     for k in 0..D {
         place[k] = least(ties.iter().map(|tie| tie[k]).fold(f64::INFINITY, f64::min));
         ties.retain(|tie| tie[k] == place[k]);
     }
-    let count = [gaps.iter().filter(|(gap, _)| *gap < 0.0).count() as u64, gaps.len() as u64];
-    let mut total = [0u64; 2];
-    world.all_reduce_into(&count[..], &mut total[..], SystemOperation::sum());
-    Overclosure {
-        contact: contact.to_owned(),
-        smallest_gap: smallest,
-        place,
-        nodes: total[0],
-        candidates: total[1],
-    }
+    (smallest, place)
 }

@@ -43,10 +43,14 @@ pub struct ContactStart {
     pub name: String,
     /// Contact points.
     pub points: u64,
+    /// Those with a target near.
+    pub paired: u64,
     /// Those that are closed at the start.
     pub closed: u64,
     /// The smallest gap, negative for an overclosure, and where \[m\]; `None` where no target is near.
     pub nearest: Option<(f64, Vec<f64>)>,
+    /// The largest gap and where \[m\]; `None` where none is open.
+    pub widest: Option<(f64, Vec<f64>)>,
 }
 
 impl fmt::Display for StartUp {
@@ -86,12 +90,21 @@ impl fmt::Display for ContactStart {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "{}: {} of {} points closed", self.name, self.closed, self.points)?;
         let Some((gap, at)) = &self.nearest else { return write!(f, ", no target near") };
-        let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
-        match *gap < 0.0 {
-            true => write!(f, ", deepest overclosure {:.3e} m at ({})", -gap, at.join(", ")),
-            false => write!(f, ", no overclosure, smallest gap {gap:.3e} m at ({})", at.join(", ")),
+        if self.paired < self.points {
+            write!(f, ", {} with a target near", self.paired)?;
         }
+        match *gap < 0.0 {
+            true => write!(f, ", deepest overclosure {:.3e} m at {}", -gap, place(at))?,
+            false => write!(f, ", no overclosure, smallest gap {gap:.3e} m at {}", place(at))?,
+        }
+        let Some((gap, at)) = &self.widest else { return Ok(()) };
+        write!(f, ", widest gap {gap:.3e} m at {}", place(at))
     }
+}
+
+fn place(at: &[f64]) -> String {
+    let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
+    format!("({})", at.join(", "))
 }
 
 /// What a run came to, as a text without a final line break.
@@ -190,15 +203,18 @@ mod tests {
             contacts: vec![ContactStart {
                 name: "sole".into(),
                 points: 49,
-                closed: 49,
+                paired: 45,
+                closed: 40,
                 nearest: Some((-1.5e-5, vec![0.48, 0.0])),
+                widest: Some((2e-3, vec![0.0, 0.0])),
             }],
             remarks: vec![],
         };
         let expected = "Rubber block\n  mesh      2400 elements, 2499 nodes, 4998 unknowns\n\
             \x20 ranks     2, imbalance 1.010, edge cut 48\n\
             \x20           contact imbalance 1.050, 3 of 80 pairs across ranks\n  solver    monolithic, GMRES with ILU(0)\n\
-            \x20 contact   sole: 49 of 49 points closed, deepest overclosure 1.500e-5 m at (0.480000, 0.000000)\n\
+            \x20 contact   sole: 40 of 49 points closed, 45 with a target near, deepest overclosure 1.500e-5 m at \
+            (0.480000, 0.000000), widest gap 2.000e-3 m at (0.000000, 0.000000)\n\
             \x20 results   results/rubber-block";
         assert_eq!(report.to_string(), expected);
         let alone = StartUp { ranks: 1, ..report }.to_string();

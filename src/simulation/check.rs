@@ -37,7 +37,8 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let linear = options::linear(case);
     let format = options::format(session, case, &local, &linear)?;
     let wanted = SystemOptions { inertia: scheme.has_inertia(), format };
-    let system = ContactSystem::new(session, local, &model, wanted)?;
+    let mut system = ContactSystem::new(session, local, &model, wanted)?;
+    start::require_reach(&mut system, &model, case)?;
     if case.is_static() {
         start::require_supports(&system, &model)?;
     }

@@ -63,6 +63,7 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
     let format = options::format(session, case, &local, &linear)?;
     let options = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
+    start::require_reach(&mut system, &model, case)?;
     pace::limit_penetration(&mut system, case);
     let mut stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
     let mut strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)

@@ -44,7 +44,9 @@ pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<C
     let start = |found: &Overclosure<D>| ContactStart {
         name: found.contact.clone(),
         points: found.candidates,
+        paired: found.paired,
         closed: found.nodes,
+        widest: (found.largest_gap > 0.0).then(|| (found.largest_gap, found.far_place.to_vec())),
         nearest: is_near(found).then(|| (found.smallest_gap, found.place.to_vec())),
     };
     system.overclosures().iter().map(start).collect()
@@ -52,7 +54,7 @@ pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<C
 
 /// Whether any contactor point has a target at all.
 fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
-    found.smallest_gap < f64::MAX
+    found.paired > 0
 }
 
 /// What a user may like to know before the run: in dynamics a body may fly.

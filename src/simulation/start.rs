@@ -4,7 +4,7 @@
 use super::journal::Journal;
 use super::remarks::nodal_cure;
 use super::{SOLVER_PREFIXES, options};
-use crate::assembly::ContactSystem;
+use crate::assembly::{ContactSystem, Span};
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
 use crate::error::{Error, Result};
@@ -63,6 +63,23 @@ pub fn require_supports<const D: usize>(system: &ContactSystem<D>, model: &Model
     }
     Err(Error::case(format!("statics, and nothing holds {}", lost.join("; ")))
         .hint("give it a displacement boundary in each direction, or a dynamic scheme"))
+}
+
+/// Whether each contact can close in the time of the case. Collective.
+///
+/// # Errors
+/// When one can not.
+pub fn require_reach<const D: usize>(
+    system: &mut ContactSystem<D>,
+    model: &Model<D>,
+    case: &Case,
+) -> Result<()> {
+    let from_equilibrium =
+        matches!(case.start.as_ref().map(|start| &start.value), Some(Start::Equilibrium { .. }));
+    system.require_reach(
+        model,
+        &Span { end: case.time.end.si, is_dynamic: !case.is_static(), from_equilibrium },
+    )
 }
 
 /// Static equilibrium at t = 0, loads and prescribed displacements growing in equal increments.
