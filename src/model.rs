@@ -213,6 +213,16 @@ impl<const D: usize> Model<D> {
         let flat = |contact: &Contact<D>| matches!(contact.target, Target::Obstacle(Obstacle::Plane(_)));
         self.bodies.iter().all(linear) && self.contacts.iter().all(flat)
     }
+
+    /// Instants at which loads or supports may jump, or their rates \[s\].
+    pub fn kinks(&self) -> Vec<f64> {
+        let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
+        let loads = self.loads.iter().flat_map(|load| match &load.kind {
+            LoadKind::BodyForce(functions) | LoadKind::Traction(functions) => functions.as_slice(),
+            LoadKind::Pressure(function) => std::slice::from_ref(function),
+        });
+        supports.chain(loads).flat_map(|function| function.kinks()).collect()
+    }
 }
 
 /// Lengths as SI numbers \[m\]; those that are missing are 0.

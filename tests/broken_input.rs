@@ -250,6 +250,8 @@ fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
     };
     let pushed = "boundary: { push: { on: left.left, traction: { x: 1.0e5 } } }";
     let carried = "boundary: { carry: { on: left.left, displacement: { x: \"50 * t\" } } }";
+    // A pulse so short that equal instants miss it.
+    let thrown = "boundary: { throw: { on: left.left, displacement: { x: { table: [[0, 0], [0.001, 5], [0.002, 0]] } } } }";
     let drawn = "boundary: { weight: { on: left, gravity: [20, 0] } }";
     let rows = [
         (20.0, "", "", false),
@@ -259,6 +261,7 @@ fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
         (20.0, "", drawn, true),
         (2000.0, "", drawn, false),
         (40.0, "", carried, true),
+        (40.0, "", thrown, true),
         (1.5, "", "", true),
     ];
     for (gap, velocity, loads, can_close) in rows {

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{Bounds, Facet};
 use crate::model::{self, Model, Target};
 
-/// Instants at which prescribed motions and loads are looked at.
+/// Equal parts of the time at whose ends prescribed motions and loads are looked at, beside the instants at which they may jump.
 const INSTANTS: u32 = 64;
 
 /// Factor on what motions and loads would do alone: a light body that is hit flies faster than what hits it, a load acts
@@ -113,7 +113,8 @@ impl<const D: usize> ContactSystem<D> {
 
     /// How far prescribed motions, velocities at the start and loads can bring a body \[m\]. Collective.
     fn way(&mut self, model: &Model<D>, span: &Span) -> f64 {
-        let instants = (0..=INSTANTS).map(|k| span.end * f64::from(k) / f64::from(INSTANTS));
+        let even = (0..=INSTANTS).map(|k| span.end * f64::from(k) / f64::from(INSTANTS));
+        let instants = even.chain(model.kinks().into_iter().filter(|time| (0.0..=span.end).contains(time)));
         let (mut travel, mut speed, mut load) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut force = vec![0.0; self.local.index.owned * D];
         let zero = vec![0.0; self.local.mesh.points.len() * D];

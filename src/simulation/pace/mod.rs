@@ -9,7 +9,7 @@ use crate::assembly::{Asked, ContactSystem, Energies};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;
 use crate::error::Result;
-use crate::model::{LoadKind, Model};
+use crate::model::Model;
 use crate::solvers::SolveReport;
 use crate::time::StepControl;
 
@@ -43,19 +43,9 @@ fn adapts(case: &Case) -> bool {
 pub fn control<const D: usize>(case: &Case, model: &Model<D>, start: f64) -> StepControl {
     let time = &case.time;
     match adapts(case) {
-        true => StepControl::adaptive([start, time.end.si], time.step(), &kinks(model), time.cuts.value),
+        true => StepControl::adaptive([start, time.end.si], time.step(), &model.kinks(), time.cuts.value),
         false => StepControl::new(start, time.end.si, time.step(), time.cuts.value),
     }
-}
-
-/// Instants at which loads or supports may jump, or their rates \[s\].
-fn kinks<const D: usize>(model: &Model<D>) -> Vec<f64> {
-    let supports = model.supports.iter().flat_map(|support| support.components.iter().flatten());
-    let loads = model.loads.iter().flat_map(|load| match &load.kind {
-        LoadKind::BodyForce(functions) | LoadKind::Traction(functions) => functions.as_slice(),
-        LoadKind::Pressure(function) => std::slice::from_ref(function),
-    });
-    supports.chain(loads).flat_map(|function| function.kinks()).collect()
 }
 
 /// Whether stick follows the slip that is asked for, by the return map, and not the case's own law; the conserving scheme,
@@ -80,7 +70,7 @@ impl Pace {
             return Ok(Self { watch: None });
         };
         accuracy.slip = accuracy.slip.filter(|_| limits_slip(case));
-        let watch = Watch::new(system, stage, (case, accuracy), kinks(model))?;
+        let watch = Watch::new(system, stage, (case, accuracy), model.kinks())?;
         Ok(Self { watch: Some(Box::new(watch)) })
     }
 
