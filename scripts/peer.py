@@ -153,7 +153,7 @@ def main():
         tries = 0
         while not motion.solve(FORCE, tolerance):
             if (tries := tries + 1) > 10:
-                raise SystemExit(f"no balance at {end} s")
+                return False
             for _ in range(SECANTS):
                 last.x.array[:] = velocity_of(u.x.array)
                 slow.solve(FORCE, tolerance)
@@ -161,15 +161,17 @@ def main():
         rows.append([end] + [fem.assemble_scalar(form) for form in total])
         for old, new in ((u0, u), (v0, v1), (a0, a1)):
             old.x.array[:] = new.x.array
+        return True
 
-    for step in range(steps):
-        advance((step + 1) * STEP)
+    done = next((step for step in range(steps) if not advance((step + 1) * STEP)), steps)
+    if done < steps:
+        print(f"no balance at {(done + 1) * STEP} s", file=sys.stderr)
     seconds = time.process_time() - begin
     np.savetxt(table, rows, delimiter=",", header="t [s],f_n [N],f_t [N]", comments="")
     newton = press.newton + motion.newton + slow.newton
     parts = {key: sum(balance.seconds[key] for balance in (press, motion, slow)) for key in press.seconds}
     print(json.dumps(dict(
-        cells=cells, newton=newton, cpu=round(seconds, 2), cpu_per_newton_ms=round(1e3 * seconds / newton, 1),
+        cells=cells, steps=done, newton=newton, cpu=round(seconds, 2), cpu_per_newton_ms=round(1e3 * seconds / newton, 1),
         residual=round(parts["residual"], 2), tangent=round(parts["tangent"], 2),
         factorise_and_solve=round(parts["total"] - parts["residual"] - parts["tangent"], 2),
     )))
