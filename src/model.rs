@@ -3,6 +3,7 @@
 mod build;
 mod laws;
 mod meshes;
+mod sets;
 
 use crate::case::{self, Function};
 use crate::contact::friction::Friction;
@@ -186,11 +187,19 @@ pub enum LoadKind<const D: usize> {
 impl<const D: usize> LoadKind<D> {
     /// Whether the load never changes by itself.
     pub fn is_constant_in_time(&self) -> bool {
+        self.functions().iter().all(Function::is_constant_in_time)
+    }
+
+    /// Whether its values at the kinks, at the start and at the end bound those between.
+    pub fn is_linear_between_kinks(&self) -> bool {
+        self.functions().iter().all(Function::is_linear_between_kinks)
+    }
+
+    /// One a direction, or the one of a pressure.
+    pub fn functions(&self) -> &[Function] {
         match self {
-            Self::BodyForce(functions) | Self::Traction(functions) => {
-                functions.iter().all(Function::is_constant_in_time)
-            }
-            Self::Pressure(function) => function.is_constant_in_time(),
+            Self::BodyForce(functions) | Self::Traction(functions) => functions,
+            Self::Pressure(function) => std::slice::from_ref(function),
         }
     }
 }
@@ -217,10 +226,7 @@ impl<const D: usize> Model<D> {
     /// Instants at which loads or supports may jump, or their rates \[s\].
     pub fn kinks(&self) -> Vec<f64> {
         let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
-        let loads = self.loads.iter().flat_map(|load| match &load.kind {
-            LoadKind::BodyForce(functions) | LoadKind::Traction(functions) => functions.as_slice(),
-            LoadKind::Pressure(function) => std::slice::from_ref(function),
-        });
+        let loads = self.loads.iter().flat_map(|load| load.kind.functions());
         supports.chain(loads).flat_map(|function| function.kinks()).collect()
     }
 }

@@ -110,6 +110,13 @@ const CASES: &[Broken] = &[
     ),
     ("normal: [0, 1]", "normal: [0, 0]", 3, &["the normal of a plane is zero"], 0),
     (
+        "boundary:",
+        "  heel: { contactor: block.bottom, target: floor }\nboundary:",
+        3,
+        &["case.yml:16:", "'sole' and 'heel' have the same two sides", "keep one of them"],
+        0,
+    ),
+    (
         "point: [0, 0]",
         "point: [0, -50]",
         3,
@@ -154,12 +161,25 @@ const ON_A_FILE: &[Broken] = &[
     ("block.bottom", "block.nothing", 3, &["block.nothing"], 3),
     ("block.bottom", "block.corner", 3, &["block.corner", "hint: "], 2),
     ("block.bottom", "block.rubber", 3, &["block.rubber", "hint: "], 0),
-    ("on: block.top", "on: block.roof", 3, &["'clamp'", "block.roof"], 2),
+    (
+        "block.bottom",
+        "block.Bottom",
+        3,
+        &["case.yml:12:16", "no surface 'Bottom'", "did you mean 'block.bottom'?"],
+        0,
+    ),
+    (
+        "on: block.top",
+        "on: block.roof",
+        3,
+        &["case.yml:17:16", "no set 'roof'", "block.corner", "block.top"],
+        2,
+    ),
     (
         "on: block.top, displacement: { x: \"1.0 * t\", y: -0.01 }",
         "on: block.corner, traction: { x: 1 }",
         3,
-        &["block.corner"],
+        &["'block.corner' has points, a surface is needed", "known: block.bottom"],
         2,
     ),
 ];
@@ -252,6 +272,10 @@ fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
     let carried = "boundary: { carry: { on: left.left, displacement: { x: \"50 * t\" } } }";
     // A pulse so short that equal instants miss it.
     let thrown = "boundary: { throw: { on: left.left, displacement: { x: { table: [[0, 0], [0.001, 5], [0.002, 0]] } } } }";
+    let blow = "boundary: { blow: { on: left.left, traction: { x: { table: [[0, 0], [0.005, 8e6], [0.01, 0]] } } } }";
+    let still = "boundary: { one: { on: left, displacement: { x: 0, y: 0 } }, \
+                 other: { on: right, displacement: { x: 0, y: 0 } } }"
+        .to_owned();
     let drawn = "boundary: { weight: { on: left, gravity: [20, 0] } }";
     let rows = [
         (20.0, "", "", false),
@@ -262,6 +286,18 @@ fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
         (2000.0, "", drawn, false),
         (40.0, "", carried, true),
         (40.0, "", thrown, true),
+        // A load that varies by an expression, a blow by a table, a motion between two equal instants.
+        (40.0, "", "boundary: { w: { on: left, gravity: [\"500*sin(20*pi*t)^2\", 0] } }", true),
+        (20.0, "", blow, true),
+        (
+            40.0,
+            "",
+            "boundary: { c: { on: left.left, displacement: { x: \"if(abs(t - 0.507) < 0.1, 5, 0)\" } } }",
+            true,
+        ),
+        // Both surfaces are prescribed, and stay where they are, or meet.
+        (1.1, "", &still, false),
+        (1.1, "", &still.replace("left, displacement: { x: 0", "left, displacement: { x: \"t\""), true),
         (1.5, "", "", true),
     ];
     for (gap, velocity, loads, can_close) in rows {

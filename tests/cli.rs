@@ -163,6 +163,18 @@ fn a_contact_that_never_closes_is_remarked() {
     assert_eq!(output.stderr.matches("'sole' never closed").count(), 1, "{}", output.stderr);
 }
 
+/// A contactor on the wrong side of its body is remarked.
+#[test]
+fn a_contactor_that_looks_away_is_remarked() {
+    let folder = Folder::new("away");
+    for (side, away) in [("top", true), ("left", false), ("bottom", false)] {
+        let case = with("contactor: block.bottom", &format!("contactor: block.{side}"));
+        folder.write("case.yml", &case.replace("on: block.top", "on: block.right"));
+        let output = run(2, &["check", "case.yml"], &folder).success();
+        assert_eq!(output.stdout.contains("look away from the target"), away, "{side}: {}", output.stdout);
+    }
+}
+
 /// A target with many nodes between two contact points is remarked, as shipped or with the roles swapped it is not.
 #[test]
 fn a_target_finer_than_the_points_is_remarked() {

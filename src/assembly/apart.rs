@@ -11,8 +11,8 @@ use crate::error::{Error, Result};
 use crate::mesh::{Bounds, Facet};
 use crate::model::{self, Model, Target};
 
-/// Equal parts of the time at whose ends prescribed motions and loads are looked at, beside the instants at which they may jump.
-const INSTANTS: u32 = 64;
+/// Steps at which prescribed motions are looked at, at most.
+const INSTANTS: f64 = 1.0e4;
 
 /// Factor on what motions and loads would do alone: a light body that is hit flies faster than what hits it, a load acts
 /// on an area that grows.
@@ -23,18 +23,30 @@ const GENEROUS: f64 = 10.0;
 pub struct Span {
     /// End of the motion \[s\].
     pub end: f64,
+    /// Largest step \[s\].
+    pub step: f64,
     /// Inertia takes part.
     pub is_dynamic: bool,
     /// The motion starts from a static equilibrium.
     pub from_equilibrium: bool,
 }
 
+/// How far a body can be brought.
+#[derive(Clone, Copy)]
+struct Way {
+    /// By prescribed displacements \[m\].
+    travel: f64,
+    /// By its velocity and by loads \[m\].
+    flight: f64,
+}
+
 impl<const D: usize> ContactSystem<D> {
     /// Refuses a contact whose surfaces start further apart than the bodies can get within the time. Collective.
     ///
     /// They can get as far as their own size (an elastic body that is held would have to be twice as long), and
-    /// [`GENEROUS`] times `|u| + (|v| + |v_0|) T + a T^2 / 2`, with the largest prescribed displacement and velocity, the
-    /// largest velocity at the start, and all loads on the lightest body. Nothing bounds what a load does in statics.
+    /// ten times `|u| + (|v| + |v_0|) T + a T^2 / 2`, with the largest prescribed displacement and velocity, the
+    /// largest velocity at the start, and all loads on the lightest body. Nothing bounds what a load does in statics, or one that
+    /// varies in time otherwise than by a table. Surfaces that are prescribed as a whole get as far as that tells.
     ///
     /// # Errors
     /// Names the contact, its gap and what there is to close it, the same on all ranks.
@@ -42,16 +54,19 @@ impl<const D: usize> ContactSystem<D> {
         let mut motion = None;
         for (at, contact) in model.contacts.iter().enumerate() {
             let gap = self.overclosures()[at].smallest_gap;
-            let sizes = self.sizes(contact);
-            if gap <= sizes {
+            let (sizes, held) = (self.sizes(contact), self.is_prescribed(contact)?);
+            if gap <= if held { 0.0 } else { sizes } {
                 continue;
             }
             let gap = if gap < f64::MAX { gap } else { self.between(contact)? };
-            let moved = match motion {
-                Some(moved) => moved,
+            let Way { travel, flight } = match motion {
+                Some(way) => way,
                 None => *motion.insert(self.way(model, span)),
             };
-            let reach = sizes + moved;
+            let reach = match held {
+                true => 2.0 * (D as f64).sqrt() * travel,
+                false => sizes + GENEROUS * (travel + flight),
+            };
             if gap > reach {
                 let message = format!(
                     "contact '{}' can not close: its surfaces start {gap:.3e} m apart, and within {} s the bodies get no \
@@ -111,38 +126,66 @@ impl<const D: usize> ContactSystem<D> {
         }
     }
 
-    /// How far prescribed motions, velocities at the start and loads can bring a body \[m\]. Collective.
-    fn way(&mut self, model: &Model<D>, span: &Span) -> f64 {
-        let even = (0..=INSTANTS).map(|k| span.end * f64::from(k) / f64::from(INSTANTS));
-        let instants = even.chain(model.kinks().into_iter().filter(|time| (0.0..=span.end).contains(time)));
-        let (mut travel, mut speed, mut load) = (0.0_f64, 0.0_f64, 0.0_f64);
+    /// Whether the motion of the contactor is prescribed as a whole, and that of the target as well. Collective.
+    fn is_prescribed(&self, contact: &model::Contact<D>) -> Result<bool> {
+        let mut sets = vec![&contact.contactor];
+        if let Target::Surface { set, .. } = &contact.target {
+            sets.push(set);
+        }
+        let mut free = 0u64;
+        let mut nodes = Vec::new();
+        for set in sets {
+            for &facet in facets_of(&self.local, set)? {
+                self.local.mesh.facet_nodes(facet, &mut nodes);
+                let dofs = nodes.iter().flat_map(|&node| node as usize * D..(node as usize + 1) * D);
+                free += dofs.filter(|&dof| !self.supports.dofs.constrained[dof]).count() as u64;
+            }
+        }
+        let mut all = 0;
+        self.session.world().all_reduce_into(&free, &mut all, SystemOperation::sum());
+        Ok(all == 0)
+    }
+
+    /// How far prescribed motions, velocities at the start and loads can bring a body. Collective.
+    fn way(&mut self, model: &Model<D>, span: &Span) -> Way {
+        let kinks = model.kinks().into_iter().filter(|time| (0.0..=span.end).contains(time));
+        let kinks: Vec<f64> = kinks.chain([0.0, span.end]).collect();
+        let steps = (span.end / span.step).clamp(1.0, INSTANTS).ceil();
+        let even = (0..=steps as u32).map(|k| span.end * f64::from(k) / steps);
+        let instants: Vec<f64> = even.chain(kinks.iter().copied()).collect();
+        let [travel, speed] = self.supports.largest(&self.local.mesh.points, &instants);
+        let speed = speed + self.speed_at_start(model);
+        let part = self.load(model, &kinks);
+        let lightest = self.masses(model.bodies.len()).into_iter().fold(f64::INFINITY, f64::min);
+        let world = self.session.world();
+        let (mut most, mut load) = ([0.0; 2], 0.0);
+        world.all_reduce_into(&[travel, speed][..], &mut most[..], SystemOperation::max());
+        world.all_reduce_into(&part, &mut load, SystemOperation::sum());
+        let [travel, speed] = most;
+        let flight = match (load > 0.0, span.is_dynamic) {
+            (true, true) if !span.from_equilibrium => {
+                speed * span.end + 0.5 * load / lightest * span.end.powi(2)
+            }
+            (true, _) => f64::INFINITY,
+            (false, true) => speed * span.end,
+            (false, false) => 0.0,
+        };
+        Way { travel, flight }
+    }
+
+    /// Sum of the loads on this rank's nodes, the largest of those at `instants` \[N\].
+    fn load(&mut self, model: &Model<D>, instants: &[f64]) -> f64 {
+        if !model.loads.iter().all(|load| load.kind.is_linear_between_kinks()) {
+            return f64::INFINITY;
+        }
         let mut force = vec![0.0; self.local.index.owned * D];
         let zero = vec![0.0; self.local.mesh.points.len() * D];
-        for time in instants {
-            let [u, v] = self.supports.largest(&self.local.mesh.points, time);
-            (travel, speed) = (travel.max(u), speed.max(v));
+        let at = |time: &f64| {
             force.fill(0.0);
-            self.external.add_force(&Moment { time, u: &zero, factor: 1.0 }, &self.solids, &mut force);
-            load = load.max(force.iter().map(|entry| entry.abs()).sum());
-        }
-        speed += self.speed_at_start(model);
-        let masses = self.masses(model.bodies.len());
-        let world = self.session.world();
-        let (own, mut most) = ([travel, speed], [0.0; 2]);
-        world.all_reduce_into(&own[..], &mut most[..], SystemOperation::max());
-        let mut total = 0.0;
-        world.all_reduce_into(&load, &mut total, SystemOperation::sum());
-        let [travel, speed] = most;
-        if !span.is_dynamic {
-            return if total > 0.0 { f64::INFINITY } else { GENEROUS * travel };
-        }
-        let lightest = masses.into_iter().fold(f64::INFINITY, f64::min);
-        let pushed = match (total > 0.0, span.from_equilibrium) {
-            (false, _) => 0.0,
-            (true, true) => f64::INFINITY,
-            (true, false) => 0.5 * total / lightest * span.end.powi(2),
+            self.external.add_force(&Moment { time: *time, u: &zero, factor: 1.0 }, &self.solids, &mut force);
+            force.iter().map(|entry| entry.abs()).sum()
         };
-        GENEROUS * (travel + speed * span.end + pushed)
+        instants.iter().map(at).fold(0.0, f64::max)
     }
 
     /// Largest velocity that this rank's bodies have at the start \[m/s\].

@@ -15,6 +15,7 @@ use crate::model::{MassChoice, Model, Quadrature, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 use crate::space::{Boundary, DofMap};
+use crate::tensor::Vector;
 
 /// A body that no support holds in some direction.
 pub(super) struct FreeBody {
@@ -167,6 +168,11 @@ fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 4] {
 }
 
 fn facet_area<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> f64 {
+    facet_normals(local, facet).iter().map(|normal| normal.norm()).sum()
+}
+
+/// Undeformed outward normals at the quadrature points of a facet, as long as their shares of the area \[m^(D - 1)\].
+pub(super) fn facet_normals<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> Vec<Vector<D>> {
     let kind = local.mesh.facet_kind(facet);
     let mut nodes = Vec::new();
     local.mesh.facet_nodes(facet, &mut nodes);
@@ -176,9 +182,9 @@ fn facet_area<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> f64 {
     let width = table.nodes * (D - 1);
     let at = |q: usize| {
         let tangents = crate::space::facet_tangents::<D>(&points, &table.dn[q * width..(q + 1) * width]);
-        table.weights[q] * crate::space::facet_normal(&tangents).norm()
+        crate::space::facet_normal(&tangents) * table.weights[q]
     };
-    (0..table.points).map(at).sum()
+    (0..table.points).map(at).collect()
 }
 
 /// Largest extent of a facet along an axis \[m\].

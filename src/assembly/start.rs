@@ -3,6 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::build::facet_normals;
 use super::contact::facets_of;
 use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result, agree};
@@ -31,6 +32,8 @@ pub struct Overclosure<const D: usize> {
     pub paired: u64,
     /// Number of those that may touch.
     pub candidates: u64,
+    /// Whether all facets of the contactor look away from an obstacle.
+    pub looks_away: bool,
 }
 
 /// Surfaces that overlap by less than this part of the extent of all bodies touch exactly: more is not known of a
@@ -71,7 +74,8 @@ pub fn resolve_overclosure<const D: usize>(
         let point = local.mesh.points[node as usize];
         (obstacle.gap(&Vector::from(point)), point)
     });
-    let found = worst(world, &contact.name, known, gaps);
+    let mut found = worst(world, &contact.name, known, gaps);
+    found.looks_away = look_away(world, local, &facets, obstacle);
     if found.smallest_gap < 0.0 {
         match contact.initial_overclosure {
             InitialOverclosure::Error => return Err(refusal(contact, &found, "nodes")),
@@ -150,6 +154,27 @@ fn require_free_side<const D: usize>(
     .hint("a plane's normal points to the free side; a sphere or cylinder has side: outside or inside"))
 }
 
+/// Whether the outward normals of all facets point the same way as the obstacle's. Collective.
+fn look_away<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    facets: &[Facet],
+    obstacle: &Obstacle<D>,
+) -> bool {
+    let mut nodes = Vec::new();
+    let faces = |&facet: &Facet| {
+        local.mesh.facet_nodes(facet, &mut nodes);
+        let normal: Vector<D> = facet_normals(local, facet).iter().sum();
+        let against =
+            |&node: &u32| obstacle.proximity(&local.mesh.points[node as usize].into()).normal.dot(&normal);
+        nodes.iter().any(|node| against(node) <= 0.0)
+    };
+    let own = u64::from(facets.iter().any(faces));
+    let mut any = 0;
+    world.all_reduce_into(&own, &mut any, SystemOperation::max());
+    any == 0
+}
+
 /// Moves a point onto the surface of the obstacle where it lies behind it.
 fn move_out<const D: usize>(point: &mut [f64; D], obstacle: &Obstacle<D>) {
     let at = obstacle.proximity(&Vector::from(*point));
@@ -184,7 +209,17 @@ fn worst<const D: usize>(
     world.all_reduce_into(&count[..], &mut total[..], SystemOperation::sum());
     let [nodes, paired, candidates] = total;
     let contact = contact.to_owned();
-    Overclosure { contact, smallest_gap, place, largest_gap: -largest, far_place, nodes, paired, candidates }
+    Overclosure {
+        contact,
+        smallest_gap,
+        place,
+        largest_gap: -largest,
+        far_place,
+        nodes,
+        paired,
+        candidates,
+        looks_away: false,
+    }
 }
 
 /// The least of the ranks' values and its place; of places with the same value, to what is `known` of one \[m\], that with

@@ -41,15 +41,20 @@ impl<const D: usize> Supports<D> {
         self.dofs.fill(points, motion, fields)
     }
 
-    /// Largest prescribed displacement \[m\] and velocity \[m/s\] of any component on this rank at `time`.
-    pub fn largest(&self, points: &[[f64; D]], time: f64) -> [f64; 2] {
+    /// Largest prescribed displacement \[m\] and velocity \[m/s\] of any component on this rank at `instants` \[s\].
+    pub fn largest(&self, points: &[[f64; D]], instants: &[f64]) -> [f64; 2] {
         let mut most = [0.0_f64; 2];
         for (boundary, motions) in self.dofs.boundaries.iter().zip(&self.motions) {
-            for &(node, component) in &boundary.entries {
-                let Some(function) = &motions[usize::from(component)] else { continue };
-                let crate::case::Motion { value: u, rate: v, .. } =
-                    function.motion(in_space(&points[node as usize]), time);
-                most = [most[0].max(u.abs()), most[1].max(v.abs())];
+            for (component, function) in motions.iter().enumerate() {
+                let Some(function) = function else { continue };
+                let nodes = boundary.entries.iter().filter(|(_, of)| usize::from(*of) == component);
+                let nodes = nodes.take(if function.is_constant_in_space() { 1 } else { usize::MAX });
+                for (&(node, _), &time) in
+                    nodes.flat_map(|entry| instants.iter().map(move |time| (entry, time)))
+                {
+                    let at = function.motion(in_space(&points[node as usize]), time);
+                    most = [most[0].max(at.value.abs()), most[1].max(at.rate.abs())];
+                }
             }
         }
         most

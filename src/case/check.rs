@@ -25,6 +25,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     }
     case.obstacles.iter().for_each(|(_, obstacle)| check.obstacle(obstacle));
     case.contact.iter().for_each(|(_, contact)| check.contact(contact));
+    check.pairs();
     case.boundary.iter().for_each(|(name, boundary)| check.boundary(name, boundary));
     check.doubly_prescribed();
     check.time();

@@ -102,6 +102,11 @@ impl Function {
         }
     }
 
+    /// Whether the value is linear in time between the [kinks](Self::kinks), as far as that can be seen.
+    pub fn is_linear_between_kinks(&self) -> bool {
+        matches!(self.form, Form::Table(_)) || self.is_constant_in_time()
+    }
+
     /// Whether the value is the same at every point.
     pub fn is_constant_in_space(&self) -> bool {
         match &self.form {

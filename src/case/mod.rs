@@ -189,6 +189,17 @@ impl Case {
         self.source.error(&Complaint::new(message.into()).at(place))
     }
 
+    /// The error at a name that only a mesh knows to be wrong, with the names that there are and the nearest of them.
+    pub fn unknown<'a>(
+        &self,
+        name: &At<String>,
+        message: String,
+        known: impl Iterator<Item = &'a str>,
+    ) -> Error {
+        let complaint = Complaint::unknown("name", name, known).at(name.place);
+        self.source.error(&Complaint { message, ..complaint })
+    }
+
     /// A path of the case, made relative to the working directory.
     pub fn resolve(&self, path: &str) -> PathBuf {
         self.source.directory.join(path)

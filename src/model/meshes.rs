@@ -1,6 +1,7 @@
 //! The meshes of a case: read from files or made as boxes, bent, and merged to one.
 
 use super::lengths;
+use super::sets::require_sets;
 use crate::case::{self, Case};
 use crate::error::{Error, Result};
 use crate::mesh::{BoxShape, ElementKind, Mesh, gmsh, merge, require_room, spelled, validate};
@@ -26,6 +27,7 @@ pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
         bodies.push((name.value.clone(), mesh));
     }
     let mesh = merge(bodies)?;
+    require_sets(case, &mesh)?;
     require_nodal_rules(case, &mesh)?;
     Ok(mesh)
 }

@@ -87,7 +87,14 @@ pub fn remarks(case: &Case) -> Vec<String> {
     let idle = asked && staggered(case).is_none();
     let remark =
         "no contact has friction: staggered has nothing to take in turn, and the steps are solved at once";
-    idle.then(|| remark.to_owned()).into_iter().collect()
+    let massless = case
+        .bodies
+        .iter()
+        .filter(|(_, body)| !case.is_static() && body.density.is_some_and(|density| density.si == 0.0));
+    let massless = massless.map(|(name, _)| {
+        format!("'{}' has no mass: it follows supports, loads and contacts at once", name.value)
+    });
+    idle.then(|| remark.to_owned()).into_iter().chain(massless).collect()
 }
 
 /// How the steps are solved.

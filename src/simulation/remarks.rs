@@ -95,6 +95,13 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
             found.contact, found.smallest_gap
         )
     }));
+    let away = system.overclosures().iter().filter(|found| found.looks_away);
+    remarks.extend(away.map(|found| {
+        format!(
+            "contact '{}': all facets of its contactor look away from the target: is it the right side?",
+            found.contact
+        )
+    }));
     let crowded = system.nodes_between_points().filter(|(_, nodes)| *nodes > MOST_NODES_BETWEEN_POINTS);
     remarks.extend(crowded.map(|(name, nodes)| {
         format!(

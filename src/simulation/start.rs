@@ -78,7 +78,12 @@ pub fn require_reach<const D: usize>(
         matches!(case.start.as_ref().map(|start| &start.value), Some(Start::Equilibrium { .. }));
     system.require_reach(
         model,
-        &Span { end: case.time.end.si, is_dynamic: !case.is_static(), from_equilibrium },
+        &Span {
+            end: case.time.end.si,
+            step: case.time.step(),
+            is_dynamic: !case.is_static(),
+            from_equilibrium,
+        },
     )
 }
 

@@ -74,6 +74,22 @@ impl Check<'_> {
         }
     }
 
+    /// The tractions of two contacts of the same sides would add up.
+    pub(super) fn pairs(&mut self) {
+        let mut before: Vec<(&str, &Contact)> = Vec::new();
+        for (name, contact) in self.case.contact.iter() {
+            let same = |other: &&(&str, &Contact)| {
+                other.1.contactor == contact.contactor && other.1.target == contact.target
+            };
+            if let Some((first, _)) = before.iter().find(same) {
+                let message = format!("contacts '{first}' and '{}' have the same two sides", name.value);
+                self.say(contact.contactor.place, message);
+                self.cure("their tractions would add up: keep one of them");
+            }
+            before.push((&name.value, contact));
+        }
+    }
+
     fn target(&mut self, contact: &Contact) {
         let target = &contact.target;
         if target.value == contact.contactor.value {

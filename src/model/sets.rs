@@ -1,0 +1,43 @@
+//! Sets that a case names, looked for in the meshes: those of a mesh file are known only when it is read.
+
+use crate::case::{Action, At, Case};
+use crate::error::Result;
+use crate::mesh::{Mesh, SetKind};
+
+/// Whether the meshes have each set that a contact or a boundary names, and surfaces where surfaces are needed.
+///
+/// # Errors
+/// The first that is missing, at its place in the case file, with the sets that there are.
+pub fn require_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<()> {
+    let surfaces = |on| require(case, mesh, on, true);
+    for (_, contact) in case.contact.iter() {
+        surfaces(&contact.contactor)?;
+        if case.obstacles.get(&contact.target).is_none() {
+            surfaces(&contact.target)?;
+        }
+    }
+    for (_, boundary) in case.boundary.iter() {
+        let acts_on_facets = |action| matches!(action, Action::Traction(_) | Action::Pressure(_));
+        require(case, mesh, &boundary.on, boundary.actions().any(acts_on_facets))?;
+    }
+    Ok(())
+}
+
+fn require<const D: usize>(case: &Case, mesh: &Mesh<D>, on: &At<String>, surface: bool) -> Result<()> {
+    let Some((body, set)) = on.split_once('.') else { return Ok(()) };
+    let of_body = |name: &'_ str| name.split_once('.').is_some_and(|(owner, _)| owner == body);
+    let sets = mesh.sets();
+    let sets = sets.iter().filter(|(name, _)| of_body(name));
+    let fits = |kind: SetKind| !surface || kind == SetKind::Facets;
+    let found = sets.clone().find(|(name, _)| *name == on.as_str());
+    let message = match found {
+        Some((_, kind)) if fits(*kind) => return Ok(()),
+        Some((_, kind)) => {
+            let kind = if *kind == SetKind::Points { "points" } else { "elements" };
+            format!("the set '{}' has {kind}, a surface is needed here", on.value)
+        }
+        None if surface => format!("the mesh of '{body}' has no surface '{set}', there is no '{}'", on.value),
+        None => format!("the mesh of '{body}' has no set '{set}', there is no '{}'", on.value),
+    };
+    Err(case.unknown(on, message, sets.filter(|(_, kind)| fits(*kind)).map(|(name, _)| *name)))
+}
