@@ -15,7 +15,7 @@ use super::own::{Origin, Own};
 use super::zone::Zone;
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
+use crate::petsc::{Event, Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
 use std::rc::Rc;
 
@@ -56,6 +56,7 @@ struct Bulk {
     changed: bool,
     /// The first solve after that was poor: the interpolation may be of an odd matrix.
     poor: bool,
+    renewal: Event,
 }
 
 /// The preconditioner with its matrices.
@@ -93,7 +94,8 @@ impl Bulk {
         krylov.configure(&options)?;
         let mut matrix = origin.like.like_stored_as(Format::Aij)?;
         matrix.ungroup_rows()?;
-        Ok(Self { matrix, krylov, options, made_for: None, changed: false, poor: false })
+        let renewal = Event::register(origin.session, "BulkHierarchy")?;
+        Ok(Self { matrix, krylov, options, made_for: None, changed: false, poor: false, renewal })
     }
 
     /// Whether the matrix serves at the stage.
@@ -145,6 +147,7 @@ impl Bulk {
         if !self.changed {
             return Ok(());
         }
+        let _running = self.renewal.begin();
         if std::mem::take(&mut self.poor) {
             // Resetting is not enough: PETSc's (3.18) levels keep their sizes.
             self.krylov.configure(&self.options)?;
@@ -170,7 +173,7 @@ impl FilteredAmg {
         Ok(Self {
             passes: settings.passes,
             bulk: Bulk::new(origin, sliding)?,
-            zone: Zone::new(origin.session, settings.layers),
+            zone: Zone::new(origin.session, settings.layers)?,
             operator: None,
             residual: origin.pattern.like()?,
             correction: origin.pattern.like()?,
