@@ -57,6 +57,7 @@ struct Bulk {
     /// The first solve after that was poor: the interpolation may be of an odd matrix.
     poor: bool,
     renewal: Event,
+    cycle: Event,
 }
 
 /// The preconditioner with its matrices.
@@ -95,7 +96,8 @@ impl Bulk {
         let mut matrix = origin.like.like_stored_as(Format::Aij)?;
         matrix.ungroup_rows()?;
         let renewal = Event::register(origin.session, "BulkHierarchy")?;
-        Ok(Self { matrix, krylov, options, made_for: None, changed: false, poor: false, renewal })
+        let cycle = Event::register(origin.session, "BulkCycle")?;
+        Ok(Self { matrix, krylov, options, made_for: None, changed: false, poor: false, renewal, cycle })
     }
 
     /// Whether the matrix serves at the stage.
@@ -208,7 +210,8 @@ impl Own for FilteredAmg {
             operator.multiply(z, residual)?;
             residual.aypx(-1.0, r)?;
         }
-        well &= bulk.krylov.solve(residual, correction)?.converged();
+        let Bulk { krylov, cycle, .. } = bulk;
+        well &= cycle.time(|| krylov.solve(residual, correction))?.converged();
         z.axpy(1.0, correction)?;
         if zone.is_there() && *passes == Passes::Around {
             operator.multiply(z, residual)?;

@@ -20,6 +20,7 @@ pub(super) struct Zone {
     chosen_for: u64,
     solver: Option<Solver>,
     renewal: Event,
+    correction: Event,
 }
 
 /// The matrix on W with its factors.
@@ -50,8 +51,9 @@ impl Zone {
     pub fn new(session: &Rc<Session>, layers: u32) -> Result<Self> {
         let (touching, covered) = (Vec::new(), Vec::new());
         let renewal = Event::register(session, "ZoneFactors")?;
+        let correction = Event::register(session, "ZoneSolve")?;
         let session = Rc::clone(session);
-        Ok(Self { session, layers, touching, covered, chosen_for: 0, solver: None, renewal })
+        Ok(Self { session, layers, touching, covered, chosen_for: 0, solver: None, renewal, correction })
     }
 
     /// Takes the owned nodes in contact.
@@ -95,6 +97,7 @@ impl Zone {
     /// When PETSc refuses.
     pub fn correct(&mut self, r: &Vector, z: &mut Vector) -> Result<bool> {
         let Some(Solver { part, krylov, rhs, solution }) = &mut self.solver else { return Ok(true) };
+        let _running = self.correction.begin();
         part.restrict(r, rhs);
         let outcome = krylov.solve(rhs, solution)?;
         part.add_to(solution, z);
