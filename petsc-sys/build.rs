@@ -23,7 +23,7 @@ const FUNCTIONS: &str = "
     MatSeqAIJSetPreallocationCSR MatMPIAIJSetPreallocationCSR MatSeqBAIJSetPreallocationCSR
     MatMPIBAIJSetPreallocationCSR MatMPIAIJGetSeqAIJ MatMPIBAIJGetSeqBAIJ MatSeqAIJGetArray
     MatSeqAIJRestoreArray MatSeqBAIJGetArray MatSeqBAIJRestoreArray MatAssemblyBegin MatAssemblyEnd
-    MatCreateSubMatrix ISCreateBlock ISDestroy
+    MatCreateSubMatrix MatCopy ISCreateBlock ISDestroy
     MatMult MatMultTranspose MatGetDiagonal MatNorm MatCreateMAIJ MatNullSpaceCreateRigidBody
     MatSetNearNullSpace MatGetNearNullSpace MatNullSpaceDestroy MatCreateShell MatShellSetOperation MatShellSetContext MatShellGetContext
 

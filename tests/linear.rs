@@ -233,3 +233,49 @@ fn multigrid_knows_rigid_body_modes_on_2_ranks() {
         assert!(solved.output.stdout.contains(&words), "{linear}: {}", solved.output.stdout);
     }
 }
+
+/// How often events of PETSc's log took place, those that did.
+fn logged(solved: &Solved) -> std::collections::HashMap<String, u64> {
+    let text = std::fs::read_to_string(solved.folder.join("log.txt")).expect("PETSc's log");
+    let row = |line: &str| {
+        let mut words = line.split_whitespace();
+        Some((words.next()?.to_owned(), words.next()?.parse().ok()?))
+    };
+    text.lines().filter_map(row).collect()
+}
+
+/// A factorisation is of the matrix at hand, but its ordering is made once for a pattern; an incomplete one and a hierarchy serve
+/// all matrices of these runs, over iterations and steps.
+#[test]
+fn set_ups_are_skipped_on_2_ranks() {
+    type Counts<'a> = &'a [(&'a str, Option<u64>)];
+    const ONCE: Option<u64> = Some(1);
+    const EACH: Option<u64> = None;
+    let (rough, smooth) = (with_friction(), frictionless());
+    let ordered = ["MatLUFactorSym", "MatLUFactorNum", "MatCholFctrSym", "MatCholFctrNum"];
+    let [lu_order, lu, cholesky_order, cholesky] = ordered;
+    // What each counts once, and what with every solve; the steps and the start of `DYNAMIC` have solvers of their own.
+    let expected: [(&str, &str, Counts); 9] = [
+        (&rough, "direct", &[(lu_order, ONCE), (lu, EACH)]),
+        (&rough, "gmres_asm_ilu", &[("SubdomainILU", ONCE)]),
+        (&rough, "gmres_asm_ilu1", &[("MatILUFactorSym", ONCE), (lu, ONCE)]),
+        // The incomplete factors and those of the coarsest level.
+        (&rough, "gmres_amg", &[("MatILUFactorSym", ONCE), (lu, Some(2))]),
+        // The factors around the contact, and those of the coarsest level.
+        (&rough, "filtered_amg", &[("BulkHierarchy", ONCE), ("ZoneFactors", EACH), (lu_order, Some(2))]),
+        (&rough, "{ two_stage: { inner: cholesky } }", &[(cholesky_order, ONCE), (cholesky, EACH)]),
+        (&smooth, "cg_amg", &[(lu, ONCE)]),
+        (DYNAMIC, "gmres_asm_ilu", &[("SubdomainILU", ONCE)]),
+        (DYNAMIC, "filtered_amg", &[("BulkHierarchy", ONCE)]),
+    ];
+    for (case, linear, counts) in expected {
+        let solved = Solved::by(case, linear, 2, &["-log_view", ":log.txt"]).well();
+        let logged = logged(&solved);
+        let solves = logged["Solve"];
+        assert!(solves >= 4, "{linear}: {solves} solves");
+        for (event, count) in counts {
+            let found = logged.get(*event).copied().unwrap_or(0);
+            assert_eq!(found, count.unwrap_or(solves), "{event} of {linear}, {solves} solves");
+        }
+    }
+}

@@ -118,3 +118,15 @@ fn the_record_has_what_the_console_leaves_out() {
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("note      no support holds 'block' along x, y"), "{said}");
 }
+
+/// Two ranks that share neither memory nor a working directory, and talk by TCP: the answer of one host in as many messages as
+/// planned. `scripts/two-hosts` without `SHORT` has them on two hosts, which takes network namespaces.
+#[test]
+fn two_hosts_need_no_shared_memory_on_2_ranks() {
+    let folder = Folder::new("hosts");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/two-hosts");
+    let output = shell(&format!("SHORT=1 {script} results"), &folder);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let held = said.lines().filter(|line| line.starts_with("ok ")).count();
+    assert!(output.status.success() && held == 8 && !said.contains("FAIL"), "{output:?}");
+}

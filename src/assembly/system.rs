@@ -332,6 +332,10 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Gives the matrix the rigid-body modes of its nodes, for multigrid. Collective.
     ///
+    /// One basis for all bodies: multigrid uses it aggregate by aggregate, and on nodes of one body the motions of the whole
+    /// are all motions of that body. A basis for each body would span no more there, and would make the unknowns of the
+    /// coarse levels as many times as many; on an aggregate that joins two bodies it would let them move apart.
+    ///
     /// # Errors
     /// When PETSc refuses.
     pub fn set_rigid_body_modes(&mut self) -> Result<()> {

@@ -152,6 +152,8 @@ pub struct Record {
     /// Seconds and counts in the order to show them: search, element kernels, insertion, solver set-up,
     /// solve, output.
     pub phases: Vec<(String, Phase)>,
+    /// Those of them that the start took, static equilibrium and first acceleration: the others are the steps'.
+    pub start_phases: Vec<(String, Phase)>,
     /// Largest resident memory of each rank \[bytes\].
     pub peak_memory: Vec<u64>,
     /// What each rank has and does.
@@ -201,8 +203,9 @@ impl Record {
         };
         let versions: Map<String, Value> =
             self.versions.iter().map(|(name, version)| (name.clone(), json!(version))).collect();
-        let phases: Map<String, Value> =
-            self.phases.iter().map(|(name, phase)| (name.clone(), json!(phase))).collect();
+        let named = |phases: &[(String, Phase)]| -> Map<String, Value> {
+            phases.iter().map(|(name, phase)| (name.clone(), json!(phase))).collect()
+        };
         let mut record = json!({
             "program": PROGRAM,
             "verdict": verdict,
@@ -221,7 +224,8 @@ impl Record {
             "inner_krylov_iterations": self.totals.inner_krylov_iterations,
             "linear_fallbacks": self.totals.linear_fallbacks,
             "restarts": self.totals.restarts,
-            "phases": phases,
+            "phases": named(&self.phases),
+            "start_phases": named(&self.start_phases),
             "peak_memory_bytes": self.peak_memory,
             "balance": self.balance,
             "penetration": self.penetrations,
@@ -288,6 +292,7 @@ mod tests {
                 ("search".into(), Phase { seconds: 0.5, count: 454 }),
                 ("solve".into(), Phase::default()),
             ],
+            start_phases: vec![("search".into(), Phase { seconds: 0.1, count: 4 })],
             peak_memory: vec![1 << 27, 1 << 26],
             balance: Balance::default(),
             penetrations: vec![],
@@ -316,6 +321,7 @@ mod tests {
         let completed = read(Verdict::Completed);
         assert_eq!((&completed["verdict"], &completed["exit_code"]), (&json!("completed"), &json!(0)));
         assert_eq!(completed["phases"]["search"], json!({"seconds": 0.5, "count": 454}));
+        assert_eq!(completed["start_phases"]["search"], json!({"seconds": 0.1, "count": 4}));
         assert_eq!(completed["case"]["title"], "Rubber block");
         assert_eq!(completed["peak_memory_bytes"][0], 1 << 27);
         assert_eq!(completed["warnings"][0], "watch it");

@@ -249,6 +249,7 @@ mod tests {
                 ("search".into(), Phase { seconds: 1.0, count: 454 }),
                 ("element_kernels".into(), Phase { seconds: 6.5, count: 12345 }),
             ],
+            start_phases: vec![],
             peak_memory: vec![1 << 27, 1 << 26],
             accuracy: None,
             balance: Default::default(),

@@ -44,15 +44,18 @@ impl SubMatrix {
         Ok(part)
     }
 
-    /// Takes over the present values of the matrix that it is a part of. Collective.
+    /// Takes over the present values of the matrix that it is a part of, and stays the same matrix to a solver, which
+    /// keeps its ordering. Collective.
     ///
     /// # Errors
     /// The pattern is another one.
     pub fn extract(&mut self, whole: &Matrix) -> Result<()> {
-        // Anew: distributed BAIJ (3.18) does not know its own part again where a rank has no rows in it.
-        petsc!(MatDestroy(&mut self.raw))?;
-        let initial = sys::MAT_INITIAL_MATRIX;
-        petsc!(MatCreateSubMatrix(whole.raw(), self.rows, self.rows, initial, &mut self.raw))
+        // By way of another one: distributed BAIJ (3.18) does not know its own part again where a rank has no rows in it.
+        let (mut present, initial) = (null_mut(), sys::MAT_INITIAL_MATRIX);
+        petsc!(MatCreateSubMatrix(whole.raw(), self.rows, self.rows, initial, &mut present))?;
+        let copied = petsc!(MatCopy(present, self.raw, sys::SAME_NONZERO_PATTERN));
+        petsc!(MatDestroy(&mut present))?;
+        copied
     }
 
     /// A zero vector of its layout. Collective.

@@ -54,6 +54,7 @@ fn record(title: &str, verdict: Verdict) -> Record {
         simulated_time: 0.07,
         wall_seconds: 1.0,
         phases: vec![],
+        start_phases: vec![],
         peak_memory: vec![],
         accuracy: None,
         digest: String::new(),

@@ -78,6 +78,7 @@ impl<const D: usize> Journal<D> {
             simulated_time: 0.0,
             wall_seconds: 0.0,
             phases: Vec::new(),
+            start_phases: Vec::new(),
             peak_memory: Vec::new(),
             balance: Balance::default(),
             penetrations: model.contacts.iter().map(untouched).collect(),
@@ -187,6 +188,8 @@ impl<const D: usize> Journal<D> {
         self.console.begin(control.time(), control.end());
         self.rows(system, stage, (ledger, ledger.now()), 0.0)?;
         self.write_fields(system, stage)?;
+        self.measure();
+        self.record.start_phases.clone_from(&self.record.phases);
         self.write_record(stage.trial.time)
     }
 

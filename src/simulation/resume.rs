@@ -21,6 +21,9 @@ pub struct Past {
     pub seconds: f64,
     /// Wall time by phase.
     pub phases: Vec<(String, Phase)>,
+    /// That of the start.
+    #[serde(default)]
+    pub start_phases: Vec<(String, Phase)>,
     /// When the first run began [s since 1970].
     pub start: u64,
     /// The tables; none for a branch, which has tables of its own.
@@ -41,6 +44,7 @@ impl Past {
     /// Puts what was done before into the record of a run that goes on.
     pub fn recall(&self, record: &mut Record) {
         record.totals = Totals { restarts: self.totals.restarts + 1, ..self.totals };
+        record.start_phases.clone_from(&self.start_phases);
         record.start = UNIX_EPOCH + Duration::from_secs(self.start);
         for known in &mut record.penetrations {
             let before = self.penetrations.iter().find(|before| before.contact == known.contact);
@@ -85,6 +89,7 @@ impl<const D: usize> Journal<D> {
             penetrations: self.record.penetrations.clone(),
             seconds: self.record.wall_seconds,
             phases: self.record.phases.clone(),
+            start_phases: self.record.start_phases.clone(),
             start,
             lengths,
         })

@@ -15,7 +15,7 @@ use super::own::{Origin, Own};
 use super::zone::Zone;
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
+use crate::petsc::{Event, Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
 use std::rc::Rc;
 
@@ -56,6 +56,8 @@ struct Bulk {
     changed: bool,
     /// The first solve after that was poor: the interpolation may be of an odd matrix.
     poor: bool,
+    renewal: Event,
+    cycle: Event,
 }
 
 /// The preconditioner with its matrices.
@@ -93,7 +95,9 @@ impl Bulk {
         krylov.configure(&options)?;
         let mut matrix = origin.like.like_stored_as(Format::Aij)?;
         matrix.ungroup_rows()?;
-        Ok(Self { matrix, krylov, options, made_for: None, changed: false, poor: false })
+        let renewal = Event::register(origin.session, "BulkHierarchy")?;
+        let cycle = Event::register(origin.session, "BulkCycle")?;
+        Ok(Self { matrix, krylov, options, made_for: None, changed: false, poor: false, renewal, cycle })
     }
 
     /// Whether the matrix serves at the stage.
@@ -145,6 +149,7 @@ impl Bulk {
         if !self.changed {
             return Ok(());
         }
+        let _running = self.renewal.begin();
         if std::mem::take(&mut self.poor) {
             // Resetting is not enough: PETSc's (3.18) levels keep their sizes.
             self.krylov.configure(&self.options)?;
@@ -170,7 +175,7 @@ impl FilteredAmg {
         Ok(Self {
             passes: settings.passes,
             bulk: Bulk::new(origin, sliding)?,
-            zone: Zone::new(origin.session, settings.layers),
+            zone: Zone::new(origin.session, settings.layers)?,
             operator: None,
             residual: origin.pattern.like()?,
             correction: origin.pattern.like()?,
@@ -205,7 +210,8 @@ impl Own for FilteredAmg {
             operator.multiply(z, residual)?;
             residual.aypx(-1.0, r)?;
         }
-        well &= bulk.krylov.solve(residual, correction)?.converged();
+        let Bulk { krylov, cycle, .. } = bulk;
+        well &= cycle.time(|| krylov.solve(residual, correction))?.converged();
         z.axpy(1.0, correction)?;
         if zone.is_there() && *passes == Passes::Around {
             operator.multiply(z, residual)?;

@@ -83,7 +83,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: OVERLAPPING,
-        about: "GMRES with ILU(0) on overlapping subdomains: best where inertia helps, and for 3D contact",
+        about: "GMRES with ILU(0) on overlapping subdomains: best where inertia helps, contact included",
         symmetric: false,
         iterative: true,
         formats: BOTH,
@@ -185,7 +185,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "gmres_amg",
-        about: "GMRES with multigrid and ILU in turn: large and static with contact",
+        about: "GMRES with multigrid and ILU in turn: large and static, contact not stiff",
         symmetric: false,
         iterative: true,
         formats: AIJ,

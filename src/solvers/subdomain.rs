@@ -14,7 +14,7 @@ use super::incomplete::{Incomplete, Rows};
 use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::partition::exchange::NodeExchange;
-use crate::petsc::{BlockPattern, Matrix, Session, Vector};
+use crate::petsc::{BlockPattern, Event, Matrix, Session, Vector};
 
 /// The first layer has to be; of the others each may add so many rows to those of its rank: the second saves a tenth of the
 /// iterations, the third a fiftieth (five matrices of the rubber block, 128 by 128, in two parts).
@@ -25,6 +25,7 @@ pub(super) struct Subdomain {
     session: Rc<Session>,
     pattern: Rc<BlockPattern>,
     factors: Box<dyn Factors>,
+    renewal: Event,
 }
 
 /// What it does for blocks of one size.
@@ -46,7 +47,8 @@ impl Subdomain {
             2 => Box::new(Overlapping::<2>::new(&pattern, grown)),
             _ => Box::new(Overlapping::<3>::new(&pattern, grown)),
         };
-        Ok(Self { session: Rc::clone(session), pattern, factors })
+        let renewal = Event::register(session, "SubdomainILU")?;
+        Ok(Self { session: Rc::clone(session), pattern, factors, renewal })
     }
 
     /// Whether it was made for matrices of this pattern.
@@ -59,6 +61,7 @@ impl Subdomain {
     /// # Errors
     /// PETSc refuses its arrays.
     pub fn renew(&mut self, matrix: &Matrix) -> Result<()> {
+        let _running = self.renewal.begin();
         self.factors.renew(&self.session, matrix)
     }
 

@@ -6,7 +6,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use crate::error::Result;
-use crate::petsc::{BlockPattern, Krylov, Matrix, Operator, Session, SubMatrix, Vector};
+use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Operator, Session, SubMatrix, Vector};
 
 /// W of the filtered multigrid. A little larger than the facets in contact need, so that it may stay while they change.
 pub(super) struct Zone {
@@ -19,6 +19,8 @@ pub(super) struct Zone {
     /// Nodes in contact when W was chosen, on all ranks.
     chosen_for: u64,
     solver: Option<Solver>,
+    renewal: Event,
+    correction: Event,
 }
 
 /// The matrix on W with its factors.
@@ -43,9 +45,15 @@ impl Zone {
     const SHRUNK: u64 = 4;
 
     /// Nothing, until nodes in contact are observed.
-    pub fn new(session: &Rc<Session>, layers: u32) -> Self {
+    ///
+    /// # Errors
+    /// When PETSc can not register the phase.
+    pub fn new(session: &Rc<Session>, layers: u32) -> Result<Self> {
+        let (touching, covered) = (Vec::new(), Vec::new());
+        let renewal = Event::register(session, "ZoneFactors")?;
+        let correction = Event::register(session, "ZoneSolve")?;
         let session = Rc::clone(session);
-        Self { session, layers, touching: Vec::new(), covered: Vec::new(), chosen_for: 0, solver: None }
+        Ok(Self { session, layers, touching, covered, chosen_for: 0, solver: None, renewal, correction })
     }
 
     /// Takes the owned nodes in contact.
@@ -78,6 +86,7 @@ impl Zone {
             solver.part.extract(matrix)?;
         }
         let Some(solver) = &mut self.solver else { return Ok(()) };
+        let _running = self.renewal.begin();
         solver.krylov.set_operators(&solver.part, &solver.part)?;
         solver.krylov.set_up()
     }
@@ -88,6 +97,7 @@ impl Zone {
     /// When PETSc refuses.
     pub fn correct(&mut self, r: &Vector, z: &mut Vector) -> Result<bool> {
         let Some(Solver { part, krylov, rhs, solution }) = &mut self.solver else { return Ok(true) };
+        let _running = self.correction.begin();
         part.restrict(r, rhs);
         let outcome = krylov.solve(rhs, solution)?;
         part.add_to(solution, z);

@@ -16,7 +16,7 @@ pub fn run() {
     for shares in [even, gap] {
         for counts in [[4, 3, 1], [3, 3, 3]] {
             let dimension = if counts[2] == 1 { 2 } else { 3 };
-            let local = Local::new(&session, Lattice { counts, dimension, skew: 0.1 }, &shares);
+            let local = Local::new(&session, Lattice { counts, dimension, skew: 0.1, cut: 0 }, &shares);
             ghosts_follow_their_owners(&session, &local);
             vector_algebra(&session, &local);
             for format in [Format::Aij, Format::Baij] {

@@ -93,7 +93,8 @@ pub fn options() {
     assert!(session.is_given("KSP_max_it") && !session.is_given("ksp_rtol"));
     session.set_default("no_such_default", "1").unwrap();
 
-    let local = Local::new(&session, Lattice { counts: [8, 8, 1], dimension: 2, skew: 0.05 }, &[1, 1]);
+    let local =
+        Local::new(&session, Lattice { counts: [8, 8, 1], dimension: 2, skew: 0.05, cut: 0 }, &[1, 1]);
     let mut matrix = Matrix::new(&session, &local.pattern, Format::Aij).unwrap();
     matrix.fill(|values| local.fill(values)).unwrap();
     let (mut one, mut two) = (Krylov::new(&session, "").unwrap(), Krylov::new(&session, "").unwrap());

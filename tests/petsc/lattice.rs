@@ -11,6 +11,9 @@ pub struct Lattice {
     pub dimension: usize,
     /// Share of a non-symmetric part that every spring has.
     pub skew: f64,
+    /// Nodes with x below are one body, the others another: between them there are places in the pattern, but no springs. 0 for
+    /// one body.
+    pub cut: usize,
 }
 
 impl Lattice {
@@ -26,6 +29,11 @@ impl Lattice {
     /// Nodes of the bottom layer are held.
     pub fn held(&self, node: usize) -> bool {
         self.point(node)[self.dimension - 1] == 0.0
+    }
+
+    /// Which body a node is of.
+    pub fn body(&self, node: usize) -> usize {
+        usize::from(self.cut > 0 && self.point(node)[0] >= self.cut as f64)
     }
 
     /// The node itself and its neighbours, ascending.
@@ -53,7 +61,7 @@ impl Lattice {
         let mut blocks = Vec::new();
         for (row, column) in [(a, a), (a, b), (b, a), (b, b)] {
             let sign = if row == column { 1.0 } else { -1.0 };
-            let free = !self.held(row) && !self.held(column);
+            let free = !self.held(row) && !self.held(column) && self.body(a) == self.body(b);
             for i in 0..d {
                 for j in 0..d {
                     let value = along[i] * along[j] / length2 + self.skew * along[j] * (1.0 + i as f64);

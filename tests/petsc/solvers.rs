@@ -69,7 +69,7 @@ const PRESETS: &[Preset] = &[
 pub fn run() {
     let session = Session::start(&[]).expect("MPI and PETSc start");
     for counts in [[12, 9, 1], [6, 6, 7]] {
-        let lattice = Lattice { counts, dimension: if counts[2] == 1 { 2 } else { 3 }, skew: 0.0 };
+        let lattice = Lattice { counts, dimension: if counts[2] == 1 { 2 } else { 3 }, skew: 0.0, cut: 0 };
         let local = Local::new(&session, lattice, &vec![1; session.size() as usize]);
         for preset in PRESETS {
             for &format in preset.formats {
@@ -82,6 +82,7 @@ pub fn run() {
         preconditioner_is_kept_on_demand(&session, &local);
         closures_precondition(&session, &local);
     }
+    one_basis_serves_each_body(&session);
     ranks_without_rows(&session);
     if session.rank() == 0 {
         println!("solvers done");
@@ -150,6 +151,33 @@ fn rigid_body_modes_help(session: &Rc<Session>, local: &Local) {
         );
     }
     assert!(with_modes.iterations < plain.iterations);
+}
+
+/// On an aggregate of nodes of one body the rigid motions of the whole are all those of that body: two bodies take as many
+/// iterations as one of their size, but for a fifth, and half as many again where the basis lacks the turns of one of them. A
+/// threshold of zero keeps places without springs from joining nodes of both.
+fn one_basis_serves_each_body(session: &Rc<Session>) {
+    let options = [CG, GAMG, &[("pc_gamg_threshold", "0.0")]].concat();
+    let iterations = |width: usize, cut: usize, turns: bool| {
+        let lattice = Lattice { counts: [width, 5, 12], dimension: 3, skew: 0.0, cut };
+        let local = Local::new(session, lattice, &vec![1; session.size() as usize]);
+        let mut matrix = filled(session, &local, Format::Aij);
+        matrix.set_symmetry(Symmetry::PositiveDefinite).unwrap();
+        let places = local.vector(session, |dof| match turns || lattice.body(dof / 3) == 0 {
+            true => lattice.point(dof / 3)[dof % 3],
+            false => 0.0,
+        });
+        matrix.set_near_null_space(&places).unwrap();
+        let mut krylov = configured(session, &matrix, &options);
+        let (outcome, residual) = solve(session, &local, &mut krylov, &matrix);
+        assert!(outcome.converged() && residual < 2e-10);
+        outcome.iterations
+    };
+    let (alone, both, half) = (iterations(10, 0, true), iterations(10, 5, true), iterations(10, 5, false));
+    if session.rank() == 0 {
+        println!("CG-GAMG: {alone} iterations for one body, {both} for two, {half} where one has no turns");
+    }
+    assert!(both * 5 <= alone * 6 && half * 5 >= both * 7, "{alone}, {both}, {half}");
 }
 
 /// What PETSc has not for a format is an error with PETSc's words.
@@ -255,7 +283,7 @@ fn closures_precondition(session: &Rc<Session>, local: &Local) {
 fn ranks_without_rows(session: &Rc<Session>) {
     let shares: Vec<usize> = (0..session.size() as usize).map(|rank| usize::from(rank != 1)).collect();
     let shares = if shares.len() == 2 { vec![1, 0] } else { shares };
-    let lattice = Lattice { counts: [8, 7, 1], dimension: 2, skew: 0.0 };
+    let lattice = Lattice { counts: [8, 7, 1], dimension: 2, skew: 0.0, cut: 0 };
     let local = Local::new(session, lattice, &shares);
     for preset in PRESETS {
         let crashes = |format: &&Format| preset.preconditioner == ASM_ICC && **format == Format::Baij;
