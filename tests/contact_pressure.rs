@@ -116,11 +116,15 @@ fn arch(x: f64, half_width: f64) -> f64 {
 const COARSE_CYLINDER: [(&str, &str); 2] =
     [("cells: [45, 35]", "cells: [23, 18]"), ("increments: 5", "increments: 2")];
 
-/// A cylinder on a block is pressed as Hertz says: half-width, peak and curve; Young's moduli take part.
+/// A cylinder on a block is pressed as Hertz says: half-width, peak and curve, 16 elements over the half-width; another
+/// modulus, which takes part, and half as many elements.
 #[test]
 fn a_cylinder_on_a_block_is_hertz() {
-    for (young, modulus) in [("70 GPa", 70e9), ("110 GPa", 110e9)] {
-        let text = shipped("hertz/case.yml", &COARSE_CYLINDER).replace("70 GPa", young);
+    let shipped_mesh: &[(&str, &str)] = &[];
+    for (young, modulus, mesh, bound) in
+        [("70 GPa", 70e9, shipped_mesh, 0.02), ("110 GPa", 110e9, &COARSE_CYLINDER, 0.05)]
+    {
+        let text = shipped("hertz/case.yml", mesh).replace("70 GPa", young);
         let folder = run(&text, 1);
         let (load, radius) = (35e6, 0.05);
         let reduced = 1.0 / (0.91 / modulus + 0.91 / 210e9);
@@ -131,10 +135,13 @@ fn a_cylinder_on_a_block_is_hertz() {
         let (found, top) = ellipse(pressed.map(|node| (node.at[0], node.pressure)));
         let highest = nodes.iter().map(|node| node.pressure).fold(0.0, f64::max);
         close(&format!("{young}: half-width"), found, half_width, 0.01 * half_width);
+        let edge = nodes.iter().filter(|node| node.pressure > 0.0).map(|node| node.at[0]).fold(0.0, f64::max);
+        let element = nodes[1].at[0] - nodes[0].at[0];
+        close(&format!("{young}: last node under pressure"), edge, half_width, element);
         close(&format!("{young}: peak"), highest, peak, 0.02 * peak);
         close(&format!("{young}: peak of the ellipse"), top, peak, 0.01 * peak);
         let error = distance(&nodes, |node| node.pressure, |x| peak * arch(x, half_width));
-        assert!(error < 0.05, "{young}: {error}");
+        assert!(error < bound, "{young}: {error}");
         balanced(&folder, "face", ("base", "force_y"), 0.5 * load);
     }
 }
@@ -162,26 +169,38 @@ fn a_cylinder_on_a_block_on_1_2_3_4_ranks() {
     }
 }
 
-/// Two cylinders pressed and sheared: the edges slip, the middle sticks, as wide as Cattaneo and Mindlin say; the
-/// coefficient of friction takes part.
+/// Integral over the contactor of a nodal value, linear in between.
+fn resultant(nodes: &[Node], value: impl Fn(&Node) -> f64) -> f64 {
+    nodes
+        .windows(2)
+        .map(|pair| 0.5 * (pair[1].at[0] - pair[0].at[0]) * (value(&pair[0]) + value(&pair[1])))
+        .sum()
+}
+
+/// Two cylinders pressed and sheared, 16 elements over the half-width: the edges slip, the middle sticks, as wide as
+/// Cattaneo and Mindlin say; the coefficient of friction takes part.
 #[test]
 fn two_cylinders_are_cattaneo_mindlin() {
-    for mu in [0.2, 0.3] {
+    // With more friction the slip zones are narrower: 2.7 elements, of which the horns take one.
+    for (mu, bound) in [(0.2, 0.05), (0.3, 0.055)] {
         let coefficient = format!("coefficient: {mu}");
-        let coarse = [("cells: [120, 48]", "cells: [40, 16]"), ("coefficient: 0.2", &coefficient)];
-        let folder = run(&shipped("cattaneo-mindlin/case.yml", &coarse), 1);
+        let mesh = [("cells: [120, 48]", "cells: [80, 32]"), ("coefficient: 0.2", &coefficient)];
+        let folder = run(&shipped("cattaneo-mindlin/case.yml", &mesh), 1);
         let forces = table(&folder, "contact.csv");
-        let (pressed, sheared) = (forces.last("force_y"), -forces.last("force_x"));
+        let nodes = contactor(&folder);
         // Displacements are prescribed: a wrong modulus gives other forces.
-        close("normal force", pressed, 10.0, 0.05);
+        let pressed = forces.last("force_y");
+        close("normal force", pressed, 10.0, 0.01);
         if mu == 0.2 {
-            close("shear force", sheared, 0.93616, 0.01);
+            close("shear force", -forces.last("force_x"), 0.93616, 0.001);
         }
+        // Of the tractions along the surface, which tilts a little.
+        let sheared = -resultant(&nodes, |node| node.shear);
+        close("resultant of shear", sheared, -forces.last("force_x"), 0.025 * sheared);
         let (radius, reduced) = (4.0, 200.0 / (2.0 * 0.91));
         let half_width = (4.0 * pressed * radius / (std::f64::consts::PI * reduced)).sqrt();
         let peak = 2.0 * pressed / (std::f64::consts::PI * half_width);
         let stick = half_width * (1.0 - sheared / (mu * pressed)).sqrt();
-        let nodes = contactor(&folder);
         let closed = nodes.iter().filter(|node| node.pressure > 0.2 * peak);
         let (found, _) = ellipse(closed.map(|node| (node.at[0], node.pressure)));
         close("half-width", found, half_width, 0.01 * half_width);
@@ -191,13 +210,12 @@ fn two_cylinders_are_cattaneo_mindlin() {
         let missing = |node: &Node| mu * node.pressure - node.shear.abs();
         let stuck = nodes.iter().filter(|node| missing(node) > 0.15 * mu * peak);
         let (found, _) = ellipse(stuck.map(|node| (node.at[0], missing(node))));
-        close(&format!("mu = {mu}: half-width of stick"), found, stick, 0.04 * stick);
+        close(&format!("mu = {mu}: half-width of stick"), found, stick, 0.01 * stick);
         let pressure = distance(&nodes, |node| node.pressure, |x| peak * arch(x, half_width));
-        assert!(pressure < 0.03, "mu = {mu}: pressure {pressure}");
+        assert!(pressure < 0.02, "mu = {mu}: pressure {pressure}");
         let exact = |x| -mu * peak * (arch(x, half_width) - stick / half_width * arch(x, stick));
         let shear = distance(&nodes, |node| node.shear, exact);
-        // The horns are cusps; with more friction they are narrower than two elements here.
-        assert!(shear < if mu == 0.2 { 0.1 } else { 0.15 }, "mu = {mu}: shear {shear}");
+        assert!(shear < bound, "mu = {mu}: shear {shear}");
     }
 }
 
@@ -328,23 +346,23 @@ time: {{ end: 1, scheme: {{ static: {{ increments: 1 }} }}, cuts: 0 }}
     }
 }
 
-/// Two balls pressed together: pressure in the middle, radius, and symmetry to x and y.
+/// Two balls pressed together: pressure in the middle, radius, each within 3 %, and symmetry to x and y.
 #[test]
 fn two_balls_are_hertz() {
-    let coarse =
-        [("[10, 10, 8]", "[8, 8, 5]"), ("[8, 8, 8]", "[7, 7, 5]"), ("increments: 8", "increments: 4")];
-    let folder = run(&shipped("hertz/spheres.yml", &coarse), 1);
+    let folder = run(&shipped("hertz/spheres.yml", &[]), 1);
     let contact = table(&folder, "contact.csv");
     let (force, reduced, radius) = (4.0 * contact.last("force_z"), 20e9 / (2.0 * 0.91), 0.025);
-    // The equators are moved: a wrong modulus gives another force. A coarse ball is smaller and gives less.
-    close("force", force, 586.1e3, 0.06 * 586.1e3);
+    // The equators are moved: a wrong modulus gives another force.
+    close("force", force, 586.1e3, 0.015 * 586.1e3);
     let extent = (0.75 * force * radius / reduced).cbrt();
     let peak = 1.5 * force / (std::f64::consts::PI * extent * extent);
     let nodes = contactor(&folder);
     let closed = nodes.iter().filter(|node| node.pressure > 0.2 * peak);
     let (found, top) = ellipse(closed.map(|node| (node.at[0].hypot(node.at[1]), node.pressure)));
-    close("radius", found, extent, 0.06 * extent);
-    close("peak", top, peak, 0.04 * peak);
+    close("radius", found, extent, 0.03 * extent);
+    let highest = nodes.iter().map(|node| node.pressure).fold(0.0, f64::max);
+    close("pressure at the pole", highest, peak, 0.03 * peak);
+    close("peak of the ellipse", top, peak, 0.01 * peak);
     let sides = [contact.last("force_x"), contact.last("force_y")];
     close("symmetry", sides[0], sides[1], 1e-6 * force);
     balanced(&folder, "face", ("lower_equator", "force_z"), 0.25 * force);

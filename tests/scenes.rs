@@ -125,7 +125,9 @@ fn the_sliding_block_stops() {
 
 #[test]
 fn the_sliding_block_stops_under_the_return_map() {
-    stops("sliding-block/return-map.yml", 0.5, 1e-3);
+    // What slides at the start has its whole friction from there on, as the velocity law has.
+    stops("sliding-block/return-map.yml", 0.5, 5e-5);
+    stops("sliding-block/return-map.yml", 0.6, 5e-5);
 }
 
 /// What the bar did at the wall.

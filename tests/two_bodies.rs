@@ -226,6 +226,23 @@ fn ironing_is_smooth() {
     }
 }
 
+/// With three and a half to six facets of the slab under the indenter, half a facet a step: no step is cut, and the force is near the one
+/// on fine meshes.
+#[test]
+fn ironing_on_a_coarse_slab_is_not_cut() {
+    for (cells, bottom) in [(20, 24), (24, 29), (28, 34)] {
+        let [slab, indenter] = [format!("cells: [{cells}, {}]", cells / 4), format!("cells: [{bottom}, 6]")];
+        let step = format!("step: {}", 1.0 / f64::from(cells));
+        let coarse = [("cells: [40, 10]", &*slab), ("cells: [48, 6]", &*indenter), ("step: 2.5e-2", &*step)];
+        let results = Results::of(&shipped("ironing/case.yml", &coarse), 1);
+        let record = results.record();
+        let steps = (record["cut_steps"].as_u64(), record["steps"].as_u64());
+        assert_eq!(steps, (Some(0), Some(cells as u64)), "{cells} cells");
+        let last = results.table("contact.csv").last("force_n");
+        assert!((last / 10.48e6 - 1.0).abs() < 0.015, "{cells} cells: {last}");
+    }
+}
+
 /// The same on quadratic facets, as long on the indenter as on the slab: a step is not cut, and the pressing force is the one that linear
 /// facets approach from above (10.656, 10.516, 10.481 MN, see the scene).
 #[test]

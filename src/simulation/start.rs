@@ -35,7 +35,7 @@ pub fn at_equilibrium<const D: usize>(
     if case.is_static() {
         require_supports(system, model)?;
         stage.holding = holding(system, case);
-        return begin(system, stage);
+        return begin(system, stage, 0.0);
     }
     if let Some(Start::Equilibrium { friction, increments }) = case.start.as_ref().map(|start| &start.value) {
         stage.friction = if *friction { FrictionMode::AsGiven } else { FrictionMode::Off };
@@ -43,7 +43,7 @@ pub fn at_equilibrium<const D: usize>(
         stage.friction = FrictionMode::AsGiven;
     }
     system.set_velocity(stage, model)?;
-    begin(system, stage)?;
+    begin(system, stage, case.time.step())?;
     accelerate(system, stage, case)
 }
 
@@ -259,8 +259,8 @@ fn no_equilibrium<const D: usize>(system: &mut ContactSystem<D>, reason: &str, f
     error.hint(&cure)
 }
 
-/// Prescribed values, contact and forces of the start state.
-fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage) -> Result<()> {
+/// Prescribed values, contact and forces of the start state, the first step being `step` \[s\] long; 0 in statics.
+fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step: f64) -> Result<()> {
     stage.dt = 0.0;
     stage.shifts = Shifts::default();
     stage.balance = Balance::AT_THE_END;
@@ -270,6 +270,9 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage) -> Re
     stage.load_factor = if system.is_dynamic() { 1.0 } else { 0.0 };
     system.prescribe(stage)?;
     stage.load_factor = 1.0;
+    // A return map knows of slip what it has seen: bodies that slide at the start have done so for a step before.
+    stage.start.u.axpy(-step, &stage.start.v)?;
+    stage.start.u.update_ghosts()?;
     let mut residual = system.pattern_vector().like()?;
     let state = system.residual(stage, &mut residual)?;
     if !state.norm.is_finite() {
