@@ -55,7 +55,7 @@ pub enum Hold {
 }
 
 /// Tractions that [`ContactState::freeze`] keeps for the stages to hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Keep {
     /// Bound and friction traction at the end of the last step, no pressure: what is known where a step begins.
     LastStep,
@@ -63,6 +63,8 @@ pub enum Keep {
     Pressure,
     /// The current friction traction.
     Friction,
+    /// Of the way that bound and friction traction went when they were last kept, this part only.
+    Part(f64),
 }
 
 /// Squares of the point forces `A t`, summed \[N^2\]. Sum it over contacts and ranks.
@@ -126,11 +128,14 @@ struct Held<const D: usize> {
     normal_traction: f64,
     bound: f64,
     friction_traction: Vector<D>,
+    /// Bound and friction traction that were held before these.
+    before: (f64, Vector<D>),
 }
 
 impl<const D: usize> Default for Held<D> {
     fn default() -> Self {
-        Self { normal_traction: 0.0, bound: 0.0, friction_traction: Vector::zeros() }
+        let (bound, friction_traction) = (0.0, Vector::zeros());
+        Self { normal_traction: 0.0, bound, friction_traction, before: (bound, friction_traction) }
     }
 }
 
@@ -226,11 +231,24 @@ impl<const D: usize> ContactState<D> {
                     normal_traction: 0.0,
                     bound: history.bound,
                     friction_traction: history.friction_traction,
+                    before: (history.bound, history.friction_traction),
                 },
-                Keep::Pressure => {
-                    Held { normal_traction: point.normal_traction, bound: point.bound, ..*held }
-                }
-                Keep::Friction => Held { friction_traction: point.friction_traction, ..*held },
+                Keep::Pressure => Held {
+                    normal_traction: point.normal_traction,
+                    bound: point.bound,
+                    before: (held.bound, held.before.1),
+                    ..*held
+                },
+                Keep::Friction => Held {
+                    friction_traction: point.friction_traction,
+                    before: (held.before.0, held.friction_traction),
+                    ..*held
+                },
+                Keep::Part(part) => Held {
+                    bound: held.before.0 + part * (held.bound - held.before.0),
+                    friction_traction: held.before.1 + part * (held.friction_traction - held.before.1),
+                    ..*held
+                },
             };
         }
     }
@@ -353,6 +371,24 @@ mod tests {
         assert_eq!(held(Hold::BoundAndPressure).normal_traction, Some(3.0));
         assert_eq!(held(Hold::FrictionTraction).friction_traction, Some(Vector::<2>::new(1.0, 0.0)));
         assert_eq!(held(Hold::Frictionless), Frozen::frictionless());
+    }
+
+    /// Bound and friction traction go part of their way, from what was held before; the pressure goes all of it.
+    #[test]
+    fn what_is_held_goes_part_of_the_way() {
+        let mut state = ContactState::<2>::new(1);
+        let mut keep = |bound, friction, part| {
+            state.current[0] = PointState { normal_traction: bound, bound, ..slipping(friction) };
+            [Keep::Pressure, Keep::Friction, Keep::Part(part)]
+                .into_iter()
+                .for_each(|keep| state.freeze(keep));
+            let held = state.manner(0, Hold::BoundAndPressure, Branches::Actual).frozen;
+            let friction = state.manner(0, Hold::FrictionTraction, Branches::Actual).frozen.friction_traction;
+            (held.normal_traction, held.bound, friction.map(|friction| friction.x))
+        };
+        assert_eq!(keep(2.0, -4.0, 1.0), (Some(2.0), Some(2.0), Some(-4.0)));
+        assert_eq!(keep(6.0, 4.0, 0.25), (Some(6.0), Some(3.0), Some(-2.0)));
+        assert_eq!(keep(5.0, 6.0, 0.5), (Some(5.0), Some(4.0), Some(2.0)));
     }
 
     /// A step begins with what was known at the end of the last one, whatever a failed attempt has frozen.
