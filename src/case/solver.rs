@@ -64,7 +64,7 @@ pub enum Variant {
     /// The bound: friction follows the slip up to it.
     #[default]
     FrozenBound,
-    /// The friction traction itself: simpler, and contracts less well. The same answer for one and a half to three times as
+    /// The friction traction itself: simpler, and contracts less well. The same answer for one and a half to four times as
     /// many solves.
     FrozenTraction,
 }
