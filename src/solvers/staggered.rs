@@ -52,7 +52,7 @@ impl Staggered {
     const STAGE_TOLERANCE_TRACTION: f64 = 1e-12;
     /// Residual of the full system over Newton's tolerance at which a step may end. Newton's last correction leaves far less than
     /// it is asked for, sweeps do not, and what they leave has the same sign step after step: where all slips for 70 steps the
-    /// force misses by 1.0e-6 at 1, by 5.5e-7 at this, for a fiftieth more solves.
+    /// force misses by 1.0e-6 at 1, by 5.5e-7 at this, for a hundredth more solves.
     const BALANCE: f64 = 0.3;
     /// Corrections of a stage, whose matrix is not the whole derivative.
     const STAGE_ITERATIONS: u32 = 60;
