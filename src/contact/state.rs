@@ -4,6 +4,8 @@
 use std::ops::{AddAssign, Range};
 
 use super::friction::traction::Branch;
+use super::held::Held;
+pub use super::held::Keep;
 use super::history::History;
 use super::multipliers::Multipliers;
 use super::point::{Frozen, Manner, PointState, Status};
@@ -52,19 +54,6 @@ pub enum Hold {
     BoundAndPressure,
     /// Stage I, variant: the friction traction itself.
     FrictionTraction,
-}
-
-/// Tractions that [`ContactState::freeze`] keeps for the stages to hold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Keep {
-    /// Bound and friction traction at the end of the last step, no pressure: what is known where a step begins.
-    LastStep,
-    /// The current pressure and the bound that belongs to it.
-    Pressure,
-    /// The current friction traction.
-    Friction,
-    /// Of the way that bound and friction traction went when they were last kept, this part only.
-    Part(f64),
 }
 
 /// Squares of the point forces `A t`, summed \[N^2\]. Sum it over contacts and ranks.
@@ -119,23 +108,6 @@ impl<const D: usize> Track<D> {
 impl<const D: usize> Default for Track<D> {
     fn default() -> Self {
         Self { statuses: [None; 2], friction_traction: Vector::zeros(), flipped: false }
-    }
-}
-
-/// Tractions of a point at the last call of [`ContactState::freeze`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Held<const D: usize> {
-    normal_traction: f64,
-    bound: f64,
-    friction_traction: Vector<D>,
-    /// Bound and friction traction that were held before these.
-    before: (f64, Vector<D>),
-}
-
-impl<const D: usize> Default for Held<D> {
-    fn default() -> Self {
-        let (bound, friction_traction) = (0.0, Vector::zeros());
-        Self { normal_traction: 0.0, bound, friction_traction, before: (bound, friction_traction) }
     }
 }
 
@@ -226,30 +198,7 @@ impl<const D: usize> ContactState<D> {
         self.held.resize(self.current.len(), Held::default());
         let points = self.current.iter().zip(&self.history);
         for (held, (point, history)) in self.held.iter_mut().zip(points) {
-            *held = match keep {
-                Keep::LastStep => Held {
-                    normal_traction: 0.0,
-                    bound: history.bound,
-                    friction_traction: history.friction_traction,
-                    before: (history.bound, history.friction_traction),
-                },
-                Keep::Pressure => Held {
-                    normal_traction: point.normal_traction,
-                    bound: point.bound,
-                    before: (held.bound, held.before.1),
-                    ..*held
-                },
-                Keep::Friction => Held {
-                    friction_traction: point.friction_traction,
-                    before: (held.before.0, held.friction_traction),
-                    ..*held
-                },
-                Keep::Part(part) => Held {
-                    bound: held.before.0 + part * (held.bound - held.before.0),
-                    friction_traction: held.before.1 + part * (held.friction_traction - held.before.1),
-                    ..*held
-                },
-            };
+            *held = held.kept(keep, point, history);
         }
     }
 
