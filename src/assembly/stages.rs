@@ -39,6 +39,7 @@ pub fn freeze<const D: usize>(contacts: &mut [Contact<D>], what: Freeze) {
         Freeze::LastStep => Keep::LastStep,
         Freeze::NormalTractions => Keep::Pressure,
         Freeze::FrictionTractions => Keep::Friction,
+        Freeze::Part(part) => Keep::Part(part),
     };
     contacts.iter_mut().for_each(|contact| contact.state.freeze(keep));
 }

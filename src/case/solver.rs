@@ -29,12 +29,13 @@ pub enum Strategy {
     /// Together, by Newton with the full non-symmetric tangent.
     #[default]
     Monolithic,
-    /// In turn, both with symmetric matrices, until they agree; needs a coefficient of friction below about 3. Without
-    /// friction nothing is left to take in turn, and the step is solved as by `monolithic`.
+    /// In turn, both with symmetric matrices, until they agree: in more sweeps the larger the coefficient of friction, each a part
+    /// of the way where whole ones overshoot. Without friction nothing is left to take in turn, and the step is solved as by
+    /// `monolithic`.
     Staggered {
         /// Error of the displacements over the increment of the step, and of friction forces over normal forces, as distance
         /// and contraction of the stages tell them; between 0 and 1, both excluded. The full system is balanced to
-        /// Newton's tolerance as well.
+        /// three tenths of Newton's tolerance as well.
         #[serde(default = "sweep_tolerance")]
         tolerance: Number,
         /// Sweeps over both stages before the step is cut, >= 1.
@@ -63,7 +64,7 @@ pub enum Variant {
     /// The bound: friction follows the slip up to it.
     #[default]
     FrozenBound,
-    /// The friction traction itself: simpler, and contracts less well. The same answer for one and a half to three times as
+    /// The friction traction itself: simpler, and contracts less well. The same answer for one and a half to four times as
     /// many solves.
     FrozenTraction,
 }

@@ -14,6 +14,7 @@ mod deformable_tests;
 pub mod evaluation;
 pub mod friction;
 pub mod geometry;
+mod held;
 pub mod history;
 mod looks;
 pub mod multipliers;

@@ -4,6 +4,8 @@
 use std::ops::{AddAssign, Range};
 
 use super::friction::traction::Branch;
+use super::held::Held;
+pub use super::held::Keep;
 use super::history::History;
 use super::multipliers::Multipliers;
 use super::point::{Frozen, Manner, PointState, Status};
@@ -52,17 +54,6 @@ pub enum Hold {
     BoundAndPressure,
     /// Stage I, variant: the friction traction itself.
     FrictionTraction,
-}
-
-/// Tractions that [`ContactState::freeze`] keeps for the stages to hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Keep {
-    /// Bound and friction traction at the end of the last step, no pressure: what is known where a step begins.
-    LastStep,
-    /// The current pressure and the bound that belongs to it.
-    Pressure,
-    /// The current friction traction.
-    Friction,
 }
 
 /// Squares of the point forces `A t`, summed \[N^2\]. Sum it over contacts and ranks.
@@ -117,20 +108,6 @@ impl<const D: usize> Track<D> {
 impl<const D: usize> Default for Track<D> {
     fn default() -> Self {
         Self { statuses: [None; 2], friction_traction: Vector::zeros(), flipped: false }
-    }
-}
-
-/// Tractions of a point at the last call of [`ContactState::freeze`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Held<const D: usize> {
-    normal_traction: f64,
-    bound: f64,
-    friction_traction: Vector<D>,
-}
-
-impl<const D: usize> Default for Held<D> {
-    fn default() -> Self {
-        Self { normal_traction: 0.0, bound: 0.0, friction_traction: Vector::zeros() }
     }
 }
 
@@ -221,17 +198,7 @@ impl<const D: usize> ContactState<D> {
         self.held.resize(self.current.len(), Held::default());
         let points = self.current.iter().zip(&self.history);
         for (held, (point, history)) in self.held.iter_mut().zip(points) {
-            *held = match keep {
-                Keep::LastStep => Held {
-                    normal_traction: 0.0,
-                    bound: history.bound,
-                    friction_traction: history.friction_traction,
-                },
-                Keep::Pressure => {
-                    Held { normal_traction: point.normal_traction, bound: point.bound, ..*held }
-                }
-                Keep::Friction => Held { friction_traction: point.friction_traction, ..*held },
-            };
+            *held = held.kept(keep, point, history);
         }
     }
 
@@ -353,6 +320,24 @@ mod tests {
         assert_eq!(held(Hold::BoundAndPressure).normal_traction, Some(3.0));
         assert_eq!(held(Hold::FrictionTraction).friction_traction, Some(Vector::<2>::new(1.0, 0.0)));
         assert_eq!(held(Hold::Frictionless), Frozen::frictionless());
+    }
+
+    /// Bound and friction traction go part of their way, from what was held before; the pressure goes all of it.
+    #[test]
+    fn what_is_held_goes_part_of_the_way() {
+        let mut state = ContactState::<2>::new(1);
+        let mut keep = |bound, friction, part| {
+            state.current[0] = PointState { normal_traction: bound, bound, ..slipping(friction) };
+            [Keep::Pressure, Keep::Friction, Keep::Part(part)]
+                .into_iter()
+                .for_each(|keep| state.freeze(keep));
+            let held = state.manner(0, Hold::BoundAndPressure, Branches::Actual).frozen;
+            let friction = state.manner(0, Hold::FrictionTraction, Branches::Actual).frozen.friction_traction;
+            (held.normal_traction, held.bound, friction.map(|friction| friction.x))
+        };
+        assert_eq!(keep(2.0, -4.0, 1.0), (Some(2.0), Some(2.0), Some(-4.0)));
+        assert_eq!(keep(6.0, 4.0, 0.25), (Some(6.0), Some(3.0), Some(-2.0)));
+        assert_eq!(keep(5.0, 6.0, 0.5), (Some(5.0), Some(4.0), Some(2.0)));
     }
 
     /// A step begins with what was known at the end of the last one, whatever a failed attempt has frozen.

@@ -23,7 +23,7 @@ pub enum Known {
 }
 
 /// Tractions that a stage is to hold from now on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Freeze {
     /// Bound and friction traction at the end of the last step.
     LastStep,
@@ -31,6 +31,8 @@ pub enum Freeze {
     NormalTractions,
     /// Friction tractions at the last residual.
     FrictionTractions,
+    /// Bound and friction traction, this part of the way from what was held before to what is held now.
+    Part(f64),
 }
 
 /// Forces of the contact points, 2-norms over all points \[N\].

@@ -16,6 +16,7 @@ mod linear;
 mod monolithic;
 mod own;
 mod presets;
+mod progress;
 mod staggered;
 mod strategy;
 mod subdomain;

@@ -21,7 +21,8 @@ pub const STRATEGIES: &[Entry] = &[
     Entry {
         name: "staggered",
         about: "normal contact and friction in turn by symmetric matrices; a sweep contracts in proportion to the \
-                coefficient of friction: by 0.4 to 0.66 mu for rubber, 0.05 mu for concrete",
+                coefficient of friction, by 0.4 to 0.66 mu for rubber, 0.05 mu for concrete, and is relaxed where that is \
+                too much",
     },
 ];
 
