@@ -40,7 +40,7 @@ pub struct Memory {
     /// How much stiffer than their laws say the contacts are.
     stiffenings: Vec<f64>,
     /// Steps as short as errors may ask for.
-    #[serde(default)]
+    #[serde(default, rename = "short_steps")]
     shortest: Shortest,
     /// What carries each contact at the end of the last accepted step \[N\].
     #[serde(default)]
