@@ -232,7 +232,7 @@ accuracy: { time: 1e-2, penetration: none, slip: none, energy: none }
 }
 
 /// What moves by less than the penetration that is asked for is not looked at more closely: a block that has hardly begun to
-/// slide needs 105 steps, where an error over its own motion asks for 29235.
+/// slide needs 63 steps, where an error over its own motion asks for 895.
 #[test]
 fn what_moves_little_is_let_be() {
     let changes = [("cells: [16, 8]", "cells: [8, 4]"), ("end: 0.5", "end: 0.12")];
