@@ -197,11 +197,13 @@ pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
 /// Newton's tolerance: the user's, or where an accuracy is asked for one that leaves no trace in it.
 fn newton_tolerance(case: &Case) -> f64 {
     /// Residual over the largest force, over the error in time that is allowed.
-    const RATIO: f64 = 1e-3;
+    const RATIO: f64 = 1e-2;
+    /// No looser than that, whatever is asked.
+    const LOOSEST: f64 = 1e-4;
     let given = case.solver.newton.tolerance;
     let time = case.accuracy.as_ref().and_then(|accuracy| accuracy.time);
     match time {
-        Some(time) if given.place.line == 0 => (RATIO * time.si).clamp(given.si, 1e-5),
+        Some(time) if given.place.line == 0 => (RATIO * time.si).clamp(given.si, LOOSEST),
         _ => given.si,
     }
 }

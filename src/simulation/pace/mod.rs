@@ -2,6 +2,7 @@
 
 mod past;
 mod recoil;
+mod shortest;
 mod watch;
 
 use super::journal::Journal;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::past::Past;
 use super::recoil;
+use super::shortest::{Plight, Shortest};
 use crate::assembly::{ContactSystem, Energies, Stuck};
 use crate::case::quantity::Number;
 use crate::case::{Accuracy, Case};
@@ -39,12 +40,12 @@ pub struct Memory {
     /// How much stiffer than their laws say the contacts are.
     stiffenings: Vec<f64>,
     /// Steps as short as errors may ask for.
-    #[serde(default)]
-    shortest: u32,
+    #[serde(default, rename = "short_steps")]
+    shortest: Shortest,
     /// What carries each contact at the end of the last accepted step \[N\].
     #[serde(default)]
     loads: Vec<f64>,
-    /// Whether a body has landed or taken off: fronts of waves run through it.
+    /// Whether a body has landed or taken off.
     #[serde(default)]
     landed: bool,
 }
@@ -84,10 +85,9 @@ impl Watch {
     const REPEAT: f64 = 2.01;
     /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
     const SAFETY: f64 = 1.8;
-    /// And by this factor more behind a landing, as measured: the front of a wave is many modes.
-    const FRONT: f64 = 1.5;
-    /// As many steps of the smallest length are no accident.
-    const RATTLES: u32 = 100;
+    /// And by this factor more while a body that landed is in contact, as measured on the bar: what it errs by there it carries
+    /// along when it takes off.
+    const CARRIED: f64 = 1.7;
 
     /// Of the state at the start in `stage`; `kinks` are the instants at which loads or their rates may jump. Collective.
     ///
@@ -127,7 +127,7 @@ impl Watch {
                 rate: [0.0; 2],
                 passed: Passed::default(),
                 stiffenings: system.stiffenings(),
-                shortest: 0,
+                shortest: Shortest::default(),
                 loads: recoil::loads(system),
                 landed: false,
             },
@@ -252,8 +252,17 @@ impl Watch {
             return Ok(false);
         }
         self.memory.landed |= lands;
-        self.memory.shortest += u32::from(short);
-        self.remark = self.shortest_remark(system.rattles(), self.memory.shortest - u32::from(short));
+        if short {
+            self.memory.shortest.count(ratio);
+            let plight = Plight {
+                size: self.memory.size,
+                stiffer: self.memory.stiffenings.iter().copied().fold(1.0, f64::max),
+                rattles: system.rattles(),
+                rubs: system.has_friction(),
+            };
+            self.remark = self.memory.shortest.remark(&plight);
+            self.memory.shortest.hopeless(&plight, stage).map_or(Ok(()), Err)?;
+        }
         if let Some(budget) = &mut self.memory.time {
             let [error, fair] = self.judged;
             // Behind a jump the estimate still sees the jump, which was paid for.
@@ -271,6 +280,12 @@ impl Watch {
             self.past.iter_mut().for_each(Past::jump);
         }
         Ok(true)
+    }
+
+    /// Whether a body that landed is in contact, and free to take off.
+    fn rebounds(&self) -> bool {
+        let Memory { landed, loads, .. } = &self.memory;
+        *landed && loads.iter().zip(&self.recoils).any(|(load, recoil)| load * recoil > 0.0)
     }
 
     /// Whether what sticks gives way by more than was asked.
@@ -299,39 +314,6 @@ impl Watch {
         0.5 * lost.max(0.0) / all * flight
     }
 
-    /// What a user should know at once: that errors have asked for the shortest steps again and again.
-    fn shortest_remark(&self, rattles: bool, before: u32) -> Option<String> {
-        let Memory { shortest, stiffenings, .. } = &self.memory;
-        if before >= Self::RATTLES || *shortest < Self::RATTLES {
-            return None;
-        }
-        let stiffer = stiffenings.iter().copied().fold(1.0, f64::max);
-        let (why, cure) = match (rattles, stiffer > 1.0) {
-            (true, _) => (
-                format!(
-                    ": contact rattles on a penalty {stiffer} times stiffer than that of the case, made so for accuracy.penetration"
-                ),
-                "take the mass off the nodes of contact surfaces, `mass: redistributed` of their bodies, use `scheme: \
-                 conserving`, which keeps its energy with any step, or ask for less",
-            ),
-            (false, true) => (
-                format!(
-                    " on a penalty {stiffer} times stiffer than that of the case, made so for accuracy.penetration"
-                ),
-                "ask for less, or for a larger penetration",
-            ),
-            (false, false) => (
-                format!(", over {:.1e} m, the largest displacement so far", self.memory.size),
-                "ask for less, or write `time: none` for equal steps; for an impact `scheme: conserving` keeps its energy with \
-                 any step",
-            ),
-        };
-        Some(format!(
-            "warning: {shortest} steps were as short as they may be, and the accuracy may be missed all the same{why}\n\
-             hint: {cure}"
-        ))
-    }
-
     /// Estimated error of the step, root mean square \[m\]: as it is where the velocity jumps, else without what was lost
     /// before.
     fn error<const D: usize>(
@@ -340,9 +322,9 @@ impl Watch {
         stage: &Stage,
         jumps: bool,
     ) -> Result<f64> {
+        let safety = Self::SAFETY * if self.rebounds() { Self::CARRIED } else { 1.0 };
         let Some(past) = &mut self.past else { return Ok(0.0) };
         let rate = past.rate(self.scheme, stage, |field| system.clear_prescribed(field))?;
-        let safety = Self::SAFETY * if self.memory.landed { Self::FRONT } else { 1.0 };
         let power = safety * stage.dt.powf(self.scheme.order() + 1.0);
         if jumps {
             self.section = None;
