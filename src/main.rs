@@ -5,8 +5,9 @@ use std::process::ExitCode;
 
 use contact_petsc::{cli, commands, petsc};
 
-/// Time by which rank 0 ends before the other ranks in failure.
-const HEAD_START: std::time::Duration = std::time::Duration::from_millis(50);
+/// Time by which rank 0 ends before the other ranks in failure, on a machine that is busy with other work as well; they are killed earlier
+/// where `mpirun` sees to it.
+const HEAD_START: std::time::Duration = std::time::Duration::from_millis(500);
 
 fn main() -> ExitCode {
     let versions = petsc::versions().map(|(name, version)| format!("{name} {version}")).join("\n");
