@@ -363,3 +363,16 @@ impl Results {
         serde_json::from_str(&text).expect("JSON")
     }
 }
+
+/// Stretch across the load of a neo-Hookean block (E = 1 MPa, nu = 0.3) under 0.1 MPa, free in `free` directions.
+pub fn stretch(free: i32) -> f64 {
+    let (shear, lambda, pressure) = (1e6 / 2.6, 0.3e6 / (1.3 * 0.4), 1e5);
+    let across = |j: f64| 1.0 - lambda / shear * f64::ln(j);
+    let volume = |j: f64| (across(j) - pressure * j / shear).sqrt() * across(j).sqrt().powi(free);
+    let (mut low, mut high) = (0.8, 1.0);
+    for _ in 0..200 {
+        let j = 0.5 * (low + high);
+        if volume(j) > j { low = j } else { high = j }
+    }
+    across(low).sqrt()
+}
