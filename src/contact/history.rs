@@ -47,10 +47,14 @@ impl<const D: usize> History<D> {
     /// Work per area that friction turns into heat over a step of length `dt` \[s\] that ends in `state` \[J/m^2\], >= 0.
     ///
     /// Velocity form: power by the trapezoidal rule, exact where friction and deceleration are constant.
-    /// Return map: plastic slip times the mean of the tractions at which it began and ended, as elastic stick stores energy.
+    /// Return map: plastic slip times the mean of the tractions at which it began and ended, as elastic stick stores energy;
+    /// a point that opens slid under the mean of the traction that it had and none.
     pub fn work_of_step(&self, state: &PointState<D>, dt: f64) -> f64 {
         if heat_is_known(state) {
             return state.plastic_work * self.mean_of_bounds(state);
+        }
+        if !state.is_closed() && self.friction_power == 0.0 {
+            return 0.5 * (-self.friction_traction.dot(&state.slip_increment)).max(0.0);
         }
         0.5 * dt * (self.friction_power + state.friction_power().max(0.0))
     }
@@ -222,5 +226,8 @@ mod tests {
             History { bound: 10.0, friction_traction: Vector::<2>::x() * 2.0, ..History::<2>::default() };
         let state = PointState { bound: 1.0, plastic_work: 1.0, ..PointState::default() };
         assert!((stuck.work_of_step(&state, 0.1) - 1.5).abs() < 1e-15);
+        // What opens slid under half of what it carried, against it.
+        let open = PointState { slip_increment: Vector::<2>::x() * -0.25, ..PointState::default() };
+        assert!((stuck.work_of_step(&open, 0.1) - 0.25).abs() < 1e-15);
     }
 }

@@ -132,7 +132,8 @@ pub fn respond<const D: usize>(
     let slip_velocity = slip.slip_velocity();
     let shifted = geometry.gap - manner.offset;
     if shifted > 0.0 && !frozen.presses() {
-        return Response { state: PointState { slip_velocity, ..state }, slopes: None };
+        let slip_increment = slip.slip_increment();
+        return Response { state: PointState { slip_velocity, slip_increment, ..state }, slopes: None };
     }
     let normal = normal_response(law, shifted, frozen);
     let friction = friction_response(law, shifted, normal, &slip, manner);
