@@ -152,8 +152,9 @@ fn rubber_block_by_every_law_on_1_2_3_4_8_ranks() {
     };
     let fast = [("x: \"1.0", "x: \"10"), ("end: 0.07", "end: 0.01")];
     on("grosch-schallamach", &fast, &RANKS);
-    on("power-law-2", &fast, &RANKS);
-    for law in ["power-law-1", "power-law-3", "power-law-1-kn", "power-law-2-kn", "power-law-3-kn"] {
+    for law in
+        ["power-law-1", "power-law-2", "power-law-3", "power-law-1-kn", "power-law-2-kn", "power-law-3-kn"]
+    {
         on(law, &fast, &[2, 3, 4]);
     }
     let smooth = [("x: \"if", "x: \"20 * if"), ("end: 0.07, step: 1.25e-4", "end: 0.012, step: 5.0e-4")];

@@ -47,15 +47,15 @@ const CONCRETE: &[Scene] = &[
 ];
 
 const ROUND: &[Scene] = &[
-    scene("hertz/case.yml", &[("cells: [45, 35]", "cells: [23, 18]"), ("increments: 5", "increments: 2")]),
-    scene("hertz/finite.yml", &[("cells: [45, 35]", "cells: [23, 18]"), ("increments: 5", "increments: 2")]),
+    scene("hertz/case.yml", &[("cells: [45, 35]", "cells: [15, 12]"), ("increments: 5", "increments: 2")]),
+    scene("hertz/finite.yml", &[("cells: [45, 35]", "cells: [15, 12]"), ("increments: 5", "increments: 2")]),
     scene(
         "hertz/spheres.yml",
         &[("[10, 10, 8]", "[5, 5, 4]"), ("[8, 8, 8]", "[4, 4, 4]"), ("increments: 8", "increments: 2")],
     ),
     scene(
         "cattaneo-mindlin/case.yml",
-        &[("cells: [120, 48]", "cells: [40, 16]"), ("increments: 16", "increments: 4")],
+        &[("cells: [120, 48]", "cells: [24, 10]"), ("increments: 16", "increments: 4")],
     ),
 ];
 
