@@ -59,6 +59,29 @@ fn the_concrete_block_rests_on_its_base() {
     }
 }
 
+/// Off the middle of its stratum the block has no equilibrium near by without friction: it is held where it lies, by a small force that is told,
+/// on 1, 2 and 3 ranks alike; on its own mesh and on one that is graded.
+#[test]
+fn the_concrete_block_is_held_off_the_middle_on_1_2_3_ranks() {
+    let aside = ("min: [1.0, 1.0], max: [2.0, 1.5]", "min: [1.1137, 1.0], max: [2.1137, 1.5]");
+    let graded = ("cells: [10, 5],", "cells: [10, 5], map: { x: \"x + 0.05*(x-1)*(2-x)\" },");
+    for change in [aside, graded] {
+        let text = shipped("concrete-block/case.yml", &COARSE_BLOCK).replace("end: 0.03", "end: 1.0e-3");
+        assert!(text.contains(change.0), "{}", change.0);
+        let text = text.replace(change.0, change.1);
+        let alone = Results::of(&text, 1);
+        let [x, y] = supports_at_rest(&alone);
+        assert!((y / BURDEN - 1.0).abs() < 1e-8, "base {y}, burden {BURDEN}");
+        assert!((1e-8 * BURDEN..1e-3 * BURDEN).contains(&x.abs()), "{x} N along x");
+        let [along, down] = ["u_x", "u_y"].map(|u| alone.probes(u).iter().map(|u| u[0]).collect::<Vec<_>>());
+        assert!(along[1].abs() < 0.1 * down[1].abs(), "{along:?}, {down:?}");
+        for ranks in [2, 3] {
+            let apart = apart(&alone, &Results::of(&text, ranks));
+            assert!(apart < 1e-9, "{ranks} ranks: {apart}");
+        }
+    }
+}
+
 /// "An evident swaying process of the block evoked by the short-time load. The middle point C demonstrates a stable
 /// vertical displacement with a value which results from the initial state."
 #[test]

@@ -129,6 +129,9 @@ pub struct Stage {
     /// residual: makes the matrix regular where nothing holds a body, without changing the equilibrium that is found.
     /// Above zero it also says that free motions are to be looked for.
     pub holding: f64,
+    /// Resistance, over a typical diagonal entry, up to which a motion of a body counts as free and is held in a static solve; 0
+    /// where only those that nothing resists are.
+    pub yielding: f64,
     /// Residual over the largest force that is enough, whatever the strategy asks: 0 but for states on the way to another.
     pub enough: f64,
     /// Factor on loads and prescribed displacements, 1 but for the increments of a static start.
@@ -166,6 +169,7 @@ impl Stage {
             friction: FrictionMode::AsGiven,
             split: Split::Monolithic,
             holding: 0.0,
+            yielding: 0.0,
             enough: 0.0,
             load_factor: 1.0,
             start_forces: pattern.like()?,

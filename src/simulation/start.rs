@@ -21,6 +21,9 @@ const PASSING: f64 = 1e-3;
 /// regular and carries bodies that nothing touches yet, and holds no one (`solvers::FreeMotions`).
 const HOLDING: f64 = 1e-7;
 
+/// Resistance over a typical diagonal entry up to which bodies are held in a start that finds no balance otherwise.
+const YIELDING: f64 = 1e-3;
+
 /// Brings `stage.start` to the start of the motion. Collective.
 ///
 /// # Errors
@@ -126,6 +129,8 @@ fn press<const D: usize>(
                 system.accept(stage)?;
                 level.succeed();
             }
+            // On a target that gives way a body may have no equilibrium near by without the friction that will hold it.
+            Outcome::Failed(report, _) if may_yield(stage) && !report.driven => stage.yielding = YIELDING,
             Outcome::Failed(_, reason) if !level.cut() => {
                 return Err(no_equilibrium(system, &reason, factor));
             }
@@ -133,9 +138,14 @@ fn press<const D: usize>(
         }
     }
     stage.load_factor = 1.0;
-    stage.holding = 0.0;
+    (stage.holding, stage.yielding) = (0.0, 0.0);
     stage.enough = 0.0;
     Ok(())
+}
+
+/// Whether bodies that nothing holds but weak resistance can be held where they lie, and are not yet.
+fn may_yield(stage: &Stage) -> bool {
+    stage.holding > 0.0 && stage.yielding == 0.0 && stage.friction == FrictionMode::Off
 }
 
 /// The equilibrium at a part `factor` of the loads: from the course of the last two ones, or from one linear solve with the

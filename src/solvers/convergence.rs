@@ -77,6 +77,8 @@ pub struct SolveReport {
     pub contact: ContactCounts,
     /// Free motions that were held in the last correction.
     pub held: Held,
+    /// Loads drove a body along a motion that nothing resists.
+    pub driven: bool,
 }
 
 impl SolveReport {

@@ -10,6 +10,10 @@
 //! which moves neither the centre of mass nor the mean angle along `n`. The weak spring of
 //! [`Stage::holding`](crate::dynamics::Stage) makes the factorisation regular and has no part in the answer.
 //!
+//! On a target that gives way a body is resisted, if weakly, wherever the target is not bent evenly, and its equilibrium may be
+//! far off. With [`Stage::yielding`](crate::dynamics::Stage) above zero such motions are held as well, by a force that is taken
+//! out of the residual and told ([`Held`]): friction has to carry it from then on.
+//!
 //! A motion that loads drive is no equilibrium: the body moves along it until it touches what resists, carried by the
 //! spring in strides. Of several free motions that is the one combination in which the loads lie; the others are
 //! still held. If nothing ever resists, the solve fails and tells body, direction and force.
@@ -107,7 +111,7 @@ impl FreeMotions {
         let size = along.norm();
         let mut driven = None;
         let mut idle = free.clone();
-        if size > allowed {
+        if size > allowed && stage.yielding == 0.0 {
             let way = &free * (&along / size);
             driven = Some(describe(&rigid, &way, &loads, free.ncols()));
             idle = &free * complement(&(along / size));
@@ -173,7 +177,7 @@ fn unresisted(system: &dyn Dynamics, stage: &Stage, fields: &[&Vector]) -> Resul
     let spring = stage.holding * unit;
     let mut image = fields[0].like()?;
     matrix.diagonal(&mut image)?;
-    let tolerance = (FREE * unit).max(ROUNDINGS * f64::EPSILON * image.max_norm()?);
+    let tolerance = (FREE.max(stage.yielding) * unit).max(ROUNDINGS * f64::EPSILON * image.max_norm()?);
     let mut columns = Vec::with_capacity(count);
     for field in fields {
         matrix.multiply(field, &mut image)?;

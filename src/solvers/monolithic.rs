@@ -8,7 +8,7 @@
 
 use super::convergence::{IterationReport, Outcome, SolveReport};
 use super::forcing::Forcing;
-use super::free_motion::{Driven, FreeMotions};
+use super::free_motion::{Driven, FreeMotions, Held};
 use super::linear::{Fallback, LinearSolver, Solved};
 use crate::dynamics::{Dynamics, Lift, Residual, Stage};
 use crate::error::Result;
@@ -42,6 +42,8 @@ pub struct Monolithic {
     correction: Vector,
     origin: Vector,
     free: FreeMotions,
+    /// What carries motions that are held though something resists them.
+    carried: Held,
     /// The motion that was driven at the iterate that was held best.
     driven: Option<Driven>,
 }
@@ -62,6 +64,8 @@ impl Monolithic {
     /// A correction that is smaller than this part of the displacements is rounding. Well above the noise that is
     /// seen, half of it, so that no partition is on the other side.
     const ROUNDING: f64 = 8.0 * f64::EPSILON;
+    /// Part of the largest force that may hold a motion that is not quite free: friction takes it over.
+    const CARRIED: f64 = 0.1;
     /// Forces along a free motion up to this part of the tolerance are none: all of them together do not keep the balance
     /// from being met.
     const NO_FORCE: f64 = 0.1;
@@ -83,6 +87,7 @@ impl Monolithic {
             correction: pattern.like()?,
             origin: pattern.like()?,
             free: FreeMotions::default(),
+            carried: Held::default(),
             driven: None,
         })
     }
@@ -110,6 +115,7 @@ impl Monolithic {
         (self.free, self.driven) = (FreeMotions::default(), None);
         Ok(match (self.iterate(system, stage, watch)?, &self.driven) {
             (Outcome::Failed(report, reason), Some(driven)) => {
+                let report = SolveReport { driven: true, ..report };
                 Outcome::Failed(report, format!("{reason}; {}", driven.tell()))
             }
             (outcome, _) => outcome,
@@ -136,8 +142,11 @@ impl Monolithic {
                 return Ok(Outcome::Failed(report, rejected(system)));
             }
             if self.settled(now, row.iteration) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
-                report.held = self.free.needed(&self.residual, now.scale)?;
-                return Ok(match report.held.force <= self.target {
+                let yields = stage.yielding > 0.0 && self.free.held() > 0;
+                report.held =
+                    if yields { self.carried } else { self.free.needed(&self.residual, now.scale)? };
+                let most = if yields { Self::CARRIED } else { self.target };
+                return Ok(match report.held.force <= most {
                     true => Outcome::Converged(report),
                     false => Outcome::Failed(report, report.held.tell()),
                 });
@@ -209,7 +218,14 @@ impl Monolithic {
     pub(super) fn evaluate(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<Residual> {
         stage.update_rates()?;
         system.prescribe(stage)?;
-        system.residual(stage, &mut self.residual)
+        let now = system.residual(stage, &mut self.residual)?;
+        if stage.yielding == 0.0 || self.free.held() == 0 {
+            return Ok(now);
+        }
+        // What is held is held by a force of its own.
+        self.carried = self.free.needed(&self.residual, now.scale)?;
+        self.free.clear_force(&mut self.residual)?;
+        Ok(Residual { norm: self.residual.norm()?, ..now })
     }
 
     /// The Newton correction at the current residual; `None` where every linear solver failed.
