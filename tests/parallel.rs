@@ -28,7 +28,7 @@ fn solved_by(text: &str, solver: &str) -> String {
 }
 
 fn rubber_block() -> String {
-    shipped("rubber-block/case.yml", &[("cells: [48, 50]", "cells: [12, 13]"), ("end: 0.07", "end: 0.02")])
+    shipped("rubber-block/case.yml", &[("cells: [48, 50]", "cells: [12, 13]"), ("end: 0.07", "end: 0.01")])
 }
 
 impl Results {
@@ -225,11 +225,11 @@ fn bar_by_every_scheme_on_1_2_3_4_ranks() {
             from.iter().zip(&to).map(|(from, to)| (from.as_str(), to.as_str())).collect();
         match case {
             "ten-bounces" => {
-                changes.extend([("cells: [1, 50]", "cells: [1, 25]"), ("end: 64,", "end: 0.15,")])
+                changes.extend([("cells: [1, 50]", "cells: [1, 25]"), ("end: 64,", "end: 0.1,")])
             }
             _ => changes.extend([
                 ("cells: [1, 100]", "cells: [1, 25]"),
-                ("end: 1.5, step: 2.5e-3", "end: 0.15, step: 1.0e-2"),
+                ("end: 1.5, step: 2.5e-3", "end: 0.1, step: 1.0e-2"),
             ]),
         }
         let alone = invariant(&shipped(&format!("bar-impact/{case}.yml"), &changes), &[2, 3, 4]);

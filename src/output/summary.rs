@@ -21,7 +21,7 @@ pub struct StartUp {
     pub unknowns: u64,
     /// MPI ranks.
     pub ranks: usize,
-    /// Largest load of a rank over the mean, 1 where perfect.
+    /// Elements of the rank with most of them over the mean, 1 where perfect.
     pub imbalance: f64,
     /// Face pairs of elements on different ranks.
     pub edge_cut: u64,
@@ -63,7 +63,11 @@ impl fmt::Display for StartUp {
         )?;
         match self.ranks {
             1 => writeln!(f, "  ranks     1")?,
-            n => writeln!(f, "  ranks     {n}, imbalance {:.3}, edge cut {}", self.imbalance, self.edge_cut)?,
+            n => writeln!(
+                f,
+                "  ranks     {n}, imbalance of elements {:.3}, edge cut {}",
+                self.imbalance, self.edge_cut
+            )?,
         }
         match (self.meeting, self.ranks) {
             (None, _) => {}
@@ -211,7 +215,7 @@ mod tests {
             remarks: vec![],
         };
         let expected = "Rubber block\n  mesh      2400 elements, 2499 nodes, 4998 unknowns\n\
-            \x20 ranks     2, imbalance 1.010, edge cut 48\n\
+            \x20 ranks     2, imbalance of elements 1.010, edge cut 48\n\
             \x20           contact imbalance 1.050, 3 of 80 pairs across ranks\n  solver    monolithic, GMRES with ILU(0)\n\
             \x20 contact   sole: 40 of 49 points closed, 45 with a target near, deepest overclosure 1.500e-5 m at \
             (0.480000, 0.000000), widest gap 2.000e-3 m at (0.000000, 0.000000)\n\

@@ -144,7 +144,7 @@ impl<const D: usize> Journal<D> {
             nodes: partition.owned.iter().sum(),
             unknowns: self.record.unknowns,
             ranks: self.record.ranks,
-            imbalance: partition.imbalance(),
+            imbalance: partition.element_imbalance(),
             edge_cut: partition.edge_cut.unsigned_abs(),
             meeting: (partition.pairs > 0)
                 .then(|| (partition.contact_imbalance(), partition.pairs, partition.pairs_cut)),
