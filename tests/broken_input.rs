@@ -116,13 +116,7 @@ const CASES: &[Broken] = &[
         &["case.yml:16:", "'sole' and 'heel' have the same two sides", "keep one of them"],
         0,
     ),
-    (
-        "point: [0, 0]",
-        "point: [0, -50]",
-        3,
-        &["'sole' can not close", "5.000e1 m apart", "no further than", "hint: bring them together"],
-        3,
-    ),
+    ("point: [0, 0]", "point: [0, -50]", 3, &["'sole' can not close", "5.000e1 m", "hint: bring"], 3),
     (TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }", 3, &["stick_velocity", "statics"], 0),
     ("boundary:", "solver: { linear: cg_icc }\nboundary:", 3, &["symmetric", "auto"], 2),
     // Files.
@@ -161,13 +155,7 @@ const ON_A_FILE: &[Broken] = &[
     ("block.bottom", "block.nothing", 3, &["block.nothing"], 3),
     ("block.bottom", "block.corner", 3, &["block.corner", "hint: "], 2),
     ("block.bottom", "block.rubber", 3, &["block.rubber", "hint: "], 0),
-    (
-        "block.bottom",
-        "block.Bottom",
-        3,
-        &["case.yml:12:16", "no surface 'Bottom'", "did you mean 'block.bottom'?"],
-        0,
-    ),
+    ("block.bottom", "block.Bottom", 3, &["case.yml:12:16", "did you mean 'block.bottom'?"], 0),
     (
         "on: block.top",
         "on: block.roof",
@@ -244,77 +232,6 @@ fn taken(folder: &Folder, base: &str, (from, to, code, words, ranks): &Broken) -
 #[test]
 fn broken_cases_are_refused_on_1_2_and_3_ranks() {
     all_refused("broken", SMALL_BLOCK, CASES);
-}
-
-/// Two bodies `GAP` apart, of which one may be moved towards the other.
-const APART: &str = "title: apart
-dimension: 2
-bodies:
-  left: { mesh: { box: { min: [0, 0], max: [1, 1], cells: [2, 2] } }, material: RUBBER, density: 1000, VELOCITY }
-  right: { mesh: { box: { min: [GAP, 0], max: [END, 1], cells: [2, 2] } }, material: RUBBER, density: 1000 }
-contact:
-  touch: { contactor: left.right, target: right.left, normal: { penalty: { compliance: 1.0e-9 } } }
-LOADS
-time: { end: 1, step: 0.1 }
-";
-
-/// What can close a contact that starts far open is prescribed motion, velocity at the start, or loads with time enough;
-/// without these the contact is refused, with `check` and in a run.
-#[test]
-fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
-    let folder = Folder::new("apart");
-    let filled = |gap: f64, velocity: &str, loads: &str| {
-        let rubber = "{ neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }";
-        let text = APART.replace("RUBBER", rubber).replace("VELOCITY", velocity).replace("LOADS", loads);
-        text.replace("GAP", &gap.to_string()).replace("END", &(gap + 1.0).to_string())
-    };
-    let pushed = "boundary: { push: { on: left.left, traction: { x: 1.0e5 } } }";
-    let carried = "boundary: { carry: { on: left.left, displacement: { x: \"50 * t\" } } }";
-    // A pulse so short that equal instants miss it.
-    let thrown = "boundary: { throw: { on: left.left, displacement: { x: { table: [[0, 0], [0.001, 5], [0.002, 0]] } } } }";
-    let blow = "boundary: { blow: { on: left.left, traction: { x: { table: [[0, 0], [0.005, 8e6], [0.01, 0]] } } } }";
-    let still = "boundary: { one: { on: left, displacement: { x: 0, y: 0 } }, \
-                 other: { on: right, displacement: { x: 0, y: 0 } } }"
-        .to_owned();
-    let drawn = "boundary: { weight: { on: left, gravity: [20, 0] } }";
-    let rows = [
-        (20.0, "", "", false),
-        (20.0, "initial_velocity: [1, 0]", "", false),
-        (20.0, "initial_velocity: [10, 0]", "", true),
-        (20.0, "", pushed, true),
-        (20.0, "", drawn, true),
-        (2000.0, "", drawn, false),
-        (40.0, "", carried, true),
-        (40.0, "", thrown, true),
-        // A load that varies by an expression, a blow by a table, a motion between two equal instants.
-        (40.0, "", "boundary: { w: { on: left, gravity: [\"500*sin(20*pi*t)^2\", 0] } }", true),
-        (20.0, "", blow, true),
-        (
-            40.0,
-            "",
-            "boundary: { c: { on: left.left, displacement: { x: \"if(abs(t - 0.507) < 0.1, 5, 0)\" } } }",
-            true,
-        ),
-        // Both surfaces are prescribed, and stay where they are, or meet.
-        (1.1, "", &still, false),
-        (1.1, "", &still.replace("left, displacement: { x: 0", "left, displacement: { x: \"t\""), true),
-        (1.5, "", "", true),
-    ];
-    for (gap, velocity, loads, can_close) in rows {
-        folder.write("case.yml", &filled(gap, velocity, loads));
-        for ranks in [0, 3] {
-            let output = match can_close {
-                true => run(ranks, &["check", "case.yml"], &folder),
-                false => run_refused(ranks, &["check", "case.yml"], &folder),
-            };
-            if can_close {
-                output.success();
-                continue;
-            }
-            check(&output, 3, &["contact 'touch' can not close", "m apart", "hint: "])
-                .unwrap_or_else(|e| panic!("{gap}, {velocity}{loads}, {ranks} ranks: {e}"));
-        }
-    }
 }
 
 /// Contact at the nodes of quadratic facets is refused between two bodies, and on an obstacle where their rule is not

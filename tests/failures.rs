@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use common::{Folder, Output, Running};
+use common::{Folder, Output, Running, run, run_refused};
 
 /// More than any of these needs on a loaded machine; a hang would reach it.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -166,4 +166,79 @@ fn nodal_points_on_corners_of_a_target_on_2_ranks() {
     let changes = [nodal, coarse[0], coarse[1], ("end: 0.094", "end: 1.0e-3")];
     let output = disturbed(&common::shipped("concrete-block/case.yml", &changes), 2, |_| ());
     assert_eq!(output.code, Some(0), "{}", output.stderr);
+}
+
+/// Two bodies `GAP` apart, of which one may be moved towards the other.
+const APART: &str = "title: apart
+dimension: 2
+bodies:
+  left: { mesh: { box: { min: [0, 0], max: [1, 1], cells: [2, 2] } }, material: RUBBER, density: 1000, VELOCITY }
+  right: { mesh: { box: { min: [GAP, 0], max: [END, 1], cells: [2, 2] } }, material: RUBBER, density: 1000 }
+contact:
+  touch: { contactor: left.right, target: right.left, normal: { penalty: { compliance: 1.0e-9 } } }
+LOADS
+time: { end: 1, step: 0.1 }
+";
+
+/// What can close a contact that starts far open is prescribed motion, velocity at the start, or loads with time enough;
+/// without these the contact is refused, with `check` and in a run.
+#[test]
+fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
+    let folder = Folder::new("apart");
+    let filled = |gap: f64, velocity: &str, loads: &str| {
+        let rubber = "{ neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }";
+        let text = APART.replace("RUBBER", rubber).replace("VELOCITY", velocity).replace("LOADS", loads);
+        text.replace("GAP", &gap.to_string()).replace("END", &(gap + 1.0).to_string())
+    };
+    let pushed = "boundary: { push: { on: left.left, traction: { x: 1.0e5 } } }";
+    let carried = "boundary: { carry: { on: left.left, displacement: { x: \"50 * t\" } } }";
+    // A pulse so short that equal instants miss it.
+    let thrown = "boundary: { throw: { on: left.left, displacement: { x: { table: [[0, 0], [0.001, 5], [0.002, 0]] } } } }";
+    let blow = "boundary: { blow: { on: left.left, traction: { x: { table: [[0, 0], [0.005, 8e6], [0.01, 0]] } } } }";
+    let still = "boundary: { one: { on: left, displacement: { x: 0, y: 0 } }, \
+                 other: { on: right, displacement: { x: 0, y: 0 } } }"
+        .to_owned();
+    let drawn = "boundary: { weight: { on: left, gravity: [20, 0] } }";
+    let rows = [
+        (20.0, "", "", false),
+        (20.0, "initial_velocity: [1, 0]", "", false),
+        (20.0, "initial_velocity: [10, 0]", "", true),
+        (20.0, "", pushed, true),
+        (20.0, "", drawn, true),
+        (2000.0, "", drawn, false),
+        (40.0, "", carried, true),
+        (40.0, "", thrown, true),
+        // A load that varies by an expression, a blow by a table, a motion that few steps see.
+        (40.0, "", "boundary: { w: { on: left, gravity: [\"500*sin(20*pi*t)^2\", 0] } }", true),
+        (20.0, "", blow, true),
+        (
+            40.0,
+            "",
+            "boundary: { c: { on: left.left, displacement: { x: \"if(abs(t - 0.507) < 0.1, 5, 0)\" } } }",
+            true,
+        ),
+        // Both surfaces are prescribed, and stay where they are, or meet.
+        (1.1, "", &still, false),
+        (1.1, "", &still.replace("left, displacement: { x: 0", "left, displacement: { x: \"t\""), true),
+        (1.5, "", "", true),
+    ];
+    for (gap, velocity, loads, can_close) in rows {
+        folder.write("case.yml", &filled(gap, velocity, loads));
+        for ranks in [0, 3] {
+            let output = match can_close {
+                true => run(ranks, &["check", "case.yml"], &folder),
+                false => run_refused(ranks, &["check", "case.yml"], &folder),
+            };
+            if can_close {
+                output.success();
+                continue;
+            }
+            ended(&output, 3, "contact 'touch' can not close");
+            assert!(
+                output.stderr.contains("m apart") && output.stderr.contains("hint: "),
+                "{}",
+                output.stderr
+            );
+        }
+    }
 }

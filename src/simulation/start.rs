@@ -129,12 +129,13 @@ fn press<const D: usize>(
                 system.accept(stage)?;
                 level.succeed();
             }
+            Outcome::Failed(..) if level.cut() => {}
             // On a target that gives way a body may have no equilibrium near by without the friction that will hold it.
-            Outcome::Failed(report, _) if may_yield(stage) && !report.driven => stage.yielding = YIELDING,
-            Outcome::Failed(_, reason) if !level.cut() => {
-                return Err(no_equilibrium(system, &reason, factor));
+            Outcome::Failed(report, _) if may_yield(stage) && !report.driven => {
+                stage.yielding = YIELDING;
+                level.begin_anew();
             }
-            Outcome::Failed(..) => {}
+            Outcome::Failed(_, reason) => return Err(no_equilibrium(system, &reason, factor)),
         }
     }
     stage.load_factor = 1.0;
@@ -224,13 +225,14 @@ impl Course {
 struct Levels {
     reached: f64,
     step: f64,
-    smallest: f64,
+    /// Step of the first one, and the smallest.
+    limits: [f64; 2],
 }
 
 impl Levels {
     fn new(increments: u32) -> Self {
         let step = 1.0 / f64::from(increments);
-        Self { reached: 0.0, step, smallest: step / 64.0 }
+        Self { reached: 0.0, step, limits: [step, step / 64.0] }
     }
 
     fn next(&self) -> Option<f64> {
@@ -248,7 +250,12 @@ impl Levels {
 
     fn cut(&mut self) -> bool {
         self.step *= 0.5;
-        self.step >= self.smallest
+        self.step >= self.limits[1]
+    }
+
+    /// Goes on from what was reached in steps as long as the first.
+    fn begin_anew(&mut self) {
+        self.step = self.limits[0];
     }
 }
 
