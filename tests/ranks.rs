@@ -55,7 +55,7 @@ const ROUND: &[Scene] = &[
     ),
     scene(
         "cattaneo-mindlin/case.yml",
-        &[("cells: [120, 48]", "cells: [40, 16]"), ("increments: 16", "increments: 2")],
+        &[("cells: [120, 48]", "cells: [24, 10]"), ("increments: 16", "increments: 4")],
     ),
 ];
 

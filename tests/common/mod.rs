@@ -3,6 +3,8 @@
 
 #![allow(dead_code, reason = "each test file uses its part of this")]
 
+mod cores;
+
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::os::unix::process::CommandExt;
@@ -10,6 +12,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
+
+use cores::Share;
 
 /// The program under test.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_contact-petsc");
@@ -66,7 +70,7 @@ pub fn run(ranks: usize, args: &[&str], folder: &Path) -> Output {
 pub fn run_refused(ranks: usize, args: &[&str], folder: &Path) -> Output {
     let mut command = on_ranks(ranks, PROGRAM);
     command.env("OMPI_MCA_odls_base_sigkill_timeout", "0").args(args).current_dir(folder);
-    Running::of(command).wait(LIMIT)
+    Running::of(command, ranks).wait(LIMIT)
 }
 
 /// Runs the program on `ranks` ranks in `folder`, and kills it and all its ranks after `limit`.
@@ -101,6 +105,7 @@ pub struct Running {
     child: Child,
     began: Instant,
     log: Folder,
+    _cores: Share,
 }
 
 impl Running {
@@ -108,23 +113,24 @@ impl Running {
     pub fn start(ranks: usize, args: &[&str], folder: &Path) -> Self {
         let mut command = on_ranks(ranks, PROGRAM);
         command.args(args).current_dir(folder);
-        Self::of(command)
+        Self::of(command, ranks)
     }
 
     /// Starts this test program itself on `ranks` ranks (0: without `mpirun`), told by the environment what to do there.
     pub fn of_this_test(ranks: usize, told: &[(&str, &OsStr)]) -> Self {
         let mut command = on_ranks(ranks, std::env::current_exe().expect("the path of this program"));
         command.envs(told.iter().copied());
-        Self::of(command)
+        Self::of(command, ranks)
     }
 
-    fn of(mut command: Command) -> Self {
+    fn of(mut command: Command, ranks: usize) -> Self {
+        let cores = Share::of(ranks);
         let log = Folder::new("log");
         let file = |name: &str| File::create(log.join(name)).expect("a file for the output");
         command.stdin(Stdio::null()).stdout(file("stdout")).stderr(file("stderr"));
         // A group of its own, which is killed as a whole.
         let child = command.process_group(0).spawn().expect("the program or mpirun starts");
-        Self { child, began: Instant::now(), log }
+        Self { child, began: Instant::now(), log, _cores: cores }
     }
 
     /// The process: the program itself where it runs without `mpirun`.
