@@ -15,7 +15,7 @@ fn main() {
         process::exit(1);
     });
     println!("cargo::rustc-env=METIS_VERSION={version}");
-    // What the program is built against; what it runs with, PETSc and MPI tell themselves.
+    // What the program is built against; what it runs with is found out then (`petsc::versions`).
     let petsc = env::var("DEP_PETSC_VERSION").unwrap_or_default();
     println!("cargo::rustc-env=PETSC_BUILD_VERSION={petsc}");
 }

@@ -45,8 +45,12 @@ pub(super) struct Probe<'a, const D: usize> {
     pub x: Vector<D>,
     pub outward: Vector<D>,
     pub nodes: &'a [u32],
+    /// Facet of the last iterate.
     pub previous: Option<u32>,
+    /// Differences of distances that are none \[m\].
     pub tie: f64,
+    /// Distance from which on the last iterate does not count \[m\].
+    pub far: f64,
 }
 
 /// What a point may see.
@@ -130,8 +134,9 @@ impl<const D: usize> Looks<D> {
         };
         let deepest = tied().map(|seen| seen.gap.abs()).fold(0.0, f64::max);
         let face_on = tied().filter(|seen| seen.gap.abs() >= FACE_ON * deepest - probe.tie);
-        // The facet of the last iterate before all others, then the lowest name.
-        let order = |facet: &u32| (probe.previous != Some(*facet), target.identity(*facet));
+        // Of a point that may touch the facet of the last iterate before all others, then the lowest name.
+        let is_near = best <= probe.far;
+        let order = |facet: &u32| (is_near && probe.previous != Some(*facet), target.identity(*facet));
         face_on.map(|seen| seen.facet).min_by_key(order)
     }
 

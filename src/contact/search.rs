@@ -18,6 +18,10 @@ use crate::tensor::Vector;
 /// Distances that differ by less than this part of the size of the contactor facet are equal.
 const TIE: f64 = 1e-9;
 
+/// Of the same size: points further away than this are told their facet by where they are alone, not by where they were, so
+/// that iterates far from balance leave no trace.
+const FAR: f64 = 0.1;
+
 /// How far a search looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchLimits {
@@ -166,6 +170,7 @@ impl<const D: usize> Search<D> {
                     nodes: sides.contactor.facet_nodes(facet),
                     previous: pairing.facet(point),
                     tie: TIE * size,
+                    far: FAR * size,
                 };
                 let found = self.find(&probe, sides.target, u);
                 changes.changed += usize::from(pairing.take(point, found));

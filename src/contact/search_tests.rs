@@ -25,6 +25,7 @@ fn brute<const D: usize>(scene: &Scene<D>, previous: &Pairing) -> Vec<Option<u64
                 nodes: surface.facet_nodes(facet),
                 previous: previous.facet(point),
                 tie: TIE * size,
+                far: FAR * size,
             };
             let all: Vec<Seen> = (0..target.len() as u32)
                 .map(|facet| {
@@ -39,7 +40,8 @@ fn brute<const D: usize>(scene: &Scene<D>, previous: &Pairing) -> Vec<Option<u64
             let tied: Vec<_> = tied.collect();
             let deepest = tied.iter().map(|s| s.gap.abs()).fold(0.0, f64::max);
             let face_on = tied.iter().filter(|s| s.gap.abs() >= FACE_ON * deepest - probe.tie);
-            let order = |s: &&&&Seen| (probe.previous != Some(s.facet), target.identity(s.facet));
+            let is_near = nearest <= probe.far;
+            let order = |s: &&&&Seen| (is_near && probe.previous != Some(s.facet), target.identity(s.facet));
             found.push(face_on.min_by_key(order).map(|s| target.identity(s.facet)));
         }
     }
@@ -125,10 +127,11 @@ fn points_at(scene: &Scene<2>, x: f64) -> Vec<usize> {
     here.map(|(_, _, p)| p).collect()
 }
 
-/// A point over a vertex keeps its facet; a new one takes the lowest name, in whatever order the rank knows the facets.
+/// A point over a vertex keeps its facet; a new one and one far away take the lowest name, in whatever order the rank knows
+/// the facets.
 #[test]
 fn ties_keep_the_facet_or_take_the_lowest_name() {
-    for gap in [-1e-3, 0.0, 1e-3] {
+    for (gap, is_near) in [(-1e-3, true), (0.0, true), (1e-3, true), (0.2, false)] {
         let mut scene = on_the_border(gap);
         let backwards: Vec<u32> = (0..scene.contact.target.len() as u32).rev().collect();
         let mut facets = TargetFacets::default();
@@ -152,7 +155,8 @@ fn ties_keep_the_facet_or_take_the_lowest_name() {
         scene.pairing = Pairing::from_identities(&kept, &scene.contact.target);
         scene.pair();
         for p in points_at(&scene, 0.0) {
-            assert_eq!(named(&scene, &scene.pairing)[p], Some(highest), "kept");
+            let expected = if is_near { Some(highest) } else { lowest };
+            assert_eq!(named(&scene, &scene.pairing)[p], expected, "at {gap}");
         }
         assert!(named(&scene, &scene.pairing).iter().any(|name| *name != Some(highest)));
     }

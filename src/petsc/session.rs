@@ -265,33 +265,6 @@ impl Arguments {
     }
 }
 
-/// PETSc and MPI as the program runs with them, METIS as it was built with; works without a session.
-///
-/// Names and versions, as in `PETSc` and `3.18.5`.
-pub fn versions() -> [(String, String); 3] {
-    let [mut major, mut minor, mut patch, mut release] = [0; 4];
-    let known = petsc!(PetscGetVersionNumber(&mut major, &mut minor, &mut patch, &mut release));
-    let petsc = match known {
-        Ok(()) => format!("{major}.{minor}.{patch}"),
-        Err(_) => env!("PETSC_BUILD_VERSION").to_owned(),
-    };
-    let mpi = name_and_version(&mpi::environment::library_version().unwrap_or_default());
-    [("PETSc".to_owned(), petsc), mpi, ("METIS".to_owned(), env!("METIS_VERSION").to_owned())]
-}
-
-/// What an MPI library says of itself, as name and version: a version begins with a digit, or with a `v` and a digit.
-fn name_and_version(library: &str) -> (String, String) {
-    let line = library.split([',', '\n']).next().unwrap_or_default();
-    let is_version =
-        |word: &&str| word.trim_start_matches('v').starts_with(|first: char| first.is_ascii_digit());
-    let words: Vec<&str> = line.split_whitespace().collect();
-    let name: Vec<&str> = words.iter().copied().take_while(|word| !is_version(word)).collect();
-    let name = name.join(" ");
-    let name = name.trim_end_matches(':').trim_end_matches("Version").trim_end();
-    let version = words.iter().copied().find(is_version).unwrap_or_default();
-    (if name.is_empty() { "MPI" } else { name }.to_owned(), version.to_owned())
-}
-
 fn say(error: &Error) {
     let _ = std::io::stderr().write_all(format!("contact-petsc: {}: {error}\n", error.label()).as_bytes());
 }
@@ -325,22 +298,4 @@ fn end_all_ranks(code: i32) -> ! {
         }
     }
     std::process::exit(code)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Names of several words are one name, and the version is the version.
-    #[test]
-    fn libraries_have_names_and_versions() {
-        for (words, name, version) in [
-            ("Open MPI v4.1.4, package: Debian OpenMPI, ident: 4.1.4", "Open MPI", "v4.1.4"),
-            ("MPICH Version:      4.0.2\nMPICH Release date: 2022", "MPICH", "4.0.2"),
-            ("Intel(R) MPI Library 2021.5 for Linux* OS\n", "Intel(R) MPI Library", "2021.5"),
-            ("", "MPI", ""),
-        ] {
-            assert_eq!(name_and_version(words), (name.to_owned(), version.to_owned()));
-        }
-    }
 }

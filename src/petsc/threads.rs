@@ -47,7 +47,7 @@ pub fn blas_threads() -> Option<u32> {
 }
 
 /// Where a function is that some library of this process offers.
-fn address(name: &CStr) -> Option<*mut libc::c_void> {
+pub(super) fn address(name: &CStr) -> Option<*mut libc::c_void> {
     // SAFETY: the name ends with a zero; looking for it changes nothing.
     let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
     (!found.is_null()).then_some(found)
