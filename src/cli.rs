@@ -115,7 +115,7 @@ pub struct RunArguments {
     /// Print the Newton table (-v), and the linear solvers' iterations (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
-    /// Print errors only
+    /// Print errors only; warnings stand in run.json
     #[arg(short, long)]
     pub quiet: bool,
     /// PETSc's own options, after `--`; they win over those of the case
@@ -140,7 +140,7 @@ pub struct StudyArguments {
     /// Let the members speak (-v), with their Newton tables (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
-    /// Print errors only
+    /// Print errors only; warnings stand in run.json
     #[arg(short, long)]
     pub quiet: bool,
     /// PETSc's own options, after `--`; they win over those of the case
@@ -303,6 +303,10 @@ where
         }
         Err(error) if error.kind() == ErrorKind::UnknownArgument => {
             return Err(first.and_then(|word| mistyped(&word)).unwrap_or_else(|| usage(&error)));
+        }
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let cure = "contact-petsc CASE runs a case file; contact-petsc --help lists commands and options";
+            return Err(Error::usage("no case file and no command").hint(cure));
         }
         Err(error) => return Err(usage(&error)),
     };

@@ -175,6 +175,19 @@ fn a_contactor_that_looks_away_is_remarked() {
     }
 }
 
+/// A unit that slipped is told by what it does to the speed of waves and to the contact.
+#[test]
+fn units_that_slipped_are_remarked() {
+    let folder = Folder::new("units");
+    for (name, modulus) in [("right.yml", "5 MPa"), ("slipped.yml", "5 mPa")] {
+        folder.write(name, &with("young_modulus: 5.0e6", &format!("young_modulus: {modulus}")));
+        let text = run(0, &["check", name], &folder).success().stdout;
+        for words in ["pressure waves run through 'block' at", "contact 'sole' is"] {
+            assert_eq!(text.contains(words), name == "slipped.yml", "{words}: {text}");
+        }
+    }
+}
+
 /// A target with many nodes between two contact points is remarked, as shipped or with the roles swapped it is not.
 #[test]
 fn a_target_finer_than_the_points_is_remarked() {

@@ -192,6 +192,16 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().map(|contact| (contact.name.as_str(), contact.nodes_between_points))
     }
 
+    /// Contacts, with their normal stiffness at a high pressure, a tenth of the softer modulus, over that of the elements
+    /// beneath them.
+    pub fn relative_stiffnesses(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.contacts.iter().map(|contact| {
+            let (law, modulus) = (contact.law().normal, contact.beneath * contact.facet_size);
+            let stiffness = -law.evaluate(-law.penetration(0.1 * modulus)).derivative;
+            (contact.name.as_str(), stiffness / contact.beneath)
+        })
+    }
+
     fn nearest(&self, probe: &Probe<D>, contacts: &[NodalSums]) -> Result<Watched<D>> {
         let world = self.session.world();
         let mut on_body = vec![probe.body.is_none(); self.local.mesh.points.len()];

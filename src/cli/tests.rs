@@ -106,7 +106,7 @@ fn commands_are_read() {
 #[test]
 fn wrong_lines_are_usage_errors() {
     for (line, words) in [
-        ("", "Usage"),
+        ("", "no case file and no command"),
         ("run", "CASE"),
         ("case.yml other.yml", "other.yml"),
         ("case.yml --outptu x", "--outptu"),

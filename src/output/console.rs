@@ -122,6 +122,20 @@ impl Console {
         self.progress(text);
     }
 
+    /// A load level of the static start, `factor` of all loads; the header of its Newton table.
+    pub fn start_header(&mut self, factor: f64) {
+        let is_full = factor == 1.0;
+        let place = match is_full {
+            true => "static start at full load".to_owned(),
+            false => format!("static start at {:.4} % of the loads", 100.0 * factor),
+        };
+        if self.verbosity >= Verbosity::Verbose {
+            self.progress(&format!("{place}\n{NEWTON_COLUMNS}"));
+        } else if is_full {
+            self.progress(&place);
+        }
+    }
+
     /// Header of the Newton table of one attempt.
     pub fn newton_header(&mut self, attempt: &Attempt) {
         if self.verbosity >= Verbosity::Verbose {

@@ -92,7 +92,7 @@ impl fmt::Display for StartUp {
 
 impl fmt::Display for ContactStart {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}: {} of {} points closed", self.name, self.closed, self.points)?;
+        write!(f, "{}: {} of {} points closed as meshed", self.name, self.closed, self.points)?;
         let Some((gap, at)) = &self.nearest else { return write!(f, ", no target near") };
         if self.paired < self.points {
             write!(f, ", {} with a target near", self.paired)?;
@@ -217,7 +217,7 @@ mod tests {
         let expected = "Rubber block\n  mesh      2400 elements, 2499 nodes, 4998 unknowns\n\
             \x20 ranks     2, imbalance of elements 1.010, edge cut 48\n\
             \x20           contact imbalance 1.050, 3 of 80 pairs across ranks\n  solver    monolithic, GMRES with ILU(0)\n\
-            \x20 contact   sole: 40 of 49 points closed, 45 with a target near, deepest overclosure 1.500e-5 m at \
+            \x20 contact   sole: 40 of 49 points closed as meshed, 45 with a target near, deepest overclosure 1.500e-5 m at \
             (0.480000, 0.000000), widest gap 2.000e-3 m at (0.000000, 0.000000)\n\
             \x20 results   results/rubber-block";
         assert_eq!(report.to_string(), expected);

@@ -18,7 +18,8 @@ pub fn versions() -> [(String, String); 3] {
         Err(_) => env!("PETSC_BUILD_VERSION").to_owned(),
     };
     let mpi = name_and_version(&mpi::environment::library_version().unwrap_or_default());
-    let metis = threads::address(c"METIS_PartGraphKway").and_then(file_of).as_deref().and_then(version_of_file);
+    let metis =
+        threads::address(c"METIS_PartGraphKway").and_then(file_of).as_deref().and_then(version_of_file);
     let metis = metis.unwrap_or_else(|| env!("METIS_VERSION").to_owned());
     [("PETSc".to_owned(), petsc), mpi, ("METIS".to_owned(), metis)]
 }
@@ -78,7 +79,9 @@ mod tests {
     #[test]
     fn files_of_libraries_have_versions() {
         assert_eq!(version_of_file("/usr/lib/libmetis.so.5.1.0").as_deref(), Some("5.1.0"));
-        for name in ["/usr/lib/libmetis.so.5", "/usr/lib/libmetis.so", "/bin/contact-petsc", "libmetis.so.5.a.0"] {
+        for name in
+            ["/usr/lib/libmetis.so.5", "/usr/lib/libmetis.so", "/bin/contact-petsc", "libmetis.so.5.a.0"]
+        {
             assert_eq!(version_of_file(name), None, "{name}");
         }
     }

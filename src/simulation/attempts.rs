@@ -20,10 +20,8 @@ pub(super) struct At {
 impl<const D: usize> Journal<D> {
     /// A load level of the static start begins.
     pub fn start_attempt(&mut self, factor: f64) {
-        self.header(At { time: 0.0, dt: 0.0, attempt: 1, stage: "start" });
-        if factor == 1.0 {
-            self.console.note("static start at full load");
-        }
+        self.now = At { time: 0.0, dt: 0.0, attempt: 1, stage: "start" };
+        self.console.start_header(factor);
     }
 
     /// A load level of the static start was reached.
@@ -54,7 +52,7 @@ impl<const D: usize> Journal<D> {
 
     fn header(&mut self, at: At) {
         self.now = at;
-        let step = if at.stage == "start" { 0 } else { self.step + 1 };
+        let step = self.step + 1;
         let At { time, dt, attempt, stage } = at;
         self.console.newton_header(&Attempt { step, time, dt, attempt, stage });
     }

@@ -8,7 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::pace::limits_slip;
 use super::remarks::{contact_starts, remarks};
-use super::{needs, options, share_out, start};
+use super::{magnitudes, needs, options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
 use crate::contact::friction::Regularization;
@@ -73,7 +73,8 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     text.push_str(&needs::table(&needs::needs(case, &model, (&system, &solvers))));
     text.push_str(&needs::held(world));
     drop(stage);
-    let notes = remarks(&system, &watched).into_iter().chain(options::remarks(case));
+    let notes = remarks(&system, &watched).into_iter().chain(magnitudes::remarks(&system, &model));
+    let notes = notes.chain(options::remarks(case));
     notes.for_each(|remark| text.push_str(&format!("note: {remark}\n")));
     Ok(text)
 }

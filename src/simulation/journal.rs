@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::time::{Instant, SystemTime};
 
 use super::attempts::At;
+use super::magnitudes;
 use super::place::{Place, prepare, versions};
 use super::remarks::{contact_starts, notes, remarks, untouched, unused, warning};
 use super::restart::Saved;
@@ -136,6 +137,7 @@ impl<const D: usize> Journal<D> {
             self.fields = Some(fields);
         }
         let mut warnings = remarks(system, &self.watched);
+        warnings.extend(magnitudes::remarks(system, &self.model));
         warnings.append(&mut self.remarks);
         let report = StartUp {
             title: self.record.case["title"].as_str().unwrap_or("untitled").to_owned(),

@@ -7,6 +7,7 @@ mod fields;
 mod guard;
 mod input;
 mod journal;
+mod magnitudes;
 mod measure;
 mod needs;
 mod options;

@@ -1,0 +1,36 @@
+//! Numbers that no scene is likely to mean: most often a unit that slipped, as `mPa` for `MPa`.
+
+use std::ops::RangeInclusive;
+
+use crate::assembly::ContactSystem;
+use crate::model::Model;
+
+/// Speeds of pressure waves \[m/s\] from the softest gels to beyond diamond.
+const WAVE_SPEEDS: RangeInclusive<f64> = 0.1..=3e4;
+
+/// Stiffness of contacts over that of the elements beneath them, from cushions to what rounding still resolves.
+const STIFFNESSES: RangeInclusive<f64> = 1e-4..=1e6;
+
+/// A remark for each number that is far off.
+pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
+    let is_dynamic = system.is_dynamic();
+    let heavy = model.bodies.iter().filter(|body| is_dynamic && body.formulation.density > 0.0);
+    let waves = heavy.filter_map(|body| {
+        let formulation = &body.formulation;
+        let speed = (formulation.material.moduli.uniaxial_strain() / formulation.density).sqrt();
+        let name = &body.name;
+        (!WAVE_SPEEDS.contains(&speed)).then(|| {
+            format!(
+                "pressure waves run through '{name}' at {speed:.1e} m/s: are the units of its moduli and its density right?"
+            )
+        })
+    });
+    let far_off = system.relative_stiffnesses().filter(|(_, ratio)| !STIFFNESSES.contains(ratio));
+    let contacts = far_off.map(|(name, ratio)| {
+        format!(
+            "contact '{name}' is {ratio:.1e} times as stiff as the elements beneath it: are the units of its normal law and of \
+             the moduli right?"
+        )
+    });
+    waves.chain(contacts).collect()
+}
