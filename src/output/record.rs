@@ -64,6 +64,34 @@ pub struct Penetration {
     pub asked: Option<f64>,
 }
 
+/// What held bodies that supports alone do not hold, in the static equilibrium of the start or in steps of statics.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Holding {
+    /// The first step in which they were; 0 is the start.
+    pub step: u64,
+    /// Bodies, and the motions that supports leave them.
+    pub free: Vec<String>,
+    /// Number of motions that were held; contact resists the others.
+    pub motions: u32,
+    /// Largest force along one of them, over the largest force, in any step.
+    pub force: f64,
+    /// What held them, so that friction has to carry it from there on: none where no force was needed.
+    pub by: Option<Resultant>,
+    /// The same for people.
+    pub note: String,
+}
+
+/// The resultant of a force on a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Resultant {
+    /// The motion that it is against: body and direction.
+    pub against: String,
+    /// Its size.
+    pub size: f64,
+    /// N or N m.
+    pub unit: String,
+}
+
 /// A file that the run read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Input {
@@ -160,6 +188,8 @@ pub struct Record {
     pub balance: Balance,
     /// How deep the contacts went so far.
     pub penetrations: Vec<Penetration>,
+    /// What held bodies where supports do not.
+    pub held: Option<Holding>,
     /// What accuracy was asked and achieved, where the case asks for one.
     pub accuracy: Option<AccuracyRecord>,
     /// What the user was warned of or told to mind, one sentence each.
@@ -236,9 +266,14 @@ impl Record {
             "case_sha256": self.digest,
             "case": self.case,
         });
-        if let (Some(accuracy), Value::Object(entries)) = (&self.accuracy, &mut record) {
-            entries.insert("accuracy".to_owned(), json!(accuracy));
-        }
+        let entries = record.as_object_mut().into_iter();
+        entries.for_each(|entries| {
+            let optional = [
+                self.held.as_ref().map(|held| ("held", json!(held))),
+                self.accuracy.as_ref().map(|accuracy| ("accuracy", json!(accuracy))),
+            ];
+            entries.extend(optional.into_iter().flatten().map(|(name, value)| (name.to_owned(), value)));
+        });
         record
     }
 }
@@ -296,6 +331,7 @@ mod tests {
             peak_memory: vec![1 << 27, 1 << 26],
             balance: Balance::default(),
             penetrations: vec![],
+            held: None,
             accuracy: None,
             warnings: vec!["watch it".into()],
             verdict,

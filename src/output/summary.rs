@@ -255,6 +255,7 @@ mod tests {
             ],
             start_phases: vec![],
             peak_memory: vec![1 << 27, 1 << 26],
+            held: None,
             accuracy: None,
             balance: Default::default(),
             warnings: vec![],

@@ -56,6 +56,7 @@ fn record(title: &str, verdict: Verdict) -> Record {
         phases: vec![],
         start_phases: vec![],
         peak_memory: vec![],
+        held: None,
         accuracy: None,
         digest: String::new(),
         balance: Default::default(),

@@ -5,7 +5,8 @@ use super::tables::Tables;
 use crate::dynamics::Stage;
 use crate::output::console::Attempt;
 use crate::output::iterations::IterationRow;
-use crate::solvers::{Fallback, IterationReport, SolveReport};
+use crate::output::record::{Holding, Resultant};
+use crate::solvers::{Driven, Fallback, Held, IterationReport, SolveReport};
 use crate::time::StepControl;
 
 /// Which solve the iterations belong to.
@@ -24,12 +25,36 @@ impl<const D: usize> Journal<D> {
         self.console.start_header(factor);
     }
 
-    /// A load level of the static start was reached.
-    pub fn pressed(&mut self, report: &SolveReport, factor: f64) {
+    /// A load level of the static start was reached; where supports alone do not hold the bodies, `free` names those that they
+    /// leave directions to move in.
+    pub fn pressed(&mut self, report: &SolveReport, factor: f64, free: Option<&[String]>) {
         self.count(report);
-        if factor == 1.0 && report.held.motions > 0 {
-            self.console.note(&report.held.note());
+        let Some(free) = free.filter(|_| factor == 1.0) else { return };
+        let note = match report.newton {
+            0 => "in balance where they lie: no motion was held, and no force was needed".to_owned(),
+            _ => report.held.note(),
+        };
+        self.tell_held(&report.held, note, free);
+    }
+
+    /// In statics a step is done: what it held is told the first time, and kept where it is largest.
+    pub(super) fn stepped(&mut self, report: &SolveReport, free: impl FnOnce() -> Vec<String>) {
+        match &mut self.record.held {
+            _ if report.held.motions == 0 => {}
+            Some(known) if known.force >= report.held.force => {}
+            Some(known) => known.force = report.held.force,
+            None => self.tell_held(&report.held, report.held.note(), &free()),
         }
+    }
+
+    fn tell_held(&mut self, held: &Held, note: String, free: &[String]) {
+        self.console.note(&note);
+        let Held { motions, force, by } = held.clone();
+        let resultant =
+            |by: Driven| Resultant { against: by.words, size: by.force, unit: by.unit.to_owned() };
+        let step = if self.now.stage == "start" { 0 } else { self.step };
+        let free = free.to_vec();
+        self.record.held = Some(Holding { step, free, motions, force, by: by.map(resultant), note });
     }
 
     /// The next step is tried; until it has ended its iterations are none of what a run goes on from.

@@ -83,6 +83,7 @@ impl<const D: usize> Journal<D> {
             peak_memory: Vec::new(),
             balance: Balance::default(),
             penetrations: model.contacts.iter().map(untouched).collect(),
+            held: None,
             accuracy: None,
             warnings: Vec::new(),
             verdict: Verdict::Running,
@@ -210,6 +211,7 @@ impl<const D: usize> Journal<D> {
         let _running = output.begin();
         self.step += 1;
         self.count(report);
+        self.stepped(report, || system.free_bodies());
         self.record.totals.steps = self.step;
         self.rows(system, stage, energy, stage.dt)?;
         let last = stage.trial.time >= self.end * (1.0 - 1e-12);

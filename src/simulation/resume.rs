@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::journal::Journal;
 use crate::error::{Result, agree};
-use crate::output::record::{Input, Penetration, Phase, Record, Totals};
+use crate::output::record::{Holding, Input, Penetration, Phase, Record, Totals};
 use crate::output::table::Lengths;
 use crate::time::StepControl;
 
@@ -24,6 +24,9 @@ pub struct Past {
     /// That of the start.
     #[serde(default)]
     pub start_phases: Vec<(String, Phase)>,
+    /// What held bodies.
+    #[serde(default)]
+    pub held: Option<Holding>,
     /// When the first run began [s since 1970].
     pub start: u64,
     /// The tables; none for a branch, which has tables of its own.
@@ -45,6 +48,7 @@ impl Past {
     pub fn recall(&self, record: &mut Record) {
         record.totals = Totals { restarts: self.totals.restarts + 1, ..self.totals };
         record.start_phases.clone_from(&self.start_phases);
+        record.held.clone_from(&self.held);
         record.start = UNIX_EPOCH + Duration::from_secs(self.start);
         for known in &mut record.penetrations {
             let before = self.penetrations.iter().find(|before| before.contact == known.contact);
@@ -90,6 +94,7 @@ impl<const D: usize> Journal<D> {
             seconds: self.record.wall_seconds,
             phases: self.record.phases.clone(),
             start_phases: self.record.start_phases.clone(),
+            held: self.record.held.clone(),
             start,
             lengths,
         })

@@ -109,6 +109,7 @@ fn press<const D: usize>(
         Monolithic::new(options::newton(case, terms, system.unknowns()), linear, system.pattern_vector())?;
     let mut strategy = options::augmented(system, Box::new(newton));
     stage.holding = if system.is_held() { 0.0 } else { HOLDING };
+    let free = (!system.is_held()).then(|| system.free_bodies());
     let mut level = Levels::new(increments.max(1));
     let mut course = Course::new(system)?;
     while let Some(factor) = level.next() {
@@ -124,7 +125,7 @@ fn press<const D: usize>(
         };
         match outcome {
             Outcome::Converged(report) => {
-                journal.pressed(&report, factor);
+                journal.pressed(&report, factor, free.as_deref());
                 course.reach(factor, stage)?;
                 system.accept(stage)?;
                 level.succeed();

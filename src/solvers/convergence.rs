@@ -1,6 +1,6 @@
 //! What an iteration did, and how a solve ended.
 
-use super::free_motion::Held;
+use super::held::Held;
 use crate::dynamics::ContactCounts;
 
 /// What an iteration belongs to.
@@ -63,7 +63,7 @@ impl IterationReport {
 }
 
 /// Totals of one solve.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct SolveReport {
     /// Newton corrections.
     pub newton: u32,
@@ -87,7 +87,10 @@ impl SolveReport {
         self.newton += other.newton;
         self.krylov += other.krylov;
         self.inner += other.inner;
-        self.held = other.held;
+        // Where nothing was corrected free motions were not looked for.
+        if other.newton > 0 {
+            self.held.clone_from(&other.held);
+        }
     }
 }
 

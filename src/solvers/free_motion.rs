@@ -22,62 +22,30 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 use nalgebra::{Cholesky, DMatrix, DVector, SVD};
 
+use super::held::{Driven, Held, describe};
 use crate::dynamics::{Dynamics, RigidMotion, Stage};
 use crate::error::Result;
 use crate::petsc::{Operator, Vector};
 
-/// A free motion along which loads drive a body.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Driven {
-    /// Number of free motions at that iterate.
-    pub free: usize,
-    /// Body and direction.
-    pub words: String,
-    /// Resultant along or about it.
-    pub force: f64,
-    /// N or N m.
-    pub unit: &'static str,
-}
-
-impl Driven {
-    /// As the reason of a failure.
-    pub fn tell(&self) -> String {
-        format!("nothing resists {}, and {:.3e} {} drive it", self.words, self.force, self.unit)
-    }
-}
-
-/// What was held of a converged equilibrium.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Held {
-    /// Number of motions.
-    pub motions: u32,
-    /// Largest force along one of them over the largest force: what holding would have needed.
-    pub force: f64,
-}
-
-impl Held {
-    /// For people.
-    pub fn note(&self) -> String {
-        let Self { motions, force } = self;
-        let (s, were) = if *motions == 1 { ("", "was") } else { ("s", "were") };
-        format!("{motions} free motion{s} {were} held, {force:.1e} of the largest force lay along it")
-    }
-
-    /// As the reason of a failure.
-    pub fn tell(&self) -> String {
-        format!("a free motion would need {:.1e} of the largest force to be held", self.force)
-    }
-}
-
-/// A motion that is held, and what it weighs.
+/// A motion that is held, what it weighs, and along what it is taken out of corrections.
 struct Motion {
     field: Vector,
     weight: Vector,
+    /// `K^-1 M n`, where it is not `n` up to a factor.
+    answer: Option<Vector>,
+}
+
+impl Motion {
+    fn new(field: Vector, weight: Vector) -> Self {
+        Self { field, weight, answer: None }
+    }
 }
 
 /// The free motions at an iterate.
 #[derive(Default)]
 pub struct FreeMotions {
+    /// All that supports leave.
+    rigid: Vec<RigidMotion>,
     held: Vec<Motion>,
     /// The motion that loads drive.
     pub driven: Option<Driven>,
@@ -116,7 +84,8 @@ impl FreeMotions {
             driven = Some(describe(&rigid, &way, &loads, free.ncols()));
             idle = &free * complement(&(along / size));
         }
-        Ok(Self { held: weighed(system, &fields, &idle)?, driven })
+        let held = weighed(system, &fields, &idle)?;
+        Ok(Self { rigid, held, driven })
     }
 
     /// Number of motions that are held.
@@ -134,28 +103,62 @@ impl FreeMotions {
         self.held.iter().zip(parts).try_for_each(|(motion, part)| b.axpy(-part, &motion.weight))
     }
 
+    /// Lets `solve` find what each held motion is taken out along, where something resists them. Collective.
+    ///
+    /// # Errors
+    /// Those of `solve`.
+    pub fn answer(&mut self, mut solve: impl FnMut(&Vector, &mut Vector) -> Result<bool>) -> Result<()> {
+        for motion in &mut self.held {
+            let mut answer = motion.weight.like()?;
+            motion.answer = solve(&motion.weight, &mut answer)?.then_some(answer);
+        }
+        Ok(())
+    }
+
     /// Takes the held motions out of a correction. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
     pub fn clear_motion(&self, x: &mut Vector) -> Result<()> {
         let weights: Vec<&Vector> = self.held.iter().map(|motion| &motion.weight).collect();
+        let answers: Option<Vec<&Vector>> = self.held.iter().map(|motion| motion.answer.as_ref()).collect();
         let parts = products(&weights, &[x]);
+        if let (Some(answers), false) = (answers, parts.is_empty()) {
+            let shares = DMatrix::from_row_slice(parts.len(), parts.len(), &products(&weights, &answers));
+            if let Some(amounts) = shares.lu().solve(&DVector::from_column_slice(&parts)) {
+                return answers
+                    .iter()
+                    .zip(&amounts)
+                    .try_for_each(|(answer, &amount)| x.axpy(-amount, answer));
+            }
+        }
         self.held.iter().zip(parts).try_for_each(|(motion, part)| x.axpy(-part, &motion.field))
     }
 
-    /// What the forces `r` that are left over have along the held motions, over the force `scale` \[N\]. Collective.
+    /// What the forces `r` that are left over have along the held motions, over the force `scale` \[N\]; `carries` where
+    /// that is what holds them. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn needed(&self, r: &Vector, scale: f64) -> Result<Held> {
+    pub fn needed(&self, r: &Vector, scale: f64, carries: bool) -> Result<Held> {
         let fields: Vec<&Vector> = self.held.iter().map(|motion| &motion.field).collect();
+        let parts = products(&fields, &[r]);
         let mut force = 0.0_f64;
-        for (motion, part) in fields.iter().zip(products(&fields, &[r])) {
+        for (motion, part) in fields.iter().zip(&parts) {
             force = force.max(part.abs() / motion.norm()?);
         }
         let force = if force == 0.0 { 0.0 } else { force / scale };
-        Ok(Held { motions: fields.len() as u32, force })
+        let motions = fields.len() as u32;
+        if force == 0.0 || !carries {
+            return Ok(Held { motions, force, by: None });
+        }
+        let mut holding = r.like()?;
+        self.held.iter().zip(&parts).try_for_each(|(motion, part)| holding.axpy(*part, &motion.weight))?;
+        let rigid: Vec<&Vector> = self.rigid.iter().map(|motion| &motion.field).collect();
+        // What drives the bodies is against what holds them.
+        let drive = -DVector::from_vec(products(&rigid, &[&holding]));
+        let way = &drive / drive.norm();
+        Ok(Held { motions, force, by: Some(describe(&self.rigid, &way, &drive, fields.len())) })
     }
 }
 
@@ -244,7 +247,7 @@ fn weighed(system: &dyn Dynamics, fields: &[&Vector], idle: &DMatrix<f64>) -> Re
         let (mut field, mut weight) = (fields[0].like()?, fields[0].like()?);
         combine(fields, column.iter(), &mut field)?;
         system.weigh_motion(&field, &mut weight)?;
-        motions.push(Motion { field, weight });
+        motions.push(Motion::new(field, weight));
     }
     let parts = |take: fn(&Motion) -> &Vector| motions.iter().map(take).collect::<Vec<_>>();
     let (own, weights) = (parts(|motion| &motion.field), parts(|motion| &motion.weight));
@@ -254,7 +257,7 @@ fn weighed(system: &dyn Dynamics, fields: &[&Vector], idle: &DMatrix<f64>) -> Re
         let plain = |motion: Motion| -> Result<Motion> {
             let mut weight = motion.weight;
             weight.copy_from(&motion.field)?;
-            Ok(Motion { field: motion.field, weight })
+            Ok(Motion::new(motion.field, weight))
         };
         return motions.into_iter().map(plain).collect();
     };
@@ -263,49 +266,9 @@ fn weighed(system: &dyn Dynamics, fields: &[&Vector], idle: &DMatrix<f64>) -> Re
         let (mut field, mut weight) = (fields[0].like()?, fields[0].like()?);
         combine(&own, row.iter(), &mut field)?;
         combine(&weights, row.iter(), &mut weight)?;
-        result.push(Motion { field, weight });
+        result.push(Motion::new(field, weight));
     }
     Ok(result)
-}
-
-/// Body, direction and resultant of a motion with coefficients `way` under the `loads` along each rigid motion.
-fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVector<f64>, free: usize) -> Driven {
-    let share = |body: usize| -> f64 {
-        rigid.iter().zip(way.iter()).filter(|(motion, _)| motion.body == body).map(|(_, c)| c * c).sum()
-    };
-    let bodies = rigid.iter().map(|motion| motion.body);
-    let body = bodies.max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or_default();
-    let (mut shift, mut spin, mut power, mut nodes, mut name) = ([0.0; 3], [0.0; 3], 0.0, 0.0, "");
-    for ((motion, factor), load) in rigid.iter().zip(way.iter()).zip(loads.iter()) {
-        if motion.body == body {
-            for i in 0..3 {
-                shift[i] += factor * motion.shift[i];
-                spin[i] += factor * motion.spin[i];
-            }
-            power += factor * load;
-            (nodes, name) = (motion.nodes, &motion.name);
-        }
-    }
-    let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let shifts = 2.0 * nodes * length(&shift).powi(2) >= share(body);
-    let (vector, what) = if shifts { (shift, "motion of") } else { (spin, "turn of") };
-    let size = length(&vector);
-    let direction = direction(&vector.map(|x| x / size));
-    let unit = if shifts { "N" } else { "N m" };
-    let preposition = if shifts { "along" } else { "about" };
-    let words = format!("the {what} '{name}' {preposition} {direction}");
-    Driven { free, words, force: power / size, unit }
-}
-
-/// An axis by name, anything else by its components.
-fn direction(unit: &[f64; 3]) -> String {
-    const AXIS: f64 = 0.9999;
-    for (i, name) in ["x", "y", "z"].into_iter().enumerate() {
-        if unit[i].abs() > AXIS {
-            return if unit[i] < 0.0 { format!("-{name}") } else { name.to_owned() };
-        }
-    }
-    format!("({:.3}, {:.3}, {:.3})", unit[0], unit[1], unit[2])
 }
 
 #[cfg(test)]
@@ -336,11 +299,5 @@ mod tests {
             assert!((rest.transpose() * unit).amax() < 1e-14);
         }
         assert_eq!(complement(&DVector::from_row_slice(&[-1.0])).ncols(), 0);
-    }
-
-    #[test]
-    fn directions_are_named() {
-        assert_eq!(direction(&[0.0, -1.0, 0.0]), "-y");
-        assert_eq!(direction(&[0.6, 0.8, 0.0]), "(0.600, 0.800, 0.000)");
     }
 }

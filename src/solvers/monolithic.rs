@@ -8,7 +8,8 @@
 
 use super::convergence::{IterationReport, Outcome, SolveReport};
 use super::forcing::Forcing;
-use super::free_motion::{Driven, FreeMotions, Held};
+use super::free_motion::FreeMotions;
+use super::held::{Driven, Held};
 use super::linear::{Fallback, LinearSolver, Solved};
 use crate::dynamics::{Dynamics, Lift, Residual, Stage};
 use crate::error::Result;
@@ -143,16 +144,20 @@ impl Monolithic {
             }
             if self.settled(now, row.iteration) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
                 let yields = stage.yielding > 0.0 && self.free.held() > 0;
-                report.held =
-                    if yields { self.carried } else { self.free.needed(&self.residual, now.scale)? };
+                report.held = match yields {
+                    true => std::mem::take(&mut self.carried),
+                    false => self.free.needed(&self.residual, now.scale, false)?,
+                };
                 let most = if yields { Self::CARRIED } else { self.target };
-                return Ok(match report.held.force <= most {
-                    true => Outcome::Converged(report),
-                    false => Outcome::Failed(report, report.held.tell()),
-                });
+                if report.held.force <= most {
+                    return Ok(Outcome::Converged(report));
+                }
+                let reason = report.held.tell();
+                return Ok(Outcome::Failed(report, reason));
             }
             if row.iteration == self.settings.max_iterations {
-                return Ok(Outcome::Failed(report, self.slow(&report, system)));
+                let reason = self.slow(&report, system);
+                return Ok(Outcome::Failed(report, reason));
             }
             let Some(solved) = self.correct(system, stage, now)? else {
                 return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
@@ -206,8 +211,7 @@ impl Monolithic {
         let tolerance = self.settings.linear[1];
         let scale = now.scale.max(self.rhs.norm()?);
         self.release(system, stage, scale)?;
-        let solved = self.linear.solve_system((system, stage), &self.rhs, &mut self.correction, tolerance)?;
-        self.free.clear_motion(&mut self.correction)?;
+        let solved = self.solve_held(system, stage, tolerance)?;
         if solved.is_some() {
             stage.trial.u.axpy(1.0, &self.correction)?;
         }
@@ -223,7 +227,7 @@ impl Monolithic {
             return Ok(now);
         }
         // What is held is held by a force of its own.
-        self.carried = self.free.needed(&self.residual, now.scale)?;
+        self.carried = self.free.needed(&self.residual, now.scale, true)?;
         self.free.clear_force(&mut self.residual)?;
         Ok(Residual { norm: self.residual.norm()?, ..now })
     }
@@ -238,7 +242,26 @@ impl Monolithic {
         self.rhs.scale(-1.0)?;
         self.release(system, stage, now.scale)?;
         let tolerance = self.forcing.next(now.norm, self.target * now.scale);
-        let solved = self.linear.solve_system((system, stage), &self.rhs, &mut self.correction, tolerance)?;
+        self.solve_held(system, stage, tolerance)
+    }
+
+    /// The correction for the right side at hand, without what is held.
+    fn solve_held(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &Stage,
+        tolerance: f64,
+    ) -> Result<Option<Solved>> {
+        let linear = &mut self.linear;
+        let mut solved = linear.solve_system((system, stage), &self.rhs, &mut self.correction, tolerance)?;
+        if let (Some(total), true) = (&mut solved, stage.yielding > 0.0) {
+            self.free.answer(|weight, answer| {
+                let own = linear.solve_system((system, stage), weight, answer, tolerance)?;
+                total.iterations += own.as_ref().map_or(0, |own| own.iterations);
+                total.inner += own.as_ref().map_or(0, |own| own.inner);
+                Ok(own.is_some())
+            })?;
+        }
         self.free.clear_motion(&mut self.correction)?;
         Ok(solved)
     }

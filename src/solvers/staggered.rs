@@ -223,7 +223,7 @@ fn failure(report: &mut SolveReport, outcome: Outcome, name: &str) -> Option<Out
     report.residual = of_stage.residual;
     match outcome {
         Outcome::Converged(_) => None,
-        Outcome::Failed(_, reason) => Some(Outcome::Failed(*report, format!("{name}: {reason}"))),
+        Outcome::Failed(_, reason) => Some(Outcome::Failed(report.clone(), format!("{name}: {reason}"))),
     }
 }
 

@@ -1,0 +1,133 @@
+//! What free motions of a static start are told as: a motion that loads drive, and what it took to hold the others.
+
+use nalgebra::DVector;
+
+use crate::dynamics::RigidMotion;
+
+/// A motion of a body, and the force along it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Driven {
+    /// Number of free motions at that iterate.
+    pub free: usize,
+    /// Body and direction.
+    pub words: String,
+    /// Resultant along or about it.
+    pub force: f64,
+    /// N or N m.
+    pub unit: &'static str,
+}
+
+impl Driven {
+    /// As the reason of a failure.
+    pub fn tell(&self) -> String {
+        format!("nothing resists {}, and {:.3e} {} drive it", self.words, self.force, self.unit)
+    }
+}
+
+/// What was held of a converged equilibrium.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Held {
+    /// Number of motions.
+    pub motions: u32,
+    /// Largest force along one of them over the largest force: what holding took or, where `by` is none, would have needed.
+    pub force: f64,
+    /// The force that held them: body, direction and resultant where it is largest.
+    pub by: Option<Driven>,
+}
+
+impl Held {
+    /// For people.
+    pub fn note(&self) -> String {
+        let Self { motions, force, by } = self;
+        let (s, were) = if *motions == 1 { ("", "was") } else { ("s", "were") };
+        let part = format!("{force:.1e} of the largest force");
+        match by {
+            _ if *motions == 0 => {
+                "no motion was held: contact resists all that supports leave, and no force was needed"
+                    .to_owned()
+            }
+            None => {
+                format!("{motions} free motion{s} {were} held, and no force was needed: {part} lay along it")
+            }
+            Some(Driven { words, force, unit, .. }) => format!(
+                "{motions} motion{s} that contact hardly resists {were} held by {part}, which friction has to carry from \
+                 here on: {force:.3e} {unit} against {words}"
+            ),
+        }
+    }
+
+    /// As the reason of a failure.
+    pub fn tell(&self) -> String {
+        format!("a free motion would need {:.1e} of the largest force to be held", self.force)
+    }
+}
+
+/// Body, direction and resultant of a motion with coefficients `way` under the `loads` along each rigid motion.
+pub(super) fn describe(
+    rigid: &[RigidMotion],
+    way: &DVector<f64>,
+    loads: &DVector<f64>,
+    free: usize,
+) -> Driven {
+    let share = |body: usize| -> f64 {
+        rigid.iter().zip(way.iter()).filter(|(motion, _)| motion.body == body).map(|(_, c)| c * c).sum()
+    };
+    let bodies = rigid.iter().map(|motion| motion.body);
+    let body = bodies.max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or_default();
+    let (mut shift, mut spin, mut power, mut nodes, mut name) = ([0.0; 3], [0.0; 3], 0.0, 0.0, "");
+    for ((motion, factor), load) in rigid.iter().zip(way.iter()).zip(loads.iter()) {
+        if motion.body == body {
+            for i in 0..3 {
+                shift[i] += factor * motion.shift[i];
+                spin[i] += factor * motion.spin[i];
+            }
+            power += factor * load;
+            (nodes, name) = (motion.nodes, &motion.name);
+        }
+    }
+    let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let shifts = 2.0 * nodes * length(&shift).powi(2) >= share(body);
+    let (vector, what) = if shifts { (shift, "motion of") } else { (spin, "turn of") };
+    let size = length(&vector);
+    let direction = direction(&vector.map(|x| x / size));
+    let unit = if shifts { "N" } else { "N m" };
+    let preposition = if shifts { "along" } else { "about" };
+    let words = format!("the {what} '{name}' {preposition} {direction}");
+    Driven { free, words, force: power / size, unit }
+}
+
+/// An axis by name, anything else by its components.
+fn direction(unit: &[f64; 3]) -> String {
+    const AXIS: f64 = 0.9999;
+    for (i, name) in ["x", "y", "z"].into_iter().enumerate() {
+        if unit[i].abs() > AXIS {
+            return if unit[i] < 0.0 { format!("-{name}") } else { name.to_owned() };
+        }
+    }
+    // Without the sign of what is rounded to zero.
+    let [x, y, z] = unit.map(|value| (value * 1e3).round() / 1e3 + 0.0);
+    format!("({x:.3}, {y:.3}, {z:.3})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_named() {
+        assert_eq!(direction(&[0.0, -1.0, 0.0]), "-y");
+        assert_eq!(direction(&[0.6, 0.8, -1e-4]), "(0.600, 0.800, 0.000)");
+    }
+
+    /// It is said that no force was needed where none was, and never where one was.
+    #[test]
+    fn a_force_that_holds_is_told() {
+        let held = |motions, force, by| Held { motions, force, by }.note();
+        assert!(held(0, 0.0, None).ends_with("no force was needed"));
+        assert!(held(1, 2e-13, None).starts_with("1 free motion was held, and no force was needed: 2.0e-13"));
+        let by = Driven { free: 2, words: "the motion of 'block' along x".to_owned(), force: 3.0, unit: "N" };
+        let told = held(2, 1e-6, Some(by));
+        assert!(told.ends_with("3.000e0 N against the motion of 'block' along x"), "{told}");
+        assert!(!told.contains("no force"), "{told}");
+    }
+}
