@@ -275,6 +275,16 @@ impl<const D: usize> Contact<D> {
         }
     }
 
+    /// Remembers which facet each point has.
+    pub fn keep_pairs(&mut self) {
+        self.meeting_mut().into_iter().for_each(Meeting::keep_pairs);
+    }
+
+    /// Forgets what the attempts since then found.
+    pub fn take_back(&mut self) {
+        self.meeting_mut().into_iter().for_each(Meeting::take_back);
+    }
+
     /// Forgets the iterates of a step.
     pub fn begin_step(&mut self) {
         self.state.begin();

@@ -68,6 +68,8 @@ pub struct Meeting<const D: usize> {
     surfaces: [Vec<Facet>; 2],
     gather: Option<TargetGather<D>>,
     search: Option<Search<D>>,
+    /// Facets by name that the points had at the last accepted state.
+    accepted: Vec<u64>,
     /// Facets by name that the points shall have on the target gathered next.
     recalled: Option<Vec<u64>>,
 }
@@ -77,7 +79,8 @@ impl<const D: usize> Meeting<D> {
     pub fn new(contact: DeformableContact<D>, surfaces: [Vec<Facet>; 2], sight: Sight) -> Self {
         let pairing = Pairing::new(contact.surface.point_count());
         let (couples, below) = (Couples::default(), sight.depth);
-        Self { contact, pairing, couples, sight, below, surfaces, gather: None, search: None, recalled: None }
+        let (gather, search, accepted, recalled) = (None, None, Vec::new(), None);
+        Self { contact, pairing, couples, sight, below, surfaces, gather, search, accepted, recalled }
     }
 
     /// Motion that no point can pass through the target by: half a facet, and half of the depth at which points count
@@ -156,8 +159,20 @@ impl<const D: usize> Meeting<D> {
         self.pairing.identities(&self.contact.target)
     }
 
+    /// Remembers the facets of the points: the state is accepted.
+    pub fn keep_pairs(&mut self) {
+        self.accepted = self.identities();
+    }
+
+    /// Gives the points the facets of the last accepted state again, after an attempt that led nowhere: where two facets are
+    /// as near, the one that a point had counts, and the iterates of such an attempt may be rounding.
+    pub fn take_back(&mut self) {
+        self.pairing.take_back(&self.accepted, &self.contact.target);
+    }
+
     /// Gives the points the facets of these names as soon as the target is gathered anew, and forgets all else of them.
     pub fn recall(&mut self, identities: Vec<u64>) {
+        self.accepted.clone_from(&identities);
         self.recalled = Some(identities);
     }
 

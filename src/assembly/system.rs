@@ -314,6 +314,7 @@ impl<const D: usize> ContactSystem<D> {
             }
             state.begin();
             contact.remember_multipliers();
+            contact.keep_pairs();
         }
         stage.start_forces.copy_from(&self.forces)?;
         self.rest_massless(&mut stage.start_forces);
@@ -359,6 +360,7 @@ impl<const D: usize> ContactSystem<D> {
             contact.state.accept(dt);
             contact.remember_multipliers();
             contact.settle();
+            contact.keep_pairs();
             contact.begin_step();
         }
         stage.start_forces.copy_from(&self.forces)?;
@@ -366,5 +368,11 @@ impl<const D: usize> ContactSystem<D> {
         self.calm_massless(stage)?;
         stage.accept();
         Ok(())
+    }
+
+    /// Forgets what an attempt that led nowhere found: the next one begins as if there had been none. Its iterates may be
+    /// rounding, and no choice that depends on the one before may depend on them.
+    pub fn take_back(&mut self) {
+        self.contacts.iter_mut().for_each(Contact::take_back);
     }
 }

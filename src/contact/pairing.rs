@@ -104,6 +104,15 @@ impl Pairing {
         self.choices.iter().map(name).collect()
     }
 
+    /// Gives the points the facets of these names again, as [`identities`](Self::identities) told them: what an attempt
+    /// that led nowhere found is forgotten.
+    pub fn take_back<const D: usize>(&mut self, identities: &[u64], target: &TargetSurface<D>) {
+        let known = Self::from_identities(identities, target);
+        for (choice, known) in self.choices.iter_mut().zip(known.choices) {
+            *choice = Choice { held: choice.held, ..known };
+        }
+    }
+
     /// The pairing of a checkpoint; a facet that the rank no longer knows is none.
     pub fn from_identities<const D: usize>(identities: &[u64], target: &TargetSurface<D>) -> Self {
         let facet = |&identity: &u64| (identity != NONE).then(|| target.find(identity)).flatten();
@@ -123,7 +132,9 @@ impl Pairing {
 
 #[cfg(test)]
 mod tests {
+    use super::super::pair_scene::{block, target};
     use super::*;
+    use crate::mesh::ElementKind;
 
     /// Sliding on from facet to facet is no unrest, going to and fro is, until the step is over.
     #[test]
@@ -136,6 +147,24 @@ mod tests {
         assert_eq!(pairing.restless(), 1);
         pairing.begin_step();
         assert_eq!(pairing.restless(), 0);
+    }
+
+    /// What was found after the names were told is forgotten, that a point is held is not.
+    #[test]
+    fn an_attempt_that_led_nowhere_is_forgotten() {
+        let mesh = block::<2>(ElementKind::Quad4, [0.0, 1.0], [0.0, 1.0], 4);
+        let target = &target(&mesh, &["top"]);
+        let mut pairing = Pairing::new(2);
+        pairing.take(0, Some(1));
+        let names = pairing.identities(target);
+        pairing.hold(0, true);
+        for facet in 0..3 {
+            pairing.take(0, Some(facet));
+            pairing.take(1, Some(facet));
+        }
+        pairing.take_back(&names, target);
+        assert_eq!((pairing.facet(0), pairing.facet(1)), (Some(1), None));
+        assert!(!pairing.take(0, None) && pairing.restless() == 0);
     }
 
     /// A point that is held goes from facet to facet but not off the last one, until it is let go.

@@ -217,6 +217,7 @@ impl Attempt<'_> {
         strategy: &mut dyn Strategy,
         journal: &mut Journal<D>,
     ) -> Result<Outcome> {
+        system.take_back();
         self.scheme.prepare(stage, self.control.dt(), self.control.end_of_step())?;
         journal.attempt(stage);
         let moved = match self.scheme.has_inertia() {
@@ -229,6 +230,7 @@ impl Attempt<'_> {
                 return Ok(outcome);
             }
         }
+        system.take_back();
         stage.trial.u.copy_from(&stage.start.u)?;
         journal.attempt(stage);
         strategy.solve(system, stage, &mut |row| journal.iteration(row))

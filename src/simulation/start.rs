@@ -160,6 +160,7 @@ fn approach<const D: usize>(
     course: Option<&Course>,
     journal: &mut Journal<D>,
 ) -> Result<Outcome> {
+    system.take_back();
     Scheme::Static.prepare(stage, 1.0, 0.0)?;
     let friction = stage.friction == FrictionMode::AsGiven;
     if !friction {

@@ -1,8 +1,11 @@
 //! Two deformable bodies on 1, 2, 3, 4 and 8 ranks: every scene at reduced size gives the same displacements, the same
 //! number of Newton iterations, the same contact points at every step, and every point paired with the same facet; with a
-//! factorisation, and with each iterative solver that is chosen by itself or for contact.
+//! factorisation, and with each iterative solver that is chosen by itself or for contact; with elements of second order.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod krylov;
+mod second_order;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -13,14 +16,12 @@ use common::{Results, shipped};
 
 const RANKS: [usize; 4] = [2, 3, 4, 8];
 
-/// Few and many, for Krylov methods: every scene sees all of [`RANKS`] with a factorisation.
-const KRYLOV_RANKS: [usize; 2] = [2, 8];
-
 /// Displacements agree to this part of the largest one.
 const AGREEMENT: f64 = 1e-9;
 
-/// Steps after which the pairs are kept, beside those of the end, unless a scene says otherwise.
-const EVERY: u64 = 8;
+/// Steps after which the pairs are kept, unless a scene says otherwise: all. What the search remembers from step to step is forgotten
+/// where they are kept, so that scenes which slide far keep those of every other or third step.
+const EVERY: u64 = 1;
 /// Target of a point without a facet.
 const NO_FACET: u64 = u64::MAX;
 
@@ -79,6 +80,7 @@ const IRONING: &[Scene] = &[
             ("cells: [48, 6]", "cells: [48, 2]"),
             ("cells: [40, 10]", "cells: [40, 5]"),
             ("end: 1,", "end: 0.6,"),
+            ("fields: { every: 10 }", "checkpoint: { every: 2, keep: 1000 }"),
         ],
     ),
     scene(
@@ -129,44 +131,6 @@ const CUBES: &[Scene] = &[scene(
         ("end: 0.01,", "end: 0.0025,"),
     ],
 )];
-
-/// The scenes for Krylov methods are short, so that many solvers fit in.
-const PLANE: Scene = scene(
-    "concrete-block/case.yml",
-    &[
-        ("cells: [20, 10]", "cells: [8, 4]"),
-        ("cells: [50, 16]", "cells: [20, 6]"),
-        ("end: 0.094", "end: 5.0e-4"),
-    ],
-);
-
-const CUBE_CELLS: [(&str, &str); 2] =
-    [("cells: [10, 10, 10]", "cells: [5, 5, 3]"), ("cells: [8, 8, 8]", "cells: [4, 4, 3]")];
-
-const SOLID: Scene =
-    scene("two-cubes/case.yml", &[CUBE_CELLS[0], CUBE_CELLS[1], ("end: 0.01,", "end: 5.0e-4,")]);
-
-/// The same without inertia.
-const PRESSED: Scene = scene("two-cubes/case.yml", &[CUBE_CELLS[0], CUBE_CELLS[1], STATIC]);
-
-const STATIC: (&str, &str) = (
-    "start: { equilibrium: { friction: false, increments: 2 } }\ntime: { end: 0.01, step: 5.0e-4, scheme: { generalized_alpha: { spectral_radius: 0.8 } } }",
-    "time: { end: 1.0e-3, step: 1.0e-3, scheme: { static: {} } }",
-);
-
-/// And without friction, hence symmetric.
-const SLIDING: Scene = scene(
-    "two-cubes/case.yml",
-    &[
-        CUBE_CELLS[0],
-        CUBE_CELLS[1],
-        STATIC,
-        (
-            "friction: { coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e9 } } }",
-            "friction: none",
-        ),
-    ],
-);
 
 /// What one rank and any other number of them must agree on.
 struct Answer {
@@ -346,28 +310,4 @@ fn collisions_on_1_2_3_4_8_ranks() {
 #[test]
 fn two_cubes_on_1_2_3_4_8_ranks() {
     invariant(CUBES);
-}
-
-#[test]
-fn krylov_methods_in_the_plane_on_1_2_and_8_ranks() {
-    for solver in ["linear: gmres_asm_ilu", "linear: two_stage", "strategy: staggered, linear: cg_icc"] {
-        invariant_by(&PLANE, solver, &KRYLOV_RANKS);
-    }
-}
-
-#[test]
-fn krylov_methods_in_space_on_1_2_and_8_ranks() {
-    for solver in ["linear: gmres_asm_ilu", "linear: two_stage", "strategy: staggered, linear: cg_icc"] {
-        invariant_by(&SOLID, solver, &KRYLOV_RANKS);
-    }
-}
-
-#[test]
-fn multigrid_on_1_2_and_8_ranks() {
-    for solver in ["linear: filtered_amg", "linear: gmres_amg"] {
-        invariant_by(&PRESSED, solver, &KRYLOV_RANKS);
-    }
-    for solver in ["linear: cg_icc", "linear: cg_filtered_amg"] {
-        invariant_by(&SLIDING, solver, &KRYLOV_RANKS);
-    }
 }
