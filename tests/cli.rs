@@ -188,7 +188,8 @@ fn units_that_slipped_are_remarked() {
     }
 }
 
-/// A target with many nodes between two contact points is remarked, as shipped or with the roles swapped it is not.
+/// A target with many nodes between two contact points is remarked, as shipped or with the roles swapped it is not; with points at
+/// nodes, twice as far apart, sooner.
 #[test]
 fn a_target_finer_than_the_points_is_remarked() {
     let quadratic = ("element: quad4", "element: quad9");
@@ -197,12 +198,26 @@ fn a_target_finer_than_the_points_is_remarked() {
         ("contactor: slab.top", "contactor: indenter.bottom"),
         ("target: indenter.bottom", "target: slab.top"),
     ];
-    for (changes, remarked) in [(&[][..], false), (&[quadratic][..], true), (&swapped[..], false)] {
+    let nodal = ("quadrature: gauss", "quadrature: nodal");
+    let [fitting, crowded] =
+        ["cells: [22, 6]", "cells: [24, 6]"].map(|cells| [nodal, ("cells: [48, 6]", cells)]);
+    let rows = [
+        (&[][..], ""),
+        (&[quadratic][..], "2.6"),
+        (&swapped[..], ""),
+        (&fitting[..], ""),
+        (&crowded[..], "1.9"),
+        (&[nodal][..], "3.9"),
+    ];
+    for (changes, remarked) in rows {
         let folder = Folder::new("finer");
         folder.write("case.yml", &shipped("ironing/case.yml", changes));
         let output = run(0, &["check", "case.yml"], &folder).success();
-        let words = "2.6 nodes of its target lie between two of its points";
-        assert_eq!(output.text().contains(words), remarked, "{changes:?}: {}", output.text());
+        let words = format!("{remarked} nodes of its target lie between two of its points");
+        assert_eq!(output.text().contains(&words), !remarked.is_empty(), "{changes:?}: {}", output.text());
+        let cure = "points, or write `quadrature: gauss`";
+        let wanted = changes.contains(&nodal) && !remarked.is_empty();
+        assert_eq!(output.text().contains(cure), wanted, "{changes:?}: {}", output.text());
     }
 }
 

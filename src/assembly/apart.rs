@@ -48,6 +48,12 @@ impl<const D: usize> ContactSystem<D> {
     /// largest velocity at the start, and all loads on the lightest body. Nothing bounds what a load does in statics, or one that
     /// varies in time otherwise than by a table. Surfaces that are prescribed as a whole get as far as that tells.
     ///
+    /// Amounts count and directions do not: a load that pulls a body away may close a contact all the same. What is held swings back
+    /// with it by as much as it was drawn, and further while the load varies; a body that nothing holds turns about its centre of mass under a
+    /// load beside that, may be thrown back by a contact with a third body or an obstacle, and a partner may follow it that is hit
+    /// harder. Only the centres of mass of two bodies that nothing holds, and that touch nothing but each other, go where their loads
+    /// tell: so few cases that a false error would cost more than the message saves.
+    ///
     /// # Errors
     /// Names the contact, its gap and what there is to close it, the same on all ranks.
     pub fn require_reach(&mut self, model: &Model<D>, span: &Span) -> Result<()> {
