@@ -13,7 +13,8 @@ pub(super) struct Fatigue {
     /// Solves since the preconditioner was made.
     age: u32,
     /// Age at which one that was poor from the start is made anew: its matrix may have been an odd one, as that of
-    /// an iterate that led nowhere. Twice as many each time that this does not help.
+    /// an iterate that led nowhere. Twice as many each time that this does not help; one that had to be made, for another
+    /// pattern, is no such attempt.
     patience: u32,
 }
 
@@ -36,13 +37,18 @@ impl Fatigue {
     }
 
     pub fn record(&mut self, renewed: bool, iterations: u32, tolerance: f64) {
+        let (before, chosen) = (self.last, self.fresh > 0.0);
         self.last = -tolerance.log10() / f64::from(iterations.max(1));
-        let poor = self.is_poor();
+        let helped = chosen && before <= Self::WORTH * self.last || !self.is_poor();
         self.best = self.best.max(self.last);
         if renewed {
             self.fresh = self.last;
             self.age = 0;
-            self.patience = if poor { self.patience.saturating_mul(2).max(1) } else { 0 };
+            self.patience = match (helped, chosen) {
+                (true, _) => 0,
+                (false, true) => self.patience.saturating_mul(2).max(1),
+                (false, false) => self.patience,
+            };
         }
         self.fresh = self.fresh.max(self.last);
         self.age = self.age.saturating_add(1);
@@ -77,6 +83,15 @@ mod tests {
         assert_eq!(renewals([12, 35, 34, 13, 13, 13]), [0, 2, 3]);
         let hard = renewals(std::iter::once(12).chain(std::iter::repeat_n(30, 63)));
         assert!(hard.len() <= 8, "{hard:?}");
+        // Ones that ever new patterns ask for are not held against renewals.
+        let mut fatigue = Fatigue::default();
+        fatigue.record(true, 12, 1e-8);
+        for _ in 0..6 {
+            fatigue.forget();
+            assert!(fatigue.is_tired());
+            fatigue.record(true, 28, 1e-8);
+        }
+        assert!(fatigue.is_tired());
         // However often a new one is poor beside the first.
         let worse = [30, 50].into_iter().cycle().take(200);
         assert_eq!(renewals(std::iter::once(12).chain(worse))[0], 0);

@@ -13,7 +13,7 @@
 
 use super::own::{Origin, Own};
 use super::zone::Zone;
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{ContactCounts, Dynamics, Joints, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
@@ -48,8 +48,10 @@ impl Default for FilteredAmgSettings {
 struct Bulk {
     matrix: Matrix,
     krylov: Krylov,
-    /// One cycle.
-    options: [(&'static str, &'static str); 4],
+    /// There is no friction at all.
+    frictionless: bool,
+    /// Part of the contact points that slips: when its springs were made, and now.
+    slipping: [f64; 2],
     /// `da/du` and spring of the matrix; `None` before there is one.
     made_for: Option<[f64; 2]>,
     /// Assembled since the last set-up.
@@ -76,38 +78,74 @@ impl Bulk {
     /// Threshold of couplings by which nodes are aggregated: it keeps stored zeros, places for contact to come, from joining
     /// nodes of two bodies.
     const THRESHOLD: &str = "0.0";
-    /// The same where all slides freely: aggregates stay on their side of a joint, or sliding would be tied on the coarse
-    /// levels.
+    /// The same where bodies slide on each other: aggregates stay on their side of a joint, or sliding would be tied on the
+    /// coarse levels.
     const SLIDING_THRESHOLD: &str = "0.04";
     /// Spring on the unknowns of a floating body, over the diagonal entry, what inertia gives included.
     const SHIFT: f64 = 1e-4;
+    /// Bodies slide on each other where more than this part of their contact points slips. When it has changed by as much
+    /// the hierarchy is made anew.
+    const SLIDING: f64 = 0.3;
     /// The weight of inertia may change by this factor before the matrix is assembled anew.
     const RANGE: f64 = 2.0;
 
-    fn new(origin: &Origin, sliding: bool) -> Result<Self> {
+    fn new(origin: &Origin, frictionless: bool) -> Result<Self> {
+        let slipping = [f64::from(u8::from(frictionless)); 2];
         let mut krylov = Krylov::new(origin.session, Self::PREFIX)?;
-        let options = [
-            ("ksp_type", "preonly"),
-            ("pc_type", "gamg"),
-            ("pc_gamg_threshold", if sliding { Self::SLIDING_THRESHOLD } else { Self::THRESHOLD }),
-            ("pc_gamg_reuse_interpolation", "true"),
-        ];
-        krylov.configure(&options)?;
+        krylov.configure(&Self::options(Self::joints(slipping[0])))?;
         let mut matrix = origin.like.like_stored_as(Format::Aij)?;
         matrix.ungroup_rows()?;
         let renewal = Event::register(origin.session, "BulkHierarchy")?;
         let cycle = Event::register(origin.session, "BulkCycle")?;
-        Ok(Self { matrix, krylov, options, made_for: None, changed: false, poor: false, renewal, cycle })
+        Ok(Self {
+            matrix,
+            krylov,
+            frictionless,
+            slipping,
+            made_for: None,
+            changed: false,
+            poor: false,
+            renewal,
+            cycle,
+        })
+    }
+
+    /// One cycle.
+    fn options(joints: Joints) -> [(&'static str, &'static str); 4] {
+        let threshold = match joints {
+            Joints::Sticking => Self::THRESHOLD,
+            Joints::Sliding => Self::SLIDING_THRESHOLD,
+        };
+        [
+            ("ksp_type", "preonly"),
+            ("pc_type", "gamg"),
+            ("pc_gamg_threshold", threshold),
+            ("pc_gamg_reuse_interpolation", "true"),
+        ]
+    }
+
+    fn joints(slipping: f64) -> Joints {
+        if slipping > Self::SLIDING { Joints::Sliding } else { Joints::Sticking }
+    }
+
+    /// Hears which part of the points slips.
+    fn heed(&mut self, slipping: f64) {
+        if !self.frictionless {
+            self.slipping[1] = slipping;
+        }
     }
 
     /// Whether the matrix serves at the stage.
     fn serves(&self, wanted: [f64; 2]) -> bool {
-        self.made_for.is_some_and(|made| {
-            made.iter().zip(wanted).all(|(&made, wanted)| {
-                made == wanted
-                    || (made > 0.0 && (Self::RANGE.recip()..=Self::RANGE).contains(&(wanted / made)))
+        let [made, now] = self.slipping;
+        let alike = (made - now).abs() <= Self::SLIDING;
+        alike
+            && self.made_for.is_some_and(|made| {
+                made.iter().zip(wanted).all(|(&made, wanted)| {
+                    made == wanted
+                        || (made > 0.0 && (Self::RANGE.recip()..=Self::RANGE).contains(&(wanted / made)))
+                })
             })
-        })
     }
 
     fn assemble(
@@ -125,8 +163,12 @@ impl Bulk {
             system.jacobian_into(stage, Terms::MASS, &mut self.matrix)?;
             self.matrix.diagonal(&mut inertia)?;
         }
-        system.joined_bodies_into(stage, &mut self.matrix)?;
+        let [made, now] = self.slipping;
+        system.joined_bodies_into(stage, Self::joints(now), &mut self.matrix)?;
         self.hold_floating(system, &inertia)?;
+        // Interpolation across joints that are no longer the same is of no use.
+        self.poor |= (made - now).abs() > Self::SLIDING || Self::joints(made) != Self::joints(now);
+        self.slipping[0] = now;
         self.made_for = Some(wanted);
         self.changed = true;
         Ok(())
@@ -152,7 +194,7 @@ impl Bulk {
         let _running = self.renewal.begin();
         if std::mem::take(&mut self.poor) {
             // Resetting is not enough: PETSc's (3.18) levels keep their sizes.
-            self.krylov.configure(&self.options)?;
+            self.krylov.configure(&Self::options(Self::joints(self.slipping[0])))?;
         }
         self.krylov.set_operators(&self.matrix, &self.matrix)?;
         self.krylov.set_up()
@@ -167,14 +209,14 @@ impl Bulk {
 }
 
 impl FilteredAmg {
-    /// A preconditioner whose matrices are still zero, of a problem without friction where all is `sliding`. Collective.
+    /// A preconditioner whose matrices are still zero, of a problem that may be `frictionless`. Collective.
     ///
     /// # Errors
     /// No memory.
-    pub fn new(origin: &Origin, settings: FilteredAmgSettings, sliding: bool) -> Result<Self> {
+    pub fn new(origin: &Origin, settings: FilteredAmgSettings, frictionless: bool) -> Result<Self> {
         Ok(Self {
             passes: settings.passes,
-            bulk: Bulk::new(origin, sliding)?,
+            bulk: Bulk::new(origin, frictionless)?,
             zone: Zone::new(origin.session, settings.layers)?,
             operator: None,
             residual: origin.pattern.like()?,
@@ -186,6 +228,10 @@ impl FilteredAmg {
 impl Own for FilteredAmg {
     fn fits(&self, matrix: &Matrix) -> bool {
         Rc::ptr_eq(self.bulk.matrix.pattern(), matrix.pattern())
+    }
+
+    fn heed(&mut self, contact: &ContactCounts) {
+        contact.slipping().into_iter().for_each(|slipping| self.bulk.heed(slipping));
     }
 
     fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage, reuse: Reuse) -> Result<()> {

@@ -11,7 +11,7 @@ use super::presets::Preset;
 use super::subdomain::Subdomain;
 use super::two_stage::{TwoStage, TwoStageSettings};
 use super::users_options::{beside_the_users, refuse_symmetric_method};
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{ContactCounts, Dynamics, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
 
@@ -82,6 +82,8 @@ pub struct LinearSolver {
     own: Rc<RefCell<Option<Box<dyn Own>>>>,
     /// Factors on overlapping subdomains, made when they are first used.
     subdomain: Rc<RefCell<Option<Subdomain>>>,
+    /// What the contact points did when they were last observed.
+    contact: ContactCounts,
     stages: TwoStageSettings,
     filter: FilteredAmgSettings,
     work: Vector,
@@ -118,6 +120,7 @@ impl LinearSolver {
             pattern: None,
             own: Rc::default(),
             subdomain: Rc::default(),
+            contact: ContactCounts::default(),
             stages: choice.stages(problem),
             filter: choice.filter(),
             work: pattern.like()?,
@@ -151,6 +154,11 @@ impl LinearSolver {
         chosen || self.ladder.iter().copied().chain(inner).any(|preset| preset.multigrid)
     }
 
+    /// Hears what the contact points do: a preconditioner may go by it.
+    pub fn heed(&mut self, contact: ContactCounts) {
+        self.contact = contact;
+    }
+
     /// What failed since the last call.
     pub fn take_fallbacks(&mut self) -> Vec<Fallback> {
         std::mem::take(&mut self.fallbacks)
@@ -168,6 +176,7 @@ impl LinearSolver {
             Some(made) => made,
             None => self.make(preset, system.matrix())?,
         };
+        made.heed(&self.contact);
         made.assemble(system, stage, if renew { Reuse::Renew } else { Reuse::Keep })?;
         *self.own.borrow_mut() = Some(made);
         Ok(())

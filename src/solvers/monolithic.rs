@@ -11,7 +11,7 @@ use super::forcing::Forcing;
 use super::free_motion::FreeMotions;
 use super::held::{Driven, Held};
 use super::linear::{Fallback, LinearSolver, Solved};
-use crate::dynamics::{Dynamics, Lift, Residual, Stage};
+use crate::dynamics::{Dynamics, FrictionMode, Lift, Residual, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
 use crate::terms::Terms;
@@ -136,6 +136,9 @@ impl Monolithic {
         let mut now = self.evaluate(system, stage)?;
         let mut row = IterationReport::first(relative(now), system.observe()?);
         loop {
+            if stage.friction == FrictionMode::AsGiven {
+                self.linear.heed(row.contact);
+            }
             watch(&row);
             report.residual = row.residual;
             report.contact = row.contact;

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{ContactCounts, Dynamics, Stage};
 use crate::error::Result;
 use crate::petsc::{Matrix, Reuse, Session, Vector};
 
@@ -20,6 +20,9 @@ pub struct Origin<'a> {
 pub trait Own {
     /// Whether its matrices have the pattern of `matrix`.
     fn fits(&self, matrix: &Matrix) -> bool;
+
+    /// Hears what the contact points do.
+    fn heed(&mut self, _contact: &ContactCounts) {}
 
     /// Assembles its matrices at the trial state, at least those that it wants new whatever `reuse` says. Collective.
     ///
