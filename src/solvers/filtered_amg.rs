@@ -7,9 +7,10 @@
 //!
 //! The springs are what keeps the iterations from growing with the mesh: without them the cycle parts the bodies, and
 //! what W repairs over its depth of `l` elements of size `h` has the condition `1 + L / (l h)` of two overlapping
-//! subdomains. To long waves a joint as stiff as an element is as good as a rigid one. Sticking and slipping change the
-//! springs little, so the hierarchy serves for many iterations and steps; W is a surface, its factors are renewed with
-//! every matrix.
+//! subdomains. To long waves a joint as stiff as an element is as good as a rigid one. Where bodies slide, springs of
+//! points that slip are softer and aggregates stay on their side, or the coarse levels would tie what slides. Otherwise
+//! contact changes the springs little, so the hierarchy serves for many iterations and steps; W is a surface, its factors
+//! are renewed with every matrix.
 
 use super::own::{Origin, Own};
 use super::zone::Zone;
