@@ -11,7 +11,7 @@ use crate::contact::friction::Regularization;
 use crate::contact::multipliers::Augmentation;
 use crate::contact::normal::{NormalLaw, Penalty};
 use crate::contact::point::Status;
-use crate::dynamics::Shortfall;
+use crate::dynamics::{Dynamics, Shortfall};
 use crate::error::Result;
 use crate::petsc::Vector;
 
@@ -259,7 +259,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// For each contact, the root mean square speed of all bodies that an impulse on it gives to those of its bodies that are free
-    /// to move \[1/kg\]; 0 where the mass of a node may rattle, whose forces are no impulse. Collective.
+    /// to move \[1/kg\]. Collective.
     pub fn recoils(&self) -> Vec<f64> {
         let mut own = vec![0.0; self.bodies.len()];
         for solid in &self.solids {
@@ -275,13 +275,37 @@ impl<const D: usize> ContactSystem<D> {
         let flies =
             |body: &usize| masses[*body] > 0.0 && self.free_bodies.iter().any(|free| free.body == *body);
         let recoil = |contact: &Contact<D>| {
-            if !self.is_calm(contact) {
-                return 0.0;
-            }
             let bodies: BTreeSet<usize> = contact.bodies.into_iter().filter(flies).collect();
             bodies.into_iter().map(|body| 1.0 / (masses[body] * all)).sum::<f64>().sqrt()
         };
         self.contacts.iter().map(recoil).collect()
+    }
+
+    /// Whether a side of each contact has nodes without mass: the forces of others are those of nodes that rattle, and no impulse.
+    pub fn calm(&self) -> Vec<bool> {
+        self.contacts.iter().map(|contact| self.is_calm(contact)).collect()
+    }
+
+    /// Time in which the nodes in contact swing on their penalty, `2 pi sqrt(m / k)` \[s\], by the mass that moves along the
+    /// normals and force over depth; 0 where nothing is closed. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn swing(&mut self) -> Result<f64> {
+        let mut normals = self.pattern_vector().like()?;
+        self.contact_normals(&mut normals)?;
+        let mass = self.weighted_square(&normals)?.max(0.0);
+        let stiffness = |contact: super::ContactSummary<D>| match contact.zone.max_penetration {
+            depth if depth > 0.0 => contact.zone.normal_force / depth,
+            _ => 0.0,
+        };
+        let stiffness: f64 = self.contact_summaries().into_iter().map(stiffness).sum();
+        Ok(if stiffness > 0.0 { std::f64::consts::TAU * (mass / stiffness).sqrt() } else { 0.0 })
+    }
+
+    /// Whether slip that turns in the first guess of the next step is taken for an error of the guess.
+    pub fn doubt_first_slip(&mut self, doubtful: bool) {
+        self.contacts.iter_mut().for_each(|contact| contact.state.doubt(doubtful));
     }
 
     /// Nodes of all bodies on all ranks.

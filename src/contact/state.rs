@@ -99,10 +99,20 @@ struct Track<const D: usize> {
 impl<const D: usize> Track<D> {
     /// The point slips, and did so in a direction more than [`TURN`] away: in the plane the opposite one.
     fn reversed(&self, point: &PointState<D>) -> bool {
-        let slid = self.statuses[0] == Some(Status::Slip) && point.status == Status::Slip;
-        let (last, now) = (&self.friction_traction, &point.friction_traction);
-        slid && last.dot(now) < TURN * last.norm() * now.norm()
+        self.statuses[0] == Some(Status::Slip) && slips_off(&self.friction_traction, point)
     }
+
+    /// In the first guess the point slips against what friction did at the end of the last step: where it stuck then, a guess
+    /// that errs by more than the stick velocity does that, and a point that does turn sticks on its way.
+    fn is_thrown_off(&self, history: &History<D>, point: &PointState<D>) -> bool {
+        self.statuses[0].is_none() && history.bound > 0.0 && slips_off(&history.friction_traction, point)
+    }
+}
+
+/// The point slips in a direction more than [`TURN`] away from that which goes with the `last` traction.
+fn slips_off<const D: usize>(last: &Vector<D>, point: &PointState<D>) -> bool {
+    let now = &point.friction_traction;
+    point.status == Status::Slip && last.dot(now) < TURN * last.norm() * now.norm()
 }
 
 impl<const D: usize> Default for Track<D> {
@@ -125,6 +135,8 @@ pub struct ContactState<const D: usize> {
     pub(super) multipliers: Multipliers,
     /// Gaps at the start that count as none \[m\], all <= 0; empty where nothing was adjusted.
     adjusted: Vec<f64>,
+    /// Whether slip that turns in the first guess of a step is taken for an error of the guess.
+    doubtful: bool,
 }
 
 impl<const D: usize> ContactState<D> {
@@ -137,7 +149,14 @@ impl<const D: usize> ContactState<D> {
             held: Vec::new(),
             multipliers: Multipliers::default(),
             adjusted: Vec::new(),
+            doubtful: false,
         }
+    }
+
+    /// Whether slip that turns in the first guess of the next step is taken for an error of the guess: one that goes along a
+    /// curve errs by more than a stick velocity, one that goes on with the velocities of the start does not.
+    pub fn doubt(&mut self, doubtful: bool) {
+        self.doubtful = doubtful;
     }
 
     /// From now on measures the gaps of the points that penetrate at the last evaluation from there.
@@ -168,10 +187,11 @@ impl<const D: usize> ContactState<D> {
     /// points are counted, see [`super::surface::ContactSurface::representative`].
     pub fn iterate(&mut self, counts: &[bool]) -> Changes {
         let mut changes = Changes::default();
-        for ((track, point), counts) in self.track.iter_mut().zip(&self.current).zip(counts) {
+        let points = self.current.iter().zip(&self.history);
+        for ((track, (point, history)), counts) in self.track.iter_mut().zip(points).zip(counts) {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
-            let flipped = track.reversed(point);
+            let flipped = track.reversed(point) || (self.doubtful && track.is_thrown_off(history, point));
             if *counts {
                 changes.closed += usize::from(point.is_closed());
                 changes.changed += usize::from(changed);
@@ -269,6 +289,24 @@ mod tests {
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Actual).branch, Branch::Actual);
         state.iterate(&[true]);
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Actual);
+    }
+
+    /// A first guess that slips against the friction of the last step is corrected from stick; one that slips on is not, nor is
+    /// the guess of a point that was open.
+    #[test]
+    fn first_guesses_that_turn_predict_stick() {
+        let mut state = ContactState::<2>::new(3);
+        state.current = vec![slipping(0.2), slipping(0.2), open()];
+        state.current[..2].iter_mut().for_each(|point| point.bound = 1.0);
+        state.accept(1e-3);
+        let guess = vec![slipping(-1.0), slipping(1.0), slipping(-1.0)];
+        state.current.clone_from(&guess);
+        assert_eq!(state.iterate(&[true; 3]).flipped, 0);
+        state.begin();
+        state.doubt(true);
+        assert_eq!(state.iterate(&[true; 3]).flipped, 1);
+        let branch = |p| state.manner(p, Hold::Nothing, Branches::Predicted).branch;
+        assert_eq!([0, 1, 2].map(branch), [Branch::Stick, Branch::Actual, Branch::Actual]);
     }
 
     /// Points that open and close in turn are a two-cycle; points that settle are not.

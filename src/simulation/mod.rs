@@ -221,7 +221,11 @@ impl Attempt<'_> {
         self.scheme.prepare(stage, self.control.dt(), self.control.end_of_step())?;
         journal.attempt(stage);
         let moved = match self.scheme.has_inertia() {
-            true => self.scheme.extrapolate(stage).and_then(|()| self.pace.predict(stage)).map(|()| true)?,
+            true => {
+                self.scheme.extrapolate(stage)?;
+                system.doubt_first_slip(self.pace.predict(stage)?);
+                true
+            }
             false => strategy.follow_prescribed(system, stage)?,
         };
         if moved {
@@ -232,6 +236,7 @@ impl Attempt<'_> {
         }
         system.take_back();
         stage.trial.u.copy_from(&stage.start.u)?;
+        system.doubt_first_slip(false);
         journal.attempt(stage);
         strategy.solve(system, stage, &mut |row| journal.iteration(row))
     }

@@ -197,9 +197,9 @@ pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
 /// Newton's tolerance: the user's, or where an accuracy is asked for one that leaves no trace in it.
 fn newton_tolerance(case: &Case) -> f64 {
     /// Residual over the largest force, over the error in time that is allowed.
-    const RATIO: f64 = 1e-2;
+    const RATIO: f64 = 1e-1;
     /// No looser than that, whatever is asked.
-    const LOOSEST: f64 = 1e-4;
+    const LOOSEST: f64 = 1e-3;
     let given = case.solver.newton.tolerance;
     let time = case.accuracy.as_ref().and_then(|accuracy| accuracy.time);
     match time {

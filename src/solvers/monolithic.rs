@@ -70,6 +70,8 @@ impl Monolithic {
     /// Forces along a free motion up to this part of the tolerance are none: all of them together do not keep the balance
     /// from being met.
     const NO_FORCE: f64 = 0.1;
+    /// No linear solve for a predicted residual is tighter, unless all are.
+    const PREDICTED: f64 = 1e-12;
     /// Shortest step along a correction is `2^-HALVINGS`.
     const HALVINGS: i32 = 9;
 
@@ -244,7 +246,12 @@ impl Monolithic {
         }
         self.rhs.scale(-1.0)?;
         self.release(system, stage, now.scale)?;
-        let tolerance = self.forcing.next(now.norm, self.target * now.scale);
+        let asked = self.forcing.next(now.norm, self.target * now.scale);
+        // Stick continued beyond the bound is far out of balance: the solve is to err by no more than it would else.
+        let tolerance = match system.predicts() {
+            true => (asked * now.norm / self.rhs.norm()?).clamp(Self::PREDICTED.min(asked), asked),
+            false => asked,
+        };
         self.solve_held(system, stage, tolerance)
     }
 

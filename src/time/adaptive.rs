@@ -48,7 +48,7 @@ impl Adaptive {
     /// Errors shorten a step down to this part of the largest, no further.
     const SMALLEST: f64 = 1.0 / 1024.0;
     /// The control aims at this part of what is allowed.
-    const AIM: f64 = 0.6;
+    const AIM: f64 = 0.9;
     /// A step is repeated where it exceeds what is allowed by this factor; less is made up for by the next ones.
     const PATIENCE: f64 = 2.0;
     const INTEGRAL: f64 = 0.7;

@@ -82,14 +82,14 @@ impl Pace {
         }
     }
 
-    /// Moves the first guess to where the last displacements point, where they are of one smooth motion.
+    /// Moves the first guess to where the last displacements point, where they are of one smooth motion; whether it did.
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
+    pub fn predict(&self, stage: &mut Stage) -> Result<bool> {
         match &self.watch {
             Some(watch) => watch.predict(stage),
-            None => Ok(()),
+            None => Ok(false),
         }
     }
 

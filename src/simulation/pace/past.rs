@@ -49,15 +49,16 @@ impl Past {
         self.smooth.iter_mut().for_each(|section| section.set(0.0));
     }
 
-    /// Moves the first guess to where the last displacements point, where they are of one smooth motion.
+    /// Moves the first guess to where the last displacements point, where they are of one smooth motion; whether it did.
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
-        if self.known < 2 || !self.curved {
-            return Ok(());
+    pub fn predict(&self, stage: &mut Stage) -> Result<bool> {
+        let curved = self.known == 2 && self.curved;
+        if curved {
+            self.extrapolate(&stage.start, stage.trial.time, &mut stage.trial.u)?;
         }
-        self.extrapolate(&stage.start, stage.trial.time, &mut stage.trial.u)
+        Ok(curved)
     }
 
     /// The parabola through the last two displacements and that of `start`, at the instant `at` \[s\].

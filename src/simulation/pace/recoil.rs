@@ -19,25 +19,65 @@ pub fn loads<const D: usize>(system: &ContactSystem<D>) -> Vec<f64> {
 }
 
 /// Error of the speed over the length of the step in which contacts close that were open as a whole, or open \[m/s2\]:
-/// `recoils` of each contact \[1/kg\], and its loads before and after \[N\].
-pub fn thrown(recoils: &[f64], [before, now]: [&[f64]; 2]) -> f64 {
-    let lands = |(before, now): (&f64, &f64)| {
-        if (*before == 0.0) == (*now == 0.0) { 0.0 } else { (now - before).abs() }
-    };
-    let errors = before.iter().zip(now).map(lands).zip(recoils).map(|(force, recoil)| force * recoil);
-    UNKNOWN * errors.map(|error| error * error).sum::<f64>().sqrt()
+/// `recoils` of each contact \[1/kg\], whether it is `calm`, and its loads before and after \[N\]. Of the calm contacts, whose forces
+/// are impulses, and of all.
+pub fn thrown(recoils: &[f64], calm: &[bool], [before, now]: [&[f64]; 2]) -> [f64; 2] {
+    let mut squares = [0.0; 2];
+    for (((before, now), recoil), calm) in before.iter().zip(now).zip(recoils).zip(calm) {
+        if (*before == 0.0) != (*now == 0.0) {
+            let square = ((now - before) * recoil).powi(2);
+            squares[0] += if *calm { square } else { 0.0 };
+            squares[1] += square;
+        }
+    }
+    squares.map(|square| UNKNOWN * square.sqrt())
+}
+
+/// Whether contacts carry a body that is free to move: calm ones, and any.
+pub fn held(recoils: &[f64], calm: &[bool], loads: &[f64]) -> [bool; 2] {
+    let carries = |k: &usize| loads[*k] * recoils[*k] > 0.0;
+    let carrying = (0..loads.len().min(recoils.len())).filter(carries);
+    carrying.fold([false; 2], |[impulse, _], k| [impulse || calm[k], true])
+}
+
+/// Whether a contact closes that was open as a whole, of loads before and after \[N\].
+pub fn strikes([before, now]: [&[f64]; 2]) -> bool {
+    before.iter().zip(now).any(|(before, now)| *before == 0.0 && *now != 0.0)
+}
+
+/// How little a step of `dt` sees of what swings in the time `swing` \[s\]: 0 where it resolves it, 1 where it does not.
+pub fn unresolved(dt: f64, swing: f64) -> f64 {
+    1.0 / (1.0 + (swing / dt).powi(2))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// A landing strikes, a take-off or a contact that stays does not; a short step resolves a swing, a long one none of it.
+    #[test]
+    fn landings_strike_and_short_steps_resolve() {
+        let carried = |loads: &[f64]| held(&[0.1, 0.2, 0.0], &[true, false, true], loads);
+        assert_eq!(carried(&[0.0, 0.0, 3.0]), [false, false]);
+        assert_eq!(carried(&[0.0, 2.0, 3.0]), [false, true]);
+        assert_eq!(carried(&[1.0, 2.0, 3.0]), [true, true]);
+        assert!(strikes([&[0.0, 5.0], &[1.0, 5.0]]) && !strikes([&[3.0, 5.0], &[0.0, 9.0]]));
+        assert_eq!(unresolved(1e-3, 0.0), 1.0);
+        assert!(
+            unresolved(1e-4, 1e-3) < 0.01 && unresolved(1e-2, 1e-3) > 0.99 && unresolved(1.0, 1.0) == 0.5
+        );
+    }
+
     /// What lands or takes off counts, what was closed and stays so does not.
     #[test]
     fn landings_count() {
-        assert_eq!(thrown(&[0.1, 0.1], [&[0.0, 5.0], &[0.0, 9.0]]), 0.0);
-        assert!((thrown(&[0.1, 0.2], [&[0.0, 4.0], &[3.0, 0.0]]) - 0.5 * 0.3f64.hypot(0.8)).abs() < 1e-15);
-        assert_eq!(thrown(&[0.1], [&[], &[3.0]]), 0.0);
+        let calm = [true; 2];
+        assert_eq!(thrown(&[0.1, 0.1], &calm, [&[0.0, 5.0], &[0.0, 9.0]]), [0.0; 2]);
+        let lands = |calm: &[bool]| thrown(&[0.1, 0.2], calm, [&[0.0, 4.0], &[3.0, 0.0]]);
+        let expected = 0.5 * 0.3f64.hypot(0.8);
+        assert!(lands(&calm).iter().all(|thrown| (thrown - expected).abs() < 1e-15));
+        assert!((lands(&[true, false])[0] - 0.15).abs() < 1e-15 && lands(&[true, false])[1] > 0.4);
+        assert_eq!(thrown(&[0.1], &[true], [&[], &[3.0]]), [0.0; 2]);
     }
 
     /// A mass that a constant force meets at an unknown instant within a step: the rule of the mean force errs by no more than
@@ -45,7 +85,7 @@ mod tests {
     #[test]
     fn bounds_the_impulse_of_a_force_that_begins_within_a_step() {
         let (mass, force, dt) = (2.0, 6.0, 0.1);
-        let bound = thrown(&[1.0 / mass], [&[0.0], &[force]]) * dt;
+        let bound = thrown(&[1.0 / mass], &[true], [&[0.0], &[force]])[0] * dt;
         let error = |at: f64| (0.5 * force * dt - force * (1.0 - at) * dt).abs() / mass;
         let worst = (0..=100).map(|k| error(f64::from(k) / 100.0)).fold(0.0, f64::max);
         assert!(worst <= bound * (1.0 + 1e-12) && worst > 0.9 * bound, "{worst:e}, {bound:e}");

@@ -65,6 +65,8 @@ pub(super) struct Watch {
     massless: Vec<String>,
     /// What an impulse on each contact moves, see [`ContactSystem::recoils`].
     recoils: Vec<f64>,
+    /// Whether nodes of it have no mass, see [`ContactSystem::calm`].
+    calm: Vec<bool>,
     memory: Memory,
     past: Option<Past>,
     /// Estimated error and allowance of the step that was judged last \[m\].
@@ -85,9 +87,12 @@ impl Watch {
     const REPEAT: f64 = 2.01;
     /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
     const SAFETY: f64 = 1.8;
-    /// And by this factor more while a body that landed is in contact, as measured on the bar: what it errs by there it carries
-    /// along when it takes off.
+    /// And by this factor more while a body that landed is in contact that its steps do not resolve: what it errs by there it
+    /// carries along when it takes off.
     const CARRIED: f64 = 1.7;
+    /// Part of what another event may add that a landing may: a body that strikes late strikes too deep, and what that sets
+    /// swinging has the contact open and close for long.
+    const LANDING: f64 = 0.2;
 
     /// Of the state at the start in `stage`; `kinks` are the instants at which loads or their rates may jump. Collective.
     ///
@@ -133,6 +138,7 @@ impl Watch {
             },
             lands: false,
             recoils: if adapts { system.recoils() } else { Vec::new() },
+            calm: system.calm(),
             past,
             judged: [0.0; 2],
             remark: None,
@@ -166,12 +172,12 @@ impl Watch {
         }
     }
 
-    /// Moves the first guess to where the last displacements point, where they are of one smooth motion.
+    /// Moves the first guess to where the last displacements point, where they are of one smooth motion; whether it did.
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn predict(&self, stage: &mut Stage) -> Result<()> {
-        self.past.as_ref().map_or(Ok(()), |past| past.predict(stage))
+    pub fn predict(&self, stage: &mut Stage) -> Result<bool> {
+        self.past.as_ref().map_or(Ok(false), |past| past.predict(stage))
     }
 
     fn observe_size<const D: usize>(&mut self, system: &mut ContactSystem<D>, state: &State) -> Result<()> {
@@ -211,15 +217,17 @@ impl Watch {
             let flight = self.flight(system, stage)?;
             error = error.max(self.struck(fresh as f64 / system.nodes() as f64, flight, [before, now]));
         }
+        let mut strikes = false;
         if jumps && self.past.is_some() {
             let loads = [&self.memory.loads[..], &recoil::loads(system)];
-            let thrown = recoil::thrown(&self.recoils, loads) * stage.dt;
-            error = error.max(thrown * (self.end - stage.start.time));
-            self.lands = thrown > 0.0;
+            let [calm, all] = recoil::thrown(&self.recoils, &self.calm, loads);
+            error = error.max(calm * stage.dt * (self.end - stage.start.time));
+            (strikes, self.lands) = (recoil::strikes(loads), all > 0.0);
         }
         if let Some(budget) = &self.memory.time {
             let fair = budget.share(share, left);
-            let allowed = if lenient { budget.event().max(fair) } else { fair };
+            let event = if lenient { budget.event().max(fair) } else { fair };
+            let allowed = if strikes { Self::LANDING * event } else { event };
             ratio = ratio.max(error / allowed);
             self.judged = [error, fair];
         }
@@ -282,10 +290,18 @@ impl Watch {
         Ok(true)
     }
 
-    /// Whether a body that landed is in contact, and free to take off.
-    fn rebounds(&self) -> bool {
+    /// How much more than in flight the step errs by for a body that landed, is in contact and free to take off.
+    ///
+    /// A contact without mass is an impulse to it. Nodes that have mass swing on the penalty: a step that resolves that sees
+    /// all there is, one that is much longer none of it.
+    fn carried<const D: usize>(&self, system: &mut ContactSystem<D>, stage: &Stage) -> Result<f64> {
         let Memory { landed, loads, .. } = &self.memory;
-        *landed && loads.iter().zip(&self.recoils).any(|(load, recoil)| load * recoil > 0.0)
+        let [impulse, any] = recoil::held(&self.recoils, &self.calm, loads);
+        if !any || !landed {
+            return Ok(1.0);
+        }
+        let swing = if impulse { 0.0 } else { system.swing()? };
+        Ok(1.0 + (Self::CARRIED - 1.0) * recoil::unresolved(stage.dt, swing))
     }
 
     /// Whether what sticks gives way by more than was asked.
@@ -322,7 +338,7 @@ impl Watch {
         stage: &Stage,
         jumps: bool,
     ) -> Result<f64> {
-        let safety = Self::SAFETY * if self.rebounds() { Self::CARRIED } else { 1.0 };
+        let safety = Self::SAFETY * self.carried(system, stage)?;
         let Some(past) = &mut self.past else { return Ok(0.0) };
         let rate = past.rate(self.scheme, stage, |field| system.clear_prescribed(field))?;
         let power = safety * stage.dt.powf(self.scheme.order() + 1.0);
