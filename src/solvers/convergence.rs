@@ -43,7 +43,7 @@ pub struct IterationReport {
     /// 2-norm of the correction that led here \[m\]; 0 for the first guess. Of a sweep the distance of the stages, of
     /// an update the penetration or gap that is left.
     pub increment: f64,
-    /// Krylov iterations of that correction.
+    /// Krylov iterations of that correction; of what carried the first guess along with prescribed motion.
     pub krylov: u32,
     /// Contact points of this iterate.
     pub contact: ContactCounts,
@@ -62,7 +62,7 @@ impl IterationReport {
     }
 }
 
-/// Totals of one solve.
+/// Totals of one solve; the linear solve that carries prescribed motion into its first guess counts, with iteration 0.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SolveReport {
     /// Newton corrections.

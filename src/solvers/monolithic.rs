@@ -47,6 +47,8 @@ pub struct Monolithic {
     carried: Held,
     /// The motion that was driven at the iterate that was held best.
     driven: Option<Driven>,
+    /// Krylov iterations, and those within preconditioners, of the first guess of the next solve.
+    ahead: [u32; 2],
 }
 
 /// Where along a correction the next iterate lies.
@@ -92,6 +94,7 @@ impl Monolithic {
             free: FreeMotions::default(),
             carried: Held::default(),
             driven: None,
+            ahead: [0; 2],
         })
     }
 
@@ -131,12 +134,13 @@ impl Monolithic {
         stage: &mut Stage,
         mut watch: impl FnMut(&IterationReport),
     ) -> Result<Outcome> {
-        let mut report = SolveReport::default();
+        let [krylov, inner] = std::mem::take(&mut self.ahead);
+        let mut report = SolveReport { krylov, inner, ..SolveReport::default() };
         self.target = self.settings.tolerance.max(stage.enough);
         self.forcing.restart();
         system.rewind();
         let mut now = self.evaluate(system, stage)?;
-        let mut row = IterationReport::first(relative(now), system.observe()?);
+        let mut row = IterationReport { krylov, ..IterationReport::first(relative(now), system.observe()?) };
         loop {
             if stage.friction == FrictionMode::AsGiven {
                 self.linear.heed(row.contact);
@@ -217,10 +221,10 @@ impl Monolithic {
         let scale = now.scale.max(self.rhs.norm()?);
         self.release(system, stage, scale)?;
         let solved = self.solve_held(system, stage, tolerance)?;
-        if solved.is_some() {
-            stage.trial.u.axpy(1.0, &self.correction)?;
-        }
-        Ok(solved.is_some())
+        let Some(solved) = solved else { return Ok(false) };
+        self.ahead = [self.ahead[0] + solved.iterations, self.ahead[1] + solved.inner];
+        stage.trial.u.axpy(1.0, &self.correction)?;
+        Ok(true)
     }
 
     /// Residual at `stage.trial.u`, after rates and prescribed values were brought up to date.
