@@ -357,7 +357,7 @@ fn petsc_options_are_checked_on_1_and_2_ranks() {
 fn wrong_command_lines_are_usage_errors() {
     let folder = Folder::new("usage");
     for (line, words, ranks) in [
-        (&[][..], "Usage", 0),
+        (&[][..], "no case file and no command", 0),
         (&["a.yml", "b.yml"], "b.yml", 2),
         (&["a.yml", "--restrat"], "--restrat", 2),
         (&["a.yml", "--wall-time", "soon"], "0:55:00", 0),
