@@ -6,7 +6,7 @@ mod common;
 use std::fs;
 use std::time::Duration;
 
-use common::{Folder, Output, SMALL_BLOCK, run, run_refused};
+use common::{Folder, Output, SMALL_BLOCK, run};
 
 const BOX: &str = "box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] }";
 const FRICTION: &str =
@@ -223,7 +223,7 @@ fn all_refused(name: &str, base: &str, list: &[Broken]) {
 fn taken(folder: &Folder, base: &str, (from, to, code, words, ranks): &Broken) -> Option<String> {
     assert!(base.contains(from), "not in the case: {from}");
     folder.write("case.yml", &base.replacen(from, to, 1));
-    let output = run_refused(*ranks, &["case.yml", "-o", "out"], folder);
+    let output = run(*ranks, &["case.yml", "-o", "out"], folder);
     let failure = check(&output, *code, words).err()?;
     Some(format!("--- {from} -> {to} on {ranks} ranks: {failure}"))
 }
@@ -268,7 +268,7 @@ fn nodal_contact_of_quadratic_facets_is_refused_on_1_and_2_ranks() {
         folder.write("case.yml", &case(element, target, !["quad8", "tri6"].contains(&element)));
         let words =
             [&*format!("on {facet} facets"), "'sole'", "case.yml:13", "hint: write `quadrature: gauss`"];
-        let output = run_refused(if element == "hex27" { 2 } else { 0 }, &["check", "case.yml"], &folder);
+        let output = run(if element == "hex27" { 2 } else { 0 }, &["check", "case.yml"], &folder);
         check(&output, 3, &words).unwrap_or_else(|e| panic!("{element} on {target}: {e}"));
     }
     for (element, target, solid) in
@@ -293,7 +293,7 @@ fn a_mesh_of_another_dimension_is_refused() {
     let case = SMALL_BLOCK.replace(BOX, "file: square.msh").replace("dimension: 2", "dimension: 3");
     let case = case.replace("[0, 0]", "[0, 0, 0]").replace("[0, 1]", "[0, 0, 1]");
     folder.write("case.yml", &case);
-    let output = run_refused(2, &["case.yml"], &folder);
+    let output = run(2, &["case.yml"], &folder);
     check(&output, 4, &["square.msh", "no elements of dimension 3"]).unwrap();
 }
 
@@ -311,7 +311,7 @@ fn a_body_that_nothing_holds_is_refused_on_2_ranks() {
     {
         folder.write("case.yml", case);
         for command in [&["case.yml", "-o", "out"][..], &["check", "case.yml"][..]] {
-            check(&run_refused(2, command, &folder), 3, &[words, "hint: "]).unwrap();
+            check(&run(2, command, &folder), 3, &[words, "hint: "]).unwrap();
         }
     }
 }
@@ -329,7 +329,7 @@ fn a_body_that_slides_away_is_refused_on_2_ranks() {
         )
         .replace(TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }");
     folder.write("case.yml", &case);
-    let output = run_refused(2, &["case.yml", "-o", "out"], &folder);
+    let output = run(2, &["case.yml", "-o", "out"], &folder);
     assert!([Some(3), Some(5)].contains(&output.code), "{}{}", output.stdout, output.stderr);
     assert!(output.stderr.contains("no support holds 'block' along x"), "{}", output.stderr);
 }
@@ -347,8 +347,7 @@ fn petsc_options_are_checked_on_1_and_2_ranks() {
         (&["-mass_ksp_rtol", "tight"], 2, &["tight", "-mass_ksp_rtol"], 2),
     ] {
         let line = [&["case.yml", "-o", "out", "--"], options].concat();
-        check(&run_refused(ranks, &line, &folder), code, words)
-            .unwrap_or_else(|e| panic!("{options:?}: {e}"));
+        check(&run(ranks, &line, &folder), code, words).unwrap_or_else(|e| panic!("{options:?}: {e}"));
     }
 }
 
@@ -368,7 +367,7 @@ fn wrong_command_lines_are_usage_errors() {
         (&["chek", "base.yml"], "did you mean `contact-petsc check`?", 0),
         (&["quux"], "no such command or case file: 'quux'", 0),
     ] {
-        check(&run_refused(ranks, line, &folder), 2, &[words]).unwrap_or_else(|e| panic!("{line:?}: {e}"));
+        check(&run(ranks, line, &folder), 2, &[words]).unwrap_or_else(|e| panic!("{line:?}: {e}"));
     }
 }
 
@@ -393,7 +392,7 @@ fn unusable_files_are_named_on_1_and_2_ranks() {
         (&["plot", "theirs"], 4, &["theirs", "run.json", "hint: "], 0),
         (&["plot", "absent"], 4, &["absent"], 0),
     ] {
-        check(&run_refused(ranks, line, &folder), code, words).unwrap_or_else(|e| panic!("{line:?}: {e}"));
+        check(&run(ranks, line, &folder), code, words).unwrap_or_else(|e| panic!("{line:?}: {e}"));
     }
     assert_eq!(fs::read_to_string(folder.join("theirs/thesis.txt")).unwrap(), "years of work");
 }

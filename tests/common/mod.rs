@@ -34,6 +34,9 @@ pub const ENVIRONMENT: [(&str, &str); 9] = [
     ("OMP_NUM_THREADS", "1"),
 ];
 
+/// Seconds that `mpirun` leaves ranks between SIGTERM and SIGKILL when it was told to end or another rank ended with an error.
+const PATIENCE: &str = "OMPI_MCA_odls_base_sigkill_timeout";
+
 /// How a run ended and what it said.
 #[derive(Debug, Clone)]
 pub struct Output {
@@ -66,13 +69,6 @@ pub fn run(ranks: usize, args: &[&str], folder: &Path) -> Output {
     run_within(LIMIT, ranks, args, folder)
 }
 
-/// The same where all ranks end with one error: `mpirun` waits a second for ranks that another one's error found at work.
-pub fn run_refused(ranks: usize, args: &[&str], folder: &Path) -> Output {
-    let mut command = on_ranks(ranks, PROGRAM);
-    command.env("OMPI_MCA_odls_base_sigkill_timeout", "0").args(args).current_dir(folder);
-    Running::of(command, ranks).wait(LIMIT)
-}
-
 /// Runs the program on `ranks` ranks in `folder`, and kills it and all its ranks after `limit`.
 pub fn run_within(limit: Duration, ranks: usize, args: &[&str], folder: &Path) -> Output {
     Running::start(ranks, args, folder).wait(limit)
@@ -96,7 +92,7 @@ fn on_ranks(ranks: usize, program: impl AsRef<OsStr>) -> Command {
             mpirun
         }
     };
-    command.envs(ENVIRONMENT);
+    command.envs(ENVIRONMENT).env(PATIENCE, "0");
     command
 }
 
@@ -113,6 +109,13 @@ impl Running {
     pub fn start(ranks: usize, args: &[&str], folder: &Path) -> Self {
         let mut command = on_ranks(ranks, PROGRAM);
         command.args(args).current_dir(folder);
+        Self::of(command, ranks)
+    }
+
+    /// The same with the time for an end in good order that `mpirun` leaves unless told.
+    pub fn start_patient(ranks: usize, args: &[&str], folder: &Path) -> Self {
+        let mut command = on_ranks(ranks, PROGRAM);
+        command.env_remove(PATIENCE).args(args).current_dir(folder);
         Self::of(command, ranks)
     }
 

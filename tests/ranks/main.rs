@@ -79,7 +79,7 @@ const IRONING: &[Scene] = &[
         &[
             ("cells: [48, 6]", "cells: [48, 2]"),
             ("cells: [40, 10]", "cells: [40, 5]"),
-            ("end: 1,", "end: 0.6,"),
+            ("end: 1,", "end: 0.5,"),
             ("fields: { every: 10 }", "checkpoint: { every: 2, keep: 1000 }"),
         ],
     ),
@@ -100,7 +100,7 @@ const COLLISIONS: &[Scene] = &[
         &[
             ("cells: [12, 12]", "cells: [6, 6]"),
             ("cells: [14, 14]", "cells: [7, 7]"),
-            ("end: 0.012, step: 5.0e-5", "end: 0.002, step: 1.0e-4"),
+            ("end: 0.012, step: 5.0e-5", "end: 0.0012, step: 1.0e-4"),
         ],
     ),
     scene(
@@ -108,7 +108,7 @@ const COLLISIONS: &[Scene] = &[
         &[
             ("cells: [12, 12]", "cells: [6, 6]"),
             ("cells: [14, 14]", "cells: [7, 7]"),
-            ("end: 0.012, step: 5.0e-5", "end: 0.002, step: 1.0e-4"),
+            ("end: 0.012, step: 5.0e-5", "end: 0.0012, step: 1.0e-4"),
         ],
     ),
     scene("collision/touching.yml", &[("cells: [8, 8]", "cells: [4, 4]"), ("end: 0.008", "end: 0.001")]),
@@ -117,7 +117,7 @@ const COLLISIONS: &[Scene] = &[
         &[
             ("cells: [6, 6, 6]", "cells: [3, 3, 3]"),
             ("cells: [7, 7, 7]", "cells: [4, 4, 4]"),
-            ("end: 0.010, step: 1.0e-4", "end: 0.004, step: 2.0e-4"),
+            ("end: 0.010, step: 1.0e-4", "end: 0.003, step: 2.0e-4"),
             ("compliance: 1.0e-10", "compliance: 1.0e-9"),
         ],
     ),

@@ -6,7 +6,7 @@ use super::*;
 fn signalled(folder: &Folder, ranks: usize, signal: &str, more: &[&str]) -> Output {
     let rows = || fs::read_to_string(folder.join("out/energy.csv")).map_or(0, |text| text.lines().count());
     let before = rows();
-    let running = Running::start(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
+    let running = Running::start_patient(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
     let deadline = std::time::Instant::now() + Duration::from_secs(60);
     while rows() < before.max(3) + 8 && std::time::Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(2));
@@ -73,7 +73,7 @@ fn iterations(results: &Path) -> Vec<(String, String)> {
 
 /// Sends a signal as soon as there is an iteration of a step.
 fn signalled_within(folder: &Folder, ranks: usize, step: &str, signal: &str, more: &[&str]) -> Output {
-    let running = Running::start(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
+    let running = Running::start_patient(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
     let deadline = std::time::Instant::now() + Duration::from_secs(120);
     while !iterations(&folder.join("out")).iter().any(|(own, _)| own == step)
         && std::time::Instant::now() < deadline
@@ -132,7 +132,7 @@ fn mpirun_leaves_time_for_a_checkpoint() {
 fn a_second_interrupt_ends_at_once() {
     let slow = [("cells: [48, 50]", "cells: [150, 150]"), ("end: 0.07", "end: 0.01")];
     let folder = place(&shipped("rubber-block/case.yml", &slow, "{ linear: direct }", 5));
-    let running = Running::start(0, &["case.yml", "-q", "-o", "out"], &folder);
+    let running = Running::start_patient(0, &["case.yml", "-q", "-o", "out"], &folder);
     let deadline = std::time::Instant::now() + Duration::from_secs(60);
     while !folder.join("out/run.json").exists() && std::time::Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(5));
