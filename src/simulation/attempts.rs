@@ -39,16 +39,20 @@ impl<const D: usize> Journal<D> {
 
     /// In statics a step is done: what it held is told the first time, and kept where it is largest.
     pub(super) fn stepped(&mut self, report: &SolveReport, free: impl FnOnce() -> Vec<String>) {
-        match &mut self.record.held {
+        match &self.record.held {
             _ if report.held.motions == 0 => {}
             Some(known) if known.force >= report.held.force => {}
-            Some(known) => known.force = report.held.force,
+            Some(_) => self.keep_held(&report.held, report.held.note(), &free()),
             None => self.tell_held(&report.held, report.held.note(), &free()),
         }
     }
 
     fn tell_held(&mut self, held: &Held, note: String, free: &[String]) {
         self.console.note(&note);
+        self.keep_held(held, note, free);
+    }
+
+    fn keep_held(&mut self, held: &Held, note: String, free: &[String]) {
         let Held { motions, force, by } = held.clone();
         let resultant =
             |by: Driven| Resultant { against: by.words, size: by.force, unit: by.unit.to_owned() };

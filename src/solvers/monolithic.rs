@@ -253,7 +253,7 @@ impl Monolithic {
         let asked = self.forcing.next(now.norm, self.target * now.scale);
         // Stick continued beyond the bound is far out of balance: the solve is to err by no more than it would else.
         let tolerance = match system.predicts() {
-            true => (asked * now.norm / self.rhs.norm()?).clamp(Self::PREDICTED.min(asked), asked),
+            true => (asked * now.norm / self.rhs.norm()?).max(Self::PREDICTED).min(asked),
             false => asked,
         };
         self.solve_held(system, stage, tolerance)

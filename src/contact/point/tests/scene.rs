@@ -141,13 +141,12 @@ impl<const D: usize> Scene<D> {
 
     /// That of the springs for multigrid.
     pub fn joint(&self, stiffest: f64) -> nalgebra::DMatrix<f64> {
-        let joint = Some(Stiffest { sticking: stiffest, slipping: stiffest });
-        self.joined(joint)
+        self.joined(Stiffest { sticking: stiffest, slipping: stiffest })
     }
 
     /// The same with a bound for points that stick and one for those that slip.
-    pub fn joined(&self, joint: Option<Stiffest>) -> nalgebra::DMatrix<f64> {
-        let selection = Selection { terms: Terms::empty(), velocity_shift: SHIFT, joint };
+    pub fn joined(&self, joint: Stiffest) -> nalgebra::DMatrix<f64> {
+        let selection = Selection { terms: Terms::empty(), velocity_shift: SHIFT, joint: Some(joint) };
         self.dense(&self.selected(selection))
     }
 
