@@ -72,7 +72,7 @@ enum Sub {
     },
     /// Write one page about a result or a study, report.html: pictures, numbers, warnings, the case; needs no network
     Report {
-        /// Results folder of a run or of a study
+        /// Results folder of a run or of a study; `plot` takes several, and puts them into common figures
         results: PathBuf,
         /// Times in seconds at which the bodies are shown; start, middle and end unless given
         #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', allow_negative_numbers = true)]

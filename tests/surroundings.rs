@@ -71,6 +71,35 @@ fn a_closed_pipe_ends_no_run_on_1_and_2_ranks() {
     }
 }
 
+/// A folder that a run writes into is refused to a second one, which changes nothing; a run that was killed is told from one
+/// that goes on, and its folder is free.
+#[test]
+fn two_runs_do_not_share_a_folder() {
+    let folder = Folder::new("shared");
+    folder.write("case.yml", &SMALL_BLOCK.replace("end: 0.002", "end: 30.0"));
+    let line = "$PROGRAM case.yml -q -o out & first=$!
+        until [ -s out/energy.csv ]; do sleep 0.01; done
+        $PROGRAM case.yml -q -o out; echo $?; $PROGRAM case.yml -q -o out --restart; echo $?
+        $PROGRAM plot out; kill -9 $first; wait $first
+        $PROGRAM plot out; $PROGRAM report out > page; grep -c '>killed</span>' out/report.html";
+    let output = shell(line, &folder);
+    let [said, warned] =
+        [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+    let codes: Vec<&str> = said.lines().filter(|line| line.parse::<i32>().is_ok()).collect();
+    assert_eq!(codes, ["4", "4", "1"], "{output:?}");
+    assert!(warned.contains("out: a run is writing there, process "), "{warned}");
+    let verdicts: Vec<bool> = warned
+        .lines()
+        .filter(|line| line.contains("(verdict: "))
+        .map(|line| line.contains("killed"))
+        .collect();
+    assert_eq!(verdicts, [false, true, true], "{warned}");
+    let rows = Table::read(&folder.join("out/energy.csv")).numbers("step");
+    assert!(rows.iter().zip(0..).all(|(&row, step)| row == f64::from(step)), "{rows:?}");
+    fs::write(folder.join("case.yml"), SMALL_BLOCK).expect("a case that ends");
+    assert!(shell("$PROGRAM case.yml -q -o out", &folder).status.success());
+}
+
 /// Under `nohup` a terminal that goes away is no reason to stop; without, it is one (tests/restart).
 #[test]
 fn nohup_keeps_a_run_going() {

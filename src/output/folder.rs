@@ -5,6 +5,9 @@ use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use serde_json::json;
+
+use super::process;
 use crate::error::{Error, Result};
 
 /// The value of `program` in `run.json`, by which a results folder is known as ours.
@@ -71,8 +74,8 @@ impl ResultsFolder {
             .hint("give another folder with --output, or empty this one yourself"));
         }
         fs::create_dir_all(path).map_err(|e| unwritable(path, &e))?;
-        let marker = format!("{{\n  \"program\": \"{PROGRAM}\",\n  \"verdict\": \"running\"\n}}\n");
-        write_whole(&folder.join(RECORD), marker.as_bytes())?;
+        let marker = json!({ "program": PROGRAM, "verdict": "running", "process": process::own() });
+        write_whole(&folder.join(RECORD), format!("{marker:#}\n").as_bytes())?;
         OWN.iter().try_for_each(|name| remove(&folder.join(name)))?;
         Ok(folder)
     }

@@ -8,7 +8,7 @@
 //! | `*.csv` | [`table::Table`] and the row structs beside it | after each row: a row is one write |
 //! | `fields/step_*/` | [`fields::FieldWriter`] | each file appears by renaming |
 //! | `fields.pvd`, `contact.pvd` | [`pvd::Series`] | rewritten by renaming, never names a step that is not there |
-//! | `run.json` | [`record::Record`] | rewritten by renaming; `running` until the end |
+//! | `run.json` | [`record::Record`] | rewritten by renaming; `running` until the end, with the [process] that writes it |
 
 pub mod accuracy;
 pub mod console;
@@ -20,6 +20,7 @@ pub mod iterations;
 pub mod momentum;
 pub mod pace;
 pub mod probes;
+pub mod process;
 pub mod pvd;
 pub mod pvtu;
 pub mod reactions;

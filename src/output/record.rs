@@ -12,6 +12,7 @@ use crate::error::{Cause, Error, Result};
 
 use super::accuracy::AccuracyRecord;
 use super::folder::{PROGRAM, RECORD, trouble, write_whole};
+use super::process;
 
 /// How a run stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -241,6 +242,7 @@ impl Record {
             "verdict": verdict,
             "reason": reason,
             "exit_code": code,
+            "process": process::own(),
             "start": timestamp(self.start),
             "wall_seconds": self.wall_seconds,
             "simulated_time": self.simulated_time,

@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use crate::error::Result;
 use crate::output::folder::{RECORD, ResultsFolder, trouble};
+use crate::output::process::verdict;
 
 use super::csv::Csv;
 
@@ -34,7 +35,7 @@ impl Run {
         let record = std::fs::read_to_string(folder.join(RECORD)).map_err(|e| trouble(path, "read", &e))?;
         let record: Value = serde_json::from_str(&record).unwrap_or_default();
         if record["verdict"] != "completed" {
-            let verdict = record["verdict"].as_str().unwrap_or("unknown");
+            let verdict = verdict(&record);
             notes.push(format!(
                 "{}: the run has not completed (verdict: {verdict}); drawn is what is there",
                 path.display()

@@ -65,7 +65,7 @@ impl Cell {
 impl Page {
     /// The headline and the state, under which all else stands.
     pub fn head(&mut self, title: &str, verdict: &str, words: &str) {
-        let class = if ["completed", "failed"].contains(&verdict) { verdict } else { "running" };
+        let class = if ["completed", "failed"].contains(&verdict) { verdict } else { "other" };
         self.body.push_str(&format!(
             "<h1>{}</h1>\n<p><span class=\"verdict {class}\">{}</span> <span class=\"faint\">{}</span></p>\n",
             escaped(title),

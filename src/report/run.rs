@@ -5,6 +5,7 @@ use serde_json::Value;
 use super::html::{Cell, Page};
 use crate::error::Result;
 use crate::output::folder::{RECORD, ResultsFolder};
+use crate::output::process::verdict;
 use crate::plot;
 
 /// Pictures above this size are left out: a browser would choke on them \[bytes\].
@@ -50,7 +51,7 @@ pub fn page(folder: &ResultsFolder, times: &[f64]) -> Result<(String, Vec<String
 }
 
 fn head(page: &mut Page, record: &Value, title: &str) {
-    let verdict = record["verdict"].as_str().unwrap_or("unknown");
+    let verdict = verdict(record);
     let number = |key: &str| record[key].as_f64().unwrap_or(0.0);
     let words = format!(
         "t = {} s after {} of wall time on {} ranks, begun {}",

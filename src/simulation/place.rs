@@ -9,6 +9,7 @@ use crate::case::{Case, Mesh};
 use crate::error::Result;
 use crate::output::console::Verbosity;
 use crate::output::folder::ResultsFolder;
+use crate::output::process::claim;
 use crate::output::record::Input;
 use crate::output::table::Lengths;
 
@@ -58,6 +59,7 @@ pub(super) fn prepare<const D: usize>(
     lengths: Option<&Lengths>,
 ) -> Result<(Option<Tables<D>>, Vec<Input>)> {
     let inputs = inputs(case, place)?;
+    claim(&place.folder)?;
     let folder = match lengths {
         Some(_) => ResultsFolder::open(&place.folder)?,
         None => ResultsFolder::create(&place.folder)?,

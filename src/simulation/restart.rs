@@ -20,6 +20,7 @@ use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::output::folder::ResultsFolder;
+use crate::output::process::claim;
 use crate::output::record::Input;
 use crate::petsc::Session;
 use crate::time::StepControl;
@@ -196,6 +197,7 @@ fn look<const D: usize>(case: &Case, place: &Place, ranks: usize) -> Result<Stri
     let branches = matches!(place.begin, Begin::From(_)) && ResultsFolder::is_free(&place.folder);
     if !branches {
         ResultsFolder::find(&place.folder).map_err(|error| error.hint(NOTHING_TO_GO_ON_FROM))?;
+        claim(&place.folder)?;
     }
     let asked = match &place.begin {
         Begin::From(path) => Some(path.as_path()),

@@ -1,0 +1,129 @@
+//! The process that writes a run record, by which a reader knows a run that was killed from one that goes on.
+
+use std::fs;
+use std::path::Path;
+use std::thread::sleep;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::error::{Error, Result};
+
+use super::folder::RECORD;
+
+/// This process, as it stands in `run.json`: host, number, and the name that the system has for it.
+pub fn own() -> Value {
+    json!({ "host": host(), "id": std::process::id(), "name": name("self") })
+}
+
+/// The verdict of a run record; `killed` where it says `running` and the process that wrote it is no longer there.
+///
+/// Of a run on another host nothing can be told: its verdict stays.
+pub fn verdict(record: &Value) -> &str {
+    match record["verdict"].as_str() {
+        Some("running") if on_this_host(record).is_some_and(|id| !is_there(record, id)) => "killed",
+        verdict => verdict.unwrap_or("unknown"),
+    }
+}
+
+/// Makes sure that no other run writes into a results folder; one that is being killed may take a second to go.
+///
+/// # Errors
+/// Another run on this host does.
+pub fn claim(folder: &Path) -> Result<()> {
+    let record = fs::read_to_string(folder.join(RECORD)).unwrap_or_default();
+    let record: Value = serde_json::from_str(&record).unwrap_or_default();
+    let Some(id) = on_this_host(&record).filter(|_| record["verdict"] == "running") else { return Ok(()) };
+    let own = id == u64::from(std::process::id());
+    for _ in 0..PATIENCE {
+        if own || !is_there(&record, id) {
+            return Ok(());
+        }
+        sleep(Duration::from_millis(100));
+    }
+    Err(Error::file(format!(
+        "{}: a run is writing there, process {id}; nothing was changed",
+        folder.display()
+    ))
+    .hint("wait for its end, or give another folder with --output"))
+}
+
+/// Looks at a process before it is believed to stay, a tenth of a second apart.
+const PATIENCE: u32 = 10;
+
+/// Number of the process of a record, where it ran on this host.
+fn on_this_host(record: &Value) -> Option<u64> {
+    let process = &record["process"];
+    let here = process["host"].as_str().is_some_and(|there| !there.is_empty() && there == host());
+    process["id"].as_u64().filter(|_| here)
+}
+
+fn is_there(record: &Value, id: u64) -> bool {
+    name(&id.to_string()).is_some_and(|name| record["process"]["name"] == name)
+}
+
+fn host() -> String {
+    fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_owned()
+}
+
+/// Name of a process, without the dead whose parents have not asked for them.
+fn name(id: &str) -> Option<String> {
+    let status = fs::read_to_string(format!("/proc/{id}/status")).ok()?;
+    let entry = |key: &str| status.lines().find_map(|line| line.strip_prefix(key)).map(str::trim);
+    let dead = entry("State:").is_some_and(|state| state.starts_with(['Z', 'X']));
+    entry("Name:").filter(|_| !dead).map(str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::{Child, Command};
+
+    use super::super::folder::tests::Scratch;
+    use super::*;
+
+    fn record(verdict: &str, child: &Child) -> Value {
+        let process = json!({ "host": host(), "id": child.id(), "name": name(&child.id().to_string()) });
+        json!({ "verdict": verdict, "process": process })
+    }
+
+    /// A run whose process is there is running, one whose process is dead was killed, whether its parent asked for it
+    /// or not; of another host, of a process that is not told, and of a run that ended nothing is changed.
+    #[test]
+    fn a_killed_run_is_told_from_one_that_goes_on() {
+        assert_eq!(verdict(&json!({ "verdict": "running", "process": own() })), "running");
+        let mut child = Command::new("sleep").arg("60").spawn().unwrap();
+        let mut running = record("running", &child);
+        let failed = record("failed", &child);
+        assert_eq!(verdict(&running), "running");
+        child.kill().unwrap();
+        while name(&child.id().to_string()).is_some() {
+            sleep(Duration::from_millis(1));
+        }
+        assert_eq!(verdict(&running), "killed");
+        child.wait().unwrap();
+        assert_eq!((verdict(&running), verdict(&failed)), ("killed", "failed"));
+        running["process"]["host"] = json!("another");
+        assert_eq!(verdict(&running), "running");
+        assert_eq!(verdict(&json!({ "verdict": "running" })), "running");
+        assert_eq!(verdict(&json!({})), "unknown");
+    }
+
+    /// A folder that a living process writes into is refused, and free as soon as the process is gone or has ended
+    /// its run.
+    #[test]
+    fn a_folder_in_use_is_refused() {
+        let scratch = Scratch::new("claimed");
+        let put = |record: &Value| fs::write(scratch.0.join(RECORD), record.to_string()).unwrap();
+        claim(&scratch.0).unwrap();
+        let mut child = Command::new("sleep").arg("60").spawn().unwrap();
+        put(&record("running", &child));
+        let refused = claim(&scratch.0).unwrap_err();
+        assert!(refused.message.contains(&format!("process {}", child.id())), "{refused}");
+        put(&record("completed", &child));
+        claim(&scratch.0).unwrap();
+        put(&record("running", &child));
+        child.kill().unwrap();
+        claim(&scratch.0).unwrap();
+        child.wait().unwrap();
+    }
+}
