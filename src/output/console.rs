@@ -45,7 +45,7 @@ pub struct StepLine {
 
 /// Where a nonlinear solve stands; the header of a Newton table.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Attempt<'a> {
+pub struct Attempt {
     /// Step that is sought.
     pub step: u64,
     /// Time at its end \[s\].
@@ -54,8 +54,6 @@ pub struct Attempt<'a> {
     pub dt: f64,
     /// 1 for the first try.
     pub attempt: u64,
-    /// As in `iterations.csv`.
-    pub stage: &'a str,
 }
 
 /// The voice of a rank; mute on all but rank 0.
@@ -139,8 +137,8 @@ impl Console {
     /// Header of the Newton table of one attempt.
     pub fn newton_header(&mut self, attempt: &Attempt) {
         if self.verbosity >= Verbosity::Verbose {
-            let Attempt { step, time, dt, attempt, stage } = attempt;
-            let place = format!("step {step}, t = {time:.6e} s, dt = {dt:.3e} s, attempt {attempt}, {stage}");
+            let Attempt { step, time, dt, attempt } = attempt;
+            let place = format!("step {step}, t = {time:.6e} s, dt = {dt:.3e} s, attempt {attempt}");
             self.progress(&format!("{place}\n{NEWTON_COLUMNS}"));
         }
     }
@@ -255,7 +253,7 @@ mod tests {
         let (out, err) = (Heard::default(), Heard::default());
         let mut console = Console::speaking_to(verbosity, Box::new(out.clone()), Box::new(err.clone()));
         console.span = [0.0, 0.07];
-        console.newton_header(&Attempt { step: 41, time: 0.0205, dt: 5e-4, attempt: 1, stage: "monolithic" });
+        console.newton_header(&Attempt { step: 41, time: 0.0205, dt: 5e-4, attempt: 1 });
         console.newton_row(&ROW);
         console.step(&LINE);
         console.note("step 42 cut");

@@ -15,13 +15,13 @@ pub(super) struct At {
     time: f64,
     dt: f64,
     attempt: u64,
-    stage: &'static str,
+    starting: bool,
 }
 
 impl<const D: usize> Journal<D> {
     /// A load level of the static start begins.
     pub fn start_attempt(&mut self, factor: f64) {
-        self.now = At { time: 0.0, dt: 0.0, attempt: 1, stage: "start" };
+        self.now = At { time: 0.0, dt: 0.0, attempt: 1, starting: true };
         self.console.start_header(factor);
     }
 
@@ -56,7 +56,7 @@ impl<const D: usize> Journal<D> {
         let Held { motions, force, by } = held.clone();
         let resultant =
             |by: Driven| Resultant { against: by.words, size: by.force, unit: by.unit.to_owned() };
-        let step = if self.now.stage == "start" { 0 } else { self.step };
+        let step = if self.now.starting { 0 } else { self.step };
         let free = free.to_vec();
         self.record.held = Some(Holding { step, free, motions, force, by: by.map(resultant), note });
     }
@@ -75,26 +75,20 @@ impl<const D: usize> Journal<D> {
 
     /// A solve of the next step begins.
     pub fn attempt(&mut self, stage: &Stage) {
-        let attempt = self.now.attempt + 1;
-        self.header(At { time: stage.trial.time, dt: stage.dt, attempt, stage: "step" });
-    }
-
-    fn header(&mut self, at: At) {
-        self.now = at;
-        let step = self.step + 1;
-        let At { time, dt, attempt, stage } = at;
-        self.console.newton_header(&Attempt { step, time, dt, attempt, stage });
+        let (step, time, dt, attempt) = (self.step + 1, stage.trial.time, stage.dt, self.now.attempt + 1);
+        self.now = At { time, dt, attempt, starting: false };
+        self.console.newton_header(&Attempt { step, time, dt, attempt });
     }
 
     /// One Newton iteration. Rank 0 writes; an unwritable table is found at the end of the step.
     pub fn iteration(&mut self, report: &IterationReport) {
         let finite = |value: f64| value.is_finite().then_some(value);
         let row = IterationRow {
-            step: if self.now.stage == "start" { 0 } else { self.step + 1 },
+            step: if self.now.starting { 0 } else { self.step + 1 },
             time: self.now.time,
             dt: self.now.dt,
             attempt: self.now.attempt,
-            stage: if self.now.stage == "start" { "start" } else { report.phase.name() },
+            stage: if self.now.starting { "start" } else { report.phase.name() },
             iteration: u64::from(report.iteration),
             residual: finite(report.residual),
             increment: finite(report.increment),
