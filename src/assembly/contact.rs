@@ -207,6 +207,15 @@ impl<const D: usize> Contact<D> {
         bodies(self).is_some() && bodies(self) == bodies(other)
     }
 
+    /// Motion that no point can pass through the target by, or by a round obstacle \[m\]; a plane has no other side.
+    pub fn stride(&self) -> f64 {
+        match &self.pair {
+            Pair::Deformable(meeting) => meeting.stride(),
+            Pair::Rigid { contact, .. } if matches!(contact.obstacle, Obstacle::Plane(_)) => f64::INFINITY,
+            Pair::Rigid { .. } => 0.5 * self.facet_size,
+        }
+    }
+
     /// The meeting, where the target is deformable.
     pub fn meeting(&self) -> Option<&Meeting<D>> {
         match &self.pair {

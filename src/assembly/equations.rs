@@ -5,7 +5,6 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::accuracy;
 use super::contact::Contact;
-use super::meeting::Meeting;
 use super::stages::{self, Target};
 use super::system::ContactSystem;
 use super::tangent::symmetric;
@@ -161,8 +160,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn stride(&self) -> f64 {
-        let strides = self.contacts.iter().filter_map(|contact| contact.meeting().map(Meeting::stride));
-        strides.fold(f64::INFINITY, f64::min)
+        self.contacts.iter().map(Contact::stride).fold(f64::INFINITY, f64::min)
     }
 
     fn rewind(&mut self) {

@@ -17,6 +17,10 @@ use crate::tensor::Vector;
 /// of the last iterate is kept until the neighbour is clearly the one that the point sank into.
 pub(super) const FACE_ON: f64 = 0.9;
 
+/// A facet is turned to the contactor where the cosine of their normals is below minus this: what is perpendicular is not,
+/// whichever way it is rounded.
+const AGAINST: f64 = 1e-6;
+
 /// The box of a facet in the tree.
 pub(super) type Leaf<const D: usize> = GeomWithData<Rectangle<[f64; D]>, u32>;
 
@@ -185,7 +189,7 @@ pub(super) fn look<const D: usize>(
     limits: &SearchLimits,
 ) -> Seen {
     let projection = Projection::of(&probe.x, target.kind(facet), nodes);
-    let eligible = projection.normal.dot(&probe.outward) < 0.0
+    let eligible = projection.normal.dot(&probe.outward) < -AGAINST * probe.outward.norm()
         && projection.gap >= -limits.depth
         && !target.is_off_end(facet, &projection)
         && !share_a_node(probe.nodes, target.nodes(facet));

@@ -114,6 +114,11 @@ impl<const D: usize> Path<D> {
         ((between && inside(1.0)) || (between || anywhere) && entered()).then_some(depth)
     }
 
+    /// Whether a point on this path ends over or below a moving simplex, no further than `within` \[m\].
+    pub fn is_over(&self, corners: &[Self; D], within: f64) -> bool {
+        self.height(corners, 1.0).abs() <= within && self.is_between(corners, 1.0)
+    }
+
     /// Whether a point on this path is behind the plane of a moving simplex, or on it, at the part `t` of the step.
     pub fn is_behind(&self, corners: &[Self; D], t: f64) -> bool {
         self.height(corners, t) <= TOUCH * size_of(corners)

@@ -224,6 +224,20 @@ fn deep_and_averted_facets_do_not_count() {
     }
 }
 
+/// Perpendicular facets do not attract either, whatever rounding makes of the angle.
+#[test]
+fn perpendicular_facets_do_not_count() {
+    for tilt in [0.0, 1e-12, -1e-12] {
+        let upper = block::<2>(ElementKind::Quad4, [0.0, 0.9], [-0.3, 1.0], 2);
+        let mut scene = Scene::<2>::new(upper, beside(1.0), &["lower.right"], Quadrature::Gauss);
+        for (a, x) in scene.mesh.points.iter().enumerate() {
+            scene.u[2 * a] = tilt * x[1];
+        }
+        scene.pair();
+        assert!((0..scene.pairing.len()).all(|p| scene.pairing.facet(p).is_none()), "{tilt}");
+    }
+}
+
 /// Contactor and target may be one body: facets that share a node with the contactor facet are not its target.
 #[test]
 fn neighbours_on_the_same_body_are_no_target() {

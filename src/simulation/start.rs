@@ -23,6 +23,8 @@ const HOLDING: f64 = 1e-7;
 
 /// Resistance over a typical diagonal entry up to which bodies are held in a start that finds no balance otherwise.
 const YIELDING: f64 = 1e-3;
+/// A balance that failed by less than this needs no smaller load, but what is hardly resisted to be held.
+const ALMOST: f64 = 1e-4;
 
 /// Brings `stage.start` to the start of the motion. Collective.
 ///
@@ -130,12 +132,15 @@ fn press<const D: usize>(
                 system.accept(stage)?;
                 level.succeed();
             }
-            Outcome::Failed(..) if level.cut() => {}
-            // On a target that gives way a body may have no equilibrium near by without the friction that will hold it.
-            Outcome::Failed(report, _) if may_yield(stage) && !report.driven => {
+            // On a target that gives way a body may have no equilibrium near by without the friction that will hold it: all
+            // is in balance but what is hardly resisted.
+            Outcome::Failed(report, _)
+                if may_yield(stage) && !report.driven && (report.residual < ALMOST || !level.can_cut()) =>
+            {
                 stage.yielding = YIELDING;
                 level.begin_anew();
             }
+            Outcome::Failed(..) if level.cut() => {}
             Outcome::Failed(_, reason) => return Err(no_equilibrium(system, &reason, factor)),
         }
     }
@@ -250,9 +255,14 @@ impl Levels {
         self.reached = self.next().unwrap_or(1.0);
     }
 
+    fn can_cut(&self) -> bool {
+        self.step >= 2.0 * self.limits[1]
+    }
+
     fn cut(&mut self) -> bool {
+        let can = self.can_cut();
         self.step *= 0.5;
-        self.step >= self.limits[1]
+        can
     }
 
     /// Goes on from what was reached in steps as long as the first.

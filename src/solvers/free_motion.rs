@@ -47,6 +47,8 @@ pub struct FreeMotions {
     /// All that supports leave.
     rigid: Vec<RigidMotion>,
     held: Vec<Motion>,
+    /// Number of motions that contact does not resist, held or driven.
+    pub free: usize,
     /// The motion that loads drive.
     pub driven: Option<Driven>,
 }
@@ -79,13 +81,13 @@ impl FreeMotions {
         let size = along.norm();
         let mut driven = None;
         let mut idle = free.clone();
-        if size > allowed && stage.yielding == 0.0 {
+        if size > allowed {
             let way = &free * (&along / size);
-            driven = Some(describe(&rigid, &way, &loads, free.ncols()));
+            driven = Some(describe(&rigid, &way, &loads));
             idle = &free * complement(&(along / size));
         }
         let held = weighed(system, &fields, &idle)?;
-        Ok(Self { rigid, held, driven })
+        Ok(Self { rigid, held, free: free.ncols(), driven })
     }
 
     /// Number of motions that are held.
@@ -158,7 +160,7 @@ impl FreeMotions {
         // What drives the bodies is against what holds them.
         let drive = -DVector::from_vec(products(&rigid, &[&holding]));
         let way = &drive / drive.norm();
-        Ok(Held { motions, force, by: Some(describe(&self.rigid, &way, &drive, fields.len())) })
+        Ok(Held { motions, force, by: Some(describe(&self.rigid, &way, &drive)) })
     }
 }
 

@@ -7,8 +7,6 @@ use crate::dynamics::RigidMotion;
 /// A motion of a body, and the force along it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Driven {
-    /// Number of free motions at that iterate.
-    pub free: usize,
     /// Body and direction.
     pub words: String,
     /// Resultant along or about it.
@@ -63,12 +61,7 @@ impl Held {
 }
 
 /// Body, direction and resultant of a motion with coefficients `way` under the `loads` along each rigid motion.
-pub(super) fn describe(
-    rigid: &[RigidMotion],
-    way: &DVector<f64>,
-    loads: &DVector<f64>,
-    free: usize,
-) -> Driven {
+pub(super) fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVector<f64>) -> Driven {
     let share = |body: usize| -> f64 {
         rigid.iter().zip(way.iter()).filter(|(motion, _)| motion.body == body).map(|(_, c)| c * c).sum()
     };
@@ -93,7 +86,7 @@ pub(super) fn describe(
     let unit = if shifts { "N" } else { "N m" };
     let preposition = if shifts { "along" } else { "about" };
     let words = format!("the {what} '{name}' {preposition} {direction}");
-    Driven { free, words, force: power / size, unit }
+    Driven { words, force: power / size, unit }
 }
 
 /// An axis by name, anything else by its components.
@@ -125,7 +118,7 @@ mod tests {
         let held = |motions, force, by| Held { motions, force, by }.note();
         assert!(held(0, 0.0, None).ends_with("no force was needed"));
         assert!(held(1, 2e-13, None).starts_with("1 free motion was held, and no force was needed: 2.0e-13"));
-        let by = Driven { free: 2, words: "the motion of 'block' along x".to_owned(), force: 3.0, unit: "N" };
+        let by = Driven { words: "the motion of 'block' along x".to_owned(), force: 3.0, unit: "N" };
         let told = held(2, 1e-6, Some(by));
         assert!(told.ends_with("3.000e0 N against the motion of 'block' along x"), "{told}");
         assert!(!told.contains("no force"), "{told}");

@@ -23,7 +23,7 @@ pub struct NewtonSettings {
     pub tolerance: f64,
     /// Most corrections in one solve.
     pub max_iterations: u32,
-    /// Bounds of the linear tolerances, loosest first.
+    /// Bounds of the linear tolerances, firmest first.
     pub linear: [f64; 2],
     /// Search along a correction that does not reduce the residual.
     pub line_search: bool,
@@ -45,8 +45,8 @@ pub struct Monolithic {
     free: FreeMotions,
     /// What carries motions that are held though something resists them.
     carried: Held,
-    /// The motion that was driven at the iterate that was held best.
-    driven: Option<Driven>,
+    /// Number of free motions at the iterate that was held best, and the one that was driven there.
+    firmest: (usize, Option<Driven>),
     /// Krylov iterations, and those within preconditioners, of the first guess of the next solve.
     ahead: [u32; 2],
 }
@@ -72,6 +72,8 @@ impl Monolithic {
     /// Forces along a free motion up to this part of the tolerance are none: all of them together do not keep the balance
     /// from being met.
     const NO_FORCE: f64 = 0.1;
+    /// Before the first iterate: worse than any.
+    const NOT_HELD: (usize, Option<Driven>) = (usize::MAX, None);
     /// No linear solve for a predicted residual is tighter, unless all are.
     const PREDICTED: f64 = 1e-12;
     /// Shortest step along a correction is `2^-HALVINGS`.
@@ -93,7 +95,7 @@ impl Monolithic {
             origin: pattern.like()?,
             free: FreeMotions::default(),
             carried: Held::default(),
-            driven: None,
+            firmest: Self::NOT_HELD,
             ahead: [0; 2],
         })
     }
@@ -118,8 +120,8 @@ impl Monolithic {
         stage: &mut Stage,
         watch: impl FnMut(&IterationReport),
     ) -> Result<Outcome> {
-        (self.free, self.driven) = (FreeMotions::default(), None);
-        Ok(match (self.iterate(system, stage, watch)?, &self.driven) {
+        (self.free, self.firmest) = (FreeMotions::default(), Self::NOT_HELD);
+        Ok(match (self.iterate(system, stage, watch)?, &self.firmest.1) {
             (Outcome::Failed(report, reason), Some(driven)) => {
                 let report = SolveReport { driven: true, ..report };
                 Outcome::Failed(report, format!("{reason}; {}", driven.tell()))
@@ -218,8 +220,8 @@ impl Monolithic {
         let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
         system.jacobian(stage, self.settings.terms, Some(lift))?;
         let tolerance = self.settings.linear[1];
-        let scale = now.scale.max(self.rhs.norm()?);
-        self.release(system, stage, scale)?;
+        // What nothing resists stays where it is: how far loads drive a body is for the corrections, which look where it goes.
+        self.release(system, stage, f64::INFINITY)?;
         let solved = self.solve_held(system, stage, tolerance)?;
         let Some(solved) = solved else { return Ok(false) };
         self.ahead = [self.ahead[0] + solved.iterations, self.ahead[1] + solved.inner];
@@ -249,7 +251,8 @@ impl Monolithic {
             false => self.rhs.copy_from(&self.residual)?,
         }
         self.rhs.scale(-1.0)?;
-        self.release(system, stage, now.scale)?;
+        let allowed = if stage.yielding > 0.0 { Self::CARRIED } else { Self::NO_FORCE * self.target };
+        self.release(system, stage, allowed * now.scale)?;
         let asked = self.forcing.next(now.norm, self.target * now.scale);
         // Stick continued beyond the bound is far out of balance: the solve is to err by no more than it would else.
         let tolerance = match system.predicts() {
@@ -280,17 +283,15 @@ impl Monolithic {
         Ok(solved)
     }
 
-    /// Finds the free motions of a static equilibrium at the assembled matrix, and takes what rounding puts along them
-    /// out of the right side.
-    fn release(&mut self, system: &dyn Dynamics, stage: &Stage, scale: f64) -> Result<()> {
+    /// Finds the free motions of a static equilibrium at the assembled matrix, and takes forces along them that are no
+    /// larger than `allowed` \[N\] out of the right side.
+    fn release(&mut self, system: &dyn Dynamics, stage: &Stage, allowed: f64) -> Result<()> {
         if stage.holding == 0.0 {
             return Ok(());
         }
-        let allowed = Self::NO_FORCE * self.target * scale;
         self.free = FreeMotions::find(system, stage, &self.rhs, allowed)?;
-        let held_less = |driven: &&Driven| self.driven.as_ref().is_none_or(|known| driven.free <= known.free);
-        if let Some(driven) = self.free.driven.as_ref().filter(held_less) {
-            self.driven = Some(driven.clone());
+        if self.free.free <= self.firmest.0 && allowed.is_finite() {
+            self.firmest = (self.free.free, self.free.driven.clone());
         }
         self.free.clear_force(&mut self.rhs)
     }

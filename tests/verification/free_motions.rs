@@ -132,18 +132,18 @@ fn driven(session: &Rc<Session>) {
     let load = |gravity: &str| format!("boundary: {{ weight: {{ on: block, gravity: {gravity} }} }}");
     let told = |text: &str| {
         let free = free::<2>(session, text, NO_FRICTION, 1e-6);
-        (free.held(), free.driven.expect("a load"))
+        (free.held(), free.free, free.driven.expect("a load"))
     };
     // 500 kg.
-    let (held, falls) = told(&case(2, SQUARE, "[0, -1]", "[0, 1]", &load("[0, -10]")));
-    assert_eq!((held, falls.free, &*falls.words), (2, 3, "the motion of 'block' along -y"));
+    let (held, free, falls) = told(&case(2, SQUARE, "[0, -1]", "[0, 1]", &load("[0, -10]")));
+    assert_eq!((held, free, &*falls.words), (2, 3, "the motion of 'block' along -y"));
     assert!((falls.force / 5000.0 - 1.0).abs() < 1e-9, "{falls:?}");
-    let (held, slides) = told(&case(2, SQUARE, "[0, 1.0e-6]", "[0, 1]", &load("[2, -10]")));
-    assert_eq!((held, slides.free, &*slides.words), (0, 1, "the motion of 'block' along x"));
+    let (held, free, slides) = told(&case(2, SQUARE, "[0, 1.0e-6]", "[0, 1]", &load("[2, -10]")));
+    assert_eq!((held, free, &*slides.words), (0, 1, "the motion of 'block' along x"));
     assert!((slides.force / 1000.0 - 1.0).abs() < 1e-9, "{slides:?}");
     let wheel = "boundary: { crank: { on: block.top, traction: { x: 1000 } }, back: { on: block.bottom, traction: { x: -1000 } } }";
-    let (held, turns) = told(&case(2, &SQUARE.replace("0.5]", "1]"), "[0, -1]", "[0, 1]", wheel));
-    assert_eq!((held, turns.free, &*turns.words), (2, 3, "the turn of 'block' about -z"));
+    let (held, free, turns) = told(&case(2, &SQUARE.replace("0.5]", "1]"), "[0, -1]", "[0, 1]", wheel));
+    assert_eq!((held, free, &*turns.words), (2, 3, "the turn of 'block' about -z"));
     assert!((turns.force / 1000.0 - 1.0).abs() < 1e-9, "{turns:?}");
 }
 

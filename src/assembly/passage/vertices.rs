@@ -31,22 +31,24 @@ pub(super) struct Sunk<const D: usize> {
     pub contact: usize,
     /// Behind a facet of the contactor \[m\].
     pub depth: f64,
+    /// The depth that it may have \[m\].
+    pub from: f64,
     /// Length of that facet \[m\].
     pub facet: f64,
     pub place: Point<D>,
 }
 
 impl<const D: usize> Sunk<D> {
-    const WIDTH: usize = 3 + D;
+    const WIDTH: usize = 4 + D;
 
     fn pack(&self, into: &mut Vec<f64>) {
-        into.extend([self.contact as f64, self.depth, self.facet]);
+        into.extend([self.contact as f64, self.depth, self.from, self.facet]);
         into.extend(self.place.iter());
     }
 
     fn unpack(numbers: &[f64]) -> Self {
-        let (contact, depth, facet) = (numbers[0] as usize, numbers[1], numbers[2]);
-        Self { contact, depth, facet, place: Point::from_column_slice(&numbers[3..]) }
+        let (contact, depth, from, facet) = (numbers[0] as usize, numbers[1], numbers[2], numbers[3]);
+        Self { contact, depth, from, facet, place: Point::from_column_slice(&numbers[4..]) }
     }
 }
 
@@ -91,7 +93,7 @@ impl<const D: usize> ContactSystem<D> {
                     let depth = path.sinks(&corners, from, |t| solid.holds(&path, t), far);
                     if let Some(depth) = depth.filter(|_| moving.faces(&vertex, &normal)) {
                         let (facet, place) = (solid.length(), path.end);
-                        sunk.push(Sunk { contact: number, depth, facet, place });
+                        sunk.push(Sunk { contact: number, depth, from, facet, place });
                     }
                 });
             }
@@ -126,6 +128,9 @@ impl<const D: usize> ContactSystem<D> {
                     *touched |= u8::from((point.end - sunk.place).norm() <= sunk.facet);
                 }
             }
+            for (sunk, touched) in all.iter().zip(&mut touched).filter(|(sunk, _)| alike(sunk)) {
+                *touched |= u8::from(self.lies_shallow(sunk, contact, ends));
+            }
         }
         let mut known = vec![0u8; touched.len()];
         world.all_reduce_into(&touched[..], &mut known[..], SystemOperation::max());
@@ -133,6 +138,26 @@ impl<const D: usize> ContactSystem<D> {
         let mut left: Vec<Sunk<D>> = left.map(|(sunk, _)| sunk).collect();
         left.sort_by(|a, b| (a.contact.cmp(&b.contact)).then(b.depth.total_cmp(&a.depth)));
         left
+    }
+
+    /// Whether a vertex lies just below a facet of another contact of the two bodies: over an edge it came in there, and whether
+    /// that facet carries it is for that contact to say.
+    fn lies_shallow(&self, sunk: &Sunk<D>, contact: &Contact<D>, ends: Ends<'_>) -> bool {
+        let (mesh, body) = (&self.local.mesh, self.contacts[sunk.contact].bodies[0]);
+        let vertex = Path { start: sunk.place, end: sunk.place };
+        let surfaces = contact.meeting().into_iter().flat_map(|meeting| meeting.surfaces());
+        let facets =
+            surfaces.zip(contact.bodies).filter(|(_, of)| *of == body).flat_map(|(facets, _)| facets);
+        let (mut nodes, mut shallow) = (Vec::new(), false);
+        for &facet in facets {
+            mesh.facet_nodes(facet, &mut nodes);
+            let path = |node: u32| ends.path(&mesh.points[node as usize].into(), node);
+            parts(mesh.kinds[facet.element as usize].facet_kind(), |part| {
+                let corners = std::array::from_fn(|k| path(nodes[part[k]]));
+                shallow |= vertex.is_over(&corners, sunk.from);
+            });
+        }
+        shallow
     }
 
     /// What a user reads of the vertices of the first contact that has some.
