@@ -59,6 +59,31 @@ fn the_concrete_block_rests_on_its_base() {
     }
 }
 
+/// A block that is a million times as stiff as its stratum rests on it as well: the spring under free bodies is soft beside what carries them,
+/// and a linear solve is asked for what rounding leaves of it.
+#[test]
+fn a_block_rests_on_a_stratum_a_million_times_softer() {
+    let mut text = shipped("concrete-block/case.yml", &COARSE_BLOCK).replace("end: 0.03", "end: 1.0e-3");
+    let stratum = 1.0e6 / 2.3e8;
+    for (as_shipped, scaled) in [
+        ("2.3e10".to_owned(), "1.0e12".to_owned()),
+        ("2.3e8".to_owned(), "1.0e6".to_owned()),
+        ("-9.81".to_owned(), format!("{:e}", -9.81 * stratum)),
+        ("-3.0e5".to_owned(), format!("{:e}", -3.0e5 * stratum)),
+        ("8.0e4 *".to_owned(), format!("{:e} *", 8.0e4 * stratum)),
+        ("compliance: 1.0e-11".to_owned(), "compliance: 1.0e-8".to_owned()),
+    ] {
+        assert!(text.contains(&as_shipped), "{as_shipped}");
+        text = text.replace(&as_shipped, &scaled);
+    }
+    let results = Results::of(&text, 1);
+    let [x, y] = supports_at_rest(&results);
+    assert!((y / (BURDEN * stratum) - 1.0).abs() < 1e-8 && x.abs() < 1e-8 * y, "{x} and {y} N");
+    let settled: Vec<f64> = results.probes("u_y").iter().map(|u| u[0]).collect();
+    // It settles without bending.
+    assert!(settled.iter().all(|u| *u < 0.0 && (u / settled[0] - 1.0).abs() < 1e-5), "{settled:?}");
+}
+
 /// Off the middle of its stratum the block has no equilibrium near by without friction: it is held where it lies, by a small force that is told,
 /// on 1, 2 and 3 ranks alike; on its own mesh and on one that is graded.
 #[test]

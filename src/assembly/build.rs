@@ -235,11 +235,17 @@ pub(super) fn free_bodies<const D: usize>(
     loose.map(|body| FreeBody { body, words: words(body) }).collect()
 }
 
+/// A stiffness is no typical one where the softest side of a contact is softer by more than this,
+const SOFTER: f64 = 1e3;
+/// nor where it is this part of the stiffest, which is near rounding.
+const ABOVE_ROUNDING: f64 = 1e-4;
+
 /// A typical diagonal entry of the stiffness, `E h^(D - 2)` \[N/m\].
 pub(super) fn unit<const D: usize>(model: &Model<D>, extent: f64, local: &LocalMesh<D>) -> f64 {
     let stiffest = model.bodies.iter().map(|body| body.young_modulus).fold(0.0, f64::max);
+    let softest = model.contacts.iter().map(|contact| contact.softer).fold(stiffest, f64::min);
     let size = extent / f64::from(local.index.total.max(1)).powf(1.0 / D as f64);
-    stiffest * size.powi(D as i32 - 2)
+    stiffest.min(SOFTER * softest).max(ABOVE_ROUNDING * stiffest) * size.powi(D as i32 - 2)
 }
 
 /// Longest side of the box around all bodies \[m\].

@@ -9,6 +9,7 @@ use super::ladder::{LinearChoice, Problem, ladder};
 use super::own::{Origin, Own};
 use super::presets::Preset;
 use super::subdomain::Subdomain;
+use super::tried::Tried;
 use super::two_stage::{TwoStage, TwoStageSettings};
 use super::users_options::{beside_the_users, refuse_symmetric_method};
 use crate::dynamics::{ContactCounts, Dynamics, Stage};
@@ -37,27 +38,6 @@ pub struct Fallback {
     pub to: &'static str,
     /// How it failed, in words.
     pub why: String,
-}
-
-/// What became of the preset on one rung.
-struct Tried {
-    iterations: u32,
-    residual: f64,
-    /// Residual that was asked for: the user's option where there is one.
-    tolerance: f64,
-    /// PETSc's word on how it ended.
-    reason: String,
-}
-
-impl Tried {
-    /// The true residual may miss the tolerance by this factor before the solve counts as failed.
-    const SLACK: f64 = 10.0;
-    /// No true residual is asked to be smaller: a factorisation can not do better on a stiff contact.
-    const ROUNDING: f64 = 1e-9;
-
-    fn is_good(&self) -> bool {
-        self.residual <= Self::SLACK * self.tolerance.max(Self::ROUNDING)
-    }
 }
 
 /// Solves with the current preset of the ladder and steps up where that fails.
@@ -353,6 +333,11 @@ impl LinearSolver {
             own.learn(self.fatigue.is_poor());
         }
         let tried = Tried { iterations, residual, tolerance, reason: outcome.reason.to_string() };
+        let tried = if self.preset().iterative {
+            tried
+        } else {
+            tried.at_rounding(matrix, x, &mut self.work, size)?
+        };
         if renew || tried.is_good() {
             return Ok(tried);
         }

@@ -21,6 +21,7 @@ mod progress;
 mod staggered;
 mod strategy;
 mod subdomain;
+mod tried;
 mod two_stage;
 mod users_options;
 mod zone;
