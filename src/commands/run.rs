@@ -65,7 +65,7 @@ pub fn read(session: &Rc<Session>, path: &Path) -> Result<Case> {
 
 fn begin(arguments: &RunArguments) -> Begin {
     match &arguments.restart {
-        None => Begin::Anew,
+        None => Begin::Fresh,
         Some(None) => Begin::Newest,
         Some(Some(path)) => Begin::From(path.clone()),
     }

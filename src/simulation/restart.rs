@@ -12,15 +12,15 @@ use super::journal::Journal;
 use super::pace::{self, Pace};
 use super::place::{Place, inputs};
 use super::resume::Past;
-use super::{Watch, start};
+use super::{Watch, agree, start};
 use crate::assembly::{Balances, ContactSystem, EnergyLedger};
 use crate::case::Case;
 use crate::checkpoint::{self, Store, Table};
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 use crate::model::Model;
-use crate::output::folder::ResultsFolder;
-use crate::output::process::claim;
+use crate::output::folder::{RECORD, ResultsFolder};
+use crate::output::process::{self, claim};
 use crate::output::record::Input;
 use crate::petsc::Session;
 use crate::time::StepControl;
@@ -31,6 +31,8 @@ pub enum Begin {
     /// From the start of the case; an older result is replaced.
     #[default]
     Anew,
+    /// The same, but not where the older result is one of this case that stopped and could go on.
+    Fresh,
     /// From the newest checkpoint of the results folder.
     Newest,
     /// From this checkpoint: in the folder that has its rows, or as a branch in a new one.
@@ -132,7 +134,12 @@ impl Saved {
     /// # Errors
     /// The same on all ranks: there is none, it is damaged, or of another case.
     pub fn find<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<Option<Self>> {
-        if place.begin == Begin::Anew {
+        if place.begin == Begin::Fresh {
+            let rank = session.rank();
+            let own = if rank == 0 { spare(case, place, session.size() as usize) } else { Ok(()) };
+            agree(session.world(), own)?;
+        }
+        if matches!(place.begin, Begin::Anew | Begin::Fresh) {
             return Ok(None);
         }
         let own = if session.rank() == 0 {
@@ -192,6 +199,30 @@ impl Saved {
 const NOTHING_TO_GO_ON_FROM: &str = "there is nothing to go on from: start without --restart, name the folder of the run \
      with --output, or branch off into a new folder by --restart=CHECKPOINT --output NEW";
 
+/// Days of work do not go because a word is left out. Rank 0 only.
+///
+/// # Errors
+/// The results folder has a run of the same case that stopped before its end and left checkpoints.
+fn spare(case: &Case, place: &Place, ranks: usize) -> Result<()> {
+    claim(&place.folder)?;
+    let record = std::fs::read_to_string(place.folder.join(RECORD)).unwrap_or_default();
+    let record: Value = serde_json::from_str(&record).unwrap_or_default();
+    let ended = ["completed", "failed"].contains(&process::verdict(&record));
+    let same = case.digest()? == record["case_sha256"].as_str().unwrap_or_default();
+    let Some((step, _)) = Store::of(&place.folder).list().into_iter().next().filter(|_| same && !ended)
+    else {
+        return Ok(());
+    };
+    let folder = place.folder.display();
+    let text = format!(
+        "{folder}: a run of this case stopped there and can go on from step {step}; nothing was changed"
+    );
+    let on = place.command(ranks);
+    let cure =
+        format!("{on} --restart goes on; to begin anew give another folder, or remove {folder}/checkpoints");
+    Err(Error::file(text).hint(&cure))
+}
+
 /// Path and state of the checkpoint, as text. Rank 0 only.
 fn look<const D: usize>(case: &Case, place: &Place, ranks: usize) -> Result<String> {
     let branches = matches!(place.begin, Begin::From(_)) && ResultsFolder::is_free(&place.folder);
@@ -201,7 +232,7 @@ fn look<const D: usize>(case: &Case, place: &Place, ranks: usize) -> Result<Stri
     }
     let asked = match &place.begin {
         Begin::From(path) => Some(path.as_path()),
-        Begin::Anew | Begin::Newest => None,
+        Begin::Anew | Begin::Fresh | Begin::Newest => None,
     };
     let again = |path: &std::path::Path| format!("{} --restart={}", place.command(ranks), path.display());
     let found = Store::of(&place.folder).find(asked, again)?;

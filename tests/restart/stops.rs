@@ -49,6 +49,14 @@ fn signals_stop_with_a_checkpoint() {
         let name = format!("step-{step:06}.ckpt");
         assert_eq!(checkpoints(&folder.join("out")).last().and_then(|p| p.file_name()), Some(name.as_ref()));
     }
+    // Without the word nothing is lost.
+    let forgotten = compute(&folder, 0, "out", &[]);
+    assert_eq!(forgotten.code, Some(4), "{}", forgotten.stderr);
+    assert!(
+        forgotten.stderr.contains("contact-petsc case.yml --output out --restart goes on"),
+        "{}",
+        forgotten.stderr
+    );
     compute(&folder, 0, "out", &["--restart"]).success();
     assert_eq!(record(&folder.join("out"))["restarts"], 4);
     let apart = apart(&folder.join("whole"), &folder.join("out"));
