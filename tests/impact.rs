@@ -135,6 +135,30 @@ fn collisions_keep_energy_and_momentum() {
     }
 }
 
+/// Cubes that tumble meet with faces, edges and corners, and points press beyond the edges of their facets, where a tangential force
+/// would turn about the normal: both momenta are kept to 1e-10 of what there is, with friction and without.
+#[test]
+fn tumbling_cubes_keep_their_momentum() {
+    let friction = "{ coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e9 } } }";
+    for (changes, rubs) in [(&[][..], true), (&[(friction, "none")][..], false)] {
+        let cubes = Results::of(&shipped("collision/cubes.yml", changes), 1);
+        assert!(cubes.unexplained() < 1e-12, "{}", cubes.unexplained());
+        assert_eq!(cubes.table("energy.csv").last("friction_dissipated") > 1.0, rubs);
+        let pressed = cubes.table("contact.csv").numbers("force_n");
+        assert!(
+            pressed.iter().fold(0.0_f64, |most, f| most.max(*f)) > 500.0 && pressed[pressed.len() - 1] == 0.0
+        );
+        let momentum = cubes.table("momentum.csv");
+        for what in ["linear", "angular"] {
+            let parts = ["x", "y", "z"].map(|axis| momentum.numbers(&format!("{what}_{axis}")));
+            let size = parts.iter().map(|part| part[0] * part[0]).sum::<f64>().sqrt();
+            let drift = |part: &Vec<f64>| part.iter().fold(0.0_f64, |most, p| most.max((p - part[0]).abs()));
+            let drift = parts.iter().map(drift).fold(0.0, f64::max);
+            assert!(size > 0.1 && drift < 1e-10 * size, "{what}, friction {rubs}: {drift} of {size}");
+        }
+    }
+}
+
 /// With mass at its tip the bar keeps its energy all the same, but its force rings.
 #[test]
 fn mass_at_the_tip_rings() {

@@ -1,4 +1,4 @@
-//! Second variations of the normal at a point, and of its gap beyond an edge: what the tangent of a lever needs.
+//! Second variations of the normal at a point, and of its gap, arm and spin beyond an edge: what the tangent of a lever needs.
 
 use super::obstacle::Proximity;
 use crate::tensor::{Tensor, Vector};
@@ -13,8 +13,36 @@ pub struct Curvature<const D: usize> {
     pub(super) turns: [Vec<Tensor<D>>; 2],
     /// What `d^2 g / dz_a dz_b` has besides `c_a dn/dz_b + n dc_a/dz_b`; empty unless beyond an edge \[1/m\].
     pub(super) beyond: Vec<Tensor<D>>,
+    /// Of arm and spin; none where there is no arm.
+    pub(super) spins: Option<Spins<D>>,
     /// The point and the nodes of the target facet.
     pub(super) positions: usize,
+}
+
+/// Variations of the arm of a point beyond an edge in space, and of the spin of its target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spins<const D: usize> {
+    /// `dp/dz_b` \[-\].
+    pub(super) arms: Vec<Tensor<D>>,
+    /// `d/dz_b dw/dz_a` at `a * positions + b` \[1/m^2\].
+    pub(super) turns: Vec<Tensor<D>>,
+}
+
+impl<const D: usize> Spins<D> {
+    /// `dp/dz_b`.
+    pub fn arm(&self, b: usize) -> &Tensor<D> {
+        &self.arms[b]
+    }
+
+    /// `d/dz_b dw/dz_a`.
+    pub fn turn(&self, a: usize, b: usize) -> &Tensor<D> {
+        &self.turns[a * self.arms.len() + b]
+    }
+
+    /// For each position `b` the `d/dz_b sum_a dw/dz_a . field_a`, the field given at the positions.
+    pub fn of_field(&self, field: &[Vector<D>]) -> Vec<Vector<D>> {
+        contract(&self.turns, field)
+    }
 }
 
 impl<const D: usize> Curvature<D> {
@@ -27,7 +55,8 @@ impl<const D: usize> Curvature<D> {
             let bent = hessian * (hessian * t);
             vec![-(bent * normal.transpose() + normal * bent.transpose())]
         };
-        Self { tangents, turns: [turn(&tangents[0]), turn(&tangents[1])], beyond: Vec::new(), positions: 1 }
+        let turns = [turn(&tangents[0]), turn(&tangents[1])];
+        Self { tangents, turns, beyond: Vec::new(), spins: None, positions: 1 }
     }
 
     /// `d/dz_b (dn/dz_a^T t)` for a tangential `t`, in its unit \[1/m^2\].
@@ -57,6 +86,11 @@ impl<const D: usize> Curvature<D> {
             return vec![Vector::zeros(); self.positions];
         }
         contract(&self.beyond, field)
+    }
+
+    /// Variations of arm and spin; none where there is no arm.
+    pub fn spins(&self) -> Option<&Spins<D>> {
+        self.spins.as_ref()
     }
 
     /// The block of the gap beyond an edge; zero over the facet.

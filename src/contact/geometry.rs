@@ -51,6 +51,8 @@ pub struct NodeVariation<const D: usize> {
     pub area: Vector<D>,
     /// `dxi^k/dz_a` \[1/m\]; zero against a rigid obstacle.
     pub coordinates: [Vector<D>; 2],
+    /// `dw/dz_a` \[1/m\] of the spin of the target about the normal; zero where there is no [`arm`](Geometry::arm).
+    pub spin: Vector<D>,
 }
 
 impl<const D: usize> NodeVariation<D> {
@@ -62,6 +64,7 @@ impl<const D: usize> NodeVariation<D> {
             normal: Tensor::zeros(),
             area: Vector::zeros(),
             coordinates: [Vector::zeros(); 2],
+            spin: Vector::zeros(),
         }
     }
 }
@@ -73,6 +76,8 @@ pub struct Geometry<const D: usize> {
     pub gap: f64,
     /// `n`, unit, outward from the target.
     pub normal: Vector<D>,
+    /// `n x (x - x_p)` \[m\]: what the spin of the target moves a point by that lies beyond an edge in space; else zero.
+    pub arm: Vector<D>,
     /// `A`: area that the point stands for \[m per depth in 2D, m^2\].
     pub area: f64,
     /// Contactor nodes, then target nodes.
@@ -81,7 +86,13 @@ pub struct Geometry<const D: usize> {
 
 impl<const D: usize> Default for Geometry<D> {
     fn default() -> Self {
-        Self { gap: f64::INFINITY, normal: Vector::zeros(), area: 0.0, nodes: Vec::new() }
+        Self {
+            gap: f64::INFINITY,
+            normal: Vector::zeros(),
+            arm: Vector::zeros(),
+            area: 0.0,
+            nodes: Vec::new(),
+        }
     }
 }
 
@@ -90,6 +101,7 @@ impl<const D: usize> Geometry<D> {
     pub fn against_obstacle(&mut self, point: &FacetPoint<'_>, proximity: &Proximity<D>) {
         self.gap = proximity.gap;
         self.normal = proximity.normal;
+        self.arm = Vector::zeros();
         self.nodes.clear();
         self.nodes.extend(point.shape.iter().map(|&n| NodeVariation {
             gap: proximity.normal * n,
@@ -102,6 +114,7 @@ impl<const D: usize> Geometry<D> {
     pub fn against_facet(&mut self, point: &FacetPoint<'_>, target: &Projection<D>) {
         self.gap = target.gap;
         self.normal = target.normal;
+        self.arm = target.arm();
         self.nodes.clear();
         let variation = target.by_contactor();
         self.nodes.extend(point.shape.iter().map(|&n| NodeVariation {

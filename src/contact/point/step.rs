@@ -61,11 +61,12 @@ pub struct StepMotion<'a, const D: usize> {
     pub history: &'a History<D>,
 }
 
-/// A field of the nodes as the slip sees it: `sum c_a f_a - g dn`, and what its derivative needs.
+/// A field of the nodes as the slip sees it: `sum c_a f_a - g dn - p w`, and what its derivative needs.
 #[derive(Debug, Clone, Copy)]
 struct Relative<const D: usize> {
     value: Vector<D>,
     turn: Vector<D>,
+    spin: f64,
     along: [Vector<D>; 2],
 }
 
@@ -117,8 +118,12 @@ pub fn respond_over_step<const D: usize>(
     let (middle, history, fields) = (motion.middle, motion.history, &motion.fields);
     let velocity = relative(middle, fields.velocity);
     let half = relative(middle, fields.increment);
-    let increment =
-        Relative { value: half.value * 2.0, turn: half.turn * 2.0, along: half.along.map(|v| v * 2.0) };
+    let increment = Relative {
+        value: half.value * 2.0,
+        turn: half.turn * 2.0,
+        spin: half.spin * 2.0,
+        along: half.along.map(|v| v * 2.0),
+    };
     let project = |field: &Vector<D>| field - middle.normal * middle.normal.dot(field);
     // A point that was open holds no energy, so that its gap is free to be that on the facet where it is now.
     let was_open = history.counted >= 0.0;
@@ -175,8 +180,9 @@ pub fn respond_over_step<const D: usize>(
 
 fn relative<const D: usize>(geometry: &Geometry<D>, field: &[Vector<D>]) -> Relative<D> {
     let turn: Vector<D> = geometry.nodes.iter().zip(field).map(|(node, value)| node.normal * value).sum();
-    let value = geometry.relative(field) - turn * geometry.gap;
-    Relative { value, turn, along: geometry.relative_gradient(field) }
+    let spin: f64 = geometry.nodes.iter().zip(field).map(|(node, value)| node.spin.dot(value)).sum();
+    let value = geometry.relative(field) - turn * geometry.gap - geometry.arm * spin;
+    Relative { value, turn, spin, along: geometry.relative_gradient(field) }
 }
 
 /// Bound, `dt_T/dt_n` and the traction: the bound is that of the penetration under the mean pressure.
@@ -204,15 +210,16 @@ impl<const D: usize> StepResponse<D> {
         self.slopes.is_some()
     }
 
-    /// Adds `A (t_n d_a + (c_a 1 - g dn/dx_a)^T (q + t_T))` to `force[a * D + i]` \[N, per depth in 2D\].
+    /// Adds `A (t_n d_a + (c_a 1 - g dn/dx_a - p (dw/dx_a)^T)^T (q + t_T))` to `force[a * D + i]` \[N, per depth in 2D\].
     pub fn add_force(&self, middle: &Geometry<D>, force: &mut [f64]) {
         if self.slopes.is_none() {
             return;
         }
         let (pressure, tangential) =
             (self.state.normal_traction, self.correction + self.state.friction_traction);
+        let twist = middle.arm.dot(&tangential);
         for (node, force) in middle.nodes.iter().zip(force.chunks_exact_mut(D)) {
-            let lever = node.normal.transpose() * tangential * middle.gap;
+            let lever = node.normal.transpose() * tangential * middle.gap + node.spin * twist;
             let nodal = (node.gap * pressure + tangential * node.coefficient - lever) * middle.area;
             force.iter_mut().zip(nodal.iter()).for_each(|(f, r)| *f += r);
         }

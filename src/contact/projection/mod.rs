@@ -7,6 +7,7 @@
 mod newton;
 mod polynomial;
 mod second;
+mod spin;
 #[cfg(test)]
 mod tests;
 
@@ -234,6 +235,7 @@ impl<const D: usize> Projection<D> {
             normal: variation.normal,
             area: Vector::zeros(),
             coordinates: variation.coordinates,
+            spin: self.spin(gradient),
         }
     }
 

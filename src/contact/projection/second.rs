@@ -13,17 +13,17 @@ use crate::space::reference;
 use crate::tensor::{Tensor, Vector};
 
 /// What the motion of one position changes.
-struct Position<const D: usize> {
+pub(super) struct Position<const D: usize> {
     /// `dxi^k`.
-    coordinates: [Vector<D>; 2],
-    normal: Tensor<D>,
+    pub coordinates: [Vector<D>; 2],
+    pub normal: Tensor<D>,
     /// `do`.
-    offset: Tensor<D>,
+    pub offset: Tensor<D>,
     /// `da_k`.
-    tangents: [Tensor<D>; 2],
+    pub tangents: [Tensor<D>; 2],
     /// `M_,k` and `M_,kl` of a node; zero of the point.
-    gradient: [f64; 2],
-    second: [[f64; 2]; 2],
+    pub gradient: [f64; 2],
+    pub second: [[f64; 2]; 2],
 }
 
 /// Vectors that depend on `t` alone.
@@ -52,6 +52,7 @@ impl<const D: usize> Projection<D> {
             tangents,
             turns: [blocks(&tangents[0]), second],
             beyond: Vec::new(),
+            spins: self.spins(&positions),
             positions: positions.len(),
         };
         if self.place != Place::Interior {

@@ -175,6 +175,8 @@ fn second_variations<const D: usize>() {
                     all.iter().flat_map(|(lever, ..)| lever.iter().copied().collect::<Vec<_>>()).collect();
                 out.extend(flat.iter());
                 out.push(all.iter().map(|(.., gap)| gap).sum());
+                out.extend(p.arm().iter());
+                out.push(p.by_target_nodes().zip(&field[1..]).map(|(v, f)| v.spin.dot(f)).sum());
                 out
             };
             let (turns, gaps) = (curvature.of_turn(&field), curvature.of_gap(&field));
@@ -203,21 +205,58 @@ fn second_variations<const D: usize>() {
                     }
                 }
                 out.push(gap);
+                let (mut arm, mut spin) = (Vector::<D>::zeros(), 0.0);
+                if let Some(spins) = curvature.spins() {
+                    arm = d.iter().enumerate().map(|(b, d)| spins.arm(b) * d).sum();
+                    spin = spins.of_field(&field).iter().zip(&d).map(|(spin, d)| spin.dot(d)).sum();
+                }
+                out.extend(arm.iter());
+                out.push(spin);
                 out
             };
             let direction: Vec<f64> = scatter(z.len(), 31).iter().map(|d| d * 0.01).collect();
             let rate = taylor_rate(value, slope, &z, &direction);
             assert!(rate > 1.9, "{kind:?} {:?} {x:?}: {rate}", here.place);
+            assert_eq!(curvature.spins().is_some(), D == 3 && !here.is_interior());
         }
     }
 }
 
-/// The second variations of the normal along its tangents, and of the gap, have order two, inside and beyond edges and
+/// The second variations of the normal along its tangents, of the gap, and of arm and spin, have order two, inside and beyond edges and
 /// vertices.
 #[test]
 fn second_variations_have_taylor_order_two() {
     second_variations::<2>();
     second_variations::<3>();
+}
+
+/// Gap, normal and spin of a body that turns with the point: nothing, the turn of the normal, and the part of the turn about it.
+#[test]
+fn a_common_rotation_is_told_as_such() {
+    let turn = Vector::<3>::new(0.3, -0.7, 0.4);
+    for kind in facets(3) {
+        let nodes = bent::<3>(kind, 0.1);
+        for (x, _) in places::<3>(kind, -0.2) {
+            let here = Projection::of(&x, kind, &nodes);
+            let point = here.by_contactor();
+            let mut gap = point.gap.dot(&turn.cross(&x));
+            let mut normal = point.normal * turn.cross(&x);
+            let mut spin = 0.0;
+            for (node, y) in here.by_target_nodes().zip(&nodes) {
+                gap += node.gap.dot(&turn.cross(y));
+                normal += node.normal * turn.cross(y);
+                spin += node.spin.dot(&turn.cross(y));
+            }
+            let about = if here.is_interior() { 0.0 } else { turn.dot(&here.normal) };
+            assert!(gap.abs() < 1e-14 && (normal - turn.cross(&here.normal)).norm() < 1e-13, "{kind} {x:?}");
+            assert!((spin - about).abs() < 1e-14, "{kind} {x:?}: {spin} {about}");
+            // What the point moves by besides that of its foot is this rotation of its offset, in its parts.
+            let offset = x - here.point;
+            let told = turn.cross(&here.normal) * here.gap + here.arm() * about;
+            let tangential = |v: Vector<3>| v - here.normal * here.normal.dot(&v);
+            assert!(tangential(turn.cross(&offset) - told).norm() < 1e-13, "{kind} {x:?}");
+        }
+    }
 }
 
 /// On a straight facet the projection is exact, also far away, and gaps are positive outside.

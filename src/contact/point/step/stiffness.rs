@@ -44,12 +44,19 @@ struct Moved<const D: usize> {
     turns: Vec<Tensor<D>>,
     /// `d/dz_b sum_a dg/dz_a . field_a` beyond an edge.
     gaps: Vec<Vector<D>>,
+    /// `d/dz_b sum_a dw/dz_a . field_a`, where there is an arm.
+    spins: Vec<Vector<D>>,
 }
 
 impl<const D: usize> Moved<D> {
     fn new(geometry: &StepGeometry<'_, D>, field: &[Vector<D>]) -> Self {
         let field = geometry.at_positions(field);
-        Self { turns: geometry.curvature.of_turn(&field), gaps: geometry.curvature.of_gap(&field) }
+        let curvature = geometry.curvature;
+        Self {
+            turns: curvature.of_turn(&field),
+            gaps: curvature.of_gap(&field),
+            spins: curvature.spins().map_or_else(Vec::new, |spins| spins.of_field(&field)),
+        }
     }
 }
 
@@ -111,6 +118,12 @@ impl<const D: usize> StepResponse<D> {
                     - lever * tangential * node.gap.transpose();
                 block -= geometry.curvature.of_normal(&tangential, at_a, at_b) * (middle.gap * share);
                 block += geometry.curvature.gap_block(at_a, at_b) * (pressure * share);
+                if let Some(spins) = geometry.curvature.spins() {
+                    let twist =
+                        moved.transpose() * middle.arm + spins.arm(at_b).transpose() * tangential * share_b;
+                    block -= test.spin * twist.transpose()
+                        + spins.turn(at_a, at_b) * (middle.arm.dot(&tangential) * share);
+                }
                 block *= -middle.area;
                 let start = (a * count + b) * D * D;
                 for (i, row) in stiffness[start..start + D * D].chunks_exact_mut(D).enumerate() {
@@ -136,12 +149,18 @@ impl<const D: usize> StepResponse<D> {
         };
         let (middle, terms, node) = (geometry.middle, selection.terms, &geometry.middle.nodes[b]);
         let (position, share) = geometry.position(b);
-        let own = Tensor::identity() * node.coefficient - node.normal * middle.gap;
+        let own = Tensor::identity() * node.coefficient
+            - node.normal * middle.gap
+            - middle.arm * node.spin.transpose();
         // How slip and slip velocity change though the nodes' own do not.
         let carried = |field: &Relative<D>, moved: &Moved<D>, factor: f64| {
             let mut sum = -field.turn * node.gap.transpose();
             for (along, coordinate) in field.along.iter().zip(&node.coordinates) {
                 sum += along * coordinate.transpose();
+            }
+            if let Some(spins) = geometry.curvature.spins() {
+                sum -= spins.arm(position) * (field.spin * share)
+                    + middle.arm * moved.spins[position].transpose() * (share * factor);
             }
             sum - moved.turns[position] * (middle.gap * share * factor)
         };
