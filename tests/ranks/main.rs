@@ -121,7 +121,6 @@ const COLLISIONS: &[Scene] = &[
             ("compliance: 1.0e-10", "compliance: 1.0e-9"),
         ],
     ),
-    scene("collision/cubes.yml", &[("end: 0.008", "end: 0.005")]),
 ];
 
 const CUBES: &[Scene] = &[scene(

@@ -2,10 +2,10 @@
 //!
 //! Let `w(g)` be the potential of the normal law, `g_0` the gap that counts at the end of the last step. Forces along the gradient
 //! `d_a = dg/dx_a` in the middle of the step have neither resultant nor moment about the places there, since the gap does not
-//! change as contactor and target move together as a rigid body; neither have the forces `(c_a 1 - g dn/dx_a)^T t` of a
-//! tangential traction `t`, which belong by virtual work to the slip `s = P (sum_a c_a du_a) - g dn`: its last term, the lever
-//! of the gap, takes common rotations out. The work of the one is `t_n delta`, `delta = sum_a d_a . du_a`, of the other
-//! `t . s`. So momentum leaves sizes free, and the energy settles them. With `tau` the mean of the law's pressure between
+//! change as contactor and target move together as a rigid body; neither have the forces `(c_a 1 - g dn/dx_a - p (dw/dx_a)^T)^T t`
+//! of a tangential traction `t`, which belong by virtual work to the slip `s = P (sum_a c_a du_a) - g dn - p dw`: its last terms, the
+//! levers of the gap and, beyond an edge in space, of the arm `p` on the spin `w` of the target, take common rotations out.
+//! The work of the one is `t_n delta`, `delta = sum_a d_a . du_a`, of the other `t . s`. So momentum leaves sizes free, and the energy settles them. With `tau` the mean of the law's pressure between
 //! `g_0` and `g_1`,
 //!
 //! `t_n = tau (1 + c delta)`, `q = tau c s`, `g_1 = g_0 + delta + c (delta^2 + |s|^2)`
@@ -61,7 +61,7 @@ pub struct StepMotion<'a, const D: usize> {
     pub history: &'a History<D>,
 }
 
-/// A field of the nodes as the slip sees it: `sum c_a f_a - g dn - p w`, and what its derivative needs.
+/// A field of the nodes as the slip sees it: `sum c_a f_a - g dn - p dw`, and what its derivative needs.
 #[derive(Debug, Clone, Copy)]
 struct Relative<const D: usize> {
     value: Vector<D>,
