@@ -199,6 +199,20 @@ impl Keeper {
         }
     }
 
+    /// The error of a run that ends early; where a file could not be written, with the checkpoint to go on from, if there is one.
+    pub fn offered(&self, error: Error) -> Error {
+        let known = error.cause != Cause::File || error.message.contains("--restart");
+        match self.store.list().first().filter(|_| !known) {
+            Some((step, _)) => {
+                let on = &self.command;
+                error.hint(&format!(
+                    "the checkpoint of step {step} is whole: go on from it with\n  {on} --restart"
+                ))
+            }
+            None => error,
+        }
+    }
+
     fn reason(asked: i32) -> &'static str {
         if asked == WALL_TIME { "the wall time is over" } else { Signals::name(asked) }
     }

@@ -81,6 +81,7 @@ pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) ->
         };
         march((&mut system, &mut stage), &mut strategy, case, &mut journal, (watch, &mut keeper))
     });
+    let outcome = outcome.map_err(|error| keeper.offered(error));
     if let Err(error) = &outcome {
         session.meet(error);
     }

@@ -98,6 +98,13 @@ fn a_full_disk_loses_nothing_on_1_and_2_ranks() {
             assert!(full.stderr.contains(words), "no '{words}' in: {}", full.stderr);
         }
         assert_eq!(checkpoints(&out).len(), 1, "{:?}", checkpoints(&out));
+        // So it is told where another file meets it.
+        std::os::unix::fs::symlink("/dev/full", out.join("run.json.part")).expect("a link");
+        let full = compute(&folder, ranks, "out", &["--restart"]);
+        assert_eq!(full.code, Some(4), "{}", full.stderr);
+        for words in ["No space left", "run.json", "the checkpoint of step 10 is whole", "--restart"] {
+            assert!(full.stderr.contains(words), "no '{words}' in: {}", full.stderr);
+        }
         compute(&folder, ranks, "out", &["--restart"]).success();
         same_bits(&folder.join("whole"), &out);
     }
