@@ -68,7 +68,9 @@ fn a_study_is_the_same_on_1_and_2_ranks() {
     assert_eq!(table.numbers("ranks"), [2.0; 6]);
     assert_eq!(table.numbers("reaction error")[0], 0.0);
     assert!(table.numbers("reaction error")[1..5].iter().all(|error| *error > 0.0));
-    assert!(table.numbers("cpu")[..5].iter().chain(&table.numbers("memory")[..5]).all(|cost| *cost > 0.0));
+    assert!(
+        table.numbers("cpu")[..5].iter().chain(&table.numbers("peak memory")[..5]).all(|cost| *cost > 0.0)
+    );
     // A member is an ordinary results folder, with the phases of itself alone: they do not exceed its wall time.
     let record = fs::read_to_string(folders[0].join("out/members/element-quad9_h-0.1/run.json")).unwrap();
     let record: serde_json::Value = serde_json::from_str(&record).unwrap();
@@ -191,4 +193,21 @@ fn a_study_runs_nothing_that_it_should_not() {
         .len(),
         6
     );
+}
+
+/// The memory of a member is that of a run by itself, whatever ran before it.
+#[test]
+fn a_small_member_after_a_large_one_has_its_own_memory() {
+    let text = "case: case.yml\nset: { time.end: 5.0e-4, output: { fields: { every: 0 } } }\nsweep:\n  cells: { key: \
+                bodies.block.mesh.box.cells, values: { large: [120, 120], small: [5, 5] } }\nreference: finest\nquantities:\n  \
+                reaction: { table: reactions.csv, where: { boundary: clamp }, column: \"force_x [N]\", measure: { at: 5.0e-4 } }\n";
+    let peaks = |text: &str| {
+        let folder = folder(text);
+        study(1, &[], &folder).success();
+        Table::read(&folder.join("out/study.csv")).numbers("peak memory")
+    };
+    let [large, small] = peaks(text)[..] else { panic!("two members") };
+    let [alone] = peaks(&text.replace("large: [120, 120], ", ""))[..] else { panic!("one member") };
+    assert!(large > alone + 50.0, "{large} MiB, {alone} MiB");
+    assert!((small - alone).abs() < 6.0, "{small} MiB after a large one, {alone} MiB alone");
 }

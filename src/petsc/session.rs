@@ -86,7 +86,8 @@ impl Session {
         &self.events
     }
 
-    /// Seconds of phases, processor time and the peak of the memory count from now on, for several runs in one process.
+    /// Seconds of phases, processor time and the peak of the memory count from now on, for several runs in one process: what
+    /// ran before and is freed does not count.
     pub fn measure_anew(&self) {
         self.events.borrow().iter().for_each(|event| event.forget());
         self.began.set(usage::user_seconds());

@@ -1,13 +1,21 @@
 //! What Linux tells of this process: memory and processor time that it has used, signals that it ignores.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use nix::sys::resource::{UsageWho, getrusage};
 
-/// Largest memory that this process has held since the start, or since `forget_peak` \[bytes\]; 0 where the system does
-/// not tell.
+/// Largest memory that this process has held since the start, or since `forget_peak` \[bytes\], libraries included; 0 where
+/// the system does not tell.
 pub fn peak_memory() -> u64 {
-    status_bytes("VmHWM:")
+    since(status_bytes("VmHWM:"), NOT_FORGOTTEN.load(Ordering::Relaxed))
+}
+
+/// The peak of an earlier run that the system refused to forget \[bytes\].
+static NOT_FORGOTTEN: AtomicU64 = AtomicU64::new(0);
+
+/// The peak since an earlier one; 0, not known, where it is that one still.
+fn since(peak: u64, earlier: u64) -> u64 {
+    if peak > earlier { peak } else { 0 }
 }
 
 /// Memory that this process holds now \[bytes\]; 0 where the system does not tell.
@@ -23,9 +31,21 @@ pub fn user_seconds() -> f64 {
     })
 }
 
-/// Lets the peak of the memory begin anew at what is held now. Where the system refuses, the old peak stands.
+/// Lets the peak of the memory begin anew at what is in use now, whatever ran before.
 pub(super) fn forget_peak() {
-    let _ = std::fs::write("/proc/self/clear_refs", "5");
+    give_back_what_is_free();
+    if std::fs::write("/proc/self/clear_refs", "5").is_err() {
+        NOT_FORGOTTEN.store(status_bytes("VmHWM:"), Ordering::Relaxed);
+    }
+}
+
+/// The allocator keeps for later what was freed, and what it keeps counts as held.
+fn give_back_what_is_free() {
+    // SAFETY: may be called at any time; what is in use stays where it is.
+    #[cfg(target_env = "gnu")]
+    unsafe {
+        libc::malloc_trim(0);
+    }
 }
 
 /// Whether SIGHUP was ignored when the process began, as under `nohup`.
@@ -61,4 +81,15 @@ fn status_bytes(field: &str) -> u64 {
 fn status(field: &str) -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     status.lines().find_map(|line| line.strip_prefix(field)).unwrap_or_default().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::since;
+
+    /// A peak that the system did not forget is not told as that of a later run, unless that one went beyond it.
+    #[test]
+    fn an_earlier_peak_is_nobody_elses() {
+        assert_eq!([since(7, 0), since(7, 7), since(9, 7)], [7, 0, 9]);
+    }
 }

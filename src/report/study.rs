@@ -57,7 +57,7 @@ pub fn page(folder: &Path, marker: &Value) -> Result<(String, Vec<String>)> {
 
 /// The members by their values, errors and costs; what else is known of them stands in `study.csv`.
 fn members(page: &mut Page, csv: &Csv, axes: &[String]) {
-    let costs = ["cpu [s]", "newton", "steps", "unknowns", "memory [MiB]", "energy drift", "reason"];
+    let costs = ["cpu [s]", "newton", "steps", "unknowns", "peak memory [MiB]", "energy drift", "reason"];
     let is_axis = |name: &&String| axes.contains(name);
     let is_shown = |name: &&String| {
         is_axis(name) || *name == "verdict" || name.ends_with(" error") || costs.contains(&name.as_str())

@@ -51,8 +51,9 @@ pub struct Cost {
     pub cuts: u64,
     /// Unknowns of a step.
     pub unknowns: u64,
-    /// Peaks of the memory of all ranks \[MiB\].
-    pub memory: f64,
+    /// Peaks of the memory of all ranks \[MiB\], as a run of this member by itself has them, libraries included; `None` where a
+    /// rank's is not known.
+    pub memory: Option<f64>,
     /// Ranks.
     pub ranks: u64,
     /// Largest numerical energy over the largest total energy or external work; `None` without a table of energies.
@@ -154,10 +155,17 @@ fn cost(record: &Value, folder: &Path) -> Result<Cost> {
         steps: count("steps"),
         cuts: count("cut_steps"),
         unknowns: count("unknowns"),
-        memory: sum(&record["peak_memory_bytes"]) / f64::from(1 << 20),
+        memory: memory(&record["peak_memory_bytes"]),
         ranks: count("ranks"),
         drift: drift(&folder.join("energy.csv"))?,
     })
+}
+
+/// Sum of the peaks of all ranks \[MiB\], where all are known.
+fn memory(peaks: &Value) -> Option<f64> {
+    let peaks: Vec<f64> = peaks.as_array()?.iter().filter_map(Value::as_f64).collect();
+    let known = !peaks.is_empty() && peaks.iter().all(|peak| *peak > 0.0);
+    known.then(|| peaks.iter().sum::<f64>() / f64::from(1 << 20))
 }
 
 /// Largest energy that the balance leaves over, against the largest of total energy and external work.
