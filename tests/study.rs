@@ -195,6 +195,83 @@ fn a_study_runs_nothing_that_it_should_not() {
     );
 }
 
+/// A member whose case can not be built, or whose mesh is not there or is none, is a row with its reason; the study goes on,
+/// says how many failed, and tries them again once a file has changed, or when asked to.
+#[test]
+fn members_that_can_not_begin_are_rows_on_1_and_2_ranks() {
+    let members = "members:\n  first: {}\n  massless: { bodies.block.mass: redistributed, bodies.block.mesh.box.cells: [4, 1] }\n  \
+                   absent: { bodies.block.mesh: { file: absent.msh } }\n  torn: { bodies.block.mesh: { file: torn.msh } }\n  \
+                   last: { time.step: 1.0e-3 }\n";
+    let quantities = "reference: finest\nquantities:\n  reaction: { table: reactions.csv, where: { boundary: clamp }, column: \
+                      \"force_x [N]\", measure: { at: 0.002 } }\n";
+    for ranks in [1, 2] {
+        let folder = folder(&format!("case: case.yml\n{members}{quantities}"));
+        folder.write("torn.msh", "$MeshFormat\n4.1 0 8\n");
+        let again = |more: &[&str], before: [bool; 5]| {
+            let output = study(ranks, more, &folder).success();
+            let names = ["first", "massless", "absent", "torn", "last"];
+            for (name, before) in names.into_iter().zip(before) {
+                let line = output.stdout.lines().find(|line| line.contains(&format!("] {name}: "))).unwrap();
+                assert_eq!(line.ends_with("(before)"), before, "{line}");
+            }
+            assert!(output.stdout.contains("3 of 5 members failed"), "{}", output.stdout);
+            let table = Table::read(&folder.join("out/study.csv"));
+            assert_eq!(table.texts("verdict"), ["completed", "failed", "failed", "failed", "completed"]);
+            let reasons: Vec<String> = table.texts("reason").into_iter().map(str::to_owned).collect();
+            assert!(reasons[1].contains("mass"), "{reasons:?}");
+            assert!(reasons[2].contains("absent.msh: ") && reasons[3].contains("torn.msh"), "{reasons:?}");
+            reasons
+        };
+        let first = again(&[], [false; 5]);
+        again(&[], [true; 5]);
+        folder.write("absent.msh", "no mesh");
+        let other = again(&[], [true, true, false, true, true]);
+        assert_ne!(first[2], other[2]);
+        again(&["--rerun-failed"], [true, false, false, false, true]);
+        // A folder that is not ours is no matter of one member alone, and a file that could not be written is tried again.
+        let record = folder.join("out/members/torn/run.json");
+        let text = fs::read_to_string(&record).unwrap();
+        fs::write(&record, text.replace("\"unknowns\": 0", "\"unknowns\": 50")).unwrap();
+        again(&[], [true, true, true, false, true]);
+        fs::remove_file(folder.join("out/members/last/run.json")).unwrap();
+        let output = study(ranks, &[], &folder);
+        assert_eq!(output.code, Some(4), "{}", output.stderr);
+        assert!(
+            output.stderr.contains("member last: ") && output.stderr.contains("not a result"),
+            "{}",
+            output.stderr
+        );
+    }
+}
+
+/// A study in which no member can begin has failed as one in which none converges; a signal ends it between members as well.
+#[test]
+fn a_study_without_members_that_begin_ends() {
+    let values: Vec<String> = (100..500).map(|k| format!("{k}: {k}.0e-6")).collect();
+    let text = format!(
+        "case: case.yml\nset: {{ bodies.block.mesh: {{ file: absent.msh }} }}\nsweep: {{ step: {{ key: time.step, values: {{ {} }} }} }}\n\
+         reference: finest\nquantities: {{ a: {{ table: energy.csv, column: \"total [J]\", measure: last }} }}\n",
+        values.join(", ")
+    );
+    let folder = folder(&text);
+    let running = Running::start(0, &["study", "study.yml", "--output", "out"], &folder);
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !folder.join("out/members/step-105/run.json").exists() && Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    running.signal("TERM");
+    let output = running.wait(Duration::from_secs(60));
+    assert_eq!(output.code, Some(7), "{}\n{}", output.stdout, output.stderr);
+    assert!(output.stderr.contains("SIGTERM before member step-"), "{}", output.stderr);
+    let table = Table::read(&folder.join("out/study.csv"));
+    let words = table.texts("verdict");
+    assert!(words[0] == "failed" && words[399] == "waiting", "{words:?}");
+    let output = study(1, &[], &folder);
+    assert_eq!(output.code, Some(5), "{}\n{}", output.stdout, output.stderr);
+    assert!(output.stderr.contains("no member completed"), "{}", output.stderr);
+    assert!(Table::read(&folder.join("out/study.csv")).texts("verdict").iter().all(|word| *word == "failed"));
+}
+
 /// The memory of a member is that of a run by itself, whatever ran before it.
 #[test]
 fn a_small_member_after_a_large_one_has_its_own_memory() {

@@ -19,7 +19,7 @@ use crate::model::Model;
 use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Console, StepLine};
 use crate::output::fields::FieldWriter;
-use crate::output::record::{Balance, Record, Totals, Verdict};
+use crate::output::record::{Balance, Input, Record, Totals, Verdict};
 use crate::output::summary::StartUp;
 use crate::partition::Report;
 use crate::petsc::{Event, Session, blas_threads};
@@ -65,29 +65,8 @@ impl<const D: usize> Journal<D> {
         let lengths = past.as_ref().and_then(|(past, _)| past.lengths());
         let own = if rank == 0 { prepare::<D>(case, place, lengths) } else { Ok((None, Vec::new())) };
         let (tables, inputs) = agree(session.world(), own)?;
-        let mut record = Record {
-            case: case.to_json()?,
-            digest: case.digest()?,
-            inputs,
-            versions: versions(),
-            petsc_options: session.options_at_the_start(),
-            ranks: session.size() as usize,
-            blas_threads: blas_threads(),
-            unknowns: 0,
-            start: SystemTime::now(),
-            totals: Totals::default(),
-            simulated_time: 0.0,
-            wall_seconds: 0.0,
-            phases: Vec::new(),
-            start_phases: Vec::new(),
-            peak_memory: Vec::new(),
-            balance: Balance::default(),
-            penetrations: model.contacts.iter().map(untouched).collect(),
-            held: None,
-            accuracy: None,
-            warnings: Vec::new(),
-            verdict: Verdict::Running,
-        };
+        let mut record = record(session, case, inputs)?;
+        record.penetrations = model.contacts.iter().map(untouched).collect();
         past.iter().for_each(|(past, _)| past.recall(&mut record));
         Ok(Self {
             session: session.clone(),
@@ -296,6 +275,36 @@ impl<const D: usize> Journal<D> {
         options.iter().for_each(|text| self.console.note(text));
         outcome.as_ref().map_or(Ok(()), |()| agree(self.session.world(), written))
     }
+}
+
+/// The record of a run of which nothing is done.
+///
+/// # Errors
+/// A fault of the program.
+pub(super) fn record(session: &Session, case: &Case, inputs: Vec<Input>) -> Result<Record> {
+    Ok(Record {
+        case: case.to_json()?,
+        digest: case.digest()?,
+        inputs,
+        versions: versions(),
+        petsc_options: session.options_at_the_start(),
+        ranks: session.size() as usize,
+        blas_threads: blas_threads(),
+        unknowns: 0,
+        start: SystemTime::now(),
+        totals: Totals::default(),
+        simulated_time: 0.0,
+        wall_seconds: 0.0,
+        phases: Vec::new(),
+        start_phases: Vec::new(),
+        peak_memory: Vec::new(),
+        balance: Balance::default(),
+        penetrations: Vec::new(),
+        held: None,
+        accuracy: None,
+        warnings: Vec::new(),
+        verdict: Verdict::Running,
+    })
 }
 
 /// Whether a run came as far as its solvers, so that what they did not ask for is known.

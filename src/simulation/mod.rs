@@ -14,6 +14,7 @@ mod options;
 mod pace;
 mod parts;
 mod place;
+mod refusal;
 mod remarks;
 mod restart;
 mod resume;
@@ -40,7 +41,9 @@ pub use options::scheme;
 pub use pace::{Memory, Pace};
 pub use parts::parts;
 pub use place::Place;
+pub use refusal::refuse;
 pub use restart::Begin;
+pub use signals::Signals;
 
 use checkpoint::{Keeper, Moment};
 use guard::Guard;
@@ -55,38 +58,68 @@ pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
 /// # Errors
 /// The same on all ranks; what was computed before is kept.
 pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
-    let mut keeper = Keeper::new(session, case, place)?;
-    let model = Model::<D>::new(case)?;
-    let mut saved = Saved::find::<D>(session, case, place)?;
-    let (local, partition) = share_out(session, case, &model)?; // METIS
-    let scheme = options::scheme(&case.time);
-    let linear = options::linear(case);
-    let format = options::format(session, case, &local, &linear)?;
-    let options = SystemOptions { inertia: scheme.has_inertia(), format };
-    let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
-    start::require_reach(&mut system, &model, case)?;
-    pace::limit_penetration(&mut system, case);
-    let mut stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
-    let mut strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
-    if strategy.wants_rigid_body_modes() {
-        system.set_rigid_body_modes()?;
+    Ready::<D>::new(session, case, place)?.run(session, case, place)
+}
+
+/// A run that is ready to begin, of which nothing is written yet.
+pub struct Ready<const D: usize> {
+    keeper: Keeper,
+    model: Model<D>,
+    saved: Option<Saved>,
+    partition: Report,
+    system: ContactSystem<D>,
+    stage: Stage,
+    strategy: Box<dyn Strategy>,
+}
+
+impl<const D: usize> Ready<D> {
+    /// Reads what the case needs and builds the system. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks: what is wrong with the case, or with a file that it names.
+    pub fn new(session: &Rc<Session>, case: &Case, place: &Place) -> Result<Self> {
+        let keeper = Keeper::new(session, case, place)?;
+        let model = Model::<D>::new(case)?;
+        let mut saved = Saved::find::<D>(session, case, place)?;
+        let (local, partition) = share_out(session, case, &model)?; // METIS
+        let scheme = options::scheme(&case.time);
+        let linear = options::linear(case);
+        let format = options::format(session, case, &local, &linear)?;
+        let options = SystemOptions { inertia: scheme.has_inertia(), format };
+        let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
+        start::require_reach(&mut system, &model, case)?;
+        pace::limit_penetration(&mut system, case);
+        let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
+        let strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
+        if strategy.wants_rigid_body_modes() {
+            system.set_rigid_body_modes()?;
+        }
+        saved.as_mut().map_or(Ok(()), |saved| saved.read(&system))?;
+        Ok(Self { keeper, model, saved, partition, system, stage, strategy })
     }
-    saved.as_mut().map_or(Ok(()), |saved| saved.read(&system))?;
-    let mut journal = Journal::open(session, (case, &model), place, saved.as_ref())?;
-    let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
-        let watch = match &saved {
-            None => begin(&mut system, &mut stage, (case, &model), &mut journal) // B_0
-                .map_err(|error| keeper.within_the_start(error))?,
-            Some(saved) => saved.resume(&mut system, &mut stage, (case, &model), &mut journal)?,
-        };
-        march((&mut system, &mut stage), &mut strategy, case, &mut journal, (watch, &mut keeper))
-    });
-    let outcome = outcome.map_err(|error| keeper.offered(error));
-    if let Err(error) = &outcome {
-        session.meet(error);
+
+    /// Runs it and keeps the journal. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks; what was computed before is kept.
+    pub fn run(self, session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
+        let Self { mut keeper, model, saved, partition, mut system, mut stage, mut strategy } = self;
+        let mut journal = Journal::open(session, (case, &model), place, saved.as_ref())?;
+        let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
+            let watch = match &saved {
+                None => begin(&mut system, &mut stage, (case, &model), &mut journal) // B_0
+                    .map_err(|error| keeper.within_the_start(error))?,
+                Some(saved) => saved.resume(&mut system, &mut stage, (case, &model), &mut journal)?,
+            };
+            march((&mut system, &mut stage), &mut strategy, case, &mut journal, (watch, &mut keeper))
+        });
+        let outcome = outcome.map_err(|error| keeper.offered(error));
+        if let Err(error) = &outcome {
+            session.meet(error);
+        }
+        journal.close(&outcome)?;
+        outcome
     }
-    journal.close(&outcome)?;
-    outcome
 }
 
 /// Reads the meshes on rank 0 and gives each rank its part, facets that may touch together. Collective.

@@ -41,15 +41,18 @@ impl Place {
     }
 }
 
+/// Case file and mesh files.
+pub(super) fn files(case: &Case, place: &Place) -> Vec<PathBuf> {
+    let meshes = case.bodies.values().filter_map(|body| match &body.mesh {
+        Mesh::File(file) => Some(case.resolve(&file.file.value)),
+        _ => None,
+    });
+    std::iter::once(place.case_file.clone()).chain(meshes).collect()
+}
+
 /// Case file and mesh files with their hashes.
 pub(super) fn inputs(case: &Case, place: &Place) -> Result<Vec<Input>> {
-    let mut inputs = vec![Input::of(&place.case_file)?];
-    for body in case.bodies.values() {
-        if let Mesh::File(file) = &body.mesh {
-            inputs.push(Input::of(&case.resolve(&file.file.value))?);
-        }
-    }
-    Ok(inputs)
+    files(case, place).iter().map(|path| Input::of(path)).collect()
 }
 
 /// The results folder, made or gone on in, with its tables; and the inputs. Rank 0 only.

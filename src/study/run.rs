@@ -3,19 +3,21 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use mpi::traits::{Communicator, Root};
+use mpi::collective::SystemOperation;
+use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+use serde_json::Value;
 
 use super::advice::{Findings, percent, seconds};
 use super::file::Study;
 use super::folder::{self, Papers};
 use super::plan::{self, Member};
 use super::row::{References, Row, State, record};
-use crate::case::Mesh;
+use crate::case::{Case, Mesh};
 use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::record::Input;
 use crate::petsc::Session;
-use crate::simulation::{self, Place, give_options, take_back_options};
+use crate::simulation::{Place, Ready, Signals, give_options, refuse, take_back_options};
 
 /// How a study is run.
 #[derive(Debug, Clone)]
@@ -69,12 +71,16 @@ impl Planned {
     }
 }
 
+/// What is a matter of one member: what its case says or a file that it names, how it went.
+const OF_A_MEMBER: [Cause; 4] = [Cause::Case, Cause::File, Cause::NotConverged, Cause::Guard];
+
 /// Runs all members that are not done. Collective. Returns what the study comes to, on rank 0.
 ///
 /// # Errors
 /// The same on all ranks: what is no failure of a single member, or that no member completed.
 pub fn run(session: &Rc<Session>, planned: &Planned, options: &Options) -> Result<Vec<String>> {
     let Planned { study, members } = planned;
+    let signals = Signals::listen()?;
     let is_first = session.rank() == 0;
     let root = || -> Result<Option<Ledger>> {
         if !is_first {
@@ -91,11 +97,9 @@ pub fn run(session: &Rc<Session>, planned: &Planned, options: &Options) -> Resul
         let mut is_done = ledger.as_ref().is_some_and(|ledger| ledger.is_done(member));
         session.world().process_at_rank(0).broadcast_into(&mut is_done);
         if !is_done {
-            match compute(session, planned, member, options) {
-                Ok(()) => {}
-                Err(error) if matches!(error.cause, Cause::NotConverged | Cause::Guard) => {}
-                Err(error) => return Err(error.within(&format!("member {}", member.name))),
-            }
+            require_leave(session, &signals, member)?;
+            compute(session, planned, member, options)
+                .map_err(|error| error.within(&format!("member {}", member.name)))?;
         }
         let told = ledger.as_mut().map_or(Ok(()), |ledger| ledger.enter(index, is_done));
         agree(session.world(), told)?;
@@ -104,6 +108,21 @@ pub fn run(session: &Rc<Session>, planned: &Planned, options: &Options) -> Resul
     agree(session.world(), advice)
 }
 
+/// A member listens to signals while it runs; what comes between two is answered here. Collective.
+fn require_leave(session: &Session, signals: &Signals, member: &Member) -> Result<()> {
+    let mut any = 0;
+    session.world().all_reduce_into(&signals.last(), &mut any, SystemOperation::max());
+    if any == 0 {
+        return Ok(());
+    }
+    let text = format!("{} before member {}", Signals::name(any), member.name);
+    Err(Error::stopped(text).hint("the same command goes on from here"))
+}
+
+/// Runs a member, whose results tell how it went. Collective.
+///
+/// # Errors
+/// The same on all ranks: what ends the study.
 fn compute(session: &Rc<Session>, planned: &Planned, member: &Member, options: &Options) -> Result<()> {
     let case = &member.case;
     let case_file = planned.study.source().directory.join(&planned.study.case.value);
@@ -111,15 +130,35 @@ fn compute(session: &Rc<Session>, planned: &Planned, member: &Member, options: &
     session.measure_anew();
     let taken = give_options(session, case)?;
     let outcome = match case.dimension.value {
-        2 => simulation::run::<2>(session, case, &place),
-        _ => simulation::run::<3>(session, case, &place),
+        2 => attempt::<2>(session, case, &place),
+        _ => attempt::<3>(session, case, &place),
     };
     take_back_options(session, &taken)?;
     outcome
 }
 
+fn attempt<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
+    let outcome = match Ready::<D>::new(session, case, place) {
+        Err(error) if OF_A_MEMBER.contains(&error.cause) => return refuse(session, case, place, &error),
+        ready => ready?.run(session, case, place),
+    };
+    match outcome {
+        // What it can not write, others can not either.
+        Err(error) if error.cause != Cause::File && OF_A_MEMBER.contains(&error.cause) => Ok(()),
+        outcome => outcome,
+    }
+}
+
 fn member_folder(folder: &Path, member: &Member) -> PathBuf {
     folder.join("members").join(&member.name)
+}
+
+/// Whether a member failed for a reason that it would meet again. A file that could not be read ends it before its unknowns
+/// are counted, one that could not be written does so later: then there may be room by now.
+fn is_of_its_own(record: &Value) -> bool {
+    let is = |cause: &Cause| record["exit_code"] == *cause as i32;
+    let was_not_written = is(&Cause::File) && record["unknowns"] != 0;
+    OF_A_MEMBER.iter().any(is) && !was_not_written
 }
 
 /// What rank 0 keeps of a study.
@@ -149,19 +188,20 @@ impl<'a> Ledger<'a> {
         let record = record(&member_folder(&self.options.folder, member));
         let ended = match record["verdict"].as_str() {
             Some("completed") => true,
-            Some("failed") => {
-                let code = record["exit_code"].as_i64().unwrap_or(0);
-                let of_its_own = [Cause::NotConverged as i64, Cause::Guard as i64].contains(&code);
-                of_its_own && !self.options.rerun_failed
-            }
+            Some("failed") => !self.options.rerun_failed && is_of_its_own(&record),
             _ => false,
         };
         let inputs = record["inputs"].as_array();
-        let known = |hash: &str| inputs.into_iter().flatten().any(|input| input["sha256"] == hash);
+        let known = |key: &str, word: &str| inputs.into_iter().flatten().any(|input| input[key] == word);
         let same_meshes = || {
             member.case.bodies.values().all(|body| match &body.mesh {
                 Mesh::File(file) => {
-                    Input::of(&member.case.resolve(&file.file.value)).is_ok_and(|input| known(&input.sha256))
+                    let path = member.case.resolve(&file.file.value);
+                    match Input::of(&path) {
+                        Ok(input) => known("sha256", &input.sha256),
+                        // It could not be read then either.
+                        Err(_) => !known("path", &path.display().to_string()),
+                    }
                 }
                 _ => true,
             })
@@ -207,6 +247,13 @@ impl<'a> Ledger<'a> {
         }
         let papers = self.papers();
         papers.write(State::Completed)?;
+        let failed = self.rows.iter().filter(|row| row.state == State::Failed).count();
+        if failed > 0 {
+            self.say(&format!(
+                "{failed} of {} members failed: the reasons stand in study.csv",
+                self.rows.len()
+            ));
+        }
         let advice = papers.advice();
         advice.iter().for_each(|sentence| self.say(sentence));
         self.say(&format!("results in {}", self.options.folder.display()));
