@@ -94,11 +94,21 @@ fn used(output: &Output) -> Vec<String> {
     rows.map(|line| line[4..].split(" used ").next().unwrap_or_default().trim().to_owned()).collect()
 }
 
+/// The line of what a check holds, without the words before it.
+fn holdings(output: &Output) -> &str {
+    output.stdout.lines().find_map(|line| line.split_once("held before the first solve: ")).unwrap().1
+}
+
 /// Matrices, their bytes, vectors, their bytes.
 fn held(output: &Output) -> [usize; 4] {
-    let line = output.stdout.lines().find(|line| line.contains("held before the first solve")).unwrap();
-    let numbers: Vec<usize> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
-    numbers.try_into().unwrap()
+    let numbers: Vec<usize> = holdings(output).split(' ').filter_map(|word| word.parse().ok()).collect();
+    numbers[..4].try_into().unwrap()
+}
+
+/// Bytes of one thing that is held beside matrices and vectors; 0 where it is not.
+fn bytes(output: &Output, name: &str) -> usize {
+    let part = holdings(output).split(", ").find_map(|part| part.strip_prefix(name)?.strip_prefix(" of "));
+    part.map_or(0, |part| part.strip_suffix(" bytes").unwrap().parse().unwrap())
 }
 
 /// Each rung of the ladder uses one thing more, and matrices and vectors that it does not use are not there, on any rank.
@@ -129,6 +139,57 @@ fn unused_matrices_are_not_allocated_on_1_and_2_ranks() {
         folder.write("case.yml", &case);
         let output = run(2, &["check", "case.yml"], &folder).success();
         assert_eq!([held(&output)[0], held(&output)[2]], [matrices, vectors], "{name} on 2 ranks");
+    }
+}
+
+/// What an accuracy keeps is listed and held, each part where it is asked for and nowhere else, on any number of ranks: seven
+/// vectors for the error in time, multipliers for the penetration, and what takes the mass off contact nodes.
+#[test]
+fn what_an_accuracy_keeps_is_listed_on_1_and_2_ranks() {
+    const NAMES: [&str; 3] = [
+        "displacements and errors of earlier steps",
+        "multipliers of contact points",
+        "mass off the nodes of contact surfaces",
+    ];
+    let (statics, dynamics) = (&ladder()[2].case, &ladder()[4].case);
+    let massless = dynamics.replace("    density:", "    mass: redistributed\n    density:");
+    let accuracy = |text: &str| format!("accuracy: {{ slip: none, energy: none, {text} }}\n");
+    let [time, depth] = ["time: 1.0e-3, penetration: none", "time: none, penetration: 1.0e-6"].map(accuracy);
+    let both = accuracy("time: 1.0e-3, penetration: 1.0e-6");
+    let folder = Folder::new("needs-accuracy");
+    for (case, accuracy, expected) in [
+        (dynamics, "", [false; 3]),
+        (dynamics, &time[..], [true, false, false]),
+        (dynamics, &depth[..], [false, true, false]),
+        (dynamics, &both[..], [true, true, true]),
+        (&massless, "", [false, false, true]),
+        (statics, &depth[..], [false, true, false]),
+        (statics, "accuracy: tight\n", [false, true, false]),
+    ] {
+        let [estimates, multipliers, spares] = expected;
+        folder.write("case.yml", &(case.to_owned() + accuracy));
+        for ranks in [0, 2] {
+            let output = run(ranks, &["check", "case.yml"], &folder).success();
+            let listed = used(&output);
+            assert_eq!(
+                NAMES.map(|name| listed.iter().any(|used| used == name)),
+                expected,
+                "{accuracy}{}",
+                output.stdout
+            );
+            let plain = if std::ptr::eq(case, statics) { 8 } else { 12 };
+            assert_eq!(
+                held(&output)[2],
+                plain + if estimates { 7 } else { 0 },
+                "{accuracy}{}",
+                holdings(&output)
+            );
+            // Two numbers a point; a mark and a factor a node.
+            let of_points = bytes(&output, "multipliers");
+            assert!((of_points > 0) == multipliers && of_points.is_multiple_of(16), "{of_points}");
+            let of_nodes = bytes(&output, "marks and factors of masses");
+            assert_eq!(of_nodes >= 9 * (N + 1) * (N + 1), spares, "{of_nodes}");
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::contact::Contact;
+use super::redistribution::Redistribution;
 use super::system::ContactSystem;
 use crate::contact::friction::Regularization;
 use crate::contact::multipliers::Augmentation;
@@ -193,6 +194,12 @@ impl<const D: usize> ContactSystem<D> {
             bodies.iter().map(|&body| self.bodies[body].name().to_owned()).collect()
         };
         self.redistribution.as_ref().map_or_else(Default::default, |mass| mass.bodies().each_ref().map(names))
+    }
+
+    /// Memory on this rank of the multipliers of contact points, and of what takes the mass off them \[bytes\].
+    pub fn bytes(&self) -> [usize; 2] {
+        let multipliers = self.contacts.iter().map(|contact| contact.state.multiplier_bytes()).sum();
+        [multipliers, self.redistribution.as_ref().map_or(0, Redistribution::bytes)]
     }
 
     /// How much stiffer than their laws say the contacts are.

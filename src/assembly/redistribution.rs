@@ -94,6 +94,11 @@ impl Redistribution {
         self.bodies[0].contains(&body)
     }
 
+    /// Memory of marks and factors of the nodes \[bytes\].
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.massless[..]) + size_of_val(&self.factor[..])
+    }
+
     /// The bodies whose mass is redistributed, and those that can not spare what they should.
     pub fn bodies(&self) -> &[BTreeSet<usize>; 2] {
         &self.bodies

@@ -32,6 +32,11 @@ impl<const D: usize> ContactState<D> {
         self.multipliers.way = way;
     }
 
+    /// Memory of the multipliers \[bytes\]; 0 where the law is not augmented.
+    pub fn multiplier_bytes(&self) -> usize {
+        size_of_val(&self.multipliers.offsets[..]) + size_of_val(&self.multipliers.gaps[..])
+    }
+
     /// Whether multipliers are sought by Uzawa's method.
     pub fn seeks_multipliers(&self) -> bool {
         !self.multipliers.offsets.is_empty() && self.multipliers.way == Augmentation::Sought

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::pace::limits_slip;
+use super::pace::{self, limits_slip};
 use super::remarks::{contact_starts, remarks};
 use super::{magnitudes, needs, options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
@@ -39,6 +39,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let wanted = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, wanted)?;
     start::require_reach(&mut system, &model, case)?;
+    pace::limit_penetration(&mut system, case);
     if case.is_static() {
         start::require_supports(&system, &model)?;
     }
@@ -70,9 +71,11 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
         describe_contact(&mut text, (contact, law), (&model.bodies, &sizes), case);
     }
     let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
-    text.push_str(&needs::table(&needs::needs(case, &model, (&system, &solvers))));
-    text.push_str(&needs::held(world));
-    drop(stage);
+    let past = pace::kept(case, system.pattern_vector())?;
+    let needs = needs::needs(case, &model, (&system, &solvers), past.is_some());
+    text.push_str(&needs::table(&needs));
+    text.push_str(&needs::held(world, &system));
+    drop((stage, past));
     let notes = remarks(&system, &watched).into_iter().chain(magnitudes::remarks(&system, &model));
     let notes = notes.chain(options::remarks(case));
     notes.for_each(|remark| text.push_str(&format!("note: {remark}\n")));

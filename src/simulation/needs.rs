@@ -75,11 +75,12 @@ impl Traits {
     }
 }
 
-/// All that a case may need, in the order of (3.5), then what holds it.
+/// All that a case may need, in the order of (3.5), then what holds it; `estimates` where the error in time is watched.
 pub fn needs<const D: usize>(
     case: &Case,
     model: &Model<D>,
     (system, solvers): (&ContactSystem<D>, &[&Preset]),
+    estimates: bool,
 ) -> Vec<Need> {
     let t = Traits::new(case, model, system);
     let every = case.output.fields.every.value;
@@ -138,6 +139,15 @@ pub fn needs<const D: usize>(
             "stick memory (tractions of the last step)",
             friction(t.memory || t.staggered, "elastic stick, or stages that hold it"),
         ),
+        ("multipliers of contact points", multipliers(case, &t, system)),
+        ("mass off the nodes of contact surfaces", massless(&t, system)),
+        (
+            "displacements and errors of earlier steps",
+            match case.accuracy.as_ref().is_some_and(|accuracy| accuracy.time.is_some()) {
+                true => either(estimates, "accuracy.time", "the scheme makes no error in time"),
+                false => (false, "no accuracy.time".to_owned()),
+            },
+        ),
         ("second stage (3.7)", either(t.staggered, "strategy: staggered", "strategy: monolithic")),
         ("search and exchange of facets", either(t.deformable, "a target that deforms", "no target deforms")),
         (
@@ -150,6 +160,30 @@ pub fn needs<const D: usize>(
     rows.into_iter().map(|(name, (used, why))| Need { name, used, why }).collect()
 }
 
+/// Whether contact points have multipliers.
+fn multipliers<const D: usize>(case: &Case, t: &Traits, system: &ContactSystem<D>) -> (bool, String) {
+    let asked = case.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some());
+    let why = match (t.contact, asked, system.smallest_tolerance().is_some()) {
+        (false, ..) => "no contact",
+        (_, false, _) => "no accuracy.penetration",
+        (.., false) => "laws and scheme keep their own penetration",
+        _ if t.dynamic => "accuracy.penetration, where the penalty becomes stiffer",
+        _ => "accuracy.penetration",
+    };
+    (system.smallest_tolerance().is_some(), why.to_owned())
+}
+
+/// Whether nodes in contact have no mass.
+fn massless<const D: usize>(t: &Traits, system: &ContactSystem<D>) -> (bool, String) {
+    let [bodies, _] = system.redistributed();
+    let why = match (bodies.is_empty(), t.dynamic) {
+        (false, _) => format!("of {}", bodies.join(", ")),
+        (_, true) => "no body has its mass redistributed".to_owned(),
+        (_, false) => "the static scheme".to_owned(),
+    };
+    (!bodies.is_empty(), why)
+}
+
 /// The needs as lines of a table.
 pub fn table(needs: &[Need]) -> String {
     let mut text = String::from("needs:\n");
@@ -160,15 +194,23 @@ pub fn table(needs: &[Need]) -> String {
     text
 }
 
-/// What the program holds at present for the case: matrices and vectors, over all ranks. Collective.
-pub fn held(world: &impl CommunicatorCollectives) -> String {
+/// What the program holds at present for the case: matrices and vectors, and what contact points and nodes have beside them
+/// where the case asks for it, over all ranks. Collective.
+pub fn held<const D: usize>(world: &impl CommunicatorCollectives, system: &ContactSystem<D>) -> String {
     let (matrices, vectors) = (census(Kind::Matrix), census(Kind::Vector));
-    let own = [matrices.count, matrices.bytes, vectors.count, vectors.bytes];
-    let (mut most, mut sum) = ([0u64; 4], [0u64; 4]);
+    let [multipliers, masses] = system.bytes().map(|bytes| bytes as u64);
+    let own = [matrices.count, matrices.bytes, vectors.count, vectors.bytes, multipliers, masses];
+    let (mut most, mut sum) = ([0u64; 6], [0u64; 6]);
     world.all_reduce_into(&own[..], &mut most[..], SystemOperation::max());
     world.all_reduce_into(&own[..], &mut sum[..], SystemOperation::sum());
-    format!(
-        "held before the first solve: {} matrices of {} bytes, {} vectors of {} bytes, PETSc's own aside\n",
+    let mut text = format!(
+        "held before the first solve: {} matrices of {} bytes, {} vectors of {} bytes",
         most[0], sum[1], most[2], sum[3]
-    )
+    );
+    for (name, bytes) in [("multipliers", sum[4]), ("marks and factors of masses", sum[5])] {
+        if bytes > 0 {
+            let _ = write!(text, ", {name} of {bytes} bytes");
+        }
+    }
+    text + ", PETSc's own aside\n"
 }

@@ -6,16 +6,19 @@ mod shortest;
 mod watch;
 
 use super::journal::Journal;
+use super::options;
 use crate::assembly::{Asked, ContactSystem, Energies};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::model::Model;
+use crate::petsc::Vector;
 use crate::solvers::SolveReport;
 use crate::time::StepControl;
 
 pub use watch::Memory;
 
+use past::Past;
 use watch::Watch;
 
 /// What watches the errors of a run; without `accuracy` in the case it is nothing, and costs nothing.
@@ -54,6 +57,16 @@ pub fn control<const D: usize>(case: &Case, model: &Model<D>, start: f64) -> Ste
 pub fn limits_slip(case: &Case) -> bool {
     let conserves = matches!(case.time.scheme.value, crate::case::Scheme::Conserving);
     case.accuracy.as_ref().is_some_and(|accuracy| accuracy.value.slip.is_some()) && !conserves
+}
+
+/// What the estimate of the error in time keeps of earlier steps, with the layout of `pattern`; nothing where the case asks
+/// for no such accuracy.
+///
+/// # Errors
+/// When PETSc can not allocate.
+pub fn kept(case: &Case, pattern: &Vector) -> Result<Option<Past>> {
+    let estimates = adapts(case) && options::scheme(&case.time).local_error().is_some();
+    if estimates { Past::new(pattern).map(Some) } else { Ok(None) }
 }
 
 impl Pace {

@@ -107,7 +107,7 @@ impl Watch {
         let scheme = options::scheme(&case.time);
         let budget = |part: Option<Number>| part.map(|part| Budget::new(part.si));
         let adapts = accuracy.time.is_some() && scheme.local_error().is_some();
-        let past = if adapts { Some(Past::new(&stage.start.u)?) } else { None };
+        let past = super::kept(case, &stage.start.u)?;
         let closed = system.contact_summaries().iter().map(|contact| contact.zone.points as u64).sum();
         let mut watch = Self {
             accuracy,
