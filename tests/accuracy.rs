@@ -307,3 +307,22 @@ fn a_first_guess_does_not_make_points_slip() {
     let (steps, newton) = (results.table("probes.csv").len(), results.newton());
     assert!(100 * newton < 113 * steps, "{newton} iterations in {steps} steps");
 }
+
+/// Multipliers may leave no penetration at all: a contact is then closed by its force, which is the load, and nobody is told that
+/// it never closed.
+#[test]
+fn contact_without_penetration_is_no_open_one() {
+    let text = shipped("patch/plane.yml", &[]) + "accuracy: tight\n";
+    for ranks in [1, 2] {
+        let results = Results::of(&text, ranks);
+        let record = std::fs::read_to_string(results.0.join("out/run.json")).expect("a record");
+        let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+        let contacts = record["penetration"].as_array().expect("contacts");
+        assert!(contacts.iter().any(|contact| contact["deepest"] == 0.0), "{contacts:?}");
+        assert!(
+            contacts.iter().all(|contact| contact["force"].as_f64().is_some_and(|force| force > 1e4)),
+            "{contacts:?}"
+        );
+        assert!(!record["warnings"].to_string().contains("closed"), "{}", record["warnings"]);
+    }
+}

@@ -59,10 +59,20 @@ pub struct Phase {
 pub struct Penetration {
     /// Name in the case.
     pub contact: String,
-    /// Largest penetration of any point in any step \[m\]; 0 where it never closed.
+    /// Largest penetration of any point in any step \[m\]; 0 also where multipliers hold the surfaces exactly.
     pub deepest: f64,
+    /// Largest normal force in any step \[N\]; 0 where it never closed.
+    #[serde(default)]
+    pub force: f64,
     /// The one that the user asked for \[m\], where he gave one.
     pub asked: Option<f64>,
+}
+
+impl Penetration {
+    /// Whether the surfaces met in any step.
+    pub fn has_closed(&self) -> bool {
+        self.deepest > 0.0 || self.force > 0.0
+    }
 }
 
 /// What held bodies that supports alone do not hold, in the static equilibrium of the start or in steps of statics.

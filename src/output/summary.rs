@@ -144,8 +144,8 @@ pub(super) fn summary(record: &Record) -> String {
 
 impl fmt::Display for Penetration {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { contact, deepest, asked } = self;
-        match (*deepest > 0.0, asked) {
+        let Self { contact, deepest, asked, .. } = self;
+        match (self.has_closed(), asked) {
             (false, _) => write!(f, "{contact}: never closed"),
             (true, None) => write!(f, "{contact}: deepest penetration {deepest:.3e} m"),
             (true, Some(asked)) => {
@@ -260,8 +260,9 @@ mod tests {
             balance: Default::default(),
             warnings: vec![],
             penetrations: vec![
-                Penetration { contact: "sole".into(), deepest: 4e-5, asked: Some(5e-5) },
-                Penetration { contact: "heel".into(), deepest: 0.0, asked: None },
+                Penetration { contact: "sole".into(), deepest: 4e-5, force: 7.0, asked: Some(5e-5) },
+                Penetration { contact: "heel".into(), deepest: 0.0, force: 0.0, asked: None },
+                Penetration { contact: "toe".into(), deepest: 0.0, force: 9.0, asked: Some(1e-6) },
             ],
             verdict: Verdict::Failed { reason: "x".into(), code: 5 },
         };
@@ -274,6 +275,8 @@ mod tests {
         );
         assert!(text.contains("sole: deepest penetration 4.000e-5 m, asked for 5.000e-5 m\n"), "{text}");
         assert!(text.contains("heel: never closed\n"), "{text}");
+        // Multipliers hold it exactly.
+        assert!(text.contains("toe: deepest penetration 0.000e0 m, asked for 1.000e-6 m\n"), "{text}");
         assert!(text.contains("\n  fallbacks 2 of the linear solver"), "{text}");
         assert!(text.contains("128 MiB on the largest of 2 ranks"));
         let table: Vec<&str> = text.lines().skip_while(|line| !line.contains("phase")).collect();

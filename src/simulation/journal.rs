@@ -223,6 +223,7 @@ impl<const D: usize> Journal<D> {
         let zones = system.contact_summaries();
         for (penetration, summary) in self.record.penetrations.iter_mut().zip(&zones) {
             penetration.deepest = penetration.deepest.max(summary.zone.max_penetration);
+            penetration.force = penetration.force.max(summary.zone.normal_force);
         }
         let reactions = system.reactions(ledger.reactions());
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {

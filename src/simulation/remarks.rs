@@ -17,13 +17,13 @@ const MOST_NODES_BETWEEN_NODES: f64 = 1.85;
 
 /// A contact before anything has touched.
 pub(super) fn untouched<const D: usize>(contact: &Contact<D>) -> Penetration {
-    Penetration { contact: contact.name.clone(), deepest: 0.0, asked: contact.penetration }
+    Penetration { contact: contact.name.clone(), deepest: 0.0, force: 0.0, asked: contact.penetration }
 }
 
 /// What a user should know of a contact that did not do what it was meant for.
 pub(super) fn warning(contact: &Penetration) -> Option<String> {
     let name = &contact.contact;
-    if contact.deepest <= 0.0 {
+    if !contact.has_closed() {
         return Some(format!("warning: contact '{name}' never closed: its surfaces did not meet"));
     }
     let asked = contact.asked.filter(|asked| contact.deepest > *asked)?;

@@ -52,7 +52,7 @@ impl Past {
         record.start = UNIX_EPOCH + Duration::from_secs(self.start);
         for known in &mut record.penetrations {
             let before = self.penetrations.iter().find(|before| before.contact == known.contact);
-            known.deepest = before.map_or(0.0, |before| before.deepest);
+            (known.deepest, known.force) = before.map_or((0.0, 0.0), |before| (before.deepest, before.force));
         }
     }
 
