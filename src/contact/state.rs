@@ -191,7 +191,10 @@ impl<const D: usize> ContactState<D> {
         for ((track, (point, history)), counts) in self.track.iter_mut().zip(points).zip(counts) {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
-            let flipped = track.reversed(point) || (self.doubtful && track.is_thrown_off(history, point));
+            // A point that slips all the same after a correction that took the guess for thrown off has turned back.
+            let answered = self.doubtful && track.flipped;
+            let thrown_off = self.doubtful && track.is_thrown_off(history, point);
+            let flipped = thrown_off || (!answered && track.reversed(point));
             if *counts {
                 changes.closed += usize::from(point.is_closed());
                 changes.changed += usize::from(changed);
@@ -307,6 +310,9 @@ mod tests {
         assert_eq!(state.iterate(&[true; 3]).flipped, 1);
         let branch = |p| state.manner(p, Hold::Nothing, Branches::Predicted).branch;
         assert_eq!([0, 1, 2].map(branch), [Branch::Stick, Branch::Actual, Branch::Actual]);
+        // Stick was tried, and the point slips on as in the last step: it is not tried again.
+        state.current[0] = slipping(1.0);
+        assert_eq!(state.iterate(&[true; 3]).flipped, 0);
     }
 
     /// Points that open and close in turn are a two-cycle; points that settle are not.

@@ -210,8 +210,28 @@ fn newton_tolerance(case: &Case) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::Linear;
+    use super::newton_tolerance;
+    use crate::case::{Case, Linear};
     use crate::solvers::PRESETS;
+
+    /// Newton's tolerance is a tenth of the error in time that is asked for, a thousandth at most, unless it is given.
+    #[test]
+    fn newton_follows_the_error_in_time() {
+        let text = include_str!("../../meshes/sliding-block/case.yml");
+        let tolerance = |more: &str| {
+            let case = Case::parse(&format!("{text}{more}"), "case.yml");
+            newton_tolerance(&case.expect("a case"))
+        };
+        let asked = |time: &str| tolerance(&format!("accuracy: {{ time: {time} }}\n"));
+        for (time, expected) in
+            [("1e-1", 1e-3), ("1e-2", 1e-3), ("1e-3", 1e-4), ("1e-4", 1e-5), ("none", 1e-9)]
+        {
+            assert!((asked(time) / expected - 1.0).abs() < 1e-12, "{time}: {:e}", asked(time));
+        }
+        assert_eq!(tolerance(""), 1e-9);
+        let given = "solver: { newton: { tolerance: 1e-7 } }\naccuracy: { time: 1e-3 }\n";
+        assert_eq!(tolerance(given), 1e-7);
+    }
 
     /// A case can name every linear solver there is, and no other; both agree on what needs symmetry.
     #[test]

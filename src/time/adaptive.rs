@@ -1,7 +1,9 @@
 //! Steps as long as the errors allow, landing on given instants.
 //!
 //! What a step adds to an error is compared with its share of what may be added until the end
-//! ([`Budget`](super::Budget)); the next step follows by a proportional and integral control (Gustafsson 1991). A contact
+//! ([`Budget`](super::Budget)); the next step is the one at which the mean of the last errors would be nine tenths of that: the error
+//! of an oscillation comes and goes within its period, and steps that follow it vary for nothing. They lie on a
+//! grid of lengths, the nearest is taken, and so small changes of the error leave the step as it is. A contact
 //! that opens or closes makes the velocity jump: such a step is an event, for which a lump of the budget may be spent, and
 //! the estimate begins anew behind it, so that the jump does not drive the step to nothing.
 
@@ -35,7 +37,8 @@ pub struct Adaptive {
     wish: f64,
     /// The shortest step after failures.
     floor: f64,
-    last_ratio: f64,
+    /// Mean of the last errors over what they might be and over the power of the step that they fall with.
+    density: Option<f64>,
     /// Where the step that was judged ends.
     landing: Option<f64>,
     /// Steps that shall not grow.
@@ -47,12 +50,12 @@ pub struct Adaptive {
 impl Adaptive {
     /// Errors shorten a step down to this part of the largest, no further.
     const SMALLEST: f64 = 1.0 / 1024.0;
-    /// The control aims at this part of what is allowed.
+    /// Steps aim at this part of what is allowed, as errors are more likely to grow at once than to fall.
     const AIM: f64 = 0.9;
     /// A step is repeated where it exceeds what is allowed by this factor; less is made up for by the next ones.
     const PATIENCE: f64 = 2.0;
-    const INTEGRAL: f64 = 0.7;
-    const PROPORTIONAL: f64 = 0.4;
+    /// Weight of the newest error in the mean.
+    const NEWEST: f64 = 0.3;
     const GROWTH: f64 = 2.0;
     const SHRINKAGE: f64 = 0.2;
     /// Steps are wished for in this part of an octave, so that rounding does not tell ranks apart.
@@ -76,7 +79,7 @@ impl Adaptive {
             smallest,
             wish: largest,
             floor: smallest * 0.5f64.powi(max_cuts.min(30) as i32),
-            last_ratio: 1.0,
+            density: None,
             landing: None,
             hold: 0,
             cuts: 0,
@@ -140,22 +143,25 @@ impl Adaptive {
     pub fn judge(&mut self, judgement: &Judgement) -> bool {
         let dt = self.dt();
         let Judgement { ratio, order, event, ease } = *judgement;
-        let ratio = ratio.max(1e-6) / Self::AIM;
-        if ratio * Self::AIM > Self::PATIENCE && dt > self.smallest * (1.0 + 1e-9) {
+        let ratio = ratio.max(1e-6);
+        if ratio > Self::PATIENCE && dt > self.smallest * (1.0 + 1e-9) {
             self.rejected += 1;
-            self.wish = self.grained(dt * ratio.powf(-1.0 / order).clamp(Self::SHRINKAGE, 0.7));
-            self.last_ratio = 1.0;
+            self.wish = self.grained(dt * (Self::AIM / ratio).powf(1.0 / order).clamp(Self::SHRINKAGE, 0.7));
+            self.density = None;
             self.hold = 1;
             return false;
         }
         self.landing = Some(self.end_of_step());
-        let control = ratio.powf(-Self::INTEGRAL / order) * self.last_ratio.powf(Self::PROPORTIONAL / order);
+        let held = event || self.hold > 0;
+        let newest = ratio / Self::AIM / dt.powf(order);
+        let density = self.density.map_or(newest, |mean| mean + Self::NEWEST * (newest - mean));
+        let control = density.powf(-1.0 / order) / dt;
+        // What an event leaves behind is compared with a lump of the budget, and says nothing of what follows.
+        self.density = (!held).then_some(density);
         // A step that was shortened to end at an instant says little against the longer one.
         let longest = Self::GROWTH.max(self.wish / dt).min(ease.max(0.5));
-        let held = event || self.hold > 0;
         let factor = control.clamp(Self::SHRINKAGE, if held { 1.0f64.min(longest) } else { longest });
         self.hold = if event { 2 } else { self.hold.saturating_sub(1) };
-        self.last_ratio = ratio;
         self.wish = match held && factor == 1.0 {
             true => self.wish.min(self.largest),
             false => self.grained(dt * factor),
@@ -163,9 +169,9 @@ impl Adaptive {
         true
     }
 
-    /// A wish on the grid of lengths.
+    /// The length of the grid that is nearest to a wish.
     fn grained(&self, wish: f64) -> f64 {
-        let octaves = (Self::GRAIN * (wish / self.largest).log2() + 1e-6).floor() / Self::GRAIN;
+        let octaves = (Self::GRAIN * (wish / self.largest).log2()).round() / Self::GRAIN;
         (self.largest * octaves.exp2()).clamp(self.smallest, self.largest)
     }
 
@@ -193,6 +199,11 @@ mod tests {
 
     fn judged(ratio: f64) -> Judgement {
         Judgement { ratio, order: 2.0, event: false, ease: f64::INFINITY }
+    }
+
+    /// Whether the next step has this length, up to rounding.
+    fn is_as_long(control: &Adaptive, step: f64) -> bool {
+        (control.dt() / step - 1.0).abs() < 1e-12
     }
 
     /// Every instant that is asked for is the end of a step, to the last digit, and no step is a sliver.
@@ -227,8 +238,57 @@ mod tests {
                 }
             }
         }
-        assert!(last.iter().all(|ratio| (0.6..1.0).contains(ratio)), "{last:?}");
+        assert!(last.iter().all(|ratio| (ratio - Adaptive::AIM.sqrt()).abs() < 0.03), "{last:?}");
         assert!(control.rejected() >= 1 && control.rejected() < 4, "{}", control.rejected());
+    }
+
+    /// The error of an oscillation comes and goes within eight steps; the steps hardly follow it, and use what they aim at.
+    #[test]
+    fn an_error_that_comes_and_goes_leaves_the_step() {
+        let (mut control, scale) = (Adaptive::new([0.0, 1.0], 0.05, &[], 5), 1e-3);
+        let (mut longest, mut shortest, mut used, mut steps) = (0.0f64, 1.0f64, 0.0, 0);
+        while !control.finished() {
+            let ratio = (control.dt() / scale).powi(2)
+                * (1.0 + 0.7 * (std::f64::consts::TAU * control.time() / (8.0 * scale)).sin());
+            let dt = control.dt();
+            if control.judge(&judged(ratio)) {
+                control.succeed();
+                if (0.1..0.99).contains(&control.time()) {
+                    (longest, shortest) = (longest.max(dt), shortest.min(dt));
+                    (used, steps) = (used + ratio, steps + 1);
+                }
+            }
+        }
+        assert!(longest < 1.5 * shortest, "{longest:e}, {shortest:e}");
+        let used = used / f64::from(steps);
+        assert!((used / Adaptive::AIM - 1.0).abs() < 0.1, "{used}");
+    }
+
+    /// Errors that change little leave the step as it is.
+    #[test]
+    fn small_changes_leave_the_step() {
+        let mut control = Adaptive::new([0.0, 1.0], 1e-2, &[], 5);
+        for step in 0..50 {
+            let ratio = Adaptive::AIM * (control.dt() / 2.5e-3).powi(2) * (1.0 + 0.02 * f64::from(step % 3));
+            if control.judge(&judged(ratio)) {
+                control.succeed();
+            }
+            assert!(step < 3 || is_as_long(&control, 2.5e-3), "{step}: {}", control.dt());
+        }
+    }
+
+    /// What an event leaves behind is small beside the lump that it is compared with: the step that follows goes by its own error.
+    #[test]
+    fn what_an_event_leaves_behind_says_nothing() {
+        let mut control = Adaptive::new([0.0, 1.0], 0.1, &[], 5);
+        control.judge(&judged(100.0));
+        let step = control.dt();
+        for ratio in [0.2, 1e-3, 1e-3, Adaptive::AIM] {
+            assert!(is_as_long(&control, step), "{ratio}: {}", control.dt());
+            assert!(control.judge(&Judgement { event: ratio == 0.2, ..judged(ratio) }));
+            control.succeed();
+        }
+        assert!(is_as_long(&control, step), "{}", control.dt());
     }
 
     /// Behind an event the step neither grows nor falls to nothing; where no step is small enough the run goes on.
@@ -241,7 +301,7 @@ mod tests {
         control.succeed();
         assert!(control.judge(&judged(1e-3)));
         control.succeed();
-        assert_eq!(control.dt(), step);
+        assert!(is_as_long(&control, step), "{}", control.dt());
         let mut tries = 0;
         while !control.judge(&judged(1e9)) {
             tries += 1;

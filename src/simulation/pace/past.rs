@@ -71,11 +71,16 @@ impl Past {
     }
 
     /// Estimated error of the step in `stage` over the power of its length that it falls with, `dt^(p + 1)`: a derivative
-    /// of the motion \[m/s^(p + 1)\]; `clear` sets it to zero where nothing moves freely.
+    /// of the motion \[m/s^(p + 1)\]; `clear` takes from it what does not count.
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn rate(&mut self, scheme: Scheme, stage: &Stage, clear: impl Fn(&mut Vector)) -> Result<&Vector> {
+    pub fn rate(
+        &mut self,
+        scheme: Scheme,
+        stage: &Stage,
+        clear: impl FnOnce(&mut Vector) -> Result<()>,
+    ) -> Result<&Vector> {
         let instants = [self.instants[1], self.instants[0], stage.start.time, stage.trial.time];
         let weights = weights(scheme.local_error().unwrap_or_default(), &instants, self.known);
         let [near, far] = &self.u;
@@ -85,7 +90,7 @@ impl Past {
         for (weight, field) in weights.iter().zip(fields).filter(|(weight, _)| **weight != 0.0) {
             self.rate.axpy(*weight / stage.dt.powf(scheme.order() + 1.0), field)?;
         }
-        clear(&mut self.rate);
+        clear(&mut self.rate)?;
         Ok(&self.rate)
     }
 
