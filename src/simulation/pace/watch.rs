@@ -89,7 +89,7 @@ impl Watch {
     const SAFETY: f64 = 1.85;
     /// And by this factor more while a body that landed is in contact that its steps do not resolve: what it errs by there it
     /// carries along when it takes off. Measured, 1 to 2.1 over ten scenes (docs/accuracy.md).
-    const CARRIED: f64 = 2.2;
+    const CARRIED: f64 = 2.4;
     /// Part of what another event may add that a landing may: a body that strikes late strikes too deep, and what that sets
     /// swinging has the contact open and close for long.
     const LANDING: f64 = 0.2;
