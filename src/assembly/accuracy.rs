@@ -373,13 +373,13 @@ impl<const D: usize> ContactSystem<D> {
         Ok(self.weighted_square(&ones)? / D as f64)
     }
 
-    /// Takes the part along the contact normal from the entries of nodes in contact that have mass: there they swing on the
-    /// penalty, and their bodies see of it what it moves of the nodes behind. Where most nodes are in contact nothing is
-    /// taken. Collective.
+    /// Sets the entries of prescribed unknowns to zero, and of nodes in contact that have mass the part along the normal: there
+    /// they swing on the penalty, and their bodies see what that moves of the nodes behind. Where most nodes touch it stays. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn clear_swing(&mut self, field: &mut Vector) -> Result<()> {
+    pub fn clear_uncounted(&mut self, field: &mut Vector) -> Result<()> {
+        self.clear_prescribed(field);
         if self.contacts.iter().all(|contact| self.is_calm(contact)) {
             return Ok(());
         }
@@ -397,7 +397,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Sets the entries of prescribed unknowns to zero.
-    pub fn clear_prescribed(&self, field: &mut Vector) {
+    fn clear_prescribed(&self, field: &mut Vector) {
         let mut owned = field.owned_mut();
         let held = self.supports.dofs.constrained.iter();
         owned.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(value, _)| *value = 0.0);

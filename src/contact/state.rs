@@ -153,8 +153,8 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
-    /// Whether slip that turns in the first guess of the next step is taken for an error of the guess: one that goes along a
-    /// curve errs by more than a stick velocity, one that goes on with the velocities of the start does not.
+    /// Whether slip that turns in the first guess is taken for an error of the guess: one that goes along a curve errs by more
+    /// than a stick velocity, one that goes on with the velocities of the start does not.
     pub fn doubt(&mut self, doubtful: bool) {
         self.doubtful = doubtful;
     }
@@ -191,10 +191,9 @@ impl<const D: usize> ContactState<D> {
         for ((track, (point, history)), counts) in self.track.iter_mut().zip(points).zip(counts) {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
-            // A point that slips all the same after a correction that took the guess for thrown off has turned back.
-            let answered = self.doubtful && track.flipped;
-            let thrown_off = self.doubtful && track.is_thrown_off(history, point);
-            let flipped = thrown_off || (!answered && track.reversed(point));
+            // What slips after a correction from stick, by which a guess was mended, has turned back.
+            let flipped = !(self.doubtful && track.flipped) && track.reversed(point)
+                || self.doubtful && track.is_thrown_off(history, point);
             if *counts {
                 changes.closed += usize::from(point.is_closed());
                 changes.changed += usize::from(changed);
@@ -310,7 +309,6 @@ mod tests {
         assert_eq!(state.iterate(&[true; 3]).flipped, 1);
         let branch = |p| state.manner(p, Hold::Nothing, Branches::Predicted).branch;
         assert_eq!([0, 1, 2].map(branch), [Branch::Stick, Branch::Actual, Branch::Actual]);
-        // Stick was tried, and the point slips on as in the last step: it is not tried again.
         state.current[0] = slipping(1.0);
         assert_eq!(state.iterate(&[true; 3]).flipped, 0);
     }

@@ -88,7 +88,7 @@ impl Watch {
     /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
     const SAFETY: f64 = 1.85;
     /// And by this factor more while a body that landed is in contact that its steps do not resolve: what it errs by there it
-    /// carries along when it takes off. Measured, 1 to 2.1 over ten scenes (docs/accuracy.md).
+    /// carries along when it takes off. Measured over ten scenes (docs/accuracy.md).
     const CARRIED: f64 = 2.4;
     /// Part of what another event may add that a landing may: a body that strikes late strikes too deep, and what that sets
     /// swinging has the contact open and close for long.
@@ -340,10 +340,7 @@ impl Watch {
     ) -> Result<f64> {
         let safety = Self::SAFETY * self.carried(system, stage)?;
         let Some(past) = &mut self.past else { return Ok(0.0) };
-        let rate = past.rate(self.scheme, stage, |field| {
-            system.clear_prescribed(field);
-            system.clear_swing(field)
-        })?;
+        let rate = past.rate(self.scheme, stage, |field| system.clear_uncounted(field))?;
         let power = safety * stage.dt.powf(self.scheme.order() + 1.0);
         if jumps {
             self.section = None;
