@@ -183,17 +183,18 @@ impl<const D: usize> ContactState<D> {
     /// Compares the current points with the last iterate and takes them as the new one; a flip makes the next
     /// correction assume stick.
     ///
-    /// Call it once a Newton iteration, after the evaluation whose tangent comes next. `counts[p]` tells which
-    /// points are counted, see [`super::surface::ContactSurface::representative`].
+    /// Call it once a Newton iteration, after the evaluation whose tangent comes next; points with `counts[p]` are counted, see
+    /// [`super::surface::ContactSurface::representative`].
     pub fn iterate(&mut self, counts: &[bool]) -> Changes {
         let mut changes = Changes::default();
         let points = self.current.iter().zip(&self.history);
         for ((track, (point, history)), counts) in self.track.iter_mut().zip(points).zip(counts) {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
-            // What slips after a correction from stick, by which a guess was mended, has turned back.
-            let flipped = !(self.doubtful && track.flipped) && track.reversed(point)
-                || self.doubtful && track.is_thrown_off(history, point);
+            // A point whose guess was mended from stick, and that slips, has turned back.
+            let mended = self.doubtful && track.flipped;
+            let flipped =
+                !mended && track.reversed(point) || self.doubtful && track.is_thrown_off(history, point);
             if *counts {
                 changes.closed += usize::from(point.is_closed());
                 changes.changed += usize::from(changed);
