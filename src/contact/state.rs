@@ -192,9 +192,8 @@ impl<const D: usize> ContactState<D> {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
             // A point whose guess was mended from stick, and that slips, has turned back.
-            let mended = self.doubtful && track.flipped;
-            let flipped =
-                !mended && track.reversed(point) || self.doubtful && track.is_thrown_off(history, point);
+            let [doubts, tried] = [self.doubtful, self.doubtful && track.flipped];
+            let flipped = !tried && track.reversed(point) || doubts && track.is_thrown_off(history, point);
             if *counts {
                 changes.closed += usize::from(point.is_closed());
                 changes.changed += usize::from(changed);
@@ -311,7 +310,7 @@ mod tests {
         let branch = |p| state.manner(p, Hold::Nothing, Branches::Predicted).branch;
         assert_eq!([0, 1, 2].map(branch), [Branch::Stick, Branch::Actual, Branch::Actual]);
         state.current[0] = slipping(1.0);
-        assert_eq!(state.iterate(&[true; 3]).flipped, 0);
+        assert_eq!(state.iterate(&[true; 3]).flipped, 0, "stick was tried");
     }
 
     /// Points that open and close in turn are a two-cycle; points that settle are not.
