@@ -120,6 +120,14 @@ impl Solved {
         record[key].as_u64().expect("a count")
     }
 
+    /// How often an event of PETSc's log took place.
+    fn logged(&self, event: &str) -> u64 {
+        let text = std::fs::read_to_string(self.folder.join("log.txt")).expect("PETSc's log");
+        let words = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+        let mut rows = words.filter(|words| words.first() == Some(&event));
+        rows.find_map(|words| words.get(1)?.parse().ok()).expect("an event that took place")
+    }
+
     #[track_caller]
     fn without_help(self) -> Self {
         assert_eq!(self.count("linear_fallbacks"), 0, "{}{}", self.output.stdout, self.output.stderr);
@@ -218,6 +226,26 @@ fn ranks_may_have_nothing() {
         let found = scene.solved("filtered_amg", ranks, &[]).without_help();
         let apart = found.apart(&expected);
         assert!(apart < 1e-6, "{ranks} ranks: {apart:.1e}");
+    }
+}
+
+/// The factors around the contact serve until a point there does something else: once where all stick, whose iterations do not
+/// grow by it, and with each matrix where points slip, most of which are others each time.
+#[test]
+fn factors_are_kept_while_no_point_changes_on_1_2_ranks() {
+    let log = ["-log_view", ":log.txt"];
+    for ranks in [1, 2] {
+        let press = "displacement: { x: '0.0003 * t', y: 0, z: '-0.001 * t' }";
+        let stuck = Scene { press, ..COARSE }.solved("filtered_amg", ranks, &log).without_help();
+        let [solves, renewals] = ["Solve", "ZoneFactors"].map(|event| stuck.logged(event));
+        assert!(solves >= 2, "{solves} solves");
+        assert_eq!(renewals, 1, "{ranks} ranks, {solves} solves");
+        assert!(stuck.most() <= 12.0, "{ranks} ranks: {} iterations", stuck.most());
+        let press = "displacement: { x: '0.02 * t', y: 0, z: '-0.005 * t' }";
+        let sliding = Scene { press, ..COARSE }.solved("filtered_amg", ranks, &log).without_help();
+        let [solves, renewals] = ["Solve", "ZoneFactors"].map(|event| sliding.logged(event));
+        assert!(renewals > solves / 2, "{ranks} ranks: {renewals} factorisations in {solves} solves");
+        assert!(sliding.most() <= 13.0, "{ranks} ranks: {} iterations", sliding.most());
     }
 }
 

@@ -5,12 +5,12 @@ use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
 use crate::contact::deformable::DeformableContact;
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::obstacle::Obstacle;
-use crate::contact::point::{ContactLaw, Stiffest};
+use crate::contact::point::ContactLaw;
 use crate::contact::rigid::{ContactSink, RigidContact};
 use crate::contact::state::{Changes, ContactState, ForceChange};
 use crate::contact::surface::{ContactSurface, Ownership, Quadrature};
 use crate::contact::target::{TargetFacets, TargetSurface};
-use crate::dynamics::{FrictionMode, Joints};
+use crate::dynamics::FrictionMode;
 use crate::element::ElementSink;
 use crate::error::{Error, Result};
 use crate::mesh::Facet;
@@ -172,14 +172,12 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Stiffness of the springs that stand for it in the matrix of joined bodies, at most \[Pa/m\]. What slides has softer
-    /// ones: multigrid that joins nodes across them ties sliding as well.
-    pub fn joint(&self, friction: FrictionMode, joints: Joints) -> Stiffest {
+    /// Stiffness of the springs that stand for it in the matrix of joined bodies, at most \[Pa/m\]. What slides freely has
+    /// softer ones: multigrid that joins nodes across them ties sliding as well.
+    pub fn joint(&self, friction: FrictionMode) -> f64 {
         const SLIDING: f64 = 0.2;
         let sticks = friction == FrictionMode::AsGiven && self.law().friction.is_some();
-        let sticking = if sticks { self.beneath } else { SLIDING * self.beneath };
-        let slipping = if joints == Joints::Sticking { sticking } else { SLIDING * self.beneath };
-        Stiffest { sticking, slipping }
+        if sticks { self.beneath } else { SLIDING * self.beneath }
     }
 
     /// Its laws, to be changed between steps.

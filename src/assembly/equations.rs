@@ -10,8 +10,7 @@ use super::system::ContactSystem;
 use super::tangent::symmetric;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
-    ContactCounts, Dynamics, ForceChange, Freeze, Joints, Lift, OverStep, Residual, RigidMotion, Shortfall,
-    Stage,
+    ContactCounts, Dynamics, ForceChange, Freeze, Lift, OverStep, Residual, RigidMotion, Shortfall, Stage,
 };
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
@@ -59,8 +58,8 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         self.assemble(stage, terms, Target::Other(matrix), None)
     }
 
-    fn joined_bodies_into(&mut self, stage: &Stage, joints: Joints, matrix: &mut Matrix) -> Result<()> {
-        self.assemble(stage, Terms::BODIES, Target::Joined(matrix, joints), None)
+    fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()> {
+        self.assemble(stage, Terms::BODIES, Target::Joined(matrix), None)
     }
 
     fn matrix(&self) -> &Matrix {

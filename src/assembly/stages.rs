@@ -8,7 +8,7 @@ use super::interface::{Interface, RemoteForce};
 use crate::contact::evaluation::ContactFields;
 use crate::contact::point::PointState;
 use crate::contact::state::{self, Hold, Keep};
-use crate::dynamics::{ForceChange, Freeze, FrictionMode, Joints, Known, Split, Stage};
+use crate::dynamics::{ForceChange, Freeze, FrictionMode, Known, Split, Stage};
 use crate::petsc::{Matrix, Vector};
 use crate::tensor::Vector as Point;
 
@@ -19,7 +19,7 @@ pub enum Target<'a> {
     /// One of the same pattern.
     Other(&'a mut Matrix),
     /// The same, with springs in the place of contact that are no stiffer than the elements beneath it.
-    Joined(&'a mut Matrix, Joints),
+    Joined(&'a mut Matrix),
 }
 
 /// What the contact law is told for this stage.

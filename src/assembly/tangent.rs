@@ -40,10 +40,10 @@ impl<const D: usize> ContactSystem<D> {
         let symmetric = symmetric(contacts, external, stage, terms)
             && (stage.over_step == OverStep::No || self.symmetric_steps);
         let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };
-        let (matrix, joints) = match target {
-            Target::Own => (&mut self.matrix, None),
-            Target::Other(matrix) => (matrix, None),
-            Target::Joined(matrix, joints) => (matrix, Some(joints)),
+        let (matrix, joined) = match target {
+            Target::Own => (&mut self.matrix, false),
+            Target::Other(matrix) => (matrix, false),
+            Target::Joined(matrix) => (matrix, true),
         };
         let inverted = matrix.fill(|values| {
             let tangent = phases.tangent.begin();
@@ -80,7 +80,7 @@ impl<const D: usize> ContactSystem<D> {
                 stiffness: Some(Selection {
                     terms,
                     velocity_shift: shifts.velocity,
-                    joint: joints.map(|joints| contact.joint(stage.friction, joints)),
+                    joint: joined.then(|| contact.joint(stage.friction)),
                 }),
                 hold: hold(stage),
                 branches: Branches::Predicted,

@@ -235,15 +235,6 @@ impl ContactCounts {
     }
 }
 
-/// What the springs in the place of contact are to serve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Joints {
-    /// Bodies that stick to each other: all springs are those of stick.
-    Sticking,
-    /// Bodies that slide on each other: points that slip have softer ones, across which nothing is aggregated.
-    Sliding,
-}
-
 /// A motion of a body as a rigid one that its supports leave.
 pub struct RigidMotion {
     /// Number of the body.
@@ -310,12 +301,12 @@ pub trait Dynamics {
     fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()>;
 
     /// Assembles [`Terms::BODIES`] with springs where contact is closed into a matrix of the system's pattern: of the
-    /// stiffness of `K_CN` and `K_T`, yet no stiffer than the elements beneath them, and softer at points without friction and,
-    /// as `joints` say, at those that slip. Symmetric. Collective.
+    /// stiffness of `K_CN` and `K_T`, yet no stiffer than the elements beneath them, and softer at points without
+    /// friction. Symmetric. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
-    fn joined_bodies_into(&mut self, stage: &Stage, joints: Joints, matrix: &mut Matrix) -> Result<()>;
+    fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()>;
 
     /// The assembled matrix \[N/m\].
     fn matrix(&self) -> &Matrix;

@@ -298,8 +298,11 @@ impl Matrix {
         Ok(worst)
     }
 
-    /// A vector of values in [-1, 1) that depend on the global position alone.
-    fn irregular(&self, seed: u64) -> Result<Vector> {
+    /// A vector of values in [-1, 1) that depend on the seed and the global position alone.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn irregular(&self, seed: u64) -> Result<Vector> {
         let mut vector = Vector::new(&self.session, self.pattern.rows(), self.block_size)?;
         let first = self.pattern.first_row as u64 * self.block_size as u64;
         for (i, value) in vector.owned_mut().iter_mut().enumerate() {

@@ -7,14 +7,14 @@
 //!
 //! The springs are what keeps the iterations from growing with the mesh: without them the cycle parts the bodies, and
 //! what W repairs over its depth of `l` elements of size `h` has the condition `1 + L / (l h)` of two overlapping
-//! subdomains. To long waves a joint as stiff as an element is as good as a rigid one. Where bodies slide, springs of
-//! points that slip are softer and aggregates stay on their side, or the coarse levels would tie what slides. Otherwise
-//! contact changes the springs little, so the hierarchy serves for many iterations and steps; W is a surface, its factors
-//! are renewed with every matrix.
+//! subdomains. To long waves a joint as stiff as an element is as good as a rigid one. Where bodies slide, aggregates stay
+//! on their side, or the coarse levels would tie what slides. Otherwise contact changes the springs little, so the
+//! hierarchy serves for many iterations and steps. The factors of W serve until a node there has got other rows: each
+//! point that does something else than before would cost iterations.
 
 use super::own::{Origin, Own};
 use super::zone::Zone;
-use crate::dynamics::{ContactCounts, Dynamics, Joints, Stage};
+use crate::dynamics::{ContactCounts, Dynamics, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
@@ -51,7 +51,7 @@ struct Bulk {
     krylov: Krylov,
     /// There is no friction at all.
     frictionless: bool,
-    /// Part of the contact points that slips: when its springs were made, and now.
+    /// Part of the contact points that slips: when the hierarchy was made, and now.
     slipping: [f64; 2],
     /// `da/du` and spring of the matrix; `None` before there is one.
     made_for: Option<[f64; 2]>,
@@ -93,7 +93,7 @@ impl Bulk {
     fn new(origin: &Origin, frictionless: bool) -> Result<Self> {
         let slipping = [f64::from(u8::from(frictionless)); 2];
         let mut krylov = Krylov::new(origin.session, Self::PREFIX)?;
-        krylov.configure(&Self::options(Self::joints(slipping[0])))?;
+        krylov.configure(&Self::options(slipping[0]))?;
         let mut matrix = origin.like.like_stored_as(Format::Aij)?;
         matrix.ungroup_rows()?;
         let renewal = Event::register(origin.session, "BulkHierarchy")?;
@@ -111,12 +111,9 @@ impl Bulk {
         })
     }
 
-    /// One cycle.
-    fn options(joints: Joints) -> [(&'static str, &'static str); 4] {
-        let threshold = match joints {
-            Joints::Sticking => Self::THRESHOLD,
-            Joints::Sliding => Self::SLIDING_THRESHOLD,
-        };
+    /// One cycle, where this part of the points slips.
+    fn options(slipping: f64) -> [(&'static str, &'static str); 4] {
+        let threshold = if Self::slides(slipping) { Self::SLIDING_THRESHOLD } else { Self::THRESHOLD };
         [
             ("ksp_type", "preonly"),
             ("pc_type", "gamg"),
@@ -125,8 +122,8 @@ impl Bulk {
         ]
     }
 
-    fn joints(slipping: f64) -> Joints {
-        if slipping > Self::SLIDING { Joints::Sliding } else { Joints::Sticking }
+    fn slides(slipping: f64) -> bool {
+        slipping > Self::SLIDING
     }
 
     /// Hears which part of the points slips.
@@ -165,10 +162,10 @@ impl Bulk {
             self.matrix.diagonal(&mut inertia)?;
         }
         let [made, now] = self.slipping;
-        system.joined_bodies_into(stage, Self::joints(now), &mut self.matrix)?;
+        system.joined_bodies_into(stage, &mut self.matrix)?;
         self.hold_floating(system, &inertia)?;
         // Interpolation across joints that are no longer the same is of no use.
-        self.poor |= (made - now).abs() > Self::SLIDING || Self::joints(made) != Self::joints(now);
+        self.poor |= (made - now).abs() > Self::SLIDING || Self::slides(made) != Self::slides(now);
         self.slipping[0] = now;
         self.made_for = Some(wanted);
         self.changed = true;
@@ -195,7 +192,7 @@ impl Bulk {
         let _running = self.renewal.begin();
         if std::mem::take(&mut self.poor) {
             // Resetting is not enough: PETSc's (3.18) levels keep their sizes.
-            self.krylov.configure(&Self::options(Self::joints(self.slipping[0])))?;
+            self.krylov.configure(&Self::options(self.slipping[0]))?;
         }
         self.krylov.set_operators(&self.matrix, &self.matrix)?;
         self.krylov.set_up()
@@ -237,12 +234,14 @@ impl Own for FilteredAmg {
 
     fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage, reuse: Reuse) -> Result<()> {
         self.zone.observe(system.contact_nodes());
+        // Factors that were kept are renewed first: the hierarchy may not be at fault.
+        let reuse = if self.zone.is_kept() { Reuse::Keep } else { reuse };
         self.bulk.assemble((system, stage), &self.residual, reuse)
     }
 
-    fn prepare(&mut self, matrix: &Matrix, _: Reuse) -> Result<()> {
+    fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
         self.operator = Some(matrix.share()?);
-        self.zone.prepare(matrix)?;
+        self.zone.prepare(matrix, reuse)?;
         self.bulk.prepare()
     }
 

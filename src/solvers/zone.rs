@@ -6,7 +6,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use crate::error::Result;
-use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Operator, Session, SubMatrix, Vector};
+use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Operator, Reuse, Session, SubMatrix, Vector};
 
 /// W of the filtered multigrid. A little larger than the facets in contact need, so that it may stay while they change.
 pub(super) struct Zone {
@@ -19,6 +19,8 @@ pub(super) struct Zone {
     /// Nodes in contact when W was chosen, on all ranks.
     chosen_for: u64,
     solver: Option<Solver>,
+    /// The factors are those of an earlier matrix.
+    kept: bool,
     renewal: Event,
     correction: Event,
 }
@@ -29,6 +31,11 @@ struct Solver {
     krylov: Krylov,
     rhs: Vector,
     solution: Vector,
+    /// A vector without order on W, zero elsewhere, and what the matrix makes of it.
+    sample: Vector,
+    product: Vector,
+    /// The same and the diagonal, on W, of the matrix that the factors are of.
+    made_of: [Vector; 2],
 }
 
 impl Zone {
@@ -53,7 +60,8 @@ impl Zone {
         let renewal = Event::register(session, "ZoneFactors")?;
         let correction = Event::register(session, "ZoneSolve")?;
         let session = Rc::clone(session);
-        Ok(Self { session, layers, touching, covered, chosen_for: 0, solver: None, renewal, correction })
+        let (chosen_for, solver, kept) = (0, None, false);
+        Ok(Self { session, layers, touching, covered, chosen_for, solver, kept, renewal, correction })
     }
 
     /// Takes the owned nodes in contact.
@@ -66,29 +74,43 @@ impl Zone {
         self.solver.is_some()
     }
 
-    /// Factorises the part of `matrix` on W, which is chosen anew where contact has left it. Collective.
+    /// Whether the factors in use are those of an earlier matrix.
+    pub fn is_kept(&self) -> bool {
+        self.kept
+    }
+
+    /// Factorises the part of `matrix` on W, which is chosen anew where contact has left it. Factors of an earlier matrix
+    /// are kept where `reuse` allows it and no node of W has got other rows. Collective.
     ///
     /// # Errors
     /// When PETSc refuses; a zero pivot is told by the solve.
-    pub fn prepare(&mut self, matrix: &Matrix) -> Result<()> {
+    pub fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
         let left = self
             .touching
             .iter()
             .enumerate()
             .any(|(node, touches)| *touches && !self.covered.get(node).copied().unwrap_or(false));
         let count = self.touching.iter().filter(|touches| **touches).count() as u64;
-        let mut total = [0u64; 2];
-        self.session.world().all_reduce_into(&[count, u64::from(left)], &mut total, SystemOperation::sum());
-        let [count, left] = total;
-        if left > 0 || count * Self::SHRUNK < self.chosen_for {
+        let changed = match &mut self.solver {
+            Some(solver) => solver.changed(matrix)?,
+            None => false,
+        };
+        let (mut total, own) = ([0u64; 3], [count, u64::from(left), u64::from(changed)]);
+        self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
+        let [count, left, changed] = total;
+        let anew = left > 0 || count * Self::SHRUNK < self.chosen_for;
+        self.kept = !anew && changed == 0 && reuse == Reuse::Keep && self.is_there();
+        if self.kept {
+            return Ok(());
+        }
+        if anew {
             self.choose(matrix, count)?;
         } else if let Some(solver) = &mut self.solver {
             solver.part.extract(matrix)?;
         }
         let Some(solver) = &mut self.solver else { return Ok(()) };
         let _running = self.renewal.begin();
-        solver.krylov.set_operators(&solver.part, &solver.part)?;
-        solver.krylov.set_up()
+        solver.factorise(matrix)
     }
 
     /// `z += P (P^T K P)^-1 P^T r`; whether it could be done. Collective.
@@ -96,7 +118,7 @@ impl Zone {
     /// # Errors
     /// When PETSc refuses.
     pub fn correct(&mut self, r: &Vector, z: &mut Vector) -> Result<bool> {
-        let Some(Solver { part, krylov, rhs, solution }) = &mut self.solver else { return Ok(true) };
+        let Some(Solver { part, krylov, rhs, solution, .. }) = &mut self.solver else { return Ok(true) };
         let _running = self.correction.begin();
         part.restrict(r, rhs);
         let outcome = krylov.solve(rhs, solution)?;
@@ -124,9 +146,50 @@ impl Zone {
         let part = SubMatrix::new(&self.session, matrix, nodes)?;
         let mut krylov = Krylov::new(&self.session, Self::PREFIX)?;
         krylov.configure(&Self::OPTIONS)?;
-        let (rhs, solution) = (part.vector()?, part.vector()?);
-        self.solver = Some(Solver { part, krylov, rhs, solution });
+        let (mut rhs, solution) = (part.vector()?, part.vector()?);
+        let made_of = [part.vector()?, part.vector()?];
+        // Zero outside of W, so that the product knows no other columns.
+        let mut sample = matrix.irregular(0)?;
+        let product = sample.like()?;
+        part.restrict(&sample, &mut rhs);
+        sample.set(0.0);
+        part.add_to(&rhs, &mut sample);
+        self.solver = Some(Solver { part, krylov, rhs, solution, sample, product, made_of });
         Ok(())
+    }
+}
+
+impl Solver {
+    /// Rows of a node are others when their product with the sample has changed by more than this part of its least diagonal
+    /// entry: less than a point of a facet does that begins to slip, more than a small strain. A penalty that turns with its
+    /// normal matters to what slides, not to what sticks as stiffly.
+    const CHANGED: f64 = 0.1;
+
+    /// Whether the rows of an owned node on W are others than those that the factors are of. Collective.
+    fn changed(&mut self, matrix: &Matrix) -> Result<bool> {
+        matrix.multiply(&self.sample, &mut self.product)?;
+        self.part.restrict(&self.product, &mut self.rhs);
+        let [before, diagonal] = &self.made_of;
+        let (now, before, diagonal) = (self.rhs.owned(), before.owned(), diagonal.owned());
+        let size = matrix.block_size();
+        let mut nodes =
+            now.chunks_exact(size).zip(before.chunks_exact(size)).zip(diagonal.chunks_exact(size));
+        Ok(nodes.any(|((now, before), diagonal)| {
+            let change: f64 = now.iter().zip(before).map(|(now, before)| (now - before).abs()).sum();
+            let softest = diagonal.iter().fold(f64::INFINITY, |least, entry| least.min(entry.abs()));
+            change > Self::CHANGED * softest || change.is_nan()
+        }))
+    }
+
+    /// Factorises the part, and keeps what tells whether the factors are still of the matrix. Collective.
+    fn factorise(&mut self, matrix: &Matrix) -> Result<()> {
+        let [made, diagonal] = &mut self.made_of;
+        matrix.multiply(&self.sample, &mut self.product)?;
+        self.part.restrict(&self.product, made);
+        matrix.diagonal(&mut self.product)?;
+        self.part.restrict(&self.product, diagonal);
+        self.krylov.set_operators(&self.part, &self.part)?;
+        self.krylov.set_up()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use contact_petsc::dynamics::{Dynamics, Freeze, Joints, Known, Split};
+use contact_petsc::dynamics::{Dynamics, Freeze, Known, Split};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::terms::Terms;
 
@@ -66,15 +66,9 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>) {
 
 /// The bodies joined by springs are symmetric, stiffer than the bodies alone, and that where there is contact alone.
 fn joints_are_symmetric<const D: usize>(scene: &mut super::scene::Scene<D>, name: &str) {
-    for joints in [Joints::Sticking, Joints::Sliding] {
-        joints_are_symmetric_for(joints, scene, name);
-    }
-}
-
-fn joints_are_symmetric_for<const D: usize>(joints: Joints, scene: &mut super::scene::Scene<D>, name: &str) {
     let mut joined = scene.system.matrix().like().expect("PETSc");
     let mut bodies = joined.like().expect("PETSc");
-    scene.system.joined_bodies_into(&scene.stage, joints, &mut joined).expect("PETSc");
+    scene.system.joined_bodies_into(&scene.stage, &mut joined).expect("PETSc");
     scene.system.jacobian_into(&scene.stage, Terms::BODIES, &mut bodies).expect("PETSc");
     let asymmetry = joined.asymmetry().expect("PETSc");
     assert!(asymmetry < 1e-13, "{name}: joined bodies have an asymmetry of {asymmetry:.1e}");

@@ -1,24 +1,7 @@
 //! A closed point as springs that multigrid can work with: no stiffer than the elements around them.
 
-use super::Status;
 use crate::contact::geometry::Geometry;
 use crate::tensor::{Tensor, Vector};
-
-/// How stiff the springs in the place of closed points may be \[Pa/m\].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stiffest {
-    /// Of a point that sticks.
-    pub sticking: f64,
-    /// Of a point that slips.
-    pub slipping: f64,
-}
-
-impl Stiffest {
-    /// The bound of a point of this status.
-    pub(super) fn at(&self, status: Status) -> f64 {
-        if status == Status::Slip { self.slipping } else { self.sticking }
-    }
-}
 
 /// The stiffness with which a closed point resists a relative motion of its two sides, `K_CN` and `K_T` alone.
 #[derive(Debug, Clone, Copy)]

@@ -13,7 +13,6 @@ mod stiffness;
 #[cfg(test)]
 mod tests;
 
-pub use joint::Stiffest;
 pub use state::{PointState, Status};
 pub use stiffness::Selection;
 

@@ -1,6 +1,6 @@
 //! Force and stiffness of an evaluated point, term by term.
 
-use super::joint::{Joint, Stiffest};
+use super::joint::Joint;
 use super::{Response, Slopes};
 use crate::contact::geometry::Geometry;
 use crate::tensor::{Tensor, Vector};
@@ -13,8 +13,8 @@ pub struct Selection {
     pub terms: Terms,
     /// `c_v`.
     pub velocity_shift: f64,
-    /// In the place of the terms springs no stiffer than this: what multigrid can work with.
-    pub joint: Option<Stiffest>,
+    /// In the place of the terms springs no stiffer than this \[Pa/m\]: what multigrid can work with.
+    pub joint: Option<f64>,
 }
 
 impl<const D: usize> Response<D> {
@@ -39,7 +39,7 @@ impl<const D: usize> Response<D> {
         if let Some(stiffest) = selection.joint {
             let by_increment = slopes.by_velocity * selection.velocity_shift + slopes.by_increment;
             let joint = Joint { normal: -slopes.normal, tangential: -by_increment };
-            return joint.add_springs(geometry, stiffest.at(self.state.status), stiffness);
+            return joint.add_springs(geometry, stiffest, stiffness);
         }
         let terms = selection.terms;
         let count = geometry.nodes.len();

@@ -1,6 +1,6 @@
 //! A point of a facet with all that its kernel needs, for tests.
 
-use super::super::{ContactLaw, Manner, Motion, PointState, Response, Selection, Status, Stiffest, respond};
+use super::super::{ContactLaw, Manner, Motion, PointState, Response, Selection, Status, respond};
 use crate::contact::friction::Regularization;
 use crate::contact::geometry::{AreaMeasure, FacetPoint, Geometry};
 use crate::contact::history::History;
@@ -141,12 +141,7 @@ impl<const D: usize> Scene<D> {
 
     /// That of the springs for multigrid.
     pub fn joint(&self, stiffest: f64) -> nalgebra::DMatrix<f64> {
-        self.joined(Stiffest { sticking: stiffest, slipping: stiffest })
-    }
-
-    /// The same with a bound for points that stick and one for those that slip.
-    pub fn joined(&self, joint: Stiffest) -> nalgebra::DMatrix<f64> {
-        let selection = Selection { terms: Terms::empty(), velocity_shift: SHIFT, joint: Some(joint) };
+        let selection = Selection { terms: Terms::empty(), velocity_shift: SHIFT, joint: Some(stiffest) };
         self.dense(&self.selected(selection))
     }
 
