@@ -94,7 +94,29 @@ pub fn remarks(case: &Case) -> Vec<String> {
     let massless = massless.map(|(name, _)| {
         format!("'{}' has no mass: it follows supports, loads and contacts at once", name.value)
     });
-    idle.then(|| remark.to_owned()).into_iter().chain(massless).collect()
+    idle.then(|| remark.to_owned()).into_iter().chain(massless).chain(swinging(case)).collect()
+}
+
+/// Under the conserving scheme nothing damps what swings on a penalty, faster than any step that is worth while.
+fn swinging(case: &Case) -> Option<String> {
+    let conserves = case.time.scheme.value == case::Scheme::Conserving;
+    case.accuracy.as_ref().and_then(|accuracy| accuracy.time.as_ref()).filter(|_| conserves)?;
+    let stiff = |contact: &&case::Contact| matches!(contact.normal, case::Normal::Penalty { .. });
+    let sides = |contact: &case::Contact| [contact.contactor.to_string(), contact.target.to_string()];
+    let places: Vec<String> = case.contact.values().filter(stiff).flat_map(sides).collect();
+    let meets = |name: &str| places.iter().any(|place| place.split('.').next() == Some(name));
+    let swings = case
+        .bodies
+        .iter()
+        .filter(|(name, body)| meets(&name.value) && body.mass != case::Mass::Redistributed);
+    let swings: Vec<String> = swings.map(|(name, _)| format!("'{}'", name.value)).collect();
+    (!swings.is_empty()).then(|| {
+        format!(
+            "nodes with mass swing on the penalty for as long as they touch: the error in time may be twice what is told; \
+             `mass: redistributed` in {} mends it, in fewer iterations",
+            swings.join(", ")
+        )
+    })
 }
 
 /// How the steps are solved.
