@@ -1,4 +1,4 @@
-//! What an accuracy asks of contact, and the sizes that errors are compared with.
+//! What an accuracy asks of contact.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,6 @@ use crate::contact::normal::{NormalLaw, Penalty};
 use crate::contact::point::Status;
 use crate::dynamics::{Dynamics, Shortfall};
 use crate::error::Result;
-use crate::petsc::Vector;
 
 /// Penetration that is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -184,7 +183,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Whether a side of the contact has nodes without mass.
-    fn is_calm(&self, contact: &Contact<D>) -> bool {
+    pub(super) fn is_calm(&self, contact: &Contact<D>) -> bool {
         self.redistribution.as_ref().is_some_and(|mass| contact.bodies.iter().any(|&body| mass.has(body)))
     }
 
@@ -342,64 +341,5 @@ impl<const D: usize> ContactSystem<D> {
         let mut all = [0.0; 2];
         self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
         Stuck { creep: all[0], give: all[1] }
-    }
-
-    /// Root mean square of a nodal field, weighted by the mass, by the nodes where there is none; `weight` is that of
-    /// [`weight`](Self::weight). Collective.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn mean_size(&mut self, field: &Vector, weight: f64) -> Result<f64> {
-        let square = self.weighted_square(field)?;
-        Ok((square / weight).max(0.0).sqrt())
-    }
-
-    fn weighted_square(&mut self, field: &Vector) -> Result<f64> {
-        let Some(mass) = &self.mass else { return field.dot(field) };
-        mass.multiply(field, &mut self.work)?;
-        field.dot(&self.work)
-    }
-
-    /// Mass of all bodies \[kg\], or the number of nodes. Collective.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn weight(&mut self) -> Result<f64> {
-        if self.mass.is_none() {
-            return Ok(f64::from(self.local.index.total));
-        }
-        let mut ones = self.forces.like()?;
-        ones.set(1.0);
-        Ok(self.weighted_square(&ones)? / D as f64)
-    }
-
-    /// Sets the entries of prescribed unknowns to zero, and of nodes in contact that have mass the part along the normal: there
-    /// they swing on the penalty, and their bodies see what that moves of the nodes behind. Where most nodes touch it stays. Collective.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn clear_uncounted(&mut self, field: &mut Vector) -> Result<()> {
-        self.clear_prescribed(field);
-        if self.contacts.iter().all(|contact| self.is_calm(contact)) {
-            return Ok(());
-        }
-        let mut normals = self.pattern_vector().like()?;
-        self.contact_normals(&mut normals)?;
-        if 2.0 * normals.dot(&normals)? > f64::from(self.local.index.total) {
-            return Ok(());
-        }
-        let (mut owned, normals) = (field.owned_mut(), normals.owned());
-        for (value, normal) in owned.chunks_exact_mut(D).zip(normals.chunks_exact(D)) {
-            let along: f64 = value.iter().zip(normal).map(|(v, n)| v * n).sum();
-            value.iter_mut().zip(normal).for_each(|(v, n)| *v -= along * n);
-        }
-        Ok(())
-    }
-
-    /// Sets the entries of prescribed unknowns to zero.
-    fn clear_prescribed(&self, field: &mut Vector) {
-        let mut owned = field.owned_mut();
-        let held = self.supports.dofs.constrained.iter();
-        owned.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(value, _)| *value = 0.0);
     }
 }

@@ -25,6 +25,7 @@ mod renewal;
 mod report;
 mod rigid;
 mod scatter;
+mod sizes;
 mod solid;
 mod soundness;
 mod stages;

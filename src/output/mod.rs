@@ -28,6 +28,7 @@ pub mod record;
 mod selection;
 pub mod summary;
 pub mod table;
+pub mod timestamp;
 pub mod vtu;
 pub mod vtu_reader;
 pub mod xml;

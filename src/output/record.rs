@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -13,6 +13,7 @@ use crate::error::{Cause, Error, Result};
 use super::accuracy::AccuracyRecord;
 use super::folder::{PROGRAM, RECORD, trouble, write_whole};
 use super::process;
+use super::timestamp::timestamp;
 
 /// How a run stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -290,24 +291,9 @@ impl Record {
     }
 }
 
-/// A time as `2025-01-31T12:00:00Z`, by the calendar arithmetic of H. Hinnant (days to civil date, era of 400
-/// years).
-pub fn timestamp(time: SystemTime) -> String {
-    let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
-    let (days, clock) = (seconds / 86_400 + 719_468, seconds % 86_400);
-    let (era, day_of_era) = (days / 146_097, days % 146_097);
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let shifted_month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
-    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
-    let year = era * 400 + year_of_era + u64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z", clock / 3600, clock / 60 % 60, clock % 60)
-}
-
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
+    use std::time::{Duration, UNIX_EPOCH};
 
     use super::super::folder::ResultsFolder;
     use super::super::folder::tests::Scratch;
@@ -396,14 +382,5 @@ mod tests {
         let hash = Input::of(&path).unwrap().sha256;
         assert_eq!(hash, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
         assert_eq!(Input::of(&scratch.0.join("absent")).unwrap_err().cause, Cause::File);
-    }
-
-    /// Dates come out right at the epoch, on a leap day of a century, and at the end of a year.
-    #[test]
-    fn knows_the_calendar() {
-        let at = |seconds| timestamp(UNIX_EPOCH + Duration::from_secs(seconds));
-        assert_eq!(at(0), "1970-01-01T00:00:00Z");
-        assert_eq!(at(951_827_696), "2000-02-29T12:34:56Z");
-        assert_eq!(at(1_767_225_599), "2025-12-31T23:59:59Z");
     }
 }

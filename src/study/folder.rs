@@ -11,7 +11,7 @@ use super::row::State;
 use super::table;
 use crate::error::{Error, Result};
 use crate::output::folder::{PROGRAM, default_folder, trouble, unwritable, write_whole};
-use crate::output::record::timestamp;
+use crate::output::timestamp::timestamp;
 
 /// Marks the folder of a study.
 pub const MARKER: &str = "study.json";
