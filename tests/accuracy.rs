@@ -80,6 +80,28 @@ fn multipliers_take_penetration_away() {
     }
 }
 
+/// Updates of multipliers, which cost the same whatever the step, are no reason for shorter ones: in statics a tight penetration
+/// keeps the steps of a loose one.
+#[test]
+fn updates_of_multipliers_do_not_shorten_steps() {
+    let coarse = [
+        ("cells: [48, 6]", "cells: [24, 3]"),
+        ("cells: [40, 10]", "cells: [20, 5]"),
+        ("end: 1,", "end: 0.5,"),
+    ];
+    let steps = |penetration: &str| {
+        let asked = format!("accuracy: {{ penetration: {penetration}, slip: none }}\n");
+        let results = Results::of(&(shipped("ironing/case.yml", &coarse) + &asked), 1);
+        let rows = results.table("iterations.csv");
+        let updates = rows.texts("stage").iter().filter(|stage| **stage == "augment").count();
+        (results.record()["steps"].as_u64().expect("steps"), updates)
+    };
+    let (loose, none) = steps("none");
+    let (tight, many) = steps("{ relative: 1e-5 }");
+    assert!(none == 0 && many > 60, "{none} and {many} updates");
+    assert!(tight <= loose + 5, "{tight} steps for {loose}");
+}
+
 /// A step ends at every row of a table of loads, and nothing of accuracy stands in the record of a case without it.
 #[test]
 fn steps_end_at_rows_of_tables() {

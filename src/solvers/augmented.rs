@@ -66,6 +66,7 @@ impl Strategy for Augmented {
                 ));
             }
             system.improve();
+            report.first.get_or_insert(report.newton);
             watch(&IterationReport {
                 phase: Phase::Augment,
                 iteration: update,

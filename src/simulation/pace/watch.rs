@@ -247,7 +247,7 @@ impl Watch {
             ratio = ratio.max(Self::REPEAT);
         }
         let event = jumps && ratio > 0.1;
-        let ease = match report.newton {
+        let ease = match report.effort() {
             newton if newton <= Self::EFFORT[0] => f64::INFINITY,
             newton if newton <= Self::EFFORT[1] => 1.0,
             _ => 0.7,
