@@ -92,30 +92,16 @@ impl<const D: usize> Interface<D> {
     /// Brings the fields of the rank's nodes, ghosts included, and those of the foreign nodes: one message a
     /// neighbour. Collective.
     pub fn bring(&mut self, world: &impl CommunicatorCollectives, fields: &ContactFields) {
-        self.bring_with(world, fields, None);
+        let state = [(&mut self.u, fields.u), (&mut self.v, fields.v), (&mut self.u_start, fields.u_start)];
+        let _running = self.exchange.begin();
+        let mut travelling = state.map(|(all, owned)| travel::<D>(all, owned));
+        self.bring.forward_many(world, &mut travelling);
     }
 
-    /// The same, in the same message with the `change` of prescribed unknowns where there is one.
-    fn bring_with(
-        &mut self,
-        world: &impl CommunicatorCollectives,
-        fields: &ContactFields,
-        change: Option<&[f64]>,
-    ) {
-        let _running = self.exchange.begin();
-        if change.is_some() {
-            self.change.resize(self.u.len(), 0.0);
-        }
-        let state = [(&mut self.u, fields.u), (&mut self.v, fields.v), (&mut self.u_start, fields.u_start)];
-        let all = state.into_iter().chain(change.map(|change| (&mut self.change, change)));
-        let mut travelling: Vec<Field<'_>> = all
-            .map(|(all, owned)| {
-                let (local, wanted) = all.split_at_mut(owned.len());
-                local.copy_from_slice(owned);
-                Field { width: D, owned, wanted }
-            })
-            .collect();
-        self.bring.forward_many(world, &mut travelling);
+    /// Whether these are the fields that were brought last, as far as this rank can tell.
+    fn has_brought(&self, fields: &ContactFields) -> bool {
+        let state = [(&self.u, fields.u), (&self.v, fields.v), (&self.u_start, fields.u_start)];
+        state.into_iter().all(|(all, owned)| all.get(..owned.len()) == Some(owned))
     }
 
     /// Fields of the rank's nodes, ghosts included, with the values of the foreign nodes after them. Collective.
@@ -215,9 +201,9 @@ impl<const D: usize> Interface<D> {
         Some(answer)
     }
 
-    /// Brings the fields and lets `evaluate` collect blocks, and columns of prescribed unknowns where there is a `lift` (their
-    /// change at owned nodes, ghosts after them, and the owned rows that take it); sends those of other ranks' rows, and does
-    /// `meanwhile`, as in [`add_forces`](Self::add_forces), until those of others are there. Collective.
+    /// Lets `evaluate` collect blocks at the fields that were brought for the forces, and columns of prescribed unknowns where there
+    /// is a `lift` (their change at owned nodes, ghosts after them, which is brought, and the owned rows that take it); sends those of
+    /// other ranks' rows, and does `meanwhile`, as in [`add_forces`](Self::add_forces), until those of others are there. Collective.
     pub fn add_stiffness(
         &mut self,
         (world, fields): (&impl CommunicatorCollectives, &ContactFields),
@@ -226,7 +212,12 @@ impl<const D: usize> Interface<D> {
         evaluate: impl FnOnce(&ContactFields, &mut Opening<'_, '_>),
         meanwhile: impl FnOnce(&mut BlockValues, Option<LiftTarget>),
     ) {
-        self.bring_with(world, fields, lift.as_ref().map(|lift| lift.change));
+        debug_assert!(self.has_brought(fields), "a tangent is wanted where the forces were not");
+        if let Some(lift) = &lift {
+            self.change.resize(self.u.len(), 0.0);
+            let _running = self.exchange.begin();
+            self.bring.forward_many(world, &mut [travel::<D>(&mut self.change, lift.change)]);
+        }
         let fields = ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start };
         let Some(rows) = self.rows.as_mut() else { return meanwhile(values, lift) };
         rows.values.fill(0.0);
@@ -271,4 +262,11 @@ pub struct Opening<'a, 'm> {
     pub lift: Option<PairLift<'a>>,
     /// What the matrix promises.
     pub symmetry: Symmetry,
+}
+
+/// A field of the rank's nodes on its way to those who want it: copied to the front of `all`, behind which the foreign ones come.
+fn travel<'a, const D: usize>(all: &'a mut [f64], owned: &'a [f64]) -> Field<'a> {
+    let (local, wanted) = all.split_at_mut(owned.len());
+    local.copy_from_slice(owned);
+    Field { width: D, owned, wanted }
 }
