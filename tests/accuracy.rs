@@ -7,8 +7,7 @@ use common::{Folder, Results, Table, run, shipped};
 impl Results {
     /// Asked and achieved of a part of the record.
     fn part(&self, name: &str) -> [f64; 2] {
-        let text = std::fs::read_to_string(self.0.join("out/run.json")).expect("a record");
-        let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let record = self.record();
         ["asked", "achieved"].map(|which| record["accuracy"][which][name].as_f64().expect(name))
     }
 

@@ -82,7 +82,8 @@ pub struct Newton {
     pub line_search: bool,
     /// Whether early iterations solve the linear system only as well as they need (Eisenstat and Walker). Left out: from
     /// 20 000 unknowns on, and where an accuracy is asked for; below, exact solves cost little and take the same number of
-    /// iterations on any number of ranks.
+    /// iterations on any number of ranks. Where it is true and steps follow their error in time, the tangent of an earlier step
+    /// serves for as long as one correction with it does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inexact: Option<bool>,
 }

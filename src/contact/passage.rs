@@ -45,7 +45,8 @@ impl<const D: usize> Path<D> {
         let gap = |t: f64| obstacle.gap(&self.at(t));
         let ends = [gap(0.0), gap(1.0)];
         // No gap changes faster than the place.
-        if ends[0] + ends[1] >= self.length() {
+        let length = self.length();
+        if ends[0] + ends[1] >= length || obstacle.is_flat_along(length, ends[0].min(ends[1])) {
             return false;
         }
         // Outside of round obstacles the gap is convex along a line, and inside of hollow ones no line leaves.

@@ -213,7 +213,13 @@ pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
         },
         line_search: newton.line_search,
         terms,
+        keep_tangent: inexact == Some(true) && follows_time(case),
     }
+}
+
+/// Whether steps follow their error in time.
+fn follows_time(case: &Case) -> bool {
+    case.accuracy.as_ref().is_some_and(|accuracy| accuracy.time.is_some())
 }
 
 /// Newton's tolerance: the user's, or where an accuracy is asked for one that leaves no trace in it.

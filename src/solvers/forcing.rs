@@ -48,6 +48,16 @@ impl Forcing {
         self.decides
     }
 
+    /// Tolerance of a linear solve at residual `norm` with a tangent that was kept, which is to reach `target`; it tells
+    /// nothing of Newton's method.
+    pub fn next_kept(&mut self, norm: f64, target: f64) -> f64 {
+        self.restart();
+        self.decides = true;
+        let enough = Self::MARGIN * target / norm;
+        self.tolerance = enough.clamp(Self::LAST * self.tightest, self.loosest.max(self.tightest));
+        self.tolerance
+    }
+
     /// Tolerance of the next linear solve at residual `norm`, when `target` ends the Newton iteration.
     ///
     /// Quadratic convergence squares the last reduction; the first one is taken to be that of the last step. Beyond

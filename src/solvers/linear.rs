@@ -144,10 +144,11 @@ impl LinearSolver {
         std::mem::take(&mut self.fallbacks)
     }
 
-    /// Brings matrices of the preconditioner that are not the system's own up to date; nothing where there are none.
-    fn refresh(&mut self, system: &mut dyn Dynamics, stage: &Stage) -> Result<()> {
+    /// Brings matrices of the preconditioner that are not the system's own up to date; nothing where there are none, or
+    /// where the system's is `kept` and they serve it.
+    fn refresh(&mut self, system: &mut dyn Dynamics, stage: &Stage, kept: bool) -> Result<()> {
         let preset = self.preset();
-        if !preset.is_own() {
+        if !preset.is_own() || kept && !self.fatigue.is_tired() {
             return Ok(());
         }
         let kept = self.own.borrow_mut().take().filter(|made| made.fits(system.matrix()));
@@ -174,14 +175,14 @@ impl LinearSolver {
         })
     }
 
-    /// `x` with `|matrix x - rhs| <= tolerance |rhs|` for the matrix that the system has assembled, or `None` where the
-    /// last rung failed too. Collective.
+    /// `x` with `|matrix x - rhs| <= tolerance |rhs|` for the matrix that the system has assembled, anew or `kept` since the
+    /// last solve, or `None` where the last rung failed too. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
     pub fn solve_system(
         &mut self,
-        (system, stage): (&mut dyn Dynamics, &Stage),
+        (system, stage, kept): (&mut dyn Dynamics, &Stage, bool),
         rhs: &Vector,
         x: &mut Vector,
         tolerance: f64,
@@ -189,7 +190,7 @@ impl LinearSolver {
         let size = rhs.norm()?;
         self.notice(system.matrix());
         self.climb(|solver| {
-            solver.refresh(system, stage)?;
+            solver.refresh(system, stage, kept)?;
             solver.attempt(system.matrix(), (rhs, size), x, tolerance)
         })
     }

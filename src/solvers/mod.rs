@@ -12,6 +12,7 @@ mod forcing;
 mod free_motion;
 mod held;
 mod incomplete;
+mod kept_tangent;
 mod ladder;
 mod linear;
 mod monolithic;

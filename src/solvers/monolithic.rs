@@ -6,12 +6,15 @@
 //! [`Dynamics::predicts`]), and trial states with det F <= 0 (the
 //! correction is halved).
 
+mod follow;
+
 use super::convergence::{IterationReport, Outcome, SolveReport};
 use super::forcing::Forcing;
 use super::free_motion::FreeMotions;
 use super::held::{Driven, Held};
+use super::kept_tangent::KeptTangent;
 use super::linear::{Fallback, LinearSolver, Solved};
-use crate::dynamics::{Dynamics, FrictionMode, Lift, Residual, Stage};
+use crate::dynamics::{Dynamics, FrictionMode, Residual, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
 use crate::terms::Terms;
@@ -29,6 +32,8 @@ pub struct NewtonSettings {
     pub line_search: bool,
     /// Terms of the tangent.
     pub terms: Terms,
+    /// A tangent of an earlier step serves where it does.
+    pub keep_tangent: bool,
 }
 
 /// The monolithic strategy.
@@ -38,6 +43,7 @@ pub struct Monolithic {
     target: f64,
     forcing: Forcing,
     linear: LinearSolver,
+    kept: KeptTangent,
     residual: Vector,
     rhs: Vector,
     correction: Vector,
@@ -89,6 +95,7 @@ impl Monolithic {
             target: settings.tolerance,
             settings,
             linear,
+            kept: KeptTangent::default(),
             residual: pattern.like()?,
             rhs: pattern.like()?,
             correction: pattern.like()?,
@@ -170,13 +177,17 @@ impl Monolithic {
                 let reason = self.slow(&report, system);
                 return Ok(Outcome::Failed(report, reason));
             }
-            let Some(solved) = self.correct(system, stage, now)? else {
+            let stuck = row.iteration >= Self::PATIENCE || system.is_cycling();
+            let keeps = !stuck && self.keeps_tangent(system, stage, now);
+            let Some(solved) = self.correct(system, stage, now, keeps)? else {
                 return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
             };
             self.origin.copy_from(&stage.trial.u)?;
-            let stuck = row.iteration >= Self::PATIENCE || system.is_cycling();
             let search = stuck && self.settings.line_search;
             let point = self.advance(system, stage, now, search)?;
+            if keeps {
+                self.kept.used(point.residual.norm / now.norm);
+            }
             now = point.residual;
             row = IterationReport {
                 iteration: row.iteration + 1,
@@ -193,42 +204,6 @@ impl Monolithic {
         }
     }
 
-    /// Moves the prescribed unknowns to their values at the trial instant and the free ones along with them, by
-    /// one linear solve at the state before: `K_ff du_f = -(r_f + K_fd du_d)`. Collective.
-    ///
-    /// Without it a large prescribed increment would invert the first row of elements. Returns `false` where
-    /// the linear solve failed.
-    ///
-    /// # Errors
-    /// When PETSc refuses.
-    pub fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
-        system.rewind();
-        self.origin.copy_from(&stage.trial.u)?;
-        stage.update_rates()?;
-        system.prescribe(stage)?;
-        // `correction` holds the prescribed change, the free rows of which are zero.
-        self.correction.waxpy(-1.0, &self.origin, &stage.trial.u)?;
-        stage.trial.u.copy_from(&self.origin)?;
-        self.correction.update_ghosts()?;
-        stage.trial.u.update_ghosts()?;
-        let now = system.residual(stage, &mut self.residual)?;
-        if !now.norm.is_finite() {
-            return Ok(false);
-        }
-        self.rhs.copy_from(&self.residual)?;
-        self.rhs.scale(-1.0)?;
-        let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
-        system.jacobian(stage, self.settings.terms, Some(lift))?;
-        let tolerance = self.settings.linear[1];
-        // What nothing resists stays where it is: how far loads drive a body is for the corrections, which look where it goes.
-        self.release(system, stage, f64::INFINITY)?;
-        let solved = self.solve_held(system, stage, tolerance)?;
-        let Some(solved) = solved else { return Ok(false) };
-        self.ahead = [self.ahead[0] + solved.iterations, self.ahead[1] + solved.inner];
-        stage.trial.u.axpy(1.0, &self.correction)?;
-        Ok(true)
-    }
-
     /// Residual at `stage.trial.u`, after rates and prescribed values were brought up to date.
     pub(super) fn evaluate(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<Residual> {
         stage.update_rates()?;
@@ -243,9 +218,34 @@ impl Monolithic {
         Ok(Residual { norm: self.residual.norm()?, ..now })
     }
 
-    /// The Newton correction at the current residual; `None` where every linear solver failed.
-    fn correct(&mut self, system: &mut dyn Dynamics, stage: &Stage, now: Residual) -> Result<Option<Solved>> {
+    /// Whether the next correction goes by the tangent at hand.
+    fn keeps_tangent(&self, system: &dyn Dynamics, stage: &Stage, now: Residual) -> bool {
+        let excess = now.norm / (self.target * now.scale);
+        let fit = self.settings.keep_tangent && stage.inertia && !system.predicts();
+        fit && self.kept.serves(stage.shifts, system.matrix().pattern(), excess)
+    }
+
+    /// The correction at the current residual, Newton's or with a tangent that was kept; `None` where every linear solver failed.
+    fn correct(
+        &mut self,
+        system: &mut dyn Dynamics,
+        stage: &Stage,
+        now: Residual,
+        keeps: bool,
+    ) -> Result<Option<Solved>> {
+        if keeps {
+            self.rhs.copy_from(&self.residual)?;
+            self.rhs.scale(-1.0)?;
+            let tolerance = self.forcing.next_kept(now.norm, self.target * now.scale);
+            return self.linear.solve_system(
+                (system, stage, true),
+                &self.rhs,
+                &mut self.correction,
+                tolerance,
+            );
+        }
         system.jacobian(stage, self.settings.terms, None)?;
+        self.kept.made(stage.shifts, system.matrix().pattern());
         match system.predicts() {
             true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
             false => self.rhs.copy_from(&self.residual)?,
@@ -270,10 +270,11 @@ impl Monolithic {
         tolerance: f64,
     ) -> Result<Option<Solved>> {
         let linear = &mut self.linear;
-        let mut solved = linear.solve_system((system, stage), &self.rhs, &mut self.correction, tolerance)?;
+        let mut solved =
+            linear.solve_system((system, stage, false), &self.rhs, &mut self.correction, tolerance)?;
         if let (Some(total), true) = (&mut solved, stage.yielding > 0.0) {
             self.free.answer(|weight, answer| {
-                let own = linear.solve_system((system, stage), weight, answer, tolerance)?;
+                let own = linear.solve_system((system, stage, true), weight, answer, tolerance)?;
                 total.iterations += own.as_ref().map_or(0, |own| own.iterations);
                 total.inner += own.as_ref().map_or(0, |own| own.inner);
                 Ok(own.is_some())

@@ -79,6 +79,8 @@ impl Staggered {
                 tolerance: newton.tolerance.min(tight),
                 max_iterations: newton.max_iterations.max(Self::STAGE_ITERATIONS),
                 terms,
+                // The stages take turns with one matrix.
+                keep_tangent: false,
                 ..newton.clone()
             };
             Monolithic::new(newton, linear()?, pattern)

@@ -74,6 +74,18 @@ impl<const D: usize> Obstacle<D> {
         }
     }
 
+    /// Whether the normal turns by less than 0.2 between any two points of a path of this length \[m\], at the ends of which the
+    /// gap is `least` \[m\] or more. A hollow says no, whatever it does.
+    pub fn is_flat_along(&self, length: f64, least: f64) -> bool {
+        /// Length over the distance from the centre; seen from there it is an angle of 0.19.
+        const CHORD: f64 = 0.19;
+        match self {
+            Self::Plane(_) => true,
+            // No gap changes faster than the place.
+            _ => self.outer_radius().is_some_and(|radius| length <= CHORD * (radius + least - 0.5 * length)),
+        }
+    }
+
     /// Centre \[m\] of a sphere or disc.
     pub fn centre(&self) -> Option<Vector<D>> {
         match self {

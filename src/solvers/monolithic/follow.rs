@@ -1,0 +1,44 @@
+//! The first guess where supports move: prescribed unknowns take the free ones along.
+
+use super::Monolithic;
+use crate::dynamics::{Dynamics, Lift, Stage};
+use crate::error::Result;
+
+impl Monolithic {
+    /// Moves the prescribed unknowns to their values at the trial instant and the free ones along with them, by
+    /// one linear solve at the state before: `K_ff du_f = -(r_f + K_fd du_d)`. Collective.
+    ///
+    /// Without it a large prescribed increment would invert the first row of elements. Returns `false` where
+    /// the linear solve failed.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
+        system.rewind();
+        self.origin.copy_from(&stage.trial.u)?;
+        stage.update_rates()?;
+        system.prescribe(stage)?;
+        // `correction` holds the prescribed change, the free rows of which are zero.
+        self.correction.waxpy(-1.0, &self.origin, &stage.trial.u)?;
+        stage.trial.u.copy_from(&self.origin)?;
+        self.correction.update_ghosts()?;
+        stage.trial.u.update_ghosts()?;
+        let now = system.residual(stage, &mut self.residual)?;
+        if !now.norm.is_finite() {
+            return Ok(false);
+        }
+        self.rhs.copy_from(&self.residual)?;
+        self.rhs.scale(-1.0)?;
+        let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
+        self.kept.forget();
+        system.jacobian(stage, self.settings.terms, Some(lift))?;
+        let tolerance = self.settings.linear[1];
+        // What nothing resists stays where it is: how far loads drive a body is for the corrections, which look where it goes.
+        self.release(system, stage, f64::INFINITY)?;
+        let solved = self.solve_held(system, stage, tolerance)?;
+        let Some(solved) = solved else { return Ok(false) };
+        self.ahead = [self.ahead[0] + solved.iterations, self.ahead[1] + solved.inner];
+        stage.trial.u.axpy(1.0, &self.correction)?;
+        Ok(true)
+    }
+}
