@@ -211,27 +211,48 @@ fn far_ln_1p(x: f64) -> f64 {
     f64::ln_1p(x)
 }
 
-/// [`Real::ln_1p_ratio`], lane by lane.
-#[inline(always)]
-fn ratios<L: Lane>(x: L) -> [L; 2] {
-    let both = x.lanes().map(ln_1p_ratio);
-    [x.load(both.map(|[value, _]| value)), x.load(both.map(|[_, slope]| slope))]
-}
+/// Up to here [`Real::ln_1p_ratio`] is a series, and beyond it no longer cancels.
+const NEAR: f64 = 0.0625;
 
-/// The series `sum (-x)^k / (k + 1)`, `k >= 1`, where the quotient would cancel.
-#[inline(never)]
-fn ln_1p_ratio(x: f64) -> [f64; 2] {
-    if x.abs() > 0.0625 || x.is_nan() {
-        let ratio = f64::ln_1p(x) / x;
-        return [ratio - 1.0, (1.0 / (1.0 + x) - ratio) / x];
-    }
-    let (mut value, mut slope) = (0.0, 0.0);
+/// The series `sum (-x)^k / (k + 1)`, `k >= 1`, and its derivative, to rounding for `|x| <= NEAR`.
+#[inline(always)]
+fn near_ln_1p_ratio<T: Real>(x: T) -> [T; 2] {
+    let (mut value, mut slope) = (x.constant(0.0), x.constant(0.0));
     for k in (1..=13).rev() {
         let k = f64::from(k);
-        value = -x * (1.0 / (k + 1.0) + value);
-        slope = -(k / (k + 1.0) + x * slope);
+        value = -(x * (value + x.constant(1.0 / (k + 1.0))));
+        slope = -(x * slope + x.constant(k / (k + 1.0)));
     }
     [value, slope]
+}
+
+/// [`Real::ln_1p_ratio`]; the choice is made lane by lane, so that neighbours have no influence.
+#[inline(always)]
+fn ratios<L: Lane>(x: L) -> [L; 2] {
+    let near = near_ln_1p_ratio(x);
+    let far = x.lanes();
+    if far.iter().all(|x| x.abs() <= NEAR) {
+        return near;
+    }
+    let (mut value, mut slope) = (near[0].lanes(), near[1].lanes());
+    for lane in 0..WIDTH {
+        // NaN goes to the library as well.
+        if far[lane].abs() > NEAR || far[lane].is_nan() {
+            [value[lane], slope[lane]] = far_ln_1p_ratio(far[lane]);
+        }
+    }
+    [x.load(value), x.load(slope)]
+}
+
+/// Kept out of the kernels: the library's logarithm is large.
+#[inline(never)]
+fn far_ln_1p_ratio(x: f64) -> [f64; 2] {
+    let ratio = f64::ln_1p(x) / x;
+    [ratio - 1.0, (1.0 / (1.0 + x) - ratio) / x]
+}
+
+fn ln_1p_ratio(x: f64) -> [f64; 2] {
+    if x.abs() <= NEAR { near_ln_1p_ratio(x) } else { far_ln_1p_ratio(x) }
 }
 
 /// Work to be done in lanes.

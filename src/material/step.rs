@@ -126,7 +126,7 @@ impl StepLaw for NeoHookean {
         let strain_change = sum(&half_work, &transpose(&half_work));
         // Stretches without their ones.
         let both = sum(&strain_start, &strain_end);
-        let [low, high] = [&strain_start, &strain_end].map(|e| scale_all(e, constant(2.0)));
+        let (low, high) = (scale_all(&strain_start, constant(2.0)), scale_all(&strain_end, constant(2.0)));
         let mean = cofactor_minus_one(&both);
         let minor_end = cofactor_minus_one(&high);
         let bent = match D {
