@@ -106,8 +106,9 @@ fn shipped_studies_are_right() {
     let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes");
     let mut count = 0;
     let scenes = std::fs::read_dir(&meshes).unwrap().flatten();
-    let paths =
-        scenes.flat_map(|scene| ["study.yml", "study-factors.yml"].map(|name| scene.path().join(name)));
+    let paths = scenes.flat_map(|scene| {
+        ["study.yml", "study-factors.yml", "study-accuracy.yml"].map(|name| scene.path().join(name))
+    });
     for path in paths {
         let Ok(text) = std::fs::read_to_string(&path) else { continue };
         count += 1;
@@ -115,7 +116,7 @@ fn shipped_studies_are_right() {
         let planned = Planned::read(&text, &path, crate::case::Case::load).unwrap_or_else(|e| panic!("{e}"));
         assert!(planned.members.len() > 3 && planned.listing().contains("quantities"), "{path:?}");
     }
-    assert_eq!(count, 5);
+    assert_eq!(count, 8);
     let shipped = std::fs::read_to_string(meshes.join("study.schema.json")).unwrap();
     assert_eq!(shipped, serde_json::to_string_pretty(&super::schema()).unwrap() + "\n");
 }
