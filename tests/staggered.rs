@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Folder, Output, Table, run, shipped};
+use common::{Folder, Output, Results, Table, run, shipped};
 
 /// A rubber layer dragged over a plane fast enough to slip within a few steps.
 const LAYER: &str = "
@@ -338,4 +338,22 @@ fn two_stage_falls_back_on_1_2_ranks() {
         let said = format!("{}{}", found.output.stdout, found.output.stderr);
         assert!(said.contains("gmres_asm_ilu took over"), "{said}");
     }
+}
+
+/// Steps that follow their error are those of the monolithic strategy: what all sweeps of a step take together is no reason for
+/// shorter ones.
+#[test]
+fn sweeps_do_not_shorten_steps() {
+    let changes = [
+        ("cells: [48, 50]", "cells: [12, 13]"),
+        ("end: 0.07", "end: 0.02"),
+        ("step: 5.0e-4", "step: 4.0e-3"),
+    ];
+    let case = shipped("rubber-block/case.yml", &changes)
+        + "accuracy: { time: 3e-3, penetration: none, slip: none, energy: none }\n";
+    let [monolithic, staggered] = ["monolithic", "staggered"].map(|strategy| {
+        let case = case.replace("strategy: monolithic", &format!("strategy: {strategy}"));
+        Results::of(&case, 1).record()["steps"].as_u64().expect("a number of steps")
+    });
+    assert!(staggered.abs_diff(monolithic) <= 2, "{monolithic} monolithic steps, {staggered} staggered ones");
 }

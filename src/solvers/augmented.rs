@@ -43,6 +43,7 @@ impl Strategy for Augmented {
             let outcome = self.inner.solve(system, stage, watch)?;
             let (Outcome::Converged(solved) | Outcome::Failed(solved, _)) = &outcome;
             report.add_work(solved);
+            report.single.get_or_insert(solved.effort());
             (report.residual, report.contact) = (solved.residual, solved.contact);
             if let Outcome::Failed(_, reason) = outcome {
                 return Ok(Outcome::Failed(report, reason));
@@ -66,7 +67,6 @@ impl Strategy for Augmented {
                 ));
             }
             system.improve();
-            report.first.get_or_insert(report.newton);
             watch(&IterationReport {
                 phase: Phase::Augment,
                 iteration: update,

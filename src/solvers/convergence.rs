@@ -67,8 +67,8 @@ impl IterationReport {
 pub struct SolveReport {
     /// Newton corrections.
     pub newton: u32,
-    /// Those until multipliers were updated for the first time, where they were.
-    pub first: Option<u32>,
+    /// Those of one solve, where there were several: of the first one before multipliers are updated, of the longest of two stages.
+    pub single: Option<u32>,
     /// Krylov iterations.
     pub krylov: u32,
     /// Krylov iterations within preconditioners.
@@ -84,9 +84,10 @@ pub struct SolveReport {
 }
 
 impl SolveReport {
-    /// Newton corrections by which the length of a step is judged: updates of multipliers cost what they cost whatever it is.
+    /// Newton corrections by which the length of a step is judged: updates of multipliers, and sweeps over two stages, cost what
+    /// they cost whatever it is.
     pub fn effort(&self) -> u32 {
-        self.first.unwrap_or(self.newton)
+        self.single.unwrap_or(self.newton)
     }
 
     /// Adds the work of another solve, the last one so far.

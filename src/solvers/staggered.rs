@@ -221,6 +221,7 @@ impl Staggered {
 fn failure(report: &mut SolveReport, outcome: Outcome, name: &str) -> Option<Outcome> {
     let (Outcome::Converged(of_stage) | Outcome::Failed(of_stage, _)) = &outcome;
     report.add_work(of_stage);
+    report.single = report.single.max(Some(of_stage.effort()));
     report.contact = of_stage.contact;
     report.residual = of_stage.residual;
     match outcome {
