@@ -346,7 +346,7 @@ fn two_stage_falls_back_on_1_2_ranks() {
 fn sweeps_do_not_shorten_steps() {
     let changes = [
         ("cells: [48, 50]", "cells: [12, 13]"),
-        ("end: 0.07", "end: 0.02"),
+        ("end: 0.07", "end: 0.03"),
         ("step: 5.0e-4", "step: 4.0e-3"),
     ];
     let case = shipped("rubber-block/case.yml", &changes)
