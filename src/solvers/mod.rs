@@ -6,6 +6,7 @@
 
 mod augmented;
 mod convergence;
+mod cycle;
 mod fatigue;
 mod filtered_amg;
 mod forcing;

@@ -9,6 +9,7 @@
 mod follow;
 
 use super::convergence::{IterationReport, Outcome, SolveReport};
+use super::cycle::{Cycle, Search};
 use super::forcing::Forcing;
 use super::free_motion::FreeMotions;
 use super::held::{Driven, Held};
@@ -112,6 +113,11 @@ impl Monolithic {
         &self.linear
     }
 
+    /// Whether the last solve may end at this residual over the largest force: one that ended above it ended at rounding.
+    pub(super) fn ends_at(&self, residual: f64) -> bool {
+        residual <= self.target
+    }
+
     /// Linear solvers that failed since the last call, and what took over.
     pub fn take_fallbacks(&mut self) -> Vec<Fallback> {
         self.linear.take_fallbacks()
@@ -150,6 +156,7 @@ impl Monolithic {
         system.rewind();
         let mut now = self.evaluate(system, stage)?;
         let mut row = IterationReport { krylov, ..IterationReport::first(relative(now), system.observe()?) };
+        let mut cycle = Cycle::of(stage.split);
         loop {
             if stage.friction == FrictionMode::AsGiven {
                 self.linear.heed(row.contact);
@@ -177,13 +184,13 @@ impl Monolithic {
                 let reason = self.slow(&report, system);
                 return Ok(Outcome::Failed(report, reason));
             }
-            let stuck = row.iteration >= Self::PATIENCE || system.is_cycling();
-            let keeps = !stuck && self.keeps_tangent(system, stage, now);
+            let slow = [row.iteration >= Self::PATIENCE, system.is_cycling()];
+            let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, now);
             let Some(solved) = self.correct(system, stage, now, keeps)? else {
                 return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
             };
             self.origin.copy_from(&stage.trial.u)?;
-            let search = stuck && self.settings.line_search;
+            let search = cycle.search(now.norm, slow, self.settings.line_search);
             let point = self.advance(system, stage, now, search)?;
             if keeps {
                 self.kept.used(point.residual.norm / now.norm);
@@ -303,18 +310,18 @@ impl Monolithic {
         system: &mut dyn Dynamics,
         stage: &mut Stage,
         before: Residual,
-        search: bool,
+        search: Search,
     ) -> Result<Point> {
         let whole = self.stride(system, stage)?;
         let full = self.at(system, stage, whole)?;
         let good = full.norm.is_finite() && full.norm < Self::GROWTH * before.norm;
-        let fast = full.norm * Self::REDUCTION <= before.norm || self.converged(full) || whole < 1.0;
-        if good && (fast || !search) {
+        let fast = full.norm * Self::REDUCTION <= before.norm && search != Search::Always;
+        if good && (fast || self.converged(full) || whole < 1.0 || search == Search::Never) {
             return Ok(Point { length: whole, residual: full });
         }
         // Between opposite slip branches lies stick, which the next correction assumes; a shorter step would stay
         // on the flat branch and creep.
-        if full.norm.is_finite() && system.reverses() {
+        if full.norm.is_finite() && search != Search::Always && system.reverses() {
             return Ok(Point { length: whole, residual: full });
         }
         let mut best = Point { length: whole, residual: full };
@@ -326,7 +333,7 @@ impl Monolithic {
                 best = Point { length, residual };
             }
             let enough = best.residual.norm.is_finite() && best.residual.norm < Self::GROWTH * before.norm;
-            if enough && !search {
+            if enough && search == Search::Never {
                 return Ok(best);
             }
         }

@@ -58,6 +58,8 @@ impl Staggered {
     const STAGE_ITERATIONS: u32 = 60;
     /// Stages that differ by this part of the displacements differ by rounding.
     const ROUNDING: f64 = 8.0 * f64::EPSILON;
+    /// Residuals of one state that are both rounding, over each other.
+    const NOISE: f64 = 4.0;
 
     /// A solver for states with the layout of `pattern`; `newton` is how each stage is solved, `linear` makes the
     /// linear solver of a stage.
@@ -149,12 +151,14 @@ impl Staggered {
     /// Sweeps that contract by `q` leave `|u - u_I| <= |u_I - u_II| / (1 - q)` open, and as much of the friction. What is left
     /// open has the same sign step after step and adds up: where all slips, the last force would miss by a thousand times
     /// the tolerance but for the balance. Where stages differ by rounding alone, or friction has stopped to change less, no
-    /// sweep can do better.
-    fn agrees(&self, sweep: &Sweep, progress: &Progress) -> bool {
+    /// sweep can do better; nor where stage I ended at a `residual` above its tolerance, which is rounding then: bodies in free
+    /// flight, or one that has left what it slid on, have no other forces.
+    fn agrees(&self, sweep: &Sweep, residual: f64, progress: &Progress) -> bool {
         let open = sweep.relative_distance.max(sweep.friction) * progress.amplification();
         let exhausted = sweep.relative_distance == 0.0 || progress.stagnates();
         let balance = if exhausted { self.settings.tolerance } else { self.balance };
-        open <= self.settings.tolerance && sweep.residual <= balance
+        let rounding = if self.normal.ends_at(residual) { 0.0 } else { Self::NOISE * residual };
+        open <= self.settings.tolerance && sweep.residual <= balance.max(rounding)
     }
 
     /// Why the sweeps end without agreement, where they do.
@@ -184,6 +188,7 @@ impl Staggered {
             if let Some(failed) = failure(&mut report, outcome, "stage I") {
                 return Ok(failed);
             }
+            let of_stage = report.residual;
             let (outcome, sweep) = self.find_friction(system, stage, watch)?;
             if let Some(failed) = failure(&mut report, outcome, "stage II") {
                 return Ok(failed);
@@ -199,7 +204,7 @@ impl Staggered {
                 contraction: progress.contraction(),
                 ..IterationReport::first(sweep.residual, report.contact)
             });
-            if self.agrees(&sweep, &progress) {
+            if self.agrees(&sweep, of_stage, &progress) {
                 break;
             }
             if let Some(reason) = self.hopeless(number, &sweep, &progress) {

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod starts;
+mod strategies;
 
 use common::{Results, shipped};
 
