@@ -108,13 +108,24 @@ fn measures<const D: usize>(
     };
     let length = |area: f64, count: f64| (area / count).powf(1.0 / (D as f64 - 1.0));
     let facet_size = length(total[0], total[1]);
-    let points = total[if contact.quadrature == Quadrature::Nodal { 3 } else { 2 }];
-    let nodes_between_points = match total.get(4..8) {
-        Some(target) => length(total[0], points) / length(target[0], target[3]),
-        None => 0.0,
+    let at_nodes = contact.quadrature == Quadrature::Nodal;
+    let points = total[if at_nodes { 3 } else { 2 }];
+    let (between, curved) = match total.get(4..8) {
+        Some(target) => (length(total[0], points) / length(target[0], target[3]), target[3] > target[1]),
+        None => (0.0, false),
     };
-    Ok(Measures { facet_size, nodes_between_points, nodal: largest[0] == 0.0, sight })
+    let most = MOST_BETWEEN[usize::from(curved)];
+    let closer = if at_nodes { 1.0 } else { (between / most).clamp(1.0, MOST_CLOSER) };
+    let nodes_between_points = between / closer;
+    Ok(Measures { facet_size, nodes_between_points, closer, nodal: largest[0] == 0.0, sight })
 }
+
+/// Most nodes of a target between two Gauss points in a line, of linear facets and of quadratic ones. Where more lie between, points press
+/// dents into single facets and find no balance between two. Steps of ironing that were cut: with quad4 none up to 2.0 nodes, 1 to 12 of 40 and
+/// once all with 2.4 to 6; with quad9 none up to 1.2, 2 to 50 with 1.3 to 2.7.
+const MOST_BETWEEN: [f64; 2] = [2.0, 1.2];
+/// Closer than this points are not put: eight along a side of a linear facet, twelve of a quadratic one.
+const MOST_CLOSER: f64 = 4.0;
 
 /// Shortest side of the box around a body \[m\]. Collective.
 fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, body: usize) -> f64 {

@@ -92,6 +92,8 @@ pub struct Measures {
     pub facet_size: f64,
     /// Nodes of the target between two points of the contactor in a line, on average; 0 where the target is an obstacle.
     pub nodes_between_points: f64,
+    /// Gauss points lie closer together by this factor than those of the rule of a facet, 1 or more.
+    pub closer: f64,
     /// Every facet of the contactor has a rule of points at its nodes.
     pub nodal: bool,
     /// How far the contact looks around.
@@ -131,7 +133,8 @@ impl<const D: usize> Contact<D> {
                 }
             }
             Target::Surface { set, .. } => {
-                let surface = ContactSurface::of_mine(&local.mesh, facets, &ownership, quadrature)?;
+                let closer = measures.closer;
+                let surface = ContactSurface::of_mine(&local.mesh, facets, &ownership, quadrature, closer)?;
                 let surfaces = [facets.to_vec(), facets_of(local, set)?.to_vec()];
                 let target = TargetSurface::new(TargetFacets::default(), &[]);
                 let contact = DeformableContact { surface, target, law, area };

@@ -152,7 +152,7 @@ pub enum Quadrature {
     Auto,
     /// The nodes.
     Nodal,
-    /// Gauss points.
+    /// Gauss points: 2 along a side of linear facets, 3 of quadratic ones; more where the nodes of a target lie much closer.
     Gauss,
 }
 tagged!(Quadrature, "quadrature");

@@ -50,7 +50,7 @@ pub fn contactor<const D: usize>(mesh: &Mesh<D>, set: &str, quadrature: Quadratu
     let mine = vec![true; mesh.element_count()];
     let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
     let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
-    ContactSurface::of_mine(mesh, &mesh.facet_sets[set], &ownership, quadrature).unwrap()
+    ContactSurface::of_mine(mesh, &mesh.facet_sets[set], &ownership, quadrature, 1.0).unwrap()
 }
 
 /// A mesh and a contact on it, with fields.

@@ -69,6 +69,16 @@ impl<const D: usize> ContactSurface<D> {
         ownership: &Ownership<'_>,
         quadrature: Quadrature,
     ) -> Result<Self> {
+        Self::with_points(mesh, facets, ownership, quadrature, 1.0)
+    }
+
+    fn with_points(
+        mesh: &Mesh<D>,
+        facets: &[Facet],
+        ownership: &Ownership<'_>,
+        quadrature: Quadrature,
+        closer: f64,
+    ) -> Result<Self> {
         let mut surface = Self {
             facets: Vec::with_capacity(facets.len()),
             nodes: Vec::new(),
@@ -85,7 +95,7 @@ impl<const D: usize> ContactSurface<D> {
             let table = match table_of.get(&kind) {
                 Some(table) => *table,
                 None => {
-                    surface.tables.push(tabulate(kind, quadrature)?);
+                    surface.tables.push(tabulate(kind, quadrature, closer)?);
                     *table_of.entry(kind).or_insert(surface.tables.len() - 1)
                 }
             };
@@ -96,7 +106,8 @@ impl<const D: usize> ContactSurface<D> {
     }
 
     /// Of local `facets` those that this rank reports: the contactor of a deformable target, each facet of which is
-    /// evaluated by one rank. There every point is counted, under nodal quadrature a node once for each facet.
+    /// evaluated by one rank. There every point is counted, under nodal quadrature a node once for each facet. Gauss points
+    /// lie `closer` together by this factor at least, as the nodes of a target may ask for; 1 for the rule of the facet itself.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -105,10 +116,11 @@ impl<const D: usize> ContactSurface<D> {
         facets: &[Facet],
         ownership: &Ownership<'_>,
         quadrature: Quadrature,
+        closer: f64,
     ) -> Result<Self> {
         let mine = |facet: &Facet| ownership.mine[facet.element as usize];
         let facets: Vec<Facet> = facets.iter().copied().filter(mine).collect();
-        let mut surface = Self::new(mesh, &facets, ownership, quadrature)?;
+        let mut surface = Self::with_points(mesh, &facets, ownership, quadrature, closer)?;
         surface.representative.fill(true);
         Ok(surface)
     }
@@ -223,8 +235,13 @@ fn row<const D: usize>(table: &Table, q: usize) -> FacetPoint<'_> {
     }
 }
 
-fn tabulate(kind: ElementKind, quadrature: Quadrature) -> Result<Table> {
+fn tabulate(kind: ElementKind, quadrature: Quadrature, closer: f64) -> Result<Table> {
     let element = reference(kind);
+    if quadrature == Quadrature::Gauss && closer > 1.0 {
+        let along = (element.gauss_contact_rule().len() as f64).powf(1.0 / kind.dimension() as f64);
+        let points = (closer * along).ceil() as usize;
+        return Ok(element.tabulate(&element.rule(2 * points - 1)));
+    }
     let rule = match quadrature {
         Quadrature::Gauss => Some(element.gauss_contact_rule()),
         Quadrature::Nodal => element.nodal_rule(),

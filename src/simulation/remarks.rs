@@ -8,8 +8,8 @@ use crate::output::summary::ContactStart;
 use crate::petsc::Session;
 
 /// With more nodes of the target between two contact points, each point presses a dent into the target and what lies
-/// between two dents finds no balance: ironing takes all its steps with 1.9 (quad4), and cuts some or gives up with 2.6 (quad9)
-/// and 3.9 (quad4), but not with the roles swapped.
+/// between two dents finds no balance. Gauss points are as many as the target asks for, up to a limit; beyond it some steps are cut or
+/// a run gives up, but not with the roles swapped.
 const MOST_NODES_BETWEEN_POINTS: f64 = 2.5;
 
 /// The same where the points are nodes, further apart and now and then right on a corner: none is cut with 1.8, some are with 1.9.

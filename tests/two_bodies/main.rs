@@ -260,6 +260,30 @@ fn ironing_on_quadratic_facets() {
     }
 }
 
+/// Where the facets of the target are a quarter as long as the contactor's, there are as many more points: with two or three on each facet steps
+/// failed, since the target bulged between them. The force is the one that meshes which fit have.
+#[test]
+fn points_follow_a_finer_target_on_1_3_ranks() {
+    let rows = [
+        ("quad9", "cells: [24, 3]", "cells: [20, 5]", 1),
+        ("quad9", "cells: [24, 3]", "cells: [20, 5]", 3),
+        ("quad4", "cells: [144, 6]", "cells: [40, 10]", 1),
+    ];
+    for (element, indenter, slab, ranks) in rows {
+        let step = if element == "quad9" { "step: 5.0e-2, cuts: 0" } else { "step: 2.5e-2, cuts: 0" };
+        let fine = [
+            ("cells: [48, 6]", indenter),
+            ("cells: [40, 10]", slab),
+            ("quad4", element),
+            ("step: 2.5e-2", step),
+            ("end: 1,", "end: 0.6,"),
+        ];
+        let results = Results::of(&shipped("ironing/case.yml", &fine), ranks);
+        let last = results.table("contact.csv").last("force_n");
+        assert!((last / 10.6e6 - 1.0).abs() < 0.02, "{element}, {ranks} ranks: {last}");
+    }
+}
+
 /// In space, as shipped: points that slide out under the rim of the indenter go through its edge by a hair within a step, which is no
 /// contact that was missed.
 #[test]
