@@ -139,6 +139,7 @@ impl<const D: usize> Scene<D> {
             max_iterations: 25,
             linear: [1e-10, 1e-10],
             line_search: true,
+            keep_tangent: false,
             terms: Terms::ALL,
         };
         Monolithic::new(settings, linear, pattern).expect("a strategy")
