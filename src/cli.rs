@@ -109,13 +109,16 @@ pub struct RunArguments {
     /// Go on from the last checkpoint of the results folder, or from the one given; in a new folder as a branch
     #[arg(long, value_name = "CHECKPOINT", num_args = 0..=1, require_equals = true)]
     pub restart: Option<Option<PathBuf>>,
+    /// Begin again where a run of this case stopped with checkpoints: they go, and so do its results
+    #[arg(long, conflicts_with = "restart")]
+    pub anew: bool,
     /// Stop before this wall time is over, with a checkpoint and exit code 7: seconds, or as in "55 min", "2 h", 1:30:00
     #[arg(long, value_name = "TIME", value_parser = wall_time)]
     pub wall_time: Option<Duration>,
     /// Print the Newton table (-v), and the linear solvers' iterations (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
-    /// Print errors only; warnings stand in run.json
+    /// Print errors and warnings only
     #[arg(short, long)]
     pub quiet: bool,
     /// PETSc's own options, after `--`; they win over those of the case
@@ -140,7 +143,7 @@ pub struct StudyArguments {
     /// Let the members speak (-v), with their Newton tables (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
-    /// Print errors only; warnings stand in run.json
+    /// Print errors only; warnings of the members stand in their run.json
     #[arg(short, long)]
     pub quiet: bool,
     /// PETSc's own options, after `--`; they win over those of the case
@@ -194,7 +197,7 @@ pub enum ChartAxis {
 /// How much a run says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
-    /// Errors only.
+    /// Errors, and a run its warnings.
     Quiet,
     /// One line a step.
     Normal,

@@ -128,6 +128,20 @@ fn verbosity_has_its_levels() {
         "{linear}"
     );
     assert_eq!(quiet, "");
+    // Warnings are no progress: they are told all the same, on standard error, and by one rank.
+    for ranks in [0, 2] {
+        folder.write("open.yml", &with("y: -0.01", "y: 0.01"));
+        let output = run(ranks, &["open.yml", "-o", "open", "-q", "--", "-x_y", "1"], &folder).success();
+        assert_eq!(output.stdout, "");
+        assert_eq!(
+            output.stderr.matches("warning: contact 'sole' never closed").count(),
+            1,
+            "{}",
+            output.stderr
+        );
+        assert_eq!(output.stderr.matches("`-x_y 1` was used by nothing").count(), 1, "{}", output.stderr);
+        assert!(!output.stderr.contains("newton"), "{}", output.stderr);
+    }
 }
 
 /// Of a penetration that was asked for the achieved one is reported, with a warning where it is larger.

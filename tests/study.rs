@@ -262,7 +262,7 @@ fn a_study_without_members_that_begin_ends() {
     running.signal("TERM");
     let output = running.wait(Duration::from_secs(60));
     assert_eq!(output.code, Some(7), "{}\n{}", output.stdout, output.stderr);
-    assert!(output.stderr.contains("SIGTERM before member step-"), "{}", output.stderr);
+    assert!(output.stderr.contains("SIGTERM: member step-"), "{}", output.stderr);
     let table = Table::read(&folder.join("out/study.csv"));
     let words = table.texts("verdict");
     assert!(words[0] == "failed" && words[399] == "waiting", "{words:?}");
@@ -270,6 +270,38 @@ fn a_study_without_members_that_begin_ends() {
     assert_eq!(output.code, Some(5), "{}\n{}", output.stdout, output.stderr);
     assert!(output.stderr.contains("no member completed"), "{}", output.stderr);
     assert!(Table::read(&folder.join("out/study.csv")).texts("verdict").iter().all(|word| *word == "failed"));
+}
+
+/// A member whose own wall time is over is a row with that reason, which is not run again unless asked; a signal within a member
+/// ends the study, and tells the way on with the study, not with the member.
+#[test]
+fn a_member_out_of_time_is_a_row_and_a_signal_ends_the_study() {
+    let text = "case: case.yml\nset: { time.end: 1.0, time.step: 1.0e-4 }\nmembers:\n  short: { output.checkpoint: { every: 1000, wall_time: 0.2 } }\n  \
+                done: { time.end: 1.0e-3 }\n  long: { time.step: 1.0e-5 }\nreference: finest\nquantities:\n  \
+                a: { table: energy.csv, column: \"total [J]\", measure: last }\n";
+    let folder = folder(text);
+    for (more, before) in [(&[][..], false), (&[], true), (&["--rerun-failed"], false)] {
+        let line = [&["study", "study.yml", "--output", "out"], more].concat();
+        let running = Running::start(2, &line, &folder);
+        let deadline = Instant::now() + Duration::from_secs(20);
+        let steps = folder.join("out/members/long/energy.csv");
+        let size = || fs::metadata(&steps).map_or(0, |file| file.len());
+        while size() < 1000 && Instant::now() < deadline {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        running.signal("USR1");
+        let output = running.wait(Duration::from_secs(60));
+        assert_eq!(output.code, Some(7), "{}\n{}", output.stdout, output.stderr);
+        assert!(output.stderr.contains("SIGUSR1: member long is not done"), "{}", output.stderr);
+        assert!(output.stderr.contains("the same command goes on"), "{}", output.stderr);
+        assert!(!output.stderr.contains("--restart"), "{}", output.stderr);
+        let short = output.stdout.lines().find(|line| line.contains("[1/3] short: ")).unwrap_or_default();
+        assert!(short.contains("failed: the wall time is over"), "{}", output.stdout);
+        assert_eq!(short.ends_with("(before)"), before, "{short}");
+        let table = Table::read(&folder.join("out/study.csv"));
+        assert_eq!(table.texts("verdict"), ["failed", "completed", "waiting"]);
+        fs::remove_dir_all(folder.join("out/members/long")).unwrap();
+    }
 }
 
 /// The memory of a member is that of a run by itself, whatever ran before it.

@@ -129,11 +129,19 @@ const MOST_CLOSER: f64 = 4.0;
 
 /// Shortest side of the box around a body \[m\]. Collective.
 fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, body: usize) -> f64 {
+    sides_of(world, local, body).into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Sides of the box around a body \[m\]. Collective.
+pub(super) fn sides_of<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    body: usize,
+) -> [f64; D] {
     let mesh = &local.mesh;
     let elements = (0..mesh.element_count()).filter(|&element| usize::from(mesh.body[element]) == body);
     let nodes = elements.flat_map(|element| mesh.element_nodes(element));
-    let sides = box_around(world, nodes.map(|&node| mesh.points[node as usize]));
-    sides.into_iter().fold(f64::INFINITY, f64::min)
+    box_around(world, nodes.map(|&node| mesh.points[node as usize]))
 }
 
 /// Sides of the box around points of all ranks \[m\]. Collective.

@@ -9,6 +9,7 @@ mod balance;
 mod build;
 mod closing;
 mod contact;
+mod crushed;
 mod energy;
 mod equations;
 mod external;

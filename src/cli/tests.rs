@@ -36,6 +36,7 @@ fn a_case_alone_is_a_run() {
         case: "case.yml".into(),
         output: None,
         restart: None,
+        anew: false,
         wall_time: None,
         verbose: 0,
         quiet: false,
@@ -67,6 +68,8 @@ fn restarts_are_read() {
     assert_eq!(run("--restart case.yml --wall-time 2min").restart, Some(None));
     assert_eq!(run("case.yml --restart=a.ckpt").restart, Some(Some("a.ckpt".into())));
     assert!(read("case.yml --wall-time soon").is_err());
+    assert!(run("case.yml --anew").anew);
+    assert!(read("case.yml --anew --restart").is_err());
 }
 
 /// The other commands read their arguments.

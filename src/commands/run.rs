@@ -65,6 +65,7 @@ pub fn read(session: &Rc<Session>, path: &Path) -> Result<Case> {
 
 fn begin(arguments: &RunArguments) -> Begin {
     match &arguments.restart {
+        None if arguments.anew => Begin::Anew,
         None => Begin::Fresh,
         Some(None) => Begin::Newest,
         Some(Some(path)) => Begin::From(path.clone()),
@@ -73,7 +74,7 @@ fn begin(arguments: &RunArguments) -> Begin {
 
 fn verbosity(arguments: &RunArguments) -> Verbosity {
     match arguments.verbosity() {
-        cli::Verbosity::Quiet => Verbosity::Silent,
+        cli::Verbosity::Quiet => Verbosity::Warnings,
         cli::Verbosity::Normal => Verbosity::Normal,
         cli::Verbosity::Newton | cli::Verbosity::Linear => Verbosity::Verbose,
     }

@@ -143,8 +143,8 @@ fn size_of<const D: usize>(corners: &[Path<D>; D]) -> f64 {
 }
 
 /// Whether a round obstacle lies in a simplex, or went through it in a step, though none of the points of the facet that it
-/// is part of touches: the simplex ends deeper in the obstacle than half of its radius, or swept over its centre or axis.
-pub fn lies_between<const D: usize>(corners: &[Path<D>; D], obstacle: &Obstacle<D>) -> bool {
+/// is part of touches: the simplex ends `deep` \[m\] in the obstacle, or swept over its centre or axis.
+pub fn lies_between<const D: usize>(corners: &[Path<D>; D], obstacle: &Obstacle<D>, deep: f64) -> bool {
     let Some(radius) = obstacle.outer_radius() else { return false };
     let ends = corners.map(|corner| corner.end);
     let swept = match obstacle {
@@ -153,7 +153,7 @@ pub fn lies_between<const D: usize>(corners: &[Path<D>; D], obstacle: &Obstacle<
             .centre()
             .is_some_and(|centre| Path { start: centre, end: centre }.passes_simplex(corners, radius)),
     };
-    swept || deepest(&ends, obstacle) < -0.5 * radius
+    swept || deepest(&ends, obstacle) < -deep
 }
 
 /// Whether an edge of a moving simplex meets the axis of a cylinder at some time in the step. A simplex that has the axis in
@@ -228,6 +228,9 @@ mod tests {
     use super::*;
     use crate::contact::obstacle::{Cylinder, Plane, Side, Sphere};
 
+    /// Half of the radius of the larger discs and balls here.
+    const DEEP: f64 = 0.05;
+
     fn still<const D: usize>(x: Vector<D>) -> Path<D> {
         Path { start: x, end: x }
     }
@@ -261,19 +264,20 @@ mod tests {
         };
         // Outward is down: the disc comes from below.
         let facet = |y: f64| [path([0.0, 0.0], [0.0, y]), path([1.0, 0.0], [1.0, y])];
-        assert!(lies_between(&facet(-0.1), &disc(-0.14, 0.1)));
-        assert!(!lies_between(&facet(-0.1), &disc(-0.16, 0.1)), "its cap alone");
-        assert!(!lies_between(&facet(-0.1), &disc(-0.3, 0.1)));
-        assert!(lies_between(&facet(-1.0), &disc(-0.5, 0.01)), "swept over");
-        assert!(!lies_between(&facet(-1.0), &disc(0.5, 0.01)), "on the other side all the while");
+        assert!(lies_between(&facet(-0.1), &disc(-0.14, 0.1), DEEP));
+        assert!(!lies_between(&facet(-0.1), &disc(-0.16, 0.1), DEEP), "its cap alone");
+        assert!(lies_between(&facet(-0.1), &disc(-0.16, 0.1), 0.02), "its cap, where that is too much");
+        assert!(!lies_between(&facet(-0.1), &disc(-0.3, 0.1), DEEP));
+        assert!(lies_between(&facet(-1.0), &disc(-0.5, 0.01), DEEP), "swept over");
+        assert!(!lies_between(&facet(-1.0), &disc(0.5, 0.01), DEEP), "on the other side all the while");
         let beside = Sphere::new(Vector::<2>::new(1.2, -0.1), 0.1, Side::Outside).expect("a disc");
-        assert!(!lies_between(&facet(-0.1), &Obstacle::Sphere(beside)));
+        assert!(!lies_between(&facet(-0.1), &Obstacle::Sphere(beside), DEEP));
         let corners =
             [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|x| still(Vector::<3>::from(x)));
         let ball = |x: [f64; 3]| Obstacle::Sphere(Sphere::new(x.into(), 0.1, Side::Outside).expect("a ball"));
-        assert!(lies_between(&corners, &ball([0.3, 0.3, 0.04])));
-        assert!(!lies_between(&corners, &ball([0.3, 0.3, 0.06])));
-        assert!(!lies_between(&corners, &ball([0.7, 0.7, 0.0])));
+        assert!(lies_between(&corners, &ball([0.3, 0.3, 0.04]), DEEP));
+        assert!(!lies_between(&corners, &ball([0.3, 0.3, 0.06]), DEEP));
+        assert!(!lies_between(&corners, &ball([0.7, 0.7, 0.0]), DEEP));
     }
 
     /// A cylinder that a triangle swept over is seen, along any edge of it, aslant to its axis, and where the triangle turns;
@@ -293,17 +297,17 @@ mod tests {
             })
         };
         for x in [0.02, 0.3, 0.5, 0.98] {
-            assert!(lies_between(&moving([-1.0; 3]), &cylinder(x, -0.5)), "{x}");
-            assert!(!lies_between(&moving([-1.0; 3]), &cylinder(x, -1.1)), "{x}");
-            assert!(!lies_between(&moving([-1.0; 3]), &cylinder(x, 0.1)), "{x}");
+            assert!(lies_between(&moving([-1.0; 3]), &cylinder(x, -0.5), DEEP), "{x}");
+            assert!(!lies_between(&moving([-1.0; 3]), &cylinder(x, -1.1), DEEP), "{x}");
+            assert!(!lies_between(&moving([-1.0; 3]), &cylinder(x, 0.1), DEEP), "{x}");
         }
-        assert!(!lies_between(&moving([-1.0; 3]), &cylinder(1.1, -0.5)));
-        assert!(lies_between(&moving([0.0, -2.0, -0.6]), &cylinder(0.5, -0.5)), "turns");
-        assert!(!lies_between(&moving([0.0, -2.0, -0.6]), &cylinder(0.5, -1.2)), "turns");
+        assert!(!lies_between(&moving([-1.0; 3]), &cylinder(1.1, -0.5), DEEP));
+        assert!(lies_between(&moving([0.0, -2.0, -0.6]), &cylinder(0.5, -0.5), DEEP), "turns");
+        assert!(!lies_between(&moving([0.0, -2.0, -0.6]), &cylinder(0.5, -1.2), DEEP), "turns");
         let [point, axis] = [[0.4, -0.5, 0.3], [0.3, 0.2, 1.0]].map(Vector::<3>::from);
         let aslant = Cylinder::new(point, axis, 0.01, Side::Outside).expect("a cylinder");
-        assert!(lies_between(&moving([-1.0; 3]), &Obstacle::Cylinder(aslant)));
-        assert!(!lies_between(&moving([-0.2; 3]), &Obstacle::Cylinder(aslant)));
+        assert!(lies_between(&moving([-1.0; 3]), &Obstacle::Cylinder(aslant), DEEP));
+        assert!(!lies_between(&moving([-0.2; 3]), &Obstacle::Cylinder(aslant), DEEP));
     }
 
     /// A vertex sinks into the solid behind a facet where it lies in it, and where it went through the facet, however deep; one

@@ -16,8 +16,10 @@ use super::summary::{StartUp, summary};
 /// How much is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
-    /// `-q`: nothing but errors.
+    /// Nothing but errors: other ranks than the first, members of studies.
     Silent,
+    /// `-q`: warnings as well.
+    Warnings,
     /// Reports, and one line a step.
     Normal,
     /// `-v`: the Newton table as well.
@@ -79,11 +81,13 @@ impl Console {
         Self { verbosity, out, err, bar: None, pace, last, span: [0.0, 0.0] }
     }
 
-    /// The start-up report.
-    pub fn start_up(&mut self, report: &StartUp) {
-        if self.verbosity > Verbosity::Silent {
+    /// The start-up report, and of what it says the warnings.
+    pub fn start_up(&mut self, report: &StartUp, warnings: &[String]) {
+        if self.verbosity > Verbosity::Warnings {
             let _ = writeln!(self.out, "{report}");
             let _ = self.out.flush();
+        } else {
+            warnings.iter().for_each(|text| self.warn(text));
         }
     }
 
@@ -92,7 +96,7 @@ impl Console {
     pub fn begin(&mut self, start: f64, end: f64) {
         self.span = [start, end];
         self.last = Instant::now();
-        if self.verbosity > Verbosity::Silent && std::io::stderr().is_terminal() {
+        if self.verbosity > Verbosity::Warnings && std::io::stderr().is_terminal() {
             let bar = ProgressBar::new(1000);
             if let Ok(style) = ProgressStyle::with_template("{bar:40.cyan/blue} {percent:>3} %  {msg}") {
                 bar.set_style(style);
@@ -118,6 +122,15 @@ impl Console {
     /// A remark, as that a step was cut and why.
     pub fn note(&mut self, text: &str) {
         self.progress(text);
+    }
+
+    /// What a user should mind, also where all else is left out.
+    pub fn warn(&mut self, text: &str) {
+        match self.verbosity {
+            Verbosity::Silent => {}
+            Verbosity::Warnings if !text.starts_with("warning:") => self.speak(&format!("warning: {text}")),
+            _ => self.speak(text),
+        }
     }
 
     /// A load level of the static start, `factor` of all loads; the header of its Newton table.
@@ -155,16 +168,19 @@ impl Console {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
-        if self.verbosity > Verbosity::Silent {
+        if self.verbosity > Verbosity::Warnings {
             let _ = writeln!(self.out, "{}", summary(record));
             let _ = self.out.flush();
         }
     }
 
     fn progress(&mut self, text: &str) {
-        if self.verbosity == Verbosity::Silent {
-            return;
+        if self.verbosity > Verbosity::Warnings {
+            self.speak(text);
         }
+    }
+
+    fn speak(&mut self, text: &str) {
         let err = &mut self.err;
         let mut speak = || {
             let _ = writeln!(err, "{text}");
@@ -257,19 +273,21 @@ mod tests {
         console.newton_row(&ROW);
         console.step(&LINE);
         console.note("step 42 cut");
+        console.warn("energy grows");
         (out.text(), err.text())
     }
 
-    /// Silent says nothing, normal one line a step, verbose the table as well; all of it on standard error.
+    /// Silent says nothing, quiet the warnings, normal one line a step, verbose the table as well; all of it on standard error.
     #[test]
     fn speaks_as_much_as_asked() {
         assert_eq!(run(Verbosity::Silent), (String::new(), String::new()));
+        assert_eq!(run(Verbosity::Warnings), (String::new(), "warning: energy grows\n".to_owned()));
         let (out, normal) = run(Verbosity::Normal);
         assert!(out.is_empty());
-        assert_eq!(normal.lines().count(), 2);
+        assert_eq!(normal.lines().count(), 3);
         assert!(normal.starts_with("step    41  t 2.050000e-2 s  dt 5.000e-4 s  newton  4  krylov   31  contact 49 (stick 40, slip 9)  to go "));
         let (_, verbose) = run(Verbosity::Verbose);
-        assert_eq!(verbose.lines().count(), 5);
+        assert_eq!(verbose.lines().count(), 6);
     }
 
     /// Ranks other than the first are mute whatever is asked.

@@ -8,7 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::pace::{self, limits_slip};
 use super::remarks::{contact_starts, remarks};
-use super::{magnitudes, needs, options, share_out, start};
+use super::{itself, magnitudes, needs, options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
 use crate::contact::friction::Regularization;
@@ -32,6 +32,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let world = session.world();
     let model = Model::<D>::new(case)?;
     let (local, partition) = share_out(session, case, &model)?;
+    let themselves = if session.size() == 1 { itself::remarks(&local, &model) } else { Vec::new() };
     let sizes = sizes(world, &local, model.bodies.len());
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
@@ -77,7 +78,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     text.push_str(&needs::held(world, &system));
     drop((stage, past));
     let notes = remarks(&system, &watched).into_iter().chain(magnitudes::remarks(&system, &model));
-    let notes = notes.chain(options::remarks(case));
+    let notes = notes.chain(options::remarks(case)).chain(themselves);
     notes.for_each(|remark| text.push_str(&format!("note: {remark}\n")));
     Ok(text)
 }

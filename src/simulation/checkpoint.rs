@@ -27,6 +27,9 @@ use crate::time::StepControl;
 /// Code of the wall-time limit among the numbers of signals, none of which it is.
 const WALL_TIME: i32 = 1000;
 
+/// How a run that was out of time tells so.
+pub const WALL_TIME_IS_OVER: &str = "the wall time is over";
+
 /// The run at the end of a step that was accepted.
 pub struct Moment<'a, const D: usize> {
     /// The bodies.
@@ -214,7 +217,7 @@ impl Keeper {
     }
 
     fn reason(asked: i32) -> &'static str {
-        if asked == WALL_TIME { "the wall time is over" } else { Signals::name(asked) }
+        if asked == WALL_TIME { WALL_TIME_IS_OVER } else { Signals::name(asked) }
     }
 
     fn stopped(&self, asked: i32, time: f64, path: &std::path::Path) -> Error {

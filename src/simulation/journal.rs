@@ -7,7 +7,7 @@ use std::time::{Instant, SystemTime};
 use super::attempts::At;
 use super::magnitudes;
 use super::place::{Place, prepare, versions};
-use super::remarks::{contact_starts, notes, remarks, untouched, unused, warning};
+use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
 use super::restart::Saved;
 use super::resume::Past;
 use super::tables::Tables;
@@ -119,6 +119,8 @@ impl<const D: usize> Journal<D> {
         let mut warnings = remarks(system, &self.watched);
         warnings.extend(magnitudes::remarks(system, &self.model));
         warnings.append(&mut self.remarks);
+        let keeps = !self.record.case["output"]["checkpoint"].is_null();
+        let rounded = (keeps && strategy.factorises_together()).then(|| RESTARTS_TO_ROUNDING.to_owned());
         let report = StartUp {
             title: self.record.case["title"].as_str().unwrap_or("untitled").to_owned(),
             folder: self.folder.display().to_string(),
@@ -132,10 +134,10 @@ impl<const D: usize> Journal<D> {
                 .then(|| (partition.contact_imbalance(), partition.pairs, partition.pairs_cut)),
             solver: strategy.describe(),
             contacts: contact_starts(system),
-            remarks: notes(system).into_iter().chain(warnings.iter().cloned()).collect(),
+            remarks: notes(system).into_iter().chain(rounded).chain(warnings.iter().cloned()).collect(),
         };
+        self.console.start_up(&report, &warnings);
         warnings.into_iter().for_each(|text| self.record.warn(text));
-        self.console.start_up(&report);
         Ok(())
     }
 
@@ -146,7 +148,7 @@ impl<const D: usize> Journal<D> {
 
     /// What a user should know now, and finds in `run.json` later.
     pub fn warn(&mut self, text: &str) {
-        self.console.note(text);
+        self.console.warn(text);
         self.record.warn(text.to_owned());
     }
 
@@ -265,15 +267,18 @@ impl<const D: usize> Journal<D> {
         self.measure();
         self.record.verdict = outcome.as_ref().map_or_else(Verdict::of, |()| Verdict::Completed);
         let missed = self.record.accuracy.as_ref().and_then(AccuracyRecord::warning);
-        let contacts = self.record.penetrations.iter().filter_map(warning).chain(missed).collect::<Vec<_>>();
+        // Of a run that failed before its first row nobody knows which contacts closed.
+        let known = outcome.is_ok() || self.record.totals.steps > 0;
+        let contacts = self.record.penetrations.iter().filter(|_| known).filter_map(warning);
+        let contacts = contacts.chain(missed).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
         contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));
         let written = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
         if outcome.is_ok() {
             self.console.finish(&self.record);
-            contacts.iter().for_each(|text| self.console.note(text));
+            contacts.iter().for_each(|text| self.console.warn(text));
         }
-        options.iter().for_each(|text| self.console.note(text));
+        options.iter().for_each(|text| self.console.warn(text));
         outcome.as_ref().map_or(Ok(()), |()| agree(self.session.world(), written))
     }
 }

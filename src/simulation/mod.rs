@@ -6,6 +6,7 @@ mod checkpoint;
 mod fields;
 mod guard;
 mod input;
+mod itself;
 mod journal;
 mod magnitudes;
 mod measure;
@@ -35,6 +36,7 @@ use crate::solvers::{Outcome, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
+pub use checkpoint::WALL_TIME_IS_OVER;
 pub use input::{give_options, shared_text, take_back_options};
 pub use journal::Journal;
 pub use options::scheme;

@@ -167,6 +167,9 @@ fn multipliers<const D: usize>(case: &Case, t: &Traits, system: &ContactSystem<D
         (false, ..) => "no contact",
         (_, false, _) => "no accuracy.penetration",
         (.., false) => "laws and scheme keep their own penetration",
+        _ if t.friction && !t.dynamic => {
+            "accuracy.penetration; of the pressure alone, stick gives way by its return map"
+        }
         _ if t.dynamic => "accuracy.penetration, where the penalty becomes stiffer",
         _ => "accuracy.penetration",
     };

@@ -73,6 +73,11 @@ pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     notes
 }
 
+/// What a user should know of restarts on several ranks, where they will not be the same to the bit.
+pub(super) const RESTARTS_TO_ROUNDING: &str = "MUMPS rounds differently each time on several ranks: a run that goes on from a checkpoint agrees with one that was not \
+     interrupted to rounding, not to the bit; for that take linear: gmres_asm_ilu, or PETSc's -pc_type redundant -redundant_pc_type lu \
+     -redundant_pc_factor_mat_solver_type mumps";
+
 /// The bodies that no support holds, in a sentence, where there are any.
 fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     let free = system.free_bodies();

@@ -218,8 +218,7 @@ fn spare(case: &Case, place: &Place, ranks: usize) -> Result<()> {
         "{folder}: a run of this case stopped there and can go on from step {step}; nothing was changed"
     );
     let on = place.command(ranks);
-    let cure =
-        format!("{on} --restart goes on; to begin anew give another folder, or remove {folder}/checkpoints");
+    let cure = format!("{on} --restart goes on, --anew in its place begins again and replaces what is there");
     Err(Error::file(text).hint(&cure))
 }
 

@@ -90,6 +90,10 @@ impl Strategy for Augmented {
         self.inner.wants_rigid_body_modes()
     }
 
+    fn factorises_together(&self) -> bool {
+        self.inner.factorises_together()
+    }
+
     fn take_fallbacks(&mut self) -> Vec<Fallback> {
         self.inner.take_fallbacks()
     }

@@ -7,7 +7,7 @@ use super::fatigue::Fatigue;
 use super::filtered_amg::{FilteredAmg, FilteredAmgSettings};
 use super::ladder::{LinearChoice, Problem, ladder};
 use super::own::{Origin, Own};
-use super::presets::Preset;
+use super::presets::{Preset, on_one_rank};
 use super::subdomain::Subdomain;
 use super::tried::Tried;
 use super::two_stage::{TwoStage, TwoStageSettings};
@@ -66,15 +66,17 @@ pub struct LinearSolver {
     contact: ContactCounts,
     stages: TwoStageSettings,
     filter: FilteredAmgSettings,
+    /// Factorisations are made on one rank.
+    alone: bool,
     work: Vector,
     setup: Event,
     solve: Event,
 }
 
 impl LinearSolver {
-    /// Iterations after which a preset counts as failed.
+    /// Iterations after which a preset counts as failed,
     const MAX_ITERATIONS: usize = 500;
-    /// The same where filtered multigrid stands by: so many cheap iterations cost as much as its dear ones.
+    /// and where filtered multigrid stands by: so many cheap iterations cost as much as its dear ones.
     const WORTHWHILE: usize = 200;
     /// Solves on a higher rung before the first is tried again, for the first time; twice as many each time after.
     const PATIENCE: u32 = 25;
@@ -84,8 +86,7 @@ impl LinearSolver {
     /// # Errors
     /// When the choice, or a method that the user's options name, does not fit the problem.
     pub fn new(pattern: &Vector, prefix: &str, choice: &LinearChoice, problem: &Problem) -> Result<Self> {
-        let session = pattern.session();
-        let ladder = ladder(choice, problem)?;
+        let (session, ladder) = (pattern.session(), ladder(choice, problem)?);
         let mut solver = Self {
             session: session.clone(),
             prefix: prefix.to_owned(),
@@ -103,12 +104,20 @@ impl LinearSolver {
             contact: ContactCounts::default(),
             stages: choice.stages(problem),
             filter: choice.filter(),
+            alone: false,
             work: pattern.like()?,
             setup: Event::register(session, "SolverSetUp")?,
             solve: Event::register(session, "Solve")?,
         };
         solver.krylov()?;
         Ok(solver)
+    }
+
+    /// The same, with factorisations on one rank, to the same bits each time; an error where PETSc refuses. Collective.
+    pub fn on_one_rank(mut self) -> Result<Self> {
+        (self.alone, self.solvers[self.rung]) = (true, None);
+        self.krylov()?;
+        Ok(self)
     }
 
     /// The presets in the order in which they are tried, or that the user chose by options of PETSc.
@@ -132,6 +141,14 @@ impl LinearSolver {
         let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
         let inner = self.stages.inner.and_then(Preset::named).filter(|_| self.ladder[0].is_two_stage());
         chosen || self.ladder.iter().copied().chain(inner).any(|preset| preset.multigrid)
+    }
+
+    /// Whether the first preset factorises on all of several ranks, where MUMPS rounds differently each time.
+    pub fn factorises_together(&self) -> bool {
+        let (preset, chosen) = (self.ladder[0], self.session.is_given(&format!("{}pc_type", self.prefix)));
+        let inner = self.stages.inner.and_then(Preset::named).filter(|_| preset.is_two_stage());
+        let factorises = inner.map_or(preset.is_own() || !preset.iterative, |inner| !inner.iterative);
+        self.session.size() > 1 && factorises && !chosen
     }
 
     /// Hears what the contact points do: a preconditioner may go by it.
@@ -281,8 +298,7 @@ impl LinearSolver {
             false => format!("{} after {} iterations", tried.reason, tried.iterations),
         };
         let from = self.preset().name;
-        self.rung += 1;
-        self.calm = 0;
+        (self.rung, self.calm) = (self.rung + 1, 0);
         self.fatigue = Fatigue::default();
         self.fallbacks.push(Fallback { from, to: self.preset().name, why });
     }
@@ -291,8 +307,7 @@ impl LinearSolver {
     fn step_down(&mut self) {
         self.calm += 1;
         if self.rung > 0 && self.calm > self.patience {
-            self.rung = 0;
-            self.calm = 0;
+            (self.rung, self.calm) = (0, 0);
             self.patience = self.patience.saturating_mul(2);
             self.fatigue = Fatigue::default();
         }
@@ -334,10 +349,9 @@ impl LinearSolver {
             own.learn(self.fatigue.is_poor());
         }
         let tried = Tried { iterations, residual, tolerance, reason: outcome.reason.to_string() };
-        let tried = if self.preset().iterative {
-            tried
-        } else {
-            tried.at_rounding(matrix, x, &mut self.work, size)?
+        let tried = match self.preset().iterative {
+            true => tried,
+            false => tried.at_rounding(matrix, x, &mut self.work, size)?,
         };
         if renew || tried.is_good() {
             return Ok(tried);
@@ -353,9 +367,10 @@ impl LinearSolver {
         if self.solvers[self.rung].is_none() {
             let mut krylov = Krylov::new(&self.session, &self.prefix)?;
             let options = self.ladder[self.rung].options_on(self.session.size() as usize);
-            krylov.configure(&beside_the_users(options, |name| {
-                self.session.is_given(&format!("{}{name}", self.prefix))
-            }))?;
+            let given = |name: &str| self.session.is_given(&format!("{}{name}", self.prefix));
+            let (options, ranks) = (beside_the_users(options, given), self.session.size().to_string());
+            let alone = self.alone && ranks != "1" && !self.ladder[self.rung].iterative;
+            krylov.configure(&if alone { on_one_rank(&options, &ranks) } else { options })?;
             let own = !self.session.is_given(&format!("{}pc_type", self.prefix));
             if own && self.ladder[self.rung].is_own() {
                 let own = Rc::clone(&self.own);

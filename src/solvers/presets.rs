@@ -239,6 +239,29 @@ impl Preset {
     }
 }
 
+/// What a factorisation is asked for, and what the same is called where one of several ranks makes it.
+const ON_ONE_RANK: [(&str, &str); 4] = [
+    ("pc_type", "telescope_pc_type"),
+    ("pc_factor_mat_solver_type", "telescope_pc_factor_mat_solver_type"),
+    ("mat_mumps_icntl_7", "telescope_mat_mumps_icntl_7"),
+    ("mat_mumps_icntl_14", "telescope_mat_mumps_icntl_14"),
+];
+
+/// Options of a factorisation, made on one of so many `ranks`: MUMPS on several rounds differently each time, and is not faster
+/// on small problems. Where the user chose a preconditioner there is none.
+pub fn on_one_rank<'a>(options: &[(&'a str, &'a str)], ranks: &'a str) -> Vec<(&'a str, &'a str)> {
+    let there = |(key, value): &(&'a str, &'a str)| {
+        let known = ON_ONE_RANK.iter().find(|(own, _)| own == key);
+        (known.map_or(*key, |(_, there)| there), *value)
+    };
+    let method = [
+        ("pc_type", "telescope"),
+        ("pc_telescope_reduction_factor", ranks),
+        ("telescope_ksp_type", "preonly"),
+    ];
+    options.iter().map(there).chain(method).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

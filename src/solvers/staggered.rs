@@ -263,6 +263,10 @@ impl Strategy for Staggered {
         self.normal.linear().wants_rigid_body_modes()
     }
 
+    fn factorises_together(&self) -> bool {
+        self.normal.linear().factorises_together()
+    }
+
     fn take_fallbacks(&mut self) -> Vec<Fallback> {
         let mut fallbacks = self.normal.take_fallbacks();
         fallbacks.extend(self.friction.take_fallbacks());

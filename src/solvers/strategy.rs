@@ -52,6 +52,9 @@ pub trait Strategy {
     /// Whether a linear solver wants the rigid-body modes.
     fn wants_rigid_body_modes(&self) -> bool;
 
+    /// Whether a factorisation is shared by all ranks, which then rounds differently each time.
+    fn factorises_together(&self) -> bool;
+
     /// Linear solvers that failed since the last call, and what took over.
     fn take_fallbacks(&mut self) -> Vec<Fallback>;
 
@@ -79,6 +82,10 @@ impl Strategy for Monolithic {
 
     fn wants_rigid_body_modes(&self) -> bool {
         self.linear().wants_rigid_body_modes()
+    }
+
+    fn factorises_together(&self) -> bool {
+        self.linear().factorises_together()
     }
 
     fn take_fallbacks(&mut self) -> Vec<Fallback> {

@@ -120,7 +120,7 @@ impl Row {
         let mut row = Self::waiting(member, study.quantities.value.len());
         row.state = match record["verdict"].as_str() {
             Some("completed") => State::Completed,
-            Some("failed") => State::Failed,
+            Some("failed" | "stopped") => State::Failed,
             _ => return Ok(row),
         };
         row.reason = one_line(record["reason"].as_str().unwrap_or_default());

@@ -17,7 +17,7 @@ use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::record::Input;
 use crate::petsc::Session;
-use crate::simulation::{Place, Ready, Signals, give_options, refuse, take_back_options};
+use crate::simulation::{Place, Ready, Signals, WALL_TIME_IS_OVER, give_options, refuse, take_back_options};
 
 /// How a study is run.
 #[derive(Debug, Clone)]
@@ -98,8 +98,11 @@ pub fn run(session: &Rc<Session>, planned: &Planned, options: &Options) -> Resul
         session.world().process_at_rank(0).broadcast_into(&mut is_done);
         if !is_done {
             require_leave(session, &signals, member)?;
-            compute(session, planned, member, options)
-                .map_err(|error| error.within(&format!("member {}", member.name)))?;
+            match compute(session, planned, member, options) {
+                // A signal is told there with the study's own way on; a member whose own wall time is over is a row.
+                Err(error) if error.cause == Cause::Stopped => require_leave(session, &signals, member)?,
+                outcome => outcome.map_err(|error| error.within(&format!("member {}", member.name)))?,
+            }
         }
         let told = ledger.as_mut().map_or(Ok(()), |ledger| ledger.enter(index, is_done));
         agree(session.world(), told)?;
@@ -115,7 +118,7 @@ fn require_leave(session: &Session, signals: &Signals, member: &Member) -> Resul
     if any == 0 {
         return Ok(());
     }
-    let text = format!("{} before member {}", Signals::name(any), member.name);
+    let text = format!("{}: member {} is not done", Signals::name(any), member.name);
     Err(Error::stopped(text).hint("the same command goes on from here"))
 }
 
@@ -161,6 +164,11 @@ fn is_of_its_own(record: &Value) -> bool {
     OF_A_MEMBER.iter().any(is) && !was_not_written
 }
 
+/// Whether a member was stopped by the wall time of its own case, and would be again.
+fn ran_out_of_time(record: &Value) -> bool {
+    record["reason"].as_str().is_some_and(|reason| reason.contains(WALL_TIME_IS_OVER))
+}
+
 /// What rank 0 keeps of a study.
 struct Ledger<'a> {
     study: &'a Study,
@@ -189,6 +197,7 @@ impl<'a> Ledger<'a> {
         let ended = match record["verdict"].as_str() {
             Some("completed") => true,
             Some("failed") => !self.options.rerun_failed && is_of_its_own(&record),
+            Some("stopped") => !self.options.rerun_failed && ran_out_of_time(&record),
             _ => false,
         };
         let inputs = record["inputs"].as_array();

@@ -39,6 +39,7 @@ pub fn rows() -> Vec<Row> {
     let mut rows = Vec::new();
     obstacles(&mut rows);
     bodies(&mut rows);
+    pressed(&mut rows);
     seen(&mut rows);
     rows
 }
@@ -91,6 +92,82 @@ fn bodies(rows: &mut Vec<Row>) {
                     .quick(),
             );
         }
+    }
+}
+
+/// A pin, a blade or a disc that fits between points and is pressed in by less than they are apart, with no force: in statics,
+/// where nothing moves on by itself.
+fn pressed(rows: &mut Vec<Row>) {
+    let held = |dimension: usize| if dimension == 2 { "x: 0, y: 0" } else { "x: 0, y: 0, z: 0" };
+    let press = |case: String, dimension: usize, depth: f64| {
+        let (up, aside) = if dimension == 2 { ("y", "x: 0") } else { ("z", "x: 0, y: 0") };
+        let push = format!(
+            "  push: {{ on: block.top, displacement: {{ {aside}, {up}: \"-{:e} * t\" }} }}\n",
+            0.05 + depth
+        );
+        let (_, rest) = case.split_once("initial_velocity: ").unwrap_or_default();
+        let velocity = format!("    initial_velocity: {}\n", rest.lines().next().unwrap_or_default());
+        let time = case.lines().last().unwrap_or_default().to_owned();
+        let boundary = if case.contains("boundary:") { "" } else { "boundary:\n" };
+        case.replace(&velocity, "").replace(
+            &time,
+            &format!("{boundary}{push}time: {{ end: 1, scheme: {{ static: {{ increments: 10 }} }} }}"),
+        )
+    };
+    let roles = ("block.bottom", "pin.top");
+    let words = "'pin' lies in 'block' between its contact points";
+    let blunt = "min: [0.315, -0.35], max: [0.435, -0.05], cells: [4, 6]";
+    let post = "min: [0.315, 0.315, -0.35], max: [0.435, 0.435, -0.05], cells: [3, 3, 4]";
+    for (name, dimension, mesh) in [("blunt pin", 2, blunt), ("blunt pin in space", 3, post)] {
+        let case = press(pin(dimension, 1.0, mesh, roles), dimension, 0.012);
+        assert!(case.contains(held(dimension)));
+        rows.push(
+            Row::refused(
+                GROUP,
+                format!("{name}, pressed in by a twentieth of a facet"),
+                case.clone(),
+                &[5],
+                words,
+            )
+            .quick(),
+        );
+        if dimension == 3 {
+            rows.push(
+                Row::refused(GROUP, format!("{name}, pressed in, on 3 ranks"), case, &[5], words)
+                    .quick()
+                    .on(3),
+            );
+        }
+    }
+    let disc = "obstacles:\n  pin: { sphere: { center: [0.375, -0.1], radius: 0.05 } }\n";
+    let hit = contact("block.bottom", "pin");
+    let case = press(block("Disc pressed", 2, 1.0, "", &format!("{disc}{hit}")), 2, 0.02);
+    let words = "between the points of 1 facets";
+    rows.push(
+        Row::refused(GROUP, "disc, pressed in by less than half of its radius", case, &[5], words).quick(),
+    );
+    // Tips that points meet in time, and what is wider than their distance.
+    let met = |results: &[Results]| {
+        let (most, cuts) =
+            (results[0].contact("hit").last("points"), results[0].record()["cut_steps"].as_u64());
+        Verdict::says(format!("{most} points, {cuts:?} cuts"), "met, none cut", most > 0.0 && cuts == Some(0))
+    };
+    let wedge = |slope: &str| {
+        format!(
+            "min: [0.225, -0.35], max: [0.525, -0.05], cells: [6, 6], map: {{ y: \"y - (y + 0.35) / 0.3 * {slope}\" }}"
+        )
+    };
+    let pyramid = "min: [0.125, 0.125, -0.35], max: [0.625, 0.625, -0.05], cells: [8, 8, 4], map: { z: \"z - (z + 0.35) / 0.3 * 0.5 * (abs(x - 0.375) + abs(y - 0.375))\" }";
+    let slab = "min: [0.24, -0.35], max: [0.51, -0.05], cells: [9, 6]";
+    for (name, dimension, mesh) in [
+        ("wedge of a right angle", 2, wedge("abs(x - 0.375)")),
+        ("wedge of a right angle that leans", 2, wedge("max(0.55 * (x - 0.375), -1.8 * (x - 0.375))")),
+        ("pyramid", 3, pyramid.to_owned()),
+        ("pin wider than the points are apart", 2, slab.to_owned()),
+    ] {
+        let depth = if name.starts_with("pin") { 0.01 } else { 0.08 };
+        let case = press(pin(dimension, 1.0, &mesh, roles), dimension, depth);
+        rows.push(Row::new(GROUP, format!("{name}, pressed in"), vec![case], met).quick());
     }
 }
 

@@ -5,6 +5,7 @@
 mod between;
 #[path = "../common/mod.rs"]
 mod common;
+mod known;
 mod motion;
 mod row;
 mod scaling;
@@ -77,6 +78,12 @@ fn motion_at_the_extremes() {
     hold(motion::rows());
 }
 
+/// Waves, shear and sliding by closed forms in which the parameter that is swept has its part.
+#[test]
+fn what_is_known_at_the_extremes() {
+    hold(known::rows());
+}
+
 /// Obstacles and bodies that are smaller than what lies between contact points, and what looks like them.
 #[test]
 fn nothing_is_missed_between_points() {
@@ -102,7 +109,7 @@ fn the_whole_table() {
     let Some(path) = std::env::var_os("EXTREMES_TABLE") else { panic!("run scripts/extremes") };
     let only = std::env::var("EXTREMES_ONLY").unwrap_or_default();
     let mut rows: Vec<Row> =
-        [statics::rows(), motion::rows(), between::rows(), shapes::rows(), scaling::rows()]
+        [statics::rows(), known::rows(), motion::rows(), between::rows(), shapes::rows(), scaling::rows()]
             .into_iter()
             .flatten()
             .collect();

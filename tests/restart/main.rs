@@ -1,8 +1,7 @@
 //! A run that is interrupted and goes on leaves the results of one that was not: to the last bit on the same number of
 //! ranks, to rounding on another one. What is wrong with a checkpoint is told before anything is touched.
 //!
-//! Bits are compared with GMRES, and from one and the same start: MUMPS on several ranks, which solves the static start,
-//! too, rounds differently each time.
+//! Bits are compared with GMRES: MUMPS on several ranks rounds differently each time. The static start is factorised on one.
 
 #[path = "../common/mod.rs"]
 mod common;

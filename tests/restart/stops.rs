@@ -155,6 +155,28 @@ fn a_second_interrupt_ends_at_once() {
     assert!(checkpoints(&folder.join("out")).is_empty());
 }
 
+/// A run that stopped is not replaced unless it is told to begin anew; then nothing of it is left.
+#[test]
+fn a_stopped_run_is_begun_anew() {
+    let folder = place(&rubber_block(GMRES, "end: 0.15", 4));
+    for more in [&[][..], &["--anew"]] {
+        let stopped = compute(&folder, 2, "out", &[more, &["--wall-time", "0.3"]].concat());
+        assert_eq!(stopped.code, Some(7), "{}", stopped.stderr);
+        assert_eq!(record(&folder.join("out"))["restarts"], 0);
+        let steps = record(&folder.join("out"))["steps"].as_u64();
+        let refused = compute(&folder, 0, "out", &[]);
+        assert_eq!(refused.code, Some(4), "{}", refused.stderr);
+        assert!(
+            refused.stderr.contains("--restart goes on, --anew in its place begins again"),
+            "{}",
+            refused.stderr
+        );
+        assert_eq!(record(&folder.join("out"))["steps"].as_u64(), steps);
+        let rows = Table::read(&folder.join("out/probes.csv")).numbers("step").len() as u64;
+        assert_eq!(Some(rows), steps.map(|steps| steps + 1), "no row of the run before");
+    }
+}
+
 /// A wall time ends the run with code 7, from the command line or the case; jobs one after the other come to the end, and
 /// the last one may be told to go on once more.
 #[test]

@@ -74,6 +74,32 @@ fn loose_bodies_to_the_last_bit_on_1_and_2_ranks() {
     goes_on_to_the_last_bit(&text.replace("linear: auto", "linear: gmres_asm_ilu"), 2);
 }
 
+/// Two runs from the start are the same to the bit on any number of ranks: the static start is factorised on one of them.
+#[test]
+fn whole_runs_to_the_last_bit_on_3_and_4_ranks() {
+    for (ranks, text) in [(3, concrete_block(GMRES)), (4, rubber_block(GMRES, "end: 0.005", 4))] {
+        let folder = place(&text);
+        for name in ["one", "other", "third"] {
+            compute(&folder, ranks, name, &[]).success();
+            same_bits(&folder.join("one"), &folder.join(name));
+        }
+    }
+}
+
+/// Factorisations on one rank of several: whole runs are the same to the bit, and go on so.
+#[test]
+fn factors_on_one_rank_to_the_last_bit_on_3_ranks() {
+    let petsc = "petsc: { pc_type: telescope, pc_telescope_reduction_factor: 3, telescope_pc_type: lu, \
+                 telescope_pc_factor_mat_solver_type: mumps }\nsolver:";
+    let text = rubber_block("{ linear: direct }", "end: 0.008", 4).replace("solver:", petsc);
+    goes_on_to_the_last_bit(&text, 3);
+    let folder = place(&text);
+    for name in ["one", "other"] {
+        compute(&folder, 3, name, &[]).success();
+    }
+    same_bits(&folder.join("one"), &folder.join("other"));
+}
+
 /// Three dimensions.
 #[test]
 fn rubber_cube_to_the_last_bit_on_1_and_2_ranks() {

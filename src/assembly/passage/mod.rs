@@ -11,7 +11,8 @@ use super::contact::{Contact, Pair};
 use super::meeting::Meeting;
 use super::system::ContactSystem;
 use crate::contact::obstacle::Obstacle;
-use crate::contact::passage::{Path, lies_between};
+use crate::contact::passage::{Path, lies_between, normal_of};
+use crate::contact::surface::SurfaceFacet;
 use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::mesh::{Bounds, BoundsTree};
@@ -25,6 +26,8 @@ struct Found<const D: usize> {
     between: Vec<u64>,
     through: Vec<u64>,
     sunk: Vec<Sunk<D>>,
+    /// Facets of the target of each contact, none of rigid ones.
+    targets: Vec<Moving<D>>,
 }
 
 impl<const D: usize> ContactSystem<D> {
@@ -40,8 +43,11 @@ impl<const D: usize> ContactSystem<D> {
         }
         let (start, end) = (stage.start.u.local(), stage.trial.u.local());
         let ends = Ends { start: &start, end: &end };
-        let mut motions: Vec<f64> =
-            self.contacts.iter().flat_map(|contact| self.shifts(contact, ends)).collect();
+        let motions = self.contacts.iter().flat_map(|contact| {
+            let [contactor, target, lost] = self.shifts(contact, ends);
+            [contactor, target, lost, f64::from(u8::from(has_a_point_at_its_obstacle(contact, ends)))]
+        });
+        let mut motions: Vec<f64> = motions.collect();
         let own = motions.clone();
         self.session.world().all_reduce_into(&own[..], &mut motions[..], SystemOperation::max());
         let found = self.find(ends, &motions)?;
@@ -53,7 +59,7 @@ impl<const D: usize> ContactSystem<D> {
         if let Some((contact, facets)) = self.contacts.iter().zip(between).find(|(_, facets)| **facets > 0) {
             return Ok(Some(tell_between(contact, *facets)));
         }
-        let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(3));
+        let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(4));
         if let Some(((contact, points), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
             return Ok(Some(format!(
                 "contact '{}': {points} points would go through the target within one step, in which \
@@ -63,23 +69,28 @@ impl<const D: usize> ContactSystem<D> {
             )));
         }
         let any = through.last().is_some_and(|vertices| *vertices > 0);
-        Ok(if any { self.tell_sunk(&self.without_contact(&found.sunk, ends)) } else { None })
+        Ok(if any { self.tell_sunk(&self.without_contact(&found.sunk, &found.targets, ends)) } else { None })
     }
 
-    /// Looks for all of it; `motions` as [`shifts`](Self::shifts), of all ranks. Collective.
+    /// Looks for all of it; `motions` as [`shifts`](Self::shifts) and whether a point may meet the obstacle, of all ranks. Collective.
     fn find(&mut self, ends: Ends<'_>, motions: &[f64]) -> Result<Found<D>> {
         let meetings: Vec<&Meeting<D>> = self.contacts.iter().filter_map(Contact::meeting).collect();
         let known =
             self.interface.as_mut().map(|interface| Moving::known(&self.session, interface, &meetings, ends));
         let mut known = known.into_iter().flatten();
-        let mut found = Found { between: Vec::new(), through: Vec::new(), sunk: Vec::new() };
-        for (number, (contact, motion)) in self.contacts.iter().zip(motions.chunks_exact(3)).enumerate() {
-            let [motion, lost] = [motion[0] + motion[1], motion[2]];
-            let (between, through) = match &contact.pair {
+        let mut found =
+            Found { between: Vec::new(), through: Vec::new(), sunk: Vec::new(), targets: Vec::new() };
+        for (number, (contact, motion)) in self.contacts.iter().zip(motions.chunks_exact(4)).enumerate() {
+            let [motion, lost, met] = [motion[0] + motion[1], motion[2], motion[3]];
+            let (between, through, target) = match &contact.pair {
                 Pair::Rigid { contact: rigid, .. } => {
                     let passes = |path: &Path<D>| motion > 0.0 && path.passes_obstacle(&rigid.obstacle);
                     let through = paths(contact, ends).filter(|(path, _)| passes(path)).count();
-                    (between_points(contact, &rigid.obstacle, ends), through as u64)
+                    (
+                        between_points(contact, &rigid.obstacle, ends, met > 0.0),
+                        through as u64,
+                        Moving::default(),
+                    )
                 }
                 Pair::Deformable(meeting) => {
                     let near = known.next().unwrap_or_default();
@@ -89,11 +100,12 @@ impl<const D: usize> ContactSystem<D> {
                         false => near,
                     };
                     found.sunk.extend(self.sunk(number, meeting, &moving, (ends, far)));
-                    (0, if far { passages(meeting, contact, ends, &moving) } else { 0 })
+                    (0, if far { passages(meeting, contact, ends, &moving) } else { 0 }, moving)
                 }
             };
             found.between.push(between);
             found.through.push(through);
+            found.targets.push(target);
         }
         Ok(found)
     }
@@ -149,8 +161,39 @@ fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64) -> String {
     )
 }
 
-/// Facets of this rank without a closed point in which a small round obstacle lies.
-fn between_points<const D: usize>(contact: &Contact<D>, obstacle: &Obstacle<D>, ends: Ends<'_>) -> u64 {
+/// A round obstacle none of the points can meet has sunk in from this part of a facet's length on.
+const SHALLOW: f64 = 0.02;
+
+/// Whether a point of this rank lies over a round obstacle, so that it would touch before the facet is a radius deep.
+fn has_a_point_at_its_obstacle<const D: usize>(contact: &Contact<D>, ends: Ends<'_>) -> bool {
+    let Pair::Rigid { contact: rigid, .. } = &contact.pair else { return false };
+    // The points of a facet that is no longer than the obstacle is thick all but touch it.
+    let radius = rigid.obstacle.outer_radius().filter(|radius| *radius < 4.0 * contact.facet_size);
+    let Some(radius) = radius else { return true };
+    let (surface, obstacle) = (contact.surface(), &rigid.obstacle);
+    let first = |facet: &SurfaceFacet| nodes_of(surface, facet, ends)[0].end;
+    let is_near = |facet: &&SurfaceFacet| obstacle.gap(&first(facet)) <= 2.0 * contact.facet_size;
+    surface.facets().iter().filter(is_near).any(|facet| {
+        let nodes: Vec<Point<D>> = nodes_of(surface, facet, ends).iter().map(|node| node.end).collect();
+        let outward = normal_of(&std::array::from_fn(|k| nodes[k]));
+        let Some(outward) = outward.try_normalize(0.0) else { return false };
+        facet.points.clone().enumerate().any(|(q, _)| {
+            let place = surface.facet_point(facet, q).position(&nodes);
+            let Some(away) = obstacle.offset(&place) else { return false };
+            let height = away.dot(&outward);
+            height.abs() <= radius + contact.facet_size && (away - outward * height).norm() < radius
+        })
+    })
+}
+
+/// Facets of this rank without a closed point in which a small round obstacle lies: half of its radius deep, or at all where no
+/// point of the contact is `met` by it however deep.
+fn between_points<const D: usize>(
+    contact: &Contact<D>,
+    obstacle: &Obstacle<D>,
+    ends: Ends<'_>,
+    met: bool,
+) -> u64 {
     let Some(radius) = obstacle.outer_radius() else { return 0 };
     let (surface, mut count) = (contact.surface(), 0);
     for facet in surface.facets().iter().filter(|facet| facet.mine) {
@@ -161,11 +204,14 @@ fn between_points<const D: usize>(contact: &Contact<D>, obstacle: &Obstacle<D>, 
         let around = around(&corners);
         let size = (Point::<D>::from(around.high) - Point::from(around.low)).norm();
         // A facet that is not longer than the obstacle is thick always has a point in it before it lies so deep.
-        if radius >= 2.0 * size || obstacle.gap(&corners[0].end) > size - 0.5 * radius {
+        let deep = if met { 0.5 * radius } else { (SHALLOW * size).min(0.5 * radius) };
+        if radius >= 2.0 * size || obstacle.gap(&corners[0].end) > size - deep {
             continue;
         }
         let mut lies = false;
-        parts(facet.kind, |part| lies |= lies_between(&std::array::from_fn(|k| corners[part[k]]), obstacle));
+        parts(facet.kind, |part| {
+            lies |= lies_between(&std::array::from_fn(|k| corners[part[k]]), obstacle, deep)
+        });
         count += u64::from(lies);
     }
     count

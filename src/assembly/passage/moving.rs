@@ -186,6 +186,26 @@ impl<const D: usize> Moving<D> {
     }
 }
 
+/// Whether one of the moving simplices that looks against a unit `direction` lies on the way from a point along it, no further than
+/// `within` \[m\], or behind the point, at the end of the step.
+pub(super) fn any_above<const D: usize>(
+    simplices: &[[Path<D>; D]],
+    point: &Point<D>,
+    direction: &Point<D>,
+    within: f64,
+) -> bool {
+    simplices.iter().any(|corners| {
+        let outward = normal_of(&corners.map(|corner| corner.end));
+        let against = outward.dot(direction);
+        if against >= 0.0 {
+            return false;
+        }
+        let distance = outward.dot(&(corners[0].end - point)) / against;
+        let place = point + direction * distance;
+        distance <= within && Path { start: place, end: place }.is_over(corners, f64::INFINITY)
+    })
+}
+
 /// The ways of the nodes of a contactor facet.
 pub(super) fn nodes_of<const D: usize>(
     surface: &ContactSurface<D>,

@@ -94,6 +94,15 @@ impl<const D: usize> Obstacle<D> {
         }
     }
 
+    /// From the centre of a sphere or disc, or square from the axis of a cylinder, to `x` \[m\].
+    pub fn offset(&self, x: &Vector<D>) -> Option<Vector<D>> {
+        match self {
+            Self::Plane(_) => None,
+            Self::Sphere(sphere) => Some(x - sphere.centre()),
+            Self::Cylinder(cylinder) => Some(cylinder.offset(x)),
+        }
+    }
+
     /// The gap alone \[m\].
     pub fn gap(&self, x: &Vector<D>) -> f64 {
         match self {

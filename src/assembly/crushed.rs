@@ -1,0 +1,30 @@
+//! Bodies that prescribed displacements press by more than they are thick.
+
+use super::build::sides_of;
+use super::system::ContactSystem;
+use crate::model::Model;
+
+/// A body is crushed from this part of its thickness on.
+const PART: f64 = 0.8;
+
+impl<const D: usize> ContactSystem<D> {
+    /// The first support that moves its body at t = 0 by four fifths of its length along an axis or more, in words. Collective.
+    pub fn crushed(&self, model: &Model<D>) -> Option<String> {
+        let sides: Vec<[f64; D]> =
+            (0..model.bodies.len()).map(|body| sides_of(self.session.world(), &self.local, body)).collect();
+        model.supports.iter().find_map(|support| {
+            let name = support.set.split('.').next().unwrap_or_default();
+            let body = model.bodies.iter().position(|body| body.name == name)?;
+            support.components.iter().enumerate().find_map(|(i, component)| {
+                let moved = component.as_ref()?.value([0.0; 3], 0.0).abs();
+                let (axis, side) = (["x", "y", "z"][i], sides[body][i]);
+                (moved >= PART * side).then(|| {
+                    format!(
+                        "'{}' moves '{}' by {moved:.3e} m along {axis}, where '{name}' is {side:.3e} m long: press it by less",
+                        support.name, support.set
+                    )
+                })
+            })
+        })
+    }
+}

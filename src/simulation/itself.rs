@@ -1,0 +1,73 @@
+//! Bodies whose own surfaces look at each other: contact is seen between the sets that a contact names, and nowhere else.
+
+use crate::contact::passage::{Path, normal_of};
+use crate::mesh::{Bounds, BoundsTree, FacetIndex, spelled};
+use crate::model::{Model, Target};
+use crate::partition::LocalMesh;
+use crate::tensor::Vector as Point;
+
+/// Facets that touch each other look past each other by rounding: a distance below this part of the body is none.
+const TOUCH: f64 = 1e-9;
+
+/// What a user should know of bodies that may meet themselves: that they are not seen to, and how far it is. `local` is the
+/// whole mesh.
+pub(super) fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Vec<String> {
+    let met = |body: usize| {
+        let by = |target: &Target<D>| matches!(target, Target::Surface { body: other, .. } if *other == body);
+        model.contacts.iter().any(|contact| contact.body == body && by(&contact.target))
+    };
+    let bodies = model.bodies.iter().enumerate().filter(|(body, _)| !met(*body));
+    let told = bodies.filter_map(|(number, body)| {
+        let (distance, place) = narrowest(local, number)?;
+        Some(format!(
+            "surfaces of '{}' look at each other across {distance:.3e} m at {}: that they meet is not seen, unless a contact \
+             names two sets of the body as its sides",
+            body.name,
+            spelled(place.as_slice())
+        ))
+    });
+    told.collect()
+}
+
+/// The shortest way out of a body that leads into it again, straight up from the middle of a facet, and where it begins \[m\].
+fn narrowest<const D: usize>(local: &LocalMesh<D>, body: usize) -> Option<(f64, Point<D>)> {
+    let mesh = &local.mesh;
+    let mut simplices: Vec<[Path<D>; D]> = Vec::new();
+    for facet in FacetIndex::new(mesh).boundary() {
+        if usize::from(mesh.body[facet.element as usize]) != body {
+            continue;
+        }
+        let corners: Vec<Path<D>> = mesh
+            .facet_corners(facet)
+            .map(|node| Point::from(mesh.points[node as usize]))
+            .map(|place| Path { start: place, end: place })
+            .collect();
+        // A line, a triangle, or the triangles of a quadrilateral.
+        for last in D - 1..corners.len() {
+            simplices.push(std::array::from_fn(|k| corners[if k == 0 { 0 } else { last + 1 + k - D }]));
+        }
+    }
+    let around = |corners: &[Path<D>; D]| Bounds::of(corners.iter().map(|corner| corner.end.into()));
+    let boxes: Vec<Bounds<D>> = simplices.iter().map(around).collect();
+    let (tree, all) = (BoundsTree::new(&boxes), boxes.iter().fold(*boxes.first()?, |a, b| a.join(b)));
+    let size = all.extent();
+    let mut found: Option<(f64, Point<D>)> = None;
+    for corners in &simplices {
+        let middle = corners.iter().map(|corner| corner.end).sum::<Point<D>>() / D as f64;
+        let Some(out) = normal_of(&corners.map(|corner| corner.end)).try_normalize(0.0) else { continue };
+        let most = found.map_or(size, |(distance, _)| distance);
+        let way = Bounds::of([middle.into(), (middle + out * most).into()]);
+        for hit in tree.meeting(&way) {
+            let other = &simplices[hit as usize];
+            let normal = normal_of(&other.map(|corner| corner.end));
+            let against = normal.dot(&out);
+            let distance = normal.dot(&(other[0].end - middle)) / against;
+            let place = middle + out * distance;
+            let nearer = distance > TOUCH * size && found.is_none_or(|(known, _)| distance < known);
+            if against < 0.0 && nearer && (Path { start: place, end: place }).is_over(other, size) {
+                found = Some((distance, middle));
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,98 @@
+//! What a user is told before it matters: what is not modelled, a start that can not be, restarts that agree to rounding only.
+
+mod common;
+
+use std::fs;
+
+use common::{Folder, SMALL_BLOCK, run};
+
+/// The small block with one text replaced.
+#[track_caller]
+fn with(from: &str, to: &str) -> String {
+    assert!(SMALL_BLOCK.contains(from), "not in the case: {from}");
+    SMALL_BLOCK.replacen(from, to, 1)
+}
+
+/// What the program does not model is told by `check` where a scene may need it: a ring with a slit that may close; and that stick
+/// has no multipliers. A block is not told so, nor a ring whose ends are the sides of a contact.
+#[test]
+fn check_tells_what_is_not_modelled() {
+    let folder = Folder::new("themselves");
+    let ring = with(
+        "cells: [4, 4] }",
+        "cells: [40, 4], map: { x: \"0.4 + (1 + y) * cos(15 * x)\", y: \"1.4 - (1 + y) * sin(15 * x)\" } }",
+    );
+    let say = |text: &str| {
+        folder.write("case.yml", text);
+        run(0, &["check", "case.yml"], &folder).success().stdout
+    };
+    let told = say(&ring.replace("block.bottom", "block.top").replace("on: block.top", "on: block.left"));
+    assert!(told.contains("surfaces of 'block' look at each other across"), "{told}");
+    let ends = "  slit: { contactor: block.left, target: block.right, normal: { penalty: { compliance: 1.0e-9 } }, friction: none }\nboundary:";
+    let told = say(&ring
+        .replace("block.bottom", "block.top")
+        .replace("on: block.top", "on: block.left")
+        .replace("boundary:", ends));
+    assert!(!told.contains("look at each other"), "{told}");
+    assert!(!say(SMALL_BLOCK).contains("look at each other"));
+    let statics =
+        "accuracy: { penetration: 1.0e-6 }\ntime: { end: 1, scheme: { static: { increments: 2 } } }";
+    let text: String = SMALL_BLOCK
+        .lines()
+        .filter(|line| !line.starts_with("start:"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let told = say(&text
+        .replace("time: { end: 0.002, step: 5.0e-4 }", statics)
+        .replace("stick_velocity: 1.0e-3", "stick_stiffness: 1.0e9"));
+    assert!(told.contains("of the pressure alone, stick gives way by its return map"), "{told}");
+}
+
+/// A start that presses a body by more than it is thick is told so, and not to use more increments.
+#[test]
+fn a_press_deeper_than_the_body_is_told() {
+    let folder = Folder::new("crushed");
+    folder.write("case.yml", &with("y: -0.01", "y: -0.5").replace("1.0e-9", "1.0e-10"));
+    for ranks in [0, 3] {
+        let output = run(ranks, &["case.yml", "-o", "out", "-q"], &folder);
+        assert_eq!(output.code, Some(5), "{}", output.stderr);
+        let words = "'clamp' moves 'block.top' by 5.000e-1 m along y, where 'block' is 4.000e-1 m long: press it by less";
+        assert!(
+            output.stderr.contains(words) && !output.stderr.contains("more increments"),
+            "{}",
+            output.stderr
+        );
+        // Nothing is known of the contact: no step is done.
+        let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
+        assert!(!record.contains("never closed"), "{record}");
+    }
+}
+
+/// Of restarts that agree to rounding alone is told who keeps checkpoints on several ranks, where MUMPS factorises.
+#[test]
+fn restarts_to_rounding_are_told() {
+    let folder = Folder::new("rounding");
+    let told = |ranks: usize, more: &str, petsc: &[&str]| {
+        folder.write(
+            "case.yml",
+            &with("output: {", &format!("{more}\noutput: {{ checkpoint: {{ every: 2 }},")),
+        );
+        let line = [&["case.yml", "-o", "out", "--anew", "--"], petsc].concat();
+        run(ranks, &line, &folder).success().stdout.contains("to rounding, not to the bit")
+    };
+    assert!(told(2, "solver: { linear: direct }", &[]));
+    assert!(told(2, "solver: { linear: filtered_amg }", &[]));
+    assert!(!told(0, "solver: { linear: direct }", &[]));
+    assert!(!told(2, "solver: { linear: gmres_asm_ilu }", &[]));
+    let alone = [
+        "-pc_type",
+        "redundant",
+        "-redundant_pc_type",
+        "lu",
+        "-redundant_pc_factor_mat_solver_type",
+        "mumps",
+    ];
+    assert!(!told(2, "solver: { linear: direct }", &alone));
+    folder.write("case.yml", &with("time:", "solver: { linear: direct }\ntime:"));
+    assert!(!run(2, &["case.yml", "-o", "out"], &folder).success().stdout.contains("not to the bit"));
+}
