@@ -121,12 +121,13 @@ impl<const D: usize> DeformableContact<D> {
         }
     }
 
-    /// The point at the end of the step, on the facet that it has in the middle, and its gap at the start if that is wanted.
+    /// The point at the end of the step, on the facet that it has in the middle, and its gap there at the start, unless it
+    /// stays open.
     fn locate_ends(
         &self,
         at: &super::geometry::FacetPoint<'_>,
         target: u32,
-        with_start: bool,
+        was_open: bool,
         work: &mut Workspace<D>,
     ) {
         work.go_to_ends();
@@ -136,8 +137,8 @@ impl<const D: usize> DeformableContact<D> {
             Projection::of(&at.position(contactor), kind, facet)
         };
         work.end_geometry.against_facet(at, &project(&work.end));
-        let closes = with_start && work.end_geometry.gap < 0.0;
-        work.start_gap = if closes { project(&work.start).gap } else { f64::INFINITY };
+        let counts = !was_open || work.end_geometry.gap < 0.0;
+        work.start_gap = if counts { project(&work.start).gap } else { f64::INFINITY };
     }
 
     fn locate(

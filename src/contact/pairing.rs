@@ -4,6 +4,8 @@ use super::target::TargetSurface;
 
 /// Times that a point may go back to the facet it came from before it is frozen for the rest of the step.
 const TOGGLES: u8 = 10;
+/// Times after which a point that holds energy keeps its facet for as long as it is near it.
+const SETTLED: u8 = 2;
 /// Written in the place of no facet.
 const NONE: u64 = u64::MAX;
 
@@ -80,6 +82,14 @@ impl Pairing {
     /// Whether the point keeps its facet for the rest of the step.
     pub fn is_frozen(&self, point: usize) -> bool {
         self.choices[point].toggles >= TOGGLES
+    }
+
+    /// Whether the point keeps its facet for as long as it is near it: it holds energy and went to and fro. Where a surface is
+    /// concave a point may be in balance on neither of two facets as they end, and on either as it goes on: a node without mass
+    /// does not move less in a shorter step.
+    pub fn is_settled(&self, point: usize) -> bool {
+        let choice = &self.choices[point];
+        choice.held && choice.toggles >= SETTLED
     }
 
     /// Takes the facet that the search found for a point; whether it changed. At the last toggle, and while it is
@@ -165,6 +175,20 @@ mod tests {
         pairing.take_back(&names, target);
         assert_eq!((pairing.facet(0), pairing.facet(1)), (Some(1), None));
         assert!(!pairing.take(0, None) && pairing.restless() == 0);
+    }
+
+    /// A point that holds energy settles after it went to and fro twice, in this step; others go on until they are frozen.
+    #[test]
+    fn points_that_hold_energy_settle() {
+        let mut pairing = Pairing::new(2);
+        pairing.hold(0, true);
+        for facet in [0, 1, 0, 1] {
+            assert!(!pairing.is_settled(0));
+            [0, 1].into_iter().for_each(|point| assert!(pairing.take(point, Some(facet))));
+        }
+        assert!(pairing.is_settled(0) && !pairing.is_settled(1) && !pairing.is_frozen(0));
+        pairing.begin_step();
+        assert!(!pairing.is_settled(0));
     }
 
     /// A point that is held goes from facet to facet but not off the last one, until it is let go.

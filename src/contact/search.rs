@@ -6,7 +6,7 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
 use super::evaluation::at;
-use super::looks::{Around, Leaf, Looks, Near, Probe, share_a_node};
+use super::looks::{Around, Leaf, Looks, Near, Probe, look, share_a_node};
 use super::pairing::{PairChanges, Pairing};
 use super::shield::Shield;
 use super::surface::{ContactSurface, SurfaceFacet};
@@ -21,6 +21,9 @@ const TIE: f64 = 1e-9;
 /// Of the same size: points further away than this are told their facet by where they are alone, not by where they were, so
 /// that iterates far from balance leave no trace.
 const FAR: f64 = 0.1;
+
+/// Of the same size: a point that went to and fro keeps its facet up to here beyond its end.
+const BESIDE: f64 = 0.1;
 
 /// How far a search looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -172,12 +175,24 @@ impl<const D: usize> Search<D> {
                     tie: TIE * size,
                     far: FAR * size,
                 };
+                if pairing.is_settled(point) && self.stands(&probe, BESIDE * size, sides.target, u) {
+                    changes.frozen += 1;
+                    continue;
+                }
                 let found = self.find(&probe, sides.target, u);
                 changes.changed += usize::from(pairing.take(point, found));
                 changes.frozen += usize::from(pairing.is_frozen(point));
             }
         }
         changes
+    }
+
+    /// Whether a point lies over the facet of the last iterate, or beyond its end by no more than `beside` \[m\].
+    fn stands(&mut self, probe: &Probe<'_, D>, beside: f64, target: &TargetSurface<D>, u: &[f64]) -> bool {
+        let Some(facet) = probe.previous else { return false };
+        target.current(facet, u, &mut self.nodes);
+        let seen = look(probe, target, facet, &self.nodes, &self.limits);
+        seen.distance * seen.distance <= seen.gap * seen.gap + beside * beside
     }
 
     /// Puts a shield around each facet at the displacements `u`.

@@ -279,6 +279,32 @@ fn toggling_points_are_frozen() {
     assert_eq!(scene.pairing.renumbered(&scene.contact.target, &scene.contact.target), scene.pairing);
 }
 
+/// A point that holds energy and went to and fro keeps its facet a little way beyond its end, and no further.
+#[test]
+fn a_settled_point_keeps_its_facet_nearby() {
+    let mut scene = on_the_border(-1e-3);
+    scene.shift(1, [-0.02, 0.0]);
+    scene.pair();
+    let [p, _] = points_at(&scene, -0.02)[..] else { panic!("two points") };
+    let left = scene.pairing.facet(p);
+    for held in [false, true] {
+        scene.pairing.begin_step();
+        scene.pairing.hold(p, held);
+        let mut move_by = |by: f64| {
+            scene.shift(1, [by, 0.0]);
+            scene.pair();
+            scene.pairing.facet(p)
+        };
+        let right = move_by(0.04);
+        assert_ne!(right, left);
+        assert_eq!([move_by(-0.04), move_by(0.04)], [left, right]);
+        // Two returns: from now on it stays where it is, up to a tenth of its facet beyond the end.
+        assert_eq!(move_by(-0.06), if held { right } else { left });
+        assert_eq!(move_by(-0.02), left);
+        move_by(0.04);
+    }
+}
+
 /// An iterate that ran away is not searched: the pairing stays, and the next good one is searched as ever.
 #[test]
 fn an_iterate_without_numbers_changes_nothing() {

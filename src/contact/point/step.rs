@@ -37,6 +37,11 @@ use crate::tensor::Vector;
 /// act as a spring of its own, up to `1 / (4 STILL)` times as stiff as the law.
 const STILL: f64 = 0.3;
 
+/// The same for what counts and lags behind the gap that there is, as where a facet took over from another: there is no haste to
+/// make up for it. By the law's stiffness it would be a spring along the surface, up to `1 / (4 STILL)` times as stiff, which
+/// pushes where it should hold; a node without mass has nothing else to hold it but its element, many times softer.
+const LAGGING: f64 = 3.0;
+
 /// Motion of the nodes of a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Fields<'a, const D: usize> {
@@ -53,7 +58,7 @@ pub struct StepMotion<'a, const D: usize> {
     pub middle: &'a Geometry<D>,
     /// Gap at the end \[m\], on the facet of the middle.
     pub end: f64,
-    /// Gap at the start on that facet \[m\]; looked at where the point was open.
+    /// Gap at the start on that facet \[m\]; infinite where the point stays open.
     pub start: f64,
     /// How the nodes move.
     pub fields: Fields<'a, D>,
@@ -130,8 +135,9 @@ pub fn respond_over_step<const D: usize>(
     let start = if was_open { motion.start.max(0.0) } else { history.counted };
     let along = 2.0 * fields.increment.iter().zip(&middle.nodes).map(|(u, a)| a.gap.dot(u)).sum::<f64>();
     let slipped = project(&increment.value);
-    let still = STILL * (-start).max(0.0);
-    let change = Change::new(start, motion.end, [along, slipped.norm()], still);
+    let lag = if motion.start.is_finite() { motion.start - start } else { 0.0 };
+    let still = [STILL, LAGGING].map(|part| part * (-start).max(0.0));
+    let change = Change::new([start, lag], motion.end, [along, slipped.norm()], still);
     let state = PointState {
         gap: motion.end,
         counted: if change.end < 0.0 { change.end } else { motion.end.max(0.0) },

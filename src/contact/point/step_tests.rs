@@ -318,14 +318,20 @@ const SINGLES: [Terms; 5] = [
 ];
 
 fn derivatives<const D: usize>(kind: ElementKind, ground: Ground<D>) {
+    derivatives_behind(kind, ground, 0.0);
+}
+
+fn derivatives_behind<const D: usize>(kind: ElementKind, ground: Ground<D>, another_facet: f64) {
     let mut needed = [false; SINGLES.len()];
     for (normal, friction, gaps) in laws()
         .into_iter()
         .flat_map(|n| frictions().into_iter().flat_map(move |f| MOTIONS.into_iter().map(move |g| (n, f, g))))
     {
-        let scene = Scene::<D>::new(kind, ground, ContactLaw { normal, friction }, gaps);
+        let mut scene = Scene::<D>::new(kind, ground, ContactLaw { normal, friction }, gaps);
         if let Ground::Facet(side) = ground {
             assert_eq!(Side::of(&scene.projection(&scene.middle)), side, "{kind} {gaps:?}");
+            // The gap that counts may be that on the facet of the step before.
+            scene.history.counted -= another_facet;
         }
         let rate = scene.rate(Terms::ALL);
         assert!(rate > 1.9, "{kind} {D}D {ground:?} {normal:?} {friction:?} {gaps:?}: {rate}");
@@ -345,6 +351,7 @@ fn derivatives<const D: usize>(kind: ElementKind, ground: Ground<D>) {
 #[test]
 fn tangent_over_a_step_has_order_two() {
     for kind in [ElementKind::Line2, ElementKind::Line3] {
+        derivatives_behind::<2>(kind, Ground::Facet(Side::Over), 1e-3);
         derivatives::<2>(kind, Ground::Facet(Side::Over));
         derivatives::<2>(kind, Ground::Facet(Side::Corner));
     }
@@ -353,6 +360,7 @@ fn tangent_over_a_step_has_order_two() {
     {
         SIDES.into_iter().for_each(|side| derivatives::<3>(kind, Ground::Facet(side)));
     }
+    SIDES.into_iter().for_each(|side| derivatives_behind::<3>(ElementKind::Quad8, Ground::Facet(side), 1e-3));
     for entry in OBSTACLES {
         (entry.samples_2d)()
             .into_iter()

@@ -28,6 +28,15 @@ impl Missed {
         let value = miss / size;
         Self { value, by_miss: (1.0 - 2.0 * TILT * miss * value) / size, by_square: -value / size }
     }
+
+    /// Both, where `other` misses what no motion changes.
+    fn with(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            by_square: self.by_square + other.by_square,
+            by_miss: self.by_miss,
+        }
+    }
 }
 
 /// Gaps of a point over a step, and what it answers for.
@@ -47,10 +56,12 @@ pub struct Change {
 
 impl Change {
     /// Between the gap that counts at the start and the gap that there is at the `end`, with the motion `along` the normal and
-    /// `across` it, all in m.
-    pub fn new(start: f64, end: f64, [along, across]: [f64; 2], still: f64) -> Self {
+    /// `across` it; what counts lags behind the gap that there is at the start by `lag`; all in m. Motions below the two of `still`
+    /// answer for nothing of what this step misses, and of the lag.
+    pub fn new([start, lag]: [f64; 2], end: f64, [along, across]: [f64; 2], still: [f64; 2]) -> Self {
         let square = along * along + across * across;
-        let missed = Missed::of(end - start - along, square, still);
+        let missed = Missed::of(end - (start + lag) - along, square, still[0]);
+        let missed = if lag == 0.0 { missed } else { missed.with(Missed::of(lag, square, still[1])) };
         Self { start, end: start + along + missed.value * square, along, square, missed }
     }
 }
@@ -87,8 +98,34 @@ mod tests {
                 }
             }
         }
-        let near = Change::new(-1e-4, 1e-3 + 1e-6 - 1e-4, [1e-3, 0.0], 0.0);
+        let near = Change::new([-1e-4, 0.0], 1e-3 + 1e-6 - 1e-4, [1e-3, 0.0], [0.0; 2]);
         assert!((near.end - (1e-3 + 1e-6 - 1e-4)).abs() < 5e-6 * 1e-6);
         assert_eq!(Missed::of(0.0, 0.0, 0.0), Missed::default());
+    }
+
+    /// What counts lags behind after a change of facet by a hundredth of the penetration: as the point moves on it is made up for,
+    /// by a spring along the surface of a thousandth of the law's stiffness, where one of a hundredth would stem from this step.
+    #[test]
+    fn a_lag_is_made_up_for_without_haste() {
+        let (depth, lag) = (8e-5, 8e-7);
+        let still = [0.3 * depth, 3.0 * depth];
+        let spring = |lag: f64, miss: f64| {
+            // `q = tau c s` over the motion `s`, by the stiffness `tau / depth`.
+            let c = |across: f64| {
+                Change::new([-depth - lag, lag], -depth + miss, [0.0, across], still).missed.value
+            };
+            let at = |across: f64| c(across) * across * depth;
+            (at(1e-9) / 1e-9).abs()
+        };
+        assert!((1.0e-3..1.2e-3).contains(&spring(lag, 0.0)), "{:e}", spring(lag, 0.0));
+        assert!((0.1..0.12).contains(&spring(0.0, lag)), "{:e}", spring(0.0, lag));
+        let mut left = lag;
+        for _ in 0..400 {
+            let change = Change::new([-depth - left, left], -depth, [0.0, 0.3 * depth], still);
+            let next = -depth - change.end;
+            assert!(next < left && next > 0.0);
+            left = next;
+        }
+        assert!(left < 0.05 * lag, "{left:e}");
     }
 }
