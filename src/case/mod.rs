@@ -224,20 +224,23 @@ impl Case {
         matches!(self.time.scheme.value, Scheme::Static { .. })
     }
 
-    /// Whether `accuracy` may make a penalty on this body stiffer while it moves, in steps that follow their errors: in equal
-    /// ones a node without mass, which friction may leave no balance, has too few ways out.
-    pub fn stiffens_contact_of(&self, body: &str) -> bool {
+    /// Whether `accuracy` wants the mass off the contact surfaces of this body in motion, in steps that follow their errors: in
+    /// equal ones a node without mass, which friction may leave no balance, has too few ways out. Where a penetration is asked for
+    /// its penalty may become stiffer; under the conserving scheme nothing damps what swings on it, faster than any step that is
+    /// worth while.
+    pub fn calms_contact_of(&self, body: &str) -> bool {
+        let swings = self.time.scheme.value == Scheme::Conserving;
         let asked = self
             .accuracy
             .as_ref()
-            .is_some_and(|accuracy| accuracy.penetration.is_some() && accuracy.time.is_some());
-        let moves = !self.is_static() && self.time.scheme.value != Scheme::Conserving;
+            .is_some_and(|accuracy| accuracy.time.is_some() && (swings || accuracy.penetration.is_some()));
+        let moves = !self.is_static();
         let is_on = |place: &str| place.split('.').next() == Some(body);
-        let stiffens = |contact: &Contact| {
+        let has_penalty = |contact: &Contact| {
             !matches!(contact.normal, Normal::PowerLaw { .. })
                 && (is_on(&contact.contactor) || is_on(&contact.target))
         };
-        asked && moves && self.contact.values().any(stiffens)
+        asked && moves && self.contact.values().any(has_penalty)
     }
 
     /// The completed case as YAML.

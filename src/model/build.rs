@@ -113,7 +113,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
         name: name.to_owned(),
         formulation,
         mass: match body.mass {
-            case::Mass::Auto if case.stiffens_contact_of(name) => MassChoice::RedistributedIfPossible,
+            case::Mass::Auto if case.calms_contact_of(name) => MassChoice::RedistributedIfPossible,
             case::Mass::Auto | case::Mass::Consistent => MassChoice::Consistent,
             case::Mass::Lumped => MassChoice::Lumped,
             case::Mass::Redistributed => MassChoice::Redistributed,

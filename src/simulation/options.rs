@@ -105,15 +105,14 @@ fn swinging(case: &Case) -> Option<String> {
     let sides = |contact: &case::Contact| [contact.contactor.to_string(), contact.target.to_string()];
     let places: Vec<String> = case.contact.values().filter(stiff).flat_map(sides).collect();
     let meets = |name: &str| places.iter().any(|place| place.split('.').next() == Some(name));
-    let swings = case
-        .bodies
-        .iter()
-        .filter(|(name, body)| meets(&name.value) && body.mass != case::Mass::Redistributed);
+    let swings = case.bodies.iter().filter(|(name, body)| {
+        meets(&name.value) && !matches!(body.mass, case::Mass::Auto | case::Mass::Redistributed)
+    });
     let swings: Vec<String> = swings.map(|(name, _)| format!("'{}'", name.value)).collect();
     (!swings.is_empty()).then(|| {
         format!(
             "nodes with mass swing on the penalty for as long as they touch: the error in time may be twice what is told; \
-             `mass: redistributed` in {} mends it, in fewer iterations",
+             `mass: redistributed`, or `auto`, in {} mends it, in fewer iterations",
             swings.join(", ")
         )
     })
@@ -222,16 +221,17 @@ fn follows_time(case: &Case) -> bool {
     case.accuracy.as_ref().is_some_and(|accuracy| accuracy.time.is_some())
 }
 
-/// Newton's tolerance: the user's, or where an accuracy is asked for one that leaves no trace in it.
+/// Newton's tolerance: the user's, or where an accuracy is asked for one that leaves no trace in it. What statics have of it
+/// over the displacements is slip.
 fn newton_tolerance(case: &Case) -> f64 {
     /// Residual over the largest force, over the error in time that is allowed.
     const RATIO: f64 = 1e-1;
     /// No looser than that, whatever is asked.
     const LOOSEST: f64 = 1e-3;
     let given = case.solver.newton.tolerance;
-    let time = case.accuracy.as_ref().and_then(|accuracy| accuracy.time);
-    match time {
-        Some(time) if given.place.line == 0 => (RATIO * time.si).clamp(given.si, LOOSEST),
+    let accuracy = case.accuracy.as_ref();
+    match accuracy.and_then(|accuracy| if case.is_static() { accuracy.slip } else { accuracy.time }) {
+        Some(asked) if given.place.line == 0 => (RATIO * asked.si).clamp(given.si, LOOSEST),
         _ => given.si,
     }
 }
@@ -259,6 +259,25 @@ mod tests {
         assert_eq!(tolerance(""), 1e-9);
         let given = "solver: { newton: { tolerance: 1e-7 } }\naccuracy: { time: 1e-3 }\n";
         assert_eq!(tolerance(given), 1e-7);
+    }
+
+    /// Statics have no error in time: there it is a tenth of the slip that is asked for, whatever stands under `time`.
+    #[test]
+    fn newton_follows_slip_in_statics() {
+        let text = include_str!("../../meshes/ironing/case.yml");
+        let tolerance = |more: &str| {
+            let case = Case::parse(&format!("{text}accuracy: {more}\n"), "case.yml");
+            newton_tolerance(&case.expect("a case"))
+        };
+        for (asked, expected) in [
+            ("tight", 1e-5),
+            ("{ slip: 1e-5 }", 1e-6),
+            ("{ slip: 1e-5, time: none }", 1e-6),
+            ("{ slip: none }", 1e-9),
+            ("{ time: none }", 1e-4),
+        ] {
+            assert!((tolerance(asked) / expected - 1.0).abs() < 1e-12, "{asked}: {:e}", tolerance(asked));
+        }
     }
 
     /// A case can name every linear solver there is, and no other; both agree on what needs symmetry.

@@ -90,8 +90,8 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
     let [_, short] = system.redistributed();
     if !short.is_empty() {
         remarks.push(format!(
-            "too few layers of elements to take the mass off the contact surfaces of {}: a penalty that becomes stiffer for \
-             accuracy.penetration may make them rattle",
+            "too few layers of elements to take the mass off the contact surfaces of {}: they swing on a penalty that is \
+             stiff, or becomes so for accuracy.penetration",
             short.join(", ")
         ));
     }

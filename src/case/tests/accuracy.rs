@@ -48,25 +48,24 @@ fn the_completed_case_says_the_same() {
     }
 }
 
-/// A penalty may become stiffer in motion, under a scheme that does not conserve, where a penetration is asked for.
+/// A penalty in motion wants no mass on it where it may become stiffer for a penetration, and where nothing damps what swings on it.
 #[test]
-fn penalties_become_stiffer_in_motion() {
-    let stiffens = |accuracy: &str, from: &str, to: &str| {
+fn penalties_in_motion_want_no_mass() {
+    let calms = |accuracy: &str, from: &str, to: &str| {
         let text = with(AT, &format!("accuracy: {accuracy}")).replacen(from, to, 1);
         let case = Case::parse(&text, "case.yml").unwrap_or_else(|error| panic!("{error}"));
-        [
-            case.stiffens_contact_of("block"),
-            case.stiffens_contact_of("floor"),
-            case.stiffens_contact_of("bloc"),
-        ]
+        [case.calms_contact_of("block"), case.calms_contact_of("floor"), case.calms_contact_of("bloc")]
     };
     let newmark = "{ newmark: { beta: 0.25, gamma: 0.5 } }";
-    assert_eq!(stiffens("fast", "", ""), [true, true, false]);
-    assert_eq!(stiffens("{ penetration: none }", "", ""), [false; 3]);
-    assert_eq!(stiffens("{ time: none }", "", ""), [false; 3]);
-    assert_eq!(stiffens("fast", newmark, "conserving"), [false; 3]);
+    assert_eq!(calms("fast", "", ""), [true, true, false]);
+    assert_eq!(calms("{ penetration: none }", "", ""), [false; 3]);
+    assert_eq!(calms("{ time: none }", "", ""), [false; 3]);
+    for accuracy in ["fast", "{ time: 1e-3, penetration: none }"] {
+        assert_eq!(calms(accuracy, newmark, "conserving"), [true, true, false]);
+    }
+    assert_eq!(calms("{ time: none }", newmark, "conserving"), [false; 3]);
     let power = "{ power_law: { stiffness: 1e14, exponent: 2 } }";
-    assert_eq!(stiffens("fast", "{ penalty: { compliance: \"1e-10 m/Pa\" } }", power), [false; 3]);
+    assert_eq!(calms("fast", "{ penalty: { compliance: \"1e-10 m/Pa\" } }", power), [false; 3]);
 }
 
 /// What can not be is refused with its place and a cure.
