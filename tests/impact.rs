@@ -166,6 +166,30 @@ fn discs_without_mass_find_their_balance() {
     assert_eq!(told.record()["accuracy"]["mass_redistributed"].as_array().map(Vec::len), Some(2));
 }
 
+/// What `accuracy` asks of penetration and slip the conserving scheme tells, its laws being what its energy hangs on, and says so
+/// before; energy it keeps in steps of any length.
+#[test]
+fn what_is_asked_of_the_laws_is_told() {
+    let friction = |accuracy: &str| {
+        let changes = [("end: 0.012", "end: 0.001"), ("step: 5.0e-5", "step: 1.0e-4")];
+        Results::of(&(shipped("collision/friction.yml", &changes) + &format!("accuracy: {accuracy}\n")), 1)
+    };
+    let record = friction("balanced").record();
+    let [asked, achieved] = ["asked", "achieved"].map(|which| record["accuracy"][which].clone());
+    for part in ["penetration [m]", "slip"] {
+        let [asked, achieved] = [&asked, &achieved].map(|errors| errors[part].as_f64().unwrap_or(0.0));
+        assert!(asked > 0.0 && achieved > asked, "{part}: {achieved:e} of {asked:e}");
+    }
+    let told = record["warnings"].to_string();
+    assert!(told.contains("accuracy.penetration and accuracy.slip is told"), "{told}");
+    assert!(told.contains("not met: penetration"), "{told}");
+    let equal = friction("{ energy: 1e-3, time: none, penetration: none, slip: none }");
+    let record = equal.record()["accuracy"].clone();
+    assert!(record["achieved"]["energy"].as_f64().is_some_and(|energy| energy < 1e-10), "{record}");
+    assert_eq!(equal.table("energy.csv").numbers("time").len(), 11);
+    assert!(!equal.record()["warnings"].to_string().contains("laws of contact"));
+}
+
 /// Cubes that tumble meet with faces, edges and corners, and points press beyond the edges of their facets, where a tangential force
 /// would turn about the normal: both momenta are kept to 1e-10 of what there is, with friction and without.
 #[test]

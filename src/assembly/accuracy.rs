@@ -24,6 +24,16 @@ pub enum Asked {
     Relative(f64),
 }
 
+impl Asked {
+    /// What is asked of this contact \[m\]. The penetration of a power law is that of its surface.
+    fn of<const D: usize>(self, contact: &Contact<D>) -> Option<f64> {
+        matches!(contact.law().normal, NormalLaw::Penalty(_)).then(|| match self {
+            Self::Length(length) => length,
+            Self::Relative(part) => part * contact.facet_size,
+        })
+    }
+}
+
 /// How points that stick move all the same.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Stuck {
@@ -115,14 +125,23 @@ impl<const D: usize> ContactSystem<D> {
     pub fn limit_penetration(&mut self, asked: Asked) {
         let multipliers = !self.is_dynamic();
         for contact in &mut self.contacts {
-            if let NormalLaw::Penalty(_) = contact.law().normal {
-                contact.tolerance = Some(match asked {
-                    Asked::Length(length) => length,
-                    Asked::Relative(part) => part * contact.facet_size,
-                });
+            if let Some(tolerance) = asked.of(contact) {
+                contact.tolerance = Some(tolerance);
                 contact.state.augment(if multipliers { Augmentation::Sought } else { Augmentation::Carried });
             }
         }
+    }
+
+    /// The smallest penetration that this asks of a contact \[m\]; `None` where no contact has a penalty.
+    pub fn tolerance(&self, asked: Asked) -> Option<f64> {
+        self.contacts.iter().filter_map(|contact| asked.of(contact)).reduce(f64::min)
+    }
+
+    /// How far the closed points of contacts with a penalty are from touching exactly \[m\]. Collective.
+    pub fn depth(&self) -> f64 {
+        let depths = depths(self.session.world(), &self.contacts).into_iter().zip(&self.contacts);
+        let penalties = depths.filter(|(_, contact)| matches!(contact.law().normal, NormalLaw::Penalty(_)));
+        penalties.map(|(depth, _)| depth).fold(0.0, f64::max)
     }
 
     /// Makes a contact in motion stiffer whose penetration would pass its tolerance if its pressure grew by half, and leaves

@@ -166,7 +166,7 @@ fn multipliers<const D: usize>(case: &Case, t: &Traits, system: &ContactSystem<D
     let why = match (t.contact, asked, system.smallest_tolerance().is_some()) {
         (false, ..) => "no contact",
         (_, false, _) => "no accuracy.penetration",
-        (.., false) => "laws and scheme keep their own penetration",
+        (.., false) => "laws and scheme keep their own penetration, which is told",
         _ if t.friction && !t.dynamic => {
             "accuracy.penetration; of the pressure alone, stick gives way by its return map"
         }

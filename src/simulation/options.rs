@@ -94,7 +94,28 @@ pub fn remarks(case: &Case) -> Vec<String> {
     let massless = massless.map(|(name, _)| {
         format!("'{}' has no mass: it follows supports, loads and contacts at once", name.value)
     });
-    idle.then(|| remark.to_owned()).into_iter().chain(massless).chain(swinging(case)).collect()
+    idle.then(|| remark.to_owned())
+        .into_iter()
+        .chain(massless)
+        .chain(swinging(case))
+        .chain(kept(case))
+        .collect()
+}
+
+/// Under the conserving scheme the laws of contact stay as they are, whatever `accuracy` asks of them.
+fn kept(case: &Case) -> Option<String> {
+    let accuracy = case.accuracy.as_ref().filter(|_| super::pace::keeps_laws(case))?;
+    let stiff = case.contact.values().any(|contact| matches!(contact.normal, case::Normal::Penalty { .. }));
+    let penetration = (accuracy.penetration.is_some() && stiff).then_some("penetration");
+    let slip = (accuracy.slip.is_some() && has_friction(case)).then_some("slip");
+    let parts: Vec<&str> = penetration.into_iter().chain(slip).collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "`scheme: conserving` keeps the laws of contact: accuracy.{} is told, and not met by other laws; a smaller compliance, \
+             or a stiffer stick, lessens it",
+            parts.join(" and accuracy.")
+        )
+    })
 }
 
 /// Under the conserving scheme nothing damps what swings on a penalty, faster than any step that is worth while.

@@ -17,26 +17,6 @@ impl Check<'_> {
                 self.cure("write `penetration: none`, or `normal: penalty`");
             }
         }
-        let conserves = matches!(self.case.time.scheme.value, Scheme::Conserving);
-        if let Some(penetration) =
-            accuracy.penetration.filter(|penetration| penetration.value().1.line > 0 && conserves)
-        {
-            let at = penetration.value().1;
-            self.say(
-                at,
-                "the conserving scheme keeps the penalty as it is: a penetration can not be asked for",
-            );
-            self.cure("write `penetration: none`, and give the contact a smaller compliance");
-        }
-        if let Some(slip) = accuracy.slip.filter(|slip| slip.place.line > 0 && conserves) {
-            self.say(
-                slip.place,
-                "the conserving scheme keeps the law of friction as it is: a slip can not be asked for",
-            );
-            self.cure(
-                "write `slip: none`, and give the friction a smaller stick velocity or a stiffer stick",
-            );
-        }
         self.part("the slip", accuracy.slip);
         self.part("the error in time", accuracy.time);
         self.part("the energy", accuracy.energy);

@@ -28,14 +28,23 @@ pub struct Pace {
 
 /// Limits the penetration where the case asks for it. To be called before any equilibrium is sought.
 pub fn limit_penetration<const D: usize>(system: &mut ContactSystem<D>, case: &Case) {
-    let Some(asked) = case.accuracy.as_ref().and_then(|accuracy| accuracy.penetration) else { return };
-    if matches!(case.time.scheme.value, crate::case::Scheme::Conserving) {
-        return; // Its contact forces are differences of the penalty's energy.
+    if let Some(asked) = penetration(case).filter(|_| !keeps_laws(case)) {
+        system.limit_penetration(asked);
     }
-    system.limit_penetration(match asked {
+}
+
+/// The penetration that the case asks for.
+fn penetration(case: &Case) -> Option<Asked> {
+    Some(match case.accuracy.as_ref()?.penetration? {
         PenetrationTolerance::Length(length) => Asked::Length(length.si),
         PenetrationTolerance::Relative(part) => Asked::Relative(part.si),
-    });
+    })
+}
+
+/// Whether the laws of contact stay as they are: under the conserving scheme, whose forces are differences of their energy. What is
+/// asked of penetration and slip is told all the same.
+pub fn keeps_laws(case: &Case) -> bool {
+    case.time.scheme.value == crate::case::Scheme::Conserving
 }
 
 /// Whether the steps follow their errors.
@@ -52,11 +61,9 @@ pub fn control<const D: usize>(case: &Case, model: &Model<D>, start: f64) -> Ste
     }
 }
 
-/// Whether stick follows the slip that is asked for, by the return map, and not the case's own law; the conserving scheme,
-/// whose energy hangs on the law, keeps it.
+/// Whether stick follows the slip that is asked for, by the return map, and not the case's own law.
 pub fn limits_slip(case: &Case) -> bool {
-    let conserves = matches!(case.time.scheme.value, crate::case::Scheme::Conserving);
-    case.accuracy.as_ref().is_some_and(|accuracy| accuracy.value.slip.is_some()) && !conserves
+    case.accuracy.as_ref().is_some_and(|accuracy| accuracy.value.slip.is_some()) && !keeps_laws(case)
 }
 
 /// What the estimate of the error in time keeps of earlier steps, with the layout of `pattern`; nothing where the case asks
@@ -80,10 +87,9 @@ impl Pace {
         case: &Case,
         model: &Model<D>,
     ) -> Result<Self> {
-        let Some(mut accuracy) = case.accuracy.as_ref().map(|accuracy| accuracy.value) else {
+        let Some(accuracy) = case.accuracy.as_ref().map(|accuracy| accuracy.value) else {
             return Ok(Self { watch: None });
         };
-        accuracy.slip = accuracy.slip.filter(|_| limits_slip(case));
         let watch = Watch::new(system, stage, (case, accuracy), model.kinks())?;
         Ok(Self { watch: Some(Box::new(watch)) })
     }

@@ -59,7 +59,7 @@ pub(super) struct Watch {
     kinks: Vec<f64>,
     weight: f64,
     given: Vec<Option<Regularization>>,
-    /// Smallest tolerance of a contact \[m\].
+    /// Smallest penetration that is asked of a contact \[m\].
     penetration: Option<f64>,
     /// Bodies whose contact surfaces have no mass.
     massless: Vec<String>,
@@ -117,7 +117,7 @@ impl Watch {
             kinks,
             weight: system.weight()?,
             given: system.regularizations(),
-            penetration: system.smallest_tolerance(),
+            penetration: super::penetration(case).and_then(|asked| system.tolerance(asked)),
             massless: system.redistributed()[0].clone(),
             memory: Memory {
                 time: budget(accuracy.time.filter(|_| past.is_some())),
@@ -193,7 +193,8 @@ impl Watch {
 
     /// Makes stick as stiff as the slip that is asked for wants it; whether that changed anything. Collective.
     pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) -> bool {
-        let asked = self.accuracy.slip.filter(|_| self.memory.size > 0.0);
+        let asked =
+            self.accuracy.slip.filter(|_| self.scheme != Scheme::Conserving && self.memory.size > 0.0);
         asked.is_some_and(|slip| system.stiffen_stick(&self.given, slip.si * self.memory.size))
     }
 
@@ -255,8 +256,7 @@ impl Watch {
         let order = self.scheme.order();
         let short = control.is_shortest();
         let lands = std::mem::take(&mut self.lands);
-        let accepted = control.judge(&Judgement { ratio, order, event, ease });
-        if !accepted {
+        if !control.judge(&Judgement { ratio, order, event, ease }) {
             return Ok(false);
         }
         self.memory.landed |= lands;
@@ -367,7 +367,8 @@ impl Watch {
             self.memory.loads = recoil::loads(system);
         }
         let Stuck { creep, give } = system.stuck();
-        let depth = system.shortfall().map_or(0.0, |left| left.depth);
+        let told = || self.penetration.map_or(0.0, |_| system.depth());
+        let depth = system.shortfall().map_or_else(told, |left| left.depth);
         system.keep_penetration();
         self.memory.stiffenings = system.stiffenings();
         for (most, now) in self.memory.contact.iter_mut().zip([depth, creep, give]) {
