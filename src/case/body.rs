@@ -254,8 +254,9 @@ tagged!(Locking, "cure for locking");
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Mass")]
 pub enum Mass {
-    /// Redistributed where `accuracy` asks for a time and a penetration in dynamics, or for a time under the conserving scheme, and the
-    /// body can spare the mass of its contact surfaces: on a penalty that is stiff, or becomes so, it would swing; else consistent.
+    /// Redistributed where `accuracy` asks for a time and a penetration in dynamics, or for a time under the conserving scheme on
+    /// obstacles, and the body can spare the mass of its contact surfaces: on a penalty that is stiff, or becomes so, it would swing;
+    /// else consistent.
     #[default]
     Auto,
     /// Integral of rho N_a N_b.

@@ -64,6 +64,13 @@ fn penalties_in_motion_want_no_mass() {
         assert_eq!(calms(accuracy, newmark, "conserving"), [true, true, false]);
     }
     assert_eq!(calms("{ time: none }", newmark, "conserving"), [false; 3]);
+    // Between the facets of another body a node without mass may find no balance.
+    let discs = include_str!("../../../meshes/collision/case.yml").to_owned() + "accuracy: fast\n";
+    for (scheme, expected) in [("conserving", false), ("midpoint", true)] {
+        let text = discs.replace("scheme: conserving", &format!("scheme: {scheme}"));
+        let case = Case::parse(&text, "case.yml").unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(["left", "right"].map(|body| case.calms_contact_of(body)), [expected; 2]);
+    }
     let power = "{ power_law: { stiffness: 1e14, exponent: 2 } }";
     assert_eq!(calms("fast", "{ penalty: { compliance: \"1e-10 m/Pa\" } }", power), [false; 3]);
 }
