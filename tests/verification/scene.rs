@@ -141,7 +141,6 @@ impl<const D: usize> Scene<D> {
             line_search: true,
             keep_tangent: false,
             terms: Terms::ALL,
-            keep_tangent: false,
         };
         Monolithic::new(settings, linear, pattern).expect("a strategy")
     }
