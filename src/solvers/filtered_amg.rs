@@ -51,79 +51,58 @@ struct Bulk {
     krylov: Krylov,
     /// There is no friction at all.
     frictionless: bool,
-    /// Part of the contact points that slips: when the hierarchy was made, and now.
+    /// Part of the contact points that slips: when the matrix was assembled, and now.
     slipping: [f64; 2],
     /// `da/du` and spring of the matrix; `None` before there is one.
     made_for: Option<[f64; 2]>,
     /// Assembled since the last set-up.
     changed: bool,
-    /// The first solve after that was poor: the interpolation may be of an odd matrix.
+    /// The interpolation is to be made, or made anew: the first solve with the present one was poor, and it may be of an odd
+    /// iterate.
     poor: bool,
+    set_up: Event,
     renewal: Event,
     cycle: Event,
-}
-
-/// The preconditioner with its matrices.
-pub struct FilteredAmg {
-    passes: Passes,
-    bulk: Bulk,
-    zone: Zone,
-    operator: Option<SharedOperator>,
-    residual: Vector,
-    correction: Vector,
 }
 
 impl Bulk {
     /// Prefix of PETSc's options for the multigrid.
     const PREFIX: &str = "bulk_";
-    /// Threshold of couplings by which nodes are aggregated: it keeps stored zeros, places for contact to come, from joining
-    /// nodes of two bodies.
-    const THRESHOLD: &str = "0.0";
-    /// The same where bodies slide on each other: aggregates stay on their side of a joint, or sliding would be tied on the
-    /// coarse levels.
-    const SLIDING_THRESHOLD: &str = "0.04";
+    /// One W-cycle: coarse levels are a seventh of the work. The threshold keeps stored zeros, places for contact, from joining
+    /// nodes of two bodies. Bounds of the smoothers are estimated for each matrix: PETSc would take those of the interpolation's.
+    const OPTIONS: [(&str, &str); 6] = [
+        ("ksp_type", "preonly"),
+        ("pc_type", "gamg"),
+        ("pc_gamg_threshold", "0.0"),
+        ("pc_gamg_reuse_interpolation", "true"),
+        ("pc_gamg_use_sa_esteig", "false"),
+        ("pc_mg_cycle_type", "w"),
+    ];
     /// Spring on the unknowns of a floating body, over the diagonal entry, what inertia gives included.
     const SHIFT: f64 = 1e-4;
-    /// Bodies slide on each other where more than this part of their contact points slips. When it has changed by as much
-    /// the hierarchy is made anew.
+    /// When the part of the contact points that slips has changed by this much the matrix is assembled anew.
     const SLIDING: f64 = 0.3;
     /// The weight of inertia may change by this factor before the matrix is assembled anew.
     const RANGE: f64 = 2.0;
 
     fn new(origin: &Origin, frictionless: bool) -> Result<Self> {
-        let slipping = [f64::from(u8::from(frictionless)); 2];
-        let mut krylov = Krylov::new(origin.session, Self::PREFIX)?;
-        krylov.configure(&Self::options(slipping[0]))?;
+        let krylov = Krylov::new(origin.session, Self::PREFIX)?;
         let mut matrix = origin.like.like_stored_as(Format::Aij)?;
         matrix.ungroup_rows()?;
-        let renewal = Event::register(origin.session, "BulkHierarchy")?;
-        let cycle = Event::register(origin.session, "BulkCycle")?;
+        let [set_up, renewal, cycle] =
+            ["SolverSetUp", "BulkHierarchy", "BulkCycle"].map(|name| Event::register(origin.session, name));
         Ok(Self {
             matrix,
             krylov,
             frictionless,
-            slipping,
+            slipping: [f64::from(u8::from(frictionless)); 2],
             made_for: None,
             changed: false,
-            poor: false,
-            renewal,
-            cycle,
+            poor: true,
+            set_up: set_up?,
+            renewal: renewal?,
+            cycle: cycle?,
         })
-    }
-
-    /// One cycle, where this part of the points slips.
-    fn options(slipping: f64) -> [(&'static str, &'static str); 4] {
-        let threshold = if Self::slides(slipping) { Self::SLIDING_THRESHOLD } else { Self::THRESHOLD };
-        [
-            ("ksp_type", "preonly"),
-            ("pc_type", "gamg"),
-            ("pc_gamg_threshold", threshold),
-            ("pc_gamg_reuse_interpolation", "true"),
-        ]
-    }
-
-    fn slides(slipping: f64) -> bool {
-        slipping > Self::SLIDING
     }
 
     /// Hears which part of the points slips.
@@ -161,12 +140,16 @@ impl Bulk {
             system.jacobian_into(stage, Terms::MASS, &mut self.matrix)?;
             self.matrix.diagonal(&mut inertia)?;
         }
-        let [made, now] = self.slipping;
+        if std::mem::take(&mut self.poor) {
+            system.jacobian_into(stage, Terms::BODIES, &mut self.matrix)?;
+            self.hold_floating(system, &inertia)?;
+            // Resetting is not enough: PETSc's (3.18) levels keep their sizes.
+            self.krylov.configure(&Self::OPTIONS)?;
+            self.set_up()?;
+        }
         system.joined_bodies_into(stage, &mut self.matrix)?;
         self.hold_floating(system, &inertia)?;
-        // Interpolation across joints that are no longer the same is of no use.
-        self.poor |= (made - now).abs() > Self::SLIDING || Self::slides(made) != Self::slides(now);
-        self.slipping[0] = now;
+        self.slipping[0] = self.slipping[1];
         self.made_for = Some(wanted);
         self.changed = true;
         Ok(())
@@ -185,17 +168,15 @@ impl Bulk {
         })
     }
 
-    fn prepare(&mut self) -> Result<()> {
-        if !self.changed {
-            return Ok(());
-        }
-        let _running = self.renewal.begin();
-        if std::mem::take(&mut self.poor) {
-            // Resetting is not enough: PETSc's (3.18) levels keep their sizes.
-            self.krylov.configure(&Self::options(self.slipping[0]))?;
-        }
+    /// The levels of the matrix as it is: with their interpolation, where there is none yet.
+    fn set_up(&mut self) -> Result<()> {
+        let (_set_up, _renewal) = (self.set_up.begin(), self.renewal.begin());
         self.krylov.set_operators(&self.matrix, &self.matrix)?;
         self.krylov.set_up()
+    }
+
+    fn prepare(&mut self) -> Result<()> {
+        if self.changed { self.set_up() } else { Ok(()) }
     }
 
     /// Hears how the first solve after a renewal went.
@@ -204,6 +185,16 @@ impl Bulk {
             self.poor = poor;
         }
     }
+}
+
+/// The preconditioner with its matrices.
+pub struct FilteredAmg {
+    passes: Passes,
+    bulk: Bulk,
+    zone: Zone,
+    operator: Option<SharedOperator>,
+    residual: Vector,
+    correction: Vector,
 }
 
 impl FilteredAmg {
