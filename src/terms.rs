@@ -33,8 +33,9 @@ bitflags! {
             | Self::NORMAL_CONTACT.bits() | Self::NORMAL_GEOMETRY.bits() | Self::FRICTION_DAMPING.bits();
         /// What stage II keeps (3.7): symmetric, without the normal contact stiffness.
         const FRICTION_STAGE = Self::NORMAL_STAGE.bits() & !Self::NORMAL_CONTACT.bits();
-        /// The bodies without their contacts. Symmetric.
-        const BODIES = Self::MASS.bits() | Self::MATERIAL.bits() | Self::GEOMETRIC.bits();
+        /// What multigrid takes for the bodies: without their contacts, and without `K_S`, which makes the matrix indefinite where
+        /// an iterate far from balance has large stresses. Symmetric.
+        const BODIES = Self::MASS.bits() | Self::MATERIAL.bits();
         /// Everything: the consistent tangent of (3.5).
         const ALL = (1 << 11) - 1;
     }

@@ -227,14 +227,6 @@ pub struct ContactCounts {
     pub flipped: u64,
 }
 
-impl ContactCounts {
-    /// Part of the closed points that slip; none where none is closed.
-    pub fn slipping(&self) -> Option<f64> {
-        let closed = self.stick + self.slip;
-        (closed > 0).then(|| self.slip as f64 / closed as f64)
-    }
-}
-
 /// A motion of a body as a rigid one that its supports leave.
 pub struct RigidMotion {
     /// Number of the body.

@@ -7,10 +7,11 @@
 //!
 //! The springs are what keeps the iterations from growing with the mesh: without them the cycle parts the bodies, and
 //! what W repairs over its depth of `l` elements of size `h` has the condition `1 + L / (l h)` of two overlapping
-//! subdomains. To long waves a joint as stiff as an element is as good as a rigid one. Where bodies slide, aggregates stay
-//! on their side, or the coarse levels would tie what slides. Otherwise contact changes the springs little, so the
-//! hierarchy serves for many iterations and steps. The factors of W serve until a node there has got other rows: each
-//! point that does something else than before would cost iterations.
+//! subdomains. To long waves a joint as stiff as an element is as good as a rigid one. Interpolation is made of the bodies
+//! alone, before they are joined: every aggregate lies on one side of a contact, so that the coarse matrices, which are
+//! of the joined bodies, have the joint as it is, whether it sticks, slips or opens, and no coarse level ties what slides.
+//! That lasts as long as the bodies do. The matrices on the levels serve until a twentieth of the points does something else
+//! than before, or an iteration gains less; the factors of W until a node there has got other rows: each point would cost iterations.
 
 use super::own::{Origin, Own};
 use super::zone::Zone;
@@ -49,10 +50,10 @@ impl Default for FilteredAmgSettings {
 struct Bulk {
     matrix: Matrix,
     krylov: Krylov,
-    /// There is no friction at all.
-    frictionless: bool,
-    /// Part of the contact points that slips: when the matrix was assembled, and now.
+    /// Part of the closed points that slips: when the matrix was assembled, and now.
     slipping: [f64; 2],
+    /// Changes of status since then, over closed points.
+    turned: f64,
     /// `da/du` and spring of the matrix; `None` before there is one.
     made_for: Option<[f64; 2]>,
     /// Assembled since the last set-up.
@@ -80,12 +81,13 @@ impl Bulk {
     ];
     /// Spring on the unknowns of a floating body, over the diagonal entry, what inertia gives included.
     const SHIFT: f64 = 1e-4;
-    /// When the part of the contact points that slips has changed by this much the matrix is assembled anew.
-    const SLIDING: f64 = 0.3;
+    /// The matrix is assembled anew when this part of the contact points has turned to slip, to stick or away: their joints
+    /// are others.
+    const TURNED: f64 = 0.05;
     /// The weight of inertia may change by this factor before the matrix is assembled anew.
     const RANGE: f64 = 2.0;
 
-    fn new(origin: &Origin, frictionless: bool) -> Result<Self> {
+    fn new(origin: &Origin) -> Result<Self> {
         let krylov = Krylov::new(origin.session, Self::PREFIX)?;
         let mut matrix = origin.like.like_stored_as(Format::Aij)?;
         matrix.ungroup_rows()?;
@@ -94,8 +96,8 @@ impl Bulk {
         Ok(Self {
             matrix,
             krylov,
-            frictionless,
-            slipping: [f64::from(u8::from(frictionless)); 2],
+            slipping: [0.0; 2],
+            turned: 0.0,
             made_for: None,
             changed: false,
             poor: true,
@@ -105,18 +107,18 @@ impl Bulk {
         })
     }
 
-    /// Hears which part of the points slips.
-    fn heed(&mut self, slipping: f64) {
-        if !self.frictionless {
-            self.slipping[1] = slipping;
-        }
+    /// Hears how many points do something else than before.
+    fn heed(&mut self, contact: &ContactCounts) {
+        let part = |points: u64| points as f64 / contact.closed.max(1) as f64;
+        self.turned += part(contact.changed);
+        self.slipping[1] = part(contact.slip);
     }
 
     /// Whether the matrix serves at the stage.
     fn serves(&self, wanted: [f64; 2]) -> bool {
+        // The first iterate of a step has none before it from which points would have turned.
         let [made, now] = self.slipping;
-        let alike = (made - now).abs() <= Self::SLIDING;
-        alike
+        self.turned.max((made - now).abs()) <= Self::TURNED
             && self.made_for.is_some_and(|made| {
                 made.iter().zip(wanted).all(|(&made, wanted)| {
                     made == wanted
@@ -149,6 +151,7 @@ impl Bulk {
         }
         system.joined_bodies_into(stage, &mut self.matrix)?;
         self.hold_floating(system, &inertia)?;
+        self.turned = 0.0;
         self.slipping[0] = self.slipping[1];
         self.made_for = Some(wanted);
         self.changed = true;
@@ -198,14 +201,14 @@ pub struct FilteredAmg {
 }
 
 impl FilteredAmg {
-    /// A preconditioner whose matrices are still zero, of a problem that may be `frictionless`. Collective.
+    /// A preconditioner whose matrices are still zero. Collective.
     ///
     /// # Errors
     /// No memory.
-    pub fn new(origin: &Origin, settings: FilteredAmgSettings, frictionless: bool) -> Result<Self> {
+    pub fn new(origin: &Origin, settings: FilteredAmgSettings) -> Result<Self> {
         Ok(Self {
             passes: settings.passes,
-            bulk: Bulk::new(origin, frictionless)?,
+            bulk: Bulk::new(origin)?,
             zone: Zone::new(origin.session, settings.layers)?,
             operator: None,
             residual: origin.pattern.like()?,
@@ -220,7 +223,7 @@ impl Own for FilteredAmg {
     }
 
     fn heed(&mut self, contact: &ContactCounts) {
-        contact.slipping().into_iter().for_each(|slipping| self.bulk.heed(slipping));
+        self.bulk.heed(contact);
     }
 
     fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage, reuse: Reuse) -> Result<()> {

@@ -188,7 +188,7 @@ impl LinearSolver {
                 let inner = self.stages.inner.unwrap_or("cg_icc");
                 Box::new(TwoStage::new(&origin, self.stages.second, inner)?)
             }
-            false => Box::new(FilteredAmg::new(&origin, self.filter, self.symmetric)?),
+            false => Box::new(FilteredAmg::new(&origin, self.filter)?),
         })
     }
 
