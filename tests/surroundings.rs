@@ -125,7 +125,7 @@ fn nohup_keeps_a_run_going() {
     assert_eq!(running.wait().expect("its end").code(), Some(7));
 }
 
-/// An option that nothing used is on record, also where nobody was told; a body that flies is no warning.
+/// An option that nothing used is on record, and a quiet run tells it and nothing else; a body that flies is no warning.
 #[test]
 fn the_record_has_what_the_console_leaves_out() {
     let folder = Folder::new("record");
@@ -137,7 +137,9 @@ fn the_record_has_what_the_console_leaves_out() {
         .replace("start: { equilibrium: { friction: false, increments: 2 } }\n", "");
     folder.write("case.yml", &free);
     let output = shell("$PROGRAM case.yml -q -o out -- -snes_mponitor 3", &folder);
-    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && output.stdout.is_empty(), "{output:?}");
+    assert!(told.starts_with("warning: the PETSc option") && told.lines().count() == 1, "{told}");
     let warnings = record(&folder)["warnings"].clone();
     let warnings: Vec<&str> =
         warnings.as_array().into_iter().flatten().filter_map(|text| text.as_str()).collect();
