@@ -41,7 +41,8 @@ impl Sight {
     }
 
     fn limits(&self, below: f64) -> SearchLimits {
-        SearchLimits { reach: (Self::REACH + Self::SLACK) * self.facet + below, depth: self.depth }
+        let ahead = (Self::REACH + Self::SLACK) * self.facet;
+        SearchLimits { reach: ahead + below, ahead, depth: self.depth }
     }
 }
 

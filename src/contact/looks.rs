@@ -191,6 +191,7 @@ pub(super) fn look<const D: usize>(
     let projection = Projection::of(&probe.x, target.kind(facet), nodes);
     let eligible = projection.normal.dot(&probe.outward) < -AGAINST * probe.outward.norm()
         && projection.gap >= -limits.depth
+        && (projection.gap < 0.0 || projection.distance <= limits.ahead)
         && !target.is_off_end(facet, &projection)
         && !share_a_node(probe.nodes, target.nodes(facet));
     Seen { facet, distance: projection.distance, gap: projection.gap, place: projection.place, eligible }

@@ -15,7 +15,7 @@ use crate::mesh::{BoxShape, ElementKind, Mesh, merge};
 
 pub const COMPLIANCE: f64 = 1e-8;
 pub const OVERLAP: f64 = 0.05;
-pub const LIMITS: SearchLimits = SearchLimits { reach: 0.6, depth: 0.5 };
+pub const LIMITS: SearchLimits = SearchLimits { reach: 0.6, ahead: 0.6, depth: 0.5 };
 
 pub fn coulomb(mu: f64, regularization: Regularization) -> Friction {
     let coefficient = Coefficient::Constant(Constant::new(mu).unwrap());

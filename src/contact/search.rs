@@ -30,6 +30,9 @@ const BESIDE: f64 = 0.1;
 pub struct SearchLimits {
     /// Points further than this from every facet have none \[m\].
     pub reach: f64,
+    /// The same for points in front of their facet, however deep others lie: what iterates far from balance left behind does
+    /// not decide whether they have one \[m\].
+    pub ahead: f64,
     /// Points deeper than this below a facet are not its own, but come from the other side: half the thickness of the
     /// target \[m\].
     pub depth: f64,

@@ -32,7 +32,7 @@ use crate::error::{Cause, Error, Result, agree};
 use crate::model::{Contact, Model, Target, read_mesh};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
-use crate::solvers::{Outcome, Strategy};
+use crate::solvers::{Outcome, SolveReport, Strategy};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
@@ -264,17 +264,19 @@ impl Attempt<'_> {
             }
             false => strategy.follow_prescribed(system, stage)?,
         };
+        let mut spent = SolveReport::default();
         if moved {
-            let outcome = strategy.solve(system, stage, &mut |row| journal.iteration(row))?;
-            if matches!(outcome, Outcome::Converged(_)) {
-                return Ok(outcome);
+            match strategy.solve(system, stage, &mut |row| journal.iteration(row))? {
+                Outcome::Failed(report, _) => spent = report,
+                converged => return Ok(converged),
             }
         }
         system.take_back();
         stage.trial.u.copy_from(&stage.start.u)?;
         system.doubt_first_slip(false);
         journal.attempt(stage);
-        strategy.solve(system, stage, &mut |row| journal.iteration(row))
+        let outcome = strategy.solve(system, stage, &mut |row| journal.iteration(row))?;
+        Ok(outcome.after(&spent))
     }
 
     /// Goes on to the end of the step where the scheme has balanced its middle, evaluates the forces there and lets the

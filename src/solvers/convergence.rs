@@ -110,3 +110,16 @@ pub enum Outcome {
     /// It does not; the step may be cut. The sentence carries figures and thresholds.
     Failed(SolveReport, String),
 }
+
+impl Outcome {
+    /// The same with the work of an earlier solve that led nowhere; the length of the step is judged without that.
+    #[must_use]
+    pub fn after(mut self, earlier: &SolveReport) -> Self {
+        let (Self::Converged(report) | Self::Failed(report, _)) = &mut self;
+        report.single.get_or_insert(report.newton);
+        report.newton += earlier.newton;
+        report.krylov += earlier.krylov;
+        report.inner += earlier.inner;
+        self
+    }
+}
