@@ -261,12 +261,12 @@ fn set_ups_are_skipped_on_2_ranks() {
         (&rough, "gmres_asm_ilu1", &[("MatILUFactorSym", ONCE), (lu, ONCE)]),
         // The incomplete factors and those of the coarsest level.
         (&rough, "gmres_amg", &[("MatILUFactorSym", ONCE), (lu, Some(2))]),
-        // The factors around the contact, and those of the coarsest level.
-        (&rough, "filtered_amg", &[("BulkHierarchy", ONCE), ("ZoneFactors", ONCE), (lu_order, Some(2))]),
+        // The factors around the contact, and those of the coarsest level; the bodies' matrix once more, as points turn.
+        (&rough, "filtered_amg", &[("BulkHierarchy", Some(2)), ("ZoneFactors", ONCE), (lu_order, Some(2))]),
         (&rough, "{ two_stage: { inner: cholesky } }", &[(cholesky_order, ONCE), (cholesky, EACH)]),
         (&smooth, "cg_amg", &[(lu, ONCE)]),
         (DYNAMIC, "gmres_asm_ilu", &[("SubdomainILU", ONCE)]),
-        (DYNAMIC, "filtered_amg", &[("BulkHierarchy", ONCE)]),
+        (DYNAMIC, "filtered_amg", &[("BulkHierarchy", Some(2))]),
     ];
     for (case, linear, counts) in expected {
         let solved = Solved::by(case, linear, 2, &["-log_view", ":log.txt"]).well();
