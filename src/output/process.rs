@@ -81,6 +81,15 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
+    /// A process that sleeps. It is there a moment before it has its name.
+    fn sleeper() -> Child {
+        let child = Command::new("sleep").arg("60").spawn().unwrap();
+        while name(&child.id().to_string()).as_deref() != Some("sleep") {
+            sleep(Duration::from_millis(1));
+        }
+        child
+    }
+
     fn record(verdict: &str, child: &Child) -> Value {
         let process = json!({ "host": host(), "id": child.id(), "name": name(&child.id().to_string()) });
         json!({ "verdict": verdict, "process": process })
@@ -91,7 +100,7 @@ mod tests {
     #[test]
     fn a_killed_run_is_told_from_one_that_goes_on() {
         assert_eq!(verdict(&json!({ "verdict": "running", "process": own() })), "running");
-        let mut child = Command::new("sleep").arg("60").spawn().unwrap();
+        let mut child = sleeper();
         let mut running = record("running", &child);
         let failed = record("failed", &child);
         assert_eq!(verdict(&running), "running");
@@ -115,7 +124,7 @@ mod tests {
         let scratch = Scratch::new("claimed");
         let put = |record: &Value| fs::write(scratch.0.join(RECORD), record.to_string()).unwrap();
         claim(&scratch.0).unwrap();
-        let mut child = Command::new("sleep").arg("60").spawn().unwrap();
+        let mut child = sleeper();
         put(&record("running", &child));
         let refused = claim(&scratch.0).unwrap_err();
         assert!(refused.message.contains(&format!("process {}", child.id())), "{refused}");
