@@ -323,3 +323,25 @@ fn an_iterate_without_numbers_changes_nothing() {
     scene.contact.pair(&mut late, &good, &mut scene.pairing);
     assert_eq!(named(&scene, &scene.pairing), named(&scene, &before));
 }
+
+/// Points in front of their facet have one up to a distance of their own, however far the search reaches for those that lie deep.
+#[test]
+fn what_lies_deep_does_not_decide_about_what_is_in_front() {
+    let facets = |gap: f64, limits: SearchLimits| {
+        let scene = on_the_border(gap);
+        let mut pairing = Pairing::new(scene.contact.surface.point_count());
+        let mut search = Search::new(&scene.contact.target, limits, &scene.u);
+        search.pair(scene.contact.sides(), &scene.u, &mut pairing);
+        (0..pairing.len()).filter(|point| pairing.facet(*point).is_some()).count()
+    };
+    let deeper = |below: f64| SearchLimits { reach: LIMITS.ahead + below, ..LIMITS };
+    for below in [0.0, 0.2, 0.4] {
+        assert_eq!(
+            facets(0.9 * LIMITS.ahead, deeper(below)),
+            facets(0.5 * LIMITS.ahead, deeper(0.0)),
+            "{below}"
+        );
+        assert_eq!(facets(1.1 * LIMITS.ahead, deeper(below)), 0, "{below}");
+    }
+    assert!(facets(-0.3, deeper(0.2)) > 0);
+}

@@ -265,14 +265,16 @@ mod tests {
     use crate::case::{Case, Linear};
     use crate::solvers::PRESETS;
 
+    /// That of a case with some lines more.
+    fn tolerance(text: &str, more: &str) -> f64 {
+        newton_tolerance(&Case::parse(&format!("{text}{more}"), "case.yml").expect("a case"))
+    }
+
     /// Newton's tolerance is a tenth of the error in time that is asked for, a thousandth at most, unless it is given.
     #[test]
     fn newton_follows_the_error_in_time() {
         let text = include_str!("../../meshes/sliding-block/case.yml");
-        let tolerance = |more: &str| {
-            let case = Case::parse(&format!("{text}{more}"), "case.yml");
-            newton_tolerance(&case.expect("a case"))
-        };
+        let tolerance = |more: &str| tolerance(text, more);
         let asked = |time: &str| tolerance(&format!("accuracy: {{ time: {time} }}\n"));
         for (time, expected) in
             [("1e-1", 1e-3), ("1e-2", 1e-3), ("1e-3", 1e-4), ("1e-4", 1e-5), ("none", 1e-9)]
@@ -288,10 +290,7 @@ mod tests {
     #[test]
     fn newton_follows_slip_in_statics() {
         let text = include_str!("../../meshes/ironing/case.yml");
-        let tolerance = |more: &str| {
-            let case = Case::parse(&format!("{text}accuracy: {more}\n"), "case.yml");
-            newton_tolerance(&case.expect("a case"))
-        };
+        let tolerance = |asked: &str| tolerance(text, &format!("accuracy: {asked}\n"));
         for (asked, expected) in [
             ("tight", 1e-5),
             ("{ slip: 1e-5 }", 1e-6),

@@ -123,3 +123,25 @@ impl Outcome {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a first guess cost counts, and is none of what the length of the step is judged by.
+    #[test]
+    fn work_that_led_nowhere_counts() {
+        let spent = SolveReport { newton: 25, krylov: 60, inner: 3, ..SolveReport::default() };
+        let solved = SolveReport { newton: 4, krylov: 10, residual: 1e-10, ..SolveReport::default() };
+        let Outcome::Converged(report) = Outcome::Converged(solved).after(&spent) else {
+            panic!("it converged")
+        };
+        assert_eq!((report.newton, report.krylov, report.inner, report.effort()), (29, 70, 3, 4));
+        assert_eq!(report.residual, 1e-10);
+        let staggered = SolveReport { newton: 20, single: Some(3), ..SolveReport::default() };
+        let Outcome::Failed(report, _) = Outcome::Failed(staggered, String::new()).after(&spent) else {
+            panic!("it failed")
+        };
+        assert_eq!((report.newton, report.effort()), (45, 3));
+    }
+}

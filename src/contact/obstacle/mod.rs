@@ -292,4 +292,38 @@ mod tests {
         let flat = Cylinder::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0), 1.0, Side::Outside);
         assert!(flat.unwrap_err().message.contains("sphere"));
     }
+
+    /// Between any two points of a path that is told flat the normal turns by less than 0.2; a plane is flat, a chord as long as
+    /// the radius and the inside of a hollow are not.
+    #[test]
+    fn what_is_flat_turns_by_little() {
+        let mut flat = 0;
+        for obstacle in OBSTACLES.iter().flat_map(|entry| (entry.samples_3d)()) {
+            for ends in crate::taylor::scatter(6 * 2000, 5).chunks_exact(6) {
+                let (from, way) = ends.split_at(3);
+                let from = Vector::<3>::from_column_slice(from);
+                let to = from + Vector::<3>::from_column_slice(way) * 0.2;
+                let least = obstacle.gap(&from).min(obstacle.gap(&to));
+                if !obstacle.is_flat_along((to - from).norm(), least) {
+                    continue;
+                }
+                flat += usize::from(obstacle.outer_radius().is_some());
+                let normal = |t: f64| obstacle.proximity(&(from + (to - from) * t)).normal;
+                assert!(
+                    (0..=8).all(|k| normal(0.0).dot(&normal(0.125 * f64::from(k))) >= 0.98),
+                    "{obstacle:?}"
+                );
+            }
+        }
+        assert!(flat > 100, "{flat}");
+        let disc = Obstacle::Sphere(Sphere::new(Vector::<2>::zeros(), 0.1, Side::Outside).expect("a disc"));
+        assert!(
+            disc.is_flat_along(0.015, 0.0)
+                && !disc.is_flat_along(0.1, 0.0)
+                && !disc.is_flat_along(0.015, -0.05)
+        );
+        let hollow =
+            Obstacle::Sphere(Sphere::new(Vector::<2>::zeros(), 0.1, Side::Inside).expect("a hollow"));
+        assert!(!hollow.is_flat_along(1e-3, 0.0));
+    }
 }

@@ -232,11 +232,13 @@ impl<const D: usize> Scene<D> {
 /// Closing, opening, pressing on.
 const MOTIONS: [[f64; 2]; 4] = [[2e-3, -3e-3], [-3e-3, 2e-3], [-2e-3, -4e-3], [-4e-3, -2e-3]];
 
+fn motions_by_every_law() -> impl Iterator<Item = (NormalLaw, Option<Friction>, [f64; 2])> {
+    let moved = |n, f| MOTIONS.into_iter().map(move |gaps| (n, f, gaps));
+    laws().into_iter().flat_map(move |n| frictions().into_iter().flat_map(move |f| moved(n, f)))
+}
+
 fn conserves<const D: usize>(kind: ElementKind, ground: Ground<D>, another_facet: bool) {
-    for (normal, friction, gaps) in laws()
-        .into_iter()
-        .flat_map(|n| frictions().into_iter().flat_map(move |f| MOTIONS.into_iter().map(move |g| (n, f, g))))
-    {
+    for (normal, friction, gaps) in motions_by_every_law() {
         let mut scene = Scene::<D>::new(kind, ground, ContactLaw { normal, friction }, gaps);
         if another_facet {
             // The gap that counts is that on the facet of the step before.
@@ -300,12 +302,10 @@ fn force_over_a_step_conserves() {
         }
     }
     for entry in OBSTACLES {
-        (entry.samples_2d)()
-            .into_iter()
-            .for_each(|obstacle| conserves::<2>(ElementKind::Line2, Ground::Obstacle(obstacle), false));
-        (entry.samples_3d)()
-            .into_iter()
-            .for_each(|obstacle| conserves::<3>(ElementKind::Quad4, Ground::Obstacle(obstacle), false));
+        let line = |obstacle| conserves::<2>(ElementKind::Line2, Ground::Obstacle(obstacle), false);
+        let quad = |obstacle| conserves::<3>(ElementKind::Quad4, Ground::Obstacle(obstacle), false);
+        (entry.samples_2d)().into_iter().for_each(line);
+        (entry.samples_3d)().into_iter().for_each(quad);
     }
 }
 
@@ -323,10 +323,7 @@ fn derivatives<const D: usize>(kind: ElementKind, ground: Ground<D>) {
 
 fn derivatives_behind<const D: usize>(kind: ElementKind, ground: Ground<D>, another_facet: f64) {
     let mut needed = [false; SINGLES.len()];
-    for (normal, friction, gaps) in laws()
-        .into_iter()
-        .flat_map(|n| frictions().into_iter().flat_map(move |f| MOTIONS.into_iter().map(move |g| (n, f, g))))
-    {
+    for (normal, friction, gaps) in motions_by_every_law() {
         let mut scene = Scene::<D>::new(kind, ground, ContactLaw { normal, friction }, gaps);
         if let Ground::Facet(side) = ground {
             assert_eq!(Side::of(&scene.projection(&scene.middle)), side, "{kind} {gaps:?}");
@@ -362,20 +359,15 @@ fn tangent_over_a_step_has_order_two() {
     }
     SIDES.into_iter().for_each(|side| derivatives_behind::<3>(ElementKind::Quad8, Ground::Facet(side), 1e-3));
     for entry in OBSTACLES {
-        (entry.samples_2d)()
-            .into_iter()
-            .for_each(|obstacle| derivatives::<2>(ElementKind::Line2, Ground::Obstacle(obstacle)));
-        (entry.samples_3d)()
-            .into_iter()
-            .for_each(|obstacle| derivatives::<3>(ElementKind::Quad4, Ground::Obstacle(obstacle)));
+        let line = |obstacle| derivatives::<2>(ElementKind::Line2, Ground::Obstacle(obstacle));
+        let quad = |obstacle| derivatives::<3>(ElementKind::Quad4, Ground::Obstacle(obstacle));
+        (entry.samples_2d)().into_iter().for_each(line);
+        (entry.samples_3d)().into_iter().for_each(quad);
     }
 }
 
 fn joins<const D: usize>(kind: ElementKind, plane: Obstacle<D>) {
-    for (normal, friction, gaps) in laws()
-        .into_iter()
-        .flat_map(|n| frictions().into_iter().flat_map(move |f| MOTIONS.into_iter().map(move |g| (n, f, g))))
-    {
+    for (normal, friction, gaps) in motions_by_every_law() {
         let scene = Scene::<D>::new(kind, Ground::Obstacle(plane), ContactLaw { normal, friction }, gaps);
         let terms = Terms::NORMAL_CONTACT | Terms::FRICTION_DAMPING;
         let springs =
