@@ -17,6 +17,7 @@ pub mod geometry;
 mod held;
 pub mod history;
 mod looks;
+pub mod mortar;
 pub mod multipliers;
 pub mod normal;
 pub mod obstacle;

@@ -245,7 +245,7 @@ impl<const D: usize> ContactState<D> {
     }
 
     /// How point `p` is to be evaluated.
-    pub(super) fn manner(&self, p: usize, hold: Hold, branches: Branches) -> Manner<D> {
+    pub fn manner(&self, p: usize, hold: Hold, branches: Branches) -> Manner<D> {
         let held = self.held.get(p).copied().unwrap_or_default();
         let nothing = Frozen::default();
         let frozen = match hold {

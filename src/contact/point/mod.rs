@@ -84,18 +84,36 @@ pub struct Manner<const D: usize> {
 
 /// Derivatives of the tractions at a closed point: what the stiffness is made of.
 #[derive(Debug, Clone, Copy)]
-struct Slopes<const D: usize> {
-    /// `dt_n/dg`.
-    normal: f64,
-    /// `dt_T/dg` through the bound.
-    by_gap: Vector<D>,
-    /// `dt_T/dw`, `dt_T/dw` through the bound, `dt_T/dd`, `dt_T/dn`.
-    by_velocity: Tensor<D>,
-    through_bound: Tensor<D>,
-    by_increment: Tensor<D>,
-    by_normal: Tensor<D>,
-    /// `dt_T/dxi^k`, as the projection moves along the target.
-    by_coordinates: [Vector<D>; 2],
+pub struct Slopes<const D: usize> {
+    /// `dt_n/dg` \[Pa/m\].
+    pub normal: f64,
+    /// `dt_T/dg` through the bound \[Pa/m\].
+    pub by_gap: Vector<D>,
+    /// `dt_T/dw` at fixed bound \[Pa s/m\].
+    pub by_velocity: Tensor<D>,
+    /// `dt_T/dw` through the bound \[Pa s/m\].
+    pub through_bound: Tensor<D>,
+    /// `dt_T/dd` \[Pa/m\].
+    pub by_increment: Tensor<D>,
+    /// `dt_T/dn` \[Pa\].
+    pub by_normal: Tensor<D>,
+}
+
+/// What the laws see of a point: its place to the target, and how it moves relative to it.
+#[derive(Debug, Clone, Copy)]
+pub struct Relation<'a, const D: usize> {
+    /// `g_n` \[m\].
+    pub gap: f64,
+    /// `n`, unit, outward from the target.
+    pub normal: Vector<D>,
+    /// `A` \[m, m^2\].
+    pub area: f64,
+    /// `w`, contactor minus target, not projected \[m/s\].
+    pub velocity: Vector<D>,
+    /// `d`, of displacements since the start of the step \[m\].
+    pub increment: Vector<D>,
+    /// What the point remembers from the last accepted step.
+    pub history: &'a History<D>,
 }
 
 /// A point evaluated: its state and, where it is closed, what force and stiffness need.
@@ -104,6 +122,8 @@ pub struct Response<const D: usize> {
     /// The state to report and to remember.
     pub state: PointState<D>,
     slopes: Option<Slopes<D>>,
+    /// `dt_T/dxi^k`, as the projection moves along the target.
+    by_coordinates: [Vector<D>; 2],
 }
 
 /// Evaluates the laws at a point. Pure.
@@ -113,49 +133,68 @@ pub fn respond<const D: usize>(
     motion: &Motion<'_, D>,
     manner: &Manner<D>,
 ) -> Response<D> {
-    let frozen = &manner.frozen;
-    let state = PointState {
+    let relation = Relation {
         gap: geometry.gap,
         normal: geometry.normal,
         area: geometry.area,
+        velocity: geometry.relative(motion.velocity),
+        increment: geometry.relative(motion.increment),
+        history: motion.history,
+    };
+    let (state, slopes) = tractions(law, &relation, manner);
+    let mut by_coordinates = [Vector::zeros(); 2];
+    if let Some(slopes) = &slopes {
+        let velocities = geometry.relative_gradient(motion.velocity);
+        let increments = geometry.relative_gradient(motion.increment);
+        let by_slip = slopes.by_velocity + slopes.through_bound;
+        for (k, by) in by_coordinates.iter_mut().enumerate() {
+            *by = by_slip * velocities[k] + slopes.by_increment * increments[k];
+        }
+    }
+    Response { state, slopes, by_coordinates }
+}
+
+/// State of a point under the laws and, where it is closed, the derivatives of its tractions. Pure.
+pub fn tractions<const D: usize>(
+    law: &ContactLaw,
+    relation: &Relation<'_, D>,
+    manner: &Manner<D>,
+) -> (PointState<D>, Option<Slopes<D>>) {
+    let frozen = &manner.frozen;
+    let state = PointState {
+        gap: relation.gap,
+        normal: relation.normal,
+        area: relation.area,
         ..PointState::default()
     };
-    let velocity = geometry.relative(motion.velocity);
-    let increment = geometry.relative(motion.increment);
     let slip = Slip {
-        normal: &geometry.normal,
-        velocity: &velocity,
-        increment: &increment,
-        old_traction: &motion.history.friction_traction,
-        old_normal: &motion.history.normal,
+        normal: &relation.normal,
+        velocity: &relation.velocity,
+        increment: &relation.increment,
+        old_traction: &relation.history.friction_traction,
+        old_normal: &relation.history.normal,
     };
     let slip_velocity = slip.slip_velocity();
-    let shifted = geometry.gap - manner.offset;
+    let slip_increment = slip.slip_increment();
+    let shifted = relation.gap - manner.offset;
     if shifted > 0.0 && !frozen.presses() {
-        let slip_increment = slip.slip_increment();
-        return Response { state: PointState { slip_velocity, slip_increment, ..state }, slopes: None };
+        return (PointState { slip_velocity, slip_increment, ..state }, None);
     }
     let normal = normal_response(law, shifted, frozen);
     let friction = friction_response(law, shifted, normal, &slip, manner);
+    let answer = friction.answer;
     let state = PointState {
         normal_traction: normal.traction,
-        friction_traction: friction.answer.traction,
+        friction_traction: answer.traction,
         bound: friction.bound.value,
         slip_velocity,
-        slip_increment: slip.slip_increment(),
-        status: if friction.answer.slips { Status::Slip } else { Status::Stick },
-        potential: potential(law, geometry.gap, manner),
-        recoverable: law
-            .friction
-            .map_or(0.0, |f| f.regularization.recoverable_energy(&friction.answer.traction)),
-        plastic_work: friction.answer.plastic_work,
+        slip_increment,
+        status: if answer.slips { Status::Slip } else { Status::Stick },
+        potential: potential(law, relation.gap, manner),
+        recoverable: law.friction.map_or(0.0, |f| f.regularization.recoverable_energy(&answer.traction)),
+        plastic_work: answer.plastic_work,
         ..state
     };
-    let answer = friction.answer;
-    let by_slip = answer.by_velocity + answer.by_velocity_through_bound;
-    let (velocities, increments) =
-        (geometry.relative_gradient(motion.velocity), geometry.relative_gradient(motion.increment));
-    let along = |k: usize| by_slip * velocities[k] + answer.by_increment * increments[k];
     let slopes = Slopes {
         normal: normal.derivative,
         by_gap: answer.by_bound * friction.bound.by_gap,
@@ -163,9 +202,8 @@ pub fn respond<const D: usize>(
         through_bound: answer.by_velocity_through_bound,
         by_increment: answer.by_increment,
         by_normal: answer.by_normal,
-        by_coordinates: [along(0), along(1)],
     };
-    Response { state, slopes: Some(slopes) }
+    (state, Some(slopes))
 }
 
 /// Energy stored at a closed point. A multiplier that pushes does no work where it meets the gap exactly: what is stored is

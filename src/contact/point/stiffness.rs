@@ -104,7 +104,7 @@ impl<const D: usize> Response<D> {
         }
         if terms.contains(Terms::FRICTION_GEOMETRY) {
             by_traction += slopes.by_normal * node.normal;
-            for (slope, coordinate) in slopes.by_coordinates.iter().zip(&node.coordinates) {
+            for (slope, coordinate) in self.by_coordinates.iter().zip(&node.coordinates) {
                 by_traction += slope * coordinate.transpose();
             }
         }

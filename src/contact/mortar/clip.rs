@@ -1,0 +1,180 @@
+//! Overlap of two convex polygons in the plane, every vertex with its origin, so that it can be differentiated.
+//!
+//! Sutherland and Hodgman: the target's polygon is clipped by one edge of the contactor's after the other. What a vertex is - a
+//! corner of either side, or the crossing of two edges - is decided in numbers; its derivative follows from that.
+
+use super::segment::{CORNERS, TARGET};
+
+/// Coordinates of a point in the plane \[m\].
+pub(super) type Flat = [f64; 2];
+
+/// Derivatives of a scalar by the coordinates of all projected corners: `corner * 2 + component`.
+pub(super) type ByFlat = [f64; 2 * CORNERS];
+
+/// A corner this close to an edge lies on it, over the length of the edge: nearly parallel edges have no crossing to speak of.
+/// The overlap is wrong by as much at most; ten times smaller, the derivatives of such crossings lose a digit more.
+const ON_EDGE: f64 = 1e-11;
+
+/// Most vertices of the overlap of two quadrilaterals, with room for ties.
+const MOST_VERTICES: usize = 12;
+
+/// What a vertex of the overlap is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    /// A corner of the contactor's or of the target's piece, numbered as in [`ByFlat`].
+    Corner(usize),
+    /// The crossing of an edge of the contactor with one of the target, each by its two corners.
+    Crossing { contactor: [usize; 2], target: [usize; 2] },
+}
+
+/// Which edge leads from a vertex to the next one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Edge {
+    /// From this corner of the contactor to its next one.
+    Contactor(usize),
+    /// Between these corners of the target.
+    Target([usize; 2]),
+}
+
+/// A vertex of the overlap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Vertex {
+    /// Where it is.
+    pub place: Flat,
+    origin: Origin,
+    edge: Edge,
+}
+
+/// The overlap of two pieces in the plane, anticlockwise; without vertices if there is none.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Polygon {
+    vertices: [Vertex; MOST_VERTICES],
+    count: usize,
+}
+
+impl Polygon {
+    /// The overlap of the contactor's `count` corners, anticlockwise, with the target's `others`, clockwise; see [`TARGET`].
+    pub fn of(flat: &[Flat; CORNERS], count: usize, others: usize) -> Self {
+        let nothing = Vertex { place: [0.0; 2], origin: Origin::Corner(0), edge: Edge::Contactor(0) };
+        let mut polygon = Self { vertices: [nothing; MOST_VERTICES], count: 0 };
+        if !(area(&flat[TARGET..][..others]) < 0.0) {
+            return polygon;
+        }
+        for j in (0..others).rev() {
+            let next = (j + others - 1) % others;
+            let edge = Edge::Target([TARGET + j, TARGET + next]);
+            polygon.push(Vertex { place: flat[TARGET + j], origin: Origin::Corner(TARGET + j), edge });
+        }
+        for i in 0..count {
+            polygon = polygon.clipped(flat, i, count);
+        }
+        polygon
+    }
+
+    /// The vertices.
+    pub fn vertices(&self) -> &[Vertex] {
+        &self.vertices[..self.count]
+    }
+
+    fn push(&mut self, vertex: Vertex) {
+        if let Some(free) = self.vertices.get_mut(self.count) {
+            *free = vertex;
+            self.count += 1;
+        }
+    }
+
+    /// What lies on the inner side of the contactor's edge from corner `i`.
+    fn clipped(&self, flat: &[Flat; CORNERS], i: usize, count: usize) -> Self {
+        let next = (i + 1) % count;
+        let along = sub(flat[next], flat[i]);
+        let length = along[0].hypot(along[1]);
+        let side = |vertex: &Vertex| cross(along, sub(vertex.place, flat[i])) / length;
+        let tolerance = ON_EDGE * length;
+        let mut kept = Self { count: 0, ..*self };
+        for k in 0..self.count {
+            let (this, that) = (&self.vertices[k], &self.vertices[(k + 1) % self.count]);
+            let (here, there) = (side(this), side(that));
+            let (inside, goes_in) = (here >= -tolerance, there >= -tolerance);
+            let crossing = |edge| {
+                let origin = match this.edge {
+                    Edge::Target(target) => Origin::Crossing { contactor: [i, next], target },
+                    // Two edges of the contactor meet in the corner that they share.
+                    Edge::Contactor(other) if (other + 1) % count == i => Origin::Corner(i),
+                    Edge::Contactor(_) => Origin::Corner(next),
+                };
+                let place = match origin {
+                    Origin::Corner(corner) => flat[corner],
+                    Origin::Crossing { .. } => {
+                        let part = here / (here - there);
+                        [0, 1].map(|c| this.place[c] + part * (that.place[c] - this.place[c]))
+                    }
+                };
+                Vertex { place, origin, edge }
+            };
+            match (inside, goes_in) {
+                (true, true) => kept.push(*this),
+                // A vertex on the edge is where the polygon turns into it.
+                (true, false) if here <= tolerance => kept.push(Vertex { edge: Edge::Contactor(i), ..*this }),
+                (true, false) => {
+                    kept.push(*this);
+                    kept.push(crossing(Edge::Contactor(i)));
+                }
+                (false, true) if there > tolerance => kept.push(crossing(this.edge)),
+                (false, _) => {}
+            }
+        }
+        if kept.count < 3 {
+            kept.count = 0;
+        }
+        kept
+    }
+}
+
+impl Vertex {
+    /// Derivatives of both coordinates.
+    pub fn variation(&self, flat: &[Flat; CORNERS]) -> [ByFlat; 2] {
+        let mut by = [[0.0; 2 * CORNERS]; 2];
+        match self.origin {
+            Origin::Corner(corner) => (0..2).for_each(|c| by[c][2 * corner + c] = 1.0),
+            Origin::Crossing { contactor, target } => {
+                // The crossing stays on both lines: u x dX = u x dP and v x dX = v x dQ for the points P, Q of the two edges there.
+                let u = sub(flat[contactor[1]], flat[contactor[0]]);
+                let v = sub(flat[target[1]], flat[target[0]]);
+                let sine = cross(u, v);
+                for (edge, direction, other) in [(contactor, u, v), (target, v, u)] {
+                    let sign = if edge == contactor { 1.0 } else { -1.0 };
+                    let part = dot(sub(self.place, flat[edge[0]]), direction) / dot(direction, direction);
+                    for (corner, share) in [(edge[0], 1.0 - part), (edge[1], part)] {
+                        // dX = other * (direction x dP) / sine, direction x dP = d_0 dP_1 - d_1 dP_0.
+                        for c in 0..2 {
+                            let factor = sign * share * other[c] / sine;
+                            by[c][2 * corner] -= factor * direction[1];
+                            by[c][2 * corner + 1] += factor * direction[0];
+                        }
+                    }
+                }
+            }
+        }
+        by
+    }
+}
+
+/// Area of a polygon, > 0 anticlockwise.
+pub(super) fn area(corners: &[Flat]) -> f64 {
+    let Some(&origin) = corners.first() else { return 0.0 };
+    0.5 * corners.windows(2).map(|pair| cross(sub(pair[0], origin), sub(pair[1], origin))).sum::<f64>()
+}
+
+/// `a x b`.
+pub(super) fn cross(a: Flat, b: Flat) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// `a - b`.
+pub(super) fn sub(a: Flat, b: Flat) -> Flat {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: Flat, b: Flat) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}

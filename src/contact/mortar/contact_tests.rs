@@ -1,0 +1,309 @@
+//! Two blocks that touch by segments: tangents term by term, action and reaction, patches, smooth slides.
+
+use super::*;
+use crate::contact::friction::{FRICTION_LAWS, Friction, Regularization};
+use crate::contact::normal::NORMAL_LAWS;
+use crate::contact::pair_scene::{COMPLIANCE, block, coulomb, penalty, target};
+use crate::contact::point::Selection;
+use crate::contact::surface::Ownership;
+use crate::mesh::{ElementKind, Mesh, merge};
+use crate::taylor::{scatter, taylor_rate};
+use crate::tensor::Tensor;
+
+const OVERLAP: f64 = 0.05;
+const SHIFT: f64 = 3.0;
+const CONTACT_TERMS: [Terms; 7] = [
+    Terms::NORMAL_CONTACT,
+    Terms::NORMAL_GEOMETRY,
+    Terms::FRICTION_DAMPING,
+    Terms::FRICTION_NORMAL_COUPLING,
+    Terms::COEFFICIENT_CHANGE,
+    Terms::FRICTION_GEOMETRY,
+    Terms::ZONE_CHANGE,
+];
+
+#[derive(Clone)]
+struct Scene<const D: usize> {
+    mesh: Mesh<D>,
+    contact: SegmentContact<D>,
+    couples: Vec<(u32, u32)>,
+    u: Vec<f64>,
+    v: Vec<f64>,
+    u_start: Vec<f64>,
+    state: ContactState<D>,
+}
+
+struct Dense<const D: usize> {
+    force: Vec<f64>,
+    matrix: Vec<f64>,
+}
+
+impl<const D: usize> SegmentSink for Dense<D> {
+    fn force(&mut self, nodes: &[u32], force: &[f64]) {
+        for (&node, force) in nodes.iter().zip(force.chunks_exact(D)) {
+            self.force[node as usize * D..][..D].iter_mut().zip(force).for_each(|(sum, f)| *sum += f);
+        }
+    }
+
+    fn stiffness(&mut self, _: usize, nodes: &[u32], stiffness: &[f64]) {
+        let (m, total) = (nodes.len(), self.force.len());
+        self.matrix.resize(total * total, 0.0);
+        let dof = |local: usize| nodes[local / D] as usize * D + local % D;
+        for (r, c) in (0..m * D).flat_map(|r| (0..m * D).map(move |c| (r, c))) {
+            self.matrix[dof(r) * total + dof(c)] += stiffness[((r / D * m + c / D) * D + r % D) * D + c % D];
+        }
+    }
+}
+
+impl<const D: usize> Scene<D> {
+    /// The bottom of `upper` on the top of `lower`, at rest.
+    fn new(upper: Mesh<D>, lower: Mesh<D>) -> Self {
+        let mesh = merge(vec![("lower".to_owned(), lower), ("upper".to_owned(), upper)]).unwrap();
+        let mine = vec![true; mesh.element_count()];
+        let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
+        let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
+        let surface = VertexSurface::new(&mesh, &mesh.facet_sets["upper.bottom"], &ownership);
+        let target = target(&mesh, &["lower.top"]);
+        let facets = surface.facets().len() as u32;
+        let couples = (0..facets).flat_map(|f| (0..target.len() as u32).map(move |t| (f, t))).collect();
+        let state = ContactState::new(surface.vertices().len());
+        let contact =
+            SegmentContact { surface, target, law: penalty(None), area: AreaKind::Current, depth: 0.5 };
+        let rest = vec![0.0; mesh.points.len() * D];
+        Self { mesh, contact, couples, v: rest.clone(), u_start: rest.clone(), u: rest, state }
+    }
+
+    /// A block of `upper` elements sunk by the overlap into a wider one of `lower` elements.
+    fn pressed(upper: ElementKind, lower: ElementKind) -> Self {
+        let upper = block(upper, [0.0, 1.0], [0.0, 1.0], 2);
+        let lower = block(lower, [-0.35, 1.25], [-1.0, OVERLAP], 3);
+        Self::new(upper, lower)
+    }
+
+    /// Both blocks bent and in motion, with tractions from a step before.
+    fn bent(upper: ElementKind, lower: ElementKind, law: ContactLaw) -> Self {
+        let mut scene = Self::pressed(upper, lower);
+        let size = scene.u.len();
+        scene.contact.law = law;
+        scene.v = scatter(size, 3).iter().map(|v| v * 0.5).collect();
+        scene.u = scatter(size, 5).iter().map(|u| u * 0.008).collect();
+        scene.u_start = scatter(size, 7).iter().map(|u| u * 0.008).collect();
+        scene.evaluate(&ContactRequest::default());
+        scene.state.accept(1e-3);
+        scene.u = scatter(size, 9).iter().map(|u| u * 0.008).collect();
+        scene
+    }
+
+    fn evaluate(&mut self, request: &ContactRequest) -> Dense<D> {
+        let mut dense = Dense { force: vec![0.0; self.u.len()], matrix: Vec::new() };
+        let fields = ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start };
+        self.contact.evaluate(&self.couples, &fields, request, &mut self.state, &mut dense);
+        dense
+    }
+
+    fn force_at(&self, u: &[f64]) -> Vec<f64> {
+        let mut moved = self.clone();
+        // Velocities follow the displacements as an integrator has them.
+        let velocities =
+            moved.v.iter().zip(u.iter().zip(&self.u)).map(|(v, (new, old))| v + SHIFT * (new - old));
+        moved.v = velocities.collect();
+        moved.u = u.to_vec();
+        moved.evaluate(&ContactRequest::default()).force
+    }
+
+    fn matrix(&self, terms: Terms) -> Vec<f64> {
+        let selection = Selection { terms, velocity_shift: SHIFT, joint: None };
+        let request = ContactRequest { stiffness: Some(selection), ..ContactRequest::default() };
+        self.clone().evaluate(&request).matrix
+    }
+
+    fn positions(&self) -> Vec<Vector<D>> {
+        let nodes = self.mesh.points.iter().zip(self.u.chunks_exact(D));
+        nodes.map(|(x, u)| Vector::<D>::from_row_slice(x) + Vector::<D>::from_row_slice(u)).collect()
+    }
+}
+
+/// Regimes with all vertices well within stick or slip, at the penetrations of the scenes.
+fn regimes() -> [Regularization; 5] {
+    [
+        Regularization::stick_velocity(20.0).unwrap(),
+        Regularization::stick_velocity(1e-4).unwrap(),
+        Regularization::SmoothStickVelocity { velocity: 0.3 },
+        Regularization::stick_stiffness(1e3).unwrap(),
+        Regularization::stick_stiffness(1e12).unwrap(),
+    ]
+}
+
+fn is_consistent<const D: usize>(scene: &Scene<D>, what: &str) {
+    let total = scene.u.len();
+    let matrix = scene.matrix(Terms::ALL);
+    let direction: Vec<f64> = scatter(total, 31).iter().map(|d| 1e-4 * d).collect();
+    let df = |_: &[f64], d: &[f64]| -> Vec<f64> {
+        (0..total).map(|r| -(0..total).map(|c| matrix[r * total + c] * d[c]).sum::<f64>()).collect()
+    };
+    let rate = taylor_rate(|u| scene.force_at(u), df, &scene.u, &direction);
+    assert!(rate > 1.9, "{what}: rate {rate}");
+}
+
+/// The sum of all terms is minus the derivative of the force, for every pair of facets without friction, and with friction in every
+/// regime and by every law.
+#[test]
+fn the_tangent_is_the_derivative_of_the_force() {
+    let plane = [ElementKind::Quad4, ElementKind::Quad9, ElementKind::Tri6];
+    for (upper, lower) in plane.into_iter().flat_map(|a| plane.map(move |b| (a, b))) {
+        for area in [AreaKind::Current, AreaKind::Reference] {
+            let mut scene = Scene::<2>::bent(upper, lower, penalty(None));
+            scene.contact.area = area;
+            is_consistent(&scene, &format!("{upper} on {lower}, {area:?}"));
+        }
+    }
+    let space = [ElementKind::Hex8, ElementKind::Tet4, ElementKind::Hex27, ElementKind::Tet10];
+    for (upper, lower) in space.into_iter().zip([space[1], space[0], space[3], space[0]]) {
+        is_consistent(&Scene::<3>::bent(upper, lower, penalty(None)), &format!("{upper} on {lower}"));
+    }
+    for regularization in regimes() {
+        let law = penalty(Some(coulomb(0.4, regularization)));
+        is_consistent(
+            &Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad9, law),
+            &format!("{regularization:?}"),
+        );
+        is_consistent(
+            &Scene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, law),
+            &format!("{regularization:?}"),
+        );
+    }
+    for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
+        for own in FRICTION_LAWS.iter().flat_map(|entry| (entry.samples)()) {
+            let friction = Some(Friction { law: own, regularization: regimes()[2] });
+            let scene =
+                Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, ContactLaw { normal, friction });
+            is_consistent(&scene, &format!("{normal:?}, {own:?}"));
+        }
+    }
+}
+
+/// The terms add up to the whole, and without friction and at fixed area those of the normal stage do.
+#[test]
+fn terms_add_up() {
+    let law = penalty(Some(coulomb(0.4, regimes()[0])));
+    let scene = Scene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, law);
+    let whole = scene.matrix(Terms::ALL);
+    let mut sum = vec![0.0; whole.len()];
+    for terms in CONTACT_TERMS {
+        let part = scene.matrix(terms);
+        if part.is_empty() {
+            continue;
+        }
+        sum.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part);
+    }
+    let size = whole.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
+    let geometry = scene.matrix(Terms::NORMAL_GEOMETRY);
+    let zone = scene.matrix(Terms::NORMAL_GEOMETRY | Terms::ZONE_CHANGE);
+    // The change of area is a part of what pressure and friction carry: it comes with each of them.
+    let friction = scene.matrix(Terms::FRICTION_GEOMETRY);
+    let both = scene.matrix(Terms::FRICTION_GEOMETRY | Terms::ZONE_CHANGE);
+    for i in 0..whole.len() {
+        let expected = sum[i] + (zone[i] - geometry[i]) + (both[i] - friction[i]);
+        assert!((expected - whole[i]).abs() < 1e-12 * size, "{expected} {}", whole[i]);
+    }
+}
+
+fn balances<const D: usize>(scene: &mut Scene<D>, moment_bound: f64, what: &str) {
+    let places = scene.positions();
+    let force = scene.evaluate(&ContactRequest::default()).force;
+    let forces: Vec<Vector<D>> = force.chunks_exact(D).map(Vector::from_row_slice).collect();
+    let size: f64 = forces.iter().map(|f| f.norm()).sum();
+    let total: Vector<D> = forces.iter().sum();
+    let moment =
+        places.iter().zip(&forces).map(|(x, f)| x * f.transpose() - f * x.transpose()).sum::<Tensor<D>>();
+    assert!(size > 0.0 && total.norm() < 1e-14 * size, "{what}: {:e}", total.norm() / size);
+    assert!(moment.amax() < moment_bound * size, "{what}: {:e}", moment.amax() / size);
+}
+
+/// Action is reaction to rounding, also with friction, and pressures between straight lines and between triangles have no moment.
+#[test]
+fn action_is_reaction() {
+    let friction = penalty(Some(coulomb(0.4, regimes()[1])));
+    balances(&mut Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, penalty(None)), 1e-14, "quad4");
+    balances(&mut Scene::<3>::bent(ElementKind::Tet4, ElementKind::Tet4, penalty(None)), 1e-14, "tet4");
+    balances(&mut Scene::<3>::bent(ElementKind::Hex8, ElementKind::Hex8, penalty(None)), 1e-2, "hex8");
+    balances(&mut Scene::<2>::bent(ElementKind::Quad9, ElementKind::Quad4, friction), 0.1, "quad9, friction");
+    balances(&mut Scene::<3>::bent(ElementKind::Hex27, ElementKind::Tet10, friction), 0.1, "hex27, friction");
+}
+
+fn presses_evenly<const D: usize>(upper: ElementKind, lower: ElementKind, shift: f64) {
+    let mut scene = Scene::<D>::pressed(upper, lower);
+    // Over the end of the target by this much.
+    let count = scene.mesh.points.len();
+    for element in (0..scene.mesh.element_count()).filter(|&e| scene.mesh.body[e] == 1) {
+        for &node in scene.mesh.element_nodes(element) {
+            scene.u[node as usize * D] = shift;
+        }
+    }
+    let force = scene.evaluate(&ContactRequest::default()).force;
+    let pressure = OVERLAP / COMPLIANCE;
+    for (vertex, point) in scene.state.current.iter().enumerate() {
+        if point.area > 0.0 {
+            assert!((point.gap + OVERLAP).abs() < 1e-14, "{upper} on {lower}: {}", point.gap);
+            assert!((point.normal_traction / pressure - 1.0).abs() < 1e-12, "{vertex}");
+        }
+    }
+    let covered = (1.25 - shift).min(1.0) * 1.0_f64.powi(D as i32 - 2);
+    let up: f64 = (0..count)
+        .filter(|&node| scene.mesh.points[node][D - 1] >= 0.0 && is_upper(&scene, node))
+        .map(|n| force[n * D + D - 1])
+        .sum();
+    assert!((up / (pressure * covered) - 1.0).abs() < 1e-12, "{upper} on {lower}: {up:e}");
+}
+
+fn is_upper<const D: usize>(scene: &Scene<D>, node: usize) -> bool {
+    (0..scene.mesh.element_count())
+        .any(|e| scene.mesh.body[e] == 1 && scene.mesh.element_nodes(e).contains(&(node as u32)))
+}
+
+/// Flat surfaces of different meshes have the same gap and pressure at every vertex, and a resultant of pressure times covered area,
+/// also where the contactor hangs over the end of its target.
+#[test]
+fn flat_surfaces_press_evenly() {
+    let plane =
+        [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9];
+    for (upper, lower) in plane.into_iter().flat_map(|a| plane.map(move |b| (a, b))) {
+        [0.0, 0.45, 0.7].into_iter().for_each(|shift| presses_evenly::<2>(upper, lower, shift));
+    }
+    let space =
+        [ElementKind::Tet4, ElementKind::Tet10, ElementKind::Hex8, ElementKind::Hex20, ElementKind::Hex27];
+    for (upper, lower) in space.into_iter().flat_map(|a| space.map(move |b| (a, b))) {
+        [0.0, 0.45].into_iter().for_each(|shift| presses_evenly::<3>(upper, lower, shift));
+    }
+}
+
+/// As a bumpy block slides over another one the forces are continuously differentiable: second differences fall with the square of the
+/// step.
+#[test]
+fn forces_are_smooth_along_a_slide() {
+    fn roughness<const D: usize>(steps: usize) -> f64 {
+        let kind = if D == 2 { ElementKind::Quad4 } else { ElementKind::Hex8 };
+        let mut scene = Scene::<D>::pressed(kind, kind);
+        scene.u = scatter(scene.u.len(), 5).iter().map(|u| u * 0.01).collect();
+        let start = scene.u.clone();
+        let force = |part: f64| {
+            let mut moved = scene.clone();
+            for element in (0..moved.mesh.element_count()).filter(|&e| moved.mesh.body[e] == 1) {
+                for &node in moved.mesh.element_nodes(element) {
+                    moved.u[node as usize * D] = start[node as usize * D] + 0.2 * part;
+                }
+            }
+            moved.evaluate(&ContactRequest::default()).force
+        };
+        let path: Vec<Vec<f64>> = (0..=steps).map(|k| force(k as f64 / steps as f64)).collect();
+        let size = path[0].iter().map(|f| f.abs()).sum::<f64>();
+        let bend = |w: &[Vec<f64>]| {
+            (0..w[0].len()).map(|i| (w[0][i] - 2.0 * w[1][i] + w[2][i]).abs()).fold(0.0, f64::max)
+        };
+        path.windows(3).map(bend).fold(0.0, f64::max) / size
+    }
+    let plane = [200, 400].map(roughness::<2>);
+    assert!(plane[0] / plane[1] > 3.5, "{plane:?}");
+    let space = [60, 120].map(roughness::<3>);
+    assert!(space[0] / space[1] > 3.5, "{space:?}");
+}

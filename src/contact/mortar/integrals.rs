@@ -1,0 +1,511 @@
+//! Integrals over the common segments of one contactor facet and one target facet, weighted by the vertices of the contactor.
+//!
+//! At a segment point with `x = sum N_a x_a`, `y = sum M_b y_b` and `nu = x_,1 x x_,2` (outward from the contactor) the normal is
+//! `n = -nu / |nu|`, the gap `g = (x - y) . n` and `dGamma = fade(g) w j`, with `j = |nu|` now or in the reference configuration.
+//! With the coefficients `c_a = N_a` on the contactor and `-M_b` on the target, vertex `A` with weight `Phi_A` has
+//!
+//! `kappa = int Phi_A`, `W = int Phi_A g`, `N = int Phi_A n`, `D_a = int Phi_A c_a`, `V_a = int Phi_A n c_a`.
+//!
+//! Everything is a function of the positions of the nodes of the two facets alone.
+
+use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want, degree, overlap};
+use super::shape::{FacetShape, MOST_NODES};
+use super::split::{MOST_CORNERS, Piece, linear, pieces};
+use crate::mesh::ElementKind;
+use crate::space::{area_variation, facet_normal};
+use crate::tensor::{Tensor, Vector, tangential_projector};
+
+/// Most nodes of two facets.
+pub const PAIR_NODES: usize = 2 * MOST_NODES;
+
+/// A facet with its nodes.
+#[derive(Debug, Clone, Copy)]
+pub struct PlacedFacet<'a, const D: usize> {
+    /// Its kind.
+    pub kind: ElementKind,
+    /// Positions of its nodes now \[m\].
+    pub nodes: &'a [Vector<D>],
+}
+
+/// Which measure carries the tractions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Measure<'a, const D: usize> {
+    /// The facet as it is: tractions are Cauchy's.
+    Current,
+    /// The undeformed facet, with these positions of its nodes \[m\]: tractions are nominal.
+    Reference(&'a [Vector<D>]),
+}
+
+/// How far apart surfaces may be to be integrated over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Points deeper than this come from the other side of the target \[m\].
+    pub depth: f64,
+    /// Points further away than this are open for good; from half of it on their weight fades \[m\].
+    pub open: f64,
+}
+
+impl Range {
+    /// The part with which a point at this gap counts, and its derivative \[1/m\].
+    ///
+    /// The gap of a vertex is a mean: a facet over a deep hole would open the vertex although its other facets press. Twice
+    /// differentiable nowhere, once everywhere.
+    fn fade(&self, gap: f64) -> (f64, f64) {
+        let start = 0.5 * self.open;
+        if gap < -self.depth {
+            return (0.0, 0.0);
+        }
+        if gap <= start {
+            return (1.0, 0.0);
+        }
+        if gap >= self.open {
+            return (0.0, 0.0);
+        }
+        let s = (gap - start) / (self.open - start);
+        (1.0 - s * s * (3.0 - 2.0 * s), -6.0 * s * (1.0 - s) / (self.open - start))
+    }
+}
+
+/// A contactor facet over a target facet.
+#[derive(Debug, Clone, Copy)]
+pub struct FacetPair<'a, const D: usize> {
+    /// Carries the vertices.
+    pub contactor: PlacedFacet<'a, D>,
+    /// The other side.
+    pub target: PlacedFacet<'a, D>,
+    /// Measure of the contactor.
+    pub measure: Measure<'a, D>,
+    /// What is too far.
+    pub range: Range,
+}
+
+/// The integrals of one vertex over one pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VertexIntegrals<const D: usize> {
+    /// `kappa` [m, m^2].
+    pub area: f64,
+    /// `W` [m^2, m^3].
+    pub gap: f64,
+    /// `N` [m, m^2].
+    pub normal: Vector<D>,
+    /// `D_a` of the contactor's nodes, then of the target's [m, m^2].
+    pub coefficients: [f64; PAIR_NODES],
+    /// `V_a` [m, m^2].
+    pub pushes: [Vector<D>; PAIR_NODES],
+}
+
+impl<const D: usize> Default for VertexIntegrals<D> {
+    fn default() -> Self {
+        Self {
+            area: 0.0,
+            gap: 0.0,
+            normal: Vector::zeros(),
+            coefficients: [0.0; PAIR_NODES],
+            pushes: [Vector::zeros(); PAIR_NODES],
+        }
+    }
+}
+
+/// The integrals of all vertices over one pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairIntegrals<const D: usize> {
+    /// By the corners of the contactor facet.
+    pub vertices: [VertexIntegrals<D>; MOST_CORNERS],
+    /// Depth of the deepest segment point \[m\], and where there is none, minus the smallest gap.
+    pub depth: f64,
+}
+
+/// Fields of the nodes whose relative values are integrated: `S = int Phi_A sum_a c_a f_a`.
+#[derive(Debug, Clone, Copy)]
+pub struct PairFields<'a, const D: usize> {
+    /// Velocities [m/s], displacements since the start of the step \[m\].
+    pub fields: [&'a [Vector<D>]; 2],
+}
+
+/// Derivatives of the integrals of one vertex by the position of one node; rows are components, columns those of the node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VertexVariation<const D: usize> {
+    /// `dkappa`.
+    pub area: Vector<D>,
+    /// `dW`.
+    pub gap: Vector<D>,
+    /// `dN`.
+    pub normal: Tensor<D>,
+    /// `dS` of the two fields, at fixed fields.
+    pub slips: [Tensor<D>; 2],
+}
+
+impl<const D: usize> Default for VertexVariation<D> {
+    fn default() -> Self {
+        Self {
+            area: Vector::zeros(),
+            gap: Vector::zeros(),
+            normal: Tensor::zeros(),
+            slips: [Tensor::zeros(); 2],
+        }
+    }
+}
+
+/// Tractions of a vertex, frozen where the geometry varies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Carried<const D: usize> {
+    /// `t_n` \[Pa\].
+    pub normal: f64,
+    /// `t_T` \[Pa\].
+    pub friction: Vector<D>,
+}
+
+/// Everything of one segment point, and how it varies with the nodes.
+struct Point<const D: usize> {
+    contactor: FacetShape,
+    target: FacetShape,
+    /// `Phi_A` with its gradient.
+    weights: FacetShape,
+    /// `dGamma` with the part that fades.
+    measure: f64,
+    gap: f64,
+    normal: Vector<D>,
+}
+
+struct Variation<const D: usize> {
+    xi: [[Vector<D>; PAIR_NODES]; 2],
+    eta: [[Vector<D>; PAIR_NODES]; 2],
+    /// Of the measure at fixed size of the facet, and by that size.
+    measure: [Vector<D>; PAIR_NODES],
+    stretch: [Vector<D>; PAIR_NODES],
+    gap: [Vector<D>; PAIR_NODES],
+    normal: [Tensor<D>; PAIR_NODES],
+}
+
+impl<const D: usize> Variation<D> {
+    fn new() -> Self {
+        let none = [Vector::zeros(); PAIR_NODES];
+        Self {
+            xi: [none; 2],
+            eta: [none; 2],
+            measure: none,
+            stretch: none,
+            gap: none,
+            normal: [Tensor::zeros(); PAIR_NODES],
+        }
+    }
+}
+
+impl<const D: usize> FacetPair<'_, D> {
+    /// Nodes of both facets.
+    pub fn nodes(&self) -> usize {
+        self.contactor.nodes.len() + self.target.nodes.len()
+    }
+
+    /// The integrals; `None` where the facets have no common segment.
+    pub fn integrate(&self) -> Option<PairIntegrals<D>> {
+        let mut sums =
+            PairIntegrals { vertices: [VertexIntegrals::default(); MOST_CORNERS], depth: f64::NEG_INFINITY };
+        let (first, all) = (self.contactor.nodes.len(), self.nodes());
+        let corners = self.contactor.kind.corners();
+        self.sweep(Want::Points, |point, _| {
+            sums.depth = sums.depth.max(-point.gap);
+            for (vertex, weight) in sums.vertices.iter_mut().zip(point.weights.value).take(corners) {
+                let share = weight * point.measure;
+                vertex.area += share;
+                vertex.gap += share * point.gap;
+                vertex.normal += point.normal * share;
+                for a in 0..all {
+                    let part = share * point.coefficient(a, first);
+                    vertex.coefficients[a] += part;
+                    vertex.pushes[a] += point.normal * part;
+                }
+            }
+        });
+        (sums.depth > f64::NEG_INFINITY).then_some(sums)
+    }
+
+    /// Hands the variation of the integrals of each vertex with each node to `add`: corner, node, change.
+    pub fn vary(&self, fields: &PairFields<'_, D>, mut add: impl FnMut(usize, usize, &VertexVariation<D>)) {
+        let (first, all) = (self.contactor.nodes.len(), self.nodes());
+        let corners = self.contactor.kind.corners();
+        let mut sums = [[VertexVariation::default(); PAIR_NODES]; MOST_CORNERS];
+        self.sweep(Want::Variations, |point, variation| {
+            let relative = fields.fields.map(|field| point.relative(field, first));
+            for b in 0..all {
+                let by_measure = variation.measure[b] + variation.stretch[b];
+                for (vertex, sums) in sums.iter_mut().enumerate().take(corners) {
+                    let weight = point.weights.value[vertex];
+                    let slope = point.weights.gradient[vertex];
+                    let mut by_share = by_measure * weight;
+                    for k in 0..D - 1 {
+                        by_share += variation.xi[k][b] * (point.measure * slope[k]);
+                    }
+                    let share = weight * point.measure;
+                    let sum = &mut sums[b];
+                    sum.area += by_share;
+                    sum.gap += by_share * point.gap + variation.gap[b] * share;
+                    sum.normal += point.normal * by_share.transpose() + variation.normal[b] * share;
+                    for (slip, relative) in sum.slips.iter_mut().zip(&relative) {
+                        *slip += relative.value * by_share.transpose() + relative.by(variation, b) * share;
+                    }
+                }
+            }
+        });
+        for (vertex, sums) in sums.iter().enumerate().take(corners) {
+            for (b, change) in sums.iter().enumerate().take(all) {
+                add(vertex, b, change);
+            }
+        }
+    }
+
+    /// Adds minus the derivative of `sum_A (t_n V_a + t_T D_a)` at fixed tractions of the vertices to
+    /// `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes \[N/m\]; `zone` with the change of the contactor's area.
+    pub fn add_geometry(&self, carried: &[Carried<D>; MOST_CORNERS], zone: bool, stiffness: &mut [f64]) {
+        let (first, all) = (self.contactor.nodes.len(), self.nodes());
+        let corners = self.contactor.kind.corners();
+        self.sweep(Want::Variations, |point, variation| {
+            let mut pressure = 0.0;
+            let mut friction = Vector::zeros();
+            let mut pressure_slope = [0.0; 2];
+            let mut friction_slope = [Vector::zeros(); 2];
+            for (vertex, carried) in carried.iter().enumerate().take(corners) {
+                pressure += point.weights.value[vertex] * carried.normal;
+                friction += carried.friction * point.weights.value[vertex];
+                for k in 0..D - 1 {
+                    pressure_slope[k] += point.weights.gradient[vertex][k] * carried.normal;
+                    friction_slope[k] += carried.friction * point.weights.gradient[vertex][k];
+                }
+            }
+            let traction = point.normal * pressure + friction;
+            let force = traction * point.measure;
+            for b in 0..all {
+                let by_measure =
+                    if zone { variation.measure[b] + variation.stretch[b] } else { variation.measure[b] };
+                let mut by =
+                    traction * by_measure.transpose() + variation.normal[b] * (pressure * point.measure);
+                for k in 0..D - 1 {
+                    let along = point.normal * pressure_slope[k] + friction_slope[k];
+                    by += along * (variation.xi[k][b] * point.measure).transpose();
+                }
+                for a in 0..all {
+                    let (shape, coordinates, sign, node) = match a < first {
+                        true => (&point.contactor, &variation.xi, 1.0, a),
+                        false => (&point.target, &variation.eta, -1.0, a - first),
+                    };
+                    let mut by_coefficient = Vector::zeros();
+                    for k in 0..D - 1 {
+                        by_coefficient += coordinates[k][b] * (sign * shape.gradient[node][k]);
+                    }
+                    let block = by * (sign * shape.value[node]) + force * by_coefficient.transpose();
+                    let start = (a * all + b) * D * D;
+                    for i in 0..D {
+                        for j in 0..D {
+                            stiffness[start + i * D + j] -= block[(i, j)];
+                        }
+                    }
+                }
+            }
+        });
+    }
+
+    /// Visits the points of all segments, with their variation where it is wanted.
+    fn sweep(&self, want: Want, mut visit: impl FnMut(&Point<D>, &Variation<D>)) {
+        let degree = degree(self.contactor.kind, self.target.kind);
+        let mut variation = Variation::new();
+        for below in pieces(self.contactor.kind) {
+            let below_at = below.positions(self.contactor.kind, self.contactor.nodes);
+            for above in pieces(self.target.kind) {
+                let above_at = above.positions(self.target.kind, self.target.nodes);
+                overlap(
+                    &PlacedPiece { piece: below, corners: &below_at },
+                    &PlacedPiece { piece: above, corners: &above_at },
+                    degree,
+                    want,
+                    &mut |segment, moves| {
+                        if let Some(point) = self.point([below, above], segment, moves, want, &mut variation)
+                        {
+                            visit(&point, &variation);
+                        }
+                    },
+                );
+            }
+        }
+    }
+
+    fn point(
+        &self,
+        pieces: [&Piece; 2],
+        segment: &SegmentPoint<D>,
+        moves: &PointVariation<D>,
+        want: Want,
+        variation: &mut Variation<D>,
+    ) -> Option<Point<D>> {
+        let contactor = FacetShape::at(self.contactor.kind, segment.xi);
+        let target = FacetShape::at(self.target.kind, segment.eta);
+        let x = interpolate(&contactor.value, self.contactor.nodes);
+        let y = interpolate(&target.value, self.target.nodes);
+        let tangents = tangents(&contactor, self.contactor.nodes);
+        let vector_area = facet_normal(&tangents);
+        let size = vector_area.norm();
+        if !(size > 0.0) {
+            return None;
+        }
+        let normal = -vector_area / size;
+        let chord = x - y;
+        let gap = chord.dot(&normal);
+        let (counts, fading) = self.range.fade(gap);
+        if counts == 0.0 {
+            return None;
+        }
+        let reference = match self.measure {
+            Measure::Current => None,
+            Measure::Reference(nodes) => Some(Vector::from(facet_normal(&self::tangents(&contactor, nodes)))),
+        };
+        let stretch = reference.map_or(size, |area: Vector<D>| area.norm());
+        let point = Point {
+            weights: FacetShape::at(linear(self.contactor.kind), segment.xi),
+            measure: counts * segment.weight * stretch,
+            gap,
+            normal,
+            contactor,
+            target,
+        };
+        if want == Want::Points {
+            return Some(point);
+        }
+        for k in 0..D - 1 {
+            self.spread(pieces, &moves.xi[k], &mut variation.xi[k]);
+            self.spread(pieces, &moves.eta[k], &mut variation.eta[k]);
+        }
+        self.spread(pieces, &moves.weight, &mut variation.measure);
+        let bends = bends(&contactor, self.contactor.nodes);
+        let area_slopes = area_slopes(&tangents, &bends);
+        let stretch_slopes = match self.measure {
+            Measure::Current => area_slopes.map(|slope| -slope.dot(&normal)),
+            Measure::Reference(nodes) => {
+                let slopes =
+                    self::area_slopes(&self::tangents(&contactor, nodes), &self::bends(&contactor, nodes));
+                let direction = reference.map_or_else(Vector::zeros, |area| area / stretch);
+                slopes.map(|slope| slope.dot(&direction))
+            }
+        };
+        let others = self::tangents(&target, self.target.nodes);
+        let projector = tangential_projector(&normal) / size;
+        let first = self.contactor.nodes.len();
+        for b in 0..self.nodes() {
+            let mut by_area = Tensor::zeros();
+            let mut by_size = Vector::zeros();
+            let mut by_gap = normal * point.coefficient(b, first);
+            if b < first {
+                by_area = area_variation(&tangents, &contactor.gradient[b]);
+                by_size = -by_area.transpose() * normal;
+            }
+            let mut by_stretch = Vector::zeros();
+            for k in 0..D - 1 {
+                let (xi, eta) = (variation.xi[k][b], variation.eta[k][b]);
+                by_area += area_slopes[k] * xi.transpose();
+                by_gap += xi * tangents[k].dot(&normal) - eta * others[k].dot(&normal);
+                by_stretch += xi * stretch_slopes[k];
+            }
+            let by_normal = -projector * by_area;
+            by_gap += by_normal.transpose() * chord;
+            variation.measure[b] = (variation.measure[b] * stretch + by_stretch * segment.weight) * counts
+                + by_gap * (fading * segment.weight * stretch);
+            variation.stretch[b] = match self.measure {
+                Measure::Current => by_size * (counts * segment.weight),
+                Measure::Reference(_) => Vector::zeros(),
+            };
+            variation.gap[b] = by_gap;
+            variation.normal[b] = by_normal;
+        }
+        Some(point)
+    }
+
+    /// Derivatives by the nodes, given those by the corners of two pieces.
+    fn spread(&self, [below, above]: [&Piece; 2], by: &ByCorners<D>, nodes: &mut [Vector<D>; PAIR_NODES]) {
+        nodes[..self.nodes()].fill(Vector::zeros());
+        let (first, second) = nodes.split_at_mut(self.contactor.nodes.len());
+        for (piece, kind, by, nodes) in [
+            (below, self.contactor.kind, &by[..TARGET], first),
+            (above, self.target.kind, &by[TARGET..], second),
+        ] {
+            for (corner, by) in piece.corners.iter().zip(by) {
+                match corner.node {
+                    Some(node) => nodes[node] += by,
+                    None => {
+                        let shape = FacetShape::at(kind, corner.at);
+                        nodes.iter_mut().zip(shape.value).for_each(|(node, n)| *node += by * n);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A field of the contactor relative to the target at a segment point, and its slopes along both facets.
+struct Relative<const D: usize> {
+    value: Vector<D>,
+    along_contactor: [Vector<D>; 2],
+    along_target: [Vector<D>; 2],
+}
+
+impl<const D: usize> Relative<D> {
+    fn by(&self, variation: &Variation<D>, b: usize) -> Tensor<D> {
+        let mut by = Tensor::zeros();
+        for k in 0..D - 1 {
+            by += self.along_contactor[k] * variation.xi[k][b].transpose();
+            by -= self.along_target[k] * variation.eta[k][b].transpose();
+        }
+        by
+    }
+}
+
+impl<const D: usize> Point<D> {
+    /// `c_a`.
+    fn coefficient(&self, a: usize, first: usize) -> f64 {
+        if a < first { self.contactor.value[a] } else { -self.target.value[a - first] }
+    }
+
+    fn relative(&self, field: &[Vector<D>], first: usize) -> Relative<D> {
+        let (below, above) = field.split_at(first);
+        Relative {
+            value: interpolate(&self.contactor.value, below) - interpolate(&self.target.value, above),
+            along_contactor: tangents(&self.contactor, below),
+            along_target: tangents(&self.target, above),
+        }
+    }
+}
+
+fn interpolate<const D: usize>(shape: &[f64; MOST_NODES], nodes: &[Vector<D>]) -> Vector<D> {
+    nodes.iter().zip(shape).map(|(x, n)| x * *n).sum()
+}
+
+/// `f_,k` of a field of the nodes.
+fn tangents<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) -> [Vector<D>; 2] {
+    let mut tangents = [Vector::zeros(); 2];
+    for (x, gradient) in nodes.iter().zip(&shape.gradient) {
+        for k in 0..D - 1 {
+            tangents[k] += x * gradient[k];
+        }
+    }
+    tangents
+}
+
+/// `x_,11`, `x_,12`, `x_,22`.
+fn bends<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) -> [Vector<D>; 3] {
+    let mut bends = [Vector::zeros(); 3];
+    for (x, second) in nodes.iter().zip(&shape.second) {
+        for (bend, second) in bends.iter_mut().zip(second) {
+            *bend += x * *second;
+        }
+    }
+    bends
+}
+
+/// Derivatives of the vector area by the coordinates: `x_,1k x x_,2 + x_,1 x x_,2k`; in the plane the turned `x_,11`.
+fn area_slopes<const D: usize>(tangents: &[Vector<D>; 2], bends: &[Vector<D>; 3]) -> [Vector<D>; 2] {
+    if D == 2 {
+        return [facet_normal(&[bends[0], Vector::zeros()]), Vector::zeros()];
+    }
+    [0, 1].map(|k| facet_normal(&[bends[k], tangents[1]]) + facet_normal(&[tangents[0], bends[k + 1]]))
+}
+
+#[cfg(test)]
+#[path = "integrals_tests.rs"]
+mod tests;

@@ -1,0 +1,226 @@
+//! Integrals of pairs: their derivatives, resultants and moments, and what partition of unity makes of them.
+
+use super::*;
+use crate::taylor::{scatter, taylor_rate};
+
+const LINES: [ElementKind; 2] = [ElementKind::Line2, ElementKind::Line3];
+const FACES: [ElementKind; 5] =
+    [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9];
+const RANGE: Range = Range { depth: 10.0, open: 0.6 };
+
+/// A contactor below and a target above it, shifted, turned a little and bent by `bend`, at about this gap \[m\].
+fn coordinates<const D: usize>(kinds: [ElementKind; 2], seed: u32, bend: f64, gap: f64) -> Vec<f64> {
+    let nodes =
+        |kind: ElementKind| crate::space::reference(kind).node_coordinates().iter().take(kind.nodes());
+    let flat = |at: &[f64; 3]| Vector::<D>::from_fn(|i, _| if i + 1 < D { at[i] } else { 0.0 });
+    let over = |at: &[f64; 3]| {
+        let mut y = flat(at);
+        let flip = if D == 2 { 0 } else { 1 };
+        y[flip] = 0.4 - y[flip];
+        if D == 3 {
+            let (x, z) = (y[0], y[1]);
+            y[0] = 0.31 + 0.9 * x - 0.3 * z;
+            y[1] = 0.3 * x + 0.9 * z;
+        }
+        y[D - 1] = gap;
+        y
+    };
+    let places = nodes(kinds[0]).map(flat).chain(nodes(kinds[1]).map(over));
+    let plain: Vec<f64> = places.flat_map(|x| x.as_slice().to_vec()).collect();
+    plain.iter().zip(scatter(plain.len(), seed)).map(|(x, noise)| x + bend * noise).collect()
+}
+
+fn vectors<const D: usize>(z: &[f64]) -> Vec<Vector<D>> {
+    z.chunks_exact(D).map(Vector::from_column_slice).collect()
+}
+
+fn with_pair<const D: usize, R>(
+    kinds: [ElementKind; 2],
+    z: &[f64],
+    reference: Option<&[Vector<D>]>,
+    then: impl FnOnce(&FacetPair<'_, D>) -> R,
+) -> R {
+    let all = vectors::<D>(z);
+    let (x, y) = all.split_at(kinds[0].nodes());
+    then(&FacetPair {
+        contactor: PlacedFacet { kind: kinds[0], nodes: x },
+        target: PlacedFacet { kind: kinds[1], nodes: y },
+        measure: reference.map_or(Measure::Current, Measure::Reference),
+        range: RANGE,
+    })
+}
+
+fn all_pairs(kinds: &[ElementKind]) -> Vec<[ElementKind; 2]> {
+    kinds.iter().flat_map(|&a| kinds.iter().map(move |&b| [a, b])).collect()
+}
+
+/// Values of all integrals in a row, the fields' sums behind those of geometry.
+fn values<const D: usize>(pair: &FacetPair<'_, D>, fields: &[Vec<Vector<D>>; 2]) -> Vec<f64> {
+    let sums = pair.integrate().expect("they overlap");
+    let mut all = Vec::new();
+    for vertex in sums.vertices.iter().take(pair.contactor.kind.corners()) {
+        all.extend([vertex.area, vertex.gap]);
+        all.extend(vertex.normal.iter());
+        for field in fields {
+            let relative: Vector<D> = field.iter().zip(vertex.coefficients).map(|(f, c)| f * c).sum();
+            all.extend(relative.iter());
+        }
+    }
+    all
+}
+
+fn change<const D: usize>(
+    pair: &FacetPair<'_, D>,
+    fields: &[Vec<Vector<D>>; 2],
+    d: &[Vector<D>],
+) -> Vec<f64> {
+    let width = 2 + 3 * D;
+    let mut all = vec![0.0; width * pair.contactor.kind.corners()];
+    let fields = PairFields { fields: [&fields[0], &fields[1]] };
+    pair.vary(&fields, |vertex, node, by| {
+        let row = &mut all[vertex * width..][..width];
+        row[0] += by.area.dot(&d[node]);
+        row[1] += by.gap.dot(&d[node]);
+        for (rows, tensor) in row[2..].chunks_exact_mut(D).zip([by.normal, by.slips[0], by.slips[1]]) {
+            rows.iter_mut().zip((tensor * d[node]).iter()).for_each(|(row, value)| *row += value);
+        }
+    });
+    all
+}
+
+fn varies<const D: usize>(kinds: [ElementKind; 2], reference: bool, gap: f64) {
+    for seed in 0..5 {
+        let z = coordinates::<D>(kinds, seed, 0.08, gap);
+        let undeformed = vectors::<D>(&coordinates::<D>(kinds, seed + 50, 0.08, gap));
+        let undeformed = reference.then_some(&undeformed[..kinds[0].nodes()]);
+        let nodes = z.len() / D;
+        let fields = [3, 4].map(|more| vectors::<D>(&scatter(nodes * D, seed + more)));
+        let direction: Vec<f64> = scatter(z.len(), seed + 7).iter().map(|d| 1e-3 * d).collect();
+        let f = |z: &[f64]| with_pair(kinds, z, undeformed, |pair| values(pair, &fields));
+        let df =
+            |z: &[f64], d: &[f64]| with_pair(kinds, z, undeformed, |pair| change(pair, &fields, &vectors(d)));
+        let rate = taylor_rate(f, df, &z, &direction);
+        assert!(rate > 1.9, "{kinds:?}, seed {seed}, gap {gap}: rate {rate}");
+    }
+}
+
+/// Area, gap, normal and slips of every vertex change as their variations say, for every pair of facets, in both measures, in
+/// contact and where the weight fades.
+#[test]
+fn integrals_move_as_their_variations_say() {
+    for (reference, gap) in [(false, -0.05), (true, -0.05), (false, 0.45), (true, 0.45)] {
+        all_pairs(&LINES).into_iter().for_each(|kinds| varies::<2>(kinds, reference, gap));
+        all_pairs(&FACES).into_iter().for_each(|kinds| varies::<3>(kinds, reference, gap));
+    }
+}
+
+fn force<const D: usize>(pair: &FacetPair<'_, D>, carried: &[Carried<D>; MOST_CORNERS]) -> Vec<f64> {
+    let sums = pair.integrate().expect("they overlap");
+    let mut force = vec![0.0; pair.nodes() * D];
+    for (vertex, carried) in sums.vertices.iter().zip(carried).take(pair.contactor.kind.corners()) {
+        for (a, force) in force.chunks_exact_mut(D).enumerate() {
+            let nodal = vertex.pushes[a] * carried.normal + carried.friction * vertex.coefficients[a];
+            force.iter_mut().zip(nodal.iter()).for_each(|(f, n)| *f += n);
+        }
+    }
+    force
+}
+
+fn tractions<const D: usize>(seed: u32) -> [Carried<D>; MOST_CORNERS] {
+    std::array::from_fn(|vertex| {
+        let random = scatter(D + 1, seed + vertex as u32);
+        Carried { normal: 1.5 + random[D], friction: Vector::from_column_slice(&random[..D]) }
+    })
+}
+
+fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool) {
+    for seed in 0..5 {
+        let z = coordinates::<D>(kinds, seed, 0.08, -0.05);
+        let undeformed = vectors::<D>(&coordinates::<D>(kinds, seed + 50, 0.08, -0.05));
+        let undeformed = reference.then_some(&undeformed[..kinds[0].nodes()]);
+        let carried = tractions::<D>(seed);
+        let direction: Vec<f64> = scatter(z.len(), seed + 7).iter().map(|d| 1e-3 * d).collect();
+        let f = |z: &[f64]| with_pair(kinds, z, undeformed, |pair| force(pair, &carried));
+        let df = |z: &[f64], d: &[f64]| {
+            let mut stiffness = vec![0.0; z.len() * z.len()];
+            with_pair(kinds, z, undeformed, |pair| pair.add_geometry(&carried, true, &mut stiffness));
+            let nodes = z.len() / D;
+            let entry = |row: usize, column: usize| {
+                stiffness[((row / D * nodes + column / D) * D + row % D) * D + column % D]
+            };
+            (0..z.len())
+                .map(|row| -(0..z.len()).map(|column| entry(row, column) * d[column]).sum::<f64>())
+                .collect()
+        };
+        let rate = taylor_rate(f, df, &z, &direction);
+        assert!(rate > 1.9, "{kinds:?}, seed {seed}: rate {rate}");
+    }
+}
+
+/// Forces of frozen tractions change as the geometric stiffness says, for every pair of facets and both measures.
+#[test]
+fn forces_move_as_their_stiffness_says() {
+    for reference in [false, true] {
+        all_pairs(&LINES).into_iter().for_each(|kinds| forces_vary::<2>(kinds, reference));
+        all_pairs(&FACES).into_iter().for_each(|kinds| forces_vary::<3>(kinds, reference));
+    }
+}
+
+fn resultants<const D: usize>(kinds: [ElementKind; 2]) -> [f64; 2] {
+    let mut worst = [0.0_f64; 2];
+    for seed in 0..5 {
+        let z = coordinates::<D>(kinds, seed, 0.08, -0.05);
+        let mut carried = tractions::<D>(seed);
+        carried.iter_mut().for_each(|carried| carried.friction = Vector::zeros());
+        let nodes = vectors::<D>(&z);
+        let forces = vectors::<D>(&with_pair(kinds, &z, None, |pair| force(pair, &carried)));
+        let total: Vector<D> = forces.iter().sum();
+        let size: f64 = forces.iter().map(|f| f.norm()).sum();
+        let moment =
+            nodes.iter().zip(&forces).map(|(x, f)| x * f.transpose() - f * x.transpose()).sum::<Tensor<D>>();
+        worst = [worst[0].max(total.norm() / size), worst[1].max(moment.amax() / size)];
+    }
+    worst
+}
+
+/// Forces have no resultant; pressures have no moment where points are paired along the normal: on straight lines, on triangles.
+/// On bent facets the chord between the points leaves a moment that is small as the bend times the gap.
+#[test]
+fn pressures_have_neither_resultant_nor_moment() {
+    for kinds in all_pairs(&LINES) {
+        let [resultant, moment] = resultants::<2>(kinds);
+        assert!(resultant < 1e-14, "{kinds:?}: {resultant:e}");
+        let bound =
+            if kinds[0] == ElementKind::Line2 && kinds[1] == ElementKind::Line2 { 1e-14 } else { 2e-2 };
+        assert!(moment < bound, "{kinds:?}: {moment:e}");
+    }
+    for kinds in all_pairs(&FACES) {
+        let [resultant, moment] = resultants::<3>(kinds);
+        assert!(resultant < 1e-14, "{kinds:?}: {resultant:e}");
+        let bound = if kinds == [ElementKind::Tri3; 2] { 1e-14 } else { 3e-2 };
+        assert!(moment < bound, "{kinds:?}: {moment:e}");
+    }
+}
+
+/// Weights sum to one: over a target that covers all of a flat contactor a uniform pressure gives the consistent nodal loads.
+#[test]
+fn a_uniform_pressure_gives_consistent_loads() {
+    for kinds in all_pairs(&FACES) {
+        let mut z = coordinates::<3>(kinds, 0, 0.0, -0.01);
+        for y in z[3 * kinds[0].nodes()..].chunks_exact_mut(3) {
+            y[0] = 60.0 * (y[0] - 0.45);
+            y[1] = 60.0 * (y[1] - 0.25);
+        }
+        let carried = [Carried { normal: 2.0, friction: Vector::zeros() }; MOST_CORNERS];
+        let force = with_pair(kinds, &z, None, |pair| force::<3>(pair, &carried));
+        let element = crate::space::reference(kinds[0]);
+        let rule = element.rule(4);
+        let table = element.tabulate(&rule);
+        let nodes = kinds[0].nodes();
+        for a in 0..nodes {
+            let exact: f64 = (0..rule.len()).map(|q| rule.weights[q] * table.n[q * nodes + a]).sum();
+            assert!((force[3 * a + 2] + 2.0 * exact).abs() < 1e-13, "{kinds:?} {a}: {}", force[3 * a + 2]);
+            assert!(force[3 * a].abs() + force[3 * a + 1].abs() < 1e-15);
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! The kernel of a vertex: its gap, normal and slip with their variations, and every term of (3.5) that its laws bring.
+//!
+//! With the sums of [`super::integrals`] over all pairs of a vertex, `g = W / kappa`, `n = N / |N|` and `c_a = D_a / kappa`. A node
+//! receives `kappa (t_n v_a + c_a t_T)` with `v_a = V_a / kappa`: the pressure acts along the normals of the facets, so that forces
+//! pass the patch test and have no moment, the friction along that of the vertex. Minus the variation of it is, by what varies,
+//! `t_n` (`K_CN`), `t_T` with the bound (`K_nT`) and with the slip (`K_T`, `C_mu`), slip measure and normal (`K_TG`), all of which are
+//! here, and `v_a`, `c_a` and `kappa`, which [`super::integrals::FacetPair::add_geometry`] has.
+
+use crate::contact::history::History;
+use crate::contact::point::{ContactLaw, Manner, PointState, Relation, Selection, Slopes, tractions};
+use crate::tensor::{Tensor, Vector};
+use crate::terms::Terms;
+
+/// How a vertex depends on one node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VertexNode<const D: usize> {
+    /// The node: its place in the field arrays.
+    pub node: u32,
+    /// `c_a`.
+    pub coefficient: f64,
+    /// `v_a`.
+    pub push: Vector<D>,
+    /// `dg/dx_a` \[-\].
+    pub gap: Vector<D>,
+    /// `dn/dx_a` \[1/m\].
+    pub normal: Tensor<D>,
+    /// Derivatives of the relative velocity \[1/s\] and of the relative increment \[-\] at fixed fields.
+    pub slips: [Tensor<D>; 2],
+}
+
+impl<const D: usize> VertexNode<D> {
+    /// Of a node without any influence yet.
+    pub fn of(node: u32) -> Self {
+        Self {
+            node,
+            coefficient: 0.0,
+            push: Vector::zeros(),
+            gap: Vector::zeros(),
+            normal: Tensor::zeros(),
+            slips: [Tensor::zeros(); 2],
+        }
+    }
+}
+
+/// Sums over all pairs of a vertex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VertexSums<const D: usize> {
+    /// `kappa` [m, m^2].
+    pub area: f64,
+    /// `W` [m^2, m^3].
+    pub gap: f64,
+    /// `N` [m, m^2].
+    pub normal: Vector<D>,
+    /// `sum_a D_a f_a` of velocities and of displacements since the start of the step.
+    pub slips: [Vector<D>; 2],
+    /// Depth of the deepest segment point, minus its gap \[m\].
+    pub depth: f64,
+}
+
+impl<const D: usize> Default for VertexSums<D> {
+    fn default() -> Self {
+        let none = Vector::zeros();
+        Self { area: 0.0, gap: 0.0, normal: none, slips: [none; 2], depth: f64::NEG_INFINITY }
+    }
+}
+
+/// A vertex of which less than this part of the area is covered has no target: a quotient of rounding errors is no gap.
+const COVERED: f64 = 1e-13;
+
+impl<const D: usize> VertexSums<D> {
+    /// Whether anything of the area `whole` of the vertex lies opposite a target.
+    pub fn is_covered(&self, whole: f64) -> bool {
+        self.area > COVERED * whole
+    }
+
+    /// Evaluates the laws; `adjusted` is the gap that counts as none \[m\].
+    ///
+    /// The slip of the return map has the turn of the normal taken out, `d = sum c_a du_a - g (n - n_old)`, so that a rotation that
+    /// both sides share is no slip.
+    pub fn respond(
+        &self,
+        law: &ContactLaw,
+        history: &History<D>,
+        adjusted: f64,
+        manner: &Manner<D>,
+    ) -> (PointState<D>, Option<Slopes<D>>) {
+        let gap = self.gap / self.area;
+        let normal = self.normal.normalize();
+        let [velocity, increment] = self.slips.map(|slip| slip / self.area);
+        let turned = turn(&normal, history) * gap;
+        let relation = Relation {
+            gap: gap - adjusted,
+            normal,
+            area: self.area,
+            velocity,
+            increment: increment - turned,
+            history,
+        };
+        tractions(law, &relation, manner)
+    }
+
+    /// Turns the derivatives of the sums, which `nodes` hold in the place of those of the means, into the latter; those of `kappa` are
+    /// `by_area`.
+    pub fn normalise(&self, history: &History<D>, by_area: &[Vector<D>], nodes: &mut [VertexNode<D>]) {
+        let gap = self.gap / self.area;
+        let size = self.normal.norm();
+        let normal = self.normal / size;
+        let projector = (Tensor::identity() - normal * normal.transpose()) / size;
+        let slips = self.slips.map(|slip| slip / self.area);
+        let turned = turn(&normal, history);
+        let turns = history.normal.amax() > 0.0;
+        for (node, by_area) in nodes.iter_mut().zip(by_area) {
+            node.coefficient /= self.area;
+            node.push /= self.area;
+            node.gap = (node.gap - by_area * gap) / self.area;
+            node.normal = projector * node.normal;
+            for (by, slip) in node.slips.iter_mut().zip(&slips) {
+                *by = (*by - slip * by_area.transpose()) / self.area;
+            }
+            if turns {
+                node.slips[1] -= turned * node.gap.transpose() + node.normal * gap;
+            }
+        }
+    }
+}
+
+/// `n - n_old`; zero where there is no normal to compare with.
+fn turn<const D: usize>(normal: &Vector<D>, history: &History<D>) -> Vector<D> {
+    if history.normal.amax() == 0.0 { Vector::zeros() } else { normal - history.normal }
+}
+
+/// Adds the chosen terms of a closed vertex to `stiffness[((a * m + b) * D + i) * D + j]` of its `m` nodes \[N/m\].
+pub fn add_stiffness<const D: usize>(
+    state: &PointState<D>,
+    slopes: &Slopes<D>,
+    nodes: &[VertexNode<D>],
+    selection: &Selection,
+    stiffness: &mut [f64],
+) {
+    let (terms, shift, area) = (selection.terms, selection.velocity_shift, state.area);
+    let pressed = terms.contains(Terms::NORMAL_CONTACT);
+    for (b, node) in nodes.iter().enumerate() {
+        let by_pressure = if pressed { node.gap * (slopes.normal * area) } else { Vector::zeros() };
+        let mut by_friction = Tensor::zeros();
+        if terms.contains(Terms::FRICTION_NORMAL_COUPLING) {
+            by_friction += slopes.by_gap * node.gap.transpose();
+        }
+        if terms.contains(Terms::FRICTION_DAMPING) {
+            by_friction += (slopes.by_velocity * shift + slopes.by_increment) * node.coefficient;
+        }
+        if terms.contains(Terms::COEFFICIENT_CHANGE) {
+            by_friction += slopes.through_bound * (shift * node.coefficient);
+        }
+        if terms.contains(Terms::FRICTION_GEOMETRY) {
+            by_friction += slopes.by_normal * node.normal
+                + (slopes.by_velocity + slopes.through_bound) * node.slips[0]
+                + slopes.by_increment * node.slips[1];
+        }
+        by_friction *= area;
+        for (a, test) in nodes.iter().enumerate() {
+            let start = (a * nodes.len() + b) * D * D;
+            let block = &mut stiffness[start..start + D * D];
+            for i in 0..D {
+                for j in 0..D {
+                    block[i * D + j] -=
+                        test.push[i] * by_pressure[j] + test.coefficient * by_friction[(i, j)];
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Overlap of two straight lines in the plane: an interval of the contactor's.
+//!
+//! With `d = x_b - x_a` the ends of the target lie at `s = (y - x_a) . d / |d|^2` of the contactor's line; the overlap is
+//! `[max(s_d, 0), min(s_c, 1)]` for a target from `y_c` to `y_d`, which runs the other way since it faces the contactor.
+
+use std::sync::LazyLock;
+
+use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
+use crate::space::Rule;
+use crate::tensor::Vector;
+
+/// A target seen under a smaller part of the contactor's length than this does not face it.
+const FACES: f64 = 1e-9;
+
+/// See [`super::segment::overlap`].
+pub(super) fn overlap<const D: usize>(
+    contactor: &PlacedPiece<'_, D>,
+    target: &PlacedPiece<'_, D>,
+    degree: usize,
+    want: Want,
+    visit: &mut impl FnMut(&SegmentPoint<D>, &PointVariation<D>),
+) {
+    let [a, b, ..] = contactor.corners;
+    let [c, d, ..] = target.corners;
+    let along = b - a;
+    let square = along.norm_squared();
+    if !(square > 0.0) {
+        return;
+    }
+    let [first, last] = [place(c, a, &along, square), place(d, a, &along, square)];
+    if !(first.s - last.s > FACES) {
+        return;
+    }
+    let (low, high) = (last.s.clamp(0.0, 1.0), first.s.clamp(0.0, 1.0));
+    let length = high - low;
+    if !(length > 0.0) {
+        return;
+    }
+    // An end of the contactor at an end of the target is the contactor's: no derivative belongs to the tie.
+    let inside = |s: f64| s > 0.0 && s < 1.0;
+    let by_low = if inside(last.s) { last.by_corners(TARGET + 1, &along, square) } else { none() };
+    let by_high = if inside(first.s) { first.by_corners(TARGET, &along, square) } else { none() };
+    let (by_first, by_last) = match want {
+        Want::Points => (none(), none()),
+        Want::Variations => {
+            (first.by_corners(TARGET, &along, square), last.by_corners(TARGET + 1, &along, square))
+        }
+    };
+    let ends = |piece: &PlacedPiece<'_, D>| [piece.piece.corners[0].at[0], piece.piece.corners[1].at[0]];
+    let ([xi_a, xi_b], [eta_c, eta_d]) = (ends(contactor), ends(target));
+    let span = last.s - first.s;
+    let mut variation = PointVariation::default();
+    for (point, weight) in rule(degree) {
+        let s = low + length * point;
+        let theta = (s - first.s) / span;
+        let on = SegmentPoint {
+            xi: [xi_a + s * (xi_b - xi_a), 0.0],
+            eta: [eta_c + theta * (eta_d - eta_c), 0.0],
+            weight: weight * length * (xi_b - xi_a),
+        };
+        if want == Want::Variations {
+            for i in [0, 1, TARGET, TARGET + 1] {
+                let by_s = by_low[i] * (1.0 - point) + by_high[i] * *point;
+                let by_theta = (by_s - by_first[i] - (by_last[i] - by_first[i]) * theta) / span;
+                variation.xi[0][i] = by_s * (xi_b - xi_a);
+                variation.eta[0][i] = by_theta * (eta_d - eta_c);
+                variation.weight[i] = (by_high[i] - by_low[i]) * (weight * (xi_b - xi_a));
+            }
+        }
+        visit(&on, &variation);
+    }
+}
+
+/// An end of the target seen from the contactor.
+struct End<const D: usize> {
+    /// Place along the contactor's line, 0 and 1 at its ends.
+    s: f64,
+    /// From the contactor's first end \[m\].
+    offset: Vector<D>,
+}
+
+fn place<const D: usize>(y: &Vector<D>, a: &Vector<D>, along: &Vector<D>, square: f64) -> End<D> {
+    let offset = y - a;
+    End { s: offset.dot(along) / square, offset }
+}
+
+impl<const D: usize> End<D> {
+    /// `ds/dz`, the end being corner `own`.
+    fn by_corners(&self, own: usize, along: &Vector<D>, square: f64) -> ByCorners<D> {
+        let mut by = none();
+        let by_end = along / square;
+        let by_along = (self.offset - along * (2.0 * self.s)) / square;
+        by[own] = by_end;
+        by[1] = by_along;
+        by[0] = -by_end - by_along;
+        by
+    }
+}
+
+fn none<const D: usize>() -> ByCorners<D> {
+    [Vector::zeros(); super::segment::CORNERS]
+}
+
+/// Gauss points on `[0, 1]` with weights of sum 1, exact to `degree`.
+fn rule(degree: usize) -> &'static [(f64, f64)] {
+    static RULES: LazyLock<Vec<Vec<(f64, f64)>>> = LazyLock::new(|| {
+        let on_unit = |rule: Rule| {
+            rule.points.iter().zip(rule.weights).map(|(x, w)| (0.5 + 0.5 * x[0], 0.5 * w)).collect()
+        };
+        (0..=MOST_DEGREE).map(|degree| on_unit(Rule::tensor(1, degree))).collect()
+    });
+    &RULES[degree.min(MOST_DEGREE)]
+}
+
+const MOST_DEGREE: usize = 7;

@@ -1,0 +1,18 @@
+//! Contact between deformable bodies by mortar segments (theory, chapter 1).
+//!
+//! A contact point is a vertex of the contactor. Its gap, normal and slip are means over the segments that the facets around it share
+//! with facets of the target, weighted by the linear function of the vertex: [`segment`] finds segments, [`integrals`] integrates over
+//! a pair of facets, [`kernel`] evaluates the laws of a vertex, [`contact`] puts them together. Nothing is remembered from iterate
+//! to iterate but what the laws of a vertex remember.
+
+mod clip;
+pub mod contact;
+pub mod integrals;
+pub mod kernel;
+mod line;
+mod parametric;
+mod polygon;
+pub mod segment;
+pub mod shape;
+pub mod split;
+pub mod surface;

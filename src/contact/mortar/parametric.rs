@@ -1,0 +1,149 @@
+//! The map from the reference domain of a piece to the plane, and back.
+
+use super::clip::{ByFlat, Flat, cross, sub};
+use super::segment::CORNERS;
+use super::split::{MOST_CORNERS, Piece};
+
+/// Newton's method on a convex quadrilateral needs two or three steps; a piece that needs more than this has no inverse there.
+const MOST_STEPS: usize = 20;
+
+/// Residual at which the inverse is found, over the size of the piece.
+const FOUND: f64 = 4e-16;
+
+/// A piece with its corners in the plane: `p(r) = c_0 + c_1 r_1 + c_2 r_2 + c_3 r_1 r_2`.
+pub(super) struct Parametric<'a> {
+    piece: &'a Piece,
+    coefficients: [Flat; 4],
+    size: f64,
+}
+
+/// A point of a piece.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ParametricPoint {
+    /// Functions of the corners.
+    shape: [f64; MOST_CORNERS],
+    /// Their derivatives by `r_1`, `r_2`.
+    slopes: [[f64; 2]; MOST_CORNERS],
+    /// `dp/dr_1`, `dp/dr_2` \[m\].
+    tangents: [Flat; 2],
+    /// `det(dp/dr)` \[m^2\]; negative for a target, which is seen from below.
+    pub determinant: f64,
+}
+
+impl<'a> Parametric<'a> {
+    /// The piece with its corners at `flat` \[m\].
+    pub fn of(piece: &'a Piece, flat: &[Flat]) -> Self {
+        let combine = |weights: &[f64]| [0, 1].map(|k| flat.iter().zip(weights).map(|(p, w)| p[k] * w).sum());
+        let coefficients = match flat.len() {
+            3 => [flat[0], sub(flat[1], flat[0]), sub(flat[2], flat[0]), [0.0; 2]],
+            _ => [
+                combine(&[0.25, 0.25, 0.25, 0.25]),
+                combine(&[-0.25, 0.25, 0.25, -0.25]),
+                combine(&[-0.25, -0.25, 0.25, 0.25]),
+                combine(&[0.25, -0.25, 0.25, -0.25]),
+            ],
+        };
+        let size = coefficients[1..3].iter().flatten().fold(0.0_f64, |size, c| size.max(c.abs()));
+        Self { piece, coefficients, size }
+    }
+
+    /// The point of the piece at `place`; `None` if there is none.
+    pub fn inverse(&self, place: Flat) -> Option<ParametricPoint> {
+        let [c0, c1, c2, c3] = self.coefficients;
+        let mut r = [0.0; 2];
+        for _ in 0..MOST_STEPS {
+            let tangents =
+                [[c1[0] + c3[0] * r[1], c1[1] + c3[1] * r[1]], [c2[0] + c3[0] * r[0], c2[1] + c3[1] * r[0]]];
+            let rest = [0, 1].map(|k| place[k] - c0[k] - c1[k] * r[0] - c2[k] * r[1] - c3[k] * r[0] * r[1]);
+            let determinant = cross(tangents[0], tangents[1]);
+            let step = [cross(rest, tangents[1]) / determinant, cross(tangents[0], rest) / determinant];
+            if !step.iter().all(|step| step.is_finite()) {
+                return None;
+            }
+            r = [r[0] + step[0], r[1] + step[1]];
+            let affine = c3[0].abs().max(c3[1].abs()) <= FOUND * self.size;
+            if affine || step[0].abs().max(step[1].abs()) <= FOUND.sqrt() {
+                return Some(self.at(r));
+            }
+        }
+        None
+    }
+
+    fn at(&self, r: [f64; 2]) -> ParametricPoint {
+        let [_, c1, c2, c3] = self.coefficients;
+        let mut shape = [0.0; MOST_CORNERS];
+        let mut slopes = [[0.0; 2]; MOST_CORNERS];
+        if self.piece.corners.len() == 3 {
+            shape[..3].copy_from_slice(&[1.0 - r[0] - r[1], r[0], r[1]]);
+            slopes[..3].copy_from_slice(&[[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]);
+        } else {
+            for (i, [a, b]) in [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].into_iter().enumerate() {
+                shape[i] = 0.25 * (1.0 + a * r[0]) * (1.0 + b * r[1]);
+                slopes[i] = [0.25 * a * (1.0 + b * r[1]), 0.25 * b * (1.0 + a * r[0])];
+            }
+        }
+        let tangents =
+            [[c1[0] + c3[0] * r[1], c1[1] + c3[1] * r[1]], [c2[0] + c3[0] * r[0], c2[1] + c3[1] * r[0]]];
+        ParametricPoint { shape, slopes, tangents, determinant: cross(tangents[0], tangents[1]) }
+    }
+
+    /// Coordinates of a point in the reference domain of the facet.
+    pub fn facet_point(&self, point: &ParametricPoint) -> [f64; 2] {
+        [0, 1].map(|k| self.piece.corners.iter().zip(point.shape).map(|(corner, n)| corner.at[k] * n).sum())
+    }
+
+    /// Derivatives of those by the plane, given the ones of `r`.
+    pub fn facet_variation(&self, point: &ParametricPoint, by_r: &[ByFlat; 2]) -> [ByFlat; 2] {
+        let mut by = [[0.0; 2 * CORNERS]; 2];
+        for (k, by) in by.iter_mut().enumerate() {
+            let slope = |direction: usize| -> f64 {
+                self.piece
+                    .corners
+                    .iter()
+                    .zip(point.slopes)
+                    .map(|(corner, s)| corner.at[k] * s[direction])
+                    .sum()
+            };
+            let (first, second) = (slope(0), slope(1));
+            for (by, (r, s)) in by.iter_mut().zip(by_r[0].iter().zip(&by_r[1])) {
+                *by = first * r + second * s;
+            }
+        }
+        by
+    }
+
+    /// Derivatives of `r` of the point that lies at a place which moves by `by_place`; the corners of the piece begin at `first`.
+    pub fn variation(&self, point: &ParametricPoint, by_place: &[ByFlat; 2], first: usize) -> [ByFlat; 2] {
+        let mut rest = *by_place;
+        for (i, shape) in point.shape.iter().enumerate().take(self.piece.corners.len()) {
+            for (k, rest) in rest.iter_mut().enumerate() {
+                rest[2 * (first + i) + k] -= shape;
+            }
+        }
+        let [u, v] = point.tangents;
+        let mut by = [[0.0; 2 * CORNERS]; 2];
+        for i in 0..2 * CORNERS {
+            let move_by = [rest[0][i], rest[1][i]];
+            by[0][i] = cross(move_by, v) / point.determinant;
+            by[1][i] = cross(u, move_by) / point.determinant;
+        }
+        by
+    }
+
+    /// Derivatives of the determinant at that point.
+    pub fn determinant_variation(&self, point: &ParametricPoint, by_r: &[ByFlat; 2], first: usize) -> ByFlat {
+        let bend = self.coefficients[3];
+        let [u, v] = point.tangents;
+        let (along_u, along_v) = (cross(bend, v), cross(u, bend));
+        let mut by = [0.0; 2 * CORNERS];
+        for (by, (r, s)) in by.iter_mut().zip(by_r[0].iter().zip(&by_r[1])) {
+            *by = along_u * s + along_v * r;
+        }
+        for (i, slopes) in point.slopes.iter().enumerate().take(self.piece.corners.len()) {
+            // cross(dP s_1, v) + cross(u, dP s_2)
+            by[2 * (first + i)] += slopes[0] * v[1] - slopes[1] * u[1];
+            by[2 * (first + i) + 1] += slopes[1] * u[0] - slopes[0] * v[0];
+        }
+        by
+    }
+}

@@ -1,0 +1,183 @@
+//! Shape functions of facets in closed form, with first and second derivatives: what every segment point needs.
+//!
+//! [`crate::space::reference`] has the same functions as data, for tables that are made once; a segment point lies anywhere.
+
+use crate::mesh::ElementKind;
+
+/// Most nodes of a facet.
+pub const MOST_NODES: usize = 9;
+
+/// Shape functions of one facet at one point of its reference domain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FacetShape {
+    /// `N_a`.
+    pub value: [f64; MOST_NODES],
+    /// `dN_a/dxi_k`.
+    pub gradient: [[f64; 2]; MOST_NODES],
+    /// `d2N_a` by `xi_1 xi_1`, `xi_1 xi_2`, `xi_2 xi_2`.
+    pub second: [[f64; 3]; MOST_NODES],
+}
+
+impl FacetShape {
+    /// The functions of a facet of `kind` at `xi`.
+    ///
+    /// # Panics
+    /// When `kind` is no facet.
+    pub fn at(kind: ElementKind, xi: [f64; 2]) -> Self {
+        let mut shape = Self {
+            value: [0.0; MOST_NODES],
+            gradient: [[0.0; 2]; MOST_NODES],
+            second: [[0.0; 3]; MOST_NODES],
+        };
+        match kind {
+            ElementKind::Line2 | ElementKind::Line3 => shape.line(kind.nodes(), xi[0]),
+            ElementKind::Tri3 => shape.triangle(xi),
+            ElementKind::Tri6 => shape.quadratic_triangle(xi),
+            ElementKind::Quad4 | ElementKind::Quad9 => shape.product(kind.nodes(), xi),
+            ElementKind::Quad8 => shape.serendipity(xi),
+            _ => unreachable!("{kind} is no facet"),
+        }
+        shape
+    }
+
+    fn line(&mut self, nodes: usize, s: f64) {
+        let along = Lagrange::at(if nodes == 2 { 1 } else { 2 }, s);
+        for a in 0..nodes {
+            self.value[a] = along.value[a];
+            self.gradient[a][0] = along.slope[a];
+            self.second[a][0] = along.bend[a];
+        }
+    }
+
+    fn triangle(&mut self, [s, t]: [f64; 2]) {
+        self.value[..3].copy_from_slice(&[1.0 - s - t, s, t]);
+        self.gradient[..3].copy_from_slice(&BARYCENTRIC);
+    }
+
+    fn quadratic_triangle(&mut self, [s, t]: [f64; 2]) {
+        let l = [1.0 - s - t, s, t];
+        let d = BARYCENTRIC;
+        for i in 0..3 {
+            self.value[i] = l[i] * (2.0 * l[i] - 1.0);
+            self.gradient[i] = d[i].map(|d| d * (4.0 * l[i] - 1.0));
+            self.second[i] = [4.0 * d[i][0] * d[i][0], 4.0 * d[i][0] * d[i][1], 4.0 * d[i][1] * d[i][1]];
+            let j = (i + 1) % 3;
+            self.value[3 + i] = 4.0 * l[i] * l[j];
+            self.gradient[3 + i] = [0, 1].map(|k| 4.0 * (d[i][k] * l[j] + l[i] * d[j][k]));
+            self.second[3 + i] = [
+                8.0 * d[i][0] * d[j][0],
+                4.0 * (d[i][0] * d[j][1] + d[i][1] * d[j][0]),
+                8.0 * d[i][1] * d[j][1],
+            ];
+        }
+    }
+
+    /// Quad4 and quad9: products of functions along the two directions.
+    fn product(&mut self, nodes: usize, [s, t]: [f64; 2]) {
+        let order = if nodes == 4 { 1 } else { 2 };
+        let (first, second) = (Lagrange::at(order, s), Lagrange::at(order, t));
+        for (a, &[i, j]) in QUAD_PLACES[..nodes].iter().enumerate() {
+            self.value[a] = first.value[i] * second.value[j];
+            self.gradient[a] = [first.slope[i] * second.value[j], first.value[i] * second.slope[j]];
+            self.second[a] = [
+                first.bend[i] * second.value[j],
+                first.slope[i] * second.slope[j],
+                first.value[i] * second.bend[j],
+            ];
+        }
+    }
+
+    /// Quad8.
+    fn serendipity(&mut self, [s, t]: [f64; 2]) {
+        for (i, &[a, b]) in QUAD_CORNERS.iter().enumerate() {
+            let (p, q, r) = (1.0 + a * s, 1.0 + b * t, a * s + b * t - 1.0);
+            self.value[i] = 0.25 * p * q * r;
+            self.gradient[i] = [0.25 * a * q * (r + p), 0.25 * b * p * (r + q)];
+            self.second[i] = [0.5 * q, 0.25 * a * b * (r + p + q), 0.5 * p];
+        }
+        for (i, b) in [(4, -1.0), (6, 1.0)] {
+            let q = 1.0 + b * t;
+            self.value[i] = 0.5 * (1.0 - s * s) * q;
+            self.gradient[i] = [-s * q, 0.5 * (1.0 - s * s) * b];
+            self.second[i] = [-q, -s * b, 0.0];
+        }
+        for (i, a) in [(5, 1.0), (7, -1.0)] {
+            let p = 1.0 + a * s;
+            self.value[i] = 0.5 * (1.0 - t * t) * p;
+            self.gradient[i] = [0.5 * (1.0 - t * t) * a, -t * p];
+            self.second[i] = [0.0, -t * a, -p];
+        }
+    }
+}
+
+const BARYCENTRIC: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
+const QUAD_CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+
+/// For each node of a quad9 its place along either direction: 0 at -1, 1 at +1, 2 in the middle.
+const QUAD_PLACES: [[usize; 2]; 9] = [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [1, 2], [2, 1], [0, 2], [2, 2]];
+
+/// Lagrange functions on `[-1, 1]` of the nodes -1, 1 and, for order 2, 0.
+struct Lagrange {
+    value: [f64; 3],
+    slope: [f64; 3],
+    bend: [f64; 3],
+}
+
+impl Lagrange {
+    fn at(order: usize, s: f64) -> Self {
+        if order == 1 {
+            return Self {
+                value: [0.5 - 0.5 * s, 0.5 + 0.5 * s, 0.0],
+                slope: [-0.5, 0.5, 0.0],
+                bend: [0.0; 3],
+            };
+        }
+        Self {
+            value: [0.5 * s * (s - 1.0), 0.5 * s * (s + 1.0), 1.0 - s * s],
+            slope: [s - 0.5, s + 0.5, -2.0 * s],
+            bend: [1.0, 1.0, -2.0],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::reference;
+
+    /// The closed forms are the functions of the reference elements, with both derivatives.
+    #[test]
+    fn shape_functions_are_those_of_the_elements() {
+        let facets = [
+            ElementKind::Line2,
+            ElementKind::Line3,
+            ElementKind::Tri3,
+            ElementKind::Tri6,
+            ElementKind::Quad4,
+            ElementKind::Quad8,
+            ElementKind::Quad9,
+        ];
+        for kind in facets {
+            let (nodes, dim) = (kind.nodes(), kind.dimension());
+            let xi = [0.3, if dim == 2 { 0.17 } else { 0.0 }];
+            let shape = FacetShape::at(kind, xi);
+            let mut value = vec![0.0; nodes];
+            let mut gradient = vec![0.0; nodes * dim];
+            let mut second = vec![0.0; nodes * dim * dim];
+            let element = reference(kind);
+            element.shape(&xi, &mut value);
+            element.gradient(&xi, &mut gradient);
+            element.second_gradient(&xi, &mut second);
+            for a in 0..nodes {
+                assert!((shape.value[a] - value[a]).abs() < 1e-15, "{kind} {a}");
+                for k in 0..dim {
+                    assert!((shape.gradient[a][k] - gradient[a * dim + k]).abs() < 1e-15, "{kind} {a}");
+                    for l in 0..dim {
+                        let expected = second[(a * dim + k) * dim + l];
+                        assert!((shape.second[a][k + l] - expected).abs() < 1e-14, "{kind} {a} {k} {l}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! The contactor of a contact by segments on this rank: its own vertices, and all facets around them.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::shape::FacetShape;
+use super::split::linear;
+use crate::contact::surface::Ownership;
+use crate::mesh::{ElementKind, Facet, Mesh};
+use crate::space::{facet_normal, facet_tangents, reference};
+use crate::tensor::Vector;
+
+/// A facet with a vertex of this rank.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VertexFacet {
+    /// Which side of which local element.
+    pub facet: Facet,
+    /// Kind of the facet.
+    pub kind: ElementKind,
+    /// Whether this rank reports the facet.
+    pub mine: bool,
+    /// The vertex of this rank at each corner; `None` at vertices of other ranks.
+    pub vertices: [Option<u32>; 4],
+    /// Size, the root of its undeformed area \[m\].
+    pub size: f64,
+    nodes: Range<usize>,
+}
+
+/// Vertices of one contactor that this rank owns, with the facets around them.
+///
+/// A vertex is a corner of a facet. It carries the laws, the history and the multipliers of the contact; the nodes between
+/// corners of quadratic facets carry none. Facets are in the order of the input mesh, which is the same on every rank.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VertexSurface<const D: usize> {
+    facets: Vec<VertexFacet>,
+    nodes: Vec<u32>,
+    reference_points: Vec<Vector<D>>,
+    vertices: Vec<u32>,
+    reference_area: Vec<f64>,
+    /// Facets around vertex `p`: `around[first[p]..first[p + 1]]`.
+    first: Vec<u32>,
+    around: Vec<u32>,
+}
+
+impl<const D: usize> VertexSurface<D> {
+    /// The surface of local `facets`; also without any.
+    pub fn new(mesh: &Mesh<D>, facets: &[Facet], ownership: &Ownership<'_>) -> Self {
+        let mut sorted = facets.to_vec();
+        sorted.sort_by_key(|facet| (ownership.global_element[facet.element as usize], facet.side));
+        let mut nodes = Vec::new();
+        let owned = ownership.owned_nodes as u32;
+        let mut numbers = BTreeMap::new();
+        for &facet in &sorted {
+            mesh.facet_nodes(facet, &mut nodes);
+            let corners = mesh.facet_kind(facet).corners();
+            nodes[..corners].iter().filter(|&&node| node < owned).for_each(|&node| {
+                numbers.insert(node, 0u32);
+            });
+        }
+        for (number, entry) in numbers.values_mut().enumerate() {
+            *entry = number as u32;
+        }
+        let mut surface = Self {
+            facets: Vec::new(),
+            nodes: Vec::new(),
+            reference_points: Vec::new(),
+            vertices: numbers.keys().copied().collect(),
+            reference_area: vec![0.0; numbers.len()],
+            first: Vec::new(),
+            around: Vec::new(),
+        };
+        for facet in sorted {
+            mesh.facet_nodes(facet, &mut nodes);
+            let kind = mesh.facet_kind(facet);
+            let mut vertices = [None; 4];
+            for (vertex, node) in vertices.iter_mut().zip(&nodes[..kind.corners()]) {
+                *vertex = numbers.get(node).copied();
+            }
+            if vertices.iter().all(Option::is_none) {
+                continue;
+            }
+            let first = surface.nodes.len();
+            surface.nodes.extend_from_slice(&nodes);
+            surface
+                .reference_points
+                .extend(nodes.iter().map(|&node| Vector::from(mesh.points[node as usize])));
+            let size = surface.weigh(kind, first, &vertices);
+            let mine = ownership.mine[facet.element as usize];
+            let nodes = first..surface.nodes.len();
+            surface.facets.push(VertexFacet { facet, kind, mine, vertices, size, nodes });
+        }
+        surface.link();
+        surface
+    }
+
+    /// Adds the undeformed area of a facet to its vertices; the root of that area.
+    fn weigh(&mut self, kind: ElementKind, first: usize, vertices: &[Option<u32>; 4]) -> f64 {
+        let points = &self.reference_points[first..];
+        let element = reference(kind);
+        let rule = element.rule(5);
+        let table = element.tabulate(&rule);
+        let width = table.nodes * (D - 1);
+        let mut total = 0.0;
+        for (q, at) in rule.points.iter().enumerate() {
+            let tangents = facet_tangents(points, &table.dn[q * width..(q + 1) * width]);
+            let area = table.weights[q] * facet_normal(&tangents).norm();
+            total += area;
+            let weights = FacetShape::at(linear(kind), [at[0], at[1]]);
+            for (vertex, weight) in vertices.iter().zip(weights.value) {
+                if let Some(vertex) = vertex {
+                    self.reference_area[*vertex as usize] += area * weight;
+                }
+            }
+        }
+        total.powf(1.0 / (D as f64 - 1.0))
+    }
+
+    fn link(&mut self) {
+        let mut lists = vec![Vec::new(); self.vertices.len()];
+        for (index, facet) in self.facets.iter().enumerate() {
+            facet.vertices.iter().flatten().for_each(|&vertex| lists[vertex as usize].push(index as u32));
+        }
+        self.first = std::iter::once(0)
+            .chain(lists.iter().scan(0, |sum, list| {
+                *sum += list.len() as u32;
+                Some(*sum)
+            }))
+            .collect();
+        self.around = lists.concat();
+    }
+
+    /// Facets with a vertex of this rank, in the order of the input mesh.
+    pub fn facets(&self) -> &[VertexFacet] {
+        &self.facets
+    }
+
+    /// Local nodes of a facet, in the order of its kind.
+    pub fn facet_nodes(&self, facet: &VertexFacet) -> &[u32] {
+        &self.nodes[facet.nodes.clone()]
+    }
+
+    /// Undeformed positions of the nodes of a facet \[m\].
+    pub fn reference_points(&self, facet: &VertexFacet) -> &[Vector<D>] {
+        &self.reference_points[facet.nodes.clone()]
+    }
+
+    /// Local nodes at which the vertices of this rank lie.
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
+    /// Numbers of the facets around a vertex.
+    pub fn around(&self, vertex: usize) -> &[u32] {
+        &self.around[self.first[vertex] as usize..self.first[vertex + 1] as usize]
+    }
+
+    /// Undeformed area that a vertex stands for, wherever its target ends [m, m^2].
+    pub fn reference_area(&self, vertex: usize) -> f64 {
+        self.reference_area[vertex]
+    }
+
+    /// Undeformed position of a vertex \[m\].
+    pub fn reference_point(&self, vertex: usize) -> Vector<D> {
+        let facet = &self.facets[self.around(vertex)[0] as usize];
+        let corner = facet.vertices.iter().position(|&number| number == Some(vertex as u32)).unwrap_or(0);
+        self.reference_points(facet)[corner]
+    }
+}
