@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::{Contact, Pair};
+use super::contact::Contact;
 use super::external::Moment;
 use super::forces::At;
 use super::interface::{Interface, RemoteForce};
@@ -214,8 +214,7 @@ pub(super) fn meet<const D: usize>(
         let _running = phases.contact.begin();
         let mut missed = false;
         for contact in contacts {
-            let Pair::Deformable(meeting) = &contact.pair else { continue };
-            missed |= meeting.add_force(fields, request, &mut contact.state, own, remote.reborrow());
+            missed |= contact.add_pair_force(fields, request, own, remote.reborrow());
         }
         missed
     };

@@ -116,7 +116,9 @@ fn measures<const D: usize>(
     };
     let most = MOST_BETWEEN[usize::from(curved)];
     let closer = if at_nodes { 1.0 } else { (between / most).clamp(1.0, MOST_CLOSER) };
-    let nodes_between_points = between / closer;
+    // Segments see every node of a target.
+    let by_segments = contact.quadrature == Quadrature::Segments;
+    let nodes_between_points = if by_segments { 0.0 } else { between / closer };
     Ok(Measures { facet_size, nodes_between_points, closer, nodal: largest[0] == 0.0, sight })
 }
 

@@ -28,9 +28,7 @@ impl<const D: usize> ContactSystem<D> {
         let (mut sums, mut speeds) = (vec![0u64; 3 * count], vec![0.0f64; count]);
         for (k, contact) in self.contacts.iter().enumerate() {
             let state = &contact.state;
-            for point in
-                contact.surface().facets().iter().filter(|facet| facet.mine).flat_map(|f| f.points.clone())
-            {
+            for point in contact.reported_points() {
                 let [was, is] = [state.history[point].gap, state.current[point].gap];
                 sums[3 * k] += u64::from(was > 0.0 && is <= 0.0);
                 sums[3 * k + 1] += u64::from(was <= 0.0);

@@ -1,15 +1,23 @@
 //! Contacts of a rank: surfaces with the places of their entries, evaluated into the system.
 
-use super::meeting::{Meeting, Sight};
+use mpi::traits::CommunicatorCollectives;
+
+use super::interface::{Couples, Opening, RemoteForce};
+use super::meeting::{Meeting, Outlook, Sight};
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
+use super::segments::{SearchRadii, SegmentMeeting};
 use crate::contact::deformable::DeformableContact;
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
+use crate::contact::mortar::contact::SegmentContact;
+use crate::contact::mortar::surface::VertexSurface;
 use crate::contact::obstacle::Obstacle;
-use crate::contact::point::ContactLaw;
+use crate::contact::point::{ContactLaw, PointState};
 use crate::contact::rigid::{ContactSink, RigidContact};
 use crate::contact::state::{Changes, ContactState, ForceChange};
 use crate::contact::surface::{ContactSurface, Ownership, Quadrature};
 use crate::contact::target::{TargetFacets, TargetSurface};
+use crate::contact::totals::ContactEnergy;
+use crate::contact::zone::ZoneSummary;
 use crate::dynamics::FrictionMode;
 use crate::element::ElementSink;
 use crate::error::{Error, Result};
@@ -49,8 +57,10 @@ pub enum Pair<const D: usize> {
         /// Where the entries of the facets go.
         maps: FacetMaps,
     },
-    /// Another body: a facet is evaluated on one rank.
+    /// Another body by Gauss points: a facet is evaluated on one rank.
     Deformable(Box<Meeting<D>>),
+    /// Another body by mortar segments: a vertex is evaluated on the rank that owns its node.
+    Segments(Box<SegmentMeeting<D>>),
 }
 
 /// Facets may differ in kind: one map for each number of nodes.
@@ -115,7 +125,9 @@ impl<const D: usize> Contact<D> {
         let quadrature = match contact.quadrature {
             model::Quadrature::Nodal => Quadrature::Nodal,
             model::Quadrature::Auto if flat(contact) && measures.nodal => Quadrature::Nodal,
-            model::Quadrature::Gauss | model::Quadrature::Auto => Quadrature::Gauss,
+            model::Quadrature::Gauss | model::Quadrature::Auto | model::Quadrature::Segments => {
+                Quadrature::Gauss
+            }
         };
         let facets = facets_of(local, &contact.contactor)?;
         let law = ContactLaw {
@@ -131,6 +143,19 @@ impl<const D: usize> Contact<D> {
                     contact: Box::new(RigidContact { surface, obstacle: *obstacle, law, area }),
                     maps,
                 }
+            }
+            Target::Surface { set, .. } if contact.quadrature == model::Quadrature::Segments => {
+                let outline = ContactSurface::of_mine(&local.mesh, facets, &ownership, quadrature, 1.0)?;
+                let contact = SegmentContact {
+                    surface: VertexSurface::new(&local.mesh, facets, &ownership),
+                    target: TargetSurface::new(TargetFacets::default(), &[]),
+                    law,
+                    area,
+                    depth: measures.sight.depth,
+                };
+                let radii = SearchRadii { facet: measures.sight.facet, depth: measures.sight.depth };
+                let target = facets_of(local, set)?;
+                Pair::Segments(Box::new(SegmentMeeting::new(contact, outline, target, radii)))
             }
             Target::Surface { set, .. } => {
                 let closer = measures.closer;
@@ -155,16 +180,120 @@ impl<const D: usize> Contact<D> {
             tolerance: None,
             stiffening: 1.0,
         };
-        contact.state = ContactState::new(contact.surface().point_count());
+        contact.state = ContactState::new(contact.point_count());
         Ok(contact)
     }
 
-    /// The contactor.
+    /// The contactor: its facets on this rank. Contact points are theirs, except when they are vertices of segments.
     pub fn surface(&self) -> &ContactSurface<D> {
         match &self.pair {
             Pair::Rigid { contact, .. } => &contact.surface,
             Pair::Deformable(meeting) => &meeting.contact.surface,
+            Pair::Segments(meeting) => &meeting.outline,
         }
+    }
+
+    /// Local nodes of the vertices, when the points of this contact are vertices of segments.
+    pub fn vertices(&self) -> Option<&[u32]> {
+        match &self.pair {
+            Pair::Segments(meeting) => Some(meeting.contact.surface.vertices()),
+            _ => None,
+        }
+    }
+
+    /// Number of contact points on this rank.
+    pub fn point_count(&self) -> usize {
+        match &self.pair {
+            Pair::Segments(meeting) => meeting.contact.surface.vertices().len(),
+            _ => self.surface().point_count(),
+        }
+    }
+
+    /// The contact points that this rank reports, each of which is some rank's once.
+    pub fn reported_points(&self) -> impl Iterator<Item = usize> + '_ {
+        let vertices = match &self.pair {
+            Pair::Segments(_) => 0..self.point_count(),
+            _ => 0..0,
+        };
+        let facets = match &self.pair {
+            Pair::Segments(_) => &[][..],
+            _ => self.surface().facets(),
+        };
+        vertices.chain(facets.iter().filter(|facet| facet.mine).flat_map(|facet| facet.points.clone()))
+    }
+
+    /// Whether the target is deformable.
+    pub fn is_deformable(&self) -> bool {
+        !matches!(self.pair, Pair::Rigid { .. })
+    }
+
+    /// What this rank reports of the zone; merge it over ranks.
+    pub fn summary(&self) -> ZoneSummary<D> {
+        let Pair::Segments(_) = &self.pair else { return self.surface().summary(&self.state) };
+        let mut summary = ZoneSummary::default();
+        for point in &self.state.current {
+            summary.add_forces(point);
+            summary.count(point);
+        }
+        summary
+    }
+
+    /// Energies on this rank; call it before the step of length `dt` \[s\] is accepted.
+    pub fn energy(&self, dt: f64) -> ContactEnergy {
+        let Pair::Segments(_) = &self.pair else { return self.surface().energy(&self.state, dt) };
+        let mut energy = ContactEnergy::default();
+        for (point, history) in self.state.current.iter().zip(&self.state.history) {
+            energy.stored += point.area * (point.potential + point.recoverable);
+            energy.heat_of_step += point.area * history.work_of_step(point, dt);
+        }
+        energy
+    }
+
+    /// Adds to each local node the area-weighted sum of a value of its points and the weights, see
+    /// [`ContactSurface::gather_nodal`]. A node between corners has the mean of the vertices beside it.
+    pub fn gather_nodal<const K: usize>(
+        &self,
+        value: impl Fn(usize, &PointState<D>) -> [f64; K],
+        (sum, weight): (&mut [f64], &mut [f64]),
+    ) {
+        let Pair::Segments(meeting) = &self.pair else {
+            return self.surface().gather_nodal(&self.state, value, (sum, weight));
+        };
+        let surface = &meeting.contact.surface;
+        for facet in surface.facets() {
+            let parents = facet.kind.parents();
+            for (&node, parents) in surface.facet_nodes(facet).iter().zip(parents) {
+                for &corner in *parents {
+                    let Some(vertex) = facet.vertices[usize::from(corner)] else { continue };
+                    let vertex = vertex as usize;
+                    let share = surface.reference_area(vertex) / surface.around(vertex).len() as f64;
+                    weight[node as usize] += share;
+                    let sums = &mut sum[node as usize * K..][..K];
+                    let values = value(vertex, &self.state.current[vertex]);
+                    sums.iter_mut().zip(values).for_each(|(s, v)| *s += share * v);
+                }
+            }
+        }
+    }
+
+    /// Undeformed places of all points with their gaps \[m\].
+    pub fn gaps(&self) -> Vec<(f64, [f64; D])> {
+        if let Pair::Segments(meeting) = &self.pair {
+            let surface = &meeting.contact.surface;
+            let gap = |(vertex, point): (usize, &PointState<D>)| {
+                (point.gap, surface.reference_point(vertex).into())
+            };
+            return self.state.current.iter().enumerate().map(gap).collect();
+        }
+        let surface = self.surface();
+        let gaps = surface.facets().iter().flat_map(|facet| {
+            let nodes = surface.reference_points(facet);
+            facet.points.clone().enumerate().map(move |(q, point)| {
+                let place = surface.facet_point(facet, q).position(nodes);
+                (self.state.current[point].gap, place.into())
+            })
+        });
+        gaps.collect()
     }
 
     /// Its laws.
@@ -172,6 +301,7 @@ impl<const D: usize> Contact<D> {
         match &self.pair {
             Pair::Rigid { contact, .. } => &contact.law,
             Pair::Deformable(meeting) => &meeting.contact.law,
+            Pair::Segments(meeting) => &meeting.contact.law,
         }
     }
 
@@ -188,6 +318,7 @@ impl<const D: usize> Contact<D> {
         match &mut self.pair {
             Pair::Rigid { contact, .. } => &mut contact.law,
             Pair::Deformable(meeting) => &mut meeting.contact.law,
+            Pair::Segments(meeting) => &mut meeting.contact.law,
         }
     }
 
@@ -196,6 +327,7 @@ impl<const D: usize> Contact<D> {
         match &self.pair {
             Pair::Rigid { contact, .. } => contact.area,
             Pair::Deformable(meeting) => meeting.contact.area,
+            Pair::Segments(meeting) => meeting.contact.area,
         }
     }
 
@@ -203,7 +335,7 @@ impl<const D: usize> Contact<D> {
     pub fn joins_those_of(&self, other: &Self) -> bool {
         let bodies = |contact: &Self| {
             let [a, b] = contact.bodies;
-            contact.meeting().map(|_| [a.min(b), a.max(b)])
+            contact.is_deformable().then_some([a.min(b), a.max(b)])
         };
         bodies(self).is_some() && bodies(self) == bodies(other)
     }
@@ -212,16 +344,17 @@ impl<const D: usize> Contact<D> {
     pub fn stride(&self) -> f64 {
         match &self.pair {
             Pair::Deformable(meeting) => meeting.stride(),
+            Pair::Segments(meeting) => meeting.stride(),
             Pair::Rigid { contact, .. } if matches!(contact.obstacle, Obstacle::Plane(_)) => f64::INFINITY,
             Pair::Rigid { .. } => 0.5 * self.facet_size,
         }
     }
 
-    /// The meeting, where the target is deformable.
+    /// The meeting, where the target is deformable and met by Gauss points.
     pub fn meeting(&self) -> Option<&Meeting<D>> {
         match &self.pair {
             Pair::Deformable(meeting) => Some(meeting),
-            Pair::Rigid { .. } => None,
+            Pair::Rigid { .. } | Pair::Segments(_) => None,
         }
     }
 
@@ -229,8 +362,144 @@ impl<const D: usize> Contact<D> {
     pub fn meeting_mut(&mut self) -> Option<&mut Meeting<D>> {
         match &mut self.pair {
             Pair::Deformable(meeting) => Some(meeting),
-            Pair::Rigid { .. } => None,
+            Pair::Rigid { .. } | Pair::Segments(_) => None,
         }
+    }
+
+    /// Distance up to which gaps are known \[m\].
+    pub fn reach(&self) -> f64 {
+        match &self.pair {
+            Pair::Rigid { .. } => f64::MAX,
+            Pair::Deformable(meeting) => meeting.reach(),
+            Pair::Segments(meeting) => meeting.reach(),
+        }
+    }
+
+    /// Gathers the facets of a deformable target near by, at the current positions of the local nodes \[m\]. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks.
+    pub fn gather(
+        &mut self,
+        world: &impl CommunicatorCollectives,
+        local: &LocalMesh<D>,
+        positions: &[f64],
+    ) -> Result<()> {
+        match &mut self.pair {
+            Pair::Rigid { .. } => Ok(()),
+            Pair::Deformable(meeting) => meeting.gather(world, local, positions, &self.state),
+            Pair::Segments(meeting) => meeting.gather(world, local, positions, &self.state),
+        }
+    }
+
+    /// Nodes of the gathered facets that this rank does not hold, with their reference points.
+    pub fn foreign(&self) -> Vec<(i32, [f64; D])> {
+        match &self.pair {
+            Pair::Rigid { .. } => Vec::new(),
+            Pair::Deformable(meeting) => meeting.foreign().collect(),
+            Pair::Segments(meeting) => meeting.foreign().collect(),
+        }
+    }
+
+    /// Takes the gathered facets as the target; `points` are the reference points of all nodes of `foreign` and before.
+    pub fn adopt(&mut self, index: &IndexMap, foreign: &[i32], points: &[[f64; D]]) {
+        match &mut self.pair {
+            Pair::Rigid { .. } => {}
+            Pair::Deformable(meeting) => meeting.adopt(index, foreign, points),
+            Pair::Segments(meeting) => meeting.adopt(index, foreign, points),
+        }
+    }
+
+    /// Whether this rank's facets moved so far since the gathering that others may have come near.
+    pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D]) -> bool {
+        match &self.pair {
+            Pair::Rigid { .. } => false,
+            Pair::Deformable(meeting) => meeting.is_stale(position),
+            Pair::Segments(meeting) => meeting.is_stale(position),
+        }
+    }
+
+    /// Finds the nodes that are coupled, at the displacements of all nodes.
+    pub fn find_couples(&mut self, u: &[f64], outlook: Outlook) {
+        match &mut self.pair {
+            Pair::Rigid { .. } => {}
+            Pair::Deformable(meeting) => meeting.find_couples(u, outlook),
+            Pair::Segments(meeting) => meeting.find_couples(u, outlook),
+        }
+    }
+
+    /// Nodes that are coupled beyond the rank's own mesh.
+    pub fn couples(&self) -> Option<&Couples> {
+        match &self.pair {
+            Pair::Rigid { .. } => None,
+            Pair::Deformable(meeting) => Some(&meeting.couples),
+            Pair::Segments(meeting) => Some(&meeting.cliques),
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn couples_mut(&mut self) -> Option<&mut Couples> {
+        match &mut self.pair {
+            Pair::Rigid { .. } => None,
+            Pair::Deformable(meeting) => Some(&mut meeting.couples),
+            Pair::Segments(meeting) => Some(&mut meeting.cliques),
+        }
+    }
+
+    /// Adds the forces of a contact with a deformable target; whether the pattern lacks a pair.
+    pub fn add_pair_force(
+        &mut self,
+        fields: &ContactFields,
+        request: &ContactRequest,
+        own: &mut [f64],
+        remote: RemoteForce,
+    ) -> bool {
+        match &self.pair {
+            Pair::Rigid { .. } => false,
+            Pair::Deformable(meeting) => meeting.add_force(fields, request, &mut self.state, own, remote),
+            Pair::Segments(meeting) => {
+                meeting.add_force(fields, request, &mut self.state, own, remote);
+                false
+            }
+        }
+    }
+
+    /// Adds the wanted terms of a contact with a deformable target.
+    pub fn add_pair_stiffness(
+        &mut self,
+        fields: &ContactFields,
+        request: &ContactRequest,
+        opening: &mut Opening,
+    ) {
+        match &self.pair {
+            Pair::Rigid { .. } => {}
+            Pair::Deformable(meeting) => meeting.add_stiffness(fields, request, &mut self.state, opening),
+            Pair::Segments(meeting) => meeting.add_stiffness(fields, request, &mut self.state, opening),
+        }
+    }
+
+    /// Adds the normals of the closed points, by area, to the nodes on both sides of a contact with a deformable target.
+    pub fn add_normals(&self, own: &mut [f64], remote: RemoteForce) {
+        match &self.pair {
+            Pair::Rigid { .. } => {}
+            Pair::Deformable(meeting) => meeting.add_normals(&self.state, own, remote),
+            Pair::Segments(meeting) => meeting.add_normals(&self.state, own, remote),
+        }
+    }
+
+    /// Adds one to all entries of the nodes on both sides of closed points of a contact with a deformable target.
+    pub fn add_marks(&self, own: &mut [f64], remote: RemoteForce) {
+        match &self.pair {
+            Pair::Rigid { .. } => {}
+            Pair::Deformable(meeting) => meeting.add_marks(&self.state, own, remote),
+            Pair::Segments(meeting) => meeting.add_marks(&self.state, own, remote),
+        }
+    }
+
+    /// Whether tangents of frictionless contact on a fixed area are symmetric: not those of segments, whose pressures act along the
+    /// normals of the contactor while gaps change with the target's slope as well.
+    pub fn is_symmetric(&self) -> bool {
+        !matches!(self.pair, Pair::Segments(_)) && self.area() == AreaKind::Reference
     }
 
     /// Adds the forces of a contact with an obstacle to the owned rows of `force` \[N\].
@@ -265,19 +534,20 @@ impl<const D: usize> Contact<D> {
     /// How the forces of the facets that this rank reports differ from the frozen ones.
     pub fn force_change(&self) -> ForceChange {
         let mut sum = ForceChange::default();
-        for facet in self.surface().facets().iter().filter(|facet| facet.mine) {
-            sum += self.state.force_change(facet.points.clone());
+        for point in self.reported_points() {
+            sum += self.state.force_change(point..point + 1);
         }
         sum
     }
 
     /// Takes the current points as the new iterate.
     pub fn iterate(&mut self) -> Changes {
-        let surface = match &self.pair {
-            Pair::Rigid { contact, .. } => &contact.surface,
-            Pair::Deformable(meeting) => &meeting.contact.surface,
+        let counted = match &self.pair {
+            Pair::Rigid { contact, .. } => contact.surface.representative(),
+            Pair::Deformable(meeting) => meeting.contact.surface.representative(),
+            Pair::Segments(meeting) => &meeting.counted,
         };
-        self.state.iterate(surface.representative())
+        self.state.iterate(counted)
     }
 
     /// The current points are those of an accepted step.

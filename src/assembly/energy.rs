@@ -171,7 +171,7 @@ impl EnergyLedger {
         let u = stage.trial.u.local();
         own[1] = system.solids.iter().map(|solid| solid.group.strain_energy(&u, &system.local.mine)).sum();
         for contact in &system.contacts {
-            let energy = contact.surface().energy(&contact.state, dt);
+            let energy = contact.energy(dt);
             own[2] += energy.stored;
             own[3] += energy.heat_of_step;
         }

@@ -76,7 +76,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         let (mut stick, mut slip) = (0, 0);
         for contact in &mut self.contacts {
             own += contact.iterate();
-            let summary = contact.surface().summary(&contact.state);
+            let summary = contact.summary();
             stick += summary.stick;
             slip += summary.slip;
         }

@@ -3,7 +3,7 @@
 use mpi::traits::CommunicatorCollectives;
 
 use super::interface::{Couples, Opening, PairForces, PairStiffness, RemoteForce};
-use super::targets::{Reach, Surfaces, TargetGather};
+use super::targets::{Evaluated, Reach, Surfaces, TargetGather};
 use crate::contact::deformable::{DeformableContact, PairContribution, PairSink};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::pairing::Pairing;
@@ -121,7 +121,7 @@ impl<const D: usize> Meeting<D> {
             self.below = state.depth();
         }
         let [contactor, target] = &self.surfaces;
-        let surfaces = Surfaces { local, contactor, target };
+        let surfaces = Surfaces { local, contactor, evaluated: Evaluated::Mine, target };
         let gather = TargetGather::new(world, &surfaces, positions, self.sight.reach(self.below))?;
         self.gather = Some(gather);
         Ok(())
@@ -130,16 +130,7 @@ impl<const D: usize> Meeting<D> {
     /// Takes the gathered facets as the target; `points` are the reference points of all nodes of `foreign` and before.
     pub fn adopt(&mut self, index: &IndexMap, foreign: &[i32], points: &[[f64; D]]) {
         let Some(gather) = &self.gather else { return };
-        let numbers = &gather.foreign.numbers;
-        let number = |&node: &u32| match (node as usize).checked_sub(index.local_count()) {
-            None => node,
-            Some(beyond) => {
-                let place = foreign.partition_point(|&other| other < numbers[beyond]);
-                (index.local_count() + place) as u32
-            }
-        };
-        let nodes = gather.facets.nodes.iter().map(number).collect();
-        let facets = TargetFacets { nodes, ..gather.facets.clone() };
+        let facets = TargetFacets { nodes: gather.placed(index, foreign), ..gather.facets.clone() };
         let target = TargetSurface::new(facets, points);
         self.pairing = match self.recalled.take() {
             Some(identities) => Pairing::from_identities(&identities, &target),
@@ -151,8 +142,7 @@ impl<const D: usize> Meeting<D> {
 
     /// Foreign nodes of the gathered facets with their reference points.
     pub fn foreign(&self) -> impl Iterator<Item = (i32, [f64; D])> + '_ {
-        let nodes = self.gather.iter().map(|gather| &gather.foreign);
-        nodes.flat_map(|nodes| nodes.numbers.iter().copied().zip(nodes.points.iter().copied()))
+        self.gather.iter().flat_map(TargetGather::foreign_nodes)
     }
 
     /// The name of the facet of each point, which a checkpoint keeps.

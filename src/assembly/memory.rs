@@ -105,6 +105,10 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Points of a contact with their keys.
     fn points_of(&self, contact: &Contact<D>, which: Which) -> Vec<(usize, u64)> {
+        if let Some(vertices) = contact.vertices() {
+            let key = |&node: &u32| u64::from(self.local.input_node[node as usize]);
+            return vertices.iter().map(key).enumerate().collect();
+        }
         let facets = contact.surface().facets().iter().filter(|facet| facet.mine || which == Which::Held);
         let keyed = facets.flat_map(|facet| {
             let element = self.local.input_element[facet.facet.element as usize];

@@ -26,6 +26,7 @@ mod renewal;
 mod report;
 mod rigid;
 mod scatter;
+mod segments;
 mod sizes;
 mod solid;
 mod soundness;

@@ -8,7 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact::Contact;
 use super::interface::{Couples, Interface};
 use super::mass::{Mass, Supported};
-use super::meeting::{Meeting, Outlook};
+use super::meeting::Outlook;
 use super::system::ContactSystem;
 use crate::contact::evaluation::ContactFields;
 use crate::error::Result;
@@ -24,10 +24,6 @@ enum Known {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    fn meetings_mut(&mut self) -> impl Iterator<Item = &mut Meeting<D>> {
-        self.contacts.iter_mut().filter_map(Contact::meeting_mut)
-    }
-
     /// Whether some contact of this rank has to look around anew.
     pub(super) fn is_stale(&self, u: &[f64]) -> bool {
         let points = &self.local.mesh.points;
@@ -35,7 +31,7 @@ impl<const D: usize> ContactSystem<D> {
             let node = node as usize;
             std::array::from_fn(|i| points[node][i] + u[node * D + i])
         };
-        self.contacts.iter().filter_map(Contact::meeting).any(|meeting| meeting.is_stale(position))
+        self.contacts.iter().any(|contact| contact.is_stale(position))
     }
 
     /// Gathers target facets at these fields and finds the couples; the pattern grows where it lacks one. Collective.
@@ -63,22 +59,21 @@ impl<const D: usize> ContactSystem<D> {
         let points = self.local.mesh.points.as_flattened();
         let positions: Vec<f64> = points.iter().zip(fields.u).map(|(x, u)| x + u).collect();
         for contact in &mut self.contacts {
-            let super::contact::Pair::Deformable(meeting) = &mut contact.pair else { continue };
-            meeting.gather(world, &self.local, &positions, &contact.state)?;
+            contact.gather(world, &self.local, &positions)?;
         }
         let mut interface = self.meet()?;
         interface.bring(world, fields);
         let u = interface.fields().u.to_vec();
         if known == Known::Pattern {
-            self.meetings_mut().for_each(|meeting| meeting.find_couples(&u, Outlook::Now));
+            self.contacts.iter_mut().for_each(|contact| contact.find_couples(&u, Outlook::Now));
             interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
         }
         if known == Known::Nothing || !self.pattern_holds(&interface) {
-            self.meetings_mut().for_each(|meeting| meeting.find_couples(&u, Outlook::Ahead));
+            self.contacts.iter_mut().for_each(|contact| contact.find_couples(&u, Outlook::Ahead));
             interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
             self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
         }
-        let places = self.contacts.iter_mut().filter_map(Contact::meeting_mut).map(|m| &mut m.couples);
+        let places = self.contacts.iter_mut().filter_map(Contact::couples_mut);
         interface.locate(&self.local.index, self.matrix.pattern(), places);
         self.interface = Some(interface);
         Ok(())
@@ -86,15 +81,13 @@ impl<const D: usize> ContactSystem<D> {
 
     /// One numbering of the foreign nodes of all contacts. Collective.
     fn meet(&mut self) -> Result<Interface<D>> {
-        let mut foreign: Vec<(i32, [f64; D])> =
-            self.contacts.iter().filter_map(Contact::meeting).flat_map(Meeting::foreign).collect();
+        let mut foreign: Vec<(i32, [f64; D])> = self.contacts.iter().flat_map(Contact::foreign).collect();
         foreign.sort_unstable_by_key(|(global, _)| *global);
         foreign.dedup_by_key(|(global, _)| *global);
         let (globals, points): (Vec<i32>, Vec<[f64; D]>) = foreign.into_iter().unzip();
         let all: Vec<[f64; D]> = self.local.mesh.points.iter().copied().chain(points).collect();
         let index = &self.local.index;
-        let meetings = self.contacts.iter_mut().filter_map(Contact::meeting_mut);
-        meetings.for_each(|meeting| meeting.adopt(index, &globals, &all));
+        self.contacts.iter_mut().for_each(|contact| contact.adopt(index, &globals, &all));
         Interface::new(
             self.session.world(),
             index,
@@ -137,5 +130,5 @@ impl<const D: usize> ContactSystem<D> {
 }
 
 fn couples<const D: usize>(contacts: &[Contact<D>]) -> impl Iterator<Item = &Couples> {
-    contacts.iter().filter_map(Contact::meeting).map(|meeting| &meeting.couples)
+    contacts.iter().filter_map(Contact::couples)
 }

@@ -6,7 +6,6 @@ use mpi::collective::SystemOperation;
 use mpi::traits::{Communicator, CommunicatorCollectives, Root};
 
 use super::contact::Contact;
-use super::meeting::Meeting;
 use super::system::ContactSystem;
 use crate::contact::point::{PointState, Status};
 use crate::contact::zone::ZoneSummary;
@@ -84,7 +83,7 @@ impl NodalSums {
     /// Gathers all points of a contact; complete at owned nodes, but for a deformable target only after
     /// [`complete`](Self::complete). A gap is at most the distance at which targets are looked for.
     pub fn of<const D: usize>(contact: &Contact<D>, nodes: usize) -> Self {
-        let furthest = contact.meeting().map_or(f64::MAX, Meeting::reach);
+        let furthest = contact.reach();
         let mut gathered = Self { sums: vec![0.0; nodes * Self::FIELDS], weights: vec![0.0; nodes] };
         let history = &contact.state.history;
         let value = |p: usize, point: &PointState<D>| {
@@ -109,7 +108,7 @@ impl NodalSums {
                 component(v, 2),
             ]
         };
-        contact.surface().gather_nodal(&contact.state, value, (&mut gathered.sums, &mut gathered.weights));
+        contact.gather_nodal(value, (&mut gathered.sums, &mut gathered.weights));
         gathered
     }
 
@@ -175,7 +174,7 @@ impl<const D: usize> ContactSystem<D> {
     pub(super) fn nodal_sums(&self, contact: usize) -> Result<NodalSums> {
         let contact = &self.contacts[contact];
         let mut sums = NodalSums::of(contact, self.local.mesh.points.len());
-        if contact.meeting().is_some() {
+        if contact.is_deformable() {
             sums.complete(&self.session, &self.local.index)?;
         }
         Ok(sums)
@@ -257,9 +256,8 @@ impl<const D: usize> ContactSystem<D> {
         let mut sums: Vec<Option<NodalSums>> = Vec::with_capacity(self.contacts.len());
         for (index, contact) in self.contacts.iter().enumerate() {
             // All ranks take part where the target is deformable, and know of all probes.
-            let wanted = |point: &Watched<D>| {
-                point.contact == Some(index) && (here(point) || contact.meeting().is_some())
-            };
+            let wanted =
+                |point: &Watched<D>| point.contact == Some(index) && (here(point) || contact.is_deformable());
             sums.push(watched.iter().any(wanted).then(|| self.nodal_sums(index)).transpose()?);
         }
         for (point, row) in watched.iter().zip(own.chunks_mut(width)).filter(|(point, _)| here(point)) {
@@ -293,7 +291,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn contact_summaries(&self) -> Vec<ContactSummary<D>> {
         let world = self.session.world();
         let reduce = |contact: &Contact<D>| {
-            let own = contact.surface().summary(&contact.state);
+            let own = contact.summary();
             let mut sums = vec![own.normal_force, own.area, own.friction_power, own.tangential_force];
             sums.extend(own.force.iter().chain(own.friction_force.iter()));
             sums.extend([own.points, own.stick, own.slip].map(|n| n as f64));

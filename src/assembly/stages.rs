@@ -66,7 +66,7 @@ pub fn contact_normals<const D: usize>(
     out: &mut Vector,
 ) {
     let (mut sums, mut weights) = (vec![0.0; nodes * D], vec![0.0; nodes]);
-    for contact in contacts.iter().filter(|contact| contact.meeting().is_none()) {
+    for contact in contacts.iter().filter(|contact| !contact.is_deformable()) {
         let pressed = |_: usize, point: &PointState<D>| -> [f64; D] {
             if point.is_closed() { point.normal.into() } else { [0.0; D] }
         };
@@ -77,8 +77,7 @@ pub fn contact_normals<const D: usize>(
     normals.copy_from_slice(&sums[..owned]);
     if let Some(interface) = interface {
         let add = |_: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
-            let pairs = contacts.iter().filter_map(|contact| Some((contact.meeting()?, &contact.state)));
-            pairs.for_each(|(meeting, state)| meeting.add_normals(state, own, remote.reborrow()));
+            contacts.iter().for_each(|contact| contact.add_normals(own, remote.reborrow()));
         };
         interface.add_forces(world, &mut normals, add, || ());
     }
@@ -98,7 +97,7 @@ pub fn contact_nodes<const D: usize>(
     owned: usize,
 ) -> Vec<bool> {
     let mut marks = vec![0.0; owned * D];
-    for contact in contacts.iter().filter(|contact| contact.meeting().is_none()) {
+    for contact in contacts.iter().filter(|contact| !contact.is_deformable()) {
         let (surface, state) = (contact.surface(), &contact.state);
         let pressed = surface.facets().iter().filter(|facet| {
             facet.points.clone().any(|point| state.current.get(point).is_some_and(PointState::is_closed))
@@ -111,8 +110,7 @@ pub fn contact_nodes<const D: usize>(
     }
     if let Some(interface) = interface {
         let add = |_: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
-            let pairs = contacts.iter().filter_map(|contact| Some((contact.meeting()?, &contact.state)));
-            pairs.for_each(|(meeting, state)| meeting.add_marks(state, own, remote.reborrow()));
+            contacts.iter().for_each(|contact| contact.add_marks(own, remote.reborrow()));
         };
         interface.add_forces(world, &mut marks, add, || ());
     }

@@ -99,16 +99,7 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     contact: &mut super::contact::Contact<D>,
     known: f64,
 ) -> Result<Overclosure<D>> {
-    let (surface, state) = (contact.surface(), &contact.state);
-    let gaps = surface.facets().iter().flat_map(|facet| {
-        let nodes = surface.reference_points(facet);
-        facet.points.clone().enumerate().map(move |(q, point)| {
-            let shape = surface.facet_point(facet, q).shape;
-            let place: Vector<D> = nodes.iter().zip(shape).map(|(x, n)| x * *n).sum();
-            (state.current[point].gap, place.into())
-        })
-    });
-    let found = worst(world, &given.name, known, gaps);
+    let found = worst(world, &given.name, known, contact.gaps().into_iter());
     if found.smallest_gap < 0.0 {
         match given.initial_overclosure {
             InitialOverclosure::Error => return Err(refusal(given, &found, "points")),

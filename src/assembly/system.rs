@@ -177,7 +177,7 @@ impl<const D: usize> ContactSystem<D> {
             phases,
         };
         system.leeway = system.has_leeway();
-        if system.contacts.iter().any(|contact| contact.meeting().is_some()) {
+        if system.contacts.iter().any(|contact| contact.is_deformable()) {
             system.meet_undeformed(model)?;
         }
         Ok(system)
@@ -196,7 +196,7 @@ impl<const D: usize> ContactSystem<D> {
         }
         let known = known(self.size, self.extent);
         for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
-            if contact.meeting().is_some() {
+            if contact.is_deformable() {
                 self.overclosures
                     .insert(at, resolve_overclosure_of_points(session.world(), given, contact, known)?);
             }

@@ -1,13 +1,13 @@
 //! The matrix of (3.5), (3.6) or (3.7): the wanted terms of the derivative of the residual.
 
-use super::contact::{Contact, Pair};
+use super::contact::Contact;
 use super::external::External;
 use super::forces::At;
 use super::interface::Opening;
 use super::scatter::LiftTarget;
 use super::stages::{Target, hold};
 use super::system::ContactSystem;
-use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
+use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::Selection;
 use crate::contact::state::Branches;
 use crate::dynamics::{FrictionMode, Lift, OverStep, Stage};
@@ -95,9 +95,7 @@ impl<const D: usize> ContactSystem<D> {
                         let _running = phases.contact.begin();
                         for contact in contacts.iter_mut() {
                             let request = request(contact);
-                            if let Pair::Deformable(meeting) = &contact.pair {
-                                meeting.add_stiffness(fields, &request, &mut contact.state, opening);
-                            }
+                            contact.add_pair_stiffness(fields, &request, opening);
                         }
                     };
                     interface.add_stiffness((world, &fields), (values, symmetry), lift, evaluate, bodies);
@@ -127,9 +125,8 @@ pub(super) fn symmetric<const D: usize>(
     let friction = stage.friction == FrictionMode::AsGiven;
     let coupled = Terms::FRICTION_NORMAL_COUPLING | Terms::FRICTION_GEOMETRY;
     let contact = |contact: &Contact<D>| {
-        let area = contact.area() == AreaKind::Current;
         (friction && contact.law().friction.is_some() && terms.intersects(coupled))
-            || (area && terms.contains(Terms::ZONE_CHANGE))
+            || (!contact.is_symmetric() && terms.contains(Terms::ZONE_CHANGE))
     };
     let follows = external.follows() && terms.contains(Terms::FOLLOWING_LOAD);
     !follows && !contacts.iter().any(contact)

@@ -1,6 +1,6 @@
 //! Does every rank see the target facets that its contactor facets may meet, and does METIS keep them together?
 
-use contact_petsc::assembly::targets::{ForeignNodes, Reach, Surfaces, TargetGather};
+use contact_petsc::assembly::targets::{Evaluated, ForeignNodes, Reach, Surfaces, TargetGather};
 use contact_petsc::mesh::{Bounds, BoxShape, ElementKind, Facet, Mesh, merge};
 use contact_petsc::partition::exchange::NodeExchange;
 use contact_petsc::partition::{Couple, LocalMesh, Plan, Quality};
@@ -61,7 +61,7 @@ fn targets_are_found<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>
     let (local, _) = deal(world, whole, plan);
     let (contactor, target) =
         (&local.mesh.facet_sets[COUPLE.contactor], &local.mesh.facet_sets[COUPLE.target]);
-    let surfaces = Surfaces { local: &local, contactor, target };
+    let surfaces = Surfaces { local: &local, contactor, evaluated: Evaluated::Mine, target };
     for (shake, radius, slack) in [(0.0, 0.01, 0.0), (0.15, 0.1, 0.05), (0.05, 5.0, 1.0)] {
         let now = positions(whole, &local, shake);
         let gather = TargetGather::new(world, &surfaces, &now, Reach { radius, slack }).expect("whole");

@@ -58,6 +58,11 @@ impl Couples {
         self.start.windows(2).map(|ends| &self.nodes[ends[0] as usize..ends[1] as usize])
     }
 
+    /// Nodes of a couple.
+    pub fn nodes_of(&self, couple: usize) -> &[u32] {
+        &self.nodes[self.start[couple] as usize..self.start[couple + 1] as usize]
+    }
+
     /// The couple of a contactor and a target facet.
     pub fn find(&self, contactor: usize, target: u32) -> Option<usize> {
         let range = self.first[contactor] as usize..self.first[contactor + 1] as usize;

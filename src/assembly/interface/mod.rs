@@ -19,7 +19,7 @@ use crate::petsc::{BlockPattern, BlockValues, Event, NO_SLOT, Symmetry};
 
 pub use couplings::{Couples, blocks_of};
 pub use numbering::Numbering;
-pub use sinks::{NO_ROW, PairForces, PairLift, PairStiffness, RemoteForce};
+pub use sinks::{NO_ROW, PairForces, PairLift, PairStiffness, RemoteForce, SegmentForces, add_forces};
 
 /// Fields beyond the rank's own mesh, rows of other ranks, and who gets what.
 pub struct Interface<const D: usize> {

@@ -2,6 +2,7 @@
 
 use super::couplings::{Couples, Place};
 use crate::contact::deformable::{PairContribution, PairSink};
+use crate::contact::mortar::contact::SegmentSink;
 use crate::petsc::{BlockValues, Symmetry};
 
 /// Stands for a node beyond the owned ones that no couple has.
@@ -43,17 +44,43 @@ pub struct PairForces<'a, const D: usize> {
 impl<const D: usize> PairSink for PairForces<'_, D> {
     fn pair(&mut self, pair: &PairContribution<'_>) {
         self.missed |= self.couples.find(pair.contactor_facet, pair.target_facet).is_none();
-        let owned = self.own.len() / D;
-        for (&node, part) in pair.nodes.iter().zip(pair.force.chunks_exact(D)) {
-            let node = node as usize;
-            let entries = match node.checked_sub(owned) {
-                None => Some(&mut self.own[node * D..][..D]),
-                Some(beyond) => self.remote.entries::<D>(beyond),
-            };
-            let Some(entries) = entries else { continue };
-            entries.iter_mut().zip(part).for_each(|(entry, value)| *entry += value);
-        }
+        add_forces::<D>(pair.nodes, pair.force, self.own, &mut self.remote);
     }
+}
+
+/// Adds forces on nodes to the rows that this rank owns and to those that it sends.
+pub fn add_forces<const D: usize>(
+    nodes: &[u32],
+    force: &[f64],
+    own: &mut [f64],
+    remote: &mut RemoteForce<'_>,
+) {
+    let owned = own.len() / D;
+    for (&node, part) in nodes.iter().zip(force.chunks_exact(D)) {
+        let node = node as usize;
+        let entries = match node.checked_sub(owned) {
+            None => Some(&mut own[node * D..][..D]),
+            Some(beyond) => remote.entries::<D>(beyond),
+        };
+        let Some(entries) = entries else { continue };
+        entries.iter_mut().zip(part).for_each(|(entry, value)| *entry += value);
+    }
+}
+
+/// Takes forces of a contact by segments.
+pub struct SegmentForces<'a, const D: usize> {
+    /// Owned rows \[N\].
+    pub own: &'a mut [f64],
+    /// The others.
+    pub remote: RemoteForce<'a>,
+}
+
+impl<const D: usize> SegmentSink for SegmentForces<'_, D> {
+    fn force(&mut self, nodes: &[u32], force: &[f64]) {
+        add_forces::<D>(nodes, force, self.own, &mut self.remote);
+    }
+
+    fn stiffness(&mut self, _: usize, _: &[u32], _: &[f64]) {}
 }
 
 /// The prescribed unknowns, and where their columns go.
@@ -94,7 +121,38 @@ pub struct PairStiffness<'a, 'm, const D: usize> {
 impl<const D: usize> PairSink for PairStiffness<'_, '_, D> {
     fn pair(&mut self, pair: &PairContribution<'_>) {
         let couple = self.couples.find(pair.contactor_facet, pair.target_facet);
-        let (Some(stiffness), Some(couple), nodes) = (pair.stiffness, couple, pair.nodes) else { return };
+        let (Some(stiffness), Some(couple)) = (pair.stiffness, couple) else { return };
+        let width = pair.nodes.len();
+        self.add(couple, pair.nodes, stiffness, |a, b| a * width + b);
+    }
+}
+
+impl<const D: usize> SegmentSink for PairStiffness<'_, '_, D> {
+    fn force(&mut self, _: &[u32], _: &[f64]) {}
+
+    /// The couples are those of vertices with their nodes, which are in ascending order.
+    fn stiffness(&mut self, vertex: usize, nodes: &[u32], stiffness: &[f64]) {
+        let Some(couple) = self.couples.find(vertex, 0) else { return };
+        let known = self.couples.nodes_of(couple);
+        let width = known.len();
+        let places: Vec<usize> =
+            nodes.iter().map(|node| known.binary_search(node).unwrap_or(width)).collect();
+        if places.contains(&width) {
+            return;
+        }
+        self.add(couple, nodes, stiffness, |a, b| places[a] * width + places[b]);
+    }
+}
+
+impl<const D: usize> PairStiffness<'_, '_, D> {
+    /// Adds the blocks of `nodes`; `place` tells which block of the couple that of two of them is.
+    fn add(
+        &mut self,
+        couple: usize,
+        nodes: &[u32],
+        stiffness: &[f64],
+        place: impl Fn(usize, usize) -> usize,
+    ) {
         let mut block = [0.0; 9];
         let block = &mut block[..D * D];
         for (a, &row) in nodes.iter().enumerate() {
@@ -108,7 +166,7 @@ impl<const D: usize> PairSink for PairStiffness<'_, '_, D> {
                     }
                 }
                 self.release(row, column, block);
-                match self.couples.place(couple, at) {
+                match self.couples.place(couple, place(a, b)) {
                     Some(Place::Slot(slot)) => self.values.add(slot, block),
                     Some(Place::Remote(at)) => {
                         let entries = &mut self.remote[at as usize * D * D..][..D * D];
@@ -119,9 +177,7 @@ impl<const D: usize> PairSink for PairStiffness<'_, '_, D> {
             }
         }
     }
-}
 
-impl<const D: usize> PairStiffness<'_, '_, D> {
     /// Takes prescribed rows and columns out of a block; the columns go to the right side.
     fn release(&mut self, row: u32, column: u32, block: &mut [f64]) {
         let (row, column) = (row as usize * D, column as usize * D);

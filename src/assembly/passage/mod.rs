@@ -102,6 +102,7 @@ impl<const D: usize> ContactSystem<D> {
                     found.sunk.extend(self.sunk(number, meeting, &moving, (ends, far)));
                     (0, if far { passages(meeting, contact, ends, &moving) } else { 0 }, moving)
                 }
+                Pair::Segments(_) => (0, 0, Moving::default()),
             };
             found.between.push(between);
             found.through.push(through);
@@ -152,7 +153,7 @@ fn passages<const D: usize>(
 fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64) -> String {
     let radius = match &contact.pair {
         Pair::Rigid { contact, .. } => contact.obstacle.outer_radius().unwrap_or(0.0),
-        Pair::Deformable(_) => 0.0,
+        Pair::Deformable(_) | Pair::Segments(_) => 0.0,
     };
     format!(
         "contact '{}': the obstacle, of radius {radius:.3e} m, lies between the points of {facets} facets of about {:.3e} m, none of which \

@@ -3,7 +3,7 @@
 use super::super::contact::Contact;
 use super::super::interface::Interface;
 use super::super::meeting::Meeting;
-use super::super::targets::{Reach, Surfaces, TargetGather};
+use super::super::targets::{Evaluated, Reach, Surfaces, TargetGather};
 use crate::contact::passage::{Path, normal_of};
 use crate::contact::surface::{ContactSurface, SurfaceFacet};
 use crate::error::Result;
@@ -90,7 +90,7 @@ impl<const D: usize> Moving<D> {
         let positions: Vec<f64> =
             local.mesh.points.as_flattened().iter().zip(ends.start).map(|(x, u)| x + u).collect();
         let [contactor, target] = meeting.surfaces();
-        let surfaces = Surfaces { local, contactor, target };
+        let surfaces = Surfaces { local, contactor, evaluated: Evaluated::Mine, target };
         let reach = Reach { radius: motion + meeting.depth(), slack: 0.0 };
         let TargetGather { facets, foreign, .. } = TargetGather::new(world, &surfaces, &positions, reach)?;
         let mut bring = NodeExchange::new(world, &local.index, &foreign.numbers)?;

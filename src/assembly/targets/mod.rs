@@ -11,8 +11,8 @@ use mpi::traits::CommunicatorCollectives;
 use crate::contact::target::TargetFacets;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, BoundsTree, ElementKind, Facet, stretch};
-use crate::partition::LocalMesh;
 use crate::partition::exchange::sparse_all_to_all;
+use crate::partition::{IndexMap, LocalMesh};
 
 pub use facets::ForeignNodes;
 use facets::Gathered;
@@ -26,10 +26,21 @@ const CLUSTERS: usize = 8;
 pub struct Surfaces<'a, const D: usize> {
     /// What the rank holds.
     pub local: &'a LocalMesh<D>,
-    /// Local facets of the contactor; those of other ranks' elements are passed over.
+    /// Local facets of the contactor.
     pub contactor: &'a [Facet],
+    /// Which of those this rank evaluates.
+    pub evaluated: Evaluated,
     /// Local facets of the target; those of other ranks' elements are passed over.
     pub target: &'a [Facet],
+}
+
+/// Which facets of a contactor a rank evaluates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Evaluated {
+    /// Those that it reports; facets of other ranks' elements are passed over.
+    Mine,
+    /// All of them.
+    All,
 }
 
 /// How far to look.
@@ -69,8 +80,8 @@ impl<const D: usize> TargetGather<D> {
         reach: Reach,
     ) -> Result<Self> {
         let local = surfaces.local;
-        let (contactor, contactor_boxes) = own(local, surfaces.contactor, positions);
-        let (target, target_boxes) = own(local, surfaces.target, positions);
+        let (contactor, contactor_boxes) = own(local, surfaces.contactor, surfaces.evaluated, positions);
+        let (target, target_boxes) = own(local, surfaces.target, Evaluated::Mine, positions);
         let inflated: Vec<Bounds<D>> =
             contactor_boxes.iter().map(|one| one.inflate(reach.radius + reach.slack)).collect();
         let places = places(world, &inflated);
@@ -99,6 +110,24 @@ impl<const D: usize> TargetGather<D> {
             contactor: Track::new(local, &contactor, positions),
             target: Track::new(local, &target, positions),
         })
+    }
+
+    /// Places of the nodes of the facets in fields of local nodes with the nodes `foreign` behind them.
+    pub fn placed(&self, index: &IndexMap, foreign: &[i32]) -> Vec<u32> {
+        let numbers = &self.foreign.numbers;
+        let place = |&node: &u32| match (node as usize).checked_sub(index.local_count()) {
+            None => node,
+            Some(beyond) => {
+                let place = foreign.partition_point(|&other| other < numbers[beyond]);
+                (index.local_count() + place) as u32
+            }
+        };
+        self.facets.nodes.iter().map(place).collect()
+    }
+
+    /// The nodes that this rank does not hold, with their reference points.
+    pub fn foreign_nodes(&self) -> impl Iterator<Item = (i32, [f64; D])> + '_ {
+        self.foreign.numbers.iter().copied().zip(self.foreign.points.iter().copied())
     }
 
     /// How far this rank's own facets of contactor and target have moved since they were gathered, at most \[m\].
@@ -151,13 +180,15 @@ impl<const D: usize> Track<D> {
     }
 }
 
-/// The rank's own facets of a set with the boxes around them.
+/// The rank's facets of a set with the boxes around them.
 fn own<const D: usize>(
     local: &LocalMesh<D>,
     facets: &[Facet],
+    evaluated: Evaluated,
     positions: &[f64],
 ) -> (Vec<Facet>, Vec<Bounds<D>>) {
-    let own: Vec<Facet> = facets.iter().filter(|facet| local.mine[facet.element as usize]).copied().collect();
+    let counts = |facet: &&Facet| evaluated == Evaluated::All || local.mine[facet.element as usize];
+    let own: Vec<Facet> = facets.iter().filter(counts).copied().collect();
     let mut nodes = Vec::new();
     let mut around = |&facet: &Facet| {
         local.mesh.facet_nodes(facet, &mut nodes);

@@ -3,7 +3,9 @@
 use super::super::diagnostics::Complaint;
 use super::super::place::At;
 use super::super::quantity::{Number, PowerStiffness};
-use super::super::{Coefficient, Contact, Friction, Normal, Obstacle, Regularization, Start};
+use super::super::{
+    Coefficient, Contact, Friction, Normal, Obstacle, Quadrature, Regularization, Scheme, Start,
+};
 use super::Check;
 
 impl Check<'_> {
@@ -48,6 +50,7 @@ impl Check<'_> {
         if self.case.obstacles.get(&contact.target).is_none() {
             self.target(contact);
         }
+        self.segments(contact);
         match &contact.normal {
             Normal::Penalty(penalty) => {
                 if let (Some(_), Some(penetration)) = (&penalty.compliance, &penalty.penetration) {
@@ -71,6 +74,24 @@ impl Check<'_> {
                 self.power_law(stiffness, *exponent);
                 self.regularization(regularization);
             }
+        }
+    }
+
+    /// Segments are common to two meshed surfaces, and their forces are those of an instant.
+    fn segments(&mut self, contact: &Contact) {
+        if contact.quadrature.value != Quadrature::Segments {
+            return;
+        }
+        if self.case.obstacles.get(&contact.target).is_some() {
+            let message = format!(
+                "segments are common to two meshed surfaces, and '{}' has no mesh",
+                contact.target.value
+            );
+            self.say(contact.quadrature.place, message);
+            self.cure("leave out `quadrature`");
+        } else if self.case.time.scheme.value == Scheme::Conserving {
+            self.say(contact.quadrature.place, "the conserving scheme has no forces for segments yet");
+            self.cure("write `quadrature: gauss`, or another scheme");
         }
     }
 

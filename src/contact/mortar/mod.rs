@@ -5,6 +5,7 @@
 //! a pair of facets, [`kernel`] evaluates the laws of a vertex, [`contact`] puts them together. Nothing is remembered from iterate
 //! to iterate but what the laws of a vertex remember.
 
+pub mod candidates;
 mod clip;
 pub mod contact;
 pub mod integrals;
