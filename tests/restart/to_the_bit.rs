@@ -38,6 +38,15 @@ fn ironing_to_the_last_bit_on_1_2_and_3_ranks() {
     goes_on_to_the_last_bit(&ironing(GMRES), 3);
 }
 
+/// Segments: what vertices remember is all there is to save.
+#[test]
+fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
+    let text = |solver| ironing(solver).replace("quadrature: gauss", "quadrature: segments");
+    goes_on_to_the_last_bit(&text("{ linear: auto }"), 1);
+    goes_on_to_the_last_bit(&text(GMRES), 2);
+    goes_on_to_the_last_bit(&text(GMRES), 3);
+}
+
 /// Forces at the start of a step, midpoint and stages.
 #[test]
 fn other_schemes_to_the_last_bit_on_1_and_2_ranks() {

@@ -1,0 +1,279 @@
+//! Contact between two bodies by mortar segments: the patch test to rounding, the same answer on any number of ranks and by every
+//! strategy and solver, sharp corners, and what is refused. Leave the covered area out of a gap, or push along averaged normals, and
+//! the patches fail.
+
+mod common;
+
+use common::{Folder, Results, run, shipped, stretch};
+use contact_petsc::output::vtu::Values;
+use contact_petsc::output::vtu_reader::read_piece;
+
+/// Largest error of stress in all blocks and of pressure at all nodes of contactors at the last step, over the load of 0.1 MPa.
+fn errors(results: &Results, dimension: usize) -> [f64; 2] {
+    const LOAD: f64 = 1e5;
+    let mut steps: Vec<_> = std::fs::read_dir(results.0.join("out/fields"))
+        .expect("fields")
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    steps.sort();
+    let mut worst = [0.0_f64; 2];
+    let mut seen = [0, 0];
+    for entry in std::fs::read_dir(steps.pop().expect("a step")).expect("pieces") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_none_or(|extension| extension != "vtu") {
+            continue;
+        }
+        let piece = read_piece(&path).expect("a piece");
+        if let Some(field) = piece.cell_data.get("cauchy_stress") {
+            let Values::Float64(stress) = &field.values else { panic!("stress is of numbers") };
+            for (k, value) in stress.iter().enumerate().map(|(at, value)| (at % 6, value)) {
+                let plane_strain = dimension == 2 && k == 2;
+                let exact = if k == dimension - 1 { -LOAD } else { 0.0 };
+                let error = if plane_strain { 0.0 } else { (value - exact).abs() / LOAD };
+                worst[0] = worst[0].max(error);
+                seen[0] += 1;
+            }
+        } else {
+            let Values::Float64(pressure) = &piece.point_data["contact_pressure"].values else {
+                panic!("pressure is of numbers")
+            };
+            pressure.iter().for_each(|value| worst[1] = worst[1].max((value - LOAD).abs() / LOAD));
+            seen[1] += pressure.len();
+        }
+    }
+    assert!(seen[0] > 0 && seen[1] > 0, "fields are there");
+    worst
+}
+
+const TWO_PASSES: [&str; 2] = [
+    "  two_swapped: { contactor: two_lower.top, target: two_upper.bottom, normal: { penalty: { compliance: 2.0e-9 } }, friction: none, quadrature: gauss }\n",
+    "",
+];
+
+/// Blocks on blocks under a uniform pressure, on matching meshes and on others: stress and pressure are uniform to 1e-9 with every
+/// kind of element, in the roles of the scene.
+#[test]
+fn every_element_passes_the_patch_test() {
+    let plane = ["quad4", "quad8", "quad9", "tri3", "tri6"].map(|element| ("blocks", 2, "quad4", element));
+    let space =
+        ["hex8", "hex20", "hex27", "tet4", "tet10"].map(|element| ("blocks-solid", 3, "hex8", element));
+    for (case, dimension, shipped_element, element) in plane.into_iter().chain(space) {
+        let changes = [
+            (TWO_PASSES[0], TWO_PASSES[1]),
+            ("quadrature: gauss", "quadrature: segments"),
+            (
+                "contactor: two_upper.bottom, target: two_lower.top",
+                "contactor: two_lower.top, target: two_upper.bottom",
+            ),
+            (shipped_element, element),
+        ];
+        let results = Results::of(&shipped(&format!("patch/{case}.yml"), &changes), 1);
+        let [stress, pressure] = errors(&results, dimension);
+        println!("{element}: stress {stress:.1e}, pressure {pressure:.1e}");
+        assert!(stress < 1e-9 && pressure < 1e-9, "{element}: stress {stress:e}, pressure {pressure:e}");
+        let free = dimension as i32 - 1;
+        let force = 1e5 * 0.4_f64.powi(free) * stretch(free).powi(free);
+        let axis = ["force_x", "force_y", "force_z"][dimension - 1];
+        let contact = results.table("contact.csv");
+        for (name, sign) in [("match", 1.0), ("one", 1.0), ("two", -1.0)] {
+            let found = contact.only("contact", name).last(axis);
+            assert!((found - sign * force).abs() < 1e-9 * force, "{element}, {name}: {found}, not {force}");
+        }
+    }
+}
+
+/// Two blocks side by side on one block whose facets end elsewhere: contactor facets are covered in part by either.
+const SIDE_BY_SIDE: &str = "
+dimension: 2
+bodies:
+  lower:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.2], cells: [4, 2], element: ELEMENT } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+  left:
+    mesh: { box: { min: [0, 0.2], max: [0.29, 0.4], cells: [3, 2], element: ELEMENT } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+  right:
+    mesh: { box: { min: [0.29, 0.2], max: [0.4, 0.4], cells: [2, 2], element: ELEMENT } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+contact:
+  left: { contactor: lower.top, target: left.bottom, normal: { penalty: { compliance: 1.0e-9 } }, quadrature: segments }
+  right: { contactor: lower.top, target: right.bottom, normal: { penalty: { compliance: 1.0e-9 } }, quadrature: segments }
+boundary:
+  left_load: { on: left.top, pressure: '1.0e5 * t' }
+  right_load: { on: right.top, pressure: '1.0e5 * t' }
+  base: { on: lower.bottom, displacement: { y: 0 } }
+  lower_side: { on: lower.left, displacement: { x: 0 } }
+  left_side: { on: left.left, displacement: { x: 0 } }
+  right_side: { on: right.left, displacement: { x: STRETCHED } }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+solver: { newton: { tolerance: 1.0e-12 } }
+output: { fields: { every: 2 } }
+";
+
+/// The patch test on facets that are covered in part.
+#[test]
+fn partly_covered_facets_pass_the_patch_test() {
+    for element in ["quad4", "quad9", "tri6"] {
+        let moved = format!("'{:.17} * t'", 0.29 * (stretch(1) - 1.0));
+        let text = SIDE_BY_SIDE.replace("ELEMENT", element).replace("STRETCHED", &moved);
+        let results = Results::of(&text, 1);
+        let table = results.table("contact.csv");
+        // Pressures at nodes are means over both contacts: those of the vertices are in the table.
+        let mut total = 0.0;
+        for name in ["left", "right"] {
+            let contact = table.only("contact", name);
+            let peak = contact.last("max_pressure");
+            assert!((peak / 1e5 - 1.0).abs() < 1e-9, "{element}, {name}: {peak}");
+            total -= contact.last("force_y");
+        }
+        let force = 1e5 * 0.4 * stretch(1);
+        assert!((total / force - 1.0).abs() < 1e-9, "{element}: {total}, not {force}");
+        let reaction = results.table("reactions.csv").only("boundary", "base").last("force_y");
+        assert!((reaction / force - 1.0).abs() < 1e-9, "{element}: {reaction}");
+    }
+}
+
+/// Ironing in space at reduced size.
+fn ironing_solid() -> String {
+    shipped(
+        "ironing/solid.yml",
+        &[
+            ("quadrature: gauss", "quadrature: segments"),
+            ("cells: [12, 12, 2]", "cells: [8, 8, 1]"),
+            ("cells: [15, 11, 3]", "cells: [12, 8, 2]"),
+            ("end: 1,", "end: 0.5,"),
+        ],
+    )
+}
+
+/// Ironing in the plane at reduced size.
+fn ironing(strategy: &str) -> String {
+    let text = shipped(
+        "ironing/case.yml",
+        &[
+            ("quadrature: gauss", "quadrature: segments"),
+            ("cells: [48, 6]", "cells: [12, 3]"),
+            ("cells: [40, 10]", "cells: [20, 4]"),
+            ("end: 1,", "end: 0.5,"),
+        ],
+    );
+    format!("{text}solver: {strategy}\n")
+}
+
+/// Histories of a column agree to a part of its largest value.
+#[track_caller]
+fn agree(one: &Results, other: &Results, table: &str, column: &str, tolerance: f64) {
+    let [one, other] = [one, other].map(|results| results.table(table).numbers(column));
+    assert_eq!(one.len(), other.len(), "{column}");
+    let size = one.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    for (a, b) in one.iter().zip(&other) {
+        assert!((a - b).abs() <= tolerance * size, "{column}: {a} and {b}");
+    }
+}
+
+/// Displacements, forces, steps and Newton iterations are the same on 1, 2, 3, 4 and 8 ranks; on eight some own no contact.
+#[test]
+fn the_same_on_1_2_3_4_8_ranks() {
+    for (text, probe) in [(ironing_solid(), "nose.u_z"), (ironing("{ linear: auto }"), "way.u_y")] {
+        let alone = Results::of(&text, 1);
+        for ranks in [2, 3, 4, 8] {
+            let results = Results::of(&text, ranks);
+            agree(&alone, &results, "probes.csv", probe, 1e-9);
+            for column in ["force_n", "force_x", "force_y", "area", "max_pressure"] {
+                agree(&alone, &results, "contact.csv", column, 1e-9);
+            }
+            let [a, b] = [&alone, &results].map(Results::record);
+            for key in ["steps", "cut_steps", "newton_iterations"] {
+                assert_eq!(a[key], b[key], "{key} on {ranks} ranks");
+            }
+        }
+    }
+}
+
+/// A coarse curved target: the staggered strategy finds the forces of the monolithic one, and so do the preconditioners for contact.
+/// There is one equilibrium, whichever facet a vertex lies over.
+#[test]
+fn strategies_and_solvers_agree_on_a_coarse_curved_target() {
+    let monolithic = Results::of(&ironing("{ linear: direct }"), 1);
+    for solver in [
+        "{ strategy: { staggered: { tolerance: 1.0e-9 } } }",
+        "{ linear: two_stage }",
+        "{ linear: filtered_amg }",
+        "{ linear: gmres_asm_ilu }",
+    ] {
+        let results = Results::of(&ironing(solver), 2);
+        for column in ["force_x", "force_y"] {
+            agree(&monolithic, &results, "contact.csv", column, 1e-6);
+        }
+    }
+}
+
+/// A block with sharp corners, pressed a tenth of its height into a longer slab of another mesh and dragged.
+const SHARP: &str = "
+dimension: 2
+bodies:
+  slab:
+    mesh: { box: { min: [0, 0], max: [2.3, 0.6], cells: [23, 6], element: quad4 } }
+    material: { neo_hookean: { young_modulus: 1.0, poisson_ratio: 0.3 } }
+  block:
+    mesh: { box: { min: [0.4, 0.6], max: [1.4, 1.2], cells: [11, 7], element: quad4 } }
+    material: { neo_hookean: { young_modulus: YOUNG, poisson_ratio: 0.3 } }
+contact:
+  sole:
+    contactor: CONTACTOR
+    target: TARGET
+    normal: { penalty: { compliance: 1.0e-3 } }
+    friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 500 } } }
+    quadrature: segments
+boundary:
+  bed: { on: slab.bottom, displacement: { x: 0, y: 0 } }
+  grip: { on: block.top, displacement: { x: 'if(t > 0.5, 0.6 * (t - 0.5), 0)', y: '-0.12 * min(t, 0.5)' } }
+time: { end: 1, step: 2.5e-2, scheme: { static: {} } }
+output: { fields: { every: 100 } }
+";
+
+/// A sharp block arrives whichever side is the contactor, equal or ten times stiffer, within few corrections a step; the forces of the
+/// two roles agree.
+#[test]
+fn a_sharp_block_is_dragged_by_either_side() {
+    for young in ["1.0", "10.0"] {
+        let mut forces = Vec::new();
+        for [contactor, target] in [["block.bottom", "slab.top"], ["slab.top", "block.bottom"]] {
+            let text =
+                SHARP.replace("YOUNG", young).replace("CONTACTOR", contactor).replace("TARGET", target);
+            let results = Results::of(&text, 1);
+            let record = results.record();
+            let steps = record["steps"].as_u64().expect("steps");
+            let iterations = record["newton_iterations"].as_u64().expect("iterations");
+            let cuts = record["cut_steps"].as_u64().expect("cuts");
+            println!("E = {young}, {contactor}: {iterations} iterations in {steps} steps, {cuts} cut");
+            assert!(iterations <= 8 * steps && cuts <= 1, "{contactor}: {iterations} in {steps}, {cuts} cut");
+            let bed = results.table("reactions.csv").only("boundary", "bed");
+            forces.push([bed.last("force_x"), bed.last("force_y")]);
+        }
+        let [one, other] = [forces[0], forces[1]];
+        println!("forces {one:?} and {other:?}");
+        assert!((one[1] - other[1]).abs() < 0.01 * one[1].abs(), "{one:?} {other:?}");
+        // Friction at the two corners, where pressures are singular, is resolved by the facets of the contactor: 5.8 % at most here.
+        assert!((one[0] - other[0]).abs() < 0.08 * one[0].abs(), "{one:?} {other:?}");
+    }
+}
+
+/// Segments need two meshed surfaces and a scheme whose forces are those of an instant; what is wrong is named with its line.
+#[test]
+fn what_segments_cannot_do_is_refused() {
+    let rigid = shipped("rubber-block/case.yml", &[("quadrature: nodal", "quadrature: segments")]);
+    let conserving = shipped("collision/case.yml", &[("quadrature: gauss", "quadrature: segments")]);
+    for (text, words) in [(rigid, "'foundation' has no mesh"), (conserving, "conserving")] {
+        let folder = Folder::new("segments");
+        folder.write("case.yml", &text);
+        let output = run(1, &["case.yml", "--output", "out"], &folder);
+        assert_eq!(output.code, Some(3), "{}", output.text());
+        let line = 1 + text.lines().position(|line| line.contains("quadrature: segments")).expect("a line");
+        assert!(
+            output.stderr.contains(words) && output.stderr.contains(&format!("case.yml:{line}:")),
+            "{}",
+            output.stderr
+        );
+    }
+}
