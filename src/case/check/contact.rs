@@ -3,9 +3,7 @@
 use super::super::diagnostics::Complaint;
 use super::super::place::At;
 use super::super::quantity::{Number, PowerStiffness};
-use super::super::{
-    Coefficient, Contact, Friction, Normal, Obstacle, Quadrature, Regularization, Scheme, Start,
-};
+use super::super::{Coefficient, Contact, Friction, Normal, Obstacle, Quadrature, Regularization, Start};
 use super::Check;
 
 impl Check<'_> {
@@ -89,9 +87,6 @@ impl Check<'_> {
             );
             self.say(contact.quadrature.place, message);
             self.cure("leave out `quadrature`");
-        } else if self.case.time.scheme.value == Scheme::Conserving {
-            self.say(contact.quadrature.place, "the conserving scheme has no forces for segments yet");
-            self.cure("write `quadrature: gauss`, or another scheme");
         }
     }
 

@@ -5,7 +5,7 @@ use super::kernel::{VertexNode, VertexSums, add_stiffness};
 use super::split::MOST_CORNERS;
 use super::surface::{VertexFacet, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
-use crate::contact::point::{ContactLaw, PointState, Slopes};
+use crate::contact::point::{ContactLaw, PointState, Selection, Slopes};
 use crate::contact::state::ContactState;
 use crate::contact::target::TargetSurface;
 use crate::tensor::Vector;
@@ -39,38 +39,61 @@ pub struct SegmentContact<const D: usize> {
 /// Part of the size of a contactor facet beyond which a segment is open for good.
 const OPEN: f64 = 0.5;
 
-/// A pair of facets with common segments.
-struct ActivePair<const D: usize> {
-    facet: u32,
-    target: u32,
-    integrals: PairIntegrals<D>,
+/// Where in a step the nodes are taken to be, the displacements being those of the iterate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Instant {
+    /// At the start of the step.
+    Start,
+    /// At the displacements.
+    Iterate,
+    /// As far beyond them as they are from the start.
+    Beyond,
 }
 
-/// A closed vertex with what its stiffness needs.
-struct ClosedVertex<const D: usize> {
-    vertex: usize,
-    slopes: Slopes<D>,
-    nodes: Vec<VertexNode<D>>,
-    by_area: Vec<Vector<D>>,
+impl Instant {
+    /// Displacement of a node, given those at the start and of the iterate.
+    fn displacement<const D: usize>(self, start: Vector<D>, iterate: Vector<D>) -> Vector<D> {
+        match self {
+            Self::Start => start,
+            Self::Iterate => iterate,
+            Self::Beyond => iterate + (iterate - start),
+        }
+    }
+}
+
+/// A pair of facets with common segments.
+pub(super) struct ActivePair<const D: usize> {
+    pub facet: u32,
+    pub target: u32,
+    pub integrals: PairIntegrals<D>,
+}
+
+/// A vertex with the nodes that it depends on.
+pub(super) struct VertexRows<const D: usize> {
+    pub vertex: usize,
+    pub nodes: Vec<VertexNode<D>>,
+    pub by_area: Vec<Vector<D>>,
 }
 
 /// Positions and fields of the nodes of a pair; refilled for each, so that nothing is allocated anew.
-struct Gathered<const D: usize> {
-    nodes: Vec<u32>,
+pub(super) struct Gathered<const D: usize> {
+    pub nodes: Vec<u32>,
     positions: Vec<Vector<D>>,
     velocities: Vec<Vector<D>>,
     increments: Vec<Vector<D>>,
     contactor: usize,
+    instant: Instant,
 }
 
 impl<const D: usize> Gathered<D> {
-    fn new() -> Self {
+    fn new(instant: Instant) -> Self {
         Self {
             nodes: Vec::new(),
             positions: Vec::new(),
             velocities: Vec::new(),
             increments: Vec::new(),
             contactor: 0,
+            instant,
         }
     }
 
@@ -79,7 +102,8 @@ impl<const D: usize> Gathered<D> {
     fn begin(&mut self, reference: &[Vector<D>], nodes: &[u32], fields: &ContactFields<'_>) {
         self.contactor = 0;
         self.keep_contactor();
-        self.append([&reference[0], &at(fields.u, nodes[0])], reference, nodes, fields);
+        let origin = self.displacement(nodes[0], fields);
+        self.append([&reference[0], &origin], reference, nodes, fields);
         self.contactor = nodes.len();
     }
 
@@ -111,15 +135,19 @@ impl<const D: usize> Gathered<D> {
     ) {
         self.nodes.extend_from_slice(nodes);
         for (x, &node) in reference.iter().zip(nodes) {
-            let u: Vector<D> = at(fields.u, node);
+            let u = self.displacement(node, fields);
             self.positions.push((x - origin) + (u - origin_u));
             self.velocities.push(at(fields.v, node));
-            self.increments.push(u - at(fields.u_start, node));
+            self.increments.push(at::<D>(fields.u, node) - at::<D>(fields.u_start, node));
         }
+    }
+
+    fn displacement(&self, node: u32, fields: &ContactFields<'_>) -> Vector<D> {
+        self.instant.displacement(at(fields.u_start, node), at(fields.u, node))
     }
 }
 
-fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
+pub(super) fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
     Vector::from_column_slice(&field[node as usize * D..][..D])
 }
 
@@ -134,7 +162,10 @@ impl<const D: usize> SegmentContact<D> {
         state: &mut ContactState<D>,
         sink: &mut impl SegmentSink,
     ) {
-        let (pairs, sums) = self.integrate(couples, fields);
+        if request.over_step {
+            return self.evaluate_over_step(couples, fields, request, state, sink);
+        }
+        let (pairs, sums) = self.integrate(couples, fields, Instant::Iterate);
         let slopes = self.respond(&sums, request, state);
         match &request.stiffness {
             None => self.add_forces(&pairs, &state.current, sink),
@@ -142,15 +173,27 @@ impl<const D: usize> SegmentContact<D> {
         }
     }
 
+    /// Undeformed position of a node that a vertex depends on \[m\].
+    pub(super) fn reference_point(&self, vertex: usize, node: u32) -> Vector<D> {
+        for &facet in self.surface.around(vertex) {
+            let facet = &self.surface.facets()[facet as usize];
+            if let Some(place) = self.surface.facet_nodes(facet).iter().position(|&own| own == node) {
+                return self.surface.reference_points(facet)[place];
+            }
+        }
+        self.target.reference_of(node)
+    }
+
     /// Pairs with common segments, and the sums of all vertices.
-    fn integrate(
+    pub(super) fn integrate(
         &self,
         couples: &[(u32, u32)],
         fields: &ContactFields<'_>,
+        instant: Instant,
     ) -> (Vec<ActivePair<D>>, Vec<VertexSums<D>>) {
         let mut pairs = Vec::new();
         let mut sums = vec![VertexSums::default(); self.surface.vertices().len()];
-        self.sweep(couples.iter().copied(), fields, |facet, target, gathered, pair| {
+        self.sweep(couples.iter().copied(), fields, instant, |facet, target, gathered, pair| {
             if !may_meet(pair) {
                 return;
             }
@@ -176,13 +219,14 @@ impl<const D: usize> SegmentContact<D> {
     }
 
     /// Calls `visit` with each of these couples at `fields`.
-    fn sweep(
+    pub(super) fn sweep(
         &self,
         couples: impl Iterator<Item = (u32, u32)>,
         fields: &ContactFields<'_>,
+        instant: Instant,
         mut visit: impl FnMut(u32, u32, &Gathered<D>, &FacetPair<'_, D>),
     ) {
-        let mut gathered = Gathered::new();
+        let mut gathered = Gathered::new(instant);
         let mut last = None;
         for (index, target) in couples {
             let facet = &self.surface.facets()[index as usize];
@@ -192,7 +236,8 @@ impl<const D: usize> SegmentContact<D> {
                 gathered.begin(reference, nodes, fields);
                 last = Some(index);
             }
-            let origin = [&reference[0], &at(fields.u, nodes[0])];
+            let origin = gathered.displacement(nodes[0], fields);
+            let origin = [&reference[0], &origin];
             gathered.oppose(origin, self.target.reference_points(target), self.target.nodes(target), fields);
             let pair = self.pair(facet, target, &gathered, reference);
             visit(index, target, &gathered, &pair);
@@ -285,98 +330,78 @@ impl<const D: usize> SegmentContact<D> {
         sink: &mut impl SegmentSink,
     ) {
         let Some(selection) = &request.stiffness else { return };
-        let mut closed = self.closed(pairs, slopes);
-        let number = {
-            let mut number = vec![None; slopes.len()];
-            closed.iter().enumerate().for_each(|(k, vertex)| number[vertex.vertex] = Some(k));
-            number
-        };
-        let has_closed = |pair: &&ActivePair<D>| {
-            let facet = &self.surface.facets()[pair.facet as usize];
-            facet.vertices.iter().flatten().any(|&vertex| number[vertex as usize].is_some())
-        };
-        let active: Vec<&ActivePair<D>> = pairs.iter().filter(has_closed).collect();
-        let couples = active.iter().map(|pair| (pair.facet, pair.target));
-        let geometry = Terms::NORMAL_GEOMETRY | Terms::FRICTION_GEOMETRY;
-        let carries = selection.joint.is_none() && selection.terms.intersects(geometry);
-        let mut block = Vec::new();
-        let mut visited = active.iter();
-        self.sweep(couples, fields, |index, _, gathered, pair| {
-            let Some(known) = visited.next() else { return };
-            let facet = &self.surface.facets()[index as usize];
-            for (vertex, own) in facet.vertices.iter().zip(&known.integrals.vertices) {
-                let Some(k) = vertex.and_then(|vertex| number[vertex as usize]) else { continue };
-                for (a, &node) in gathered.nodes.iter().enumerate() {
-                    let entry = closed[k].entry(node);
-                    entry.coefficient += own.coefficients[a];
-                    entry.push += own.pushes[a];
-                }
-            }
-            if selection.joint.is_some() {
-                return;
-            }
-            let both = PairFields { fields: [&gathered.velocities, &gathered.increments] };
-            pair.vary(&both, |corner, a, by| {
-                let Some(k) = facet.vertices[corner].and_then(|vertex| number[vertex as usize]) else {
-                    return;
-                };
-                let place = closed[k].place(gathered.nodes[a]);
-                closed[k].by_area[place] += by.area;
-                let entry = &mut closed[k].nodes[place];
-                entry.gap += by.gap;
-                entry.normal += by.normal;
-                entry.slips[0] += by.slips[0];
-                entry.slips[1] += by.slips[1];
-            });
-            if !carries {
-                return;
-            }
-            let mut carried = [Carried { normal: 0.0, friction: Vector::zeros() }; MOST_CORNERS];
-            let mut owner = None;
-            for (carried, vertex) in carried.iter_mut().zip(facet.vertices) {
-                let Some(vertex) = vertex.filter(|&vertex| number[vertex as usize].is_some()) else {
-                    continue;
-                };
-                let point = &state.current[vertex as usize];
-                owner.get_or_insert(vertex as usize);
-                if selection.terms.contains(Terms::NORMAL_GEOMETRY) {
-                    carried.normal = point.normal_traction;
-                }
-                if selection.terms.contains(Terms::FRICTION_GEOMETRY) {
-                    carried.friction = point.friction_traction;
-                }
-            }
-            let Some(owner) = owner else { return };
-            let count = gathered.nodes.len();
-            block.clear();
-            block.resize(count * count * D * D, 0.0);
-            pair.add_geometry(&carried, selection.terms.contains(Terms::ZONE_CHANGE), &mut block);
-            sink.stiffness(owner, &gathered.nodes, &block);
-        });
-        let mut nodes = Vec::new();
-        for vertex in &mut closed {
-            let p = vertex.vertex;
-            sums[p].normalise(&state.history[p], &vertex.by_area, &mut vertex.nodes);
-            let count = vertex.nodes.len();
-            block.clear();
-            block.resize(count * count * D * D, 0.0);
-            add_stiffness(&state.current[p], &vertex.slopes, &vertex.nodes, selection, &mut block);
+        let wanted = |vertex: usize| slopes[vertex].is_some();
+        let mut rows = self.nodes_of(&[pairs], slopes.len(), wanted);
+        let varies = if selection.joint.is_some() { Varies::Nothing } else { Varies::Everything };
+        self.accumulate(pairs, fields, Instant::Iterate, varies, &mut rows);
+        self.add_geometry(pairs, fields, selection, &state.current, wanted, sink);
+        let (mut block, mut nodes) = (Vec::new(), Vec::new());
+        for row in &mut rows {
+            let p = row.vertex;
+            let Some(slopes) = &slopes[p] else { continue };
+            sums[p].normalise(&state.history[p], &row.by_area, &mut row.nodes);
+            clear_block::<D>(&mut block, row.nodes.len());
+            add_stiffness(&state.current[p], slopes, &row.nodes, selection, &mut block);
             nodes.clear();
-            nodes.extend(vertex.nodes.iter().map(|node| node.node));
+            nodes.extend(row.nodes.iter().map(|node| node.node));
             sink.stiffness(p, &nodes, &block);
         }
     }
 
-    /// Closed vertices with all nodes of their pairs.
-    fn closed(&self, pairs: &[ActivePair<D>], slopes: &[Option<Slopes<D>>]) -> Vec<ClosedVertex<D>> {
-        let mut closed = Vec::new();
-        for (vertex, slopes) in slopes.iter().enumerate() {
-            let Some(slopes) = slopes else { continue };
+    /// Adds the stiffness of frozen tractions of the wanted vertices.
+    pub(super) fn add_geometry(
+        &self,
+        pairs: &[ActivePair<D>],
+        fields: &ContactFields<'_>,
+        selection: &Selection,
+        points: &[PointState<D>],
+        wanted: impl Fn(usize) -> bool,
+        sink: &mut impl SegmentSink,
+    ) {
+        let [pressure, friction] =
+            [Terms::NORMAL_GEOMETRY, Terms::FRICTION_GEOMETRY].map(|term| selection.terms.contains(term));
+        if selection.joint.is_some() || !(pressure || friction) {
+            return;
+        }
+        let is_wanted = |vertex: &u32| wanted(*vertex as usize);
+        let has_wanted = |pair: &&ActivePair<D>| {
+            self.surface.facets()[pair.facet as usize].vertices.iter().flatten().any(is_wanted)
+        };
+        let active = pairs.iter().filter(has_wanted).map(|pair| (pair.facet, pair.target));
+        let mut block = Vec::new();
+        self.sweep(active, fields, Instant::Iterate, |index, _, gathered, pair| {
+            let mut carried = [Carried { normal: 0.0, friction: Vector::zeros() }; MOST_CORNERS];
+            let mut owner = None;
+            for (carried, vertex) in carried.iter_mut().zip(self.surface.facets()[index as usize].vertices) {
+                let Some(vertex) = vertex.filter(is_wanted) else { continue };
+                let point = &points[vertex as usize];
+                owner.get_or_insert(vertex as usize);
+                carried.normal = if pressure { point.normal_traction } else { 0.0 };
+                carried.friction = if friction { point.friction_traction } else { Vector::zeros() };
+            }
+            let Some(owner) = owner else { return };
+            clear_block::<D>(&mut block, gathered.nodes.len());
+            pair.add_geometry(&carried, selection.terms.contains(Terms::ZONE_CHANGE), &mut block);
+            sink.stiffness(owner, &gathered.nodes, &block);
+        });
+    }
+
+    /// The wanted ones of `count` vertices with all nodes of their pairs in these lists, each once.
+    pub(super) fn nodes_of(
+        &self,
+        lists: &[&[ActivePair<D>]],
+        count: usize,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<VertexRows<D>> {
+        let mut rows = Vec::new();
+        for vertex in (0..count).filter(|&vertex| wanted(vertex)) {
             let mut nodes: Vec<VertexNode<D>> = Vec::new();
-            for &facet in self.surface.around(vertex) {
+            let around = self.surface.around(vertex);
+            for (pairs, &facet) in lists.iter().flat_map(|list| around.iter().map(move |facet| (list, facet)))
+            {
+                let contactor = self.surface.facet_nodes(&self.surface.facets()[facet as usize]);
                 let first = pairs.partition_point(|pair| pair.facet < facet);
                 for pair in pairs[first..].iter().take_while(|pair| pair.facet == facet) {
-                    let contactor = self.surface.facet_nodes(&self.surface.facets()[facet as usize]);
                     for &node in contactor.iter().chain(self.target.nodes(pair.target)) {
                         if nodes.iter().all(|known| known.node != node) {
                             nodes.push(VertexNode::of(node));
@@ -385,20 +410,80 @@ impl<const D: usize> SegmentContact<D> {
                 }
             }
             let by_area = vec![Vector::zeros(); nodes.len()];
-            closed.push(ClosedVertex { vertex, slopes: *slopes, nodes, by_area });
+            rows.push(VertexRows { vertex, nodes, by_area });
         }
-        closed
+        rows
+    }
+
+    /// Adds the coefficients and, if they are wanted, the variations of the sums over these pairs to the rows of the vertices.
+    pub(super) fn accumulate(
+        &self,
+        pairs: &[ActivePair<D>],
+        fields: &ContactFields<'_>,
+        instant: Instant,
+        varies: Varies,
+        rows: &mut [VertexRows<D>],
+    ) {
+        let numbers_of = |facet: u32, rows: &[VertexRows<D>]| {
+            self.surface.facets()[facet as usize].vertices.map(|vertex| {
+                let vertex = vertex? as usize;
+                rows.binary_search_by_key(&vertex, |row| row.vertex).ok()
+            })
+        };
+        let has_row = |pair: &&ActivePair<D>| numbers_of(pair.facet, rows).iter().any(Option::is_some);
+        let active: Vec<&ActivePair<D>> = pairs.iter().filter(has_row).collect();
+        let mut known = active.iter();
+        let couples = active.iter().map(|pair| (pair.facet, pair.target));
+        self.sweep(couples, fields, instant, |index, _, gathered, pair| {
+            let Some(known) = known.next() else { return };
+            let numbers = numbers_of(index, rows);
+            for (number, own) in numbers.into_iter().zip(&known.integrals.vertices) {
+                let Some(number) = number else { continue };
+                let row = &mut rows[number];
+                for (a, &node) in gathered.nodes.iter().enumerate() {
+                    let place = row.place(node);
+                    row.nodes[place].coefficient += own.coefficients[a];
+                    row.nodes[place].push += own.pushes[a];
+                }
+            }
+            if varies == Varies::Nothing {
+                return;
+            }
+            let both = PairFields { fields: [&gathered.velocities, &gathered.increments] };
+            pair.vary(&both, |corner, a, by| {
+                let Some(number) = numbers[corner] else { return };
+                let row = &mut rows[number];
+                let place = row.place(gathered.nodes[a]);
+                row.by_area[place] += by.area;
+                let entry = &mut row.nodes[place];
+                entry.gap += by.gap;
+                entry.normal += by.normal;
+                entry.slips[0] += by.slips[0];
+                entry.slips[1] += by.slips[1];
+            });
+        });
     }
 }
 
-impl<const D: usize> ClosedVertex<D> {
-    fn place(&self, node: u32) -> usize {
-        self.nodes.iter().position(|known| known.node == node).unwrap_or(0)
-    }
+/// What of the sums of vertices is brought beside their coefficients.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Varies {
+    /// Nothing.
+    Nothing,
+    /// How they vary with all nodes.
+    Everything,
+}
 
-    fn entry(&mut self, node: u32) -> &mut VertexNode<D> {
-        let place = self.place(node);
-        &mut self.nodes[place]
+/// A block of zeros of so many nodes.
+pub(super) fn clear_block<const D: usize>(block: &mut Vec<f64>, nodes: usize) {
+    block.clear();
+    block.resize(nodes * nodes * D * D, 0.0);
+}
+
+impl<const D: usize> VertexRows<D> {
+    /// The place of a node, which is one of the vertex.
+    pub fn place(&self, node: u32) -> usize {
+        self.nodes.iter().position(|known| known.node == node).unwrap_or(0)
     }
 }
 

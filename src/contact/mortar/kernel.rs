@@ -7,6 +7,7 @@
 //! here, and `v_a`, `c_a` and `kappa`, which [`super::integrals::FacetPair::add_geometry`] has.
 
 use crate::contact::history::History;
+use crate::contact::point::joint::Joint;
 use crate::contact::point::{ContactLaw, Manner, PointState, Relation, Selection, Slopes, tractions};
 use crate::tensor::{Tensor, Vector};
 use crate::terms::Terms;
@@ -138,6 +139,12 @@ pub fn add_stiffness<const D: usize>(
     stiffness: &mut [f64],
 ) {
     let (terms, shift, area) = (selection.terms, selection.velocity_shift, state.area);
+    if let Some(stiffest) = selection.joint {
+        let tangential = -(slopes.by_velocity * shift + slopes.by_increment);
+        let coefficients = nodes.iter().map(|node| node.coefficient);
+        let joint = Joint { normal: -slopes.normal, tangential };
+        return joint.add_springs(&state.normal, area, coefficients, stiffest, stiffness);
+    }
     let pressed = terms.contains(Terms::NORMAL_CONTACT);
     for (b, node) in nodes.iter().enumerate() {
         let by_pressure = if pressed { node.gap * (slopes.normal * area) } else { Vector::zeros() };

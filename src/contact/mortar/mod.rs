@@ -11,6 +11,7 @@ pub mod contact;
 pub mod integrals;
 pub mod kernel;
 mod line;
+mod over_step;
 mod parametric;
 mod polygon;
 pub mod segment;

@@ -1,11 +1,10 @@
 //! A closed point as springs that multigrid can work with: no stiffer than the elements around them.
 
-use crate::contact::geometry::Geometry;
 use crate::tensor::{Tensor, Vector};
 
 /// The stiffness with which a closed point resists a relative motion of its two sides, `K_CN` and `K_T` alone.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Joint<const D: usize> {
+pub struct Joint<const D: usize> {
     /// Along the normal, `-dt_n/dg` \[Pa/m\].
     pub normal: f64,
     /// Along the surface, `-dt_T/du_T`, symmetric and not negative \[Pa/m\].
@@ -13,19 +12,25 @@ pub(super) struct Joint<const D: usize> {
 }
 
 impl<const D: usize> Joint<D> {
-    /// Adds `A c_a c_b (k_n n n^T + K_T)` to `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes \[N/m\], both
-    /// springs made as soft as `stiffest` \[Pa/m\] where they are stiffer. Symmetric, not negative, and without
+    /// Adds `A c_a c_b (k_n n n^T + K_T)` to `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes with these coefficients
+    /// \[N/m\], both springs made as soft as `stiffest` \[Pa/m\] where they are stiffer. Symmetric, not negative, and without
     /// resistance to motions that the two sides share.
-    pub fn add_springs(&self, geometry: &Geometry<D>, stiffest: f64, stiffness: &mut [f64]) {
-        let normal: Vector<D> = geometry.normal;
+    pub fn add_springs(
+        &self,
+        normal: &Vector<D>,
+        area: f64,
+        coefficients: impl Iterator<Item = f64> + Clone,
+        stiffest: f64,
+        stiffness: &mut [f64],
+    ) {
         let along = self.tangential.amax();
         let softer = if along > stiffest { stiffest / along } else { 1.0 };
         let spring =
             normal * normal.transpose() * self.normal.max(0.0).min(stiffest) + self.tangential * softer;
-        let count = geometry.nodes.len();
-        for (a, test) in geometry.nodes.iter().enumerate() {
-            for (b, node) in geometry.nodes.iter().enumerate() {
-                let block = spring * (geometry.area * test.coefficient * node.coefficient);
+        let count = coefficients.clone().count();
+        for (a, test) in coefficients.clone().enumerate() {
+            for (b, node) in coefficients.clone().enumerate() {
+                let block = spring * (area * test * node);
                 let start = (a * count + b) * D * D;
                 for (i, row) in stiffness[start..start + D * D].chunks_exact_mut(D).enumerate() {
                     row.iter_mut().enumerate().for_each(|(j, entry)| *entry += block[(i, j)]);

@@ -4,7 +4,7 @@
 //! what varies: `A` (`K_phi`), `t_n` (`K_CN`), `n` and the projection under `t_n` (`K_CG`), `t_T` with the bound
 //! (`K_nT`) and with the slip (`K_T`, `C_mu`), and slip measure, `n` and projection under `t_T` (`K_CG`, `K_TG`).
 
-mod joint;
+pub mod joint;
 mod state;
 pub mod step;
 #[cfg(test)]

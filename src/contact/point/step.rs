@@ -110,7 +110,8 @@ pub fn open_over_step<const D: usize>(law: &ContactLaw, history: &History<D>, ar
     }
 }
 
-fn stored<const D: usize>(law: &ContactLaw, traction: &Vector<D>) -> f64 {
+/// Energy that elastic stick holds under a traction \[J/m^2\].
+pub fn stored<const D: usize>(law: &ContactLaw, traction: &Vector<D>) -> f64 {
     law.friction.map_or(0.0, |f| f.regularization.recoverable_energy(traction))
 }
 
@@ -192,7 +193,7 @@ fn relative<const D: usize>(geometry: &Geometry<D>, field: &[Vector<D>]) -> Rela
 }
 
 /// Bound, `dt_T/dt_n` and the traction: the bound is that of the penetration under the mean pressure.
-fn friction<const D: usize>(
+pub fn friction<const D: usize>(
     law: &ContactLaw,
     pressure: f64,
     slip: &Slip<'_, D>,

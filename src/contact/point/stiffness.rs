@@ -39,7 +39,8 @@ impl<const D: usize> Response<D> {
         if let Some(stiffest) = selection.joint {
             let by_increment = slopes.by_velocity * selection.velocity_shift + slopes.by_increment;
             let joint = Joint { normal: -slopes.normal, tangential: -by_increment };
-            return joint.add_springs(geometry, stiffest, stiffness);
+            let coefficients = geometry.nodes.iter().map(|node| node.coefficient);
+            return joint.add_springs(&geometry.normal, geometry.area, coefficients, stiffest, stiffness);
         }
         let terms = selection.terms;
         let count = geometry.nodes.len();

@@ -89,7 +89,9 @@ impl<const D: usize> StepResponse<D> {
             let (friction, mean) = (&slopes.friction, &slopes.mean);
             let by_middle = friction.by_velocity * selection.velocity_shift + friction.by_increment * 2.0;
             let joint = Joint { normal: -2.0 * mean.derivative, tangential: -by_middle };
-            return joint.add_springs(geometry.middle, stiffest, stiffness);
+            let middle = geometry.middle;
+            let coefficients = middle.nodes.iter().map(|node| node.coefficient);
+            return joint.add_springs(&middle.normal, middle.area, coefficients, stiffest, stiffness);
         }
         let (middle, terms, count) = (geometry.middle, selection.terms, geometry.middle.nodes.len());
         let [increment, velocity] = [fields.increment, fields.velocity].map(|f| Moved::new(geometry, f));

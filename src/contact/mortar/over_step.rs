@@ -1,0 +1,440 @@
+//! Forces of segments over a step: the discrete gradient of the contact energy, vertex by vertex (theory, section 1.9).
+//!
+//! With the energy `Pi = sum_A kappa_A U(g_A)` and the change `d` of the positions over the step, the force of a vertex is
+//! `-kappa_m (dU/dg) Dg - U_m Dkappa`: means `kappa_m`, `U_m` of both ends, the quotient of the changes of energy and gap, and discrete
+//! gradients `Dq = dq/dx + ((q_1 - q_0 - dq/dx . d) / |e|^2) e` of gap and area, their gradients being those in the middle. `e` is `d`
+//! without the rigid motion that is nearest to it. So `Dq . d` is the change of `q` and the work is that of the energy, whatever moves;
+//! and since neither the gradients nor `e` have a resultant or a moment, momentum is kept as well.
+
+use super::contact::{Instant, SegmentContact, SegmentSink, Varies, VertexRows, at, clear_block};
+use super::kernel::VertexSums;
+use crate::contact::evaluation::{ContactFields, ContactRequest};
+use crate::contact::friction::traction::{FrictionTraction, Slip};
+use crate::contact::normal::NormalResponse;
+use crate::contact::point::joint::Joint;
+use crate::contact::point::step::{friction, stored};
+use crate::contact::point::{PointState, Selection, Status};
+use crate::contact::state::ContactState;
+use crate::tensor::{Tensor, Vector};
+use crate::terms::Terms;
+
+/// A motion whose non-rigid part is smaller than this, over the extent of the vertex, is rigid: gaps do not change.
+const RIGID: f64 = 1e-14;
+
+/// The sums of a vertex at the ends of a step and in its middle.
+#[derive(Clone, Copy)]
+struct Ends<const D: usize> {
+    start: VertexSums<D>,
+    middle: VertexSums<D>,
+    end: VertexSums<D>,
+}
+
+/// Gap and area of a vertex at both ends; where it has no target at one end its gap is that at the other.
+#[derive(Clone, Copy)]
+struct Change {
+    gaps: [f64; 2],
+    areas: [f64; 2],
+}
+
+/// A vertex that takes part in a step.
+struct Active<const D: usize> {
+    change: Change,
+    normal: NormalResponse,
+    /// Pressure at the end \[Pa\].
+    last: f64,
+    /// Mean of the energies at both ends \[J/m^2\].
+    energy: f64,
+    by_pressure: Vector<D>,
+    friction: FrictionTraction<D>,
+}
+
+impl<const D: usize> Ends<D> {
+    /// `None` where the vertex has a target at neither end.
+    fn change(&self, whole: f64, adjusted: f64) -> Option<Change> {
+        let known = [self.start, self.end]
+            .map(|sums| sums.is_covered(whole).then(|| sums.gap / sums.area - adjusted));
+        let gaps = match known {
+            [Some(start), Some(end)] => [start, end],
+            [Some(gap), None] | [None, Some(gap)] => [gap, gap],
+            [None, None] => return None,
+        };
+        Some(Change { gaps, areas: [self.start.area, self.end.area] })
+    }
+}
+
+impl Change {
+    fn mean_area(&self) -> f64 {
+        0.5 * (self.areas[0] + self.areas[1])
+    }
+}
+
+impl<const D: usize> SegmentContact<D> {
+    /// As [`evaluate`](Self::evaluate), with forces that act over the step in whose middle the fields are.
+    pub(super) fn evaluate_over_step(
+        &self,
+        couples: &[(u32, u32)],
+        fields: &ContactFields<'_>,
+        request: &ContactRequest,
+        state: &mut ContactState<D>,
+        sink: &mut impl SegmentSink,
+    ) {
+        let (at_start, start) = self.integrate(couples, fields, Instant::Start);
+        let (at_middle, middle) = self.integrate(couples, fields, Instant::Iterate);
+        let (at_end, end) = self.integrate(couples, fields, Instant::Beyond);
+        let ends: Vec<Ends<D>> = start
+            .into_iter()
+            .zip(middle)
+            .zip(end)
+            .map(|((start, middle), end)| Ends { start, middle, end })
+            .collect();
+        let presses = |sums: &VertexSums<D>, vertex: usize| {
+            sums.is_covered(self.surface.reference_area(vertex))
+                && sums.gap / sums.area < state.adjusted(vertex)
+        };
+        let active: Vec<bool> = ends
+            .iter()
+            .enumerate()
+            .map(|(vertex, ends)| presses(&ends.start, vertex) || presses(&ends.end, vertex))
+            .collect();
+        let wanted = |vertex: usize| active[vertex];
+        let mut rows = self.nodes_of(&[&at_middle, &at_start, &at_end], ends.len(), wanted);
+        self.accumulate(&at_middle, fields, Instant::Iterate, Varies::Everything, &mut rows);
+        let mut rows_at_end = Vec::new();
+        if request.stiffness.is_some_and(|selection| selection.joint.is_none()) {
+            rows_at_end = self.nodes_of(&[&at_middle, &at_start, &at_end], ends.len(), wanted);
+            self.accumulate(&at_end, fields, Instant::Beyond, Varies::Everything, &mut rows_at_end);
+        }
+        for (vertex, ends) in ends.iter().enumerate().filter(|(vertex, _)| !active[*vertex]) {
+            state.current[vertex] = self.open(ends, vertex, state);
+        }
+        let mut closed = Vec::with_capacity(rows.len());
+        for row in &mut rows {
+            let ends = &ends[row.vertex];
+            let Some(change) =
+                ends.change(self.surface.reference_area(row.vertex), state.adjusted(row.vertex))
+            else {
+                continue;
+            };
+            if ends.middle.area > 0.0 {
+                ends.middle.normalise(&Default::default(), &row.by_area, &mut row.nodes);
+            }
+            let motion = Motion::of(self, row, fields);
+            let (point, active) = self.respond_over_step(row, ends, change, &motion, request, state);
+            state.current[row.vertex] = point;
+            if request.stiffness.is_none() {
+                self.add_force_over_step(row, ends, &active, &motion, sink);
+            }
+            closed.push((active, motion));
+        }
+        let Some(selection) = &request.stiffness else { return };
+        self.add_geometry(&at_middle, fields, selection, &state.current, wanted, sink);
+        for (k, (active, motion)) in closed.iter().enumerate() {
+            let at_end = rows_at_end.get_mut(k).map(|row| {
+                let sums = &ends[row.vertex].end;
+                if sums.area > 0.0 {
+                    sums.normalise(&Default::default(), &row.by_area, &mut row.nodes);
+                }
+                &*row
+            });
+            self.add_stiffness_over_step(
+                &rows[k],
+                at_end,
+                &ends[rows[k].vertex],
+                active,
+                motion,
+                selection,
+                sink,
+            );
+        }
+    }
+
+    /// A vertex that carries nothing over the step: what its elastic stick held becomes heat.
+    fn open(&self, ends: &Ends<D>, vertex: usize, state: &ContactState<D>) -> PointState<D> {
+        let held = ends.start.area * stored(&self.law, &state.history[vertex].friction_traction);
+        let area = if ends.end.area > 0.0 { ends.end.area } else { ends.start.area };
+        let whole = self.surface.reference_area(vertex);
+        let covered = ends.end.is_covered(whole);
+        let gap = if covered { ends.end.gap / ends.end.area - state.adjusted(vertex) } else { f64::INFINITY };
+        let normal = if covered { ends.end.normal.normalize() } else { Vector::zeros() };
+        let plastic_work = if held > 0.0 { held / area } else { 0.0 };
+        PointState { gap, normal, area, over_step: true, plastic_work, ..PointState::default() }
+    }
+
+    fn respond_over_step(
+        &self,
+        row: &VertexRows<D>,
+        ends: &Ends<D>,
+        change: Change,
+        motion: &Motion<D>,
+        request: &ContactRequest,
+        state: &ContactState<D>,
+    ) -> (PointState<D>, Active<D>) {
+        let (law, history) = (&self.law, &state.history[row.vertex]);
+        let manner = state.manner(row.vertex, request.hold, request.branches);
+        let normal = law.normal.between(change.gaps);
+        let [before, after] = change.gaps.map(|gap| law.normal.evaluate(gap));
+        let direction = ends.middle.normal.try_normalize(0.0).unwrap_or_else(Vector::zeros);
+        let [velocity, increment] =
+            [&motion.velocities, &motion.changes].map(|field| slip(row, ends, &direction, field));
+        let slip = Slip {
+            normal: &direction,
+            velocity: &velocity,
+            increment: &increment,
+            old_traction: &history.friction_traction,
+            old_normal: &history.normal,
+        };
+        let (bound, by_pressure, friction) = friction(law, normal.traction, &slip, &manner);
+        let area = change.mean_area();
+        let traction = friction.traction;
+        let work = -ends.middle.area * traction.dot(&increment);
+        let held = [
+            ends.start.area * stored(law, &history.friction_traction),
+            ends.end.area * stored(law, &traction),
+        ];
+        let state = PointState {
+            gap: change.gaps[1],
+            counted: change.gaps[1],
+            normal: direction,
+            area,
+            normal_traction: normal.traction,
+            friction_traction: traction,
+            bound,
+            slip_velocity: slip.slip_velocity(),
+            slip_increment: increment,
+            status: if friction.slips { Status::Slip } else { Status::Stick },
+            potential: change.areas[1] * after.potential / area,
+            recoverable: held[1] / area,
+            plastic_work: (work - held[1] + held[0]) / area,
+            over_step: true,
+        };
+        let energy = 0.5 * (before.potential + after.potential);
+        (state, Active { change, normal, last: after.traction, energy, by_pressure, friction })
+    }
+
+    fn add_force_over_step(
+        &self,
+        row: &VertexRows<D>,
+        ends: &Ends<D>,
+        active: &Active<D>,
+        motion: &Motion<D>,
+        sink: &mut impl SegmentSink,
+    ) {
+        let gradients = Gradients::of(row, ends, active, motion);
+        let (pressure, energy) = (active.change.mean_area() * active.normal.traction, active.energy);
+        let mut friction: Vec<Vector<D>> = (0..row.nodes.len())
+            .map(|a| test(row, ends, a).transpose() * active.friction.traction * ends.middle.area)
+            .collect();
+        motion.frame.remove_rigid(&motion.places, &mut friction);
+        let mut force = Vec::with_capacity(row.nodes.len() * D);
+        for a in 0..row.nodes.len() {
+            let total = gradients.gap[a] * pressure - gradients.area[a] * energy + friction[a];
+            force.extend(total.iter());
+        }
+        let nodes: Vec<u32> = row.nodes.iter().map(|node| node.node).collect();
+        sink.force(&nodes, &force);
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn add_stiffness_over_step(
+        &self,
+        row: &VertexRows<D>,
+        at_end: Option<&VertexRows<D>>,
+        ends: &Ends<D>,
+        active: &Active<D>,
+        motion: &Motion<D>,
+        selection: &Selection,
+        sink: &mut impl SegmentSink,
+    ) {
+        let count = row.nodes.len();
+        let mut block = Vec::new();
+        clear_block::<D>(&mut block, count);
+        let nodes: Vec<u32> = row.nodes.iter().map(|node| node.node).collect();
+        let direction = ends.middle.normal.try_normalize(0.0).unwrap_or_else(Vector::zeros);
+        // The end moves twice as far as the middle.
+        let by_slip =
+            active.friction.by_velocity * selection.velocity_shift + active.friction.by_increment * 2.0;
+        let mean = active.change.mean_area();
+        if let Some(stiffest) = selection.joint {
+            let joint = Joint { normal: -2.0 * active.normal.derivative, tangential: -by_slip };
+            let coefficients = row.nodes.iter().map(|node| node.coefficient);
+            joint.add_springs(&direction, mean, coefficients, stiffest, &mut block);
+            return sink.stiffness(row.vertex, &nodes, &block);
+        }
+        let Some(at_end) = at_end else { return };
+        let gradients = Gradients::of(row, ends, active, motion);
+        let switch = |term| if selection.terms.contains(term) { 1.0 } else { 0.0 };
+        let normal = switch(Terms::NORMAL_CONTACT);
+        let coupling = switch(Terms::FRICTION_NORMAL_COUPLING);
+        let through = active.friction.by_velocity_through_bound
+            * (selection.velocity_shift * switch(Terms::COEFFICIENT_CHANGE));
+        let by_slip = by_slip * switch(Terms::FRICTION_DAMPING) + through;
+        for b in 0..count {
+            let (by_gap, by_area) = (at_end.nodes[b].gap * 2.0, at_end.by_area[b] * 2.0);
+            let by_pressure =
+                by_gap * (mean * active.normal.derivative) + by_area * (0.5 * active.normal.traction);
+            let by_energy = by_gap * (-0.5 * active.last);
+            let by_friction = active.by_pressure * by_gap.transpose() * (active.normal.derivative * coupling)
+                + by_slip * test(row, ends, b);
+            for a in 0..count {
+                let entry = gradients.gap[a] * by_pressure.transpose() * normal
+                    - gradients.area[a] * by_energy.transpose() * normal
+                    + test(row, ends, a).transpose() * by_friction * ends.middle.area;
+                let start = (a * count + b) * D * D;
+                for i in 0..D {
+                    for j in 0..D {
+                        block[start + i * D + j] -= entry[(i, j)];
+                    }
+                }
+            }
+        }
+        sink.stiffness(row.vertex, &nodes, &block);
+    }
+}
+
+/// `c_a P - g dn/dx_a`: what the slip of the vertex takes of the motion of one node.
+fn test<const D: usize>(row: &VertexRows<D>, ends: &Ends<D>, a: usize) -> Tensor<D> {
+    let node = &row.nodes[a];
+    let Some(direction) = ends.middle.normal.try_normalize(0.0) else { return Tensor::zeros() };
+    let projector = Tensor::identity() - direction * direction.transpose();
+    projector * node.coefficient - node.normal * (ends.middle.gap / ends.middle.area)
+}
+
+fn slip<const D: usize>(
+    row: &VertexRows<D>,
+    ends: &Ends<D>,
+    direction: &Vector<D>,
+    field: &[Vector<D>],
+) -> Vector<D> {
+    if ends.middle.area <= 0.0 {
+        return Vector::zeros();
+    }
+    let slip: Vector<D> = field.iter().enumerate().map(|(a, value)| test(row, ends, a) * value).sum();
+    slip - direction * direction.dot(&slip)
+}
+
+/// How the nodes of a vertex move over the step, without the rigid motion that is nearest.
+struct Motion<const D: usize> {
+    frame: RigidFrame<D>,
+    /// From their centre, in the middle of the step \[m\].
+    places: Vec<Vector<D>>,
+    /// `d` \[m\].
+    whole: Vec<Vector<D>>,
+    /// `e` \[m\].
+    changes: Vec<Vector<D>>,
+    /// Velocities without their rigid part \[m/s\].
+    velocities: Vec<Vector<D>>,
+    square: f64,
+}
+
+impl<const D: usize> Motion<D> {
+    fn of(contact: &SegmentContact<D>, row: &VertexRows<D>, fields: &ContactFields<'_>) -> Self {
+        let reference = |node: u32| contact.reference_point(row.vertex, node);
+        let origin = row.nodes[0].node;
+        let (from, from_u): (Vector<D>, Vector<D>) = (reference(origin), at(fields.u, origin));
+        let mut places: Vec<Vector<D>> = row
+            .nodes
+            .iter()
+            .map(|node| (reference(node.node) - from) + (at::<D>(fields.u, node.node) - from_u))
+            .collect();
+        let frame = RigidFrame::of(&mut places);
+        let whole: Vec<Vector<D>> = row
+            .nodes
+            .iter()
+            .map(|node| (at::<D>(fields.u, node.node) - at::<D>(fields.u_start, node.node)) * 2.0)
+            .collect();
+        let mut changes = whole.clone();
+        frame.remove_rigid(&places, &mut changes);
+        let mut velocities: Vec<Vector<D>> = row.nodes.iter().map(|node| at(fields.v, node.node)).collect();
+        frame.remove_rigid(&places, &mut velocities);
+        let extent = places.iter().map(|x| x.norm()).fold(0.0, f64::max);
+        let size: f64 = changes.iter().map(|e| e.norm_squared()).sum();
+        let square = if size > (RIGID * extent).powi(2) { size } else { 0.0 };
+        Self { frame, places, whole, changes, velocities, square }
+    }
+}
+
+/// Inverse of the inertia of points of mass one about their centre.
+struct RigidFrame<const D: usize> {
+    /// In space; in the plane the first entry alone.
+    inverse: nalgebra::Matrix3<f64>,
+}
+
+impl<const D: usize> RigidFrame<D> {
+    /// Moves the points so that their centre is the origin.
+    fn of(places: &mut [Vector<D>]) -> Self {
+        let centre = places.iter().sum::<Vector<D>>() / places.len() as f64;
+        let mut inertia = nalgebra::Matrix3::zeros();
+        for place in places {
+            *place -= centre;
+            if D == 2 {
+                inertia[(0, 0)] += place.norm_squared();
+            } else {
+                for i in 0..3 {
+                    for j in 0..3 {
+                        let diagonal = if i == j { place.norm_squared() } else { 0.0 };
+                        inertia[(i, j)] += diagonal - place[i] * place[j];
+                    }
+                }
+            }
+        }
+        if D == 2 {
+            inertia[(1, 1)] = 1.0;
+            inertia[(2, 2)] = 1.0;
+        }
+        Self { inverse: inertia.try_inverse().unwrap_or_else(nalgebra::Matrix3::zeros) }
+    }
+
+    /// Takes the nearest rigid motion out of a field: what is left has neither sum nor moment about the centre.
+    fn remove_rigid(&self, places: &[Vector<D>], field: &mut [Vector<D>]) {
+        let mean = field.iter().sum::<Vector<D>>() / field.len() as f64;
+        let mut moment = nalgebra::Vector3::zeros();
+        for (x, f) in places.iter().zip(field.iter()) {
+            if D == 2 {
+                moment[0] += x[0] * f[1] - x[1] * f[0];
+            } else {
+                moment += cross(x, f);
+            }
+        }
+        let spin = self.inverse * moment;
+        for (x, f) in places.iter().zip(field) {
+            *f -= mean;
+            if D == 2 {
+                f[0] += spin[0] * x[1];
+                f[1] -= spin[0] * x[0];
+            } else {
+                let turned = cross(&Vector::<D>::from_fn(|i, _| spin[i]), x);
+                (0..D).for_each(|i| f[i] -= turned[i]);
+            }
+        }
+    }
+}
+
+fn cross<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> nalgebra::Vector3<f64> {
+    nalgebra::Vector3::from_fn(|i, _| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] - a[k] * b[j]
+    })
+}
+
+/// Discrete gradients of gap and area by all nodes.
+struct Gradients<const D: usize> {
+    gap: Vec<Vector<D>>,
+    area: Vec<Vector<D>>,
+}
+
+impl<const D: usize> Gradients<D> {
+    fn of(row: &VertexRows<D>, ends: &Ends<D>, active: &Active<D>, motion: &Motion<D>) -> Self {
+        let covered = ends.middle.area > 0.0;
+        let gradient = |of: &dyn Fn(usize) -> Vector<D>, change: f64| -> Vec<Vector<D>> {
+            let at = |a: usize| if covered { of(a) } else { Vector::zeros() };
+            let foreseen: f64 = motion.whole.iter().enumerate().map(|(a, d)| at(a).dot(d)).sum();
+            let missing = if motion.square > 0.0 { (change - foreseen) / motion.square } else { 0.0 };
+            motion.changes.iter().enumerate().map(|(a, e)| at(a) + e * missing).collect()
+        };
+        let Change { gaps, areas } = active.change;
+        Self {
+            gap: gradient(&|a| row.nodes[a].gap, gaps[1] - gaps[0]),
+            area: gradient(&|a| row.by_area[a], areas[1] - areas[0]),
+        }
+    }
+}
