@@ -80,6 +80,9 @@ pub struct Manner<const D: usize> {
     /// Penetration at which the normal law has the pressure of the multiplier \[m\]: the law is evaluated at
     /// `gap - offset`, which for the penalty is `t_n = <lambda - g / eps_n>`.
     pub offset: f64,
+    /// Gaps of this size are rounding \[m\]: a point that lies no farther apart is closed, whether the computed gap is positive
+    /// or negative. Forces and slopes are those of the law at the computed gap.
+    pub touching: f64,
 }
 
 /// Derivatives of the tractions at a closed point: what the stiffness is made of.
@@ -131,7 +134,7 @@ pub fn respond<const D: usize>(
     };
     let slip_velocity = slip.slip_velocity();
     let shifted = geometry.gap - manner.offset;
-    if shifted > 0.0 && !frozen.presses() {
+    if shifted > manner.touching && !frozen.presses() {
         let slip_increment = slip.slip_increment();
         return Response { state: PointState { slip_velocity, slip_increment, ..state }, slopes: None };
     }
@@ -144,6 +147,7 @@ pub fn respond<const D: usize>(
         slip_velocity,
         slip_increment: slip.slip_increment(),
         status: if friction.answer.slips { Status::Slip } else { Status::Stick },
+        presses: shifted < -manner.touching,
         potential: potential(law, geometry.gap, manner),
         recoverable: law
             .friction
