@@ -272,7 +272,8 @@ impl<const D: usize> ContactState<D> {
         let predicted = branches == Branches::Predicted && self.track[p].flipped;
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
         let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
-        Manner { branch, frozen, offset, touching: self.touching }
+        let fresh = self.track[p].statuses[1].is_none();
+        Manner { branch, frozen, offset, touching: self.touching, fresh }
     }
 }
 

@@ -17,8 +17,8 @@ use crate::petsc::BlockPattern;
 struct Made {
     pattern: Rc<BlockPattern>,
     shifts: Shifts,
-    /// Contact points that pressed.
-    pressing: u64,
+    /// Contact points that were closed, and of these those that pressed.
+    points: [u64; 2],
 }
 
 /// The tangent at hand, and how fast tangents age.
@@ -39,10 +39,10 @@ impl KeptTangent {
     const LEAST: f64 = 1e-2;
 
     /// Whether one more correction with the tangent at hand would bring a residual of `excess` times the target to it, where
-    /// `pressing` contact points press.
-    pub fn serves(&self, shifts: Shifts, pattern: &Rc<BlockPattern>, pressing: u64, excess: f64) -> bool {
+    /// as many contact `points` are closed and press.
+    pub fn serves(&self, shifts: Shifts, pattern: &Rc<BlockPattern>, points: [u64; 2], excess: f64) -> bool {
         let fits = self.made.as_ref().is_some_and(|made| {
-            Rc::ptr_eq(&made.pattern, pattern) && made.shifts == shifts && made.pressing == pressing
+            Rc::ptr_eq(&made.pattern, pattern) && made.shifts == shifts && made.points == points
         });
         fits && self.ageing * f64::from(self.uses + 1) * excess <= 1.0
     }
@@ -58,8 +58,8 @@ impl KeptTangent {
     }
 
     /// A tangent was assembled.
-    pub fn made(&mut self, shifts: Shifts, pattern: &Rc<BlockPattern>, pressing: u64) {
-        self.made = Some(Made { pattern: Rc::clone(pattern), shifts, pressing });
+    pub fn made(&mut self, shifts: Shifts, pattern: &Rc<BlockPattern>, points: [u64; 2]) {
+        self.made = Some(Made { pattern: Rc::clone(pattern), shifts, points });
         self.uses = 0;
         self.ageing *= Self::MEMORY;
     }
@@ -87,22 +87,22 @@ mod tests {
     #[test]
     fn a_tangent_serves_until_it_is_too_old() {
         let (mut kept, here) = (KeptTangent::default(), pattern());
-        assert!(!kept.serves(shifts(1.0), &here, 3, 2.0), "there is none");
-        kept.made(shifts(1.0), &here, 3);
-        assert!(!kept.serves(shifts(0.5), &here, 3, 2.0));
-        assert!(!kept.serves(shifts(1.0), &pattern(), 3, 2.0), "of another pattern");
-        assert!(!kept.serves(shifts(1.0), &here, 2, 2.0), "of other points");
+        assert!(!kept.serves(shifts(1.0), &here, [3, 3], 2.0), "there is none");
+        kept.made(shifts(1.0), &here, [3, 3]);
+        assert!(!kept.serves(shifts(0.5), &here, [3, 3], 2.0));
+        assert!(!kept.serves(shifts(1.0), &pattern(), [3, 3], 2.0), "of another pattern");
+        assert!(!kept.serves(shifts(1.0), &here, [3, 2], 2.0), "of other points");
         let mut uses = 0;
-        while kept.serves(shifts(1.0), &here, 3, 100.0) {
+        while kept.serves(shifts(1.0), &here, [3, 3], 100.0) {
             uses += 1;
             kept.used([100.0, 0.2 * f64::from(uses)]);
         }
         assert_eq!(uses, 5);
-        assert!(kept.serves(shifts(1.0), &here, 3, 50.0));
-        kept.made(shifts(1.0), &here, 3);
-        assert!(kept.serves(shifts(1.0), &here, 3, 100.0));
+        assert!(kept.serves(shifts(1.0), &here, [3, 3], 50.0));
+        kept.made(shifts(1.0), &here, [3, 3]);
+        assert!(kept.serves(shifts(1.0), &here, [3, 3], 100.0));
         kept.forget();
-        assert!(!kept.serves(shifts(1.0), &here, 3, 2.0));
+        assert!(!kept.serves(shifts(1.0), &here, [3, 3], 2.0));
     }
 
     /// How far below the target rounding left a residual, does not matter.
@@ -112,9 +112,9 @@ mod tests {
         for excess in [10.0, 49.0, 51.0, 1e3] {
             let serves = [0.0, 1e-6, 1e-3].map(|after| {
                 let mut kept = KeptTangent::default();
-                kept.made(shifts(1.0), &here, 3);
+                kept.made(shifts(1.0), &here, [3, 3]);
                 kept.used([1.0, after]);
-                kept.serves(shifts(1.0), &here, 3, excess)
+                kept.serves(shifts(1.0), &here, [3, 3], excess)
             });
             assert_eq!(serves, [excess < 50.0; 3], "{excess}");
         }
@@ -124,12 +124,12 @@ mod tests {
     #[test]
     fn a_failure_is_remembered_for_a_while() {
         let (mut kept, here) = (KeptTangent::default(), pattern());
-        kept.made(shifts(1.0), &here, 3);
+        kept.made(shifts(1.0), &here, [3, 3]);
         kept.used([100.0, f64::NAN]);
-        assert!(!kept.serves(shifts(1.0), &here, 3, 1e-3));
+        assert!(!kept.serves(shifts(1.0), &here, [3, 3], 1e-3));
         let made = (1..).find(|_| {
-            kept.made(shifts(1.0), &here, 3);
-            kept.serves(shifts(1.0), &here, 3, 100.0)
+            kept.made(shifts(1.0), &here, [3, 3]);
+            kept.serves(shifts(1.0), &here, [3, 3], 100.0)
         });
         assert_eq!(made, Some(7));
     }

@@ -186,9 +186,9 @@ impl Monolithic {
                 return Ok(Outcome::Failed(report, reason));
             }
             let slow = [row.iteration >= Self::PATIENCE, system.is_cycling()];
-            let pressing = row.contact.pressing;
-            let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, (now, pressing));
-            let Some(solved) = self.correct(system, stage, (now, pressing), keeps)? else {
+            let points = [row.contact.closed, row.contact.pressing];
+            let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, (now, points));
+            let Some(solved) = self.correct(system, stage, (now, points), keeps)? else {
                 return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
             };
             self.origin.copy_from(&stage.trial.u)?;
@@ -231,10 +231,15 @@ impl Monolithic {
     }
 
     /// Whether the next correction goes by the tangent at hand.
-    fn keeps_tangent(&self, system: &dyn Dynamics, stage: &Stage, (now, pressing): (Residual, u64)) -> bool {
+    fn keeps_tangent(
+        &self,
+        system: &dyn Dynamics,
+        stage: &Stage,
+        (now, points): (Residual, [u64; 2]),
+    ) -> bool {
         let excess = now.norm / (self.target * now.scale);
         let fit = self.settings.keep_tangent && stage.inertia && !system.predicts();
-        fit && self.kept.serves(stage.shifts, system.matrix().pattern(), pressing, excess)
+        fit && self.kept.serves(stage.shifts, system.matrix().pattern(), points, excess)
     }
 
     /// The correction at the current residual, Newton's or with a tangent that was kept; `None` where every linear solver failed.
@@ -242,7 +247,7 @@ impl Monolithic {
         &mut self,
         system: &mut dyn Dynamics,
         stage: &Stage,
-        (now, pressing): (Residual, u64),
+        (now, points): (Residual, [u64; 2]),
         keeps: bool,
     ) -> Result<Option<Solved>> {
         if keeps {
@@ -257,7 +262,7 @@ impl Monolithic {
             );
         }
         system.jacobian(stage, self.settings.terms, None)?;
-        self.kept.made(stage.shifts, system.matrix().pattern(), pressing);
+        self.kept.made(stage.shifts, system.matrix().pattern(), points);
         match system.predicts() {
             true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
             false => self.rhs.copy_from(&self.residual)?,

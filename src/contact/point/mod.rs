@@ -81,8 +81,12 @@ pub struct Manner<const D: usize> {
     /// `gap - offset`, which for the penalty is `t_n = <lambda - g / eps_n>`.
     pub offset: f64,
     /// Gaps of this size are rounding \[m\]: a point that lies no farther apart is closed, whether the computed gap is positive
-    /// or negative. Forces and slopes are those of the law at the computed gap.
+    /// or negative. Forces are those of the law at the computed gap.
     pub touching: f64,
+    /// No correction was computed in this solve: a point that touches resists in its tangent on either side of its target, or
+    /// rounding would decide which points hold a body that rests on them. Later iterates have the slope of the side they are on:
+    /// a point that is to open would leave by ever smaller corrections else.
+    pub fresh: bool,
 }
 
 /// Derivatives of the tractions at a closed point: what the stiffness is made of.
@@ -138,8 +142,9 @@ pub fn respond<const D: usize>(
         let slip_increment = slip.slip_increment();
         return Response { state: PointState { slip_velocity, slip_increment, ..state }, slopes: None };
     }
-    let normal = normal_response(law, shifted, frozen);
-    let friction = friction_response(law, shifted, normal, &slip, manner);
+    let met = if manner.fresh && shifted <= manner.touching { shifted.min(0.0) } else { shifted };
+    let normal = normal_response(law, met, frozen);
+    let friction = friction_response(law, met, normal, &slip, manner);
     let state = PointState {
         normal_traction: normal.traction,
         friction_traction: friction.answer.traction,

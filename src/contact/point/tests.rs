@@ -154,6 +154,11 @@ fn a_point_that_touches_is_closed_on_either_side() {
         let state = respond(&law, &geometry, &motion, &manner).state;
         assert_eq!((state.is_closed(), state.presses), (closed, presses), "{gap:e}");
         assert_eq!(state.normal_traction, law.normal.evaluate(gap).traction);
+        for fresh in [false, true] {
+            let slopes = respond(&law, &geometry, &motion, &Manner { fresh, ..manner }).slopes;
+            let resists = slopes.is_some_and(|slopes| slopes.normal < 0.0);
+            assert_eq!(resists, if fresh { closed } else { gap <= 0.0 }, "{gap:e}");
+        }
         let fields = Fields { velocity: &[], increment: &[] };
         let motion = StepMotion { middle: &geometry, end: gap, start: 1.0, fields, history: &history };
         let state = respond_over_step(&law, &motion, &manner).state;
