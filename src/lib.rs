@@ -10,7 +10,7 @@
 //!
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
-//! | 0 | [`error`], [`tensor`], [`square`], [`lanes`], [`terms`] | causes and exit codes; small tensors; SIMD lanes; the terms of (3.5) |
+//! | 0 | [`error`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`terms`] | causes and exit codes; rounding perturbed on purpose; small tensors; SIMD lanes; the terms of (3.5) |
 //! | 1 | [`case`]; [`petsc`]; [`checkpoint`] | what the user writes; owners of PETSc's objects; files from which a run goes on |
 //! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
 //! | 3 | [`partition`] | METIS, who owns what, distribution |
@@ -63,6 +63,7 @@ pub mod partition;
 pub mod petsc;
 pub mod plot;
 pub mod report;
+pub mod rounding;
 pub mod simulation;
 pub mod solvers;
 pub mod space;

@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::process::ExitCode;
 
-use contact_petsc::{cli, commands, petsc};
+use contact_petsc::{cli, commands, petsc, rounding};
 
 /// Time by which rank 0 ends before the other ranks in failure, on a machine that is busy with other work as well; they are killed earlier
 /// where `mpirun` sees to it.
@@ -11,7 +11,9 @@ const HEAD_START: std::time::Duration = std::time::Duration::from_millis(500);
 
 fn main() -> ExitCode {
     let versions = petsc::versions().map(|(name, version)| format!("{name} {version}")).join("\n");
-    let done = cli::parse(std::env::args_os(), &versions).and_then(commands::execute);
+    let done = rounding::check()
+        .and_then(|()| cli::parse(std::env::args_os(), &versions))
+        .and_then(commands::execute);
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

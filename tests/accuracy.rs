@@ -157,6 +157,25 @@ fn a_contact_without_mass_does_not_rattle() {
     assert_eq!(alone, several);
 }
 
+/// The bar reaches the wall at the end of a step, exactly: whether it touches or is 1e-14 m short of it, rounding decides. Steps,
+/// iterations and points do not depend on it: they are the same for bars that begin nearer or farther by the last digit.
+#[test]
+fn rounding_does_not_decide_how_a_bar_lands() {
+    let decisions = |from: f64| {
+        let moved = format!("min: [0, {from:?}]");
+        let changes = [("end: 1.5", "end: 0.52"), ("min: [0, 5]", &moved)];
+        let results = Results::of(&(shipped("bar-impact/case.yml", &changes) + "accuracy: fast\n"), 1);
+        let table = results.table("iterations.csv");
+        let number = |name: &str| table.numbers(name);
+        assert!(number("time").iter().any(|time| (time - 0.5).abs() < 1e-12), "no step ends at the wall");
+        ["step", "attempt", "iteration", "points", "changed"].map(number)
+    };
+    let nearest = decisions(5.0);
+    for from in [5.0f64.next_down(), 5.0f64.next_up()] {
+        assert_eq!(decisions(from), nearest, "{from:?}");
+    }
+}
+
 /// In space as well; a body that can not spare the mass of its contact surface keeps it, and the run says so.
 #[test]
 fn bodies_spare_the_mass_that_they_can() {

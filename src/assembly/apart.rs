@@ -156,7 +156,7 @@ impl<const D: usize> ContactSystem<D> {
     fn way(&mut self, model: &Model<D>, span: &Span) -> Way {
         let kinks = model.kinks().into_iter().filter(|time| (0.0..=span.end).contains(time));
         let kinks: Vec<f64> = kinks.chain([0.0, span.end]).collect();
-        let steps = (span.end / span.step).clamp(1.0, INSTANTS).ceil();
+        let steps = (span.end / span.step * (1.0 - 1e-12)).clamp(1.0, INSTANTS).ceil();
         let even = (0..=steps as u32).map(|k| span.end * f64::from(k) / steps);
         let instants: Vec<f64> = even.chain(kinks.iter().copied()).collect();
         let [travel, speed] = self.supports.largest(&self.local.mesh.points, &instants);

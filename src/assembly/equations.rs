@@ -83,21 +83,23 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         // Whether a rank was asked to stop goes along, so that all of them leave the step at the same iterate.
         let asked = usize::from(self.session.is_asked_to_stop());
         let counts =
-            [own.closed, own.changed, own.alternating, own.flipped, stick, slip, asked].map(|n| n as u64);
-        let mut total = [0u64; 7];
+            [own.closed, own.pressing, own.changed, own.alternating, own.flipped, stick, slip, asked]
+                .map(|n| n as u64);
+        let mut total = [0u64; 8];
         self.session.world().all_reduce_into(&counts[..], &mut total[..], SystemOperation::sum());
-        let [closed, changed, alternating, flipped, stick, slip, asked] = total;
+        let [closed, pressing, changed, alternating, flipped, stick, slip, asked] = total;
         if asked > 0 {
             return Err(Error::stopped("asked to stop within a step"));
         }
         let usize_of = |n: u64| n as usize;
         self.changes = Changes {
             closed: usize_of(closed),
+            pressing: usize_of(pressing),
             changed: usize_of(changed),
             alternating: usize_of(alternating),
             flipped: usize_of(flipped),
         };
-        Ok(ContactCounts { closed, stick, slip, changed, flipped })
+        Ok(ContactCounts { closed, pressing, stick, slip, changed, flipped })
     }
 
     fn reverses(&self) -> bool {

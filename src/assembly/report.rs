@@ -294,7 +294,7 @@ impl<const D: usize> ContactSystem<D> {
             let own = contact.summary();
             let mut sums = vec![own.normal_force, own.area, own.friction_power, own.tangential_force];
             sums.extend(own.force.iter().chain(own.friction_force.iter()));
-            sums.extend([own.points, own.stick, own.slip].map(|n| n as f64));
+            sums.extend([own.points, own.stick, own.slip, own.pressing].map(|n| n as f64));
             let peaks = [own.max_penetration, own.max_pressure];
             let (mut total, mut top) = (vec![0.0; sums.len()], [0.0; 2]);
             world.all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
@@ -304,6 +304,7 @@ impl<const D: usize> ContactSystem<D> {
                 points: count(0),
                 stick: count(1),
                 slip: count(2),
+                pressing: count(3),
                 force: Point::from_fn(|i, _| total[4 + i]),
                 friction_force: Point::from_fn(|i, _| total[4 + D + i]),
                 normal_force: total[0],

@@ -123,7 +123,8 @@ impl<const D: usize> ContactSystem<D> {
         let pattern = Rc::new(pattern_of_elements(&local));
         let constrained = &supports.dofs.constrained;
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
-        let contacts = contacts(world, &local, model, &pattern, constrained)?;
+        let mut contacts = contacts(world, &local, model, &pattern, constrained)?;
+        contacts.iter_mut().for_each(|contact| contact.state.round_gaps(known));
         let external = agree(world, loads(&local, model, &pattern, constrained))?;
         let redistribution = match options.inertia {
             true => Redistribution::new(session, &local, model, &solids)?,

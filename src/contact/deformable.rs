@@ -9,6 +9,7 @@ use super::search::{Search, SearchLimits, Sides};
 use super::state::ContactState;
 use super::surface::ContactSurface;
 use super::target::TargetSurface;
+use crate::rounding;
 use crate::tensor::Vector;
 
 /// What one point in contact contributes to the nodes of its two facets.
@@ -75,13 +76,15 @@ impl<const D: usize> DeformableContact<D> {
         sink: &mut impl PairSink,
     ) {
         let mut work = Workspace::new();
-        for (index, facet) in self.surface.facets().iter().enumerate() {
+        for index in rounding::order(self.surface.facets().len()) {
+            let facet = &self.surface.facets()[index];
             let nodes = self.surface.facet_nodes(facet);
             let undeformed = self.surface.reference_points(facet);
             work.keep(0);
             work.look_from(&undeformed[0], nodes[0], fields);
             work.gather(undeformed, nodes, fields);
-            for (q, point) in facet.points.clone().enumerate() {
+            for q in rounding::order(facet.points.len()) {
+                let point = facet.points.start + q;
                 let Some(target) = pairing.facet(point) else {
                     state.current[point] = match request.over_step {
                         true => {

@@ -6,6 +6,7 @@ use super::obstacle::Obstacle;
 use super::point::ContactLaw;
 use super::state::ContactState;
 use super::surface::{ContactSurface, SurfaceFacet};
+use crate::rounding;
 use crate::tensor::Vector;
 
 /// Receives what the facets contribute.
@@ -38,7 +39,8 @@ impl<const D: usize> RigidContact<D> {
         sink: &mut impl ContactSink,
     ) {
         let mut work = Workspace::new();
-        for (index, facet) in self.surface.facets().iter().enumerate() {
+        for index in rounding::order(self.surface.facets().len()) {
+            let facet = &self.surface.facets()[index];
             let nodes = self.surface.facet_nodes(facet);
             work.keep(0);
             work.gather(self.surface.reference_points(facet), nodes, fields);
@@ -47,7 +49,7 @@ impl<const D: usize> RigidContact<D> {
                 work.go_to_ends();
             }
             let mut contributes = false;
-            for point in facet.points.clone() {
+            for point in rounding::order(facet.points.len()).map(|q| facet.points.start + q) {
                 self.locate(facet, point, request, &mut work);
                 if let Some(response) = work.respond(&self.law, point, request, state) {
                     contributes = true;

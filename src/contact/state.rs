@@ -16,6 +16,8 @@ use crate::tensor::Vector;
 pub struct Changes {
     /// Closed points.
     pub closed: usize,
+    /// Of these, the points that do more than touch, see [`PointState::presses`].
+    pub pressing: usize,
     /// Points whose status is not that of the last iterate.
     pub changed: usize,
     /// Of these, the points that are back at the status of the iterate before.
@@ -34,6 +36,7 @@ impl Changes {
 impl AddAssign for Changes {
     fn add_assign(&mut self, other: Self) {
         self.closed += other.closed;
+        self.pressing += other.pressing;
         self.changed += other.changed;
         self.alternating += other.alternating;
         self.flipped += other.flipped;
@@ -137,6 +140,8 @@ pub struct ContactState<const D: usize> {
     adjusted: Vec<f64>,
     /// Whether slip that turns in the first guess of a step is taken for an error of the guess.
     doubtful: bool,
+    /// Gaps of this size are rounding \[m\].
+    touching: f64,
 }
 
 impl<const D: usize> ContactState<D> {
@@ -150,7 +155,13 @@ impl<const D: usize> ContactState<D> {
             multipliers: Multipliers::default(),
             adjusted: Vec::new(),
             doubtful: false,
+            touching: 0.0,
         }
+    }
+
+    /// Places are known to this length \[m\]: gaps of this size are rounding from now on.
+    pub fn round_gaps(&mut self, known: f64) {
+        self.touching = known;
     }
 
     /// Whether slip that turns in the first guess is taken for an error of the guess: one that goes along a curve errs by more
@@ -196,6 +207,7 @@ impl<const D: usize> ContactState<D> {
             let flipped = !tried && track.reversed(point) || doubts && track.is_thrown_off(history, point);
             if *counts {
                 changes.closed += usize::from(point.is_closed());
+                changes.pressing += usize::from(point.presses);
                 changes.changed += usize::from(changed);
                 changes.alternating += usize::from(changed && before == Some(point.status));
                 changes.flipped += usize::from(flipped);
@@ -259,7 +271,9 @@ impl<const D: usize> ContactState<D> {
         };
         let predicted = branches == Branches::Predicted && self.track[p].flipped;
         let branch = if predicted { Branch::Stick } else { Branch::Actual };
-        Manner { branch, frozen, offset: self.multipliers.offsets.get(p).copied().unwrap_or(0.0) }
+        let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
+        let fresh = self.track[p].statuses[1].is_none();
+        Manner { branch, frozen, offset, touching: self.touching, fresh }
     }
 }
 

@@ -235,11 +235,14 @@ fn row<const D: usize>(table: &Table, q: usize) -> FacetPoint<'_> {
     }
 }
 
+/// A ratio of sizes is known to this part. It is often a whole number by design, and rounding must not add a point then.
+const ROUNDING: f64 = 1e-9;
+
 fn tabulate(kind: ElementKind, quadrature: Quadrature, closer: f64) -> Result<Table> {
     let element = reference(kind);
-    if quadrature == Quadrature::Gauss && closer > 1.0 {
+    if quadrature == Quadrature::Gauss && closer > 1.0 + ROUNDING {
         let along = (element.gauss_contact_rule().len() as f64).powf(1.0 / kind.dimension() as f64);
-        let points = (closer * along).ceil() as usize;
+        let points = (closer * along * (1.0 - ROUNDING)).ceil() as usize;
         return Ok(element.tabulate(&element.rule(2 * points - 1)));
     }
     let rule = match quadrature {
@@ -251,4 +254,21 @@ fn tabulate(kind: ElementKind, quadrature: Quadrature, closer: f64) -> Result<Ta
             .hint("write `quadrature: gauss` for this contact")
     })?;
     Ok(element.tabulate(rule))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ratio that is a whole number by design gives as many points whichever way it was rounded.
+    #[test]
+    fn rounding_adds_no_point() {
+        for kind in [ElementKind::Line2, ElementKind::Line3, ElementKind::Quad4, ElementKind::Tri3] {
+            for closer in [1.0f64, 1.5, 2.0, 4.0] {
+                let points = [closer.next_down(), closer, closer.next_up(), closer * (1.0 + 1e-12)]
+                    .map(|closer| tabulate(kind, Quadrature::Gauss, closer).unwrap().points);
+                assert_eq!(points, [points[0]; 4], "{kind:?}, {closer} times");
+            }
+        }
+    }
 }

@@ -10,6 +10,8 @@ use crate::tensor::Vector;
 pub struct ZoneSummary<const D: usize> {
     /// Closed points, each node once under nodal quadrature.
     pub points: usize,
+    /// Of these the points that do more than touch.
+    pub pressing: usize,
     /// Of these the sticking ones.
     pub stick: usize,
     /// Of these the slipping ones.
@@ -36,6 +38,7 @@ impl<const D: usize> Default for ZoneSummary<D> {
     fn default() -> Self {
         Self {
             points: 0,
+            pressing: 0,
             stick: 0,
             slip: 0,
             force: Vector::zeros(),
@@ -74,12 +77,14 @@ impl<const D: usize> ZoneSummary<D> {
             Status::Slip => self.slip += 1,
         }
         self.points += 1;
+        self.pressing += usize::from(point.presses);
     }
 }
 
 impl<const D: usize> AddAssign for ZoneSummary<D> {
     fn add_assign(&mut self, other: Self) {
         self.points += other.points;
+        self.pressing += other.pressing;
         self.stick += other.stick;
         self.slip += other.slip;
         self.force += other.force;

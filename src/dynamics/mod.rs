@@ -217,6 +217,8 @@ pub struct Residual {
 pub struct ContactCounts {
     /// Closed points.
     pub closed: u64,
+    /// Closed points that do more than touch: whether the gap of any other is positive or negative, rounding decides.
+    pub pressing: u64,
     /// Closed points that stick.
     pub stick: u64,
     /// Closed points that slip.

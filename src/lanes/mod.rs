@@ -9,6 +9,8 @@ mod avx2;
 
 use std::ops::{Add, Mul, Neg, Sub};
 
+use crate::rounding;
+
 /// Elements computed at once.
 pub const WIDTH: usize = 4;
 
@@ -266,7 +268,7 @@ pub trait LaneTask {
 /// Runs `task` on the fastest lanes of this processor.
 pub fn dispatch<K: LaneTask>(task: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
-    if let Some(v3) = pulp::x86::V3::try_new() {
+    if let Some(v3) = pulp::x86::V3::try_new().filter(|_| rounding::vectors()) {
         return avx2::run(v3, task);
     }
     dispatch_portable(task)

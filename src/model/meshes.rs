@@ -5,6 +5,7 @@ use super::sets::require_sets;
 use crate::case::{self, Case};
 use crate::error::{Error, Result};
 use crate::mesh::{BoxShape, ElementKind, Mesh, gmsh, merge, require_room, spelled, validate};
+use crate::rounding;
 use crate::space::reference;
 
 /// Reads or generates the meshes of all bodies and merges them; sets are named `body.set`. For one rank.
@@ -26,7 +27,9 @@ pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
         };
         bodies.push((name.value.clone(), mesh));
     }
-    let mesh = merge(bodies)?;
+    let mut mesh = merge(bodies)?;
+    let places = mesh.points.as_flattened_mut().iter_mut().enumerate();
+    places.for_each(|(index, x)| *x = rounding::place(index, *x));
     require_sets(case, &mesh)?;
     require_nodal_rules(case, &mesh)?;
     Ok(mesh)

@@ -73,7 +73,8 @@ pub(super) fn prepare<const D: usize>(
 /// Names and versions of the program and its libraries.
 pub(super) fn versions() -> Vec<(String, String)> {
     let own = ("contact-petsc".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
-    std::iter::once(own).chain(crate::petsc::versions()).collect()
+    let perturbed = crate::rounding::perturbed().map(|ways| ("rounding perturbed".to_owned(), ways));
+    std::iter::once(own).chain(crate::petsc::versions()).chain(perturbed).collect()
 }
 
 #[cfg(test)]

@@ -156,6 +156,7 @@ impl Monolithic {
         system.rewind();
         let mut now = self.evaluate(system, stage)?;
         let mut row = IterationReport { krylov, ..IterationReport::first(relative(now), system.observe()?) };
+        let mut at_rounding = false;
         let mut cycle = Cycle::of(stage.split);
         loop {
             if stage.friction == FrictionMode::AsGiven {
@@ -167,7 +168,7 @@ impl Monolithic {
             if !now.norm.is_finite() {
                 return Ok(Outcome::Failed(report, rejected(system)));
             }
-            if self.settled(now, row.iteration) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
+            if self.settled(now, row.iteration) || at_rounding {
                 let yields = stage.yielding > 0.0 && self.free.held() > 0;
                 report.held = match yields {
                     true => std::mem::take(&mut self.carried),
@@ -185,17 +186,15 @@ impl Monolithic {
                 return Ok(Outcome::Failed(report, reason));
             }
             let slow = [row.iteration >= Self::PATIENCE, system.is_cycling()];
-            let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, now);
-            let Some(solved) = self.correct(system, stage, now, keeps)? else {
+            let points = [row.contact.closed, row.contact.pressing];
+            let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, (now, points));
+            let Some(solved) = self.correct(system, stage, (now, points), keeps)? else {
                 return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
             };
             self.origin.copy_from(&stage.trial.u)?;
             let search = cycle.search(now.norm, slow, self.settings.line_search);
             let point = self.advance(system, stage, now, search)?;
-            if keeps {
-                self.kept.used(point.residual.norm / now.norm);
-            }
-            now = point.residual;
+            let before = std::mem::replace(&mut now, point.residual);
             row = IterationReport {
                 iteration: row.iteration + 1,
                 residual: relative(now),
@@ -205,6 +204,12 @@ impl Monolithic {
                 line_search: point.length,
                 ..row
             };
+            at_rounding = self.at_rounding(&row, system)?;
+            // What a correction does to rounding tells nothing of its tangent.
+            if keeps && !at_rounding {
+                let target = self.target * now.scale;
+                self.kept.used([before.norm / target, now.norm / target]);
+            }
             report.newton += 1;
             report.krylov += solved.iterations;
             report.inner += solved.inner;
@@ -226,10 +231,15 @@ impl Monolithic {
     }
 
     /// Whether the next correction goes by the tangent at hand.
-    fn keeps_tangent(&self, system: &dyn Dynamics, stage: &Stage, now: Residual) -> bool {
+    fn keeps_tangent(
+        &self,
+        system: &dyn Dynamics,
+        stage: &Stage,
+        (now, points): (Residual, [u64; 2]),
+    ) -> bool {
         let excess = now.norm / (self.target * now.scale);
         let fit = self.settings.keep_tangent && stage.inertia && !system.predicts();
-        fit && self.kept.serves(stage.shifts, system.matrix().pattern(), excess)
+        fit && self.kept.serves(stage.shifts, system.matrix().pattern(), points, excess)
     }
 
     /// The correction at the current residual, Newton's or with a tangent that was kept; `None` where every linear solver failed.
@@ -237,7 +247,7 @@ impl Monolithic {
         &mut self,
         system: &mut dyn Dynamics,
         stage: &Stage,
-        now: Residual,
+        (now, points): (Residual, [u64; 2]),
         keeps: bool,
     ) -> Result<Option<Solved>> {
         if keeps {
@@ -252,7 +262,7 @@ impl Monolithic {
             );
         }
         system.jacobian(stage, self.settings.terms, None)?;
-        self.kept.made(stage.shifts, system.matrix().pattern());
+        self.kept.made(stage.shifts, system.matrix().pattern(), points);
         match system.predicts() {
             true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
             false => self.rhs.copy_from(&self.residual)?,

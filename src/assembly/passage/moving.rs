@@ -156,7 +156,9 @@ impl<const D: usize> Moving<D> {
         edges.sort_by_key(|[(a, _), (b, _)]| [*a, *b]);
         edges.dedup_by_key(|[(a, _), (b, _)]| [*a, *b]);
         for [(first, a), (last, b)] in edges {
-            let pieces = ((a.end - b.end).norm() / spacing).ceil().clamp(1.0, MOST_PIECES) as u32;
+            // Lengths are often multiples of each other by design: rounding must not add a piece then.
+            let ratio = (a.end - b.end).norm() / spacing * (1.0 - 1e-9);
+            let pieces = ratio.ceil().clamp(1.0, MOST_PIECES) as u32;
             vertices.extend((1..pieces).map(|piece| {
                 let part = f64::from(piece) / f64::from(pieces);
                 let between = |from: Point<D>, to: Point<D>| from + (to - from) * part;

@@ -194,6 +194,7 @@ impl<const D: usize> SegmentContact<D> {
         let state = PointState {
             gap: change.gaps[1],
             counted: change.gaps[1],
+            presses: change.gaps.into_iter().any(|gap| gap < -manner.touching),
             normal: direction,
             area,
             normal_traction: normal.traction,

@@ -80,6 +80,13 @@ pub struct Manner<const D: usize> {
     /// Penetration at which the normal law has the pressure of the multiplier \[m\]: the law is evaluated at
     /// `gap - offset`, which for the penalty is `t_n = <lambda - g / eps_n>`.
     pub offset: f64,
+    /// Gaps of this size are rounding \[m\]: a point that lies no farther apart is closed, whether the computed gap is positive
+    /// or negative. Forces are those of the law at the computed gap.
+    pub touching: f64,
+    /// No correction was computed in this solve: a point that touches resists in its tangent on either side of its target, or
+    /// rounding would decide which points hold a body that rests on them. Later iterates have the slope of the side they are on:
+    /// a point that is to open would leave by ever smaller corrections else.
+    pub fresh: bool,
 }
 
 /// Derivatives of the tractions at a closed point: what the stiffness is made of.
@@ -177,11 +184,12 @@ pub fn tractions<const D: usize>(
     let slip_velocity = slip.slip_velocity();
     let slip_increment = slip.slip_increment();
     let shifted = relation.gap - manner.offset;
-    if shifted > 0.0 && !frozen.presses() {
+    if shifted > manner.touching && !frozen.presses() {
         return (PointState { slip_velocity, slip_increment, ..state }, None);
     }
-    let normal = normal_response(law, shifted, frozen);
-    let friction = friction_response(law, shifted, normal, &slip, manner);
+    let met = if manner.fresh && shifted <= manner.touching { shifted.min(0.0) } else { shifted };
+    let normal = normal_response(law, met, frozen);
+    let friction = friction_response(law, met, normal, &slip, manner);
     let answer = friction.answer;
     let state = PointState {
         normal_traction: normal.traction,
@@ -190,6 +198,7 @@ pub fn tractions<const D: usize>(
         slip_velocity,
         slip_increment,
         status: if answer.slips { Status::Slip } else { Status::Stick },
+        presses: shifted < -manner.touching,
         potential: potential(law, relation.gap, manner),
         recoverable: law.friction.map_or(0.0, |f| f.regularization.recoverable_energy(&answer.traction)),
         plastic_work: answer.plastic_work,

@@ -34,8 +34,10 @@ pub struct PointState<const D: usize> {
     pub slip_velocity: Vector<D>,
     /// `P d`, slip since the start of the step \[m\].
     pub slip_increment: Vector<D>,
-    /// Open, stick or slip.
+    /// Open, stick or slip. A point that touches to rounding is closed.
     pub status: Status,
+    /// The point penetrates by more than the rounding of its place. The force of any other closed point is rounding, or none.
+    pub presses: bool,
     /// `A` \[m, m^2\].
     pub area: f64,
     /// `w(g)` \[J/m^2\]: times the reference area, the energy stored by the normal law.
@@ -60,6 +62,7 @@ impl<const D: usize> Default for PointState<D> {
             slip_velocity: Vector::zeros(),
             slip_increment: Vector::zeros(),
             status: Status::Open,
+            presses: false,
             area: 0.0,
             potential: 0.0,
             recoverable: 0.0,

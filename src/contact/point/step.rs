@@ -139,8 +139,10 @@ pub fn respond_over_step<const D: usize>(
     let lag = if motion.start.is_finite() { motion.start - start } else { 0.0 };
     let still = [STILL, LAGGING].map(|part| part * (-start).max(0.0));
     let change = Change::new([start, lag], motion.end, [along, slipped.norm()], still);
+    let closed = start < -manner.touching || motion.end <= manner.touching;
     let state = PointState {
         gap: motion.end,
+        presses: start < -manner.touching || motion.end < -manner.touching,
         counted: if change.end < 0.0 { change.end } else { motion.end.max(0.0) },
         normal: middle.normal,
         ..open_over_step(law, history, middle.area)
@@ -152,7 +154,8 @@ pub fn respond_over_step<const D: usize>(
     };
     if mean.traction <= 0.0 {
         let slip_velocity = project(&velocity.value);
-        let state = PointState { slip_velocity, counted: motion.end.max(0.0), ..state };
+        let status = if closed { Status::Slip } else { Status::Open };
+        let state = PointState { slip_velocity, counted: motion.end.max(0.0), status, ..state };
         return StepResponse { state, correction: Vector::zeros(), slopes: None };
     }
     let pressure = mean.traction * (1.0 + change.missed.value * along);
@@ -172,7 +175,11 @@ pub fn respond_over_step<const D: usize>(
         bound,
         slip_velocity: slip.slip_velocity(),
         slip_increment: slipped,
-        status: if friction.slips { Status::Slip } else { Status::Stick },
+        status: match (closed, friction.slips) {
+            (false, _) => Status::Open,
+            (true, true) => Status::Slip,
+            (true, false) => Status::Stick,
+        },
         potential: mean.potential,
         recoverable,
         plastic_work: work - (recoverable - stored(law, &history.friction_traction)),

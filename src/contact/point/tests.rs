@@ -4,12 +4,14 @@ mod scene;
 
 use scene::{SHIFT, Scene, Target, vectors};
 
-use super::{ContactLaw, Frozen, Status};
+use super::step::{Fields, StepMotion, respond_over_step};
+use super::{ContactLaw, Frozen, Manner, Motion, Status, respond};
 use crate::contact::friction::coefficient::{Coefficient, Constant};
 use crate::contact::friction::regularization::REGULARIZATIONS;
 use crate::contact::friction::traction::Branch;
 use crate::contact::friction::{Coulomb, FRICTION_LAWS, Friction, FrictionLaw, Regularization};
-use crate::contact::geometry::AreaMeasure;
+use crate::contact::geometry::{AreaMeasure, Geometry};
+use crate::contact::history::History;
 use crate::contact::normal::{NORMAL_LAWS, NormalLaw, Penalty};
 use crate::contact::obstacle::{OBSTACLES, Obstacle};
 use crate::mesh::ElementKind;
@@ -128,6 +130,40 @@ fn tangent_is_consistent_for_every_facet_in_2d() {
 #[test]
 fn tangent_is_consistent_for_every_facet_in_3d() {
     every_facet((OBSTACLES[2].samples_3d)()[0]);
+}
+
+/// Which side of its target a point that touches lies on, rounding decides, and nothing else follows from it: the point is closed
+/// and does not press, in a configuration and over a step. Its traction is that of the law.
+#[test]
+fn a_point_that_touches_is_closed_on_either_side() {
+    let law = ContactLaw {
+        normal: penalty(),
+        friction: coulomb(0.7, Regularization::stick_velocity(1.0).unwrap()),
+    };
+    let manner = Manner { touching: 1e-12, ..Manner::default() };
+    let history = History::default();
+    for (gap, closed, presses) in [
+        (2e-12, false, false),
+        (1e-13, true, false),
+        (0.0, true, false),
+        (-1e-13, true, false),
+        (-2e-12, true, true),
+    ] {
+        let geometry = Geometry::<2> { gap, normal: Vector::<2>::y(), area: 1.0, ..Geometry::default() };
+        let motion = Motion { velocity: &[], increment: &[], history: &history };
+        let state = respond(&law, &geometry, &motion, &manner).state;
+        assert_eq!((state.is_closed(), state.presses), (closed, presses), "{gap:e}");
+        assert_eq!(state.normal_traction, law.normal.evaluate(gap).traction);
+        for fresh in [false, true] {
+            let slopes = respond(&law, &geometry, &motion, &Manner { fresh, ..manner }).slopes;
+            let resists = slopes.is_some_and(|slopes| slopes.normal < 0.0);
+            assert_eq!(resists, if fresh { closed } else { gap <= 0.0 }, "{gap:e}");
+        }
+        let fields = Fields { velocity: &[], increment: &[] };
+        let motion = StepMotion { middle: &geometry, end: gap, start: 1.0, fields, history: &history };
+        let state = respond_over_step(&law, &motion, &manner).state;
+        assert_eq!((state.is_closed(), state.presses), (closed, presses), "{gap:e} over a step");
+    }
 }
 
 fn open_and_frozen<const D: usize>(kind: ElementKind, obstacle: Obstacle<D>) {

@@ -9,9 +9,9 @@ use crate::assembly::ContactSystem;
 /// Part of a step by which the instant of a landing is not known, on average.
 const UNKNOWN: f64 = 0.5;
 
-/// Sizes of the forces on the contacts at the trial state \[N\], 0 where nothing is closed. Collective.
+/// Sizes of the forces on the contacts at the trial state \[N\], 0 where nothing does more than touch. Collective.
 pub fn loads<const D: usize>(system: &ContactSystem<D>) -> Vec<f64> {
-    let load = |contact: crate::assembly::ContactSummary<D>| match contact.zone.points {
+    let load = |contact: crate::assembly::ContactSummary<D>| match contact.zone.pressing {
         0 => 0.0,
         _ => contact.zone.force.norm(),
     };

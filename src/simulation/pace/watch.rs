@@ -28,7 +28,10 @@ pub struct Memory {
     drift: f64,
     /// Deepest penetration \[m\], fastest creep \[m/s\], largest elastic slip \[m\] so far.
     contact: [f64; 3],
-    closed: u64,
+    /// Contact points that did more than touch at the end of the last accepted step: what only touches carries nothing, and
+    /// whether its gap is positive or negative, rounding decides.
+    #[serde(alias = "closed")]
+    pressing: u64,
     /// Steps that the last jump of the velocity still shows in.
     unsettled: u32,
     /// Instant of the last jump, from which on modes lose their phase \[s\].
@@ -108,7 +111,7 @@ impl Watch {
         let budget = |part: Option<Number>| part.map(|part| Budget::new(part.si));
         let adapts = accuracy.time.is_some() && scheme.local_error().is_some();
         let past = super::kept(case, &stage.start.u)?;
-        let closed = system.contact_summaries().iter().map(|contact| contact.zone.points as u64).sum();
+        let pressing = system.contact_summaries().iter().map(|contact| contact.zone.pressing as u64).sum();
         let mut watch = Self {
             accuracy,
             scheme,
@@ -126,7 +129,7 @@ impl Watch {
                 size: system.smallest_tolerance().filter(|_| scheme.has_inertia()).unwrap_or(0.0),
                 drift: 0.0,
                 contact: [0.0; 3],
-                closed,
+                pressing,
                 unsettled: 2,
                 since: 0.0,
                 rate: [0.0; 2],
@@ -208,13 +211,13 @@ impl Watch {
     ) -> Result<bool> {
         self.observe_size(system, &stage.trial)?;
         let (share, left) = (stage.dt / self.end, 1.0 - stage.start.time / self.end);
-        let jumps = report.contact.closed != self.memory.closed;
+        let jumps = report.contact.pressing != self.memory.pressing;
         let lenient = jumps || self.memory.unsettled > 0;
         let mut ratio = 0.0f64;
-        let closes = report.contact.closed > self.memory.closed;
+        let closes = report.contact.pressing > self.memory.pressing;
         let mut error = self.error(system, stage, jumps)?;
         if closes {
-            let fresh = report.contact.closed - self.memory.closed;
+            let fresh = report.contact.pressing - self.memory.pressing;
             let flight = self.flight(system, stage)?;
             error = error.max(self.struck(fresh as f64 / system.nodes() as f64, flight, [before, now]));
         }
@@ -280,7 +283,7 @@ impl Watch {
             budget.spend(now.numerical.abs() - before.numerical.abs());
         }
         self.memory.drift = self.memory.drift.max(now.numerical.abs());
-        self.memory.closed = report.contact.closed;
+        self.memory.pressing = report.contact.pressing;
         let kink = self.kinks.iter().any(|kink| (kink - stage.trial.time).abs() < 1e-9 * self.end);
         self.memory.unsettled = if event || kink { 2 } else { self.memory.unsettled.saturating_sub(1) };
         if event || kink {
