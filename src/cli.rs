@@ -75,7 +75,7 @@ enum Sub {
         /// Results folder of a run or of a study; `plot` takes several, and puts them into common figures
         results: PathBuf,
         /// Times in seconds at which the bodies are shown; start, middle and end unless given
-        #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', allow_negative_numbers = true)]
+        #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', allow_negative_numbers = true, value_parser = instant)]
         at: Vec<f64>,
         /// File of the page; `report.html` in the results folder unless given
         #[arg(short, long, value_name = "HTML")]
@@ -326,6 +326,12 @@ where
         (Some(Sub::Completions { shell }), _) => Ok(Command::Completions(shell)),
         (None, None) => Err(Error::usage("no case is given").hint("contact-petsc --help")),
     }
+}
+
+/// An instant \[s\].
+fn instant(text: &str) -> std::result::Result<f64, String> {
+    let time = text.trim().parse().ok().filter(|time: &f64| time.is_finite());
+    time.ok_or_else(|| "not a time in seconds, as in 0.05".to_owned())
 }
 
 /// The error for a word in the place of a command or case file that is neither; `None` for what looks like a file.

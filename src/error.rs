@@ -50,7 +50,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// An error of the given cause.
     pub fn new(cause: Cause, message: impl Into<String>) -> Self {
-        Self { cause, message: message.into() }
+        Self { cause, message: bounded(message.into()) }
     }
 
     /// The command line is wrong.
@@ -114,6 +114,63 @@ impl Error {
     }
 }
 
+/// Most characters of a line of a message, so that no name or line of a user's file fills a terminal; a path and a command
+/// have room.
+const LONGEST_LINE: usize = 10_000;
+/// Most lines of a message.
+const MOST_LINES: usize = 400;
+/// Most characters of a word that a message repeats.
+const LONGEST_WORD: usize = 60;
+
+/// A word of a user as a message repeats it: its start, where it is long, without control characters.
+pub fn shown(word: &str) -> String {
+    let mut short: String = word.chars().take(LONGEST_WORD).map(visible).collect();
+    if word.chars().nth(LONGEST_WORD).is_some() {
+        short.push_str(" ...");
+    }
+    short
+}
+
+/// No word within a sentence is longer unless it is a path \[bytes\]: no name of a file is.
+const LONGEST_WORD_IN_TEXT: usize = 300;
+
+/// A line whose long words are cut as [`shown`] cuts them; paths stay.
+fn terse(sentence: &str) -> String {
+    let is_long = |word: &str| word.len() > LONGEST_WORD_IN_TEXT && !word.contains('/');
+    let words = sentence.split(' ').map(|word| if is_long(word) { shown(word) } else { word.to_owned() });
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// What moves the cursor or colours the text is no part of a word.
+fn visible(letter: char) -> char {
+    if letter.is_control() { char::REPLACEMENT_CHARACTER } else { letter }
+}
+
+/// A message that a terminal can show.
+fn bounded(message: String) -> String {
+    let is_plain = |letter: char| !letter.is_control() || letter == '\n' || letter == '\t';
+    if message.len() <= LONGEST_WORD_IN_TEXT
+        && message.chars().all(is_plain)
+        && message.lines().count() <= MOST_LINES
+    {
+        return message;
+    }
+    let mut lines: Vec<String> = Vec::new();
+    for line in message.split('\n').take(MOST_LINES) {
+        let plain = |letter: char| if is_plain(letter) { letter } else { visible(letter) };
+        let line = terse(line);
+        let mut short: String = line.chars().take(LONGEST_LINE).map(plain).collect();
+        if line.chars().nth(LONGEST_LINE).is_some() {
+            short.push_str(" ...");
+        }
+        lines.push(short);
+    }
+    if message.split('\n').nth(MOST_LINES).is_some() {
+        lines.push("...".to_owned());
+    }
+    lines.join("\n")
+}
+
 /// Makes the error of the lowest failing rank the error of all ranks. Collective.
 ///
 /// # Errors
@@ -133,4 +190,30 @@ pub fn agree<T>(world: &impl CommunicatorCollectives, result: Result<T>) -> Resu
     let mut text = speaks.map_or_else(|| vec![0u8; head[1] as usize], |e| e.message.clone().into_bytes());
     root.broadcast_into(&mut text);
     Err(Error::new(Cause::from_code(head[0]), String::from_utf8_lossy(&text)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Long words and lines are cut, control characters are replaced, all else is left as it is.
+    #[test]
+    fn messages_fit_a_terminal() {
+        assert_eq!(shown("short"), "short");
+        assert_eq!(shown(&"é".repeat(61)), format!("{} ...", "é".repeat(60)));
+        assert_eq!(shown("a\u{1b}[2J\nb"), "a\u{fffd}[2J\u{fffd}b");
+        let plain = "a: b\n  1 | é\t|\nhint: c";
+        assert_eq!(Error::case(plain).message, plain);
+        assert_eq!(
+            terse(&format!("no '{0}' here: /{0}", "x".repeat(300))),
+            format!("no '{} ... here: /{}", "x".repeat(59), "x".repeat(300))
+        );
+        let long = Error::case(format!("unknown '{}'\nhint: c", "x".repeat(1 << 20))).message;
+        assert!(long.len() < 100 && long.ends_with(" ...\nhint: c"));
+        assert!(Error::case("x ".repeat(1 << 20)).message.len() < 11_000);
+        let path = format!("{}: no such file", "/long".repeat(800));
+        assert_eq!(Error::file(path.clone()).message, path);
+        assert!(Error::case("x\n".repeat(1 << 20)).message.len() < 1000);
+        assert_eq!(Error::case("a\u{1b}[2Jb").message, "a\u{fffd}[2Jb");
+    }
 }

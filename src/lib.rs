@@ -10,7 +10,7 @@
 //!
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
-//! | 0 | [`error`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`terms`] | causes and exit codes; rounding perturbed on purpose; small tensors; SIMD lanes; the terms of (3.5) |
+//! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; the terms of (3.5) |
 //! | 1 | [`case`]; [`petsc`]; [`checkpoint`] | what the user writes; owners of PETSc's objects; files from which a run goes on |
 //! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
 //! | 3 | [`partition`] | METIS, who owns what, distribution |
@@ -54,6 +54,7 @@ pub mod contact;
 pub mod dynamics;
 pub mod element;
 pub mod error;
+pub mod files;
 pub mod lanes;
 pub mod material;
 pub mod mesh;

@@ -10,6 +10,7 @@ use contact_petsc::{cli, commands, petsc, rounding};
 const HEAD_START: std::time::Duration = std::time::Duration::from_millis(500);
 
 fn main() -> ExitCode {
+    petsc::outlive_file_limits();
     let versions = petsc::versions().map(|(name, version)| format!("{name} {version}")).join("\n");
     let done = rounding::check()
         .and_then(|()| cli::parse(std::env::args_os(), &versions))

@@ -234,6 +234,7 @@ fn members_that_can_not_begin_are_rows_on_1_and_2_ranks() {
         fs::write(&record, text.replace("\"unknowns\": 0", "\"unknowns\": 50")).unwrap();
         again(&[], [true, true, true, false, true]);
         fs::remove_file(folder.join("out/members/last/run.json")).unwrap();
+        fs::write(folder.join("out/members/last/thesis.txt"), "years of work").unwrap();
         let output = study(ranks, &[], &folder);
         assert_eq!(output.code, Some(4), "{}", output.stderr);
         assert!(
@@ -319,4 +320,61 @@ fn a_small_member_after_a_large_one_has_its_own_memory() {
     let [alone] = peaks(&text.replace("large: [120, 120], ", ""))[..] else { panic!("one member") };
     assert!(large > alone + 50.0, "{large} MiB, {alone} MiB");
     assert!((small - alone).abs() < 6.0, "{small} MiB after a large one, {alone} MiB alone");
+}
+
+/// Results that are damaged are no values: a member whose tables were cut, changed or lost, or whose record or the study's
+/// marker is damaged, runs again, and the study comes to the same.
+#[test]
+fn damaged_members_run_again() {
+    let text = "case: case.yml\nsweep:\n  step: { key: time.step, values: { a: 1.0e-3, b: 5.0e-4, c: 2.5e-4 } }\nreference: finest\n\
+                quantities:\n  reaction: { table: reactions.csv, where: { boundary: clamp }, column: \"force_x [N]\", measure: { at: 0.002 } }\n";
+    let folder = folder(text);
+    let values = |more: &[&str]| {
+        let output = study(0, more, &folder).success();
+        let again = output.stdout.matches("the member runs again").count();
+        let before = output.stdout.matches("(before)").count();
+        let table = Table::read(&folder.join("out/study.csv"));
+        let values: Vec<String> = table.texts("reaction").into_iter().map(str::to_owned).collect();
+        (values, again, before)
+    };
+    let (whole, ..) = values(&[]);
+    let member = |name: &str| folder.join("out/members").join(name);
+    let cut = |file: std::path::PathBuf, part: usize| {
+        let bytes = fs::read(&file).unwrap();
+        fs::write(&file, &bytes[..bytes.len() * part / 4]).unwrap();
+    };
+    cut(member("step-a/reactions.csv"), 2);
+    cut(member("step-b/energy.csv"), 0);
+    fs::remove_file(member("step-c/probes.csv")).unwrap();
+    assert_eq!(values(&[]), (whole.clone(), 3, 0));
+    cut(member("step-a/run.json"), 3);
+    cut(member("step-b/run.json"), 0);
+    fs::remove_file(member("step-c/run.json")).unwrap();
+    cut(folder.join("out/study.json"), 1);
+    assert_eq!(values(&[]), (whole.clone(), 3, 0));
+    let record = fs::read_to_string(member("step-a/run.json")).unwrap();
+    let early = record.replace("\"simulated_time\": 0.002", "\"simulated_time\": 0.001");
+    assert_ne!(record, early);
+    fs::write(member("step-a/run.json"), early).unwrap();
+    assert_eq!(values(&[]), (whole.clone(), 1, 2));
+    assert_eq!(values(&[]), (whole, 0, 3));
+}
+
+/// One study at a time: a second one is refused, and one whose folder is moved ends.
+#[test]
+fn a_study_has_its_folder_alone() {
+    let folder = folder(&STUDY.replace("case: case.yml", "case: case.yml\nset: { time.end: 30.0 }"));
+    let first = Running::start(0, &["study", "study.yml", "--output", "out", "--quiet"], &folder);
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !folder.join("out/members/reference/energy.csv").exists() && Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let second = study(0, &[], &folder);
+    assert_eq!(second.code, Some(4), "{}", second.stderr);
+    assert!(second.stderr.contains("out: a run is writing there, process "), "{}", second.stderr);
+    fs::rename(folder.join("out"), folder.join("moved")).unwrap();
+    let first = first.wait(Duration::from_secs(60));
+    assert_eq!(first.code, Some(4), "{}", first.stderr);
+    assert!(first.stderr.contains("moved, deleted or replaced"), "{}", first.stderr);
+    assert!(!folder.join("out").exists());
 }

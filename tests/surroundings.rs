@@ -161,3 +161,193 @@ fn two_hosts_need_no_shared_memory_on_2_ranks() {
     let held = said.lines().filter(|line| line.starts_with("ok ")).count();
     assert!(output.status.success() && held == 8 && !said.contains("FAIL"), "{output:?}");
 }
+
+/// What a command prints into a full device is an error of code 4, on standard output as on standard error; help is no
+/// exception.
+#[test]
+fn a_full_device_is_no_place_to_print() {
+    let folder = Folder::new("device");
+    folder.write("case.yml", SMALL_BLOCK);
+    folder.write("study.yml", "case: case.yml\nmembers: { a: {} }\nreference: finest\nquantities: { e: { table: energy.csv, column: \"total [J]\", measure: last } }\n");
+    let line = "$PROGRAM case.yml -q -o out && mv out/probes.csv out/x
+        for words in list schema 'schema --study' 'completions bash' --help --version 'parts case.yml 2' 'check case.yml' \
+          'study study.yml --dry-run' 'plot out' 'report out'; do $PROGRAM $words >/dev/full; echo $?; done
+        $PROGRAM plot out 2>/dev/full >/dev/null; echo $?
+        $PROGRAM schema | head -1 >/dev/null; echo ${PIPESTATUS[0]}";
+    let output = shell(line, &folder);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let codes: Vec<&str> = said.lines().collect();
+    assert_eq!(codes[..12], ["4"; 12], "{output:?}");
+    assert_eq!(codes[12..], ["0"], "{output:?}");
+    let warned = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(warned.matches("standard output can not be written: No space").count(), 11, "{warned}");
+}
+
+/// A results folder that is moved, or a table that is deleted, emptied or changed while a run writes it, ends the run with code
+/// 4; nothing is made anew at the old place.
+#[test]
+fn results_that_are_touched_end_the_run_on_1_and_2_ranks() {
+    for (start, change, words) in [
+        ("", "mv out moved", "moved, deleted or replaced"),
+        ("", "rm -r out", "moved, deleted or replaced"),
+        ("", "rm out/reactions.csv", "out/reactions.csv: moved, deleted or replaced"),
+        ("", ": > out/contact.csv", "out/contact.csv: changed during the run"),
+        ("mpirun -n 2 ", "mv out moved", "moved, deleted or replaced"),
+    ] {
+        let folder = Folder::new("touched");
+        let often = SMALL_BLOCK
+            .replace("end: 0.002", "end: 30.0")
+            .replace("output: {", "output: { fields: { every: 5 },");
+        folder.write("case.yml", &often);
+        let line = format!(
+            "{start}$PROGRAM case.yml -q -o out & run=$!
+             until [ -s out/energy.csv ] && [ $(wc -l <out/energy.csv) -gt 8 ]; do sleep 0.01; done
+             {change}; wait $run; echo $?"
+        );
+        let output = shell(&line, &folder);
+        let (said, warned) =
+            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert_eq!(said.trim(), "4", "{change}: {warned}");
+        assert!(warned.contains(words), "{change}: {warned}");
+        assert_eq!(warned.matches("contact-petsc: error").count(), 1, "{change}: {warned}");
+        assert_eq!(folder.join("out").exists(), change.contains("out/"), "{change}");
+    }
+}
+
+/// Ranks that work in different folders write into the one that rank 0 means by a relative path.
+#[test]
+fn ranks_in_different_folders_share_the_results_on_2_ranks() {
+    let folder = Folder::new("apart");
+    fs::create_dir(folder.join("elsewhere")).expect("a folder");
+    folder.write("case.yml", SMALL_BLOCK);
+    let line =
+        "mpirun -n 1 $PROGRAM case.yml -q -o out : -n 1 -wdir $PWD/elsewhere $PROGRAM case.yml -q -o out";
+    let output = shell(line, &folder);
+    assert!(output.status.success(), "{output:?}");
+    let series = fs::read_to_string(folder.join("out/fields.pvd")).expect("a series");
+    assert!(series.contains("step_000004/volume.pvtu"), "{series}");
+    for piece in ["volume_0000.vtu", "volume_0001.vtu", "contact_0000.vtu", "contact_0001.vtu"] {
+        assert!(folder.join("out/fields/step_000004").join(piece).is_file(), "{piece}");
+    }
+    assert_eq!(fs::read_dir(folder.join("elsewhere")).expect("a folder").count(), 0);
+}
+
+/// Without address space for the BLAS a run is refused, on any rank, and does not hang.
+#[test]
+fn a_limit_of_address_space_is_refused_on_1_and_2_ranks() {
+    let folder = Folder::new("space");
+    folder.write("case.yml", SMALL_BLOCK);
+    // Enough to load the program with its libraries, and not for a buffer of the BLAS.
+    let limited = "export OPENBLAS_NUM_THREADS=1; ulimit -v 300000; exec $PROGRAM case.yml -q -o out";
+    for line in [
+        format!("({limited})"),
+        format!("mpirun -n 1 $PROGRAM case.yml -q -o out : -n 1 bash -c '{limited}'"),
+    ] {
+        let output = shell(&line, &folder);
+        let warned = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(70), "{warned}");
+        assert_eq!(warned.matches("there is no room for the libraries").count(), 1, "{warned}");
+        assert!(
+            warned.contains("hint: the limit is 300000 kB: raise it by `ulimit -v unlimited`"),
+            "{warned}"
+        );
+    }
+}
+
+/// Paths with spaces, quotes, line breaks and letters of other alphabets serve as well as others, and the command that goes on
+/// is one that a shell takes.
+#[test]
+fn paths_of_any_letters_serve_on_1_and_2_ranks() {
+    let folder = Folder::new("letters");
+    let name = "a b'é\"ß\n漢 $(x)";
+    fs::create_dir(folder.join(name)).expect("a folder");
+    let case = SMALL_BLOCK.replace("output: {", "output: { checkpoint: { every: 1 },");
+    folder.write(&format!("{name}/case.yml"), &case);
+    let text = "case: case.yml\nmembers: { a: {} }\nreference: finest\nquantities: { e: { table: energy.csv, column: \"total [J]\", measure: last } }\n";
+    folder.write(&format!("{name}/study.yml"), text);
+    let line = "name=$(ls -d a*); out=\"$name/results 1\"
+        for start in '' 'mpirun -n 2'; do
+          $start $PROGRAM \"$name/case.yml\" -q -o \"$out\" --wall-time 1e-9 2>said; [ $? = 7 ] || [ -n \"$start\" ] || cat said >&2
+          again=$(sed -n '/contact-petsc .*--restart/{s/.*contact-petsc /$PROGRAM /;p}' said)
+          eval \"$again -q\" || exit 1
+          grep -q '\"verdict\": \"completed\"' \"$out/run.json\" || exit 2
+          rm -r \"$out\"/checkpoints
+        done
+        for command in check parts; do $PROGRAM $command \"$name/case.yml\" $([ $command = parts ] && echo 2) >/dev/null || exit 3; done
+        for command in plot report; do $PROGRAM $command \"$out\" -o \"$name/$command\" >/dev/null || exit 4; done
+        $PROGRAM chart \"$out/contact.csv\" --x step --y 'area [m2]' --by contact -o \"$name/a.svg\" || $PROGRAM chart \"$out/contact.csv\" --x step --y points --by contact -o \"$name/a.svg\" || exit 5
+        $PROGRAM study \"$name/study.yml\" -q -o \"$name/study out\" || exit 6
+        $PROGRAM \"$name/case.yml\" -q && ls results";
+    let output = shell(line, &folder);
+    assert!(output.status.success(), "{output:?}");
+}
+
+/// A pipe without a writer, or a device without an end, in the place of a mesh, a checkpoint or a table is refused at once; the
+/// case alone may come by a pipe.
+#[test]
+fn pipes_and_devices_are_refused() {
+    let folder = Folder::new("pipes");
+    folder.write("case.yml", SMALL_BLOCK);
+    let meshed = "box: { min: [0, 0], max: [0.4, 0.4], cells: [4, 4] }";
+    assert!(SMALL_BLOCK.contains(meshed));
+    folder.write("meshed.yml", &SMALL_BLOCK.replace(meshed, "file: odd"));
+    let line = "$PROGRAM case.yml -q -o out || exit 1
+        for make in mkfifo 'ln -s /dev/zero'; do
+          $make odd
+          for words in 'meshed.yml -o a' 'check meshed.yml' 'parts meshed.yml 2' 'case.yml -o a --restart=odd' \
+            'chart odd --x a --y b --by c -o a.svg'; do timeout 20 $PROGRAM $words >/dev/null; echo $?; done
+          for table in energy.csv run.json; do
+            cp -r out copy; rm copy/$table; $make copy/$table
+            for command in plot report; do timeout 20 $PROGRAM $command copy >/dev/null; echo $?; done
+            rm -r copy
+          done; rm odd
+        done
+        mkfifo case; cat case.yml >case & timeout 20 $PROGRAM case -q -o piped; echo $?
+        sha256sum <case.yml | cut -d' ' -f1";
+    let output = shell(line, &folder);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let words: Vec<&str> = said.lines().collect();
+    let warned = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(words[..18], ["4"; 18], "{said}{warned}");
+    assert_eq!(words[18], "0", "{warned}");
+    for what in ["a named pipe", "a device"] {
+        assert!(warned.matches(&format!("it is {what}, not a regular file")).count() >= 7, "{warned}");
+    }
+    let record = fs::read_to_string(folder.join("piped/run.json")).expect("a record");
+    assert!(record.contains(words[19]), "the hash is of what was read");
+}
+
+/// No name makes a message that fills a terminal, and none moves its cursor.
+#[test]
+fn long_and_odd_names_make_short_messages() {
+    let folder = Folder::new("names");
+    let long = "x".repeat(1 << 20);
+    for (from, to) in [
+        ("target: floor", &*format!("target: {long}")),
+        ("neo_hookean", &long),
+        ("density: 1700", &format!("density: \"1 {long}\"")),
+        ("1.0 * t", &format!("1.0 * {long}")),
+        ("title: ", &format!("{long}: 1\n{long}: ")),
+        ("on: block.top", "on: \"block.t\\e[2Jop\""),
+        ("title: ", "\"a\\x01b\": "),
+    ] {
+        assert!(SMALL_BLOCK.contains(from));
+        folder.write("case.yml", &SMALL_BLOCK.replacen(from, to, 1));
+        let output = shell("$PROGRAM case.yml -q -o out", &folder);
+        let warned = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{:.2000}", warned);
+        assert!(warned.len() < 2000 && !warned.contains(['\u{1b}', '\u{1}']), "{:.2000}", warned);
+        assert!(warned.contains("case.yml:"), "{warned}");
+    }
+    // A title is for people, and goes into pictures as far as they can hold it.
+    let title = format!("title: \"a\\x01b\\e[2Jc <&> {long}\" #");
+    folder.write("case.yml", &SMALL_BLOCK.replacen("title: ", &title, 1));
+    let output = shell("$PROGRAM case.yml -q -o out && $PROGRAM plot out && $PROGRAM report out", &folder);
+    assert!(output.status.success(), "{output:?}");
+    for file in ["figures/energy.svg", "report.html", "fields/step_000004/volume_0000.vtu"] {
+        let bytes = fs::read(folder.join("out").join(file)).expect("a file");
+        let end = bytes.windows(13).position(|found| found == b"<AppendedData").unwrap_or(bytes.len());
+        let text = &bytes[..end];
+        assert!(!text.contains(&1) && !text.contains(&0x1b), "{file}");
+    }
+}

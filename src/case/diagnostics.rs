@@ -8,7 +8,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_saphyr::Error as Yaml;
 
 use super::place::Place;
-use crate::error::Error;
+use crate::error::{Error, shown};
 
 /// Text of a case file and its name, kept so that later checks can still point into it.
 ///
@@ -60,12 +60,12 @@ impl Complaint {
         let known: Vec<&str> = known.collect();
         let mut hint = match known.as_slice() {
             [] => format!("there is no {noun} here"),
-            names => format!("known: {}", names.join(", ")),
+            names => format!("known: {}", listed(names)),
         };
         if let Some(name) = nearest(word, &known) {
-            hint.push_str(&format!("; did you mean '{name}'?"));
+            hint.push_str(&format!("; did you mean '{}'?", shown(name)));
         }
-        Self::new(format!("unknown {noun} '{word}'")).hint(hint)
+        Self::new(format!("unknown {noun} '{}'", shown(word))).hint(hint)
     }
 
     /// The same with its place.
@@ -138,8 +138,28 @@ impl fmt::Display for Complaint {
     }
 }
 
+/// Most names that a message lists.
+const MOST_NAMES: usize = 60;
+
+/// Names in a row, the first of them where there are many.
+pub fn listed(names: &[&str]) -> String {
+    let mut text = names.iter().take(MOST_NAMES).map(|name| shown(name)).collect::<Vec<_>>().join(", ");
+    if names.len() > MOST_NAMES {
+        text.push_str(&format!(" and {} more", names.len() - MOST_NAMES));
+    }
+    text
+}
+
+/// Longer words are not compared: the time grows with the product of their lengths \[bytes\].
+const LONGEST_MISSPELT: usize = 200;
+
 /// The known word that a misspelt one is nearest to, if it is near at all.
 pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let is_short = |name: &&&str| name.len() <= LONGEST_MISSPELT;
+    if word.len() > LONGEST_MISSPELT {
+        return None;
+    }
+    let known: Vec<&str> = known.iter().filter(is_short).copied().collect();
     let distance = |name: &&str| strsim::damerau_levenshtein(&word.to_lowercase(), name);
     let limit = (word.chars().count() / 3).max(1);
     let near = known.iter().copied().min_by_key(distance).filter(|name| distance(name) <= limit);
@@ -225,7 +245,7 @@ impl Source {
             Yaml::MultipleDocuments { .. } => say("one case a file: a second document begins here".into()),
             Yaml::DuplicateMappingKey { key, .. } => {
                 let key = key.as_deref().unwrap_or("of this mapping");
-                say(format!("the key '{key}' stands twice")).hint("keep one of the two")
+                say(format!("the key '{}' stands twice", shown(key))).hint("keep one of the two")
             }
             Yaml::InvalidBooleanStrict { .. } => say("expected true or false".into()),
             Yaml::NonFiniteFloat { value, .. } => say(format!("expected a finite number, found {value}")),

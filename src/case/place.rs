@@ -11,7 +11,9 @@ use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 use serde_saphyr::Location;
 
+use super::diagnostics::Complaint;
 use super::tree::{PLACED, place_of_next};
+use crate::error::shown;
 
 /// Line and column (both from 1, in characters) and length of a piece of a file; zeros where unknown.
 ///
@@ -180,8 +182,15 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
             }
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
                 let mut entries = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    entries.push(entry);
+                while let Some((name, value)) = map.next_entry::<At<String>, T>()? {
+                    if name.value.chars().any(char::is_control) {
+                        let text = format!(
+                            "the name '{}' has a line break or another control character",
+                            shown(&name.value)
+                        );
+                        return Err(A::Error::custom(Complaint::new(text).at(name.place)));
+                    }
+                    entries.push((name, value));
                 }
                 Ok(Named(entries))
             }

@@ -9,6 +9,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use crate::error::{Error, Result};
+use crate::files;
 
 /// The format that this program writes, and the only one that it reads.
 pub const FORMAT: u32 = 1;
@@ -58,7 +59,7 @@ pub(super) struct Writer {
 impl Writer {
     pub fn create(path: &Path, header: &Header) -> Result<Self> {
         let part = path.with_extension("part");
-        let opened = path.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| File::create(&part));
+        let opened = path.parent().map_or(Ok(()), make_folder).and_then(|()| File::create(&part));
         let file = opened.map_err(|error| unwritable(path, &error))?;
         let path = path.to_path_buf();
         let mut writer = Self {
@@ -204,8 +205,16 @@ fn head(path: &Path, file: &mut impl Read) -> Result<(Header, u64)> {
     Ok((serde_json::from_slice(&text).map_err(damaged)?, HEAD + length))
 }
 
+/// Makes the folder of the checkpoints, but not the results folder: one that is gone is not to be made again.
+fn make_folder(path: &Path) -> std::io::Result<()> {
+    match std::fs::create_dir(path) {
+        Err(error) if !path.is_dir() => Err(error),
+        _ => Ok(()),
+    }
+}
+
 fn open(path: &Path) -> Result<BufReader<File>> {
-    File::open(path).map(|file| BufReader::with_capacity(1 << 20, file)).map_err(|e| unreadable(path, &e))
+    files::open(path).map(|file| BufReader::with_capacity(1 << 20, file)).map_err(|e| unreadable(path, &e))
 }
 
 pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> Error {

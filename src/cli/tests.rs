@@ -23,6 +23,24 @@ fn printed(line: &str) -> String {
     }
 }
 
+/// Only finite instants are times.
+#[test]
+fn instants_are_finite() {
+    let times = |line: &str| match read(line) {
+        Ok(Command::Report { at, .. }) => Ok(at),
+        Ok(other) => panic!("{line}: {other:?}"),
+        Err(error) => Err(error),
+    };
+    assert_eq!(times("report out --at 0,-1e-3,2.5").unwrap(), [0.0, -1e-3, 2.5]);
+    for word in ["nan", "0,inf", "-inf", "1e999", "soon", ""] {
+        let error = times(&format!("report out --at={word}")).unwrap_err();
+        assert!(
+            error.cause == Cause::Usage && error.message.contains("not a time in seconds"),
+            "{word}: {error}"
+        );
+    }
+}
+
 /// The definition is consistent in clap's own eyes.
 #[test]
 fn the_definition_is_sound() {

@@ -7,7 +7,7 @@ mod parts;
 mod run;
 mod study;
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 
 use crate::case;
 use crate::cli::{self, Command};
@@ -30,16 +30,16 @@ pub fn execute(command: Command) -> Result<()> {
         Command::Print(text) => print(text.trim_end()),
         Command::Plot { results, output } => {
             let plotted = plot::plot(&results, output.as_deref())?;
-            plotted.notes.iter().for_each(|note| eprintln!("note: {note}"));
+            tell(&plotted.notes)?;
             let files: Vec<String> = plotted.files.iter().map(|file| file.display().to_string()).collect();
             print(&files.join("\n"))
         }
         Command::Report { results, at, output } => {
             let written = crate::report::report(&results, &at, output.as_deref())?;
-            written.notes.iter().for_each(|note| eprintln!("note: {note}"));
+            tell(&written.notes)?;
             print(&written.file.display().to_string())
         }
-        Command::Chart(chart) => plot::draw_table(&chart::figure(&chart)?, &chart.output),
+        Command::Chart(chart) => tell(&plot::draw_table(&chart::figure(&chart)?, &chart.output)?),
         Command::Parts { case, counts } => print(parts::parts(&case, &counts)?.trim_end()),
         Command::Check { case, petsc } => print(&check::check(&case, &petsc)?),
         Command::List => print(&list::list()),
@@ -52,11 +52,32 @@ pub fn speaks() -> bool {
 }
 
 /// Prints to standard output; a reader that went away is no error.
+///
+/// # Errors
+/// What was printed is lost, as on a full disk.
 fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout();
     if speaks() {
-        let _ = writeln!(std::io::stdout(), "{text}");
+        spoken("standard output", writeln!(out, "{text}").and_then(|()| out.flush()))
+    } else {
+        Ok(())
     }
-    Ok(())
+}
+
+/// Remarks about what was left out, on standard error.
+fn tell(notes: &[String]) -> Result<()> {
+    let text: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
+    spoken("standard error", std::io::stderr().write_all(text.as_bytes()))
+}
+
+fn spoken(place: &str, outcome: std::io::Result<()>) -> Result<()> {
+    match outcome {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            let text = format!("{place} can not be written: {error}");
+            Err(Error::file(text).hint("what this command says is not whole; send it elsewhere"))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn fault(error: serde_json::Error) -> Error {

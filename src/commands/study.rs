@@ -22,7 +22,8 @@ pub fn study(arguments: &StudyArguments) -> Result<()> {
 
 fn compute(session: &Rc<Session>, arguments: &StudyArguments) -> Result<()> {
     if arguments.dry_run {
-        return super::print(&listing(session, &arguments.study)?);
+        let text = listing(session, &arguments.study)?;
+        return agree(session.world(), super::print(&text));
     }
     let planned = read(session, &arguments.study)?;
     let folder = arguments.output.clone().map_or_else(|| study::default_place(&arguments.study), Ok)?;

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::Result;
 
 use super::AXES;
-use super::table::{Cell, Lengths, Table, named};
+use super::table::{Cell, Marks, Table, named};
 
 /// One contact in one step. Forces act on the contactor, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +48,7 @@ impl<const D: usize> ContactTable<D> {
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, past: Option<&Lengths>) -> Result<Self> {
+    pub fn open(folder: &Path, past: Option<&Marks>) -> Result<Self> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), columns::<D>(), past)? })
     }
 

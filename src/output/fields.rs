@@ -11,12 +11,14 @@
 //! constant in each element, as the element computes them: nothing is smoothed across bodies. A case without
 //! contact has no contact grid.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::Result;
 
 pub use super::selection::{Cells, SurfaceFields, VolumeFields};
 
+use super::anchor::Anchor;
 use super::folder::unwritable;
 use super::pvd::{Entry, Series};
 use super::pvtu::{self, Schema};
@@ -36,6 +38,8 @@ pub struct Ranks {
 #[derive(Debug)]
 pub struct FieldWriter<const D: usize> {
     folder: PathBuf,
+    /// The folder as this rank sees it.
+    place: Anchor,
     ranks: Ranks,
     volume: Selection,
     surface: Option<Selection>,
@@ -67,20 +71,41 @@ impl Grid {
 impl<const D: usize> FieldWriter<D> {
     /// Prepares a writer in the results folder; `surface` is given on all ranks where the case has contact,
     /// else on none.
-    pub fn new(folder: &Path, ranks: Ranks, volume: Cells<D>, surface: Option<Cells<D>>) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// This rank can not open the folder.
+    pub fn new(folder: &Path, ranks: Ranks, volume: Cells<D>, surface: Option<Cells<D>>) -> Result<Self> {
+        Ok(Self {
             folder: folder.to_path_buf(),
+            place: Anchor::of(folder)?,
             ranks,
             volume: Selection::new(&volume, "body", ranks.rank),
             surface: surface.map(|cells| Selection::new(&cells, "contact", ranks.rank)),
             written: Vec::new(),
             all: Series::new(&folder.join("fields.pvd")),
             contact: Series::new(&folder.join("contact.pvd")),
-        }
+        })
+    }
+
+    /// Steps whose fields the series names; on rank 0 only.
+    pub fn steps(&self) -> u64 {
+        self.all.steps()
+    }
+
+    /// Lets the series name only what is there; how many steps are gone since they were written. Rank 0 only.
+    ///
+    /// # Errors
+    /// A series can not be written.
+    pub fn drop_lost(&mut self) -> Result<u64> {
+        let before = self.all.steps();
+        self.all.drop_lost()?;
+        self.contact.drop_lost()?;
+        Ok(before - self.all.steps())
     }
 
     /// Goes on with the series of an earlier run from a checkpoint at `last_step` and `last_time` \[s\]; pieces of later steps
-    /// are removed, since another number of ranks may not write over all of them. Rank 0 only, before any rank writes.
+    /// are removed, since another number of ranks may not write over all of them. What is gone of the earlier steps is told by
+    /// [`Self::drop_lost`] and [`Self::steps`]. Rank 0 only, before any rank writes.
     ///
     /// # Errors
     /// A series can not be read, or a piece not be removed.
@@ -102,8 +127,11 @@ impl<const D: usize> FieldWriter<D> {
     /// # Errors
     /// A field does not fit the mesh (an internal fault), or the disk refuses.
     pub fn write(&mut self, step: u64, volume: &VolumeFields, surface: Option<&SurfaceFields>) -> Result<()> {
+        self.place.check()?;
         let folder = self.folder.join(step_folder(step));
-        std::fs::create_dir_all(&folder).map_err(|e| unwritable(&folder, &e))?;
+        // Not the results folder: where that is gone, it is not to be made again by one rank.
+        make_folder(&self.folder.join("fields"))?;
+        make_folder(&folder)?;
         let mut pieces = vec![(Grid::Volume, self.volume.volume_piece(volume, D)?)];
         if let (Some(selection), Some(fields)) = (&self.surface, surface) {
             pieces.push((Grid::Contact, selection.surface_piece(fields, D)?));
@@ -132,6 +160,14 @@ impl<const D: usize> FieldWriter<D> {
             entries.push(Entry { time, part: *grid as u32, file });
         }
         self.all.add(entries)
+    }
+}
+
+/// Makes a folder that another rank may have made already.
+fn make_folder(path: &Path) -> Result<()> {
+    match std::fs::create_dir(path) {
+        Err(e) if !(e.kind() == ErrorKind::AlreadyExists && path.is_dir()) => Err(unwritable(path, &e)),
+        _ => Ok(()),
     }
 }
 
@@ -198,7 +234,8 @@ mod tests {
         let scratch = Scratch::new("fields");
         let mine = [false, true];
         let ranks = Ranks { rank: 1, size: 2 };
-        let mut writer = FieldWriter::new(&scratch.0, ranks, two_quads(&mine), Some(bottom_edges(&mine)));
+        let mut writer =
+            FieldWriter::new(&scratch.0, ranks, two_quads(&mine), Some(bottom_edges(&mine))).unwrap();
         writer.write(10, &volume_fields(), Some(&surface_fields())).unwrap();
         let volume = read_piece(&scratch.0.join("fields/step_000010/volume_0001.vtu")).unwrap();
         assert_eq!(volume.points, [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
@@ -224,6 +261,7 @@ mod tests {
         let mut writers = [0, 1].map(|rank| {
             let ranks = Ranks { rank, size: 2 };
             FieldWriter::new(&scratch.0, ranks, two_quads(&mine[rank]), Some(bottom_edges(&mine[rank])))
+                .unwrap()
         });
         writers.iter_mut().for_each(|w| w.write(0, &volume_fields(), Some(&surface_fields())).unwrap());
         writers[0].publish(0, 0.25).unwrap();
@@ -242,12 +280,54 @@ mod tests {
         assert_eq!(pvd::read(&scratch.0.join("contact.pvd")).unwrap().len(), 1);
     }
 
+    /// Steps whose files are gone, whole or in part, leave the series; the others stay.
+    #[test]
+    fn the_series_names_what_is_there() {
+        let scratch = Scratch::new("fields-lost");
+        let mine = [true, true];
+        let ranks = Ranks { rank: 0, size: 1 };
+        let mut writer =
+            FieldWriter::new(&scratch.0, ranks, two_quads(&mine), Some(bottom_edges(&mine))).unwrap();
+        for step in 0..4 {
+            writer.write(step, &volume_fields(), Some(&surface_fields())).unwrap();
+            writer.publish(step, 0.5 * step as f64).unwrap();
+        }
+        assert_eq!((writer.drop_lost().unwrap(), writer.steps()), (0, 4));
+        std::fs::remove_dir_all(scratch.0.join("fields/step_000001")).unwrap();
+        std::fs::remove_file(scratch.0.join("fields/step_000002/volume_0000.vtu")).unwrap();
+        assert_eq!((writer.drop_lost().unwrap(), writer.steps()), (2, 2));
+        let times = |name: &str| {
+            let entries = pvd::read(&scratch.0.join(name)).unwrap();
+            entries.into_iter().filter(|entry| entry.part == 0).map(|entry| entry.time).collect::<Vec<_>>()
+        };
+        assert_eq!(times("fields.pvd"), [0.0, 1.5]);
+        assert_eq!(times("contact.pvd"), [0.0, 0.5 * 2.0, 1.5]);
+        std::fs::remove_dir_all(scratch.0.join("fields")).unwrap();
+        writer.resume(3, 1.5).unwrap();
+        assert_eq!((writer.drop_lost().unwrap(), writer.steps()), (2, 0));
+    }
+
+    /// No rank makes a results folder again that is gone.
+    #[test]
+    fn a_folder_that_is_gone_stays_so() {
+        let scratch = Scratch::new("fields-moved");
+        let (folder, mine) = (scratch.0.join("out"), [true, true]);
+        std::fs::create_dir(&folder).unwrap();
+        let ranks = Ranks { rank: 0, size: 1 };
+        let mut writer = FieldWriter::new(&folder, ranks, two_quads(&mine), None).unwrap();
+        writer.write(0, &volume_fields(), None).unwrap();
+        std::fs::rename(&folder, scratch.0.join("other")).unwrap();
+        assert!(writer.write(1, &volume_fields(), None).unwrap_err().message.contains("out: moved"));
+        assert!(!folder.exists());
+    }
+
     /// Statics has no velocity and a case without contact no contact grid: neither is written.
     #[test]
     fn writes_only_what_the_case_has() {
         let scratch = Scratch::new("fields-static");
         let mine = [true, true];
-        let mut writer = FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None);
+        let mut writer =
+            FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None).unwrap();
         writer.write(1, &VolumeFields { velocity: None, ..volume_fields() }, None).unwrap();
         writer.publish(1, 1.0).unwrap();
         let index = std::fs::read_to_string(scratch.0.join("fields/step_000001/volume.pvtu")).unwrap();
@@ -261,7 +341,8 @@ mod tests {
     fn refuses_what_is_no_number() {
         let scratch = Scratch::new("fields-nan");
         let mine = [true, true];
-        let mut writer = FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None);
+        let mut writer =
+            FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None).unwrap();
         for sick in [f64::NAN, f64::INFINITY] {
             let fields = VolumeFields { det_f: &[1.0, sick], ..volume_fields() };
             let error = writer.write(1, &fields, None).unwrap_err();
@@ -275,7 +356,8 @@ mod tests {
     fn refuses_a_short_field() {
         let scratch = Scratch::new("fields-short");
         let mine = [true, true];
-        let mut writer = FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None);
+        let mut writer =
+            FieldWriter::new(&scratch.0, Ranks { rank: 0, size: 1 }, two_quads(&mine), None).unwrap();
         let error = writer.write(1, &VolumeFields { det_f: &[1.0], ..volume_fields() }, None).unwrap_err();
         assert!(error.message.contains("det_f"), "{error}");
     }

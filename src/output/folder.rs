@@ -4,11 +4,15 @@
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
+use super::lock::{LOCK, Lock};
 use super::process;
 use crate::error::{Error, Result};
+use crate::files;
 
 /// The value of `program` in `run.json`, by which a results folder is known as ours.
 pub const PROGRAM: &str = "contact-petsc";
@@ -32,6 +36,9 @@ const OWN: [&str; 12] = [
     "checkpoints",
     "report.html",
 ];
+
+/// End of the name of a file until it is whole.
+const PART: &str = ".part";
 
 /// A folder that this program made.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,12 +66,12 @@ pub fn default_folder(case_file: &Path) -> Result<PathBuf> {
 impl ResultsFolder {
     /// Makes the folder, or empties one that an earlier run made. Rank 0 only.
     ///
-    /// Afterwards a `run.json` with the verdict `running` marks it as ours. Files that no run of ours writes
-    /// are kept.
+    /// Afterwards a `run.json` with the verdict `running` marks it as ours, and the lock keeps other runs away. Files that no
+    /// run of ours writes are kept.
     ///
     /// # Errors
-    /// The folder holds something that this program did not make, or can not be written.
-    pub fn create(path: &Path) -> Result<Self> {
+    /// The folder holds something that this program did not make, another run writes into it, or it can not be written.
+    pub fn create(path: &Path) -> Result<(Self, Lock)> {
         let folder = Self { path: path.to_path_buf() };
         if is_occupied(path)? && !is_ours(path) {
             return Err(Error::file(format!(
@@ -74,10 +81,40 @@ impl ResultsFolder {
             .hint("give another folder with --output, or empty this one yourself"));
         }
         fs::create_dir_all(path).map_err(|e| unwritable(path, &e))?;
+        let lock = Lock::take(path)?;
         let marker = json!({ "program": PROGRAM, "verdict": "running", "process": process::own() });
         write_whole(&folder.join(RECORD), format!("{marker:#}\n").as_bytes())?;
         OWN.iter().try_for_each(|name| remove(&folder.join(name)))?;
-        Ok(folder)
+        Ok((folder, lock))
+    }
+
+    /// Empties a folder whose `run.json` is damaged or gone, where nothing else lies in it than a run of ours leaves. Whether
+    /// there was such a folder. For folders that are known to be ours by the one that they lie in.
+    ///
+    /// # Errors
+    /// It can not be read or written.
+    pub fn reclaim(path: &Path) -> Result<bool> {
+        if !is_occupied(path)? || is_ours(path) {
+            return Ok(false);
+        }
+        let entries = fs::read_dir(path).map_err(|e| trouble(path, "read", &e))?;
+        let mut names = Vec::new();
+        for entry in entries {
+            names.push(entry.map_err(|e| trouble(path, "read", &e))?.file_name());
+        }
+        let is_known = |name: &std::ffi::OsString| {
+            let name = name.to_str().unwrap_or_default();
+            let name = name.strip_suffix(PART).unwrap_or(name);
+            OWN.contains(&name) || [RECORD, LOCK].contains(&name)
+        };
+        // A record that can be read is of another program.
+        let is_foreign = !record(path).is_null();
+        if is_foreign || !names.iter().all(is_known) {
+            return Ok(false);
+        }
+        let _lock = Lock::take(path)?;
+        names.iter().filter(|name| *name != LOCK).try_for_each(|name| remove(&path.join(name)))?;
+        Ok(true)
     }
 
     /// Opens a folder that a run made, to plot it or to go on in it.
@@ -137,17 +174,40 @@ where
     F: FnOnce(&mut std::io::BufWriter<fs::File>) -> std::io::Result<()>,
 {
     let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
+    name.push(PART);
     let part = path.with_file_name(name);
     let written = fs::File::create(&part).and_then(|file| {
         let mut file = std::io::BufWriter::new(file);
         fill(&mut file)?;
         file.flush()
     });
-    written.and_then(|()| fs::rename(&part, path)).map_err(|e| {
+    written.and_then(|()| patiently(|| fs::rename(&part, path))).map_err(|e| {
         let _ = fs::remove_file(&part);
         unwritable(path, &e)
     })
+}
+
+/// How often, a tenth of a second apart, a file is renamed that somebody else has open.
+const TRIES: u32 = 20;
+
+/// Some shared file systems refuse to rename over a file while a reader has it open: that passes.
+fn patiently(mut rename: impl FnMut() -> std::io::Result<()>) -> std::io::Result<()> {
+    let is_passing = |kind: ErrorKind| {
+        matches!(
+            kind,
+            ErrorKind::PermissionDenied
+                | ErrorKind::ResourceBusy
+                | ErrorKind::ExecutableFileBusy
+                | ErrorKind::AlreadyExists
+        )
+    };
+    for _ in 1..TRIES {
+        match rename() {
+            Err(e) if is_passing(e.kind()) => sleep(Duration::from_millis(100)),
+            done => return done,
+        }
+    }
+    rename()
 }
 
 /// The error for a path that can not be written, with its cure where the cause is known.
@@ -159,6 +219,9 @@ pub(crate) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
         }
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             error_text.hint("free some space, or write fewer field steps (output: fields: every)")
+        }
+        ErrorKind::FileTooLarge => {
+            error_text.hint("the size of files is limited here: `ulimit -f unlimited` lifts the limit")
         }
         ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
             error_text.hint("a part of this path is a file")
@@ -174,7 +237,7 @@ pub(crate) fn trouble(path: &Path, what: &str, error: &std::io::Error) -> Error 
 
 fn is_occupied(path: &Path) -> Result<bool> {
     match fs::read_dir(path) {
-        Ok(mut entries) => Ok(entries.next().is_some()),
+        Ok(mut entries) => Ok(entries.any(|entry| entry.is_ok_and(|entry| entry.file_name() != LOCK))),
         Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
         Err(e) if e.kind() == ErrorKind::NotADirectory => {
             Err(Error::file(format!("{}: a file, not a folder", path.display()))
@@ -185,9 +248,18 @@ fn is_occupied(path: &Path) -> Result<bool> {
 }
 
 fn is_ours(path: &Path) -> bool {
-    let record = fs::read_to_string(path.join(RECORD)).unwrap_or_default();
-    let record: serde_json::Value = serde_json::from_str(&record).unwrap_or_default();
-    record.get("program").is_some_and(|program| program == PROGRAM)
+    record(path).get("program").is_some_and(|program| program == PROGRAM)
+}
+
+/// What `run.json` of a folder says; null where there is none, or it is damaged.
+pub fn record(folder: &Path) -> Value {
+    json_of(&folder.join(RECORD))
+}
+
+/// A file of JSON; null where there is none, or it is damaged.
+pub fn json_of(path: &Path) -> Value {
+    let text = files::read_text(path, files::LONGEST_RECORD).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
 }
 
 fn remove(path: &Path) -> Result<()> {
@@ -252,11 +324,48 @@ pub(crate) mod tests {
         fs::write(path.join("notes.txt"), "mine").unwrap();
         fs::create_dir_all(path.join("fields/step_000001")).unwrap();
         fs::write(path.join(RECORD), r#"{"program": "contact-petsc", "verdict": "completed"}"#).unwrap();
-        let folder = ResultsFolder::create(&path).unwrap();
+        let (folder, _lock) = ResultsFolder::create(&path).unwrap();
         assert!(!folder.join("energy.csv").exists() && !folder.join("fields").exists());
         assert_eq!(fs::read_to_string(folder.join("notes.txt")).unwrap(), "mine");
         assert!(fs::read_to_string(folder.join(RECORD)).unwrap().contains("running"));
         assert_eq!(ResultsFolder::open(&path).unwrap(), folder);
+    }
+
+    /// A folder whose record is damaged or gone is emptied where all in it is ours; a file of somebody else, or a record of
+    /// another program, keeps it as it is.
+    #[test]
+    fn reclaims_what_lost_its_record() {
+        let scratch = Scratch::new("reclaim");
+        let path = scratch.0.join("member");
+        drop(ResultsFolder::create(&path).unwrap());
+        assert!(!ResultsFolder::reclaim(&path).unwrap(), "whole");
+        fs::write(path.join("energy.csv"), "ours").unwrap();
+        fs::write(path.join(RECORD), r#"{"program": "another"}"#).unwrap();
+        assert!(!ResultsFolder::reclaim(&path).unwrap(), "of another program");
+        fs::write(path.join(RECORD), "{ \"program\": \"contact-p").unwrap();
+        fs::write(path.join("notes.txt"), "mine").unwrap();
+        assert!(!ResultsFolder::reclaim(&path).unwrap() && path.join("energy.csv").exists(), "foreign files");
+        fs::remove_file(path.join("notes.txt")).unwrap();
+        assert!(ResultsFolder::reclaim(&path).unwrap() && ResultsFolder::is_free(&path));
+        assert!(
+            !ResultsFolder::reclaim(&path).unwrap() && !ResultsFolder::reclaim(&path.join("no")).unwrap()
+        );
+    }
+
+    /// A rename that is refused while a reader has the file open is tried again; one that fails for good is not.
+    #[test]
+    fn renames_are_repeated() {
+        let mut calls = 0;
+        let mut rename = |kind: ErrorKind, busy: u32| {
+            calls = 0;
+            let outcome = patiently(|| {
+                calls += 1;
+                if calls <= busy { Err(kind.into()) } else { Ok(()) }
+            });
+            (outcome.is_ok(), calls)
+        };
+        assert_eq!(rename(ErrorKind::ResourceBusy, 2), (true, 3));
+        assert_eq!(rename(ErrorKind::StorageFull, 2), (false, 1));
     }
 
     /// A folder of somebody else is refused and left untouched; an empty one is welcome.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::Result;
 
-use super::table::{Cell, Lengths, Table, named};
+use super::table::{Cell, Marks, Table, named};
 
 const COLUMNS: [&str; 13] = [
     "step",
@@ -69,7 +69,7 @@ impl IterationTable {
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, past: Option<&Lengths>) -> Result<Self> {
+    pub fn open(folder: &Path, past: Option<&Marks>) -> Result<Self> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), named(&COLUMNS), past)? })
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::Result;
 
 use super::AXES;
-use super::table::{Cell, Lengths, Table, named};
+use super::table::{Cell, Marks, Table, named};
 
 /// The momentum at the end of one step, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +30,7 @@ impl<const D: usize> MomentumTable<D> {
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, past: Option<&Lengths>) -> Result<Self> {
+    pub fn open(folder: &Path, past: Option<&Marks>) -> Result<Self> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), columns::<D>(), past)? })
     }
 

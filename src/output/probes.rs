@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::Result;
 
-use super::table::{Cell, Lengths, Table};
+use super::table::{Cell, Marks, Table};
 use super::{AXES, Status};
 
 /// What a probe is called, and whether it lies on a contact surface.
@@ -57,7 +57,7 @@ impl<const D: usize> ProbeTable<D> {
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, probes: Vec<Probe>, past: Option<&Lengths>) -> Result<Self> {
+    pub fn open(folder: &Path, probes: Vec<Probe>, past: Option<&Marks>) -> Result<Self> {
         let table = Table::open(&folder.join(Self::FILE), columns::<D>(&probes), past)?;
         Ok(Self { table, probes })
     }

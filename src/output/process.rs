@@ -9,8 +9,6 @@ use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 
-use super::folder::RECORD;
-
 /// This process, as it stands in `run.json`: host, number, and the name that the system has for it.
 pub fn own() -> Value {
     json!({ "host": host(), "id": std::process::id(), "name": name("self") })
@@ -31,8 +29,7 @@ pub fn verdict(record: &Value) -> &str {
 /// # Errors
 /// Another run on this host does.
 pub fn claim(folder: &Path) -> Result<()> {
-    let record = fs::read_to_string(folder.join(RECORD)).unwrap_or_default();
-    let record: Value = serde_json::from_str(&record).unwrap_or_default();
+    let record = super::folder::record(folder);
     let Some(id) = on_this_host(&record).filter(|_| record["verdict"] == "running") else { return Ok(()) };
     let own = id == u64::from(std::process::id());
     for _ in 0..PATIENCE {
@@ -62,7 +59,8 @@ fn is_there(record: &Value, id: u64) -> bool {
     name(&id.to_string()).is_some_and(|name| record["process"]["name"] == name)
 }
 
-fn host() -> String {
+/// Name of this host.
+pub fn host() -> String {
     fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_owned()
 }
 
@@ -78,6 +76,7 @@ fn name(id: &str) -> Option<String> {
 mod tests {
     use std::process::{Child, Command};
 
+    use super::super::folder::RECORD;
     use super::super::folder::tests::Scratch;
     use super::*;
 

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::files;
 
 use super::folder::{trouble, write_whole};
+use super::pvtu;
 use super::xml::{escaped, tags};
 
 /// One grid at one time.
@@ -38,11 +40,33 @@ impl Series {
     pub fn resume(path: &Path, last_time: f64) -> Result<Self> {
         let mut series = Self::new(path);
         if path.exists() {
-            series.entries = read(path)?;
+            let cure =
+                "remove this file to go on without the fields that it names, or start anew without --restart";
+            series.entries = read(path).map_err(|error| error.hint(cure))?;
             series.entries.retain(|entry| entry.time <= last_time);
             series.write()?;
         }
         Ok(series)
+    }
+
+    /// Drops the grids whose files are gone, so that the series names only what is there; how many it drops.
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn drop_lost(&mut self) -> Result<usize> {
+        let before = self.entries.len();
+        let folder = self.path.parent().unwrap_or(Path::new("")).to_path_buf();
+        self.entries.retain(|entry| is_whole(&folder.join(&entry.file)));
+        let lost = before - self.entries.len();
+        if lost > 0 {
+            self.write()?;
+        }
+        Ok(lost)
+    }
+
+    /// Number of instants.
+    pub fn steps(&self) -> u64 {
+        self.entries.iter().filter(|entry| entry.part == 0).count() as u64
     }
 
     /// Adds grids and rewrites the file.
@@ -67,12 +91,18 @@ impl Series {
     }
 }
 
+/// Whether an index and all its pieces are there.
+fn is_whole(index: &Path) -> bool {
+    let folder = index.parent().unwrap_or(Path::new(""));
+    pvtu::read(index).is_ok_and(|pieces| pieces.iter().all(|piece| folder.join(piece).is_file()))
+}
+
 /// The grids of a series.
 ///
 /// # Errors
 /// The file is missing, cut short, or not a series.
 pub fn read(path: &Path) -> Result<Vec<Entry>> {
-    let bytes = std::fs::read(path).map_err(|e| trouble(path, "read", &e))?;
+    let bytes = files::read(path, files::LONGEST_TABLE).map_err(|e| trouble(path, "read", &e))?;
     let place = path.display().to_string();
     let tags = tags(&bytes, "/VTKFile").map_err(|e| e.within(&place))?;
     if tags.first().and_then(|tag| tag.find("type")) != Some("Collection") {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::files;
 
 use super::folder::{trouble, write_whole};
 use super::vtu::{Array, ENCODING, Piece};
@@ -47,7 +48,7 @@ pub fn write(path: &Path, schema: &Schema, sources: &[String]) -> Result<()> {
 /// # Errors
 /// The index is missing, cut short, or not one of ours.
 pub fn read(path: &Path) -> Result<Vec<String>> {
-    let bytes = std::fs::read(path).map_err(|e| trouble(path, "read", &e))?;
+    let bytes = files::read(path, files::LONGEST_TABLE).map_err(|e| trouble(path, "read", &e))?;
     let tags = tags(&bytes, "/VTKFile").map_err(|e| e.within(&path.display().to_string()))?;
     if tags.first().and_then(|tag| tag.find("type")) != Some("PUnstructuredGrid") {
         return Err(Error::file(format!("{}: not an index of pieces", path.display())));

@@ -1,6 +1,6 @@
 //! `run.json`: what was run, with what, how it went. Rewritten whole; says `running` until the end.
 
-use std::fmt::Write as _;
+use std::io::Read as _;
 use std::path::Path;
 use std::time::SystemTime;
 
@@ -9,10 +9,12 @@ use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
 use crate::error::{Cause, Error, Result};
+use crate::files;
 
 use super::accuracy::AccuracyRecord;
 use super::folder::{PROGRAM, RECORD, trouble, write_whole};
 use super::process;
+use super::table::{Marks, hex};
 use super::timestamp::timestamp;
 
 /// How a run stands.
@@ -119,12 +121,20 @@ impl Input {
     /// # Errors
     /// It can not be read.
     pub fn of(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| trouble(path, "read", &e))?;
-        let sha256 = Sha256::digest(&bytes).iter().fold(String::new(), |mut text, byte| {
-            let _ = write!(text, "{byte:02x}");
-            text
-        });
-        Ok(Self { path: path.display().to_string(), sha256 })
+        let mut file = files::open(path).map_err(|e| trouble(path, "read", &e))?;
+        let mut hash = Sha256::new();
+        let mut piece = vec![0; 1 << 16];
+        loop {
+            match file.read(&mut piece).map_err(|e| trouble(path, "read", &e))? {
+                0 => return Ok(Self { path: path.display().to_string(), sha256: hex(hash) }),
+                count => hash.update(&piece[..count]),
+            }
+        }
+    }
+
+    /// A file that was read already, as the case: it may have been a pipe, or have changed since.
+    pub fn of_text(path: &Path, text: &str) -> Self {
+        Self { path: path.display().to_string(), sha256: hex(Sha256::new().chain_update(text)) }
     }
 }
 
@@ -206,6 +216,8 @@ pub struct Record {
     pub accuracy: Option<AccuracyRecord>,
     /// What the user was warned of or told to mind, one sentence each.
     pub warnings: Vec<String>,
+    /// What the tables hold at the end, by which a reader knows that they are complete; nothing before.
+    pub tables: Marks,
     /// How it stands.
     pub verdict: Verdict,
 }
@@ -281,7 +293,9 @@ impl Record {
         });
         let entries = record.as_object_mut().into_iter();
         entries.for_each(|entries| {
+            let tables = (!self.tables.0.is_empty()).then(|| json!(self.tables));
             let optional = [
+                tables.map(|tables| ("tables", tables)),
                 self.held.as_ref().map(|held| ("held", json!(held))),
                 self.accuracy.as_ref().map(|accuracy| ("accuracy", json!(accuracy))),
             ];
@@ -291,12 +305,32 @@ impl Record {
     }
 }
 
+/// Makes sure that the tables of a run that has ended are as the run left them.
+///
+/// # Errors
+/// One is not there, was cut, or holds something else; or the record does not say what they held, of a run that has completed.
+pub fn check_tables(record: &Value, folder: &Path) -> Result<()> {
+    let place = folder.join(RECORD);
+    match &record["tables"] {
+        Value::Null if record["verdict"] == "completed" => {
+            Err(Error::file(format!("{}: does not say what the tables hold", place.display())))
+        }
+        Value::Null => Ok(()),
+        marks => {
+            let marks: Marks = serde_json::from_value(marks.clone())
+                .map_err(|error| Error::file(format!("{}: damaged: {error}", place.display())))?;
+            marks.check(folder)
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::time::{Duration, UNIX_EPOCH};
 
     use super::super::folder::ResultsFolder;
     use super::super::folder::tests::Scratch;
+    use super::super::table::{Cell, Table};
     use super::*;
 
     fn sample(verdict: Verdict) -> Record {
@@ -332,6 +366,7 @@ mod tests {
             held: None,
             accuracy: None,
             warnings: vec!["watch it".into()],
+            tables: Marks::default(),
             verdict,
         }
     }
@@ -373,6 +408,43 @@ mod tests {
         assert_eq!(record.warnings.len(), MOST_WARNINGS + 1);
     }
 
+    /// A record proves its tables: one that is cut, damaged or gone is named, and so is a record without the proof.
+    #[test]
+    fn the_record_proves_its_tables() {
+        let scratch = Scratch::new("proof");
+        let path = scratch.0.join("a.csv");
+        let mut table = Table::create(&path, vec!["step".into(), "a".into()]).unwrap();
+        (0..9).for_each(|step| table.row(&[Cell::Count(step), Cell::Number(0.5)]).unwrap());
+        let mut record = sample(Verdict::Completed);
+        record.tables.add(&table).unwrap();
+        record.write(&scratch.0).unwrap();
+        let text = std::fs::read_to_string(scratch.0.join(RECORD)).unwrap();
+        let mut told: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(told["tables"]["a.csv"]["rows"], 9);
+        let check = |told: &Value| check_tables(told, &scratch.0);
+        check(&told).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let other = String::from_utf8(whole.clone()).unwrap().replace("7,0.5", "7,0.4");
+        for (content, words) in [
+            (&whole[..20], "lacks rows"),
+            (other.as_bytes(), "SHA-256"),
+            (b"", "lacks rows"),
+            (&[&whole[..], b"9"].concat(), "where it had"),
+        ] {
+            std::fs::write(&path, content).unwrap();
+            let error = check(&told).unwrap_err();
+            assert!(error.message.contains("a.csv: ") && error.message.contains(words), "{words}: {error}");
+        }
+        std::fs::remove_file(&path).unwrap();
+        assert!(check(&told).is_err());
+        told["tables"] = json!({ "a.csv": 7 });
+        assert!(check(&told).unwrap_err().message.contains("run.json: damaged"));
+        told["tables"] = Value::Null;
+        assert!(check(&told).unwrap_err().message.contains("does not say"));
+        told["verdict"] = json!("failed");
+        check(&told).unwrap();
+    }
+
     /// The hash is SHA-256: the standard's value for "abc".
     #[test]
     fn hashes_inputs() {
@@ -381,6 +453,7 @@ mod tests {
         std::fs::write(&path, "abc").unwrap();
         let hash = Input::of(&path).unwrap().sha256;
         assert_eq!(hash, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        assert_eq!(Input::of_text(&path, "abc"), Input::of(&path).unwrap());
         assert_eq!(Input::of(&scratch.0.join("absent")).unwrap_err().cause, Cause::File);
     }
 }

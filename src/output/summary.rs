@@ -258,6 +258,7 @@ mod tests {
             held: None,
             accuracy: None,
             balance: Default::default(),
+            tables: Default::default(),
             warnings: vec![],
             penetrations: vec![
                 Penetration { contact: "sole".into(), deepest: 4e-5, force: 7.0, asked: Some(5e-5) },

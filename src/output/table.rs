@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
-use std::io::{Read as _, Write as _};
+use std::io::{Read, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use crate::error::{Error, Result};
+use crate::files;
 
+use super::anchor::require_same;
 use super::folder::{trouble, unwritable, write_whole};
 
 /// What a user can do about a result that is no number.
@@ -35,11 +38,77 @@ impl From<Option<f64>> for Cell<'_> {
     }
 }
 
-/// Lengths of the tables of a results folder at a checkpoint \[bytes\], by the names of the files.
+/// What a table holds at some instant, by which a reader knows that nothing is missing or changed.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Lengths(pub BTreeMap<String, u64>);
+pub struct Mark {
+    /// Rows below the header.
+    pub rows: u64,
+    /// Length of the file \[bytes\].
+    pub bytes: u64,
+    /// SHA-256 of the file in hexadecimal.
+    pub sha256: String,
+}
 
-impl Lengths {
+impl Mark {
+    /// Compares the first bytes of a file with the mark; those that come later do not count.
+    ///
+    /// # Errors
+    /// The file can not be read, is shorter, or holds something else.
+    pub fn check_start(&self, path: &Path) -> Result<()> {
+        let refuse = |why: String| Error::file(format!("{}: {why}", path.display()));
+        let mut file = files::open(path).map_err(|e| trouble(path, "read", &e))?;
+        let found = file.metadata().map_err(|e| trouble(path, "read", &e))?.len();
+        if found < self.bytes {
+            return Err(refuse(format!("lacks rows: {found} bytes where it had {}", self.bytes)));
+        }
+        let hash = hash_of(&mut file, self.bytes).map_err(|e| trouble(path, "read", &e))?;
+        if hex(hash) != self.sha256 {
+            return Err(refuse("damaged: its SHA-256 is another one".into()));
+        }
+        Ok(())
+    }
+
+    /// Compares a file with the mark.
+    ///
+    /// # Errors
+    /// As [`check_start`](Self::check_start), or the file is longer.
+    pub fn check(&self, path: &Path) -> Result<()> {
+        self.check_start(path)?;
+        let found = std::fs::metadata(path).map_err(|e| trouble(path, "read", &e))?.len();
+        if found > self.bytes {
+            let text = format!("{}: {found} bytes where it had {}", path.display(), self.bytes);
+            return Err(Error::file(text));
+        }
+        Ok(())
+    }
+}
+
+/// The hash of the next bytes of a file.
+fn hash_of(file: &mut impl Read, mut bytes: u64) -> std::io::Result<Sha256> {
+    let mut hash = Sha256::new();
+    let mut piece = vec![0; 1 << 16];
+    while bytes > 0 {
+        let most = piece.len().min(usize::try_from(bytes).unwrap_or(usize::MAX));
+        file.read_exact(&mut piece[..most])?;
+        hash.update(&piece[..most]);
+        bytes -= most as u64;
+    }
+    Ok(hash)
+}
+
+/// A hash as it is written.
+pub(super) fn hex(hash: Sha256) -> String {
+    hash.finalize().iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// What the tables of a results folder held at a checkpoint or at the end, by the names of the files.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Marks(pub BTreeMap<String, Mark>);
+
+impl Marks {
     /// Adds a table, which is on the disk when this returns.
     ///
     /// # Errors
@@ -50,32 +119,36 @@ impl Lengths {
         Ok(())
     }
 
-    /// Lets what a table has beyond `length` bytes be dropped by who goes on from here.
-    pub fn cut(&mut self, table: &Table, length: u64) {
+    /// Lets what a table has beyond an earlier mark be dropped by who goes on from here.
+    pub fn cut(&mut self, table: &Table, before: &Mark) {
         let name = table.path.file_name().unwrap_or_default().to_string_lossy();
-        self.0.entry(name.into_owned()).and_modify(|own| *own = length.min(*own));
+        self.0.entry(name.into_owned()).and_modify(|own| own.clone_from(before));
     }
 
-    /// Whether all tables of a folder still have the rows that they had.
+    /// Whether all tables of a folder still have the rows that they had; later rows do not count.
     ///
     /// # Errors
-    /// One is not there, or ends before.
-    pub fn check(&self, folder: &Path) -> Result<()> {
+    /// One is not there, ends before, or has other rows.
+    pub fn check_starts(&self, folder: &Path) -> Result<()> {
         self.0.keys().try_for_each(|name| self.check_file(&folder.join(name)).map(|_| ()))
     }
 
-    fn check_file(&self, path: &Path) -> Result<u64> {
+    /// Whether all tables of a folder are as they were.
+    ///
+    /// # Errors
+    /// One is not there, or is another one.
+    pub fn check(&self, folder: &Path) -> Result<()> {
+        self.0.iter().try_for_each(|(name, mark)| mark.check(&folder.join(name)))
+    }
+
+    fn check_file(&self, path: &Path) -> Result<&Mark> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let Some(&length) = self.0.get(&*name) else {
+        let Some(mark) = self.0.get(&*name) else {
             return Err(Error::file(format!("{}: the checkpoint knows no such table", path.display())));
         };
-        let found = std::fs::metadata(path).map_err(|e| trouble(path, "read", &e))?.len();
-        if found < length {
-            let text = format!("{}: lacks rows that it had at the checkpoint", path.display());
-            return Err(Error::file(text)
-                .hint("go on from an older checkpoint by --restart=FILE, or start anew without --restart"));
-        }
-        Ok(length)
+        let cure = "go on from an older checkpoint by --restart=FILE, or start anew without --restart";
+        mark.check_start(path).map_err(|error| error.hint(cure))?;
+        Ok(mark)
     }
 }
 
@@ -86,17 +159,20 @@ pub struct Table {
     file: File,
     columns: Vec<String>,
     line: String,
+    rows: u64,
+    bytes: u64,
+    hash: Sha256,
 }
 
 impl Table {
-    /// Makes the file, or goes on with it from a checkpoint where it had its length of `past`. Rank 0 only.
+    /// Makes the file, or goes on with it from a checkpoint where it had its mark in `past`. Rank 0 only.
     ///
     /// # Errors
     /// As [`create`](Self::create), or [`resume`](Self::resume).
-    pub fn open(path: &Path, columns: Vec<String>, past: Option<&Lengths>) -> Result<Self> {
+    pub fn open(path: &Path, columns: Vec<String>, past: Option<&Marks>) -> Result<Self> {
         match past {
             None => Self::create(path, columns),
-            Some(lengths) => Self::resume(path, columns, lengths),
+            Some(marks) => Self::resume(path, columns, marks),
         }
     }
 
@@ -105,43 +181,62 @@ impl Table {
     /// # Errors
     /// The file can not be written.
     pub fn create(path: &Path, columns: Vec<String>) -> Result<Self> {
-        write_whole(path, header(&columns).as_bytes())?;
-        Self::at_end(path, columns)
+        let head = header(&columns);
+        write_whole(path, head.as_bytes())?;
+        Self::at_end(path, columns, 0, head.len() as u64)
     }
 
-    /// Goes on with a table that had its length of `lengths` at a checkpoint: what came later is dropped.
+    /// Goes on with a table that had its mark in `marks` at a checkpoint: what came later is dropped.
     ///
     /// # Errors
-    /// The file is not there, has other columns, ends before, or can not be written.
-    pub fn resume(path: &Path, columns: Vec<String>, lengths: &Lengths) -> Result<Self> {
-        let length = lengths.check_file(path)?;
+    /// The file is not there, has other columns, ends before, holds other rows, or can not be written.
+    pub fn resume(path: &Path, columns: Vec<String>, marks: &Marks) -> Result<Self> {
+        let mark = marks.check_file(path)?;
         let head = header(&columns);
         let mut start = vec![0; head.len()];
-        let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+        let read = files::open(path).and_then(|mut file| file.read_exact(&mut start));
         if read.is_err() || start != head.as_bytes() {
             return Err(Error::file(format!("{}: other columns than this case writes", path.display()))
                 .hint("continue with the case that made the result, or start anew"));
         }
         let file = OpenOptions::new().write(true).open(path);
-        file.and_then(|file| file.set_len(length)).map_err(|e| unwritable(path, &e))?;
-        Self::at_end(path, columns)
+        file.and_then(|file| file.set_len(mark.bytes)).map_err(|e| unwritable(path, &e))?;
+        Self::at_end(path, columns, mark.rows, mark.bytes)
     }
 
-    /// Bytes of the file, which are on the disk when this returns.
+    /// What the file holds, on the disk when this returns.
     ///
     /// # Errors
-    /// The disk refuses.
-    pub fn settle(&self) -> Result<u64> {
-        let settled = self.file.sync_all().and_then(|()| self.file.metadata());
-        settled.map(|data| data.len()).map_err(|e| unwritable(&self.path, &e))
+    /// The disk refuses, or the file was moved or changed by somebody else.
+    pub fn settle(&self) -> Result<Mark> {
+        self.check()?;
+        self.file.sync_all().map_err(|e| unwritable(&self.path, &e))?;
+        Ok(self.mark())
     }
 
-    /// Bytes of the file now, on the disk or not.
+    /// What the file holds now, on the disk or not.
+    pub fn mark(&self) -> Mark {
+        Mark { rows: self.rows, bytes: self.bytes, sha256: hex(self.hash.clone()) }
+    }
+
+    /// Makes sure that the file is where it was and holds what was written, no less and no more.
     ///
     /// # Errors
-    /// The disk refuses.
-    pub fn length(&self) -> Result<u64> {
-        self.file.metadata().map(|data| data.len()).map_err(|e| unwritable(&self.path, &e))
+    /// It was moved, deleted or replaced; somebody else has written to it.
+    pub fn check(&self) -> Result<()> {
+        require_same(&self.file, &self.path)?;
+        let found = self.file.metadata().map_err(|e| trouble(&self.path, "find", &e))?.len();
+        if found == self.bytes {
+            return Ok(());
+        }
+        let text = format!(
+            "{}: changed during the run: {found} bytes where {} were written",
+            self.path.display(),
+            self.bytes
+        );
+        Err(Error::file(text).hint(
+            "leave the tables as they are until the run has ended; go on from an older checkpoint by --restart=FILE, or begin again",
+        ))
     }
 
     /// The file.
@@ -149,9 +244,11 @@ impl Table {
         &self.path
     }
 
-    fn at_end(path: &Path, columns: Vec<String>) -> Result<Self> {
+    fn at_end(path: &Path, columns: Vec<String>, rows: u64, bytes: u64) -> Result<Self> {
+        let mut start = files::open(path).map_err(|e| trouble(path, "read", &e))?;
+        let hash = hash_of(&mut start, bytes).map_err(|e| trouble(path, "read", &e))?;
         let file = OpenOptions::new().append(true).open(path).map_err(|e| unwritable(path, &e))?;
-        Ok(Self { path: path.to_path_buf(), file, columns, line: String::new() })
+        Ok(Self { path: path.to_path_buf(), file, columns, line: String::new(), rows, bytes, hash })
     }
 
     /// Appends one row and hands it to the system at once, so that it outlives this process.
@@ -178,7 +275,15 @@ impl Table {
         }
         self.line.pop();
         self.line.push('\n');
-        self.file.write_all(self.line.as_bytes()).map_err(|e| unwritable(&self.path, &e))
+        if let Err(error) = self.file.write_all(self.line.as_bytes()) {
+            // A part of the row may be there.
+            let _ = self.file.set_len(self.bytes);
+            return Err(unwritable(&self.path, &error));
+        }
+        self.rows += 1;
+        self.bytes += self.line.len() as u64;
+        self.hash.update(&self.line);
+        Ok(())
     }
 }
 
@@ -221,7 +326,13 @@ fn push(line: &mut String, cell: &Cell) {
         Cell::Number(value) if *value == 0.0 => write!(line, "0"),
         Cell::Number(value) if (1e-4..1e7).contains(&value.abs()) => write!(line, "{value}"),
         Cell::Number(value) => write!(line, "{value:e}"),
-        Cell::Text(text) if text.contains([',', '"', '\n', '\r']) => {
+        // A row is one line, whatever a name holds.
+        Cell::Text(text) if text.contains(char::is_control) => {
+            let plain: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+            push(line, &Cell::Text(&plain));
+            Ok(())
+        }
+        Cell::Text(text) if text.contains([',', '"']) => {
             write!(line, "\"{}\"", text.replace('"', "\"\""))
         }
         Cell::Text(text) => write!(line, "{text}"),
@@ -263,9 +374,9 @@ mod tests {
         let mut table = Table::create(&path, named(&["step", "name", "gap [m]"])).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,name,gap [m]\n");
         table.row(&[Cell::Count(1), Cell::Text("a, \"b\""), Cell::Absent]).unwrap();
-        table.row(&[Cell::Count(2), Cell::Text("c"), Cell::Number(1e-10)]).unwrap();
+        table.row(&[Cell::Count(2), Cell::Text("c\n\"d"), Cell::Number(1e-10)]).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(text, "step,name,gap [m]\n1,\"a, \"\"b\"\"\",\n2,c,1e-10\n");
+        assert_eq!(text, "step,name,gap [m]\n1,\"a, \"\"b\"\"\",\n2,\"c \"\"d\",1e-10\n");
     }
 
     /// NaN and infinity end a run with words that name the file and the column, and leave no half row behind.
@@ -292,17 +403,46 @@ mod tests {
         let columns = || named(&["step", "a"]);
         let mut table = Table::create(&path, columns()).unwrap();
         table.row(&[Cell::Count(0), Cell::Number(1.0)]).unwrap();
-        let mut lengths = Lengths::default();
-        lengths.add(&table).unwrap();
+        let mut marks = Marks::default();
+        marks.add(&table).unwrap();
+        assert_eq!((marks.0["a.csv"].rows, marks.0["a.csv"].bytes), (1, 11));
         table.row(&[Cell::Count(1), Cell::Number(2.0)]).unwrap();
+        assert!(marks.check(&scratch.0).is_err() && marks.check_starts(&scratch.0).is_ok());
         std::fs::write(&path, std::fs::read_to_string(&path).unwrap() + "2,").unwrap();
-        let mut table = Table::resume(&path, columns(), &lengths).unwrap();
+        let mut table = Table::resume(&path, columns(), &marks).unwrap();
         table.row(&[Cell::Count(1), Cell::Number(7.0)]).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,a\n0,1\n1,7\n");
-        assert_eq!(Table::resume(&path, named(&["step", "b"]), &lengths).unwrap_err().cause, Cause::File);
+        assert_eq!(Table::resume(&path, named(&["step", "b"]), &marks).unwrap_err().cause, Cause::File);
+        assert_eq!(table.mark().rows, 2);
+        table.check().unwrap();
+        let mut all = Marks::default();
+        all.add(&table).unwrap();
+        all.check(&scratch.0).unwrap();
+        std::fs::write(&path, "step,a\n0,2\n1,7\n").unwrap();
+        for damaged in [all.check(&scratch.0), all.check_starts(&scratch.0), marks.check(&scratch.0)] {
+            assert!(damaged.unwrap_err().message.contains("SHA-256"));
+        }
         std::fs::write(&path, "step,a\n").unwrap();
-        assert!(lengths.check(&scratch.0).unwrap_err().message.contains("lacks rows"));
+        assert!(marks.check(&scratch.0).unwrap_err().message.contains("lacks rows"));
         std::fs::remove_file(&path).unwrap();
-        assert!(lengths.check(&scratch.0).is_err());
+        assert!(marks.check(&scratch.0).is_err());
+    }
+
+    /// A table that was emptied, moved or replaced while it grew is found out.
+    #[test]
+    fn a_table_that_was_touched_is_found_out() {
+        let scratch = Scratch::new("touched");
+        let path = scratch.0.join("a.csv");
+        let mut table = Table::create(&path, named(&["step"])).unwrap();
+        table.row(&[Cell::Count(1)]).unwrap();
+        table.check().unwrap();
+        OpenOptions::new().write(true).open(&path).unwrap().set_len(0).unwrap();
+        table.row(&[Cell::Count(2)]).unwrap();
+        let error = table.check().unwrap_err();
+        assert!(error.message.contains("a.csv: changed during the run: 2 bytes where 9"), "{error}");
+        std::fs::rename(&path, scratch.0.join("b.csv")).unwrap();
+        assert!(table.check().unwrap_err().message.contains("a.csv: moved"));
+        std::fs::copy(scratch.0.join("b.csv"), &path).unwrap();
+        assert!(table.settle().unwrap_err().message.contains("a.csv: moved"));
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::files;
 
 use super::folder::trouble;
 use super::vtu::Values;
@@ -48,7 +49,7 @@ impl ReadPiece {
 /// # Errors
 /// The file is missing, cut short, or not one of ours; the message names the file and what is wrong.
 pub fn read_piece(path: &Path) -> Result<ReadPiece> {
-    let bytes = std::fs::read(path).map_err(|e| trouble(path, "read", &e))?;
+    let bytes = files::read(path, files::LONGEST_TABLE).map_err(|e| trouble(path, "read", &e))?;
     parse(&bytes).map_err(|e| e.within(&path.display().to_string()))
 }
 

@@ -57,9 +57,25 @@ pub fn tags(bytes: &[u8], last: &str) -> Result<Vec<Tag>> {
     Ok(tags)
 }
 
-/// Text for use between quotes of an attribute.
+/// Text for use between quotes of an attribute or between tags. What XML can not hold at all becomes U+FFFD.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let mut safe = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            letter => safe.push(legal(letter)),
+        }
+    }
+    safe
+}
+
+/// The letter, or U+FFFD where XML 1.0 forbids it.
+pub fn legal(letter: char) -> char {
+    let is_legal = !letter.is_control() && !matches!(letter, '\u{fffe}' | '\u{ffff}');
+    if is_legal || matches!(letter, '\t' | '\n' | '\r') { letter } else { char::REPLACEMENT_CHARACTER }
 }
 
 fn unescaped(text: &str) -> String {
@@ -113,7 +129,13 @@ mod tests {
     /// Escaping and reading are inverse.
     #[test]
     fn escapes_what_would_break_a_tag() {
-        let text = "a<b> & \"c\" &lt;";
+        let text = "a<b> & \"c\" &lt;\nd\te &#10;";
         assert_eq!(unescaped(&escaped(text)), text);
+    }
+
+    /// Control characters, which XML can not hold, do not get into a file.
+    #[test]
+    fn control_characters_are_replaced() {
+        assert_eq!(escaped("a\u{0}\u{1b}[31m\u{7f}\u{ffff}b"), "a\u{fffd}\u{fffd}[31m\u{fffd}\u{fffd}b");
     }
 }

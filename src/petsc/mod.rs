@@ -40,7 +40,7 @@ pub use shell::ShellOperator;
 pub use storage::Format;
 pub use submatrix::SubMatrix;
 pub use threads::blas_threads;
-pub use usage::{began_ignoring_hangup, memory, peak_memory};
+pub use usage::{began_ignoring_hangup, memory, outlive_file_limits, peak_memory};
 pub use values::{Values, ValuesMut};
 pub use vector::Vector;
 pub use versions::versions;

@@ -3,7 +3,7 @@
 use super::call::{self, petsc, quiet_handler};
 use super::options::{self, Options};
 use super::{threads, usage};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, agree};
 use mpi::environment::Universe;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{AsRaw, Communicator, CommunicatorCollectives};
@@ -53,6 +53,7 @@ impl Session {
     pub fn start(args: &[String]) -> Result<Rc<Self>> {
         options::validate(args)?;
         threads::one_unless_chosen();
+        threads::require_buffers().map_err(say_late)?;
         let again = || Error::internal("MPI is started already: a process has one session");
         let universe = mpi::initialize().ok_or_else(again)?;
         std::panic::set_hook(Box::new(report_panic));
@@ -71,6 +72,7 @@ impl Session {
             _universe: universe,
         };
         session.make_mpi_errors_fatal();
+        agree(session.world(), threads::take_buffers())?;
         // Unused options are reported by the program itself, from rank 0 and by name.
         session.set_default("options_left", "no")?;
         // From 3.20 on PETSc leaves sums over several vectors to the BLAS, whose rounding follows where the vectors happen
@@ -264,6 +266,17 @@ impl Arguments {
         let (count, pointer) = (texts.len() as c_int, array.as_mut_ptr());
         Ok(Self { count, pointer, _array: array, _texts: texts })
     }
+}
+
+/// An error before MPI has started, of which the other ranks can not know. Rank 0 says it elsewhere, and `mpirun` then ends the
+/// others; where rank 0 did not meet it, this rank says it. Returns the error without its words where they are said.
+fn say_late(error: Error) -> Error {
+    if std::env::var("OMPI_COMM_WORLD_RANK").map_or(true, |rank| rank == "0") {
+        return error;
+    }
+    std::thread::sleep(Duration::from_secs(1));
+    say(&error);
+    Error::new(error.cause, "")
 }
 
 fn say(error: &Error) {

@@ -3,7 +3,11 @@
 //! A BLAS with threads starts one a core of its own accord, in every rank, and matrices of a few hundred rows then cost
 //! three times as much. Which BLAS there is the dynamic linker knows, hence the functions are looked for by name.
 
-use std::ffi::{CStr, c_int};
+use std::ffi::{CStr, c_char, c_int};
+
+use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
+
+use crate::error::{Error, Result};
 
 /// A BLAS with threads: its functions, and the environment variables by which a user chooses their number.
 struct Library {
@@ -44,6 +48,82 @@ pub fn blas_threads() -> Option<u32> {
     // SAFETY: a function of that name takes nothing and returns an int, in every release of the library.
     let count = unsafe { std::mem::transmute::<*mut libc::c_void, Get>(get)() };
     u32::try_from(count).ok()
+}
+
+/// Address space of a thread of OpenBLAS, which it takes with its first matrix \[bytes\].
+const BUFFER: usize = 128 << 20;
+/// Address space that a small run needs beside it \[bytes\].
+const RUN: usize = 16 << 20;
+
+/// Lets the BLAS take its buffers now, where there is room for them: without room OpenBLAS would try for ever.
+///
+/// # Errors
+/// There is no room, by a limit as that of `ulimit -v`.
+pub(super) fn take_buffers() -> Result<()> {
+    require_buffers()?;
+    let Some(solve) = address(c"dtrsm_") else { return Ok(()) };
+    // As long as the integers of any BLAS, which reads the part that it knows.
+    let count = ORDER as i64;
+    let one = 1.0;
+    let mut matrix = [0.0; ORDER * ORDER];
+    (0..ORDER).for_each(|k| matrix[k * (ORDER + 1)] = 1.0);
+    let mut right = [1.0; ORDER * ORDER];
+    let (left, upper, plain) = (c"L".as_ptr(), c"U".as_ptr(), c"N".as_ptr());
+    let (count, one) = (&raw const count, &raw const one);
+    let (matrix, right) = (matrix.as_ptr(), right.as_mut_ptr());
+    // SAFETY: the signature of the BLAS, with the hidden lengths of the words; the matrices have the announced sizes.
+    unsafe {
+        let solve = std::mem::transmute::<*mut libc::c_void, Solve>(solve);
+        solve(left, upper, plain, plain, count, count, one, matrix, count, right, count, 1, 1, 1, 1);
+    }
+    Ok(())
+}
+
+/// Makes sure that there is room for the buffers of the BLAS and a small run; MPI needs some of it as well, and its own words
+/// about it are obscure.
+///
+/// # Errors
+/// As [`take_buffers`].
+pub(super) fn require_buffers() -> Result<()> {
+    let threads = blas_threads().unwrap_or(1).max(1) as usize;
+    require_room(threads.saturating_mul(BUFFER).saturating_add(RUN))
+}
+
+/// Order of the matrices that are solved for the sake of the buffers.
+const ORDER: usize = 32;
+
+type Solve = unsafe extern "C" fn(
+    *const c_char,
+    *const c_char,
+    *const c_char,
+    *const c_char,
+    *const i64,
+    *const i64,
+    *const f64,
+    *const f64,
+    *const i64,
+    *mut f64,
+    *const i64,
+    usize,
+    usize,
+    usize,
+    usize,
+);
+
+fn require_room(bytes: usize) -> Result<()> {
+    if Vec::<u8>::new().try_reserve_exact(bytes).is_ok() {
+        return Ok(());
+    }
+    let limit = getrlimit(Resource::RLIMIT_AS).map_or(RLIM_INFINITY, |(limit, _)| limit);
+    let least = bytes >> 20;
+    let text = format!(
+        "there is no room for the libraries, which need {least} MiB of address space beside the program"
+    );
+    let cure = match limit {
+        RLIM_INFINITY => "free some memory, or take a machine with more of it".to_owned(),
+        limit => format!("the limit is {} kB: raise it by `ulimit -v unlimited`", limit >> 10),
+    };
+    Err(Error::internal(text).hint(&cure))
 }
 
 /// Where a function is that some library of this process offers.

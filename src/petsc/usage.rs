@@ -71,6 +71,12 @@ pub fn began_ignoring_hangup() -> bool {
     BEGAN_IGNORING_HANGUP.load(Ordering::Relaxed)
 }
 
+/// From now on a file that would grow beyond the limit of `ulimit -f` is an error of the write, not the end of the process.
+pub fn outlive_file_limits() {
+    // SAFETY: ignores a signal, for which nothing else has an action.
+    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
+}
+
 /// A number of bytes in Linux's process status; unlike `getrusage` it does not inherit the peak of the process that started us.
 fn status_bytes(field: &str) -> u64 {
     let kilobytes = status(field).split_whitespace().next().and_then(|word| word.parse::<u64>().ok());

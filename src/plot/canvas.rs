@@ -5,6 +5,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::error::{Error, Result};
+use crate::output::xml::legal;
 
 use super::style::{INK, Stroke};
 
@@ -96,7 +97,8 @@ impl Canvas<'_> {
             Anchor::Upward => (font.transform(FontTransform::Rotate270), HPos::Center),
         };
         let style = font.color(&INK).pos(Pos::new(across, VPos::Center));
-        self.area.draw(&Text::new(text.to_string(), fine(&at), style)).map_err(fault)
+        let text: String = text.chars().map(legal).collect();
+        self.area.draw(&Text::new(text, fine(&at), style)).map_err(fault)
     }
 }
 

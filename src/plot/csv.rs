@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown};
+use crate::files;
 use crate::output::folder::trouble;
 
 /// A table as it was read.
@@ -21,7 +22,7 @@ impl Csv {
     /// # Errors
     /// The file can not be read, or a row other than the last does not fit the header.
     pub fn read(path: &Path) -> Result<Option<Self>> {
-        match std::fs::read(path) {
+        match files::read(path, files::LONGEST_TABLE) {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(e) => Err(trouble(path, "read", &e)),
             Ok(bytes) => Self::parse(path, &bytes),
@@ -33,21 +34,28 @@ impl Csv {
     /// # Errors
     /// A row other than the last does not fit the header.
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Option<Self>> {
+        // A mark of the encoding, as some programs write it, is no part of the first name.
+        let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
         let text = String::from_utf8_lossy(bytes);
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let mut lines = text[..whole].lines();
         let Some(header) = lines.next() else { return Ok(None) };
-        let columns = fields(header);
+        let wrong = |line: usize, what: String| {
+            let text = format!("{}: line {line}: {what}", path.display());
+            Error::file(text).hint("the table is damaged, or not one of this program: make or copy it again")
+        };
+        let read = |line: usize, text: &str| {
+            fields(text).ok_or_else(|| wrong(line, "a quote without its other half".into()))
+        };
+        let columns = read(1, header)?;
+        if let Some(twice) = columns.iter().enumerate().find(|(k, name)| columns[..*k].contains(name)) {
+            return Err(wrong(1, format!("the column '{}' stands twice", shown(twice.1))));
+        }
         let mut rows = Vec::new();
         for (index, line) in lines.enumerate() {
-            let row = fields(line);
+            let row = read(index + 2, line)?;
             if row.len() != columns.len() {
-                let place = format!("{}: line {}", path.display(), index + 2);
-                return Err(Error::file(format!(
-                    "{place}: {} fields for {} columns",
-                    row.len(),
-                    columns.len()
-                )));
+                return Err(wrong(index + 2, format!("{} fields for {} columns", row.len(), columns.len())));
             }
             rows.push(row);
         }
@@ -74,15 +82,17 @@ impl Csv {
         let number = |(line, row): (usize, &Vec<String>)| match row[index].as_str() {
             "" => Ok(f64::NAN),
             text => text.parse().map_err(|_| {
+                let (text, column) = (shown(text), shown(column));
                 Error::file(format!("{}: line {}: `{text}` in column `{column}`", self.path, line + 2))
+                    .hint("a number, or nothing, is needed there")
             }),
         };
         self.rows.iter().enumerate().map(number).collect::<Result<_>>().map(Some)
     }
 }
 
-/// The fields of a line; quotes hold commas together and a doubled quote is one.
-fn fields(line: &str) -> Vec<String> {
+/// The fields of a line; quotes hold commas together and a doubled quote is one. `None` where a quote is not closed.
+fn fields(line: &str) -> Option<Vec<String>> {
     let mut fields = vec![String::new()];
     let mut is_quoted = false;
     let mut letters = line.chars().peekable();
@@ -95,7 +105,7 @@ fn fields(line: &str) -> Vec<String> {
             _ => fields[end].push(letter),
         }
     }
-    fields
+    (!is_quoted).then_some(fields)
 }
 
 #[cfg(test)]
@@ -135,5 +145,16 @@ mod tests {
         let csv = Csv::read(&path).unwrap().unwrap();
         assert!(csv.numbers("a").unwrap_err().message.contains("line 3"));
         assert_eq!(csv.numbers("b").unwrap(), None);
+        std::fs::write(&path, "\u{feff}step,a\n0,1\n").unwrap();
+        assert_eq!(Csv::read(&path).unwrap().unwrap().columns(), ["step", "a"]);
+        for (text, words) in [
+            ("step,a\n0,1\n1,\"2\n3,4\n", "line 3: a quote without"),
+            ("step,\"a\n0,1\n", "line 1: a quote without"),
+            ("a,b,a\n0,1,2\n", "line 1: the column 'a' stands twice"),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = Csv::read(&path).unwrap_err();
+            assert!(error.message.contains(words), "{words}: {error}");
+        }
     }
 }

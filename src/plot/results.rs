@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use serde_json::Value;
+use serde::Deserialize;
 
 use crate::error::Result;
-use crate::output::folder::{RECORD, ResultsFolder, trouble};
+use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::verdict;
+use crate::output::table::Mark;
 
 use super::csv::Csv;
 
@@ -32,8 +33,7 @@ impl Run {
     /// The folder is not one of ours, or a table in it is broken (a last row cut short is not).
     pub fn read(path: &Path, notes: &mut Vec<String>) -> Result<Self> {
         let folder = ResultsFolder::open(path)?;
-        let record = std::fs::read_to_string(folder.join(RECORD)).map_err(|e| trouble(path, "read", &e))?;
-        let record: Value = serde_json::from_str(&record).unwrap_or_default();
+        let record = record(path);
         if record["verdict"] != "completed" {
             let verdict = verdict(&record);
             notes.push(format!(
@@ -50,6 +50,11 @@ impl Run {
                     notes.push(format!("{}: the last row is cut short and left out", file.display()))
                 }
                 Some(_) => {}
+            }
+            // Of a run that has ended it is known what a table held.
+            let mark = Mark::deserialize(&record["tables"][name]).ok();
+            if let Some(Err(damage)) = mark.filter(|_| csv.is_some()).map(|mark| mark.check(&file)) {
+                notes.push(format!("{damage}; drawn is what is there"));
             }
             Ok(csv)
         };
@@ -89,6 +94,7 @@ fn folder_name(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::folder::RECORD;
     use crate::output::folder::tests::Scratch;
 
     fn run_in(path: &Path, title: &str) -> Run {
@@ -116,7 +122,7 @@ mod tests {
     #[test]
     fn a_killed_run_is_read_with_notes() {
         let scratch = Scratch::new("killed");
-        let folder = ResultsFolder::create(&scratch.0).unwrap();
+        let (folder, _lock) = ResultsFolder::create(&scratch.0).unwrap();
         std::fs::write(
             folder.join("probes.csv"),
             "step,time [s],dt [s],p.u_x [m],p.u_y [m]\n0,0,0,1,2\n1,0.",

@@ -85,7 +85,9 @@ pub fn fitted(text: &str, size: f64, width: f64) -> String {
     if text_width(text, size) <= width {
         return text.to_string();
     }
-    let mut cut = text.to_string();
+    // No letter is narrower than a third of the height: what lies behind the width need not be looked at.
+    let most = (width / (size / 3.0)).max(0.0) as usize;
+    let mut cut: String = text.chars().take(most).collect();
     while !cut.is_empty() && text_width(&cut, size) + 0.99 * size > width {
         cut.pop();
     }

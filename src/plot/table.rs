@@ -36,19 +36,24 @@ pub struct TableFigure {
     pub title: String,
 }
 
-/// Draws a figure of a table into a file.
+/// Draws a figure of a table into a file; what was left out comes back, a line each.
 ///
 /// # Errors
 /// The table, a column or a number is not there, nothing is left to draw, or the file can not be written.
-pub fn draw_table(wanted: &TableFigure, file: &Path) -> Result<()> {
+pub fn draw_table(wanted: &TableFigure, file: &Path) -> Result<Vec<String>> {
     let csv = Csv::read(&wanted.table)?;
     let csv = csv.ok_or_else(|| Error::file(format!("{}: there is no table", wanted.table.display())))?;
     let svg = figure(wanted, &csv)?.svg()?;
     if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
     }
-    write_whole(file, svg.as_bytes())
+    write_whole(file, svg.as_bytes())?;
+    let cut = format!("{}: the last row has no end of its line and is left out", wanted.table.display());
+    Ok(if csv.is_cut { vec![cut] } else { Vec::new() })
 }
+
+/// No figure of more curves or panels can be read.
+const MOST: usize = 200;
 
 /// One row that is drawn.
 struct Point<'a> {
@@ -58,14 +63,30 @@ struct Point<'a> {
 }
 
 fn figure(wanted: &TableFigure, csv: &Csv) -> Result<Figure> {
-    let points = points(wanted, csv)?;
+    let mut points = points(wanted, csv)?;
+    for point in &mut points {
+        for (value, is_logarithmic) in point.at.iter_mut().zip(wanted.logarithmic) {
+            // What is not positive has no logarithm.
+            *value = if is_logarithmic && *value <= 0.0 { f64::NAN } else { *value };
+        }
+    }
     if !points.iter().any(|point| point.at.iter().all(|value| value.is_finite())) {
         let message = format!("{}: no row is left to draw", wanted.table.display());
         return Err(Error::file(message).hint("look at the columns and values that were asked for"));
     }
     let curves = distinct(points.iter().map(|point| point.curve));
+    let panels = distinct(points.iter().map(|point| point.panel));
+    if curves.len().max(panels.len()) > MOST {
+        let column = if curves.len() > MOST { Some(&wanted.by) } else { wanted.panels.as_ref() };
+        let column = column.map_or("", String::as_str);
+        let text = format!(
+            "{}: the column `{column}` has more than {MOST} different words: too many for a figure",
+            wanted.table.display()
+        );
+        return Err(Error::file(text).hint("part the rows by another column, or choose some by --where"));
+    }
     let stroke = |index: usize| Stroke { mark: MARK, ..Stroke::of(index) };
-    let panels = distinct(points.iter().map(|point| point.panel)).into_iter().map(|panel| {
+    let panels = panels.into_iter().map(|panel| {
         let of = |curve: &str| {
             let own = points.iter().filter(|point| point.panel == panel && point.curve == curve);
             let mut own: Vec<[f64; 2]> = own.map(|point| point.at).collect();
@@ -120,13 +141,8 @@ fn points<'a>(wanted: &TableFigure, csv: &'a Csv) -> Result<Vec<Point<'a>>> {
 
 /// The words, each once, in the order of their first appearance.
 fn distinct<'a>(words: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let mut all = Vec::new();
-    words.for_each(|word| {
-        if !all.contains(&word) {
-            all.push(word);
-        }
-    });
-    all
+    let mut seen = std::collections::HashSet::new();
+    words.filter(|word| seen.insert(*word)).collect()
 }
 
 #[cfg(test)]
@@ -181,6 +197,14 @@ mod tests {
             |wanted: TableFigure| draw_table(&wanted, &scratch.0.join("a.svg")).unwrap_err().to_string();
         let text = error(TableFigure { y: "sovles".into(), ..wanted(&path) });
         assert!(text.contains("`sovles`") && text.contains("solves"), "{text}");
+        let many: String = (0..300).map(|k| format!("a,{k},w{k},1,0\n")).collect();
+        std::fs::write(&path, format!("scene,mu,way,solves,code\n{many}")).unwrap();
+        assert!(error(wanted(&path)).contains("`way` has more than 200 different words"));
+        std::fs::write(&path, "scene,mu,way,solves,code\na,-1,direct,3,0\n").unwrap();
+        assert!(error(wanted(&path)).contains("no row"), "a negative number has no logarithm");
+        std::fs::write(&path, format!("{TABLE}a,9,direct,7,0")).unwrap();
+        let notes = draw_table(&wanted(&path), &scratch.0.join("a.svg")).unwrap();
+        assert!(notes.len() == 1 && notes[0].contains("the last row"), "{notes:?}");
         let nothing = TableFigure { only: vec![("scene".into(), vec!["d".into()])], ..wanted(&path) };
         assert!(error(nothing).contains("no row"));
     }

@@ -20,7 +20,7 @@ use super::plot;
 
 /// A made-up run in `D` dimensions on two ranks, complete with all files; `friction` bends its curves.
 fn write_run<const D: usize>(path: &Path, title: &str, friction: f64) {
-    let folder = ResultsFolder::create(path).unwrap();
+    let (folder, _lock) = ResultsFolder::create(path).unwrap();
     let probes = ["node_50", "node_98"].map(|name| Probe { name: name.into(), on_contact: true });
     let mut probe_table = ProbeTable::<D>::open(path, probes.to_vec(), None).unwrap();
     let mut energy = EnergyTable::open(path, None).unwrap();
@@ -60,6 +60,7 @@ fn record(title: &str, verdict: Verdict) -> Record {
         accuracy: None,
         digest: String::new(),
         balance: Default::default(),
+        tables: Default::default(),
         warnings: vec![],
         penetrations: vec![],
         verdict,
@@ -158,7 +159,7 @@ fn write_fields<const D: usize>(path: &Path, rank: usize) {
         mine: &mine[i],
         group: &group[i],
     };
-    let mut writer = FieldWriter::new(path, Ranks { rank, size: 2 }, cells(0), Some(cells(1)));
+    let mut writer = FieldWriter::new(path, Ranks { rank, size: 2 }, cells(0), Some(cells(1))).unwrap();
     let det_f = vec![0.95; mine[0].len()];
     let fields = VolumeFields { displacement: &u, velocity: Some(&u), cauchy_stress: &stress, det_f: &det_f };
     let surface = SurfaceFields {

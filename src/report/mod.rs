@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::error::{Error, Result};
-use crate::output::folder::{PROGRAM, ResultsFolder, write_whole};
+use crate::output::folder::{PROGRAM, ResultsFolder, json_of, write_whole};
 
 /// What came of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,7 +30,7 @@ const STUDY: &str = "study.json";
 /// # Errors
 /// The folder is no result of ours, a table is broken, or the page can not be written.
 pub fn report(folder: &Path, times: &[f64], output: Option<&Path>) -> Result<Written> {
-    let study = json(&folder.join(STUDY));
+    let study = json_of(&folder.join(STUDY));
     let (page, notes) = if study["program"] == PROGRAM {
         study::page(folder, &study)?
     } else {
@@ -40,12 +40,6 @@ pub fn report(folder: &Path, times: &[f64], output: Option<&Path>) -> Result<Wri
     let file = output.map_or_else(|| folder.join("report.html"), Path::to_path_buf);
     write_whole(&file, page.as_bytes())?;
     Ok(Written { file, notes })
-}
-
-/// A file of JSON; nothing where there is none.
-fn json(path: &Path) -> Value {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
-    serde_json::from_str(&text).unwrap_or_default()
 }
 
 /// A value of the record as YAML.

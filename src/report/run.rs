@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::html::{Cell, Page};
 use crate::error::Result;
-use crate::output::folder::{RECORD, ResultsFolder};
+use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::verdict;
 use crate::plot;
 
@@ -19,7 +19,7 @@ const SHOWN: usize = 8;
 /// # Errors
 /// A table is broken.
 pub fn page(folder: &ResultsFolder, times: &[f64]) -> Result<(String, Vec<String>)> {
-    let record = super::json(&folder.join(RECORD));
+    let record = record(folder.path());
     let mut album = plot::album(folder.path(), times)?;
     let title = record["case"]["title"].as_str().unwrap_or("Results of contact-petsc").to_owned();
     let mut page = Page::default();

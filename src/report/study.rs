@@ -7,6 +7,7 @@ use serde_json::Value;
 use super::html::{Cell, Page};
 use super::run::{figures_of, text_of};
 use crate::error::Result;
+use crate::files;
 use crate::plot::Csv;
 
 /// The page about the study in a folder, and notes on what is missing.
@@ -36,7 +37,7 @@ pub fn page(folder: &Path, marker: &Value) -> Result<(String, Vec<String>)> {
     for name in texts("figures") {
         let is_inside =
             Path::new(&name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
-        match std::fs::read_to_string(folder.join(&name)) {
+        match files::read_text(&folder.join(&name), files::LONGEST_RECORD) {
             Ok(svg) if is_inside && svg.starts_with("<svg") => page.figure(&name, &svg),
             _ => notes.push(format!("{name}: not there")),
         }

@@ -198,7 +198,7 @@ impl Keeper {
                 "make room; the checkpoint of step {step} is whole: go on from it with\n  {} --restart",
                 self.command
             )),
-            None => error.hint("make room and start anew; there is no older checkpoint"),
+            None => error.hint("see that there is room and that the folder is there, and start anew; there is no older checkpoint"),
         }
     }
 

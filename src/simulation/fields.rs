@@ -8,7 +8,7 @@ use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFiel
 
 impl<const D: usize> Journal<D> {
     /// The writer of volume and surface of this rank.
-    pub(super) fn field_writer(&self, system: &ContactSystem<D>) -> FieldWriter<D> {
+    pub(super) fn field_writer(&self, system: &ContactSystem<D>) -> Result<FieldWriter<D>> {
         let local = system.local();
         let types: Vec<u8> = local.mesh.kinds.iter().map(|kind| kind.vtk_type()).collect();
         let volume = Cells {
@@ -31,7 +31,7 @@ impl<const D: usize> Journal<D> {
             group: &contact,
         };
         let ranks = Ranks { rank: self.session.rank() as usize, size: self.session.size() as usize };
-        FieldWriter::new(&self.folder, ranks, volume, system.has_contact().then_some(surface))
+        FieldWriter::new(&self.shared_folder, ranks, volume, system.has_contact().then_some(surface))
     }
 
     /// Writes the fields of a state, where there are any to write. Collective.

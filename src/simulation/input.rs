@@ -13,15 +13,24 @@ use crate::petsc::Session;
 /// # Errors
 /// The one that any rank brings, the same on all ranks.
 pub fn shared_text(session: &Rc<Session>, own: Result<String>) -> Result<String> {
+    let bytes = shared_bytes(session, own.map(String::into_bytes))?;
+    String::from_utf8(bytes).map_err(|error| Error::internal(error.to_string()))
+}
+
+/// Bytes that rank 0 has, on all ranks; what other ranks bring does not count. Collective.
+///
+/// # Errors
+/// The one that any rank brings, the same on all ranks.
+pub(super) fn shared_bytes(session: &Rc<Session>, own: Result<Vec<u8>>) -> Result<Vec<u8>> {
     let world = session.world();
-    let mut text = agree(world, own)?.into_bytes();
+    let mut text = agree(world, own)?;
     let mut length = text.len() as u64;
     world.process_at_rank(0).broadcast_into(&mut length);
     text.resize(length as usize, 0);
     if length > 0 {
         world.process_at_rank(0).broadcast_into(&mut text[..]);
     }
-    String::from_utf8(text).map_err(|error| Error::internal(error.to_string()))
+    Ok(text)
 }
 
 /// Hands the options that stand in the case to PETSc; those of the command line win. Returns the names that were taken.

@@ -6,7 +6,7 @@ use std::time::{Instant, SystemTime};
 
 use super::attempts::At;
 use super::magnitudes;
-use super::place::{Place, prepare, versions};
+use super::place::{Place, prepare, shared_folder, versions};
 use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
 use super::restart::Saved;
 use super::resume::Past;
@@ -21,6 +21,7 @@ use crate::output::console::{Console, StepLine};
 use crate::output::fields::FieldWriter;
 use crate::output::record::{Balance, Input, Record, Totals, Verdict};
 use crate::output::summary::StartUp;
+use crate::output::table::Marks;
 use crate::partition::Report;
 use crate::petsc::{Event, Session, blas_threads};
 use crate::solvers::{SolveReport, Strategy};
@@ -31,6 +32,8 @@ pub struct Journal<const D: usize> {
     pub(super) session: Rc<Session>,
     pub(super) console: Console,
     pub(super) folder: PathBuf,
+    /// The folder as all ranks find it, wherever they work.
+    pub(super) shared_folder: PathBuf,
     pub(super) tables: Option<Tables<D>>,
     pub(super) fields: Option<FieldWriter<D>>,
     /// Fields, unless this is zero, are written every so many steps, and at the end of time \[s\].
@@ -62,9 +65,12 @@ impl<const D: usize> Journal<D> {
     ) -> Result<Self> {
         let rank = session.rank() as usize;
         let past = saved.map(|saved| (saved.state.past.clone(), saved.state.time));
-        let lengths = past.as_ref().and_then(|(past, _)| past.lengths());
-        let own = if rank == 0 { prepare::<D>(case, place, lengths) } else { Ok((None, Vec::new())) };
+        let marks = past.as_ref().and_then(|(past, _)| past.tables());
+        let own = if rank == 0 { prepare::<D>(case, place, marks) } else { Ok((None, Vec::new())) };
         let (tables, inputs) = agree(session.world(), own)?;
+        let every = u64::from(case.output.fields.every.value);
+        let token = tables.as_ref().map_or("", Tables::token);
+        let shared_folder = shared_folder(session, &place.folder, token, every > 0)?;
         let mut record = record(session, case, inputs)?;
         record.penetrations = model.contacts.iter().map(untouched).collect();
         past.iter().for_each(|(past, _)| past.recall(&mut record));
@@ -72,9 +78,10 @@ impl<const D: usize> Journal<D> {
             session: session.clone(),
             console: Console::new(rank, place.verbosity),
             folder: place.folder.clone(),
+            shared_folder,
             tables,
             fields: None,
-            every: u64::from(case.output.fields.every.value),
+            every,
             end: case.time.end.si,
             model: model.clone(),
             remarks: super::options::remarks(case),
@@ -104,17 +111,23 @@ impl<const D: usize> Journal<D> {
         self.record.balance.nodes = partition.owned.clone();
         let facets = system.surface_cells().mine.iter().filter(|&&mine| mine).count();
         self.record.balance.contact_facets = super::measure::of_each_rank(&self.session, facets as u64);
-        let lengths = self.past.as_ref().and_then(|(past, _)| past.lengths());
-        let watch = |tables: &mut Tables<D>| tables.watch(&self.folder, &self.watched, lengths);
+        let marks = self.past.as_ref().and_then(|(past, _)| past.tables());
+        let watch = |tables: &mut Tables<D>| tables.watch(&self.folder, &self.watched, marks);
         agree(self.session.world(), self.tables.as_mut().map_or(Ok(()), watch))?;
         if self.every > 0 {
-            let mut fields = self.field_writer(system);
+            let mut fields = agree(self.session.world(), self.field_writer(system))?;
             let resumed = match (&self.past, self.session.rank()) {
-                (Some((past, time)), 0) => fields.resume(past.totals.steps, *time),
-                _ => Ok(()),
+                (Some((past, time)), 0) => fields.resume(past.totals.steps, *time).and_then(|()| {
+                    let lost = fields.drop_lost()?;
+                    Ok(lost.max(past.field_steps().saturating_sub(fields.steps())))
+                }),
+                _ => Ok(0),
             };
-            agree(self.session.world(), resumed)?;
+            let lost = agree(self.session.world(), resumed)?;
             self.fields = Some(fields);
+            if lost > 0 {
+                self.warn(&lost_fields(lost));
+            }
         }
         let mut warnings = remarks(system, &self.watched);
         warnings.extend(magnitudes::remarks(system, &self.model));
@@ -229,6 +242,7 @@ impl<const D: usize> Journal<D> {
         }
         let reactions = system.reactions(ledger.reactions());
         let own = self.tables.as_mut().map_or(Ok(()), |tables| {
+            tables.check()?;
             tables.begin_row(self.step, stage.trial.time, dt);
             tables.probes(&points)?;
             tables.contacts(&zones)?;
@@ -243,7 +257,10 @@ impl<const D: usize> Journal<D> {
     pub(super) fn write_record(&mut self, time: f64) -> Result<()> {
         self.record.simulated_time = time;
         self.measure();
-        let own = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
+        let own = self.tables.as_ref().map_or(Ok(()), |tables| {
+            tables.check()?;
+            self.record.write(&self.folder)
+        });
         agree(self.session.world(), own)
     }
 
@@ -273,7 +290,7 @@ impl<const D: usize> Journal<D> {
         let contacts = contacts.chain(missed).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
         contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));
-        let written = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };
+        let written = self.write_end();
         if outcome.is_ok() {
             self.console.finish(&self.record);
             contacts.iter().for_each(|text| self.console.warn(text));
@@ -281,6 +298,22 @@ impl<const D: usize> Journal<D> {
         options.iter().for_each(|text| self.console.warn(text));
         outcome.as_ref().map_or(Ok(()), |()| agree(self.session.world(), written))
     }
+
+    /// The last version of the record, with the proof that the tables are complete. On rank 0 only.
+    fn write_end(&mut self) -> Result<()> {
+        let Some(tables) = &self.tables else { return Ok(()) };
+        self.record.tables = tables.marks()?;
+        let lost = self.fields.as_mut().map_or(Ok(0), FieldWriter::drop_lost)?;
+        if lost > 0 {
+            self.warn(&lost_fields(lost));
+        }
+        self.record.write(&self.folder)
+    }
+}
+
+/// What a user should know of fields that went while a run was going on, or before it went on.
+fn lost_fields(steps: u64) -> String {
+    format!("{steps} field steps that were written are gone; fields.pvd names those that are left")
 }
 
 /// The record of a run of which nothing is done.
@@ -309,6 +342,7 @@ pub(super) fn record(session: &Session, case: &Case, inputs: Vec<Input>) -> Resu
         held: None,
         accuracy: None,
         warnings: Vec::new(),
+        tables: Marks::default(),
         verdict: Verdict::Running,
     })
 }

@@ -1,17 +1,24 @@
 //! Where a run comes from and where it goes: its inputs, its folder, and the tables in it.
 
-use std::path::PathBuf;
-use std::time::Duration;
+use std::ffi::OsString;
+use std::os::unix::ffi::OsStringExt;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
+use super::input::{shared_bytes, shared_text};
 use super::restart::Begin;
 use super::tables::Tables;
 use crate::case::{Case, Mesh};
-use crate::error::Result;
+use crate::error::{Error, Result, agree};
 use crate::output::console::Verbosity;
-use crate::output::folder::ResultsFolder;
-use crate::output::process::claim;
+use crate::output::folder::{ResultsFolder, trouble};
+use crate::output::lock::Lock;
+use crate::output::process::{self, claim};
 use crate::output::record::Input;
-use crate::output::table::Lengths;
+use crate::output::table::Marks;
+use crate::petsc::Session;
 
 /// Where a run comes from and where it goes.
 #[derive(Debug, Clone)]
@@ -37,37 +44,100 @@ impl Place {
     /// The command that goes on with this run on so many ranks, but for `--restart`.
     pub fn command(&self, ranks: usize) -> String {
         let on_ranks = if ranks > 1 { format!("mpirun -n {ranks} ") } else { String::new() };
-        format!("{on_ranks}contact-petsc {} --output {}", self.case_file.display(), self.folder.display())
+        format!("{on_ranks}contact-petsc {} --output {}", quoted(&self.case_file), quoted(&self.folder))
     }
 }
 
-/// Case file and mesh files.
-pub(super) fn files(case: &Case, place: &Place) -> Vec<PathBuf> {
-    let meshes = case.bodies.values().filter_map(|body| match &body.mesh {
-        Mesh::File(file) => Some(case.resolve(&file.file.value)),
-        _ => None,
-    });
-    std::iter::once(place.case_file.clone()).chain(meshes).collect()
+/// A path as a shell takes it for one word.
+pub(super) fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |letter: char| letter.is_alphanumeric() || "-_./+=:@,%".contains(letter);
+    if text.contains(char::is_control) {
+        let escaped = text.replace('\\', "\\\\").replace('\'', "\\'");
+        let letters = escaped.chars().map(|letter| match letter.is_control() {
+            true if (letter as u32) < 0x80 => format!("\\x{:02x}", letter as u32),
+            true => format!("\\u{:04x}", letter as u32),
+            false => letter.to_string(),
+        });
+        return format!("$'{}'", letters.collect::<String>());
+    }
+    if !text.is_empty() && text.chars().all(is_plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
 }
 
-/// Case file and mesh files with their hashes.
-pub(super) fn inputs(case: &Case, place: &Place) -> Result<Vec<Input>> {
-    files(case, place).iter().map(|path| Input::of(path)).collect()
+/// Case file and mesh files with their hashes, as far as they can be read. The case is the text that was read.
+pub(super) fn inputs(case: &Case, place: &Place) -> impl Iterator<Item = Result<Input>> {
+    let meshes = case.bodies.values().filter_map(|body| match &body.mesh {
+        Mesh::File(file) => Some(Input::of(&case.resolve(&file.file.value))),
+        _ => None,
+    });
+    std::iter::once(Ok(Input::of_text(&place.case_file, case.text()))).chain(meshes)
 }
 
 /// The results folder, made or gone on in, with its tables; and the inputs. Rank 0 only.
 pub(super) fn prepare<const D: usize>(
     case: &Case,
     place: &Place,
-    lengths: Option<&Lengths>,
+    past: Option<&Marks>,
 ) -> Result<(Option<Tables<D>>, Vec<Input>)> {
-    let inputs = inputs(case, place)?;
+    let inputs = inputs(case, place).collect::<Result<_>>()?;
     claim(&place.folder)?;
-    let folder = match lengths {
-        Some(_) => ResultsFolder::open(&place.folder)?,
+    let (folder, lock) = match past {
+        Some(_) => {
+            let folder = ResultsFolder::open(&place.folder)?;
+            let lock = Lock::take(folder.path())?;
+            (folder, lock)
+        }
         None => ResultsFolder::create(&place.folder)?,
     };
-    Ok((Some(Tables::open(folder.path(), lengths)?), inputs))
+    Ok((Some(Tables::open(folder.path(), lock, past)?), inputs))
+}
+
+/// How long a rank looks for the results folder: another host may see it a moment later.
+const DELAY: Duration = Duration::from_secs(5);
+
+/// The results folder by its absolute path, which rank 0 decides. Where every rank writes there, each makes sure that it finds
+/// the folder that rank 0 has taken by `token`. Collective.
+///
+/// # Errors
+/// The same on all ranks: a rank finds no such folder, or another one of that name.
+pub(super) fn shared_folder(
+    session: &Rc<Session>,
+    folder: &Path,
+    token: &str,
+    is_needed: bool,
+) -> Result<PathBuf> {
+    let own = std::path::absolute(folder).map_err(|e| trouble(folder, "resolve", &e));
+    let own = if session.rank() == 0 { own } else { Ok(PathBuf::new()) };
+    let path = shared_bytes(session, own.map(|path| path.into_os_string().into_vec()))?;
+    let path = PathBuf::from(OsString::from_vec(path));
+    let token = shared_text(session, Ok(token.to_owned()))?;
+    if is_needed {
+        agree(session.world(), require_seen(&path, &token, session.rank(), DELAY))?;
+    }
+    Ok(path)
+}
+
+fn require_seen(path: &Path, token: &str, rank: i32, delay: Duration) -> Result<()> {
+    let deadline = Instant::now() + delay;
+    while Lock::token_of(path) != token {
+        if Instant::now() >= deadline {
+            let host = process::host();
+            let text = format!(
+                "{}: rank {rank} on {host} does not find the results folder of rank 0 there",
+                path.display()
+            );
+            let cure = "give by --output a folder that all hosts share, or write no fields: `output: { fields: { every: 0 } }`";
+            return Err(Error::file(text).hint(cure));
+        }
+        sleep(Duration::from_millis(50));
+        // A host that shares the folder by the network asks again when the one above it is opened.
+        let _ = path.parent().map(std::fs::read_dir);
+    }
+    Ok(())
 }
 
 /// Names and versions of the program and its libraries.
@@ -86,6 +156,11 @@ mod tests {
     fn the_command_names_the_ranks() {
         let place = Place::anew("a.yml".into(), "results/a".into(), Verbosity::Silent);
         assert_eq!(place.command(1), "contact-petsc a.yml --output results/a");
+        let place = Place::anew("a b.yml".into(), "it's".into(), Verbosity::Silent);
+        assert_eq!(place.command(1), "contact-petsc 'a b.yml' --output 'it'\\''s'");
+        let place = Place::anew("é.yml".into(), "a\n'b".into(), Verbosity::Silent);
+        assert_eq!(place.command(1), "contact-petsc é.yml --output $'a\\x0a\\'b'");
+        let place = Place::anew("a.yml".into(), "results/a".into(), Verbosity::Silent);
         assert_eq!(place.command(4), "mpirun -n 4 contact-petsc a.yml --output results/a");
     }
 }

@@ -3,12 +3,12 @@
 use std::rc::Rc;
 
 use super::journal::record;
-use super::place::{Place, files};
+use super::place::{Place, inputs};
 use crate::case::Case;
 use crate::error::{Error, Result, agree};
 use crate::output::folder::ResultsFolder;
 use crate::output::process::claim;
-use crate::output::record::{Input, Verdict};
+use crate::output::record::Verdict;
 use crate::petsc::Session;
 
 /// Leaves a results folder with nothing but a record that says why the run could not begin; of its files, those that can be
@@ -19,11 +19,12 @@ use crate::petsc::Session;
 pub fn refuse(session: &Rc<Session>, case: &Case, place: &Place, why: &Error) -> Result<()> {
     session.meet(why);
     let own = || -> Result<()> {
-        let inputs = files(case, place).iter().filter_map(|path| Input::of(path).ok()).collect();
+        let inputs = inputs(case, place).filter_map(Result::ok).collect();
         let mut record = record(session, case, inputs)?;
         record.verdict = Verdict::of(why);
         claim(&place.folder)?;
-        record.write(ResultsFolder::create(&place.folder)?.path())
+        let (folder, _lock) = ResultsFolder::create(&place.folder)?;
+        record.write(folder.path())
     };
     agree(session.world(), if session.rank() == 0 { own() } else { Ok(()) })
 }

@@ -2,6 +2,7 @@
 
 use crate::assembly::{ContactSystem, Overclosure, Watched};
 use crate::dynamics::Dynamics;
+use crate::error::shown;
 use crate::model::Contact;
 use crate::output::record::Penetration;
 use crate::output::summary::ContactStart;
@@ -38,7 +39,8 @@ pub(super) fn warning(contact: &Penetration) -> Option<String> {
 /// The PETSc options of the user that nothing has asked for, in words.
 pub(super) fn unused(session: &Session) -> Vec<String> {
     let options = session.unused_options().unwrap_or_default();
-    let words = |option| format!("warning: the PETSc option `{option}` was used by nothing");
+    let words =
+        |option: String| format!("warning: the PETSc option `{}` was used by nothing", shown(&option));
     options.into_iter().map(words).collect()
 }
 

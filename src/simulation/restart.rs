@@ -10,7 +10,7 @@ use super::guard::Guard;
 use super::input::shared_text;
 use super::journal::Journal;
 use super::pace::{self, Pace};
-use super::place::{Place, inputs};
+use super::place::{Place, inputs, quoted};
 use super::resume::Past;
 use super::{Watch, agree, start};
 use crate::assembly::{Balances, ContactSystem, EnergyLedger};
@@ -19,7 +19,7 @@ use crate::checkpoint::{self, Store, Table};
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 use crate::model::Model;
-use crate::output::folder::{RECORD, ResultsFolder};
+use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::{self, claim};
 use crate::output::record::Input;
 use crate::petsc::Session;
@@ -205,8 +205,7 @@ const NOTHING_TO_GO_ON_FROM: &str = "there is nothing to go on from: start witho
 /// The results folder has a run of the same case that stopped before its end and left checkpoints.
 fn spare(case: &Case, place: &Place, ranks: usize) -> Result<()> {
     claim(&place.folder)?;
-    let record = std::fs::read_to_string(place.folder.join(RECORD)).unwrap_or_default();
-    let record: Value = serde_json::from_str(&record).unwrap_or_default();
+    let record = record(&place.folder);
     let ended = ["completed", "failed"].contains(&process::verdict(&record));
     let same = case.digest()? == record["case_sha256"].as_str().unwrap_or_default();
     let Some((step, _)) = Store::of(&place.folder).list().into_iter().next().filter(|_| same && !ended)
@@ -233,17 +232,19 @@ fn look<const D: usize>(case: &Case, place: &Place, ranks: usize) -> Result<Stri
         Begin::From(path) => Some(path.as_path()),
         Begin::Anew | Begin::Fresh | Begin::Newest => None,
     };
-    let again = |path: &std::path::Path| format!("{} --restart={}", place.command(ranks), path.display());
+    let again = |path: &std::path::Path| format!("{} --restart={}", place.command(ranks), quoted(path));
     let found = Store::of(&place.folder).find(asked, again)?;
     let name = found.path.display().to_string();
     let mut state: State = serde_json::from_value(found.header.state).map_err(|error| {
         Error::file(format!("{name}: written by another version of this program ({error})"))
             .hint("go on with that version, or start anew without --restart")
     })?;
-    state.check::<D>(case, &inputs(case, place)?).map_err(|error| error.within(&name))?;
+    state
+        .check::<D>(case, &inputs(case, place).collect::<Result<Vec<_>>>()?)
+        .map_err(|error| error.within(&name))?;
     match branches {
         true => state.past.branch(),
-        false => state.past.lengths().map_or(Ok(()), |lengths| lengths.check(&place.folder))?,
+        false => state.past.tables().map_or(Ok(()), |tables| tables.check_starts(&place.folder))?,
     }
     serde_json::to_string(&(found.path, state))
         .map_err(|error| Error::internal(format!("checkpoint: {error}")))

@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::journal::Journal;
 use crate::error::{Result, agree};
+use crate::output::fields::FieldWriter;
 use crate::output::record::{Holding, Input, Penetration, Phase, Record, Totals};
-use crate::output::table::Lengths;
+use crate::output::table::Marks;
 use crate::time::StepControl;
 
 /// What was done before a checkpoint.
@@ -30,18 +31,27 @@ pub struct Past {
     /// When the first run began [s since 1970].
     pub start: u64,
     /// The tables; none for a branch, which has tables of its own.
-    lengths: Lengths,
+    tables: Marks,
+    /// Steps that `fields.pvd` names.
+    #[serde(default)]
+    field_steps: u64,
 }
 
 impl Past {
     /// The tables to go on in, which a branch has not.
-    pub fn lengths(&self) -> Option<&Lengths> {
-        (!self.lengths.0.is_empty()).then_some(&self.lengths)
+    pub fn tables(&self) -> Option<&Marks> {
+        (!self.tables.0.is_empty()).then_some(&self.tables)
+    }
+
+    /// Steps whose fields are in the folder to go on in.
+    pub fn field_steps(&self) -> u64 {
+        self.field_steps
     }
 
     /// Goes on in a folder of its own: the tables begin with the next step.
     pub fn branch(&mut self) {
-        self.lengths = Lengths::default();
+        self.tables = Marks::default();
+        self.field_steps = 0;
     }
 
     /// Puts what was done before into the record of a run that goes on.
@@ -84,8 +94,8 @@ impl<const D: usize> Journal<D> {
     /// # Errors
     /// When the disk refuses, the same on all ranks.
     pub fn past(&mut self) -> Result<Past> {
-        let own = self.tables.as_ref().map_or_else(|| Ok(Lengths::default()), |tables| tables.lengths());
-        let lengths = agree(self.session.world(), own)?;
+        let own = self.tables.as_ref().map_or_else(|| Ok(Marks::default()), |tables| tables.marks_of_steps());
+        let tables = agree(self.session.world(), own)?;
         self.measure();
         let start = self.record.start.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Ok(Past {
@@ -96,7 +106,8 @@ impl<const D: usize> Journal<D> {
             start_phases: self.record.start_phases.clone(),
             held: self.record.held.clone(),
             start,
-            lengths,
+            tables,
+            field_steps: self.fields.as_ref().map_or(0, FieldWriter::steps),
         })
     }
 

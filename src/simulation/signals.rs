@@ -1,7 +1,7 @@
 //! Signals that ask a run to stop: remembered here, answered at the next iterate or at the end of a step.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::flag;
@@ -12,8 +12,9 @@ use crate::petsc::began_ignoring_hangup;
 /// The signals and their names. `mpirun` hands SIGUSR1 on and leaves the ranks alive; after SIGTERM it soon kills them.
 const SIGNALS: [(i32, &str); 4] =
     [(SIGTERM, "SIGTERM"), (SIGINT, "SIGINT"), (SIGUSR1, "SIGUSR1"), (SIGHUP, "SIGHUP")];
-/// Exit code after a second SIGINT, as shells have it.
-const INTERRUPTED: i32 = 128 + SIGINT;
+/// Signals of which a second one ends the process at once, with the code that shells have for it. What waits in a library, as
+/// for memory that never comes, looks at no flag.
+const IMPATIENT: [i32; 2] = [SIGTERM, SIGINT];
 
 /// What this process was asked.
 #[derive(Debug, Clone)]
@@ -22,19 +23,40 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Listens from now on. A second SIGINT ends the process at once.
+    /// Listens from now on; who asks again hears what came since the first time. A second SIGTERM or SIGINT ends the process at
+    /// once.
     ///
     /// # Errors
     /// The system refuses.
     pub fn listen() -> Result<Self> {
-        let (last, interrupted) = (Arc::<AtomicUsize>::default(), Arc::<AtomicBool>::default());
-        let once = flag::register_conditional_shutdown(SIGINT, INTERRUPTED, Arc::clone(&interrupted));
-        let mut registered = once.and_then(|_| flag::register(SIGINT, interrupted));
+        static LISTENER: Mutex<Option<Signals>> = Mutex::new(None);
+        let mut listener = LISTENER.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(signals) = &*listener {
+            return Ok(signals.clone());
+        }
+        let signals = Self::register()?;
+        *listener = Some(signals.clone());
+        Ok(signals)
+    }
+
+    fn register() -> Result<Self> {
+        let last = Arc::<AtomicUsize>::default();
+        let is_asked = Arc::<AtomicBool>::default();
+        let mut registered = Ok(());
+        for signal in IMPATIENT {
+            registered = registered
+                .and_then(|()| {
+                    flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&is_asked))
+                })
+                .and_then(|_| flag::register(signal, Arc::clone(&is_asked)))
+                .map(drop);
+        }
         // Under `nohup` a terminal that goes away is none of our business.
         let heeded = |signal: i32| signal != SIGHUP || !began_ignoring_hangup();
         for (signal, _) in SIGNALS.into_iter().filter(|(signal, _)| heeded(*signal)) {
-            registered =
-                registered.and_then(|_| flag::register_usize(signal, Arc::clone(&last), signal as usize));
+            registered = registered
+                .and_then(|()| flag::register_usize(signal, Arc::clone(&last), signal as usize))
+                .map(drop);
         }
         registered.map_err(|error| Error::internal(format!("signals: {error}")))?;
         Ok(Self { last })

@@ -6,13 +6,15 @@ use crate::assembly::{ContactSummary, Energies, Momentum, NodalContact, PointRep
 use crate::contact::point::Status as PointStatus;
 use crate::error::{Error, Result};
 use crate::output::Status;
+use crate::output::anchor::Anchor;
 use crate::output::contact::{ContactRow, ContactTable};
 use crate::output::energy::{EnergyRow, EnergyTable};
 use crate::output::iterations::{IterationRow, IterationTable};
+use crate::output::lock::Lock;
 use crate::output::momentum::{MomentumRow, MomentumTable};
 use crate::output::probes::{Probe, ProbeContact, ProbeRow, ProbeTable};
 use crate::output::reactions::{ReactionRow, ReactionTable};
-use crate::output::table::Lengths;
+use crate::output::table::{Mark, Marks, Table};
 
 /// The open tables.
 pub struct Tables<const D: usize> {
@@ -24,20 +26,26 @@ pub struct Tables<const D: usize> {
     iterations: IterationTable,
     /// An iteration that could not be written; told at the end of the step, where all ranks listen.
     trouble: Option<Error>,
-    /// Length of the table of iterations before the step under way \[bytes\].
-    before: Option<u64>,
+    /// The table of iterations before the step under way.
+    before: Option<Mark>,
+    /// The results folder.
+    place: Anchor,
+    /// It is this run's alone.
+    lock: Lock,
     step: u64,
     time: f64,
     dt: f64,
 }
 
 impl<const D: usize> Tables<D> {
-    /// Creates the tables that need no probe, or goes on from the lengths that they had at a checkpoint.
+    /// Creates the tables that need no probe, or goes on from the marks that they had at a checkpoint.
     ///
     /// # Errors
     /// When a file can not be made, or is not the one that it was.
-    pub fn open(folder: &Path, past: Option<&Lengths>) -> Result<Self> {
+    pub fn open(folder: &Path, lock: Lock, past: Option<&Marks>) -> Result<Self> {
         Ok(Self {
+            place: Anchor::of(folder)?,
+            lock,
             probes: None,
             contact: ContactTable::open(folder, past)?,
             reactions: ReactionTable::open(folder, past)?,
@@ -56,7 +64,7 @@ impl<const D: usize> Tables<D> {
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn watch(&mut self, folder: &Path, watched: &[Watched<D>], past: Option<&Lengths>) -> Result<()> {
+    pub fn watch(&mut self, folder: &Path, watched: &[Watched<D>], past: Option<&Marks>) -> Result<()> {
         let probe =
             |point: &Watched<D>| Probe { name: point.name.clone(), on_contact: point.contact.is_some() };
         let probes = watched.iter().map(probe).collect();
@@ -64,26 +72,51 @@ impl<const D: usize> Tables<D> {
         Ok(())
     }
 
-    /// How long the tables are; they are on the disk when this returns.
-    ///
-    /// # Errors
-    /// When the disk refuses.
-    pub fn lengths(&self) -> Result<Lengths> {
-        let mut lengths = Lengths::default();
+    fn all(&self) -> impl Iterator<Item = &Table> {
         let others =
             [self.contact.table(), self.reactions.table(), self.energy.table(), self.momentum.table()];
-        let all = self.probes.iter().map(ProbeTable::table).chain(others).chain([self.iterations.table()]);
-        all.into_iter().try_for_each(|table| lengths.add(table))?;
-        self.before.into_iter().for_each(|before| lengths.cut(self.iterations.table(), before));
-        Ok(lengths)
+        self.probes.iter().map(ProbeTable::table).chain(others).chain([self.iterations.table()])
     }
 
-    /// Iterations that follow count only when their step has ended, in [`lengths`](Self::lengths).
+    /// Makes sure that the folder and its tables are where they were, as they were written, and this run's alone.
+    ///
+    /// # Errors
+    /// One of them was moved, deleted or changed; another run has taken the folder.
+    pub fn check(&self) -> Result<()> {
+        self.lock.check()?;
+        self.place.check()?;
+        self.all().try_for_each(Table::check)
+    }
+
+    /// By which other ranks know the folder.
+    pub fn token(&self) -> &str {
+        self.lock.token()
+    }
+
+    /// What the tables hold; they are on the disk when this returns.
+    ///
+    /// # Errors
+    /// When the disk refuses, or as [`check`](Self::check).
+    pub fn marks(&self) -> Result<Marks> {
+        self.check()?;
+        let mut marks = Marks::default();
+        self.all().try_for_each(|table| marks.add(table))?;
+        Ok(marks)
+    }
+
+    /// What they held before the step under way; they are on the disk when this returns.
+    ///
+    /// # Errors
+    /// As [`marks`](Self::marks).
+    pub fn marks_of_steps(&self) -> Result<Marks> {
+        let mut marks = self.marks()?;
+        self.before.iter().for_each(|before| marks.cut(self.iterations.table(), before));
+        Ok(marks)
+    }
+
+    /// Iterations that follow count only when their step has ended, in [`marks_of_steps`](Self::marks_of_steps).
     pub fn begin_attempt(&mut self) {
-        match self.iterations.table().length() {
-            Ok(length) => self.before = Some(length),
-            Err(error) => drop(self.trouble.get_or_insert(error)),
-        }
+        self.before = Some(self.iterations.table().mark());
     }
 
     /// The iterations written so far count.

@@ -3,14 +3,16 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::advice::{Findings, percent, seconds};
 use super::file::Study;
 use super::row::State;
 use super::table;
 use crate::error::{Error, Result};
-use crate::output::folder::{PROGRAM, default_folder, trouble, unwritable, write_whole};
+use crate::output::anchor::Anchor;
+use crate::output::folder::{PROGRAM, default_folder, json_of, trouble, unwritable, write_whole};
+use crate::output::lock::{LOCK, Lock};
 use crate::output::timestamp::timestamp;
 
 /// Marks the folder of a study.
@@ -31,35 +33,59 @@ pub fn default_place(path: &Path) -> Result<PathBuf> {
     Ok(case.with_file_name(format!("{name}-{stem}")))
 }
 
+/// What a study may leave in its folder.
+const OWN: [&str; 8] =
+    [MARKER, LOCK, table::FILE, "study.md", "advice.txt", "figures", "members", "report.html"];
+
+/// The folder of a study under way, which no other run of it may use.
+#[derive(Debug)]
+pub struct StudyFolder {
+    folder: Anchor,
+    lock: Lock,
+}
+
+impl StudyFolder {
+    /// Makes sure that the folder is where it was, and still ours.
+    ///
+    /// # Errors
+    /// It was moved or deleted, or another run has taken it.
+    pub fn check(&self) -> Result<()> {
+        self.lock.check()?;
+        self.folder.check()
+    }
+}
+
 /// Makes the folder, or goes on with one that a study of ours has made.
 ///
 /// # Errors
-/// It holds something else, or can not be written.
-pub fn prepare(folder: &Path) -> Result<()> {
-    let is_occupied = match std::fs::read_dir(folder) {
-        Ok(mut entries) => entries.next().is_some(),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => false,
+/// It holds something else, another run of the study uses it, or it can not be written.
+pub fn prepare(folder: &Path) -> Result<StudyFolder> {
+    let names: Vec<_> = match std::fs::read_dir(folder) {
+        Ok(entries) => entries.flatten().map(|entry| entry.file_name()).collect(),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
         Err(e) => return Err(trouble(folder, "read", &e)),
     };
-    if is_occupied && marker(folder)["program"] != PROGRAM {
+    let is_occupied = names.iter().any(|name| name != LOCK);
+    let marker = json_of(&folder.join(MARKER));
+    // A marker that is there and damaged marks nothing else than a study.
+    let is_damaged = marker.is_null()
+        && names.iter().any(|name| name == MARKER)
+        && names.iter().all(|name| OWN.iter().any(|own| name == own));
+    let is_ours = marker["program"] == PROGRAM || is_damaged;
+    if is_occupied && !is_ours {
         let text =
             format!("{}: not empty and not a study of {PROGRAM}; nothing was changed", folder.display());
         return Err(Error::file(text).hint("give another folder with --output, or empty this one yourself"));
     }
     std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
+    let place = StudyFolder { lock: Lock::take(folder)?, folder: Anchor::of(folder)? };
     if !is_occupied {
         write_whole(
             &folder.join(MARKER),
             json!({ "program": PROGRAM, "state": "running" }).to_string().as_bytes(),
         )?;
     }
-    Ok(())
-}
-
-/// What the marker says; nothing where there is none.
-fn marker(folder: &Path) -> Value {
-    let text = std::fs::read_to_string(folder.join(MARKER)).unwrap_or_default();
-    serde_json::from_str(&text).unwrap_or_default()
+    Ok(place)
 }
 
 /// A study as it stands, ready to be written.

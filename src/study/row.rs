@@ -9,7 +9,7 @@ use super::plan::{Member, REFERENCE};
 use super::series::{Interval, Series};
 use crate::case::{At, Named};
 use crate::error::{Cause, Error, Result};
-use crate::output::folder::RECORD;
+use crate::output::folder::record;
 use crate::plot::Csv;
 
 /// How a member stands.
@@ -138,12 +138,6 @@ impl Row {
     }
 }
 
-/// The record of a run; nothing where there is none.
-pub fn record(folder: &Path) -> Value {
-    let text = std::fs::read_to_string(folder.join(RECORD)).unwrap_or_default();
-    serde_json::from_str(&text).unwrap_or_default()
-}
-
 fn cost(record: &Value, folder: &Path) -> Result<Cost> {
     let count = |key: &str| record[key].as_u64().unwrap_or(0);
     let sum = |list: &Value| -> f64 { list.as_array().into_iter().flatten().filter_map(Value::as_f64).sum() };
@@ -228,6 +222,12 @@ impl References {
                 let path = study.source().directory.join(&file.value);
                 let absent =
                     |error: String| study.error(file.place, error, "paths are relative to the study file");
+                if Csv::read(&path).is_ok_and(|csv| csv.is_some_and(|csv| csv.is_cut)) {
+                    return Err(absent(format!(
+                        "{}: its last line has no end: is it cut short?",
+                        path.display()
+                    )));
+                }
                 let read = Series::read(&path, &quantity.column.value, &[]).map_err(|e| absent(e.message))?;
                 let curve = read.filter(|curve| !curve.is_empty());
                 let curve =

@@ -9,13 +9,14 @@ use serde_json::Value;
 
 use super::advice::{Findings, percent, seconds};
 use super::file::Study;
-use super::folder::{self, Papers};
+use super::folder::{self, Papers, StudyFolder};
 use super::plan::{self, Member};
-use super::row::{References, Row, State, record};
+use super::row::{References, Row, State};
 use crate::case::{Case, Mesh};
 use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::Verbosity;
-use crate::output::record::Input;
+use crate::output::folder::{RECORD, ResultsFolder, record};
+use crate::output::record::{Input, check_tables};
 use crate::petsc::Session;
 use crate::simulation::{Place, Ready, Signals, WALL_TIME_IS_OVER, give_options, refuse, take_back_options};
 
@@ -86,15 +87,16 @@ pub fn run(session: &Rc<Session>, planned: &Planned, options: &Options) -> Resul
         if !is_first {
             return Ok(None);
         }
-        folder::prepare(&options.folder)?;
-        Ledger::open(study, members, options, session.options_at_the_start()).map(Some)
+        let place = folder::prepare(&options.folder)?;
+        Ledger::open(study, members, options, session.options_at_the_start(), place).map(Some)
     };
     let mut ledger = agree(session.world(), root())?;
     if let Some(ledger) = &ledger {
         ledger.say(&format!("study of {}: {} members", study.case.value, members.len()));
     }
     for (index, member) in members.iter().enumerate() {
-        let mut is_done = ledger.as_ref().is_some_and(|ledger| ledger.is_done(member));
+        let done = ledger.as_ref().map_or(Ok(false), |ledger| ledger.is_done(member));
+        let mut is_done = agree(session.world(), done)?;
         session.world().process_at_rank(0).broadcast_into(&mut is_done);
         if !is_done {
             require_leave(session, &signals, member)?;
@@ -169,6 +171,21 @@ fn ran_out_of_time(record: &Value) -> bool {
     record["reason"].as_str().is_some_and(|reason| reason.contains(WALL_TIME_IS_OVER))
 }
 
+/// Makes sure that a member that has ended has all of its results.
+///
+/// # Errors
+/// What is missing or damaged.
+fn check_results(member: &Member, record: &Value, folder: &Path) -> Result<()> {
+    check_tables(record, folder)?;
+    let end = member.case.time.end.si;
+    let reached = record["simulated_time"].as_f64().unwrap_or(0.0);
+    if record["verdict"] == "completed" && reached < end * (1.0 - 1e-9) {
+        let text = format!("{}: its end is at {reached} s, that of the case at {end} s", folder.display());
+        return Err(Error::file(text));
+    }
+    Ok(())
+}
+
 /// What rank 0 keeps of a study.
 struct Ledger<'a> {
     study: &'a Study,
@@ -180,24 +197,63 @@ struct Ledger<'a> {
     rows: Vec<Row>,
     /// PETSc's options of the command line.
     petsc: String,
+    /// The folder of the study, this run's alone.
+    place: StudyFolder,
 }
 
 impl<'a> Ledger<'a> {
-    fn open(study: &'a Study, members: &'a [Member], options: &'a Options, petsc: String) -> Result<Self> {
+    fn open(
+        study: &'a Study,
+        members: &'a [Member],
+        options: &'a Options,
+        petsc: String,
+        place: StudyFolder,
+    ) -> Result<Self> {
         let quantities: Vec<String> = study.quantities.value.names().map(str::to_owned).collect();
         let rows = members.iter().map(|member| Row::waiting(member, quantities.len())).collect();
         let references = References::read(study)?;
-        Ok(Self { study, members, options, references, axes: plan::axes(study), quantities, rows, petsc })
+        Ok(Self {
+            study,
+            members,
+            options,
+            references,
+            axes: plan::axes(study),
+            quantities,
+            rows,
+            petsc,
+            place,
+        })
     }
 
-    /// Whether the results of a member are there, made by this program from the same case and meshes with the same
-    /// options of PETSc.
-    fn is_done(&self, member: &Member) -> bool {
-        let record = record(&member_folder(&self.options.folder, member));
+    /// Whether the results of a member are there and complete, made by this program from the same case and meshes with the
+    /// same options of PETSc. Damaged ones are run again, and the user reads why.
+    ///
+    /// # Errors
+    /// The folder of the study is another one than at the start, or a damaged folder can not be emptied.
+    fn is_done(&self, member: &Member) -> Result<bool> {
+        self.place.check()?;
+        let folder = member_folder(&self.options.folder, member);
+        if ResultsFolder::reclaim(&folder)? {
+            self.say(&format!("  {}: its {RECORD} is damaged or gone: the member runs again", member.name));
+            return Ok(false);
+        }
+        let record = record(&folder);
+        let is_done = self.has_ended(member, &record);
+        match check_results(member, &record, &folder) {
+            Err(error) if is_done => {
+                self.say(&format!("  {}: {error}: the member runs again", member.name));
+                Ok(false)
+            }
+            _ => Ok(is_done),
+        }
+    }
+
+    /// Whether the record tells the end of this member.
+    fn has_ended(&self, member: &Member, record: &Value) -> bool {
         let ended = match record["verdict"].as_str() {
             Some("completed") => true,
-            Some("failed") => !self.options.rerun_failed && is_of_its_own(&record),
-            Some("stopped") => !self.options.rerun_failed && ran_out_of_time(&record),
+            Some("failed") => !self.options.rerun_failed && is_of_its_own(record),
+            Some("stopped") => !self.options.rerun_failed && ran_out_of_time(record),
             _ => false,
         };
         let inputs = record["inputs"].as_array();
@@ -224,6 +280,7 @@ impl<'a> Ledger<'a> {
 
     /// Takes up a member that has been run, and rewrites the table.
     fn enter(&mut self, index: usize, was_done: bool) -> Result<()> {
+        self.place.check()?;
         let member = &self.members[index];
         self.rows[index] = Row::read(member, &member_folder(&self.options.folder, member), self.study)?;
         self.references.compare(&mut self.rows, &self.study.quantities.value);
@@ -249,6 +306,7 @@ impl<'a> Ledger<'a> {
     }
 
     fn finish(&mut self) -> Result<Vec<String>> {
+        self.place.check()?;
         if !self.rows.iter().any(|row| row.state == State::Completed) {
             let text = "no member completed".to_owned();
             self.papers().write(State::Failed)?;

@@ -62,6 +62,11 @@ fn what_does_not_fit_is_refused() {
     let rows = fs::read(out.join("energy.csv")).expect("a table");
     fs::write(out.join("energy.csv"), &rows[..rows.len() - 10]).expect("a shorter table");
     refused(&folder, &["--restart"], 4, &["energy.csv", "lacks rows"]);
+    let mut other = rows.clone();
+    let place = other.iter().rposition(u8::is_ascii_digit).expect("a number");
+    other[place] ^= 1;
+    fs::write(out.join("energy.csv"), other).expect("another table");
+    refused(&folder, &["--restart"], 4, &["energy.csv: damaged", "hint: "]);
     fs::write(out.join("energy.csv"), rows).expect("the table");
 
     // What may change: title, solver, fields, end.
@@ -143,4 +148,26 @@ fn a_run_branches_off_on_1_and_2_ranks() {
         );
         assert!(!folder.join("absent").exists());
     }
+}
+
+/// Fields that are gone when a run goes on leave the series, and the user reads how many; a damaged series is refused.
+#[test]
+fn the_series_names_no_fields_that_are_gone() {
+    let text = rubber_block(GMRES, "end: 0.005", 5);
+    let text = text.replace("fields: { every: 10 }", "fields: { every: 5 }");
+    let folder = place(&text);
+    compute(&folder, 0, "out", &[]).success();
+    let out = folder.join("out");
+    fs::remove_dir_all(out.join("fields")).expect("fields");
+    folder.write("case.yml", &text.replace("end: 0.005", "end: 0.0075"));
+    let output = compute(&folder, 1, "out", &["--restart"]).success();
+    assert!(output.stderr.contains("3 field steps that were written are gone"), "{}", output.stderr);
+    assert!(record(&out)["warnings"].to_string().contains("3 field steps"));
+    let series = fs::read_to_string(out.join("fields.pvd")).expect("a series");
+    let named: Vec<&str> =
+        series.split("file=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    assert!(!named.is_empty() && named.iter().all(|file| out.join(file).is_file()), "{series}");
+    fs::write(out.join("fields.pvd"), "<VTKFile").expect("a damaged series");
+    folder.write("case.yml", &text.replace("end: 0.005", "end: 0.008"));
+    refused(&folder, &["--restart"], 4, &["fields.pvd: cut short", "hint: remove this file"]);
 }

@@ -135,24 +135,27 @@ fn mpirun_leaves_time_for_a_checkpoint() {
     compute(&folder, 2, "out", &["--restart"]).success();
 }
 
-/// A second SIGINT does not wait for the end of the step.
+/// A second SIGINT or SIGTERM does not wait for the end of the step.
 #[test]
-fn a_second_interrupt_ends_at_once() {
+fn a_second_signal_ends_at_once() {
     let slow = [("cells: [48, 50]", "cells: [150, 150]"), ("end: 0.07", "end: 0.01")];
     let folder = place(&shipped("rubber-block/case.yml", &slow, "{ linear: direct }", 5));
-    let running = Running::start_patient(0, &["case.yml", "-q", "-o", "out"], &folder);
-    let deadline = std::time::Instant::now() + Duration::from_secs(60);
-    while !folder.join("out/run.json").exists() && std::time::Instant::now() < deadline {
-        std::thread::sleep(Duration::from_millis(5));
+    for (signals, code) in [(["INT", "INT"], 130), (["TERM", "TERM"], 143)] {
+        let _ = fs::remove_dir_all(folder.join("out"));
+        let running = Running::start_patient(0, &["case.yml", "-q", "-o", "out"], &folder);
+        let deadline = std::time::Instant::now() + Duration::from_secs(60);
+        while !folder.join("out/run.json").exists() && std::time::Instant::now() < deadline {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        // Within one iteration, at the end of which the first one would be answered.
+        for signal in signals {
+            assert!(send(signal, &running.id().to_string()));
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let ended = running.wait(Duration::from_secs(30));
+        assert_eq!(ended.code, Some(code), "{}", ended.stderr);
+        assert!(checkpoints(&folder.join("out")).is_empty());
     }
-    // Within one iteration, at the end of which the first one would be answered.
-    for _ in 0..2 {
-        assert!(send("INT", &running.id().to_string()));
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let ended = running.wait(Duration::from_secs(30));
-    assert_eq!(ended.code, Some(130), "{}", ended.stderr);
-    assert!(checkpoints(&folder.join("out")).is_empty());
 }
 
 /// A run that stopped is not replaced unless it is told to begin anew; then nothing of it is left.

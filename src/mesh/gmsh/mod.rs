@@ -10,12 +10,12 @@ mod msh4;
 mod raw;
 mod sets;
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use super::Mesh;
 use crate::error::{Error, Result};
+use crate::files;
 use input::{Encoding, Input, shortened};
 use raw::Raw;
 
@@ -40,7 +40,7 @@ pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>
         let cure = "paths of meshes are relative to the folder of the case file";
         Error::file(format!("the mesh can not be read: {e}")).hint(cure).within(&name)
     };
-    let mut file = File::open(path).map_err(unreadable)?;
+    let mut file = files::open(path).map_err(unreadable)?;
     // What is no mesh is not read, however long it is.
     let mut bytes = Vec::new();
     file.by_ref().take(HEAD).read_to_end(&mut bytes).map_err(unreadable)?;

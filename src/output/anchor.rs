@@ -1,0 +1,92 @@
+//! Whether a name still leads to the file or folder that is being written into.
+
+use std::fs::{File, metadata};
+use std::io::ErrorKind;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+use super::folder::trouble;
+
+/// A file or folder that is held open while its name is in use.
+///
+/// While it is open, the system gives its number to no other file. So a comparison of device and inode finds a folder that
+/// was moved, deleted or made anew.
+#[derive(Debug)]
+pub struct Anchor {
+    path: PathBuf,
+    file: File,
+}
+
+impl Anchor {
+    /// Holds on to what the path leads to now.
+    ///
+    /// # Errors
+    /// It can not be opened.
+    pub fn of(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(|e| trouble(path, "open", &e))?;
+        Ok(Self { path: path.to_path_buf(), file })
+    }
+
+    /// Makes sure that the path still leads there.
+    ///
+    /// # Errors
+    /// It leads elsewhere or nowhere.
+    pub fn check(&self) -> Result<()> {
+        require_same(&self.file, &self.path)
+    }
+}
+
+/// Makes sure that the name of an open file still leads to it.
+///
+/// # Errors
+/// It leads elsewhere or nowhere.
+pub(super) fn require_same(file: &File, path: &Path) -> Result<()> {
+    let same = is_same(file, path).map_err(|e| trouble(path, "find", &e))?;
+    same.then_some(()).ok_or_else(|| {
+        Error::file(format!("{}: moved, deleted or replaced during the run", path.display())).hint(
+            "results are complete up to the output before, where they are now; put the folder back, and go on from a checkpoint by \
+             --restart, or begin again",
+        )
+    })
+}
+
+/// Whether the name of an open file leads to it.
+///
+/// # Errors
+/// The system can not tell.
+pub(super) fn is_same(file: &File, path: &Path) -> std::io::Result<bool> {
+    let own = file.metadata()?;
+    match metadata(path) {
+        Ok(found) => Ok((own.dev(), own.ino()) == (found.dev(), found.ino())),
+        Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(false),
+        Err(e) => Err(e),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::super::folder::tests::Scratch;
+    use super::*;
+
+    /// A folder that was moved, deleted, or deleted and made again is found out; one that gained files is the same.
+    #[test]
+    fn another_folder_of_the_same_name_is_found_out() {
+        let scratch = Scratch::new("anchor");
+        let path = scratch.0.join("out");
+        fs::create_dir(&path).unwrap();
+        let anchor = Anchor::of(&path).unwrap();
+        fs::write(path.join("a"), "").unwrap();
+        anchor.check().unwrap();
+        fs::rename(&path, scratch.0.join("other")).unwrap();
+        assert!(anchor.check().unwrap_err().message.contains("out: moved, deleted or replaced"));
+        fs::rename(scratch.0.join("other"), &path).unwrap();
+        anchor.check().unwrap();
+        fs::remove_dir_all(&path).unwrap();
+        fs::create_dir(&path).unwrap();
+        assert!(anchor.check().is_err());
+    }
+}
