@@ -12,7 +12,7 @@ use crate::space::reference;
 use crate::square::{cofactor, dot};
 use crate::tensor::Vector;
 
-/// Nodes and sides that are closer than this part of the shortest side around them touch.
+/// Nodes and sides that are closer than this part of the shortest edge of the elements around them touch.
 ///
 /// Gmsh writes 16 digits, and other programs as few as seven: with elements of a thousandth of the body seven digits leave
 /// 1e-4. Half of it would pass meshes with six digits; at ten times as much narrow slits between coarse elements are refused.
@@ -235,7 +235,7 @@ struct Surface<'a, const D: usize> {
     /// Nodes of facet `f`: `nodes[starts[f]..starts[f + 1]]`.
     starts: Vec<usize>,
     nodes: Vec<u32>,
-    /// Shortest distance between two corners of each facet \[m\].
+    /// Shortest distance between two corners of the element of each facet \[m\].
     sizes: Vec<f64>,
     tree: BoundsTree<D>,
 }
@@ -248,7 +248,9 @@ impl<'a, const D: usize> Surface<'a, D> {
         for &facet in facets {
             mesh.facet_nodes(facet, &mut own);
             let at = |node: u32| mesh.points[node as usize];
-            let corners = &own[..mesh.facet_kind(facet).corners()];
+            // Across the element as well: thin ones have close sides.
+            let element = facet.element as usize;
+            let corners = &mesh.element_nodes(element)[..mesh.kinds[element].corners()];
             let pairs =
                 corners.iter().enumerate().flat_map(|(k, &a)| corners[k + 1..].iter().map(move |&b| (a, b)));
             let size = pairs.map(|(a, b)| distance(&at(a), &at(b))).fold(f64::INFINITY, f64::min);

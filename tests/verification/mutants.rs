@@ -369,15 +369,18 @@ pub fn all(session: &Rc<Session>) {
     unchecked_meshes_are_wrong(session);
     if session.rank() == 0 {
         println!("{tally:?}");
-        assert!(tally.refused > 60 && tally.exact > 20 && tally.balanced > 10, "{tally:?}");
+        assert!(tally.refused > 50 && tally.exact > 15 && tally.balanced > 5, "{tally:?}");
     }
 }
 
 fn sweep<const D: usize>(session: &Rc<Session>, kind: ElementKind, tally: &mut Tally) {
     for (number, &first) in (0u64..).zip(&MUTATIONS) {
-        for round in 0..ROUNDS {
+        // On several ranks each alone: they are slow where ranks are more than cores.
+        for round in 0..if session.size() > 1 { 1 } else { ROUNDS } {
             let mut random = Random(1 + 1000 * kind as u64 + 10 * number + round);
-            (0..8).for_each(|_| drop(random.next()));
+            (0..8).for_each(|_| {
+                random.next();
+            });
             let mut draft = Draft::<D>::block(kind, [2; D], [0.0; D], [1.0; D]);
             draft.mutate(first, kind, &mut random);
             let mut mutations = vec![first];

@@ -96,6 +96,19 @@ fn solid_meshes_must_fit_together() {
     in_dimension::<3>();
 }
 
+/// Elements ten million times as long as thick have sides close to each other, and are one body all the same.
+#[test]
+fn thin_bodies_are_not_taken_for_parts_that_touch() {
+    for kind in kinds(2) {
+        let mut thin = block::<2>(kind, [5, 1], [0.0; 2], [1.0, 2e-8]);
+        check(&mut thin, Parts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
+    }
+    for kind in kinds(3) {
+        let mut thin = block::<3>(kind, [3, 3, 1], [0.0; 3], [1.0, 1.0, 2e-8]);
+        check(&mut thin, Parts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
+    }
+}
+
 /// A node inside the side of a neighbour hangs, although the corners are shared.
 #[test]
 fn a_hanging_node_is_named() {
