@@ -1,8 +1,10 @@
 //! The case as checked: laws built, names resolved, SI numbers.
 
 mod build;
+mod conformity;
 mod laws;
 mod meshes;
+mod overlap;
 mod sets;
 
 use crate::case::{self, Function};
@@ -12,7 +14,7 @@ use crate::contact::obstacle::Obstacle;
 use crate::element::{Formulation, Kinematics};
 use crate::error::Result;
 
-pub use meshes::read_mesh;
+pub use meshes::{read_mesh, read_meshes};
 
 /// A case in `D` dimensions, ready to be discretised.
 #[derive(Debug, Clone)]
@@ -213,6 +215,8 @@ pub struct Probe<const D: usize> {
     pub at: [f64; D],
     /// Body to look on.
     pub body: Option<usize>,
+    /// Line of the case file that asks for it; 0 where unknown.
+    pub line: usize,
 }
 
 impl<const D: usize> Model<D> {

@@ -42,6 +42,59 @@ $Elements
 $EndElements
 "#;
 
+/// Two squares with nodes of their own on the line between them, as Gmsh writes without `Coherence`.
+const UNJOINED: &str = r#"$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+1 1 "bottom"
+1 2 "top"
+2 3 "rubber"
+$EndPhysicalNames
+$Nodes
+8
+1 0 0 0
+2 0.2 0 0
+3 0.2 0.4 0
+4 0 0.4 0
+5 0.2 0 0
+6 0.4 0 0
+7 0.4 0.4 0
+8 0.2 0.4 0
+$EndNodes
+$Elements
+6
+1 1 2 1 1 1 2
+2 1 2 1 1 5 6
+3 1 2 2 2 3 4
+4 1 2 2 2 7 8
+5 3 2 3 1 1 2 3 4
+6 3 2 3 1 5 6 7 8
+$EndElements
+"#;
+
+/// An element of which a curved side passes through its opposite, while its corners are good.
+const FOLDED: &str = r#"$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+8
+1 0 0 0
+2 0.4 0 0
+3 0.4 0.4 0
+4 0 0.4 0
+5 0.2 0.6 0
+6 0.4 0.2 0
+7 0.2 0.4 0
+8 0 0.2 0
+$EndNodes
+$Elements
+1
+1 16 2 1 1 1 2 3 4 5 6 7 8
+$EndElements
+"#;
+
 /// What replaces what in the case, the exit code, words of the message, and the number of ranks (0: no `mpirun`).
 type Broken = (&'static str, &'static str, i32, &'static [&'static str], usize);
 
@@ -97,7 +150,13 @@ const CASES: &[Broken] = &[
         &["'clamp' and 'pull' both prescribe u_x of the node at (0, 0.4)", "hint: "],
         3,
     ),
-    ("at: [0, 0]", "at: [7, 0]", 3, &["probe 'corner'", "6.6", "away from the nearest node", "hint: "], 2),
+    (
+        "at: [0, 0]",
+        "at: [7, 0]",
+        3,
+        &["case.yml:", "probe 'corner'", "6.6", "away from the nearest node", "hint: "],
+        2,
+    ),
     ("at: [0, 0]", "at: [0, 0, 0]", 3, &["probe", "2 entries in 2D, found 3"], 0),
     // Physics that can not be.
     ("normal: [0, 1]", "normal: [0, -1]", 3, &["'sole'", "behind 'floor'", "free side", "hint: "], 2),
@@ -119,7 +178,51 @@ const CASES: &[Broken] = &[
     ("point: [0, 0]", "point: [0, -50]", 3, &["'sole' can not close", "5.000e1 m", "hint: bring"], 3),
     (TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }", 3, &["stick_velocity", "statics"], 0),
     ("boundary:", "solver: { linear: cg_icc }\nboundary:", 3, &["symmetric", "auto"], 2),
+    (
+        "point: [0, 0], normal: [0, 1] } }\ncontact:\n  sole:\n",
+        "point: [0, 0.2], normal: [0, 1] } }\ncontact:\n  sole:\n    initial_overclosure: adjust\n",
+        3,
+        &["'sole'", "adjust would take away 2.000e-1 m", "a quarter of a facet, 1.000e-1 m", "hint: "],
+        2,
+    ),
+    (
+        BOX,
+        "box: { min: [1.0e12, 0], max: [1000000000000.4, 0.4], cells: [4, 4] }",
+        3,
+        &["coordinates of 1.0e12 m are known to 2.2e-4 m only", "hint: move all bodies"],
+        2,
+    ),
+    (
+        "cells: [4, 4] }",
+        "cells: [40, 4], map: { x: \"(1 + y) * cos(5 * pi * x)\", y: \"-(1 + y) * sin(5 * pi * x)\" } }",
+        3,
+        &["body 'block'", "coincide", "(5 such pairs)", "merge: { tolerance: "],
+        2,
+    ),
+    (BOX, "box: { min: [0, 0], max: [1, 1], cells: [1, 1] }, merge: never", 3, &["it is a key of 'box'"], 0),
     // Files.
+    (
+        BOX,
+        "file: unjoined.msh",
+        4,
+        &["unjoined.msh: line 13: node 2", "node 5 coincide", "(2 such pairs)", "Coherence"],
+        2,
+    ),
+    (BOX, "file: unjoined.msh, merge: { tolerance: 0 }", 3, &["merge.tolerance must be > 0"], 0),
+    (
+        BOX,
+        "file: unjoined.msh, merge: { tolerance: 1 }",
+        4,
+        &["unjoined.msh: line 27: element 5", "within merge.tolerance"],
+        0,
+    ),
+    (
+        BOX,
+        "file: folded.msh",
+        4,
+        &["folded.msh: line 17: element 1 (quad8)", "inverted or flat inside", "hint: "],
+        2,
+    ),
     (BOX, "file: nowhere.msh", 4, &["nowhere.msh", "No such file"], 2),
     (BOX, "file: .", 4, &["directory"], 0),
     (BOX, "file: garbage.msh", 4, &["garbage.msh"], 2),
@@ -196,6 +299,8 @@ fn check(output: &Output, code: i32, words: &[&str]) -> Result<(), String> {
 fn folder_with_meshes(name: &str) -> Folder {
     let folder = Folder::new(name);
     folder.write("square.msh", SQUARE);
+    folder.write("unjoined.msh", UNJOINED);
+    folder.write("folded.msh", FOLDED);
     folder.write("garbage.msh", "\u{1}\u{2} this is no mesh\n\u{fffd}");
     folder.write("empty.msh", "");
     folder.write("truncated.msh", &SQUARE[..SQUARE.find("3 1 2 2").unwrap() + 5]);

@@ -48,6 +48,53 @@ fn check_tells_what_is_not_modelled() {
     assert!(told.contains("of the pressure alone, stick gives way by its return map"), "{told}");
 }
 
+/// Elements that lock and have no cure are told, by a run and by `check`, which also says what cure is taken by default.
+#[test]
+fn locking_is_told_where_there_is_no_cure_on_1_and_2_ranks() {
+    let folder = Folder::new("locking");
+    let element = |name: &str, ratio: &str| {
+        let cells = format!("cells: [4, 4], element: {name} }}");
+        with("cells: [4, 4] }", &cells).replace("poisson_ratio: 0.3", &format!("poisson_ratio: {ratio}"))
+    };
+    let say = |text: &str, ranks: usize| {
+        folder.write("case.yml", text);
+        run(ranks, &["check", "case.yml"], &folder).success().stdout
+    };
+    let told = say(&element("tri3", "0.499"), 2);
+    assert!(
+        told.contains("locking: none of tri3") && told.contains("'block' locks: tri3 elements"),
+        "{told}"
+    );
+    for (name, ratio, cure) in
+        [("quad4", "0.499", "selective_reduced"), ("quad4", "0.3", "none"), ("tri3", "0.3", "none")]
+    {
+        let told = say(&element(name, ratio), 0);
+        assert!(
+            told.contains(&format!("locking: {cure} of {name}")) && !told.contains("' locks: "),
+            "{told}"
+        );
+    }
+    folder.write("case.yml", &element("tri3", "0.499"));
+    let output = run(0, &["case.yml", "-o", "out", "-q"], &folder).success();
+    assert!(output.stderr.contains("'block' locks"), "{}", output.stderr);
+    let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
+    assert!(record.contains("'block' locks"), "{record}");
+}
+
+/// Far from the origin a user is told how well forces are known, before the run and, where contact stayed shallow, after it.
+#[test]
+fn blurred_coordinates_are_told() {
+    let folder = Folder::new("blurred");
+    let far = SMALL_BLOCK
+        .replace("min: [0, 0], max: [0.4, 0.4]", "min: [1.0e8, 0], max: [100000000.4, 0.4]")
+        .replace("at: [0, 0]", "at: [1.0e8, 0]");
+    folder.write("case.yml", &far);
+    let output = run(0, &["case.yml", "-o", "out", "-q"], &folder);
+    let words = "coordinates of 1.0e8 m are known to 2.2e-8 m only";
+    assert!(output.stderr.contains(words), "{}", output.stderr);
+    assert!(!run(0, &["check", "case.yml"], &folder).success().stdout.contains("too far"));
+}
+
 /// A start that presses a body by more than it is thick is told so, and not to use more increments.
 #[test]
 fn a_press_deeper_than_the_body_is_told() {

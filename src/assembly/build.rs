@@ -6,6 +6,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact::{Contact, Measures, Place, facets_of};
 use super::external::{self, External};
 use super::meeting::Sight;
+use super::pieces::Pieces;
 use super::solid::{BodyPhysics, MassKind};
 use super::supports::Supports;
 use crate::element::Kinematics;
@@ -17,10 +18,12 @@ use crate::petsc::BlockPattern;
 use crate::space::{Boundary, DofMap};
 use crate::tensor::Vector;
 
-/// A body that no support holds in some direction.
+/// A body, or a piece of one, that no support holds in some direction.
 pub(super) struct FreeBody {
     /// Index of the body.
     pub body: usize,
+    /// Group of pieces.
+    pub group: usize,
     /// For people: name and directions.
     pub words: String,
 }
@@ -178,7 +181,7 @@ fn have_nodal_rule<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> bo
 
 /// Of the facets that this rank reports the undeformed area, their number, that of their Gauss points, and that of the
 /// pieces into which their nodes divide them.
-fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 4] {
+pub(super) fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 4] {
     let mine = facets.iter().filter(|facet| local.mine[facet.element as usize]);
     mine.fold([0.0; 4], |[area, count, points, pieces], &facet| {
         let kind = local.mesh.facet_kind(facet);
@@ -232,28 +235,23 @@ pub(super) fn loads<const D: usize>(
     External::new(&model.loads, &external::Place { local, pattern, constrained, kinematics: &kinematics })
 }
 
-/// Bodies that lack a support in some direction; the same on all ranks. Collective.
+/// Pieces of bodies that lack a support in some direction; the same on all ranks. Collective.
 pub(super) fn free_bodies<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
-    model: &Model<D>,
+    pieces: &Pieces<D>,
     supports: &Supports<D>,
 ) -> Vec<FreeBody> {
-    let mut own = vec![0u8; model.bodies.len() * D];
-    for element in 0..local.mesh.element_count() {
-        let body = usize::from(local.mesh.body[element]);
-        for (node, i) in local.mesh.element_nodes(element).iter().flat_map(|&n| (0..D).map(move |i| (n, i))) {
-            own[body * D + i] |= u8::from(supports.dofs.constrained[node as usize * D + i]);
-        }
-    }
-    let mut held = vec![0u8; own.len()];
-    world.all_reduce_into(&own[..], &mut held[..], SystemOperation::max());
-    let free = |body: usize| {
-        (0..D).filter(|i| held[body * D + i] == 0).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>()
+    let held = pieces.held(world, &local.mesh, supports);
+    let free =
+        |group: usize| (0..D).filter(|&i| !held[group][i]).map(|i| ["x", "y", "z"][i]).collect::<Vec<_>>();
+    let loose = (0..held.len()).filter(|&group| !free(group).is_empty());
+    let describe = |group: usize| FreeBody {
+        body: pieces.all[pieces.groups[group][0]].body,
+        group,
+        words: format!("{} along {}", pieces.group_name(group), free(group).join(", ")),
     };
-    let words = |k: usize| format!("'{}' along {}", model.bodies[k].name, free(k).join(", "));
-    let loose = (0..model.bodies.len()).filter(|&k| !free(k).is_empty());
-    loose.map(|body| FreeBody { body, words: words(body) }).collect()
+    loose.map(describe).collect()
 }
 
 /// A stiffness is no typical one where the softest side of a contact is softer by more than this,

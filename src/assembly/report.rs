@@ -35,6 +35,8 @@ pub struct NodalContact {
 pub struct Watched<const D: usize> {
     /// Name of the probe.
     pub name: String,
+    /// Line of the case file that asks for it; 0 where unknown.
+    pub line: usize,
     /// Rank that owns the node.
     pub rank: i32,
     /// Its local number there.
@@ -163,7 +165,7 @@ impl<const D: usize> ContactSystem<D> {
     /// The nodes nearest to the probes: on all ranks the same. Collective.
     ///
     /// # Errors
-    /// When a body has no node at all, or the nearest one is farther away than all bodies are long.
+    /// When a body has no node at all.
     pub fn watch(&self, probes: &[Probe<D>]) -> Result<Vec<Watched<D>>> {
         let sums = (0..self.contacts.len()).map(|contact| self.nodal_sums(contact));
         let sums = sums.collect::<Result<Vec<_>>>()?;
@@ -225,11 +227,6 @@ impl<const D: usize> ContactSystem<D> {
         if chosen == u32::MAX {
             return Err(Error::case(format!("probe '{}' finds no node", probe.name)));
         }
-        if least > self.size {
-            let (name, at) = (&probe.name, probe.at);
-            let message = format!("probe '{name}' at {at:?} is {least:.3e} m away from the nearest node");
-            return Err(Error::case(message).hint("give a reference position on a body, in metres"));
-        }
         let holder = if candidate == chosen { world.rank() } else { i32::MAX };
         let mut rank = 0;
         world.all_reduce_into(&holder, &mut rank, SystemOperation::min());
@@ -240,7 +237,8 @@ impl<const D: usize> ContactSystem<D> {
         world.process_at_rank(rank).broadcast_into(&mut place[..]);
         world.process_at_rank(rank).broadcast_into(&mut number);
         let contact = usize::try_from(number).ok();
-        Ok(Watched { name: probe.name.clone(), rank, node, place, distance: least, contact })
+        let line = probe.line;
+        Ok(Watched { name: probe.name.clone(), line, rank, node, place, distance: least, contact })
     }
 
     /// Motion and contact at the watched nodes; the same on all ranks. Collective.

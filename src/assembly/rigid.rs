@@ -1,21 +1,21 @@
-//! Rigid motions of bodies that their supports leave: what may be free where contact does not resist it.
+//! Motions without strain that supports leave: what may be free where contact does not resist it.
 //!
-//! A body moves as a rigid one by `t + w x (x - c)` about the centre `c` of its nodes: 3 motions in the plane, 6 in space.
-//! Those combinations are left that vanish at all prescribed unknowns, at the present places of the nodes, or where
-//! kinematics are linear at the first ones.
+//! A piece of a body moves as a rigid one by `t + w x (x - c)` about the centre `c` of its nodes: 3 motions in the plane,
+//! 6 in space. Those combinations are left that vanish at all prescribed unknowns, and in which pieces that share a node
+//! move it alike; at the present places of the nodes, or where kinematics are linear at the first ones.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
 use super::system::ContactSystem;
-use crate::dynamics::{RigidMotion, Stage};
+use crate::dynamics::{MovingPart, RigidMotion, Stage};
 use crate::element::Kinematics;
 use crate::error::Result;
 use crate::model::Model;
 use crate::petsc::Vector;
 
-/// A body as its rigid motions are told.
+/// What a body is called and how it moves.
 pub(super) struct Named {
     name: String,
     kinematics: Kinematics,
@@ -60,13 +60,15 @@ fn displacement<const D: usize>(k: usize, arm: &[f64; D]) -> [f64; D] {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Whether supports leave an undeformed body a rigid motion, if only to turn. Collective.
-    pub(super) fn has_leeway(&self) -> bool {
+    /// For each group of pieces the number of motions that supports leave it in the undeformed state, if only to turn.
+    /// Collective.
+    pub(super) fn leeway(&self) -> Vec<usize> {
         let places = self.places(&vec![0.0; self.local.mesh.points.len() * D]);
-        self.combinations(&places, &self.centres(&places)).iter().any(|motions| motions.ncols() > 0)
+        let combinations = self.combinations(&places, &self.centres(&places));
+        combinations.iter().map(|found| found.motions.ncols()).collect()
     }
 
-    /// The rigid motions that supports leave at the trial places; each body's are orthonormal. Collective.
+    /// The motions without strain that supports leave at the trial places; each group's are orthonormal. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
@@ -75,20 +77,26 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     fn rigid(&self, u: &[f64]) -> Result<Vec<RigidMotion>> {
+        let count = motions(D);
         let places = self.places(u);
         let centres = self.centres(&places);
         let mut found = Vec::new();
-        for (body, combinations) in self.combinations(&places, &centres).iter().enumerate() {
-            let (count, centre) = centres[body];
-            for column in combinations.column_iter() {
+        for (group, left) in self.combinations(&places, &centres).iter().enumerate() {
+            let pieces = &self.pieces.groups[group];
+            for column in left.motions.column_iter() {
+                let of = |piece: usize| {
+                    let member = pieces.binary_search(&piece).ok()?;
+                    Some(&column.as_slice()[member * count..][..count])
+                };
                 let mut field = Vector::new(&self.session, self.local.index.owned, D)?;
                 {
                     let mut values = field.owned_mut();
-                    for (node, place) in
-                        places.iter().enumerate().filter(|(_, place)| place.body == Some(body))
-                    {
-                        let arm = std::array::from_fn(|i| place.at[i] - centre[i]);
-                        for (k, factor) in column.iter().enumerate() {
+                    for (node, place) in places.iter().enumerate() {
+                        let Some((piece, factors)) = place.piece.and_then(|p| Some((p, of(p)?))) else {
+                            continue;
+                        };
+                        let arm = place.arm(&centres[piece].at);
+                        for (k, factor) in factors.iter().enumerate() {
                             let moved = displacement::<D>(k, &arm);
                             (0..D).for_each(|i| values[node * D + i] += factor * moved[i]);
                         }
@@ -100,86 +108,157 @@ impl<const D: usize> ContactSystem<D> {
                         .filter(|(_, held)| **held)
                         .for_each(|(value, _)| *value = 0.0);
                 }
-                let mut shift = [0.0; 3];
-                shift[..D].copy_from_slice(&column.as_slice()[..D]);
-                let mut spin = [0.0; 3];
-                let axes = if D == 2 { 2..3 } else { 0..3 };
-                spin[axes].copy_from_slice(&column.as_slice()[D..]);
-                let name = self.bodies[body].name.clone();
-                found.push(RigidMotion { body, name, field, nodes: count, shift, spin });
+                let part = |(member, &piece): (usize, &usize)| {
+                    let factors = &column.as_slice()[member * count..][..count];
+                    let mut shift = [0.0; 3];
+                    shift[..D].copy_from_slice(&factors[..D]);
+                    let mut spin = [0.0; 3];
+                    let axes = if D == 2 { 2..3 } else { 0..3 };
+                    spin[axes].copy_from_slice(&factors[D..]);
+                    let (name, nodes) = (self.pieces.name(piece), centres[piece].nodes);
+                    MovingPart { name, nodes, spread: left.spreads[member], shift, spin }
+                };
+                let parts = pieces.iter().enumerate().map(part).collect();
+                found.push(RigidMotion { group, field, parts });
             }
         }
         Ok(found)
     }
 
-    /// Body and place of each owned node.
+    /// Piece and place of each owned node; of several pieces the lowest.
     fn places(&self, u: &[f64]) -> Vec<Place<D>> {
         let mesh = &self.local.mesh;
-        let mut places = vec![Place { body: None, at: [0.0; D] }; self.local.index.owned];
+        let mut places = vec![Place { piece: None, at: [0.0; D] }; self.local.index.owned];
         for element in 0..mesh.element_count() {
-            let body = usize::from(mesh.body[element]);
-            let moves = self.bodies[body].kinematics != Kinematics::Linear;
+            let piece = mesh.piece[element] as usize;
+            let moves = self.bodies[usize::from(mesh.body[element])].kinematics != Kinematics::Linear;
             for &node in mesh.element_nodes(element) {
                 let node = node as usize;
                 let Some(place) = places.get_mut(node) else { continue };
+                if place.piece.is_some_and(|known| known <= piece) {
+                    continue;
+                }
                 let at = |i: usize| mesh.points[node][i] + if moves { u[node * D + i] } else { 0.0 };
-                *place = Place { body: Some(body), at: std::array::from_fn(at) };
+                *place = Place { piece: Some(piece), at: std::array::from_fn(at) };
             }
         }
         places
     }
 
-    /// Number and centre of the nodes of each body. Collective.
-    fn centres(&self, places: &[Place<D>]) -> Vec<(f64, [f64; D])> {
-        let mut own = vec![0.0; self.bodies.len() * (D + 1)];
-        for place in places {
-            let Some(body) = place.body else { continue };
-            let sums = &mut own[body * (D + 1)..][..D + 1];
+    /// Owned nodes with each piece that has them.
+    fn members<'a>(&'a self, places: &'a [Place<D>]) -> impl Iterator<Item = (usize, usize)> + 'a {
+        let own = places.iter().enumerate().filter_map(|(node, place)| Some((node, place.piece?)));
+        let more = self
+            .pieces
+            .hinges
+            .iter()
+            .flat_map(|(node, pieces)| pieces[1..].iter().map(move |&piece| (*node as usize, piece)));
+        own.chain(more)
+    }
+
+    /// Number and centre of the nodes of each piece. Collective.
+    fn centres(&self, places: &[Place<D>]) -> Vec<Centre<D>> {
+        let mut own = vec![0.0; self.pieces.all.len() * (D + 1)];
+        for (node, piece) in self.members(places) {
+            let sums = &mut own[piece * (D + 1)..][..D + 1];
             sums[0] += 1.0;
-            sums[1..].iter_mut().zip(place.at).for_each(|(sum, x)| *sum += x);
+            sums[1..].iter_mut().zip(places[node].at).for_each(|(sum, x)| *sum += x);
         }
         let mut all = vec![0.0; own.len()];
         self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
-        let centre = |sums: &[f64]| (sums[0], std::array::from_fn(|i| sums[i + 1] / sums[0].max(1.0)));
+        let centre = |sums: &[f64]| Centre {
+            nodes: sums[0],
+            at: std::array::from_fn(|i| sums[i + 1] / sums[0].max(1.0)),
+        };
         all.chunks_exact(D + 1).map(centre).collect()
     }
 
-    /// For each body the combinations of its motions, as columns, that are orthonormal as fields and vanish at prescribed
-    /// unknowns. Collective.
-    fn combinations(&self, places: &[Place<D>], centres: &[(f64, [f64; D])]) -> Vec<DMatrix<f64>> {
+    /// For each group the combinations of the motions of its pieces that are orthonormal as fields, vanish at prescribed
+    /// unknowns, and agree at nodes that pieces share. Collective.
+    fn combinations(&self, places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
         let (count, held) = (motions(D), &self.supports.dofs.constrained);
-        // Products of the motions over all unknowns of a body, then over the prescribed ones; rotations by the extent, so that
-        // all are of one size.
+        // Rotations by the extent, so that all are of one size.
         let scale = |k: usize| if k < D { 1.0 } else { 1.0 / self.size };
-        let mut own = vec![0.0; self.bodies.len() * 2 * count * count];
-        for (node, place) in places.iter().enumerate() {
-            let Some(body) = place.body else { continue };
-            let arm = std::array::from_fn(|i| place.at[i] - centres[body].1[i]);
-            let moved: Vec<[f64; D]> =
-                (0..count).map(|k| displacement::<D>(k, &arm).map(|value| scale(k) * value)).collect();
-            let products = &mut own[body * 2 * count * count..][..2 * count * count];
-            for (k, l) in (0..count).flat_map(|k| (0..count).map(move |l| (k, l))) {
+        let widths: Vec<usize> = self.pieces.groups.iter().map(|pieces| pieces.len() * count).collect();
+        let starts: Vec<usize> = widths
+            .iter()
+            .scan(0, |next, width| {
+                let start = *next;
+                *next += 3 * width * width;
+                Some(start)
+            })
+            .collect();
+        let total: usize = widths.iter().map(|width| 3 * width * width).sum();
+        // Of each group the products of its motions: over the unknowns of all pieces, over those of all nodes once, and over
+        // what must not move.
+        let mut own = vec![0.0; total];
+        let moved = |node: usize, piece: usize| -> Vec<[f64; D]> {
+            let arm = places[node].arm(&centres[piece].at);
+            (0..count).map(|k| displacement::<D>(k, &arm).map(|value| scale(k) * value)).collect()
+        };
+        let first = |piece: usize| {
+            let group = self.pieces.all[piece].group;
+            let member = self.pieces.groups[group].binary_search(&piece).unwrap_or(0);
+            (group, member * count)
+        };
+        let mut add = |group: usize, kind: usize, terms: &[(usize, f64)]| {
+            let width = widths[group];
+            let products = &mut own[starts[group] + kind * width * width..][..width * width];
+            for &(k, a) in terms {
+                for &(l, b) in terms {
+                    products[k * width + l] += a * b;
+                }
+            }
+        };
+        for (node, piece) in self.members(places) {
+            let (group, begin) = first(piece);
+            let moved = moved(node, piece);
+            for i in 0..D {
+                let terms: Vec<(usize, f64)> = (0..count).map(|k| (begin + k, moved[k][i])).collect();
+                add(group, 0, &terms);
+                if places[node].piece == Some(piece) {
+                    add(group, 1, &terms);
+                    if held[node * D + i] {
+                        add(group, 2, &terms);
+                    }
+                }
+            }
+        }
+        for (node, pieces) in &self.pieces.hinges {
+            let node = *node as usize;
+            let (group, begin) = first(pieces[0]);
+            let one = moved(node, pieces[0]);
+            for &piece in &pieces[1..] {
+                let (other, start) = (moved(node, piece), first(piece).1);
                 for i in 0..D {
-                    let product = moved[k][i] * moved[l][i];
-                    products[k * count + l] += product;
-                    products[count * count + k * count + l] += if held[node * D + i] { product } else { 0.0 };
+                    let apart = (0..count).map(|k| (begin + k, one[k][i]));
+                    let terms: Vec<_> = apart.chain((0..count).map(|k| (start + k, -other[k][i]))).collect();
+                    add(group, 2, &terms);
                 }
             }
         }
         let mut all = vec![0.0; own.len()];
         self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
-        let of_body = |products: &[f64]| {
-            let (whole, felt) = products.split_at(count * count);
-            let mut left = unfelt(
-                &DMatrix::from_row_slice(count, count, whole),
-                &DMatrix::from_row_slice(count, count, felt),
-            );
-            for (k, mut row) in left.row_iter_mut().enumerate() {
-                row *= scale(k);
+        let of_group = |(&start, &width): (&usize, &usize)| {
+            let matrix = |kind: usize| {
+                DMatrix::from_row_slice(width, width, &all[start + kind * width * width..][..width * width])
+            };
+            let [members, whole, felt] = [matrix(0), matrix(1), matrix(2)];
+            let mut left = unfelt(&members, &felt);
+            if width > count {
+                left = orthonormal(&left, &whole);
             }
-            left
+            for (k, mut row) in left.row_iter_mut().enumerate() {
+                row *= scale(k % count);
+            }
+            let turns = count - D;
+            let spread = |member: usize| {
+                let entry = |k: usize| members[(member * count + k, member * count + k)] / scale(k).powi(2);
+                (D..count).map(entry).sum::<f64>() / turns as f64
+            };
+            Combinations { motions: left, spreads: (0..width / count).map(spread).collect() }
         };
-        all.chunks_exact(2 * count * count).map(of_body).collect()
+        starts.iter().zip(&widths).map(of_group).collect()
     }
 
     /// `M n`, or `n` where there is no mass, zero in prescribed rows: what a motion weighs. Collective.
@@ -201,8 +280,38 @@ impl<const D: usize> ContactSystem<D> {
 /// Where a node is, and whose it is.
 #[derive(Clone)]
 struct Place<const D: usize> {
-    body: Option<usize>,
+    piece: Option<usize>,
     at: [f64; D],
+}
+
+impl<const D: usize> Place<D> {
+    /// The way to it from a centre \[m\].
+    fn arm(&self, centre: &[f64; D]) -> [f64; D] {
+        std::array::from_fn(|i| self.at[i] - centre[i])
+    }
+}
+
+/// The nodes of a piece.
+struct Centre<const D: usize> {
+    nodes: f64,
+    at: [f64; D],
+}
+
+/// Motions of a group.
+struct Combinations {
+    /// Factors of the motions of its pieces, one motion a column.
+    motions: DMatrix<f64>,
+    /// Of each piece, see [`MovingPart::spread`].
+    spreads: Vec<f64>,
+}
+
+/// Columns of the same span that are orthonormal in `whole`.
+fn orthonormal(columns: &DMatrix<f64>, whole: &DMatrix<f64>) -> DMatrix<f64> {
+    let products = columns.transpose() * whole * columns;
+    match Cholesky::new(products).and_then(|root| root.l().try_inverse()) {
+        Some(mixed) => columns * mixed.transpose(),
+        None => columns.clone(),
+    }
 }
 
 /// Columns `q`, orthonormal in `whole`, for which `q^T felt q` is zero.

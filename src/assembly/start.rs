@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::build::facet_normals;
+use super::build::{facet_normals, size_of};
 use super::contact::facets_of;
 use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result, agree};
@@ -80,6 +80,7 @@ pub fn resolve_overclosure<const D: usize>(
         match contact.initial_overclosure {
             InitialOverclosure::Error => return Err(refusal(contact, &found, "nodes")),
             InitialOverclosure::Adjust => {
+                require_small(contact, &found, mean_facet(world, local, &facets))?;
                 nodes.iter().for_each(|&node| move_out(&mut local.mesh.points[node as usize], obstacle));
             }
             InitialOverclosure::Accept => {}
@@ -103,7 +104,10 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     if found.smallest_gap < 0.0 {
         match given.initial_overclosure {
             InitialOverclosure::Error => return Err(refusal(given, &found, "points")),
-            InitialOverclosure::Adjust => contact.state.adjust(),
+            InitialOverclosure::Adjust => {
+                require_small(given, &found, contact.facet_size)?;
+                contact.state.adjust();
+            }
             InitialOverclosure::Accept => {}
         }
     }
@@ -120,6 +124,36 @@ fn refusal<const D: usize>(contact: &Contact<D>, found: &Overclosure<D>, what: &
         spelled(&found.place)
     ))
     .hint("move the body, or set initial_overclosure to adjust or accept")
+}
+
+/// Overclosure over the size of a facet that may be adjusted. The error of a mesh on a curved surface is `h^2 / (8 R)`, an
+/// eighth of a facet where it is as long as the radius; a body that is moved by more loses its shape.
+const ADJUSTABLE: f64 = 0.25;
+
+/// Refuses to adjust what is no small error of meshes.
+fn require_small<const D: usize>(contact: &Contact<D>, found: &Overclosure<D>, facet: f64) -> Result<()> {
+    if -found.smallest_gap <= ADJUSTABLE * facet {
+        return Ok(());
+    }
+    Err(Error::case(format!(
+        "contact '{}': initial_overclosure: adjust would take away {:.3e} m at {} m, more than a quarter of a facet, {facet:.3e} m",
+        contact.name,
+        -found.smallest_gap,
+        spelled(&found.place)
+    ))
+    .hint("adjust is for small errors of meshes; move the body, or set initial_overclosure to accept"))
+}
+
+/// Mean size of the facets of a contactor \[m\]. Collective.
+fn mean_facet<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    facets: &[Facet],
+) -> f64 {
+    let [area, count, ..] = size_of(local, facets);
+    let mut sums = [0.0_f64; 2];
+    world.all_reduce_into(&[area, count][..], &mut sums[..], SystemOperation::sum());
+    (sums[0] / sums[1]).powf(1.0 / (D as f64 - 1.0))
 }
 
 /// A body that lies behind its target as a whole tells of an obstacle that is inside out.

@@ -12,6 +12,7 @@ use super::external::External;
 use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
+use super::pieces::Pieces;
 use super::redistribution::Redistribution;
 use super::rigid::{Named, named};
 use super::solid::{Solid, solids};
@@ -23,7 +24,7 @@ use crate::contact::state::{Changes, Hold};
 use crate::dynamics::Stage;
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
-use crate::model::{self, Model, Target};
+use crate::model::Model;
 use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, Event, Format, Matrix, Session, Vector};
 
@@ -91,8 +92,9 @@ pub struct ContactSystem<const D: usize> {
     pub(super) symmetric_steps: bool,
     pub(super) free_bodies: Vec<FreeBody>,
     pub(super) bodies: Vec<Named>,
-    /// Supports leave a body a rigid motion, if only to turn about a point.
-    leeway: bool,
+    pub(super) pieces: Pieces<D>,
+    /// For each group of pieces how many motions without strain supports leave it, if only to turn about a point.
+    leeway: Vec<usize>,
     /// Stiffness of the unit rows of prescribed unknowns \[N/m\].
     pub(super) unit: f64,
     pub(super) phases: Phases,
@@ -146,6 +148,7 @@ impl<const D: usize> ContactSystem<D> {
             search: Event::register(session, "ContactSearch")?,
             exchange: Event::register(session, "ContactExchange")?,
         };
+        let pieces = Pieces::new(world, &local, model);
         let mut system = Self {
             session: session.clone(),
             elements: pattern.clone(),
@@ -159,9 +162,10 @@ impl<const D: usize> ContactSystem<D> {
             size: extent,
             extent: span,
             symmetric_steps: model.has_symmetric_steps(),
-            free_bodies: free_bodies(world, &local, model, &supports),
+            free_bodies: free_bodies(world, &local, &pieces, &supports),
             bodies: named(model),
-            leeway: false,
+            pieces,
+            leeway: Vec::new(),
             unit: unit(model, extent, &local),
             local,
             solids,
@@ -177,7 +181,7 @@ impl<const D: usize> ContactSystem<D> {
             changes: Changes::default(),
             phases,
         };
-        system.leeway = system.has_leeway();
+        system.leeway = system.leeway();
         if system.contacts.iter().any(|contact| contact.is_deformable()) {
             system.meet_undeformed(model)?;
         }
@@ -244,6 +248,11 @@ impl<const D: usize> ContactSystem<D> {
         self.local.index.total as usize * D
     }
 
+    /// Extent of all bodies \[m\].
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
     /// Whether a load follows the surface, which makes the matrix non-symmetric.
     pub fn has_following_loads(&self) -> bool {
         self.external.follows()
@@ -261,7 +270,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Whether supports hold every body against every rigid motion.
     pub fn is_held(&self) -> bool {
-        !self.leeway
+        self.leeway.iter().all(|motions| *motions == 0)
     }
 
     /// Bodies that no support holds in some direction, as `body (along x, y)`.
@@ -270,14 +279,20 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Those of them that no contact can hold either.
-    pub fn lost_bodies(&self, model: &Model<D>) -> Vec<String> {
-        let touched = |contact: &model::Contact<D>, body: usize| {
-            contact.body == body
-                || matches!(&contact.target, Target::Surface { body: other, .. } if *other == body)
-        };
-        let touches = |body: usize| model.contacts.iter().any(|contact| touched(contact, body));
-        let lost = self.free_bodies.iter().filter(|free| !touches(free.body));
+    pub fn lost_bodies(&self) -> Vec<String> {
+        let lost = self.free_bodies.iter().filter(|free| !self.pieces.touched[free.group]);
         lost.map(|free| free.words.clone()).collect()
+    }
+
+    /// Bodies, or pieces of them, that are supported along all axes and that no contact touches, but that can move all the
+    /// same, as about a single point that is held; with the number of such motions.
+    pub fn hinged_bodies(&self) -> Vec<(String, usize)> {
+        let loose = |group: &usize| {
+            let free = self.free_bodies.iter().any(|free| free.group == *group);
+            self.leeway[*group] > 0 && !free && !self.pieces.touched[*group]
+        };
+        let groups = (0..self.leeway.len()).filter(loose);
+        groups.map(|group| (self.pieces.group_name(group), self.leeway[group])).collect()
     }
 
     /// Sets the start velocity of the bodies; prescribed components follow their supports.

@@ -24,7 +24,7 @@ pub struct Body {
     /// finite: Green strain, current contact; linear: small strain.
     #[serde(default)]
     pub kinematics: Kinematics,
-    /// Cure for volumetric locking of quadrilaterals and hexahedra.
+    /// Cure for volumetric locking: of a nearly incompressible solid full integration is too stiff.
     #[serde(default)]
     pub locking: Locking,
     /// Mass matrix.
@@ -61,7 +61,22 @@ pub struct BoxMesh {
     /// Where the points of the box go: curved and graded bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map: Option<BoxMap>,
+    /// What to do where a map brings nodes onto each other, as the ends of a ring.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub merge: Option<At<Merge>>,
 }
+
+/// What to do with nodes of a body that coincide although no element joins them. If absent, such a mesh is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case")]
+#[schemars(rename = "Merge")]
+pub enum Merge {
+    /// Nodes up to this distance \[m\] become one, > 0.
+    Tolerance(Length),
+    /// Parts that touch are meant to be apart, as the faces of a crack; also where their nodes do not match.
+    Never,
+}
+tagged!(Merge, "way to merge nodes");
 
 /// New coordinates as functions of the coordinates x, y, z in the box; those not given stay.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -92,6 +107,8 @@ pub struct FileMesh {
     pub file: At<String>,
     /// Physical group that makes the body; the whole mesh if absent.
     pub region: Option<At<String>>,
+    /// What to do with nodes that coincide.
+    pub merge: Option<At<Merge>>,
 }
 
 /// Mesh: `{ box: {...} }` or `{ file: block.msh, region: rubber }`.
@@ -107,17 +124,26 @@ struct MeshKeys {
     /// Physical group of the file that makes the body; the whole mesh if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     region: Option<At<String>>,
+    /// What to do with nodes of the file that coincide although no element joins them, as Gmsh writes without
+    /// `Coherence`: `{ tolerance: 1e-9 }` joins those within a distance \[m\], `never` says that the parts are meant to be
+    /// apart, as the faces of a crack. If absent, such a mesh is refused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    merge: Option<At<Merge>>,
 }
 
 impl TryFrom<MeshKeys> for Mesh {
     type Error = Complaint;
     fn try_from(keys: MeshKeys) -> Result<Self, Complaint> {
         let wrong = |message: &str, place| Err(Complaint::new(message.into()).at(place));
+        let merge = keys.merge;
+        if let (Some(merge), None) = (&merge, &keys.file) {
+            return wrong("'merge' belongs to a mesh file; for a box it is a key of 'box'", merge.place);
+        }
         match (keys.cuboid, keys.file, keys.region) {
             (Some(_), Some(file), _) => wrong("a mesh is a box or a file, not both", file.place),
             (Some(_), None, Some(region)) => wrong("'region' belongs to a mesh file, not to a box", region.place),
             (Some(cuboid), None, None) => Ok(Self::Box(Box::new(cuboid))),
-            (None, Some(file), region) => Ok(Self::File(FileMesh { file, region })),
+            (None, Some(file), region) => Ok(Self::File(FileMesh { file, region, merge })),
             (None, None, _) => Err(Complaint::new("a mesh needs 'box' or 'file'".into())
                 .hint("as in { file: block.msh, region: rubber } or { box: { min: [0, 0], max: [1, 1], cells: [8, 8] } }")),
         }
@@ -128,7 +154,9 @@ impl From<Mesh> for MeshKeys {
     fn from(mesh: Mesh) -> Self {
         match mesh {
             Mesh::Box(cuboid) => Self { cuboid: Some(*cuboid), ..Self::default() },
-            Mesh::File(FileMesh { file, region }) => Self { file: Some(file), region, cuboid: None },
+            Mesh::File(FileMesh { file, region, merge }) => {
+                Self { file: Some(file), region, merge, cuboid: None }
+            }
         }
     }
 }
@@ -241,8 +269,11 @@ tagged!(Kinematics, "kinematics");
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Locking")]
 pub enum Locking {
-    /// Full integration.
+    /// `selective_reduced` on quadrilaterals and hexahedra where Poisson's ratio is 0.45 or more, else `none`. Triangles and
+    /// tetrahedra offer no cure: at such a ratio tri3 and tet4 give a warning.
     #[default]
+    Auto,
+    /// Full integration.
     None,
     /// lambda terms by one point less in each direction, mu terms at all points; quadrilaterals and hexahedra.
     SelectiveReduced,

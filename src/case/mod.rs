@@ -38,7 +38,7 @@ use sha2::{Digest, Sha256};
 
 pub use accuracy::{Accuracy, LEVELS, Level, Penetration as PenetrationTolerance};
 pub use body::{
-    Body, BoxMap, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Mesh,
+    Body, BoxMap, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Merge, Mesh,
 };
 pub use boundary::{Action, Boundary, Components};
 pub use contact::{

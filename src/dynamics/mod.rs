@@ -229,19 +229,27 @@ pub struct ContactCounts {
     pub flipped: u64,
 }
 
-/// A motion of a body as a rigid one that its supports leave.
+/// A motion without strain that supports leave: of a body as a rigid one, or of pieces that hinge on each other.
 pub struct RigidMotion {
-    /// Number of the body.
-    pub body: usize,
-    /// Its name.
-    pub name: String,
-    /// The motion: zero on other bodies and at prescribed unknowns, 2-norm 1.
+    /// Number of the group of pieces that moves.
+    pub group: usize,
+    /// The motion: zero on others and at prescribed unknowns, 2-norm 1.
     pub field: Vector,
-    /// Nodes of the body.
+    /// How each piece of the group moves.
+    pub parts: Vec<MovingPart>,
+}
+
+/// How a piece of a body takes part in a [`RigidMotion`].
+pub struct MovingPart {
+    /// What messages call it, `'block'`.
+    pub name: String,
+    /// Number of its nodes.
     pub nodes: f64,
-    /// How far their centre moves, x, y, z.
+    /// Sum of the squares by which its nodes move when it turns by 1, the mean over the axes \[m2\].
+    pub spread: f64,
+    /// How far the centre of its nodes moves, x, y, z.
     pub shift: [f64; 3],
-    /// How far the body turns about it, about x, y, z \[1/m\].
+    /// How far it turns about that, about x, y, z \[1/m\].
     pub spin: [f64; 3],
 }
 

@@ -178,7 +178,7 @@ fn passes(kind: ElementKind, formulation: &Formulation) -> Result<Vec<Pass>> {
     let moduli = formulation.material.moduli;
     let full = reference(kind).full_rule();
     let volume = |rule| Pass::new(kind, rule, moduli.volumetric_part());
-    let second = match formulation.locking.volume_rule(kind)? {
+    let second = match formulation.locking.on(kind, &moduli).volume_rule(kind)? {
         VolumeRule::Full => return Ok(vec![Pass::new(kind, full, moduli)]),
         VolumeRule::Mean => Pass::mean(kind, moduli.volumetric_part()),
         VolumeRule::Of(sibling) => volume(reference(sibling).full_rule()),

@@ -17,7 +17,7 @@ mod tangent;
 mod tests;
 
 pub use group::{ElementGroup, Formulation};
-pub use kinematics::{Kinematics, Locking};
+pub use kinematics::{Kinematics, LOCKS, Locking, locks};
 pub use loads::{Configuration, LoadedSurface};
 pub use stress::{Cauchy, CauchyState, ElementStress};
 

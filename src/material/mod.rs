@@ -43,7 +43,7 @@ impl Moduli<f64> {
             return Err(Error::case(format!("young_modulus: {young_modulus} Pa is not positive")));
         }
         if !(poisson_ratio > -1.0 && poisson_ratio < 0.5) {
-            let cure = "for nearly incompressible rubber use 0.45 to 0.4999 with locking: selective_reduced";
+            let cure = "for nearly incompressible rubber use 0.45 to 0.4999";
             return Err(
                 Error::case(format!("poisson_ratio: {poisson_ratio} is not between -1 and 0.5")).hint(cure)
             );

@@ -40,6 +40,12 @@ impl FacetIndex {
         facets
     }
 
+    /// The two elements of each side that has two, as sides.
+    pub fn inner(&self) -> impl Iterator<Item = [Facet; 2]> + '_ {
+        let both = self.entries.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2);
+        both.map(|same| [same[0].1, same[1].1])
+    }
+
     /// Sides that share all corners with two or more others: no body looks so.
     pub fn overcrowded(&self) -> impl Iterator<Item = Vec<Facet>> + '_ {
         let crowds = self.entries.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 2);
@@ -70,6 +76,7 @@ mod tests {
         mesh.push(ElementKind::Tri3, [0, 2, 3]);
         let index = FacetIndex::new(&mesh);
         assert_eq!(index.boundary().len(), 4);
+        assert_eq!(index.inner().count(), 1);
         let shared: Vec<Facet> = index.find([2, 0]).collect();
         assert_eq!(shared, [Facet { element: 0, side: 2 }, Facet { element: 1, side: 0 }]);
         assert_eq!(index.find([1, 0]).collect::<Vec<_>>(), [Facet { element: 0, side: 0 }]);

@@ -6,7 +6,7 @@ use super::Mesh;
 pub(crate) const GONE: u32 = u32::MAX;
 
 impl<const D: usize> Mesh<D> {
-    /// Keeps the points that elements use, in their order; returns the new number of each old point, or [`GONE`].
+    /// Keeps the points that elements use, in their order; returns the new number of each old point, or `GONE`.
     ///
     /// Point sets follow and lose the points that are gone.
     pub(crate) fn drop_unused_points(&mut self) -> Vec<u32> {

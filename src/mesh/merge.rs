@@ -30,11 +30,13 @@ fn append<const D: usize>(all: &mut Mesh<D>, number: u16, name: &str, mesh: Mesh
     let (node, element, entry) =
         (all.points.len() as u32, all.element_count() as u32, all.nodes.len() as u32);
     let elements = mesh.element_count() as u32;
+    let piece = all.piece.iter().max().map_or(0, |last| last + 1);
     all.points.extend(mesh.points);
     all.kinds.extend(mesh.kinds);
     all.offsets.extend(mesh.offsets.iter().skip(1).map(|offset| offset + entry));
     all.nodes.extend(mesh.nodes.iter().map(|n| n + node));
     all.body.extend(std::iter::repeat_n(number, elements as usize));
+    all.piece.extend(mesh.piece.iter().map(|own| own + piece));
     for (set, mut facets) in mesh.facet_sets {
         facets.iter_mut().for_each(|facet| facet.element += element);
         all.facet_sets.insert(format!("{name}.{set}"), facets);
@@ -70,6 +72,7 @@ mod tests {
 
         assert_eq!(all.points.len(), lower.points.len() + upper.points.len());
         assert_eq!(all.body, [0, 0, 1, 1, 1, 1]);
+        assert_eq!(all.piece, [0, 0, 1, 1, 1, 1]);
         assert!((measure::volume(&all) - 4.0).abs() < 1e-14);
         measure::assert_straight(&all);
         assert_eq!(all.element_sets["lower"], [0, 1]);

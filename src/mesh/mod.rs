@@ -3,6 +3,7 @@
 mod boundary;
 mod bounds;
 mod compact;
+mod disjoint;
 mod generate;
 pub mod gmsh;
 mod kind;
@@ -16,6 +17,7 @@ pub mod validate;
 
 pub use boundary::FacetIndex;
 pub use bounds::{Bounds, stretch};
+pub use disjoint::DisjointSets;
 pub use generate::BoxShape;
 pub use kind::ElementKind;
 pub use merge::merge;
@@ -58,6 +60,9 @@ pub struct Mesh<const D: usize> {
     pub nodes: Vec<u32>,
     /// Body of each element, an index into the names that [`merge()`] was given; 0 before.
     pub body: Vec<u16>,
+    /// Piece of each element: elements of one piece can not move against each other without strain. Numbers ascend over the
+    /// bodies; a body whose elements all share sides is one piece.
+    pub piece: Vec<u32>,
     /// Named sets of sides, each sorted.
     pub facet_sets: BTreeMap<String, Vec<Facet>>,
     /// Named sets of nodes, each sorted.
@@ -81,6 +86,7 @@ impl<const D: usize> Mesh<D> {
             offsets: vec![0],
             nodes: Vec::new(),
             body: Vec::new(),
+            piece: Vec::new(),
             facet_sets: BTreeMap::new(),
             point_sets: BTreeMap::new(),
             element_sets: BTreeMap::new(),
@@ -92,6 +98,7 @@ impl<const D: usize> Mesh<D> {
         let element = self.kinds.len() as u32;
         self.kinds.push(kind);
         self.body.push(0);
+        self.piece.push(0);
         self.nodes.extend(nodes);
         self.offsets.push(self.nodes.len() as u32);
         element

@@ -27,7 +27,8 @@ impl<const D: usize> Model<D> {
         }
         for (name, probe) in case.output.probes.iter() {
             let body = probe.on.as_ref().map(|on| body_index(&model.bodies, on)).transpose()?;
-            model.probes.push(Probe { name: name.value.clone(), at: lengths(&probe.at), body });
+            let line = probe.at.place.line;
+            model.probes.push(Probe { name: name.value.clone(), at: lengths(&probe.at), body, line });
         }
         Ok(model)
     }
@@ -103,6 +104,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
             case::Kinematics::Linear => Kinematics::Linear,
         },
         locking: match body.locking {
+            case::Locking::Auto => Locking::Auto,
             case::Locking::None => Locking::None,
             case::Locking::SelectiveReduced => Locking::SelectiveReduced,
         },

@@ -1,8 +1,10 @@
 //! The meshes of a case: read from files or made as boxes, bent, and merged to one.
 
+use super::conformity::{Parts, Source, conform, require_sound_curves};
 use super::lengths;
+use super::overlap;
 use super::sets::require_sets;
-use crate::case::{self, Case};
+use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
 use crate::mesh::{BoxShape, ElementKind, Mesh, gmsh, merge, require_room, spelled, validate};
 use crate::rounding;
@@ -13,17 +15,21 @@ use crate::space::reference;
 /// # Errors
 /// When a mesh can not be read or is no good, with file and place.
 pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
+    read_meshes(case).map(|(mesh, _)| mesh)
+}
+
+/// The mesh of [`read_mesh`], and what a user should know of it. For one rank.
+///
+/// # Errors
+/// Those of [`read_mesh`].
+pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)> {
     require_room(box_nodes(case))?;
     let mut bodies = Vec::with_capacity(case.bodies.len());
+    let mut remarks = Vec::new();
     for (name, body) in case.bodies.iter() {
         let mesh = match &body.mesh {
-            case::Mesh::Box(shape) => {
-                box_mesh(shape).map_err(|e| e.within(&format!("body '{}'", name.value)))?
-            }
-            case::Mesh::File(file) => {
-                let region = file.region.as_ref().map(|region| region.value.as_str());
-                gmsh::read(&case.resolve(&file.file.value), region)?
-            }
+            case::Mesh::Box(shape) => box_body(case, &name.value, shape, &mut remarks)?,
+            case::Mesh::File(file) => file_body(case, &name.value, file, &mut remarks)?,
         };
         bodies.push((name.value.clone(), mesh));
     }
@@ -32,7 +38,61 @@ pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
     places.for_each(|(index, x)| *x = rounding::place(index, *x));
     require_sets(case, &mesh)?;
     require_nodal_rules(case, &mesh)?;
+    remarks.extend(overlap::remarks(case, &mesh)?);
+    Ok((mesh, remarks))
+}
+
+/// The mesh of a box. Its cells fit together, except where a map brings places onto each other.
+fn box_body<const D: usize>(
+    case: &Case,
+    name: &str,
+    shape: &case::BoxMesh,
+    remarks: &mut Vec<String>,
+) -> Result<Mesh<D>> {
+    let mut mesh = box_mesh(shape).map_err(|e| e.within(&format!("body '{name}'")))?;
+    if shape.map.is_some() {
+        let source = Source::Box(name);
+        require_sound_curves(&mesh, &source)?;
+        remarks.extend(conform(&mut mesh, name, &source, parts(shape.merge.as_ref()), &meets(case, name))?);
+        mesh.drop_unused_points();
+    }
     Ok(mesh)
+}
+
+/// The mesh of a file, or of a region of it.
+fn file_body<const D: usize>(
+    case: &Case,
+    name: &str,
+    file: &case::FileMesh,
+    remarks: &mut Vec<String>,
+) -> Result<Mesh<D>> {
+    let region = file.region.as_ref().map(|region| region.value.as_str());
+    let (mut mesh, source) = gmsh::read_with_source(&case.resolve(&file.file.value), region)?;
+    let source = Source::File(&source);
+    require_sound_curves(&mesh, &source)?;
+    remarks.extend(conform(&mut mesh, name, &source, parts(file.merge.as_ref()), &meets(case, name))?);
+    mesh.drop_unused_points();
+    Ok(mesh)
+}
+
+fn parts(merge: Option<&case::At<Merge>>) -> Parts {
+    match merge.map(|merge| merge.value) {
+        None => Parts::Joined,
+        Some(Merge::Tolerance(tolerance)) => Parts::Merged(tolerance.si),
+        Some(Merge::Never) => Parts::Apart,
+    }
+}
+
+/// Pairs of sets of a body between which a contact acts.
+fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
+    let own = |set: &str| {
+        let (body, set) = set.split_once('.')?;
+        (body == name).then(|| set.to_owned())
+    };
+    case.contact
+        .values()
+        .filter_map(|contact| Some((own(&contact.contactor)?, own(&contact.target)?)))
+        .collect()
 }
 
 /// Whether the contacts that want their points at nodes may have them there: facets of low order always, those of second

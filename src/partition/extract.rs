@@ -90,6 +90,7 @@ impl<const D: usize> Cut<D> {
             );
         }
         mesh.body = input_element.iter().map(|&element| self.mesh.body[element as usize]).collect();
+        mesh.piece = input_element.iter().map(|&element| self.mesh.piece[element as usize]).collect();
         self.sets.restrict(&input_node, &input_element, &mut mesh);
         input_node.iter().for_each(|&node| self.local_of[node as usize] = NOWHERE);
         let owned = self.owned.get(rank).len();

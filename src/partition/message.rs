@@ -35,6 +35,7 @@ impl Message {
         message.list(local.mine.iter().map(|&mine| u32::from(mine)));
         message.list(mesh.kinds.iter().map(|&kind| kind as u32));
         message.list(mesh.body.iter().map(|&body| u32::from(body)));
+        message.list(mesh.piece.iter().copied());
         message.list(mesh.nodes.iter().copied());
         message.sets(&mesh.facet_sets, |facet, into| into.extend([facet.element, u32::from(facet.side)]));
         message.sets(&mesh.point_sets, |node, into| into.push(*node));
@@ -136,6 +137,7 @@ impl<'a> Reader<'a> {
         let mut mesh = Mesh::with_points(reals.as_chunks::<D>().0.to_vec());
         mesh.kinds = kinds.collect::<Option<_>>()?;
         mesh.body = self.list()?.iter().map(|&body| body as u16).collect();
+        mesh.piece = self.list()?.to_vec();
         mesh.nodes = self.list()?.to_vec();
         for kind in &mesh.kinds {
             mesh.offsets.push(mesh.offsets.last()? + kind.nodes() as u32);
@@ -165,6 +167,7 @@ mod tests {
         mesh.push(ElementKind::Quad4, [0, 1, 2, 3]);
         mesh.push(ElementKind::Tri3, [1, 4, 2]);
         mesh.body[1] = 1;
+        mesh.piece[1] = 3;
         mesh.facet_sets
             .insert("bö.left".into(), vec![Facet { element: 0, side: 3 }, Facet { element: 1, side: 1 }]);
         mesh.point_sets.insert("empty".into(), vec![]);

@@ -8,7 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::pace::{self, limits_slip};
 use super::remarks::{contact_starts, remarks};
-use super::{itself, magnitudes, needs, options, share_out, start};
+use super::{Share, itself, magnitudes, needs, options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
 use crate::contact::friction::Regularization;
@@ -31,7 +31,7 @@ const HIGH_PRESSURE: f64 = 0.1;
 pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<String> {
     let world = session.world();
     let model = Model::<D>::new(case)?;
-    let (local, partition) = share_out(session, case, &model)?;
+    let Share { local, partition, remarks: of_meshes } = share_out(session, case, &model)?;
     let themselves = if session.size() == 1 { itself::remarks(&local, &model) } else { Vec::new() };
     let sizes = sizes(world, &local, model.bodies.len());
     let scheme = options::scheme(&case.time);
@@ -39,13 +39,15 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let format = options::format(session, case, &local, &linear)?;
     let wanted = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, wanted)?;
+    let precision = system.precision();
+    magnitudes::require_precision(&precision)?;
     start::require_reach(&mut system, &model, case)?;
     pace::limit_penetration(&mut system, case);
     if case.is_static() {
-        start::require_supports(&system, &model)?;
+        start::require_supports(&system)?;
     }
     let solvers = ladder(&linear, &options::step_problem(case, &system))?;
-    let watched = system.watch(&model.probes)?;
+    let watched = start::require_probes(&system, &model, case)?;
 
     let mut text = String::new();
     let (elements, nodes): (u64, u64) = (partition.elements.iter().sum(), partition.owned.iter().sum());
@@ -60,8 +62,11 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let _ = writeln!(text, "strategy: {strategy}");
     let _ = writeln!(text, "linear solver: {}", names.join(", then "));
     let _ = writeln!(text, "{}", steps(case));
-    for (body, size) in model.bodies.iter().zip(&sizes) {
+    for ((body, size), cures) in model.bodies.iter().zip(&sizes).zip(system.cures(&model)) {
         describe_body(&mut text, body, size, case);
+        let cures: Vec<String> =
+            cures.iter().map(|(kind, cure)| format!("{} of {kind}", cure.name())).collect();
+        let _ = writeln!(text, "  locking: {}", cures.join(", "));
         if system.redistributed()[0].contains(&body.name) {
             let _ = writeln!(text, "  mass: redistributed, the nodes of contact surfaces have none");
         }
@@ -78,7 +83,12 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     text.push_str(&needs::held(world, &system));
     drop((stage, past));
     let notes = remarks(&system, &watched).into_iter().chain(magnitudes::remarks(&system, &model));
-    let notes = notes.chain(options::remarks(case)).chain(themselves);
+    let notes = notes
+        .chain(magnitudes::precision(&precision))
+        .chain(magnitudes::locking(&system, &model))
+        .chain(options::remarks(case))
+        .chain(of_meshes)
+        .chain(themselves);
     notes.for_each(|remark| text.push_str(&format!("note: {remark}\n")));
     Ok(text)
 }

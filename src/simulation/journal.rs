@@ -43,6 +43,8 @@ pub struct Journal<const D: usize> {
     /// Of the case's choices, until the start-up report tells them.
     remarks: Vec<String>,
     watched: Vec<Watched<D>>,
+    /// Distance between neighbouring coordinates \[m\].
+    spacing: f64,
     pub(super) record: Record,
     /// What was done before this process, with the instant \[s\] at which it began.
     past: Option<(Past, f64)>,
@@ -86,6 +88,7 @@ impl<const D: usize> Journal<D> {
             model: model.clone(),
             remarks: super::options::remarks(case),
             watched: Vec::new(),
+            spacing: 0.0,
             record,
             past,
             began: Instant::now(),
@@ -93,6 +96,11 @@ impl<const D: usize> Journal<D> {
             now: At::default(),
             output: Event::register(session, "Output")?,
         })
+    }
+
+    /// Takes what a user should know before the start-up report.
+    pub fn remark(&mut self, remarks: Vec<String>) {
+        self.remarks.extend(remarks);
     }
 
     /// The start-up report, and everything that the results need to know of the mesh. Collective.
@@ -131,6 +139,10 @@ impl<const D: usize> Journal<D> {
         }
         let mut warnings = remarks(system, &self.watched);
         warnings.extend(magnitudes::remarks(system, &self.model));
+        warnings.extend(magnitudes::locking(system, &self.model));
+        let precision = system.precision();
+        self.spacing = precision.spacing;
+        warnings.extend(magnitudes::precision(&precision));
         warnings.append(&mut self.remarks);
         let keeps = !self.record.case["output"]["checkpoint"].is_null();
         let rounded = (keeps && strategy.factorises_together()).then(|| RESTARTS_TO_ROUNDING.to_owned());
@@ -287,7 +299,8 @@ impl<const D: usize> Journal<D> {
         // Of a run that failed before its first row nobody knows which contacts closed.
         let known = outcome.is_ok() || self.record.totals.steps > 0;
         let contacts = self.record.penetrations.iter().filter(|_| known).filter_map(warning);
-        let contacts = contacts.chain(missed).collect::<Vec<_>>();
+        let blurred = magnitudes::blurred(&self.record.penetrations, self.spacing);
+        let contacts = contacts.chain(missed).chain(blurred).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
         contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));
         let written = self.write_end();

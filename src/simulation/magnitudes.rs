@@ -2,14 +2,97 @@
 
 use std::ops::RangeInclusive;
 
-use crate::assembly::ContactSystem;
+use crate::assembly::{ContactSystem, Precision};
+use crate::element::LOCKS;
+use crate::error::{Error, Result};
 use crate::model::Model;
+use crate::output::record::Penetration;
 
 /// Speeds of pressure waves \[m/s\] from the softest gels to beyond diamond.
 const WAVE_SPEEDS: RangeInclusive<f64> = 0.1..=3e4;
 
 /// Stiffness of contacts over that of the elements beneath them, from cushions to what rounding still resolves.
 const STIFFNESSES: RangeInclusive<f64> = 1e-4..=1e6;
+
+/// Spacing of coordinates over the shortest edge of an element from which on strains lose their sixth digit, and from which on
+/// elements have no shape.
+const COARSE: [f64; 2] = [1e-6, 1e-3];
+/// Spacing of coordinates over the depth of a contact at a high pressure from which on forces may lose their third digit, since
+/// depths are often a thousandth of that, and from which on they have none.
+const SHALLOW: [f64; 2] = [1e-6, 1e-2];
+/// Spacing of coordinates over the largest depth in a run from which on forces are wrong by a thousandth.
+const BLURRED: f64 = 1e-3;
+
+/// What to do against coordinates that are too far out.
+const NEARER: &str = "move all bodies and obstacles nearer to the origin: coordinates have sixteen digits";
+
+/// Whether elements and depths are larger than the rounding of coordinates.
+///
+/// # Errors
+/// When they are not, the same on all ranks.
+pub(super) fn require_precision(precision: &Precision) -> Result<()> {
+    let Precision { farthest, spacing, edge, depths } = precision;
+    let words = format!("coordinates of {farthest:.1e} m are known to {spacing:.1e} m only");
+    if *spacing > COARSE[1] * edge {
+        let message = format!("{words}, and the shortest edge of an element has {edge:.1e} m");
+        return Err(Error::case(message).hint(NEARER));
+    }
+    match depths.iter().find(|(_, depth)| *spacing > SHALLOW[1] * depth) {
+        Some((name, depth)) => {
+            let message = format!("{words}, and contact '{name}' is {depth:.1e} m deep at a high pressure");
+            Err(Error::case(message).hint(&format!("{NEARER}, or give a larger compliance")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// A remark where the rounding of coordinates takes digits of the results.
+pub(super) fn precision(precision: &Precision) -> Option<String> {
+    let Precision { farthest, spacing, edge, depths } = precision;
+    let words = format!("coordinates of {farthest:.1e} m are known to {spacing:.1e} m only");
+    let least = depths.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    let shallow = least.filter(|(_, depth)| *spacing > SHALLOW[0] * depth);
+    match shallow {
+        Some((name, depth)) => Some(format!(
+            "{words}, and contact '{name}' is {depth:.1e} m deep at a high pressure: forces may balance to {:.0e} only; {NEARER}",
+            (spacing / depth).min(1.0)
+        )),
+        None if *spacing > COARSE[0] * edge => Some(format!(
+            "{words}, and the shortest edge of an element has {edge:.1e} m: strains are known to {:.0e} only; {NEARER}",
+            spacing / edge
+        )),
+        None => None,
+    }
+}
+
+/// A warning for each contact that stayed so shallow that coordinates blur its forces.
+pub(super) fn blurred(contacts: &[Penetration], spacing: f64) -> Vec<String> {
+    let shallow = |contact: &&Penetration| contact.force > 0.0 && contact.deepest > 0.0;
+    let blurred = contacts.iter().filter(shallow).filter(|contact| spacing > BLURRED * contact.deepest);
+    let words = |contact: &Penetration| {
+        format!(
+            "warning: contact '{}' went {:.1e} m deep, and coordinates are known to {spacing:.1e} m only: its forces are known to \
+             {:.0} %\nhint: {NEARER}",
+            contact.contact,
+            contact.deepest,
+            (100.0 * spacing / contact.deepest).clamp(1.0, 100.0)
+        )
+    };
+    blurred.map(words).collect()
+}
+
+/// A remark for each body whose elements lock and offer no cure. Collective.
+pub(super) fn locking<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
+    let locked = system.locked_bodies(model).into_iter().map(|(name, kinds)| {
+        let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
+        let better = if D == 2 { "quad4, quad8, quad9 or tri6" } else { "hex8, hex20, hex27 or tet10" };
+        format!(
+            "'{name}' locks: {} elements have no cure and are too stiff at a Poisson's ratio of {LOCKS} or more: mesh it with {better}",
+            kinds.join(" and ")
+        )
+    });
+    locked.collect()
+}
 
 /// A remark for each number that is far off.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {

@@ -29,7 +29,7 @@ use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
 use crate::dynamics::{Dynamics, OverStep, Stage};
 use crate::error::{Cause, Error, Result, agree};
-use crate::model::{Contact, Model, Target, read_mesh};
+use crate::model::{Contact, Model, Target, read_meshes};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, SolveReport, Strategy};
@@ -69,6 +69,8 @@ pub struct Ready<const D: usize> {
     model: Model<D>,
     saved: Option<Saved>,
     partition: Report,
+    /// What rank 0 found in the meshes.
+    remarks: Vec<String>,
     system: ContactSystem<D>,
     stage: Stage,
     strategy: Box<dyn Strategy>,
@@ -83,13 +85,15 @@ impl<const D: usize> Ready<D> {
         let keeper = Keeper::new(session, case, place)?;
         let model = Model::<D>::new(case)?;
         let mut saved = Saved::find::<D>(session, case, place)?;
-        let (local, partition) = share_out(session, case, &model)?; // METIS
+        let Share { local, partition, remarks } = share_out(session, case, &model)?; // METIS
         let scheme = options::scheme(&case.time);
         let linear = options::linear(case);
         let format = options::format(session, case, &local, &linear)?;
         let options = SystemOptions { inertia: scheme.has_inertia(), format };
         let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
+        magnitudes::require_precision(&system.precision())?;
         start::require_reach(&mut system, &model, case)?;
+        start::require_probes(&system, &model, case)?;
         pace::limit_penetration(&mut system, case);
         let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
         let strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
@@ -97,7 +101,7 @@ impl<const D: usize> Ready<D> {
             system.set_rigid_body_modes()?;
         }
         saved.as_mut().map_or(Ok(()), |saved| saved.read(&system))?;
-        Ok(Self { keeper, model, saved, partition, system, stage, strategy })
+        Ok(Self { keeper, model, saved, partition, remarks, system, stage, strategy })
     }
 
     /// Runs it and keeps the journal. Collective.
@@ -105,8 +109,9 @@ impl<const D: usize> Ready<D> {
     /// # Errors
     /// The same on all ranks; what was computed before is kept.
     pub fn run(self, session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
-        let Self { mut keeper, model, saved, partition, mut system, mut stage, mut strategy } = self;
+        let Self { mut keeper, model, saved, partition, remarks, mut system, mut stage, mut strategy } = self;
         let mut journal = Journal::open(session, (case, &model), place, saved.as_ref())?;
+        journal.remark(remarks);
         let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
             let watch = match &saved {
                 None => begin(&mut system, &mut stage, (case, &model), &mut journal) // B_0
@@ -124,16 +129,22 @@ impl<const D: usize> Ready<D> {
     }
 }
 
+/// A rank's part of the meshes.
+struct Share<const D: usize> {
+    local: LocalMesh<D>,
+    partition: Report,
+    /// What a user should know of the meshes; on rank 0.
+    remarks: Vec<String>,
+}
+
 /// Reads the meshes on rank 0 and gives each rank its part, facets that may touch together. Collective.
-fn share_out<const D: usize>(
-    session: &Rc<Session>,
-    case: &Case,
-    model: &Model<D>,
-) -> Result<(LocalMesh<D>, Report)> {
+fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D>) -> Result<Share<D>> {
     let world = session.world();
-    let mesh = agree(world, if session.rank() == 0 { read_mesh(case).map(Some) } else { Ok(None) })?;
+    let read = if session.rank() == 0 { read_meshes(case).map(Some) } else { Ok(None) };
+    let (mesh, remarks) = agree(world, read)?.unzip();
     let plan = agree(world, Plan::for_contact(mesh.as_ref(), &couples(model)))?;
-    distribute(world, mesh, &plan)
+    let (local, partition) = distribute(world, mesh, &plan)?;
+    Ok(Share { local, partition, remarks: remarks.unwrap_or_default() })
 }
 
 /// Surfaces of the model that may touch each other.
@@ -324,6 +335,12 @@ fn give_up<const D: usize>(
     let place = format!("t = {:.6e} s, step cut to {:.3e} s", stage.start.time, control.dt());
     let fault = system.fault();
     let error = fault.unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
+    if let (false, Some((name, _))) = (system.is_dynamic(), system.hinged_bodies().first()) {
+        return error.hint(&format!(
+            "{name} can move without strain, and neither a support nor a contact resists that: support it, or take away the \
+             loads that drive it"
+        ));
+    }
     let free = system.free_bodies();
     if !system.is_dynamic() && !free.is_empty() {
         return error.hint(&format!(

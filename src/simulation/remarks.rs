@@ -89,6 +89,15 @@ fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
 /// What a user should mind before the run.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
     let mut remarks = if system.is_dynamic() { Vec::new() } else { loose(system) };
+    if !system.is_dynamic() {
+        remarks.extend(system.hinged_bodies().into_iter().map(|(name, motions)| {
+            let s = if motions == 1 { "" } else { "s" };
+            format!(
+                "{name} can move without strain ({motions} motion{s}), and neither a support nor a contact resists that: its loads \
+                 must not drive it"
+            )
+        }));
+    }
     let [_, short] = system.redistributed();
     if !short.is_empty() {
         remarks.push(format!(
@@ -124,9 +133,10 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
     }));
     let off = watched.iter().filter(|point| point.distance > 1e-6 * extent);
     remarks.extend(off.map(|point| {
-        let Watched { name, place, distance, .. } = point;
+        let Watched { name, place, distance, line, .. } = point;
+        let line = if *line > 0 { format!(" (line {line})") } else { String::new() };
         format!(
-            "probe '{name}' takes the nearest node, {} m, {distance:.3e} m from where it was asked for",
+            "probe '{name}'{line} takes the nearest node, {} m, {distance:.3e} m from where it was asked for",
             crate::mesh::spelled(place)
         )
     }));

@@ -4,7 +4,7 @@
 use super::journal::Journal;
 use super::remarks::nodal_cure;
 use super::{SOLVER_PREFIXES, options};
-use crate::assembly::{ContactSystem, Span};
+use crate::assembly::{ContactSystem, Span, Watched};
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
 use crate::error::{Error, Result};
@@ -42,7 +42,7 @@ pub fn at_equilibrium<const D: usize>(
     journal: &mut Journal<D>,
 ) -> Result<()> {
     if case.is_static() {
-        require_supports(system, model)?;
+        require_supports(system)?;
         stage.holding = holding(system, case);
         return begin(system, stage, 0.0);
     }
@@ -61,17 +61,38 @@ pub fn holding<const D: usize>(system: &ContactSystem<D>, case: &Case) -> f64 {
     if case.is_static() && !system.is_held() { HOLDING } else { 0.0 }
 }
 
-/// In statics a body must be held by supports, or by contact.
+/// In statics each piece of a body must be held by supports, or by contact.
 ///
 /// # Errors
 /// When one is held by neither.
-pub fn require_supports<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Result<()> {
-    let lost = system.lost_bodies(model);
+pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()> {
+    let lost = system.lost_bodies();
     if lost.is_empty() {
         return Ok(());
     }
     Err(Error::case(format!("statics, and nothing holds {}", lost.join("; ")))
         .hint("give it a displacement boundary in each direction, or a dynamic scheme"))
+}
+
+/// The nodes that probes watch. Collective.
+///
+/// # Errors
+/// When one is farther from all bodies than these are long, at its place in the case.
+pub fn require_probes<const D: usize>(
+    system: &ContactSystem<D>,
+    model: &Model<D>,
+    case: &Case,
+) -> Result<Vec<Watched<D>>> {
+    let watched = system.watch(&model.probes)?;
+    for (probe, (name, given)) in watched.iter().zip(case.output.probes.iter()) {
+        if probe.distance > system.size() {
+            let distance = probe.distance;
+            let message = format!("probe '{}' is {distance:.3e} m away from the nearest node", name.value);
+            let cure = "give a reference position on a body, in metres";
+            return Err(case.error(given.at.place, message).hint(cure));
+        }
+    }
+    Ok(watched)
 }
 
 /// Whether each contact can close in the time of the case. Collective.

@@ -60,32 +60,41 @@ impl Held {
     }
 }
 
-/// Body, direction and resultant of a motion with coefficients `way` under the `loads` along each rigid motion.
+/// Piece, direction and resultant of a motion with coefficients `way` under the `loads` along each rigid motion. Of several
+/// pieces that move it is the one that moves most.
 pub(super) fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVector<f64>) -> Driven {
-    let share = |body: usize| -> f64 {
-        rigid.iter().zip(way.iter()).filter(|(motion, _)| motion.body == body).map(|(_, c)| c * c).sum()
+    let share = |group: usize| -> f64 {
+        rigid.iter().zip(way.iter()).filter(|(motion, _)| motion.group == group).map(|(_, c)| c * c).sum()
     };
-    let bodies = rigid.iter().map(|motion| motion.body);
-    let body = bodies.max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or_default();
-    let (mut shift, mut spin, mut power, mut nodes, mut name) = ([0.0; 3], [0.0; 3], 0.0, 0.0, "");
-    for ((motion, factor), load) in rigid.iter().zip(way.iter()).zip(loads.iter()) {
-        if motion.body == body {
+    let groups = rigid.iter().map(|motion| motion.group);
+    let group = groups.max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or_default();
+    let own =
+        || rigid.iter().zip(way.iter()).zip(loads.iter()).filter(|((motion, _), _)| motion.group == group);
+    let power: f64 = own().map(|((_, factor), load)| factor * load).sum();
+    let parts = own().next().map_or(0, |((motion, _), _)| motion.parts.len());
+    let square = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
+    let moves = |part: usize| {
+        let (mut shift, mut spin, mut name) = ([0.0; 3], [0.0; 3], "");
+        let (mut nodes, mut spread) = (0.0, 0.0);
+        for ((motion, factor), _) in own() {
+            let part = &motion.parts[part];
             for i in 0..3 {
-                shift[i] += factor * motion.shift[i];
-                spin[i] += factor * motion.spin[i];
+                shift[i] += factor * part.shift[i];
+                spin[i] += factor * part.spin[i];
             }
-            power += factor * load;
-            (nodes, name) = (motion.nodes, &motion.name);
+            (name, nodes, spread) = (&part.name, part.nodes, part.spread);
         }
-    }
-    let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let shifts = 2.0 * nodes * length(&shift).powi(2) >= share(body);
+        (name, shift, spin, [nodes * square(&shift), spread * square(&spin)])
+    };
+    let most = (0..parts).map(moves).max_by(|a, b| a.3.iter().sum::<f64>().total_cmp(&b.3.iter().sum()));
+    let (name, shift, spin, sizes) = most.unwrap_or(("", [0.0; 3], [0.0; 3], [0.0; 2]));
+    let shifts = sizes[0] >= sizes[1];
     let (vector, what) = if shifts { (shift, "motion of") } else { (spin, "turn of") };
-    let size = length(&vector);
+    let size = square(&vector).sqrt();
     let direction = direction(&vector.map(|x| x / size));
     let unit = if shifts { "N" } else { "N m" };
     let preposition = if shifts { "along" } else { "about" };
-    let words = format!("the {what} '{name}' {preposition} {direction}");
+    let words = format!("the {what} {name} {preposition} {direction}");
     Driven { words, force: power / size, unit }
 }
 

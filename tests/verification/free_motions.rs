@@ -21,6 +21,7 @@ pub fn all(session: &Rc<Session>) {
     counts(session);
     driven(session);
     stays(session);
+    pieces(session);
 }
 
 /// A case of one body over a plane through `point` with this `normal`, or of none where that is empty.
@@ -164,4 +165,63 @@ fn stays(session: &Rc<Session>) {
     let [shift, moved, sunk] = scene.integrate([&u], |_, [u]| [u.x, u.x.abs(), u.y.abs()]);
     assert!(moved > 1e-4 && sunk > 1e-4, "{moved}, {sunk}");
     assert!(shift.abs() < 1e-14, "the centre of mass moved by {shift} of {moved}");
+}
+
+/// Squares of a file at these places, which share nodes where they meet; the first is the set `held`.
+fn squares(session: &Rc<Session>, places: &[[u32; 2]]) -> String {
+    let path = std::path::PathBuf::from(std::env::var(super::FOLDER).expect("a folder")).join("squares.msh");
+    if session.rank() == 0 {
+        let mut corners: Vec<[u32; 2]> = Vec::new();
+        let mut lines = String::new();
+        for (number, [x, y]) in places.iter().enumerate() {
+            lines += &format!("{} 3 2 9 1", number + 2);
+            for corner in [[*x, *y], [x + 1, *y], [x + 1, y + 1], [*x, y + 1]] {
+                let known = corners.iter().position(|other| *other == corner);
+                let index = known.unwrap_or_else(|| {
+                    corners.push(corner);
+                    corners.len() - 1
+                });
+                lines += &format!(" {}", index + 1);
+            }
+            lines.push('\n');
+        }
+        let nodes: String =
+            (1..).zip(&corners).map(|(number, [x, y])| format!("{number} {x} {y} 0\n")).collect();
+        let text = format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n1 1 \"held\"\n$EndPhysicalNames\n\
+             $Nodes\n{}\n{nodes}$EndNodes\n$Elements\n{}\n1 1 2 1 1 1 2\n{lines}$EndElements\n",
+            corners.len(),
+            places.len() + 1
+        );
+        std::fs::write(path.as_path(), text).expect("a mesh");
+    }
+    path.display().to_string()
+}
+
+/// Pieces that hinge on a clamped one turn about it, a ring of squares folds, and islands move as they like; what loads drive is
+/// told by the piece.
+fn pieces(session: &Rc<Session>) {
+    let clamp = "hold: { on: block.held, displacement: { x: 0, y: 0 } }";
+    let text = |places: &[[u32; 2]], boundary: &str| {
+        let boundary = format!("boundary: {{ {clamp}{boundary} }}");
+        let path = squares(session, places);
+        case(2, "", "", "", &boundary).replace("box: {  }", &format!("file: {path}"))
+    };
+    let count = |places: &[[u32; 2]]| free::<2>(session, &text(places, ""), NO_FRICTION, f64::MAX).held();
+    assert_eq!(count(&[[0, 0], [1, 0]]), 0, "two squares with a common side");
+    assert_eq!(count(&[[0, 0], [1, 1]]), 1, "a hinge");
+    assert_eq!(count(&[[0, 0], [1, 1], [2, 2]]), 2, "two hinges");
+    assert_eq!(count(&[[1, 0], [0, 1], [2, 1], [1, 2]]), 1, "a ring of four squares, one of them clamped");
+    assert_eq!(count(&[[0, 0], [5, 5]]), 3, "an island");
+    assert_eq!(count(&[[0, 0], [1, 0], [5, 5], [6, 6]]), 4, "an island with a hinge");
+    let driven = |places: &[[u32; 2]]| {
+        let text = text(places, ", weight: { on: block, gravity: [0, -10] }");
+        free::<2>(session, &text, NO_FRICTION, 1e-6).driven.expect("a load").words
+    };
+    assert_eq!(
+        driven(&[[0, 0], [5, 5]]),
+        "the motion of the piece of 'block' with 1 element around [5.5, 5.5] m along -y"
+    );
+    let turns = driven(&[[0, 0], [1, 0], [2, 1]]);
+    assert!(turns.contains("the piece of 'block' with 1 element around [2.5, 1.5] m"), "{turns}");
 }

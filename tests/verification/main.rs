@@ -12,6 +12,7 @@ mod free_motions;
 mod manufactured;
 mod march;
 mod motion;
+mod mutants;
 mod scene;
 mod stages;
 mod tangent;
@@ -44,6 +45,7 @@ const RUNS: &[Run] = &[
     ("tangents", tangent::all, &[0, 2, 3]),
     ("free_motions", free_motions::all, &[0, 2, 3, 4]),
     ("stages", stages::all, &[0, 2, 3]),
+    ("mutants", mutants::all, &[0, 3]),
 ];
 
 fn main() -> ExitCode {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 
 use contact_petsc::case::Case;
+use contact_petsc::error::Result;
 use contact_petsc::output::console::Verbosity;
 use contact_petsc::petsc::Session;
 use contact_petsc::simulation::{self, Place};
@@ -21,6 +22,11 @@ pub struct Table {
 
 /// Runs a case; its results on rank 0, nothing elsewhere. Collective.
 pub fn run(session: &Rc<Session>, text: &str) -> Option<Results> {
+    attempt(session, text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+/// Runs a case that may be refused; its results on rank 0, nothing elsewhere. Collective.
+pub fn attempt(session: &Rc<Session>, text: &str) -> Result<Option<Results>> {
     let scratch = PathBuf::from(std::env::var(super::FOLDER).expect("a folder for the check"));
     let (case_file, folder) = (scratch.join("case.yml"), scratch.join("results"));
     let case = Case::parse(text, "case.yml").unwrap_or_else(|error| panic!("{error}\n{text}"));
@@ -28,12 +34,11 @@ pub fn run(session: &Rc<Session>, text: &str) -> Option<Results> {
         std::fs::write(&case_file, text).expect("the case is written");
     }
     let place = Place::anew(case_file, folder.clone(), Verbosity::Silent);
-    let outcome = match case.dimension.value {
-        2 => simulation::run::<2>(session, &case, &place),
-        _ => simulation::run::<3>(session, &case, &place),
-    };
-    outcome.unwrap_or_else(|error| panic!("{error}\n{text}"));
-    (session.rank() == 0).then_some(Results { folder })
+    match case.dimension.value {
+        2 => simulation::run::<2>(session, &case, &place)?,
+        _ => simulation::run::<3>(session, &case, &place)?,
+    }
+    Ok((session.rank() == 0).then_some(Results { folder }))
 }
 
 impl Results {

@@ -1,7 +1,7 @@
 //! Checks of `bodies`.
 
 use super::super::place::At;
-use super::super::{Body, Boundary, BoxMesh, Contact, Element, Locking, Mesh};
+use super::super::{Body, Boundary, BoxMesh, Contact, Element, Locking, Merge, Mesh};
 use super::Check;
 
 impl Check<'_> {
@@ -12,12 +12,19 @@ impl Check<'_> {
                 self.require(!mesh.file.is_empty(), mesh.file.place, "the mesh file has no name")
             }
         }
+        let merge = match &body.mesh {
+            Mesh::Box(cuboid) => cuboid.merge.as_ref(),
+            Mesh::File(mesh) => mesh.merge.as_ref(),
+        };
+        if let Some(&Merge::Tolerance(tolerance)) = merge.map(|merge| &merge.value) {
+            self.positive("merge.tolerance", tolerance);
+        }
         let elastic = body.material.elastic();
         self.positive("Young's modulus", elastic.young_modulus);
         let ratio = elastic.poisson_ratio;
         if !(ratio.si > -1.0 && ratio.si < 0.5) {
             self.say(ratio.place, format!("Poisson's ratio must be > -1 and < 0.5, found {}", ratio.si));
-            self.cure("an almost incompressible solid is written as 0.49 or 0.499, with `locking: selective_reduced`");
+            self.cure("an almost incompressible solid is written as 0.49 or 0.499");
         }
         match body.density {
             Some(density) => self.not_negative("the density", density.si, density.place),
@@ -90,9 +97,9 @@ impl Check<'_> {
             place,
             format!("{name} is an element of {its}D, the case has {}D", self.dimension),
         );
-        if locking != Locking::None && !element.offers_locking_cure() {
+        if locking == Locking::SelectiveReduced && !element.offers_locking_cure() {
             self.say(place, format!("{name} offers no cure for locking"));
-            self.cure("selective_reduced is for quadrilaterals and hexahedra; write `locking: none`, or change the element");
+            self.cure("selective_reduced is for quadrilaterals and hexahedra; leave `locking` out, or change the element");
         }
     }
 }

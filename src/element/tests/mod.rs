@@ -71,7 +71,9 @@ fn group<const D: usize>(mesh: &Mesh<D>, formulation: Formulation) -> ElementGro
 
 fn variants(kind: ElementKind) -> Vec<Formulation> {
     let mut all = Vec::new();
-    for (locking, ..) in Locking::ALL.into_iter().filter(|(locking, ..)| locking.offered(kind)) {
+    let cures = Locking::ALL.into_iter().map(|(locking, ..)| locking);
+    // What `auto` does is one of the others.
+    for locking in cures.filter(|locking| *locking != Locking::Auto && locking.offered(kind)) {
         all.extend(MATERIALS.iter().map(|entry| formulation(entry.model, Kinematics::Finite, locking)));
         all.push(formulation(Model::NeoHookean, Kinematics::Linear, locking));
     }

@@ -6,7 +6,9 @@ use std::collections::{BTreeMap, HashMap};
 use super::input::Input;
 use super::raw::{Raw, coordinates};
 use super::sets;
+use super::source::{Label, Labels};
 use crate::error::{Error, Result};
+use crate::mesh::compact::GONE;
 use crate::mesh::{FacetIndex, Mesh, validate};
 
 /// A plane mesh may leave the plane z = 0 by this part of its size.
@@ -18,8 +20,12 @@ pub(super) struct Solids<const D: usize> {
     pub origin: Vec<usize>,
 }
 
-/// The checked mesh of `D` dimensions.
-pub(super) fn mesh<const D: usize>(input: &Input, raw: &Raw, region: Option<&str>) -> Result<Mesh<D>> {
+/// The checked mesh of `D` dimensions, and where its nodes and elements are in the file.
+pub(super) fn mesh<const D: usize>(
+    input: &Input,
+    raw: &Raw,
+    region: Option<&str>,
+) -> Result<(Mesh<D>, Labels)> {
     check_dimension::<D>(input, raw)?;
     let mut solids = solids::<D>(input, raw)?;
     let kept = sets::keep(&solids.mesh, raw, region)?;
@@ -35,10 +41,15 @@ pub(super) fn mesh<const D: usize>(input: &Input, raw: &Raw, region: Option<&str
     }
     check_plane(input, raw, &solids.mesh)?;
     check_shape(input, raw, &solids)?;
-    solids.mesh.drop_unused_points();
+    let number = solids.mesh.drop_unused_points();
     sets::drop_empty(&mut solids.mesh);
     sets::check_names(&solids.mesh)?;
-    Ok(solids.mesh)
+    let kept = number.iter().enumerate().filter(|(_, new)| **new != GONE);
+    let nodes = kept.map(|(old, _)| Label { id: raw.node_ids[old], place: raw.node_places[old] });
+    let elements = solids.origin.iter().map(|&old| &raw.elements[old]);
+    let elements = elements.map(|element| Label { id: element.id, place: element.place });
+    let labels = Labels { nodes: nodes.collect(), elements: elements.collect() };
+    Ok((solids.mesh, labels))
 }
 
 fn check_dimension<const D: usize>(input: &Input, raw: &Raw) -> Result<()> {

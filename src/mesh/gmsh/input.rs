@@ -135,8 +135,11 @@ impl<'a> Input<'a> {
         self.number(what, f64::from_le_bytes, f64::from_be_bytes)
     }
 
-    /// The next integer of four bytes as a number that counts or names something.
+    /// The next number that counts or names something: in binary an integer of four bytes, in text of any size up to eight.
     pub fn label(&mut self, what: &str) -> Result<u64> {
+        if self.encoding == Encoding::Text {
+            return self.size(what);
+        }
         let int = self.int(what)?;
         u64::try_from(int).map_err(|_| self.error(format!("expected {what}, found {int}")))
     }

@@ -9,6 +9,7 @@ mod msh2;
 mod msh4;
 mod raw;
 mod sets;
+mod source;
 
 use std::io::Read;
 use std::path::Path;
@@ -18,6 +19,8 @@ use crate::error::{Error, Result};
 use crate::files;
 use input::{Encoding, Input, shortened};
 use raw::Raw;
+use source::Labels;
+pub use source::Source;
 
 /// The section `$MeshFormat` lies within so many bytes.
 const HEAD: u64 = 4096;
@@ -35,6 +38,14 @@ enum Version {
 /// The file can not be read, is damaged, truncated or not of a known format; the region does not exist; an element is
 /// unknown, inverted or degenerate; a node is used by no element; a facet of a set does not bound the mesh.
 pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>> {
+    read_with_source(path, region).map(|(mesh, _)| mesh)
+}
+
+/// Reads a mesh as [`read`] does, and keeps where its nodes and elements are in the file.
+///
+/// # Errors
+/// Those of [`read`].
+pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, Source)> {
     let name = path.display().to_string();
     let unreadable = |e: std::io::Error| {
         let cure = "paths of meshes are relative to the folder of the case file";
@@ -50,7 +61,8 @@ pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>
         Error::file(format!("the mesh has {rest} bytes, more than the memory holds")).within(&name)
     })?;
     file.read_to_end(&mut bytes).map_err(unreadable)?;
-    parse(&bytes, region).map_err(|e| e.within(&name))
+    let (mesh, encoding, labels) = labelled(&bytes, region).map_err(|e| e.within(&name))?;
+    Ok((mesh, Source { name, bytes, encoding, labels }))
 }
 
 /// The mesh in the bytes of a file, see [`read`].
@@ -58,10 +70,15 @@ pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>
 /// # Errors
 /// As [`read`], with a line or byte and without the name of the file.
 pub fn parse<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<Mesh<D>> {
+    labelled(bytes, region).map(|(mesh, ..)| mesh)
+}
+
+fn labelled<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<(Mesh<D>, Encoding, Labels)> {
     let mut input = Input::new(bytes);
     let version = format(&mut input)?;
     let raw = sections(&mut input, version)?;
-    build::mesh(&input, &raw, region)
+    let (mesh, labels) = build::mesh(&input, &raw, region)?;
+    Ok((mesh, input.encoding, labels))
 }
 
 fn format(input: &mut Input) -> Result<Version> {

@@ -1,0 +1,41 @@
+//! Which elements of which bodies lock: nearly incompressible ones that offer no cure.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::system::ContactSystem;
+use crate::element::{Locking, locks};
+use crate::mesh::ElementKind;
+use crate::model::Model;
+
+impl<const D: usize> ContactSystem<D> {
+    /// For each body the kinds of its elements, each with the cure for locking that is taken. Collective.
+    pub fn cures(&self, model: &Model<D>) -> Vec<Vec<(ElementKind, Locking)>> {
+        let kinds = ElementKind::ALL.len();
+        let mut own = vec![0u8; model.bodies.len() * kinds];
+        for solid in &self.solids {
+            own[solid.body * kinds + solid.group.kind() as usize] = 1;
+        }
+        let mut all = vec![0u8; own.len()];
+        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+        let of_body = |(body, has): (&crate::model::Body, &[u8])| {
+            let formulation = &body.formulation;
+            let kinds = ElementKind::ALL.into_iter().filter(|&kind| has[kind as usize] > 0);
+            kinds.map(|kind| (kind, formulation.locking.on(kind, &formulation.material.moduli))).collect()
+        };
+        model.bodies.iter().zip(all.chunks_exact(kinds)).map(of_body).collect()
+    }
+
+    /// Bodies that lock because elements of theirs offer no cure, with the kinds: linear simplices at a high Poisson's ratio.
+    /// Collective.
+    pub fn locked_bodies(&self, model: &Model<D>) -> Vec<(String, Vec<ElementKind>)> {
+        let cures = self.cures(model);
+        let with_kinds = model.bodies.iter().zip(&cures).map(|(body, kinds)| {
+            let bad = |kind: &ElementKind| kind.order() == 1 && !Locking::SelectiveReduced.offered(*kind);
+            let kinds = kinds.iter().map(|(kind, _)| *kind).filter(bad);
+            let kinds = kinds.filter(|_| locks(&body.formulation.material.moduli)).collect::<Vec<_>>();
+            (body.name.clone(), kinds)
+        });
+        with_kinds.filter(|(_, kinds)| !kinds.is_empty()).collect()
+    }
+}

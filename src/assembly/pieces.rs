@@ -1,0 +1,202 @@
+//! Pieces of bodies: what moves as a rigid body where nothing holds it. A body whose elements all share sides is one piece;
+//! pieces that share single nodes hinge on them, and make one group.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::supports::Supports;
+use crate::mesh::{DisjointSets, Mesh, spelled};
+use crate::model::{Model, Target};
+use crate::partition::LocalMesh;
+
+/// What is known of a piece; the same on all ranks.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Piece<const D: usize> {
+    /// Index of its body.
+    pub body: usize,
+    /// Its group.
+    pub group: usize,
+    /// Number of its elements.
+    pub elements: u64,
+    /// Mean of the middles of its elements \[m\].
+    pub centre: [f64; D],
+}
+
+/// The pieces of all bodies.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Pieces<const D: usize> {
+    pub all: Vec<Piece<D>>,
+    /// Pieces of each group, those that hinge on each other; ascending.
+    pub groups: Vec<Vec<usize>>,
+    /// Owned nodes that several pieces share, with the pieces, ascending.
+    pub hinges: Vec<(u32, Vec<usize>)>,
+    /// Whether a contact names a surface of a group.
+    pub touched: Vec<bool>,
+    names: Vec<String>,
+}
+
+impl<const D: usize> Pieces<D> {
+    /// The pieces of the distributed mesh. Collective.
+    pub fn new(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, model: &Model<D>) -> Self {
+        let mesh = &local.mesh;
+        let own = mesh.piece.iter().max().map_or(0, |last| last + 1);
+        let mut count = 0;
+        world.all_reduce_into(&own, &mut count, SystemOperation::max());
+        let count = count as usize;
+        let mut body = vec![0_u32; count];
+        let mut sums = vec![0.0_f64; count * (D + 1)];
+        for element in 0..mesh.element_count() {
+            let piece = mesh.piece[element] as usize;
+            body[piece] = u32::from(mesh.body[element]);
+            if local.mine[element] {
+                let sums = &mut sums[piece * (D + 1)..][..D + 1];
+                sums[0] += 1.0;
+                sums[1..].iter_mut().zip(mesh.element_centre(element)).for_each(|(sum, x)| *sum += x);
+            }
+        }
+        let mut bodies = vec![0_u32; count];
+        let mut totals = vec![0.0_f64; sums.len()];
+        world.all_reduce_into(&body[..], &mut bodies[..], SystemOperation::max());
+        world.all_reduce_into(&sums[..], &mut totals[..], SystemOperation::sum());
+        let hinges = hinges(mesh, local.index.owned);
+        let (group, groups) = group(world, &hinges, count);
+        let all = (0..count).map(|piece| {
+            let sums = &totals[piece * (D + 1)..][..D + 1];
+            Piece {
+                body: bodies[piece] as usize,
+                group: group[piece],
+                elements: sums[0] as u64,
+                centre: std::array::from_fn(|i| sums[i + 1] / sums[0].max(1.0)),
+            }
+        });
+        let all: Vec<Piece<D>> = all.collect();
+        let touched = touched(world, mesh, model, &group, groups.len());
+        let names = model.bodies.iter().map(|body| body.name.clone()).collect();
+        Self { all, groups, hinges, touched, names }
+    }
+
+    /// How messages call a piece: by its body, where that is in one piece.
+    pub fn name(&self, piece: usize) -> String {
+        let Piece { body, elements, centre, .. } = &self.all[piece];
+        let name = &self.names[*body];
+        if self.all.iter().filter(|other| other.body == *body).count() == 1 {
+            return format!("'{name}'");
+        }
+        let s = if *elements == 1 { "" } else { "s" };
+        // Enough digits to find it.
+        let centre = centre.map(|x| format!("{x:.4e}").parse().unwrap_or(x));
+        format!("the piece of '{name}' with {elements} element{s} around {} m", spelled(&centre))
+    }
+
+    /// How messages call a group.
+    pub fn group_name(&self, group: usize) -> String {
+        let names: Vec<String> = self.groups[group].iter().map(|&piece| self.name(piece)).collect();
+        names.join(" with ")
+    }
+
+    /// For each group, whether a support holds it along each axis. Collective.
+    pub fn held(
+        &self,
+        world: &impl CommunicatorCollectives,
+        mesh: &Mesh<D>,
+        supports: &Supports<D>,
+    ) -> Vec<[bool; D]> {
+        let mut own = vec![0u8; self.groups.len() * D];
+        for element in 0..mesh.element_count() {
+            let group = self.all[mesh.piece[element] as usize].group;
+            for &node in mesh.element_nodes(element) {
+                for i in 0..D {
+                    own[group * D + i] |= u8::from(supports.dofs.constrained[node as usize * D + i]);
+                }
+            }
+        }
+        let mut held = vec![0u8; own.len()];
+        world.all_reduce_into(&own[..], &mut held[..], SystemOperation::max());
+        held.chunks_exact(D).map(|held| std::array::from_fn(|i| held[i] > 0)).collect()
+    }
+}
+
+/// Owned nodes at elements of several pieces, with those. All elements at an owned node are local.
+fn hinges<const D: usize>(mesh: &Mesh<D>, owned: usize) -> Vec<(u32, Vec<usize>)> {
+    let mut first = vec![u32::MAX; owned];
+    let mut more: Vec<(u32, u32)> = Vec::new();
+    for element in 0..mesh.element_count() {
+        let piece = mesh.piece[element];
+        for &node in mesh.element_nodes(element) {
+            match first.get_mut(node as usize) {
+                Some(known) if *known == u32::MAX => *known = piece,
+                Some(known) if *known != piece => more.push((node, piece)),
+                _ => {}
+            }
+        }
+    }
+    more.sort_unstable();
+    more.dedup();
+    let at_nodes = more.chunk_by(|a, b| a.0 == b.0);
+    let hinge = |at_node: &[(u32, u32)]| {
+        let node = at_node[0].0;
+        let mut pieces: Vec<usize> = at_node.iter().map(|(_, piece)| *piece as usize).collect();
+        pieces.push(first[node as usize] as usize);
+        pieces.sort_unstable();
+        (node, pieces)
+    };
+    at_nodes.map(hinge).collect()
+}
+
+/// The group of each piece, and the pieces of each group. Collective.
+fn group(
+    world: &impl CommunicatorCollectives,
+    hinges: &[(u32, Vec<usize>)],
+    count: usize,
+) -> (Vec<usize>, Vec<Vec<usize>>) {
+    let mut sets = DisjointSets::new(count);
+    for (_, pieces) in hinges {
+        pieces.windows(2).for_each(|pair| {
+            sets.join(pair[0] as u32, pair[1] as u32);
+        });
+    }
+    // Each round every rank learns the lowest member that another rank knows of the sets of its own.
+    loop {
+        let own: Vec<u32> = (0..count as u32).map(|piece| sets.find(piece)).collect();
+        let mut all = vec![0; count];
+        world.all_reduce_into(&own[..], &mut all[..], SystemOperation::min());
+        let mut changed = 0u8;
+        for (piece, &lowest) in (0..).zip(&all) {
+            changed |= u8::from(sets.join(piece, lowest));
+        }
+        let mut any = 0u8;
+        world.all_reduce_into(&changed, &mut any, SystemOperation::max());
+        if any == 0 {
+            break;
+        }
+    }
+    let group: Vec<usize> = sets.labels().into_iter().map(|label| label as usize).collect();
+    let mut groups = vec![Vec::new(); group.iter().max().map_or(0, |last| last + 1)];
+    group.iter().enumerate().for_each(|(piece, &group)| groups[group].push(piece));
+    (group, groups)
+}
+
+/// Whether contacts name a surface of each group. Collective.
+fn touched<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    mesh: &Mesh<D>,
+    model: &Model<D>,
+    group: &[usize],
+    count: usize,
+) -> Vec<bool> {
+    let mut own = vec![0u8; count];
+    for contact in &model.contacts {
+        let target = match &contact.target {
+            Target::Surface { set, .. } => Some(set),
+            Target::Obstacle(_) => None,
+        };
+        for set in std::iter::once(&contact.contactor).chain(target) {
+            for facet in mesh.facet_sets.get(set).into_iter().flatten() {
+                own[group[mesh.piece[facet.element as usize] as usize]] = 1;
+            }
+        }
+    }
+    let mut all = vec![0u8; count];
+    world.all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+    all.into_iter().map(|touched| touched > 0).collect()
+}

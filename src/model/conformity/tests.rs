@@ -1,0 +1,378 @@
+//! Meshes whose elements do not fit together are refused with the place, for every kind of element; those that do are not.
+
+use super::*;
+use crate::mesh::BoxShape;
+
+/// A box of `cells` cells of one kind.
+fn block<const D: usize>(kind: ElementKind, cells: [u32; D], min: [f64; D], max: [f64; D]) -> Mesh<D> {
+    BoxShape { min, max, cells, element: kind }.mesh().expect("a box")
+}
+
+/// Elements and points of several meshes in one, which share no nodes.
+fn beside<const D: usize>(parts: &[Mesh<D>]) -> Mesh<D> {
+    let mut all = Mesh::with_points(Vec::new());
+    for part in parts {
+        let first = all.points.len() as u32;
+        all.points.extend(&part.points);
+        for element in 0..part.element_count() {
+            all.push(part.kinds[element], part.element_nodes(element).iter().map(|node| node + first));
+        }
+    }
+    all
+}
+
+fn check<const D: usize>(mesh: &mut Mesh<D>, parts: Parts) -> Result<Vec<String>> {
+    conform(mesh, "block", &Source::Box("block"), parts, &[])
+}
+
+/// The message of a mesh that is refused.
+#[track_caller]
+fn refused<const D: usize>(mesh: &mut Mesh<D>, words: &str) {
+    let error = check(mesh, Parts::Joined).expect_err(words);
+    assert!(error.message.contains(words), "{words}: {}", error.message);
+    assert!(error.message.contains("hint: "), "{}", error.message);
+}
+
+fn unit<const D: usize>(kind: ElementKind, low: f64, cells: [u32; D]) -> Mesh<D> {
+    let (mut min, mut max) = ([0.0; D], [1.0; D]);
+    (min[0], max[0]) = (low, low + 1.0);
+    block(kind, cells, min, max)
+}
+
+fn kinds(dimension: usize) -> impl Iterator<Item = ElementKind> {
+    ElementKind::SOLIDS.into_iter().filter(move |kind| kind.dimension() == dimension)
+}
+
+fn in_dimension<const D: usize>() {
+    for kind in kinds(D) {
+        let mut whole = unit::<D>(kind, 0.0, [2; D]);
+        assert_eq!(check(&mut whole, Parts::Joined).expect("a good mesh"), Vec::<String>::new(), "{kind}");
+        assert!(whole.piece.iter().all(|piece| *piece == 0));
+
+        // Two cells of two by two, as Gmsh writes surfaces that do not share their common line.
+        let twice = || beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 1.0, [2; D])]);
+        refused(&mut twice(), "coincide");
+        let mut apart = twice();
+        let remarks = check(&mut apart, Parts::Apart).expect("parts that are meant");
+        assert!(remarks[0].contains("2 parts that share no node"), "{kind}: {remarks:?}");
+        assert_eq!(apart.piece.iter().max(), Some(&1));
+        let mut merged = twice();
+        let remarks = check(&mut merged, Parts::Merged(1e-9)).expect("nodes that are joined");
+        assert!(remarks[0].contains("were joined"), "{kind}: {remarks:?}");
+        assert!(merged.piece.iter().all(|piece| *piece == 0), "{kind}");
+        merged.drop_unused_points();
+        let mut cells = [2; D];
+        cells[0] = 4;
+        let mut max = [1.0; D];
+        max[0] = 2.0;
+        assert_eq!(merged.points.len(), block::<D>(kind, cells, [0.0; D], max).points.len(), "{kind}");
+
+        // One cell against two: nodes hang, also once corners are joined.
+        let mut cells = [1; D];
+        cells[1] = 2;
+        let hanging = || beside(&[unit::<D>(kind, 0.0, [1; D]), unit::<D>(kind, 1.0, cells)]);
+        refused(&mut hanging(), "coincide");
+        let error = check(&mut hanging(), Parts::Merged(1e-9)).expect_err("a hanging node");
+        let sides =
+            kind.order() == 2 || error.message.contains("hangs") || error.message.contains("lies on a side");
+        assert!(sides, "{kind}: {}", error.message);
+
+        // The same elements once more, with nodes of their own.
+        refused(&mut beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 0.0, [2; D])]), "coincide");
+        // A part far from the other is another part, and is told.
+        let mut island = beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 5.0, [1; D])]);
+        let remarks = check(&mut island, Parts::Joined).expect("an island");
+        assert!(remarks[0].contains("elements in the smallest: "), "{remarks:?}");
+    }
+}
+
+#[test]
+fn plane_meshes_must_fit_together() {
+    in_dimension::<2>();
+}
+
+#[test]
+fn solid_meshes_must_fit_together() {
+    in_dimension::<3>();
+}
+
+/// Elements ten million times as long as thick have sides close to each other, and are one body all the same.
+#[test]
+fn thin_bodies_are_not_taken_for_parts_that_touch() {
+    for kind in kinds(2) {
+        let mut thin = block::<2>(kind, [5, 1], [0.0; 2], [1.0, 2e-8]);
+        check(&mut thin, Parts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
+    }
+    for kind in kinds(3) {
+        let mut thin = block::<3>(kind, [3, 3, 1], [0.0; 3], [1.0, 1.0, 2e-8]);
+        check(&mut thin, Parts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
+    }
+}
+
+/// A node inside the side of a neighbour hangs, although the corners are shared.
+#[test]
+fn a_hanging_node_is_named() {
+    let mut mesh = Mesh::with_points(vec![
+        [0.0, 0.0],
+        [1.0, 0.0],
+        [1.0, 1.0],
+        [0.0, 1.0],
+        [2.0, 0.0],
+        [2.0, 0.5],
+        [2.0, 1.0],
+        [1.0, 0.5],
+    ]);
+    mesh.push(ElementKind::Quad4, [0, 1, 2, 3]);
+    mesh.push(ElementKind::Quad4, [1, 4, 5, 7]);
+    mesh.push(ElementKind::Quad4, [7, 5, 6, 2]);
+    refused(&mut mesh, "the node at [1, 0.5] m hangs");
+}
+
+/// Elements of different orders do not share the nodes of their sides, those of different shapes not the sides.
+#[test]
+fn neighbours_of_another_order_or_shape_are_refused() {
+    let mut orders = Mesh::with_points(vec![
+        [0.0, 0.0],
+        [1.0, 0.0],
+        [1.0, 1.0],
+        [0.0, 1.0],
+        [2.0, 0.0],
+        [2.0, 1.0],
+        [1.5, 0.0],
+        [2.0, 0.5],
+        [1.5, 1.0],
+        [1.0, 0.5],
+    ]);
+    orders.push(ElementKind::Quad4, [0, 1, 2, 3]);
+    orders.push(ElementKind::Quad8, [1, 4, 5, 2, 6, 7, 8, 9]);
+    refused(&mut orders, "share the corners of a side, but not its other nodes");
+
+    // A cube beside five tetrahedra on its corners: the square side meets two triangles.
+    let mut shapes = block::<3>(ElementKind::Hex8, [2, 1, 1], [0.0; 3], [2.0, 1.0, 1.0]);
+    let nodes = shapes.element_nodes(1).to_vec();
+    let mut mixed = Mesh::with_points(std::mem::take(&mut shapes.points));
+    mixed.push(ElementKind::Hex8, shapes.element_nodes(0).iter().copied());
+    for tet in [[0, 1, 3, 4], [1, 2, 3, 6], [1, 4, 5, 6], [3, 4, 6, 7], [1, 3, 4, 6]] {
+        mixed.push(ElementKind::Tet4, tet.map(|local: usize| nodes[local]));
+    }
+    refused(&mut mixed, "lies on a side of");
+}
+
+/// Pieces that share one node, in space also an edge, hinge; with more they are one.
+#[test]
+fn pieces_hinge_on_what_does_not_hold_them() {
+    // Two squares at one corner.
+    let mut hinge = Mesh::with_points(vec![
+        [0.0, 0.0],
+        [1.0, 0.0],
+        [1.0, 1.0],
+        [0.0, 1.0],
+        [2.0, 1.0],
+        [2.0, 2.0],
+        [1.0, 2.0],
+    ]);
+    hinge.push(ElementKind::Quad4, [0, 1, 2, 3]);
+    hinge.push(ElementKind::Quad4, [2, 4, 5, 6]);
+    let remarks = check(&mut hinge, Parts::Joined).expect("a hinge");
+    assert!(remarks[0].contains("joined at single nodes only, as at [1, 1] m"), "{remarks:?}");
+    assert_eq!(hinge.piece, [0, 1]);
+    // A ring of four squares around a hole of the size of a square: two nodes at two corners join the pieces.
+    let mut ring = Mesh::with_points((0..16).map(|k| [f64::from(k % 4), f64::from(k / 4)]).collect());
+    for corner in [1, 4, 6, 9] {
+        ring.push(ElementKind::Quad4, [corner, corner + 1, corner + 5, corner + 4]);
+    }
+    let remarks = check(&mut ring, Parts::Joined).expect("a ring");
+    assert_eq!(ring.piece, [0, 1, 2, 3], "four hinges: a mechanism");
+    assert_eq!(remarks.len(), 1, "{remarks:?}");
+    // Two cubes at an edge turn about it; a third one that shares a side with both makes them one.
+    let mut cubes = block::<3>(ElementKind::Hex8, [2, 2, 1], [0.0; 3], [2.0, 2.0, 1.0]);
+    let all: Vec<Vec<u32>> = (0..4).map(|element| cubes.element_nodes(element).to_vec()).collect();
+    let of = |chosen: &[usize]| {
+        let mut mesh = Mesh::with_points(cubes.points.clone());
+        chosen.iter().for_each(|&element| {
+            mesh.push(ElementKind::Hex8, all[element].iter().copied());
+        });
+        mesh
+    };
+    let mut edge = of(&[0, 3]);
+    check(&mut edge, Parts::Joined).expect("an edge");
+    assert_eq!(edge.piece, [0, 1]);
+    let mut three = of(&[0, 1, 3]);
+    check(&mut three, Parts::Joined).expect("three cubes");
+    assert_eq!(three.piece, [0, 0, 0]);
+    check(&mut cubes, Parts::Joined).expect("four cubes");
+}
+
+/// What touches between the two sides of a contact of the body with itself is not joined on purpose.
+#[test]
+fn sides_of_a_contact_may_touch() {
+    let mut mesh =
+        beside(&[unit::<2>(ElementKind::Quad4, 0.0, [2, 2]), unit::<2>(ElementKind::Quad4, 1.0, [2, 3])]);
+    let index = FacetIndex::new(&mesh);
+    let on = |low: bool| {
+        let is = |facet: &Facet| {
+            let middle = if low { facet.element < 4 } else { facet.element >= 4 };
+            middle && mesh.facet_corners(*facet).all(|node| mesh.points[node as usize][0] == 1.0)
+        };
+        index.boundary().into_iter().filter(is).collect::<Vec<Facet>>()
+    };
+    let (left, right) = (on(true), on(false));
+    assert_eq!((left.len(), right.len()), (2, 3));
+    mesh.facet_sets.insert("left".into(), left);
+    mesh.facet_sets.insert("right".into(), right);
+    let source = Source::Box("block");
+    let meets = [("left".to_owned(), "right".to_owned())];
+    assert!(conform(&mut mesh.clone(), "block", &source, Parts::Joined, &meets).is_ok());
+    assert!(conform(&mut mesh, "block", &source, Parts::Joined, &[]).is_err());
+}
+
+/// Merging by more than an edge is refused at the element, and sides that come to lie inside leave their sets.
+#[test]
+fn merging_has_its_limits() {
+    let twice =
+        || beside(&[unit::<2>(ElementKind::Quad4, 0.0, [2, 2]), unit::<2>(ElementKind::Quad4, 1.0, [2, 2])]);
+    let error = check(&mut twice(), Parts::Merged(0.6)).expect_err("a tolerance beyond edges");
+    assert!(error.message.contains("has two nodes within merge.tolerance"), "{}", error.message);
+    let mut mesh = twice();
+    let seam = FacetIndex::new(&mesh).boundary().into_iter().filter(|facet| {
+        let mut nodes = mesh.facet_corners(*facet);
+        nodes.all(|node| mesh.points[node as usize][0] == 1.0)
+    });
+    let seam = seam.collect();
+    mesh.facet_sets.insert("seam".into(), seam);
+    let remarks = check(&mut mesh, Parts::Merged(1e-9)).expect("a merged mesh");
+    assert!(remarks[1].contains("4 of the 4 sides in the set 'block.seam'"), "{remarks:?}");
+    assert!(mesh.facet_sets.is_empty());
+}
+
+/// An element that only its curved sides turn inside out is refused, though all its corners are good; for every curved kind.
+#[test]
+fn inverted_curves_are_refused() {
+    fn check<const D: usize>(kind: ElementKind) {
+        let good = block::<D>(kind, [1; D], [0.0; D], [1.0; D]);
+        let source = Source::Box("block");
+        require_sound_curves(&good, &source).expect("a straight element");
+        let nodes = good.element_nodes(0);
+        let (corners, middle) = (kind.corners(), nodes[kind.corners()]);
+        let mut bent = good.clone();
+        // The first midside node is pulled through the element, to its opposite.
+        let centre = good.element_centre(0);
+        let from = good.points[middle as usize];
+        bent.points[middle as usize] = std::array::from_fn(|k| from[k] + 2.0 * (centre[k] - from[k]));
+        assert!(crate::mesh::validate::first_bad_element(&bent).is_none(), "{kind}: {corners} corners");
+        let error = require_sound_curves(&bent, &source).expect_err("a folded element");
+        assert!(
+            error.message.contains("inverted or flat inside") && error.message.contains("hint: "),
+            "{}",
+            error.message
+        );
+    }
+    for kind in ElementKind::SOLIDS.into_iter().filter(|kind| kind.order() == 2) {
+        if kind.dimension() == 2 { check::<2>(kind) } else { check::<3>(kind) }
+    }
+}
+
+/// The fixtures of Gmsh, as it wrote them and with a defect put in; 22a is the readable form.
+fn fixture(kind: &str, format: &str) -> std::path::PathBuf {
+    let name = format!("tests/fixtures/gmsh/{kind}-{format}.msh");
+    std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// What the program says of a mesh in a file.
+fn read<const D: usize>(path: &std::path::Path, parts: Parts) -> Result<Vec<String>> {
+    let (mut mesh, source) = gmsh::read_with_source::<D>(path, None)?;
+    let source = Source::File(&source);
+    require_sound_curves(&mesh, &source)?;
+    conform(&mut mesh, "block", &source, parts, &[])
+}
+
+/// A text of MSH 2.2 whose elements of group 2 have nodes of their own, moved along x.
+fn unjoined(text: &str, dimension: usize, moved: f64) -> String {
+    let mut nodes: BTreeMap<u64, Vec<String>> = BTreeMap::new();
+    let (mut head, mut elements, mut section) = (String::new(), Vec::new(), "");
+    for line in text.lines() {
+        let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        match (section, line) {
+            (_, "$Nodes") => section = "nodes",
+            (_, "$Elements") => section = "elements",
+            (_, _) if line.starts_with("$End") && !section.is_empty() => section = "passed",
+            ("nodes", _) if words.len() == 4 => {
+                drop(nodes.insert(words[0].parse().unwrap(), words[1..].to_vec()))
+            }
+            ("elements", _) if words.len() > 4 => elements.push(words),
+            ("", _) => head += &format!("{line}\n"),
+            _ => {}
+        }
+    }
+    let solid = |words: &[String]| {
+        let code = words[1].parse().unwrap();
+        ElementKind::from_gmsh(code).is_some_and(|kind| kind.dimension() == dimension)
+    };
+    let ids = |words: &[String]| words[5..].to_vec();
+    let of_group = |group: &str| -> Vec<String> {
+        elements
+            .iter()
+            .filter(|words| solid(words) && words[3] == group)
+            .flat_map(|words| ids(words))
+            .collect()
+    };
+    let (own, other) = (of_group("2"), of_group("1"));
+    let twin = |id: &String| (id.parse::<u64>().unwrap() + 1000).to_string();
+    let known = nodes.clone();
+    for id in &own {
+        let mut place = known[&id.parse::<u64>().unwrap()].clone();
+        place[0] = (place[0].parse::<f64>().unwrap() + moved).to_string();
+        nodes.insert(id.parse::<u64>().unwrap() + 1000, place);
+        if !other.contains(id) {
+            nodes.remove(&id.parse::<u64>().unwrap());
+        }
+    }
+    let mut out = format!("{head}$Nodes\n{}\n", nodes.len());
+    nodes.iter().for_each(|(id, place)| out += &format!("{id} {}\n", place.join(" ")));
+    out += &format!("$EndNodes\n$Elements\n{}\n", elements.len());
+    for words in &elements {
+        let all = |set: &[String]| ids(words).iter().all(|id| set.contains(id));
+        let moves = all(&own) && !all(&other);
+        let ids: Vec<String> = ids(words)
+            .iter()
+            .map(|id| if moves || (!other.contains(id)) { twin(id) } else { id.clone() })
+            .collect();
+        out += &format!("{} {}\n", words[..5].join(" "), ids.join(" "));
+    }
+    out + "$EndElements\n"
+}
+
+/// All that Gmsh wrote is taken, in every format; with nodes doubled between the two regions it is refused at a line, or
+/// merged, or two parts; for linear and quadratic elements, plane and solid.
+#[test]
+fn meshes_of_gmsh_fit_together_unless_they_are_damaged() {
+    fn check<const D: usize>(kind: &str) {
+        for format in ["22a", "22b", "41a", "41b"] {
+            let remarks = read::<D>(&fixture(kind, format), Parts::Joined);
+            assert_eq!(
+                remarks.unwrap_or_else(|error| panic!("{kind}: {error}")),
+                Vec::<String>::new(),
+                "{kind}"
+            );
+        }
+        let text = std::fs::read_to_string(fixture(kind, "22a")).unwrap();
+        let path = std::env::temp_dir().join(format!("contact-petsc-{}-{kind}.msh", std::process::id()));
+        let say = |text: String, parts| {
+            std::fs::write(&path, text).unwrap();
+            read::<D>(&path, parts)
+        };
+        let error = say(unjoined(&text, D, 0.0), Parts::Joined).expect_err("doubled nodes").message;
+        assert!(
+            error.contains(": line ") && error.contains("coincide") && error.contains("Coherence"),
+            "{error}"
+        );
+        let merged =
+            say(unjoined(&text, D, 0.0), Parts::Merged(1e-8)).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        assert!(merged.len() == 1 && merged[0].contains("were joined"), "{kind}: {merged:?}");
+        let island = say(unjoined(&text, D, 5.0), Parts::Joined).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        assert!(island.len() == 1 && island[0].contains("2 parts that share no node"), "{kind}: {island:?}");
+        let _ = std::fs::remove_file(&path);
+    }
+    ["tri3", "quad4", "tri6", "quad8", "quad9"].into_iter().for_each(check::<2>);
+    ["tet4", "hex8", "tet10", "hex20", "hex27"].into_iter().for_each(check::<3>);
+}

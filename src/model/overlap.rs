@@ -1,0 +1,193 @@
+//! Bodies that lie in each other at the start. A contact sees surfaces that face each other within a short distance; that
+//! one body contains another, or has the same place, is found here, whatever way their surfaces look.
+
+use super::lengths;
+use crate::case::{Case, InitialOverclosure, Obstacle, Side};
+use crate::error::{Error, Result};
+use crate::mesh::{Bounds, BoundsTree, Mesh, spelled};
+use crate::space::locate;
+use crate::tensor::Vector;
+
+/// Most elements of one body that are looked for in another: with 1e5, bodies of a million elements take a second.
+const MOST: usize = 100_000;
+
+/// What a user should know of bodies that overlap by half an element or more.
+///
+/// # Errors
+/// When a contact between the two wants an overclosure to be an error.
+pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec<String>> {
+    let names: Vec<&str> = case.bodies.names().collect();
+    let mut elements = vec![Vec::new(); names.len()];
+    let mut around = vec![Bounds::EMPTY; names.len()];
+    for (element, &body) in (0_u32..).zip(&mesh.body) {
+        elements[usize::from(body)].push(element);
+        let all = &mut around[usize::from(body)];
+        *all = all.join(&around_element(mesh, element));
+    }
+    let mut remarks = Vec::new();
+    for one in 0..names.len() {
+        for other in one + 1..names.len() {
+            let common = common(&around[one], &around[other]);
+            if common.is_empty() {
+                continue;
+            }
+            let both = [(one, other), (other, one)];
+            let found = both.into_iter().find_map(|(inner, outer)| {
+                let place = inside(mesh, &elements[inner], &elements[outer], &common)?;
+                Some((inner, outer, place))
+            });
+            let Some((inner, outer, place)) = found else { continue };
+            let message = format!(
+                "bodies '{}' and '{}' overlap at the start: {} m, the middle of an element of '{0}', lies inside '{1}'",
+                names[inner],
+                names[outer],
+                spelled(&place)
+            );
+            refuse_or_tell(case, [names[inner], names[outer]], message, &mut remarks)?;
+        }
+    }
+    for (name, obstacle) in case.obstacles.iter() {
+        for body in 0..names.len() {
+            let Some(centre) = middle(obstacle, &around[body].centre()) else { continue };
+            let at = Bounds::of([centre]);
+            if !around[body].meets(&at) {
+                continue;
+            }
+            let near = elements[body].iter().copied().filter(|&e| around_element(mesh, e).meets(&at));
+            if locate(mesh, near, &centre).is_some() {
+                let message = format!(
+                    "body '{}' and obstacle '{}' overlap at the start: the middle of the obstacle, {} m, lies inside the body",
+                    names[body],
+                    name.value,
+                    spelled(&centre)
+                );
+                refuse_or_tell(case, [names[body], &name.value], message, &mut remarks)?;
+            }
+        }
+    }
+    Ok(remarks)
+}
+
+/// The centre of an obstacle that is solid inside; of a cylinder the point of the axis nearest to `near` \[m\].
+fn middle<const D: usize>(obstacle: &Obstacle, near: &[f64; D]) -> Option<[f64; D]> {
+    match obstacle {
+        Obstacle::Sphere { center, side: Side::Outside, .. } => Some(lengths(center)),
+        Obstacle::Cylinder { point, axis, side: Side::Outside, .. } => {
+            let point = Vector::<D>::from(lengths(point));
+            let axis = Vector::<D>::from_fn(|i, _| axis.get(i).map_or(0.0, |entry| entry.si)).normalize();
+            Some((point + axis * axis.dot(&(Vector::from(*near) - point))).into())
+        }
+        Obstacle::Plane { .. } | Obstacle::Sphere { .. } | Obstacle::Cylinder { .. } => None,
+    }
+}
+
+/// An error where a contact between the two wants one, at the contact; else a remark.
+fn refuse_or_tell(case: &Case, pair: [&str; 2], message: String, remarks: &mut Vec<String>) -> Result<()> {
+    let owner = |set: &str| set.split('.').next().unwrap_or_default().to_owned();
+    let between = case.contact.iter().filter(|(_, contact)| {
+        let sides = [owner(&contact.contactor), owner(&contact.target)];
+        (sides[0] == pair[0] && sides[1] == pair[1]) || (sides[0] == pair[1] && sides[1] == pair[0])
+    });
+    for (name, contact) in between {
+        if contact.initial_overclosure == InitialOverclosure::Error {
+            let error: Error = case.error(name.place, message);
+            return Err(error.hint("move one of them; a contact acts between surfaces that face each other"));
+        }
+    }
+    remarks.push(format!("{message}; a contact acts only between surfaces that face each other"));
+    Ok(())
+}
+
+/// The middle of an element of `inner` that lies in one of `outer`; both in the box `common`.
+fn inside<const D: usize>(
+    mesh: &Mesh<D>,
+    inner: &[u32],
+    outer: &[u32],
+    common: &Bounds<D>,
+) -> Option<[f64; D]> {
+    let centre = |element: u32| mesh.element_centre(element as usize);
+    let near: Vec<u32> = outer.iter().copied().filter(|&e| around_element(mesh, e).meets(common)).collect();
+    let middles: Vec<[f64; D]> =
+        inner.iter().map(|&e| centre(e)).filter(|&at| common.meets(&Bounds::of([at]))).collect();
+    if near.is_empty() || middles.is_empty() {
+        return None;
+    }
+    let boxes: Vec<Bounds<D>> = near.iter().map(|&element| around_element(mesh, element)).collect();
+    let tree = BoundsTree::new(&boxes);
+    let stride = middles.len().div_ceil(MOST);
+    middles.into_iter().step_by(stride).find(|middle| {
+        let candidates = tree.meeting(&Bounds::of([*middle])).map(|number| near[number as usize]);
+        locate(mesh, candidates, middle).is_some()
+    })
+}
+
+fn around_element<const D: usize>(mesh: &Mesh<D>, element: u32) -> Bounds<D> {
+    Bounds::of(mesh.element_nodes(element as usize).iter().map(|&node| mesh.points[node as usize]))
+}
+
+/// What two boxes have in common.
+fn common<const D: usize>(one: &Bounds<D>, other: &Bounds<D>) -> Bounds<D> {
+    Bounds {
+        low: std::array::from_fn(|k| one.low[k].max(other.low[k])),
+        high: std::array::from_fn(|k| one.high[k].min(other.high[k])),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::Case;
+    use crate::error::Result;
+    use crate::model::read_meshes;
+
+    /// What is found of two boxes with these corners, between which a contact treats overlaps as told.
+    fn found(one: &str, other: &str, contact: &str) -> Result<Vec<String>> {
+        let body = |mesh: &str| {
+            format!(
+                "{{ mesh: {{ box: {{ {mesh} }} }}, material: {{ neo_hookean: {{ young_modulus: 1e6, poisson_ratio: 0.3 }} }}, density: 1 }}"
+            )
+        };
+        let text = format!(
+            "dimension: 2\nbodies:\n  one: {}\n  other: {}\nobstacles: {{ ball: {{ sphere: {{ center: [9, 9], radius: 0.1 }} }} }}\n\
+             contact: {{ face: {{ {contact}, friction: none }} }}\ntime: {{ end: 1, step: 0.1 }}\n",
+            body(one),
+            body(other)
+        );
+        let case = Case::parse(&text, "case.yml").unwrap_or_else(|error| panic!("{error}"));
+        read_meshes::<2>(&case).map(|(_, remarks)| remarks)
+    }
+
+    const UNIT: &str = "min: [0, 0], max: [1, 1], cells: [4, 4]";
+    const CONTACT: &str = "contactor: one.top, target: other.bottom";
+
+    /// Bodies of one place, or one inside the other, are refused at their contact, or reported where it accepts an overlap.
+    #[test]
+    fn bodies_that_coincide_or_contain_each_other_are_found() {
+        for other in [
+            UNIT,
+            "min: [0.3, 0.3], max: [0.6, 0.6], cells: [2, 2]",
+            "min: [-1, -1], max: [2, 2], cells: [3, 3]",
+        ] {
+            let error = found(UNIT, other, CONTACT).expect_err("an overlap").message;
+            assert!(error.contains("case.yml:6:") && error.contains("'one' and 'other' overlap"), "{error}");
+            let accepted =
+                found(UNIT, other, &format!("{CONTACT}, initial_overclosure: accept")).expect("a remark");
+            assert!(accepted.len() == 1 && accepted[0].contains("overlap at the start"), "{accepted:?}");
+        }
+        // Side by side, and with an overlap of less than half an element, which the contact sees.
+        for low in ["1", "0.95"] {
+            let other = format!("min: [0, {low}], max: [1, 2], cells: [4, 4]");
+            assert_eq!(found(UNIT, &other, CONTACT).expect("good bodies"), Vec::<String>::new());
+        }
+    }
+
+    /// A ball inside a body is found as well.
+    #[test]
+    fn an_obstacle_inside_a_body_is_found() {
+        let far = "min: [20, 20], max: [21, 21], cells: [1, 1]";
+        let around = "min: [8, 8], max: [10, 10], cells: [2, 2]";
+        let error =
+            found(around, far, "contactor: one.top, target: ball").expect_err("a ball inside").message;
+        assert!(error.contains("body 'one' and obstacle 'ball' overlap"), "{error}");
+        assert!(found(far, UNIT, "contactor: one.top, target: ball").expect("apart").is_empty());
+    }
+}
