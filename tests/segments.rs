@@ -259,21 +259,57 @@ fn a_sharp_block_is_dragged_by_either_side() {
     }
 }
 
-/// Segments need two meshed surfaces and a scheme whose forces are those of an instant; what is wrong is named with its line.
+/// Two bodies that collide off their centres and part again: energy and both momenta to rounding, with and without friction, in the
+/// plane and in space. What friction takes is heat.
 #[test]
-fn what_segments_cannot_do_is_refused() {
-    let rigid = shipped("rubber-block/case.yml", &[("quadrature: nodal", "quadrature: segments")]);
-    let conserving = shipped("collision/case.yml", &[("quadrature: gauss", "quadrature: segments")]);
-    for (text, words) in [(rigid, "'foundation' has no mesh"), (conserving, "conserving")] {
-        let folder = Folder::new("segments");
-        folder.write("case.yml", &text);
-        let output = run(1, &["case.yml", "--output", "out"], &folder);
-        assert_eq!(output.code, Some(3), "{}", output.text());
-        let line = 1 + text.lines().position(|line| line.contains("quadrature: segments")).expect("a line");
-        assert!(
-            output.stderr.contains(words) && output.stderr.contains(&format!("case.yml:{line}:")),
-            "{}",
-            output.stderr
-        );
+fn collisions_keep_energy_and_momentum() {
+    let plane = [
+        ("quadrature: gauss", "quadrature: segments"),
+        ("cells: [12, 12]", "cells: [6, 6]"),
+        ("cells: [14, 14]", "cells: [7, 7]"),
+        ("step: 5.0e-5", "step: 1.0e-4"),
+    ];
+    let space = [
+        ("quadrature: gauss", "quadrature: segments"),
+        ("cells: [6, 6, 6]", "cells: [3, 3, 3]"),
+        ("cells: [7, 7, 7]", "cells: [4, 4, 4]"),
+        ("step: 1.0e-4", "step: 2.0e-4"),
+    ];
+    for (case, changes) in [("case", plane), ("friction", plane), ("solid", space)] {
+        let results = Results::of(&shipped(&format!("collision/{case}.yml"), &changes), 1);
+        let energy = results.table("energy.csv");
+        let kinetic = energy.numbers("kinetic");
+        let lost = energy.numbers("numerical").iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        assert!(lost < 1e-8 * kinetic[0], "{case}: {lost} J of {} J", kinetic[0]);
+        let met = energy.numbers("contact").iter().any(|energy| *energy > 1e-4 * kinetic[0]);
+        assert!(met, "{case}: the bodies meet");
+        let heat = energy.last("friction_dissipated");
+        let expected = case != "case";
+        assert!((heat > 1e-3 * kinetic[0]) == expected, "{case}: heat {heat} J");
+        let momentum = results.table("momentum.csv");
+        for column in momentum.names().skip(2).map(str::to_owned).collect::<Vec<_>>() {
+            let values = momentum.numbers(&column);
+            let size = if column.starts_with("angular") { "angular" } else { "linear" };
+            let largest = momentum
+                .names()
+                .filter(|name| name.starts_with(size))
+                .flat_map(|name| momentum.numbers(name))
+                .fold(0.0_f64, |most, value| most.max(value.abs()));
+            let drift = values.iter().map(|value| (value - values[0]).abs()).fold(0.0, f64::max);
+            assert!(drift < 1e-8 * largest.max(1e-3 * kinetic[0]), "{case}: {column} drifts by {drift:e} of {largest:e}");
+        }
     }
+}
+
+/// Segments need two meshed surfaces; what is wrong is named with its line.
+#[test]
+fn segments_with_an_obstacle_are_refused() {
+    let text = shipped("rubber-block/case.yml", &[("quadrature: nodal", "quadrature: segments")]);
+    let folder = Folder::new("segments");
+    folder.write("case.yml", &text);
+    let output = run(1, &["case.yml", "--output", "out"], &folder);
+    assert_eq!(output.code, Some(3), "{}", output.text());
+    let line = 1 + text.lines().position(|line| line.contains("quadrature: segments")).expect("a line");
+    let place = format!("case.yml:{line}:");
+    assert!(output.stderr.contains("'foundation' has no mesh") && output.stderr.contains(&place), "{}", output.stderr);
 }

@@ -155,7 +155,7 @@ pub enum Quadrature {
     /// Gauss points: 2 along a side of linear facets, 3 of quadratic ones; more where the nodes of a target lie much closer.
     Gauss,
     /// Mortar segments between two bodies: contact points are the corners of the contactor's facets, with gap and pressure averaged over
-    /// the segments that both surfaces share. Passes the patch test; not with `scheme: conserving`.
+    /// the segments that both surfaces share. Passes the patch test.
     Segments,
 }
 tagged!(Quadrature, "quadrature");
