@@ -1,7 +1,7 @@
 //! One writer for a folder, also where several hosts share it.
 //!
 //! The file `run.lock` is locked by the system, which on one host is proof: the lock of a process that died is free. Locks
-//! between hosts are missing on some file systems. There the file changes every [`BEAT`], and who finds one that another host
+//! between hosts are missing on some file systems. There the file changes every two seconds, and who finds one that another host
 //! has left waits long enough to see it change.
 
 use std::fs::{File, OpenOptions, TryLockError, read_to_string};
