@@ -25,6 +25,7 @@ mod redistribution;
 mod renewal;
 mod report;
 mod rigid;
+mod rounding;
 mod scatter;
 mod sizes;
 mod solid;

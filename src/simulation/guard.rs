@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::unexplained::Unexplained;
 use crate::assembly::{ContactSystem, Energies};
 use crate::case::Case;
 use crate::dynamics::Stage;
@@ -26,6 +27,8 @@ pub struct Guard {
     calm: Energies,
     /// Wave speed of the contactor of each contact \[m/s\]; empty where impact is not watched, or was seen.
     speeds: Vec<f64>,
+    /// What the steps left unexplained.
+    unexplained: Unexplained,
 }
 
 impl Guard {
@@ -39,7 +42,7 @@ impl Guard {
         let watches = matches!(scheme, Scheme::Newmark { .. });
         let speeds = if watches { model.contacts.iter().map(speed).collect() } else { Vec::new() };
         let limit = case.guard.energy.map(|energy| energy.si);
-        Self { limit, scale: 0.0, calm: *start, speeds }.with(start)
+        Self { limit, scale: 0.0, calm: *start, speeds, unexplained: Unexplained::default() }.with(start)
     }
 
     fn with(mut self, energies: &Energies) -> Self {
@@ -57,7 +60,7 @@ impl Guard {
         if self.speeds.is_empty() {
             return None;
         }
-        let closings = system.closings(stage.dt);
+        let closings = system.closings(stage);
         let sudden = |(closing, speed): (&crate::assembly::Closing, &f64)| {
             let many = closing.before == 0 || closing.now as f64 >= MANY * closing.points as f64;
             closing.now > 0 && many && closing.speed > SUDDEN * speed
@@ -75,6 +78,17 @@ impl Guard {
         );
         self.speeds.clear();
         Some(text)
+    }
+
+    /// Takes the energies at the end of an accepted step into account: its number, its end \[s\], its length \[s\].
+    pub fn record(&mut self, step: u64, time: f64, dt: f64, energies: &Energies) {
+        self.grow(energies);
+        self.unexplained.record(step, time, dt, energies);
+    }
+
+    /// What a user should know at the end of a run by `scheme`.
+    pub fn warning(&self, scheme: Scheme) -> Option<String> {
+        self.unexplained.warning(scheme, self.scale)
     }
 
     /// Whether the energies of an accepted step are explained.
@@ -130,8 +144,15 @@ mod tests {
     }
 
     fn guard(limit: f64) -> Guard {
-        Guard { limit: Some(limit), scale: 0.0, calm: energies(100.0, 0.0, 0.0), speeds: Vec::new() }
-            .with(&energies(100.0, 0.0, 0.0))
+        let unexplained = Unexplained::default();
+        Guard {
+            limit: Some(limit),
+            scale: 0.0,
+            calm: energies(100.0, 0.0, 0.0),
+            speeds: Vec::new(),
+            unexplained,
+        }
+        .with(&energies(100.0, 0.0, 0.0))
     }
 
     /// Energy from nowhere, or lost, ends the run with the term that did it; explained changes do not, nor does a limit

@@ -40,6 +40,8 @@ pub struct Journal<const D: usize> {
     /// Of the case's choices, until the start-up report tells them.
     remarks: Vec<String>,
     watched: Vec<Watched<D>>,
+    /// What a user should know at the end of the run, as it stands.
+    last_words: Option<String>,
     pub(super) record: Record,
     /// What was done before this process, with the instant \[s\] at which it began.
     past: Option<(Past, f64)>,
@@ -79,6 +81,7 @@ impl<const D: usize> Journal<D> {
             model: model.clone(),
             remarks: super::options::remarks(case),
             watched: Vec::new(),
+            last_words: None,
             record,
             past,
             began: Instant::now(),
@@ -150,6 +153,11 @@ impl<const D: usize> Journal<D> {
     pub fn warn(&mut self, text: &str) {
         self.console.warn(text);
         self.record.warn(text.to_owned());
+    }
+
+    /// What a user should know at the end of the run, if it ends with the present step.
+    pub fn at_the_end(&mut self, words: Option<String>) {
+        self.last_words = words;
     }
 
     /// What accuracy was achieved so far.
@@ -270,7 +278,7 @@ impl<const D: usize> Journal<D> {
         // Of a run that failed before its first row nobody knows which contacts closed.
         let known = outcome.is_ok() || self.record.totals.steps > 0;
         let contacts = self.record.penetrations.iter().filter(|_| known).filter_map(warning);
-        let contacts = contacts.chain(missed).collect::<Vec<_>>();
+        let contacts = contacts.chain(missed).chain(self.last_words.take()).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
         contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));
         let written = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };

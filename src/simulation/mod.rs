@@ -22,6 +22,7 @@ mod resume;
 mod signals;
 mod start;
 mod tables;
+mod unexplained;
 
 use std::rc::Rc;
 
@@ -211,6 +212,8 @@ fn march<const D: usize>(
                 pace.advance(system, stage, &control, journal)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
+                guard.record(journal.step(), stage.trial.time, stage.dt, &energies);
+                journal.at_the_end(guard.warning(scheme));
                 guard.energy(&energies, stage.trial.time)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();

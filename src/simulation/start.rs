@@ -311,9 +311,10 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     stage.inertia = false;
     stage.trial.copy_from(&stage.start)?;
     stage.trial.time = 0.0;
+    // Statics begins undeformed and without loads: what acts from the first step on grows from nothing within it, and does
+    // its work on the way.
     stage.load_factor = if system.is_dynamic() { 1.0 } else { 0.0 };
     system.prescribe(stage)?;
-    stage.load_factor = 1.0;
     // A return map knows of slip what it has seen: bodies that slide at the start have done so for a step before.
     stage.start.u.axpy(-step, &stage.start.v)?;
     stage.start.u.update_ghosts()?;
@@ -323,6 +324,7 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
         let fault = system.fault();
         return Err(fault.unwrap_or_else(|| Error::not_converged("the forces at the start are not numbers")));
     }
+    stage.load_factor = 1.0;
     system.remember_start(stage)?;
     stage.start.copy_from(&stage.trial)
 }

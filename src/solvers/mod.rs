@@ -7,6 +7,7 @@
 mod augmented;
 mod convergence;
 mod cycle;
+mod descent;
 mod fatigue;
 mod filtered_amg;
 mod forcing;

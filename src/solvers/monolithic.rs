@@ -10,6 +10,7 @@ mod follow;
 
 use super::convergence::{IterationReport, Outcome, SolveReport};
 use super::cycle::{Cycle, Search};
+use super::descent::{Descent, Searched};
 use super::forcing::Forcing;
 use super::free_motion::FreeMotions;
 use super::held::{Driven, Held};
@@ -62,6 +63,14 @@ pub struct Monolithic {
 struct Point {
     length: f64,
     residual: Residual,
+    /// The shortest length that was tried is the best of a search; `None` where the correction was not searched along.
+    searched: Option<bool>,
+}
+
+impl Point {
+    fn taken(length: f64, residual: Residual) -> Self {
+        Self { length, residual, searched: None }
+    }
 }
 
 impl Monolithic {
@@ -74,6 +83,11 @@ impl Monolithic {
     /// A correction that is smaller than this part of the displacements is rounding. Well above the noise that is
     /// seen, half of it, so that no partition is on the other side.
     const ROUNDING: f64 = 8.0 * f64::EPSILON;
+    /// Where the residual no longer falls and is of the size that rounding leaves, a correction up to this part of the
+    /// displacements is rounding, too: slender bodies bend by many times the rounding of their places.
+    const NEGLIGIBLE: f64 = 1e-12;
+    /// The residual that rounding leaves is known up to this factor.
+    const ROUNDINGS: f64 = 16.0;
     /// Part of the largest force that may hold a motion that is not quite free: friction takes it over.
     const CARRIED: f64 = 0.1;
     /// Forces along a free motion up to this part of the tolerance are none: all of them together do not keep the balance
@@ -156,7 +170,8 @@ impl Monolithic {
         system.rewind();
         let mut now = self.evaluate(system, stage)?;
         let mut row = IterationReport { krylov, ..IterationReport::first(relative(now), system.observe()?) };
-        let mut cycle = Cycle::of(stage.split);
+        let (mut cycle, mut descent) = (Cycle::of(stage.split), Descent::default());
+        let mut lost = None;
         loop {
             if stage.friction == FrictionMode::AsGiven {
                 self.linear.heed(row.contact);
@@ -167,7 +182,13 @@ impl Monolithic {
             if !now.norm.is_finite() {
                 return Ok(Outcome::Failed(report, rejected(system)));
             }
-            if self.settled(now, row.iteration) || (row.iteration > 0 && self.at_rounding(&row, system)?) {
+            let at_rounding = |solver: &Self, system: &dyn Dynamics, stage: &Stage| -> Result<bool> {
+                let stalls = descent.has_stopped(now.norm);
+                Ok(row.iteration > 0
+                    && (solver.at_rounding(&row, system)?
+                        || stalls && solver.stands_at_rounding(&row, now, (system, stage))?))
+            };
+            if self.settled(now, row.iteration) || at_rounding(self, system, stage)? {
                 let yields = stage.yielding > 0.0 && self.free.held() > 0;
                 report.held = match yields {
                     true => std::mem::take(&mut self.carried),
@@ -180,6 +201,10 @@ impl Monolithic {
                 let reason = report.held.tell();
                 return Ok(Outcome::Failed(report, reason));
             }
+            if let Some(reason) = lost {
+                return Ok(Outcome::Failed(report, reason));
+            }
+            descent.reach(now.norm);
             if row.iteration == self.settings.max_iterations {
                 let reason = self.slow(&report, system);
                 return Ok(Outcome::Failed(report, reason));
@@ -195,6 +220,16 @@ impl Monolithic {
             if keeps {
                 self.kept.used(point.residual.norm / now.norm);
             }
+            let norms = [now.norm, point.residual.norm];
+            let searched = point.searched.map(|shortest| Searched { norms, shortest });
+            lost = descent.is_lost(searched).then(|| {
+                format!(
+                    "no length of correction {} brings the balance closer: residual {:.1e} before, {:.1e} at best",
+                    row.iteration + 1,
+                    relative(now),
+                    relative(point.residual)
+                )
+            });
             now = point.residual;
             row = IterationReport {
                 iteration: row.iteration + 1,
@@ -317,28 +352,30 @@ impl Monolithic {
         let good = full.norm.is_finite() && full.norm < Self::GROWTH * before.norm;
         let fast = full.norm * Self::REDUCTION <= before.norm && search != Search::Always;
         if good && (fast || self.converged(full) || whole < 1.0 || search == Search::Never) {
-            return Ok(Point { length: whole, residual: full });
+            return Ok(Point::taken(whole, full));
         }
         // Between opposite slip branches lies stick, which the next correction assumes; a shorter step would stay
         // on the flat branch and creep.
         if full.norm.is_finite() && search != Search::Always && system.reverses() {
-            return Ok(Point { length: whole, residual: full });
+            return Ok(Point::taken(whole, full));
         }
-        let mut best = Point { length: whole, residual: full };
+        let mut best = Point::taken(whole, full);
         for halving in 1..=Self::HALVINGS {
             let length = whole * 0.5f64.powi(halving);
             let residual = self.at(system, stage, length)?;
             let better = !best.residual.norm.is_finite() || residual.norm < best.residual.norm;
             if residual.norm.is_finite() && better {
-                best = Point { length, residual };
+                let shortest = halving == Self::HALVINGS;
+                best = Point { length, residual, searched: Some(shortest) };
             }
             let enough = best.residual.norm.is_finite() && best.residual.norm < Self::GROWTH * before.norm;
             if enough && search == Search::Never {
-                return Ok(best);
+                return Ok(Point::taken(best.length, best.residual));
             }
         }
         let residual = self.at(system, stage, best.length)?;
-        Ok(Point { length: best.length, residual })
+        let searched = (search != Search::Never).then_some(best.searched == Some(true));
+        Ok(Point { length: best.length, residual, searched })
     }
 
     /// The part of the correction that is taken at most: all of it, unless it carries a body that nothing holds, where
@@ -373,6 +410,19 @@ impl Monolithic {
         let size = system.extent() + self.origin.norm()?;
         // The whole correction, also where a part of it was taken: noise has no direction worth a search.
         Ok(row.increment <= Self::ROUNDING * size * row.line_search)
+    }
+
+    /// The residual, which no longer falls, is of the size that the rounding of the displacements leaves, and the last correction
+    /// is hardly more. What is compared does not become smaller as the load does, so a shorter step changes nothing.
+    fn stands_at_rounding(
+        &self,
+        row: &IterationReport,
+        now: Residual,
+        (system, stage): (&dyn Dynamics, &Stage),
+    ) -> Result<bool> {
+        let size = system.extent() + self.origin.norm()?;
+        Ok(row.increment <= Self::NEGLIGIBLE * size * row.line_search
+            && now.norm <= Self::ROUNDINGS * system.rounding(stage)?)
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.
