@@ -3,7 +3,10 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
+use super::contact::Contact;
 use super::system::ContactSystem;
+use crate::dynamics::Stage;
+use crate::tensor::Vector as Point;
 
 /// How a contact closed in a step, all ranks together.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,25 +19,36 @@ pub struct Closing {
     pub before: u64,
     /// All points.
     pub points: u64,
-    /// Largest speed at which a gap closed \[m/s\].
+    /// Largest speed at which a gap closed \[m/s\]: that of the surfaces towards each other at the start of the step, or that
+    /// of the gap over the step where it is larger. A step that is much longer than the flight has a small mean.
     pub speed: f64,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// How each contact closed in the step of length `dt` \[s\] that ends in the trial state; to be called before it is
-    /// accepted. Collective.
-    pub fn closings(&self, dt: f64) -> Vec<Closing> {
+    /// How each contact closed in the step that ends in the trial state; to be called before it is accepted. Collective.
+    pub fn closings(&self, stage: &Stage) -> Vec<Closing> {
         let count = self.contacts.len();
+        let targets = self.target_velocities(stage);
+        let velocity = stage.start.v.local();
         let (mut sums, mut speeds) = (vec![0u64; 3 * count], vec![0.0f64; count]);
-        for (k, contact) in self.contacts.iter().enumerate() {
+        for (k, (contact, of_target)) in self.contacts.iter().zip(&targets).enumerate() {
             let state = &contact.state;
             for point in contact.reported_points() {
                 let [was, is] = [state.history[point].gap, state.current[point].gap];
-                sums[3 * k] += u64::from(was > 0.0 && is <= 0.0);
+                let closed = was > 0.0 && is <= 0.0;
+                sums[3 * k] += u64::from(closed);
                 sums[3 * k + 1] += u64::from(was <= 0.0);
                 sums[3 * k + 2] += 1;
-                if was > 0.0 && is <= 0.0 && was.is_finite() {
-                    speeds[k] = speeds[k].max((was - is) / dt);
+                if !closed {
+                    continue;
+                }
+                if was.is_finite() {
+                    speeds[k] = speeds[k].max((was - is) / stage.dt);
+                }
+                let normal = state.current[point].normal;
+                for &node in contact.nodes_of_point(point) {
+                    let own = Point::<D>::from_column_slice(&velocity[node as usize * D..][..D]);
+                    speeds[k] = speeds[k].max((of_target - own).dot(&normal));
                 }
             }
         }
@@ -42,7 +56,7 @@ impl<const D: usize> ContactSystem<D> {
         let world = self.session.world();
         world.all_reduce_into(&sums[..], &mut all[..], SystemOperation::sum());
         world.all_reduce_into(&speeds[..], &mut fastest[..], SystemOperation::max());
-        let closing = |(k, contact): (usize, &super::contact::Contact<D>)| Closing {
+        let closing = |(k, contact): (usize, &Contact<D>)| Closing {
             contact: contact.name.clone(),
             now: all[3 * k],
             before: all[3 * k + 1],
@@ -50,5 +64,25 @@ impl<const D: usize> ContactSystem<D> {
             speed: fastest[k],
         };
         self.contacts.iter().enumerate().map(closing).collect()
+    }
+
+    /// Mean velocity of each target surface at the start of the step \[m/s\]; zero where it is an obstacle. Collective.
+    fn target_velocities(&self, stage: &Stage) -> Vec<Point<D>> {
+        let velocity = stage.start.v.local();
+        let mut own = vec![0.0_f64; self.contacts.len() * (D + 1)];
+        let mut nodes = Vec::new();
+        for (contact, sums) in self.contacts.iter().zip(own.chunks_exact_mut(D + 1)) {
+            let Some(meeting) = contact.meeting() else { continue };
+            for &facet in &meeting.surfaces()[1] {
+                self.local.mesh.facet_nodes(facet, &mut nodes);
+                for &node in &nodes {
+                    sums[D] += 1.0;
+                    (0..D).for_each(|i| sums[i] += velocity[node as usize * D + i]);
+                }
+            }
+        }
+        let mut all = vec![0.0_f64; own.len()];
+        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        all.chunks_exact(D + 1).map(|sums| Point::from_fn(|i, _| sums[i] / sums[D].max(1.0))).collect()
     }
 }

@@ -222,6 +222,16 @@ impl<const D: usize> Contact<D> {
         vertices.chain(facets.iter().filter(|facet| facet.mine).flat_map(|facet| facet.points.clone()))
     }
 
+    /// Local nodes of the facet of a contact point, or the node of a vertex.
+    pub fn nodes_of_point(&self, point: usize) -> &[u32] {
+        if let Pair::Segments(meeting) = &self.pair {
+            return &meeting.contact.surface.vertices()[point..point + 1];
+        }
+        let surface = self.surface();
+        let after = surface.facets().partition_point(|facet| facet.points.end <= point);
+        surface.facets().get(after).map_or(&[], |facet| surface.facet_nodes(facet))
+    }
+
     /// Whether the target is deformable.
     pub fn is_deformable(&self) -> bool {
         !matches!(self.pair, Pair::Rigid { .. })

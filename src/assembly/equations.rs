@@ -208,6 +208,10 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         accuracy::improve(self.session.world(), &mut self.contacts);
     }
 
+    fn rounding(&self, stage: &Stage) -> Result<f64> {
+        self.rounding_of_forces(stage)
+    }
+
     fn extent(&self) -> f64 {
         self.extent
     }

@@ -384,6 +384,13 @@ pub trait Dynamics {
     /// Brings contact that is not in motion closer to what was asked, by multipliers or by a stiffer penalty. Collective.
     fn improve(&mut self);
 
+    /// Size of the residual that the rounding of displacements and places leaves at the trial state \[N\], by the matrix that was
+    /// assembled last. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    fn rounding(&self, stage: &Stage) -> Result<f64>;
+
     /// Extent of all bodies, or their largest coordinate far from the origin \[m\]: what rounding is measured against.
     fn extent(&self) -> f64;
 }

@@ -45,6 +45,8 @@ pub struct Journal<const D: usize> {
     watched: Vec<Watched<D>>,
     /// Distance between neighbouring coordinates \[m\].
     spacing: f64,
+    /// What a user should know at the end of the run, as it stands.
+    last_words: Vec<String>,
     pub(super) record: Record,
     /// What was done before this process, with the instant \[s\] at which it began.
     past: Option<(Past, f64)>,
@@ -89,6 +91,7 @@ impl<const D: usize> Journal<D> {
             remarks: super::options::remarks(case),
             watched: Vec::new(),
             spacing: 0.0,
+            last_words: Vec::new(),
             record,
             past,
             began: Instant::now(),
@@ -159,7 +162,11 @@ impl<const D: usize> Journal<D> {
                 .then(|| (partition.contact_imbalance(), partition.pairs, partition.pairs_cut)),
             solver: strategy.describe(),
             contacts: contact_starts(system),
-            remarks: notes(system).into_iter().chain(rounded).chain(warnings.iter().cloned()).collect(),
+            remarks: notes(system, &self.model)
+                .into_iter()
+                .chain(rounded)
+                .chain(warnings.iter().cloned())
+                .collect(),
         };
         self.console.start_up(&report, &warnings);
         warnings.into_iter().for_each(|text| self.record.warn(text));
@@ -175,6 +182,11 @@ impl<const D: usize> Journal<D> {
     pub fn warn(&mut self, text: &str) {
         self.console.warn(text);
         self.record.warn(text.to_owned());
+    }
+
+    /// What a user should know at the end of the run, if it ends with the present step.
+    pub fn at_the_end(&mut self, words: Vec<String>) {
+        self.last_words = words;
     }
 
     /// What accuracy was achieved so far.
@@ -300,7 +312,8 @@ impl<const D: usize> Journal<D> {
         let known = outcome.is_ok() || self.record.totals.steps > 0;
         let contacts = self.record.penetrations.iter().filter(|_| known).filter_map(warning);
         let blurred = magnitudes::blurred(&self.record.penetrations, self.spacing);
-        let contacts = contacts.chain(missed).chain(blurred).collect::<Vec<_>>();
+        let last_words = std::mem::take(&mut self.last_words);
+        let contacts = contacts.chain(missed).chain(blurred).chain(last_words).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
         contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));
         let written = self.write_end();

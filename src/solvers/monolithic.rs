@@ -8,8 +8,9 @@
 
 mod follow;
 
-use super::convergence::{IterationReport, Outcome, SolveReport};
+use super::convergence::{IterationReport, Outcome, SolveReport, Trouble};
 use super::cycle::{Cycle, Search};
+use super::descent::{Descent, Searched};
 use super::forcing::Forcing;
 use super::free_motion::FreeMotions;
 use super::held::{Driven, Held};
@@ -62,6 +63,14 @@ pub struct Monolithic {
 struct Point {
     length: f64,
     residual: Residual,
+    /// The shortest length that was tried is the best of a search; `None` where the correction was not searched along.
+    searched: Option<bool>,
+}
+
+impl Point {
+    fn taken(length: f64, residual: Residual) -> Self {
+        Self { length, residual, searched: None }
+    }
 }
 
 impl Monolithic {
@@ -74,6 +83,11 @@ impl Monolithic {
     /// A correction that is smaller than this part of the displacements is rounding. Well above the noise that is
     /// seen, half of it, so that no partition is on the other side.
     const ROUNDING: f64 = 8.0 * f64::EPSILON;
+    /// Where the residual no longer falls and is of the size that rounding leaves, a correction up to this part of the
+    /// displacements is rounding, too: slender bodies bend by many times the rounding of their places.
+    const NEGLIGIBLE: f64 = 1e-12;
+    /// The residual that rounding leaves is known up to this factor.
+    const ROUNDINGS: f64 = 16.0;
     /// Part of the largest force that may hold a motion that is not quite free: friction takes it over.
     const CARRIED: f64 = 0.1;
     /// Forces along a free motion up to this part of the tolerance are none: all of them together do not keep the balance
@@ -158,6 +172,8 @@ impl Monolithic {
         let mut row = IterationReport { krylov, ..IterationReport::first(relative(now), system.observe()?) };
         let mut at_rounding = false;
         let mut cycle = Cycle::of(stage.split);
+        let mut descent = Descent::default();
+        let mut lost = None;
         loop {
             if stage.friction == FrictionMode::AsGiven {
                 self.linear.heed(row.contact);
@@ -166,9 +182,14 @@ impl Monolithic {
             report.residual = row.residual;
             report.contact = row.contact;
             if !now.norm.is_finite() {
+                report.trouble = Trouble::Numbers;
                 return Ok(Outcome::Failed(report, rejected(system)));
             }
-            if self.settled(now, row.iteration) || at_rounding {
+            let stands = row.iteration > 0
+                && !at_rounding
+                && descent.has_stopped(now.norm)
+                && self.stands_at_rounding(&row, now, (system, stage))?;
+            if self.settled(now, row.iteration) || at_rounding || stands {
                 let yields = stage.yielding > 0.0 && self.free.held() > 0;
                 report.held = match yields {
                     true => std::mem::take(&mut self.carried),
@@ -181,6 +202,10 @@ impl Monolithic {
                 let reason = report.held.tell();
                 return Ok(Outcome::Failed(report, reason));
             }
+            if let Some(reason) = lost {
+                return Ok(Outcome::Failed(report, reason));
+            }
+            descent.reach(now.norm);
             if row.iteration == self.settings.max_iterations {
                 let reason = self.slow(&report, system);
                 return Ok(Outcome::Failed(report, reason));
@@ -188,13 +213,27 @@ impl Monolithic {
             let slow = [row.iteration >= Self::PATIENCE, system.is_cycling()];
             let points = [row.contact.closed, row.contact.pressing];
             let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, (now, points));
-            let Some(solved) = self.correct(system, stage, (now, points), keeps)? else {
-                return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
+            let solved = match self.correct(system, stage, (now, points), keeps)? {
+                Ok(solved) => solved,
+                Err((trouble, reason)) => {
+                    report.trouble = trouble;
+                    return Ok(Outcome::Failed(report, reason.to_owned()));
+                }
             };
             self.origin.copy_from(&stage.trial.u)?;
             let search = cycle.search(now.norm, slow, self.settings.line_search);
             let point = self.advance(system, stage, now, search)?;
             let before = std::mem::replace(&mut now, point.residual);
+            let norms = [before.norm, now.norm];
+            let searched = point.searched.map(|shortest| Searched { norms, shortest });
+            lost = descent.is_lost(searched).then(|| {
+                format!(
+                    "no length of correction {} brings the balance closer: residual {:.1e} before, {:.1e} at best",
+                    row.iteration + 1,
+                    relative(before),
+                    relative(now)
+                )
+            });
             row = IterationReport {
                 iteration: row.iteration + 1,
                 residual: relative(now),
@@ -242,26 +281,31 @@ impl Monolithic {
         fit && self.kept.serves(stage.shifts, system.matrix().pattern(), points, excess)
     }
 
-    /// The correction at the current residual, Newton's or with a tangent that was kept; `None` where every linear solver failed.
+    /// The correction at the current residual, Newton's or with a tangent that was kept; or why there is none.
     fn correct(
         &mut self,
         system: &mut dyn Dynamics,
         stage: &Stage,
         (now, points): (Residual, [u64; 2]),
         keeps: bool,
-    ) -> Result<Option<Solved>> {
+    ) -> Result<std::result::Result<Solved, (Trouble, &'static str)>> {
+        const UNSOLVED: (Trouble, &str) = (Trouble::Linear, "no linear solver reached its tolerance");
         if keeps {
             self.rhs.copy_from(&self.residual)?;
             self.rhs.scale(-1.0)?;
             let tolerance = self.forcing.next_kept(now.norm, self.target * now.scale);
-            return self.linear.solve_system(
+            let solved = self.linear.solve_system(
                 (system, stage, true),
                 &self.rhs,
                 &mut self.correction,
                 tolerance,
-            );
+            )?;
+            return Ok(solved.ok_or(UNSOLVED));
         }
         system.jacobian(stage, self.settings.terms, None)?;
+        if !system.matrix().norm_frobenius()?.is_finite() {
+            return Ok(Err((Trouble::Numbers, "a stiffness is no number, or beyond all measure")));
+        }
         self.kept.made(stage.shifts, system.matrix().pattern(), points);
         match system.predicts() {
             true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
@@ -276,7 +320,7 @@ impl Monolithic {
             true => (asked * now.norm / self.rhs.norm()?).max(Self::PREDICTED).min(asked),
             false => asked,
         };
-        self.solve_held(system, stage, tolerance)
+        Ok(self.solve_held(system, stage, tolerance)?.ok_or(UNSOLVED))
     }
 
     /// The correction for the right side at hand, without what is held.
@@ -327,28 +371,30 @@ impl Monolithic {
         let good = full.norm.is_finite() && full.norm < Self::GROWTH * before.norm;
         let fast = full.norm * Self::REDUCTION <= before.norm && search != Search::Always;
         if good && (fast || self.converged(full) || whole < 1.0 || search == Search::Never) {
-            return Ok(Point { length: whole, residual: full });
+            return Ok(Point::taken(whole, full));
         }
         // Between opposite slip branches lies stick, which the next correction assumes; a shorter step would stay
         // on the flat branch and creep.
         if full.norm.is_finite() && search != Search::Always && system.reverses() {
-            return Ok(Point { length: whole, residual: full });
+            return Ok(Point::taken(whole, full));
         }
-        let mut best = Point { length: whole, residual: full };
+        let mut best = Point::taken(whole, full);
         for halving in 1..=Self::HALVINGS {
             let length = whole * 0.5f64.powi(halving);
             let residual = self.at(system, stage, length)?;
             let better = !best.residual.norm.is_finite() || residual.norm < best.residual.norm;
             if residual.norm.is_finite() && better {
-                best = Point { length, residual };
+                let shortest = halving == Self::HALVINGS;
+                best = Point { length, residual, searched: Some(shortest) };
             }
             let enough = best.residual.norm.is_finite() && best.residual.norm < Self::GROWTH * before.norm;
             if enough && search == Search::Never {
-                return Ok(best);
+                return Ok(Point::taken(best.length, best.residual));
             }
         }
         let residual = self.at(system, stage, best.length)?;
-        Ok(Point { length: best.length, residual })
+        let searched = (search != Search::Never).then_some(best.searched == Some(true));
+        Ok(Point { length: best.length, residual, searched })
     }
 
     /// The part of the correction that is taken at most: all of it, unless it carries a body that nothing holds, where
@@ -383,6 +429,19 @@ impl Monolithic {
         let size = system.extent() + self.origin.norm()?;
         // The whole correction, also where a part of it was taken: noise has no direction worth a search.
         Ok(row.increment <= Self::ROUNDING * size * row.line_search)
+    }
+
+    /// The residual, which no longer falls, is of the size that the rounding of the displacements leaves, and the last correction
+    /// is hardly more. What is compared does not become smaller as the load does, so a shorter step changes nothing.
+    fn stands_at_rounding(
+        &self,
+        row: &IterationReport,
+        now: Residual,
+        (system, stage): (&dyn Dynamics, &Stage),
+    ) -> Result<bool> {
+        let size = system.extent() + self.origin.norm()?;
+        Ok(row.increment <= Self::NEGLIGIBLE * size * row.line_search
+            && now.norm <= Self::ROUNDINGS * system.rounding(stage)?)
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.

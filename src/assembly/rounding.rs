@@ -1,0 +1,37 @@
+//! What the rounding of displacements and places leaves in the residual.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::system::ContactSystem;
+use crate::dynamics::Stage;
+use crate::error::Result;
+
+impl<const D: usize> ContactSystem<D> {
+    /// Size of the residual if the displacement of each node errs by its rounding, and each closed gap by that of a place
+    /// \[N\], by the matrix that was assembled last. It does not become smaller as the load does. Collective.
+    pub(super) fn rounding_of_forces(&self, stage: &Stage) -> Result<f64> {
+        let mut diagonal = self.pattern_vector().like()?;
+        self.matrix.diagonal(&mut diagonal)?;
+        let (stiffness, u) = (diagonal.owned(), stage.trial.u.owned());
+        let free = self.supports.dofs.constrained.iter().map(|held| !held);
+        let own = stiffness.iter().zip(u.iter()).zip(free).filter(|(_, free)| *free);
+        let bodies: f64 = own.map(|((stiffness, u), _)| (stiffness * u).powi(2)).sum();
+        let contacts: f64 = self.contacts.iter().map(|contact| contact.squared_stiffness()).sum();
+        let own = bodies + contacts * self.extent.powi(2);
+        let mut all = 0.0_f64;
+        self.session.world().all_reduce_into(&own, &mut all, SystemOperation::sum());
+        Ok(f64::EPSILON * all.sqrt())
+    }
+}
+
+impl<const D: usize> super::contact::Contact<D> {
+    /// Squares of the normal stiffnesses of the closed parts of this rank's facets, summed [N^2/m^2].
+    fn squared_stiffness(&self) -> f64 {
+        let law = &self.law().normal;
+        let facets = self.surface().facets().iter().filter(|facet| facet.mine);
+        let closed = facets.flat_map(|facet| &self.state.current[facet.points.clone()]);
+        let stiffness = |gap: f64, area: f64| (area * law.evaluate(gap.min(0.0)).derivative).powi(2);
+        closed.filter(|point| point.is_closed()).map(|point| stiffness(point.gap, point.area)).sum()
+    }
+}

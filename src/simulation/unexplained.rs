@@ -1,0 +1,166 @@
+//! Energy without a cause over a whole run: how much of it there is, and which steps left it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::assembly::Energies;
+use crate::time::Scheme;
+
+/// Unexplained energy over the largest energy from which on a run is not trusted without a word.
+const WORTH_A_WORD: f64 = 0.02;
+
+/// The same in statics, where the work of a load step is that of the mean of the forces at its ends: a fifth too much where a
+/// round body is pressed at once, with forces in balance all the same. Bodies that jump to another equilibrium lose more.
+const WORTH_A_WORD_IN_STATICS: f64 = 0.25;
+
+/// What rounding leaves is known up to this factor.
+const ROUNDINGS: f64 = 16.0;
+
+/// Steps that are named.
+const NAMED: usize = 3;
+
+/// A step is named if it left more than this part of the largest unexplained energy.
+const NOTABLE: f64 = 0.1;
+
+/// A step and the energy that it left unexplained.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Left {
+    step: u64,
+    /// Its end \[s\].
+    time: f64,
+    /// Its length \[s\].
+    dt: f64,
+    /// Energy that was lost, negative where it came from nowhere \[J\].
+    energy: f64,
+}
+
+/// What the steps of a run left unexplained.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Unexplained {
+    /// Sum at the end of the last step \[J\].
+    now: f64,
+    /// The sum that was largest in size \[J\], and when \[s\].
+    largest: f64,
+    at: f64,
+    /// What rounding may have left of it \[J\].
+    rounding: f64,
+    /// The steps that left most, the largest first.
+    steps: [Option<Left>; NAMED],
+}
+
+impl Unexplained {
+    /// Energy that a step ending in `energies` left, negative where it came from nowhere \[J\].
+    pub fn left(&self, energies: &Energies) -> f64 {
+        energies.numerical - self.now
+    }
+
+    /// Takes an accepted step into account: its number, its end \[s\], its length \[s\], the energies at its end, and what rounding
+    /// may have left of them \[J\].
+    pub fn record(&mut self, step: u64, time: f64, dt: f64, energies: &Energies, rounding: f64) {
+        self.rounding += rounding;
+        let mut left = Some(Left { step, time, dt, energy: self.left(energies) });
+        self.now = energies.numerical;
+        if self.now.abs() > self.largest.abs() {
+            (self.largest, self.at) = (self.now, time);
+        }
+        let size = |left: &Option<Left>| left.map_or(0.0, |left| left.energy.abs());
+        for known in &mut self.steps {
+            if size(&left) > size(known) {
+                std::mem::swap(known, &mut left);
+            }
+        }
+    }
+
+    /// The warning at the end of a run by `scheme` whose largest energy was `scale` \[J\], if it deserves one.
+    pub fn warning(&self, scheme: Scheme, scale: f64) -> Option<String> {
+        let part = self.largest.abs() / scale;
+        let most = if scheme == Scheme::Static { WORTH_A_WORD_IN_STATICS } else { WORTH_A_WORD };
+        if !(scale > 0.0 && part >= most) || self.largest.abs() <= ROUNDINGS * self.rounding {
+            return None;
+        }
+        let verb = if self.largest < 0.0 { "came from nowhere" } else { "was lost without a cause" };
+        let notable = |left: &&Left| left.energy.abs() >= NOTABLE * self.largest.abs();
+        let name = |left: &Left| {
+            let verb = if left.energy < 0.0 { "gained" } else { "lost" };
+            let Left { step, time, dt, energy } = left;
+            format!("step {step} (t = {time:.4e} s, {dt:.1e} s long) {verb} {:.3e} J", energy.abs())
+        };
+        let steps: Vec<String> = self.steps.iter().flatten().filter(notable).map(name).collect();
+        let steps = match steps.is_empty() {
+            true => "no step left a tenth of it".to_owned(),
+            false => steps.join(", "),
+        };
+        Some(format!(
+            "warning: until t = {:.4e} s an energy of {:.3e} J {verb}, {:.1} % of the largest energy of the run: {steps}\nhint: {}",
+            self.at,
+            self.largest.abs(),
+            100.0 * part,
+            cure(scheme)
+        ))
+    }
+}
+
+/// The cure where a scheme takes energy out of fast motion.
+const DAMPS: &str = "this scheme damps what is fast beside the step: take a shorter step, accuracy: { time: ... } or `scheme: conserving`";
+
+/// What to change.
+fn cure(scheme: Scheme) -> &'static str {
+    match scheme {
+        Scheme::Static => {
+            "forces do not grow in a straight line within these load steps, or bodies jumped from one equilibrium to another: \
+             more load steps show which"
+        }
+        Scheme::Conserving => {
+            "the steps are too long for what happens in them: take a shorter step, or a smaller solver.newton.tolerance"
+        }
+        Scheme::BackwardEuler => DAMPS,
+        Scheme::Newmark { gamma, alpha_m, alpha_f, .. } if gamma > 0.5 || alpha_m != alpha_f => DAMPS,
+        Scheme::Newmark { .. } | Scheme::Midpoint => {
+            "the steps are too long for what happens in them: take a shorter step, accuracy: { time: ... } or `scheme: conserving`"
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(numerical: &[f64]) -> Unexplained {
+        let mut unexplained = Unexplained::default();
+        for (k, &numerical) in numerical.iter().enumerate() {
+            let energies = Energies { numerical, ..Energies::default() };
+            unexplained.record(k as u64 + 1, 0.1 * (k + 1) as f64, 0.1, &energies, 0.0);
+        }
+        unexplained
+    }
+
+    /// The largest sum counts, also where a later step makes up for it; the steps that made it are named, the largest
+    /// first, and others are not.
+    #[test]
+    fn the_steps_that_left_most_are_named() {
+        let scheme = Scheme::newmark(0.25, 0.5);
+        let text = run(&[0.0, -1.0, -31.0, -31.5, -81.5, 2.0]).warning(scheme, 100.0).expect("a warning");
+        assert!(text.contains("t = 5.0000e-1 s an energy of 8.150e1 J came from nowhere, 81.5 %"), "{text}");
+        let named =
+            "largest energy of the run: step 6 (t = 6.0000e-1 s, 1.0e-1 s long) lost 8.350e1 J, step 5 (";
+        assert!(text.contains(named) && text.contains("gained 5.000e1 J, step 3 ("), "{text}");
+        assert!(!text.contains("step 2") && !text.contains("step 4"), "{text}");
+    }
+
+    /// Below 2 % nothing is said, in statics below a quarter, nor of a run without any energy.
+    #[test]
+    fn little_is_not_mentioned() {
+        let warning = |numerical: f64, scheme| run(&[numerical]).warning(scheme, 100.0);
+        assert_eq!(warning(1.9, Scheme::Conserving), None);
+        assert!(warning(2.1, Scheme::Conserving).is_some_and(|text| text.contains("a shorter step")));
+        assert_eq!(run(&[0.0]).warning(Scheme::Static, 0.0), None);
+        assert_eq!(warning(20.0, Scheme::Static), None);
+        assert!(warning(26.0, Scheme::Static).is_some_and(|text| text.contains("more load steps")));
+        let mut rounded = Unexplained::default();
+        let energies = Energies { numerical: 50.0, ..Energies::default() };
+        rounded.record(1, 1.0, 1.0, &energies, 4.0);
+        assert_eq!(rounded.warning(Scheme::Conserving, 100.0), None);
+        let many: Vec<f64> = (1..=100).map(|k| 0.1 * f64::from(k)).collect();
+        let text = run(&many).warning(Scheme::Conserving, 100.0).expect("a warning");
+        assert!(text.contains("no step left a tenth of it"), "{text}");
+    }
+}
