@@ -276,3 +276,32 @@ fn rubber_cube_on_1_2_3_4_8_ranks() {
         invariant(&solved_by(&text, INEXACT), &RANKS);
     }
 }
+
+/// A thin belt that touches a drum in small steps: what rounding leaves of its forces is more than Newton's tolerance, and no shorter
+/// step makes it less. No step needs many iterations, or is cut, on any number of ranks, and the forces agree.
+#[test]
+fn a_belt_converges_to_rounding_on_1_2_3_and_4_ranks() {
+    let text = "title: Thin belt on a drum\ndimension: 2\nbodies:\n  belt:\n    \
+        mesh: { box: { min: [-0.05, 0], max: [0.05, 1.0e-4], cells: [200, 2] } }\n    \
+        material: { saint_venant_kirchhoff: { young_modulus: 1.0e9, poisson_ratio: 0.3 } }\n    kinematics: finite\n\
+        obstacles:\n  drum: { sphere: { center: [0, -0.03], radius: 0.03, side: outside } }\n\
+        contact:\n  sole:\n    contactor: belt.bottom\n    target: drum\n    normal: { penalty: { compliance: 1.0e-12 } }\n    \
+        friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 1.0e11 } } }\n    \
+        initial_overclosure: accept\n\
+        boundary:\n  ends: { on: belt.left, displacement: { x: 0, y: \"-1e-6 * t\" } }\n  \
+        pull: { on: belt.right, displacement: { x: 0, y: \"-1e-6 * t\" } }\n\
+        time: { end: 1, step: 0.0333333, cuts: 0, scheme: { static: {} } }\n\
+        solver: { newton: { max_iterations: 6 } }\n";
+    let force = |ranks: usize| {
+        let results = Results::of(text, ranks);
+        assert_eq!(results.record()["steps"], 31, "{ranks} ranks");
+        let worst = results.table("iterations.csv").last("residual");
+        assert!(worst > 1e-9, "{ranks} ranks: {worst:e} is no rounding above the tolerance");
+        results.table("reactions.csv").last("force_y")
+    };
+    let alone = force(1);
+    for ranks in [2, 3, 4] {
+        let found = force(ranks);
+        assert!((found / alone - 1.0).abs() < 1e-7, "{ranks} ranks: {found:e} N, not {alone:e} N");
+    }
+}

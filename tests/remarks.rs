@@ -4,7 +4,7 @@ mod common;
 
 use std::fs;
 
-use common::{Folder, SMALL_BLOCK, run};
+use common::{Folder, Results, SMALL_BLOCK, run};
 
 /// The small block with one text replaced.
 #[track_caller]
@@ -66,6 +66,81 @@ fn a_press_deeper_than_the_body_is_told() {
         let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
         assert!(!record.contains("never closed"), "{record}");
     }
+}
+
+/// A block that falls on a floor, and a second one below if there are two.
+fn impact(step: f64, second: &str) -> String {
+    format!(
+        "title: Impact\ndimension: 2\nbodies:\n  block:\n    mesh: {{ box: {{ min: [0, 0.5], max: [0.4, 0.9], cells: [4, 4] }} }}\n    \
+         material: {{ saint_venant_kirchhoff: {{ young_modulus: 5.0e6, poisson_ratio: 0.3 }} }}\n    density: 1000\n    \
+         initial_velocity: [0, -10]\n{second}\
+         obstacles:\n  floor: {{ plane: {{ point: [0, 0], normal: [0, 1] }} }}\n\
+         contact:\n  sole: {{ contactor: block.bottom, target: {}, normal: {{ penalty: {{ compliance: 1.0e-9 }} }}, friction: none }}\n\
+         time: {{ end: 0.2, step: {step:e}, scheme: {{ newmark: {{ beta: 0.25, gamma: 0.5 }} }} }}\n",
+        if second.is_empty() { "floor" } else { "lower.top" }
+    )
+}
+
+/// An impact in steps that are far too long: the speed at which the block arrives is told, also where the step is much longer than its
+/// flight, or what it meets moves itself; at the end the energy without a cause, with the steps that left it.
+#[test]
+fn energy_without_a_cause_is_told() {
+    let folder = Folder::new("unexplained");
+    let told = |ranks: usize, text: &str| {
+        folder.write("case.yml", text);
+        let output = run(ranks, &["case.yml", "-o", "out", "-q", "--anew"], &folder).success();
+        assert!(output.stderr.contains("warning: impact seen"), "{}", output.stderr);
+        output.stderr
+    };
+    for ranks in [0, 3] {
+        let grows = told(ranks, &impact(0.05, ""));
+        assert!(grows.contains("'sole' closed at 1.00e1 m/s"), "{grows}");
+        let words = "J came from nowhere, 88.4 % of the largest energy of the run: step 3 (t = 1.5000e-1 s, 5.0e-2 s long)";
+        assert!(grows.contains(words) && grows.matches("step ").count() == 1, "{grows}");
+        let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
+        assert!(record.contains("came from nowhere"), "{record}");
+    }
+    let one_step = told(0, &impact(0.2, ""));
+    assert!(one_step.contains("'sole' closed at 1.00e1 m/s"), "{one_step}");
+    assert!(one_step.contains("was lost without a cause"), "{one_step}");
+    let lower = "  lower:\n    mesh: { box: { min: [0, -0.4], max: [0.4, 0.4], cells: [4, 8] } }\n    \
+        material: { saint_venant_kirchhoff: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }\n    density: 1000\n    \
+        initial_velocity: [0, 5]\n";
+    for ranks in [0, 2] {
+        let meet = told(ranks, &impact(2e-3, lower));
+        assert!(meet.contains("'sole' closed at 1.50e1 m/s"), "{meet}");
+    }
+}
+
+/// A static load that acts at once grows within the first step: its work is half of the load times its way, which is what the body
+/// stores, but for what is not in a straight line. Before, nothing acts.
+#[test]
+fn a_static_load_at_once_does_its_work() {
+    let text = with(
+        "clamp: { on: block.top, displacement: { x: \"1.0 * t\", y: -0.01 } }",
+        "side: { on: block.left, displacement: { x: 0 } }\n  press: { on: block.top, traction: { y: -1.0e4 } }",
+    );
+    let text = text
+        .replace("coulomb: { coefficient: 0.5, regularization: { stick_velocity: 1.0e-3 } }", "none")
+        .replace("friction: { none }", "friction: none")
+        .replace("start: { equilibrium: { friction: false, increments: 2 } }\n", "")
+        .replace(
+            "time: { end: 0.002, step: 5.0e-4 }",
+            "time: { end: 1, scheme: { static: { increments: 2 } } }",
+        );
+    let results = Results::of(&text, 0);
+    let ledger = results.table("energy.csv");
+    let (work, left) = (ledger.numbers("external_work"), ledger.numbers("numerical"));
+    assert!(
+        work[1] > 1.0 && left[1].abs() < 2e-3 * work[1] && left[2].abs() < 2e-3 * work[1],
+        "{work:?}, {left:?}"
+    );
+    assert!(results.table("reactions.csv").numbers("force_x")[0] == 0.0);
+    assert!(
+        results.record()["warnings"].as_array().is_some_and(Vec::is_empty),
+        "{}",
+        results.record()["warnings"]
+    );
 }
 
 /// Of restarts that agree to rounding alone is told who keeps checkpoints on several ranks, where MUMPS factorises.

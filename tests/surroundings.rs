@@ -125,6 +125,10 @@ fn nohup_keeps_a_run_going() {
     assert_eq!(running.wait().expect("its end").code(), Some(7));
 }
 
+/// A body beside the others that nothing touches.
+const BIRD: &str = "  bird:\n    mesh: { box: { min: [9, 9], max: [9.1, 9.1], cells: [1, 1] } }\n    \
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }\n    density: 1700\n";
+
 /// An option that nothing used is on record, and a quiet run tells it and nothing else; a body that flies is no warning.
 #[test]
 fn the_record_has_what_the_console_leaves_out() {
@@ -134,7 +138,8 @@ fn the_record_has_what_the_console_leaves_out() {
             "clamp: { on: block.top, displacement: { x: \"1.0 * t\", y: -0.01 } }",
             "push: { on: block.top, traction: { y: -10 } }",
         )
-        .replace("start: { equilibrium: { friction: false, increments: 2 } }\n", "");
+        .replace("start: { equilibrium: { friction: false, increments: 2 } }\n", "")
+        .replace("obstacles:", &format!("{BIRD}obstacles:"));
     folder.write("case.yml", &free);
     let output = shell("$PROGRAM case.yml -q -o out -- -snes_mponitor 3", &folder);
     let told = String::from_utf8_lossy(&output.stderr);
@@ -144,10 +149,12 @@ fn the_record_has_what_the_console_leaves_out() {
     let warnings: Vec<&str> =
         warnings.as_array().into_iter().flatten().filter_map(|text| text.as_str()).collect();
     assert!(warnings.contains(&"the PETSc option `-snes_mponitor 3` was used by nothing"), "{warnings:?}");
-    assert!(!warnings.iter().any(|text| text.contains("no support holds")), "{warnings:?}");
+    assert!(!warnings.iter().any(|text| text.contains("holds")), "{warnings:?}");
     let output = shell("$PROGRAM case.yml -o out", &folder);
     let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("note      no support holds 'block' along x, y"), "{said}");
+    assert!(said.contains("note      no support and no contact holds 'bird' along x, y"), "{said}");
+    // The floor holds it, as in every ordinary case.
+    assert!(!said.contains("'block' along"), "{said}");
 }
 
 /// Two ranks that share neither memory nor a working directory, and talk by TCP: the answer of one host in as many messages as

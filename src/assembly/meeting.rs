@@ -90,6 +90,11 @@ impl<const D: usize> Meeting<D> {
         0.5 * self.sight.facet.min(self.sight.depth)
     }
 
+    /// Largest extent of a facet of either side \[m\].
+    pub fn facet(&self) -> f64 {
+        self.sight.facet
+    }
+
     /// Local facets of contactor and target.
     pub fn surfaces(&self) -> &[Vec<Facet>; 2] {
         &self.surfaces

@@ -113,6 +113,11 @@ impl<const D: usize> Journal<D> {
         self.record.warn(note);
     }
 
+    /// A step is shortened before it is tried, since surfaces would move too far in it.
+    pub fn shortened(&mut self) {
+        self.record.totals.cut_steps += 1;
+    }
+
     /// A step was solved and is repeated, since its errors are too large.
     pub fn repeated(&mut self, report: &SolveReport, control: &StepControl) {
         self.count(report);

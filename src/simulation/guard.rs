@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::motion::MotionWatch;
 use super::unexplained::Unexplained;
 use crate::assembly::{ContactSystem, Energies};
 use crate::case::Case;
-use crate::dynamics::Stage;
+use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::time::Scheme;
@@ -16,6 +17,9 @@ const SUDDEN: f64 = 5e-4;
 
 /// Part of the points that closes in one step of an impact, where others were closed before.
 const MANY: f64 = 0.1;
+
+/// A step that leaves less than this part of the largest energy unexplained is not looked at for rounding.
+const NOTABLE: f64 = 1e-3;
 
 /// Watches energy and impact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,6 +33,8 @@ pub struct Guard {
     speeds: Vec<f64>,
     /// What the steps left unexplained.
     unexplained: Unexplained,
+    /// How far surfaces in contact move in a step.
+    pub motion: MotionWatch,
 }
 
 impl Guard {
@@ -42,7 +48,9 @@ impl Guard {
         let watches = matches!(scheme, Scheme::Newmark { .. });
         let speeds = if watches { model.contacts.iter().map(speed).collect() } else { Vec::new() };
         let limit = case.guard.energy.map(|energy| energy.si);
-        Self { limit, scale: 0.0, calm: *start, speeds, unexplained: Unexplained::default() }.with(start)
+        let motion = MotionWatch::new(case.guard.motion.map(|motion| motion.si));
+        Self { limit, scale: 0.0, calm: *start, speeds, unexplained: Unexplained::default(), motion }
+            .with(start)
     }
 
     fn with(mut self, energies: &Energies) -> Self {
@@ -80,15 +88,29 @@ impl Guard {
         Some(text)
     }
 
-    /// Takes the energies at the end of an accepted step into account: its number, its end \[s\], its length \[s\].
-    pub fn record(&mut self, step: u64, time: f64, dt: f64, energies: &Energies) {
+    /// Takes the energies at the end of the accepted step in `stage`, which has the number `step`, into account. Collective.
+    ///
+    /// # Errors
+    /// When PETSc refuses.
+    pub fn record<const D: usize>(
+        &mut self,
+        system: &ContactSystem<D>,
+        stage: &Stage,
+        step: u64,
+        energies: &Energies,
+    ) -> Result<()> {
         self.grow(energies);
-        self.unexplained.record(step, time, dt, energies);
+        let rounding = match self.unexplained.left(energies).abs() > NOTABLE * self.scale {
+            true => system.rounding(stage)? * stage.trial.u.norm()?,
+            false => 0.0,
+        };
+        self.unexplained.record(step, stage.trial.time, stage.dt, energies, rounding);
+        Ok(())
     }
 
     /// What a user should know at the end of a run by `scheme`.
-    pub fn warning(&self, scheme: Scheme) -> Option<String> {
-        self.unexplained.warning(scheme, self.scale)
+    pub fn warnings(&self, scheme: Scheme) -> Vec<String> {
+        self.unexplained.warning(scheme, self.scale).into_iter().chain(self.motion.warning()).collect()
     }
 
     /// Whether the energies of an accepted step are explained.
@@ -144,15 +166,9 @@ mod tests {
     }
 
     fn guard(limit: f64) -> Guard {
-        let unexplained = Unexplained::default();
-        Guard {
-            limit: Some(limit),
-            scale: 0.0,
-            calm: energies(100.0, 0.0, 0.0),
-            speeds: Vec::new(),
-            unexplained,
-        }
-        .with(&energies(100.0, 0.0, 0.0))
+        let (unexplained, motion) = (Unexplained::default(), MotionWatch::new(None));
+        let calm = energies(100.0, 0.0, 0.0);
+        Guard { limit: Some(limit), scale: 0.0, calm, speeds: Vec::new(), unexplained, motion }.with(&calm)
     }
 
     /// Energy from nowhere, or lost, ends the run with the term that did it; explained changes do not, nor does a limit

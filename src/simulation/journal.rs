@@ -41,7 +41,7 @@ pub struct Journal<const D: usize> {
     remarks: Vec<String>,
     watched: Vec<Watched<D>>,
     /// What a user should know at the end of the run, as it stands.
-    last_words: Option<String>,
+    last_words: Vec<String>,
     pub(super) record: Record,
     /// What was done before this process, with the instant \[s\] at which it began.
     past: Option<(Past, f64)>,
@@ -81,7 +81,7 @@ impl<const D: usize> Journal<D> {
             model: model.clone(),
             remarks: super::options::remarks(case),
             watched: Vec::new(),
-            last_words: None,
+            last_words: Vec::new(),
             record,
             past,
             began: Instant::now(),
@@ -137,7 +137,11 @@ impl<const D: usize> Journal<D> {
                 .then(|| (partition.contact_imbalance(), partition.pairs, partition.pairs_cut)),
             solver: strategy.describe(),
             contacts: contact_starts(system),
-            remarks: notes(system).into_iter().chain(rounded).chain(warnings.iter().cloned()).collect(),
+            remarks: notes(system, &self.model)
+                .into_iter()
+                .chain(rounded)
+                .chain(warnings.iter().cloned())
+                .collect(),
         };
         self.console.start_up(&report, &warnings);
         warnings.into_iter().for_each(|text| self.record.warn(text));
@@ -156,7 +160,7 @@ impl<const D: usize> Journal<D> {
     }
 
     /// What a user should know at the end of the run, if it ends with the present step.
-    pub fn at_the_end(&mut self, words: Option<String>) {
+    pub fn at_the_end(&mut self, words: Vec<String>) {
         self.last_words = words;
     }
 
@@ -278,7 +282,7 @@ impl<const D: usize> Journal<D> {
         // Of a run that failed before its first row nobody knows which contacts closed.
         let known = outcome.is_ok() || self.record.totals.steps > 0;
         let contacts = self.record.penetrations.iter().filter(|_| known).filter_map(warning);
-        let contacts = contacts.chain(missed).chain(self.last_words.take()).collect::<Vec<_>>();
+        let contacts = contacts.chain(missed).chain(std::mem::take(&mut self.last_words)).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
         contacts.iter().chain(&options).for_each(|text| self.record.warn(text.clone()));
         let written = if self.session.rank() == 0 { self.record.write(&self.folder) } else { Ok(()) };

@@ -5,11 +5,13 @@ mod check;
 mod checkpoint;
 mod fields;
 mod guard;
+mod hints;
 mod input;
 mod itself;
 mod journal;
 mod magnitudes;
 mod measure;
+mod motion;
 mod needs;
 mod options;
 mod pace;
@@ -33,7 +35,7 @@ use crate::error::{Cause, Error, Result, agree};
 use crate::model::{Contact, Model, Target, read_mesh};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
-use crate::solvers::{Outcome, SolveReport, Strategy};
+use crate::solvers::{Outcome, SolveReport, Strategy, Trouble};
 use crate::time::{Retry, Scheme, StepControl};
 
 pub use check::check;
@@ -50,7 +52,6 @@ pub use signals::Signals;
 
 use checkpoint::{Keeper, Moment};
 use guard::Guard;
-use remarks::nodal_cure;
 use restart::Saved;
 
 /// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
@@ -187,6 +188,11 @@ fn march<const D: usize>(
     let scheme = options::scheme(&case.time);
     let Watch { mut control, mut ledger, mut guard, mut pace } = watch;
     while !control.finished() {
+        if guard.motion.foresees(control.dt()) && control.can_cut() {
+            journal.shortened();
+            control.fail();
+            continue;
+        }
         pace.prepare(system);
         let attempt = Attempt { scheme, control: &control, pace: &pace };
         let (before, saved) = (*ledger.now(), ledger.save());
@@ -204,6 +210,13 @@ fn march<const D: usize>(
         match outcome {
             Outcome::Converged(report) => {
                 let energies = *ledger.now();
+                let slides = system.slides(stage);
+                if let Some(reason) = control.can_cut().then(|| guard.motion.objection(&slides)).flatten() {
+                    ledger.restore(saved);
+                    journal.failed(&report, &reason, &control);
+                    control.fail();
+                    continue;
+                }
                 if !pace.accepts((system, stage), &mut control, [&before, &energies], &report)? {
                     ledger.restore(saved);
                     journal.repeated(&report, &control);
@@ -212,8 +225,9 @@ fn march<const D: usize>(
                 pace.advance(system, stage, &control, journal)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
-                guard.record(journal.step(), stage.trial.time, stage.dt, &energies);
-                journal.at_the_end(guard.warning(scheme));
+                guard.record(system, stage, journal.step(), &energies)?;
+                guard.motion.accept(&slides, journal.step(), stage.dt);
+                journal.at_the_end(guard.warnings(scheme));
                 guard.energy(&energies, stage.trial.time)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
@@ -232,7 +246,8 @@ fn march<const D: usize>(
                 ledger.restore(saved);
                 journal.failed(&report, &reason, &control);
                 if control.fail() == Retry::GiveUp {
-                    return Err(give_up(system, &reason, stage, (&control, strategy.cure())));
+                    let error = give_up(system, &reason, stage, &control);
+                    return Err(hints::with_hint(error, &report, system, case));
                 }
             }
         }
@@ -300,21 +315,28 @@ impl Attempt<'_> {
             let mut residual = system.pattern_vector().like()?;
             if !system.residual(stage, &mut residual)?.norm.is_finite() {
                 let why = system.fault().map_or_else(|| "no number".to_owned(), |fault| fault.message);
-                return Ok(Outcome::Failed(report, format!("at the end of the step: {why}")));
+                return Ok(failed(report, Trouble::Numbers, format!("at the end of the step: {why}")));
             }
         }
         if let Some(reason) = system.unsound_state(stage) {
-            return Ok(Outcome::Failed(report, reason));
+            return Ok(failed(report, Trouble::Numbers, reason));
         }
         if let Some(reason) = system.missed_contact(stage)? {
-            return Ok(Outcome::Failed(report, reason));
+            return Ok(failed(report, Trouble::Motion, reason));
         }
         let energies = ledger.advance(system, stage)?;
         Ok(match energies.is_finite() {
             true => Outcome::Converged(report),
-            false => Outcome::Failed(report, "an energy at the end of the step is no number".to_owned()),
+            false => {
+                failed(report, Trouble::Numbers, "an energy at the end of the step is no number".to_owned())
+            }
         })
     }
+}
+
+/// A step that was solved and can not be taken.
+fn failed(report: SolveReport, trouble: Trouble, reason: String) -> Outcome {
+    Outcome::Failed(SolveReport { trouble, ..report }, reason)
 }
 
 /// The error that ends a run whose step can not be cut further.
@@ -322,18 +344,8 @@ fn give_up<const D: usize>(
     system: &mut ContactSystem<D>,
     reason: &str,
     stage: &Stage,
-    (control, cure): (&StepControl, &str),
+    control: &StepControl,
 ) -> Error {
     let place = format!("t = {:.6e} s, step cut to {:.3e} s", stage.start.time, control.dt());
-    let fault = system.fault();
-    let error = fault.unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
-    let free = system.free_bodies();
-    if !system.is_dynamic() && !free.is_empty() {
-        return error.hint(&format!(
-            "no support holds {}: its loads must balance along every free direction, or friction must hold it",
-            free.join("; ")
-        ));
-    }
-    let nodal = nodal_cure(system).map_or_else(String::new, |nodal| format!("{nodal}, or "));
-    error.hint(&format!("results up to this time are kept; {nodal}{cure}"))
+    system.fault().unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place)
 }

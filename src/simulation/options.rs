@@ -20,6 +20,9 @@ const FIRM: f64 = 0.1;
 /// No linear solve of the inexact Newton method is looser.
 const LOOSEST: f64 = 1e-4;
 
+/// Newton's tolerance is no looser than that by itself, whatever accuracy is asked for.
+const LOOSEST_NEWTON: f64 = 1e-3;
+
 /// The time integration scheme.
 pub fn scheme(time: &case::Time) -> Scheme {
     match &time.scheme.value {
@@ -98,8 +101,28 @@ pub fn remarks(case: &Case) -> Vec<String> {
         .into_iter()
         .chain(massless)
         .chain(swinging(case))
+        .chain(loose(case))
         .chain(kept(case))
         .collect()
+}
+
+/// Tolerances so large that they leave a trace in the results.
+fn loose(case: &Case) -> impl Iterator<Item = String> {
+    let newton = ("newton", case.solver.newton.tolerance.si, "forces out of balance", "the largest one");
+    let staggered = match &case.solver.strategy.value {
+        case::Strategy::Staggered { tolerance, .. } => {
+            Some(("strategy.staggered", tolerance.si, "the stages apart", "the motion of a step"))
+        }
+        case::Strategy::Monolithic => None,
+    };
+    let given = [Some(newton), staggered].into_iter().flatten();
+    given.filter(|(_, tolerance, ..)| *tolerance > LOOSEST_NEWTON).map(|(name, tolerance, what, of)| {
+        format!(
+            "solver.{name}: {{ tolerance: {tolerance} }} leaves {what} by up to {:.2} % of {of}, and the results are as rough: \
+             write {LOOSEST_NEWTON:e} or less",
+            100.0 * tolerance
+        )
+    })
 }
 
 /// Under the conserving scheme the laws of contact stay as they are, whatever `accuracy` asks of them.
@@ -249,12 +272,10 @@ fn follows_time(case: &Case) -> bool {
 fn newton_tolerance(case: &Case) -> f64 {
     /// Residual over the largest force, over the error in time that is allowed.
     const RATIO: f64 = 1e-1;
-    /// No looser than that, whatever is asked.
-    const LOOSEST: f64 = 1e-3;
     let given = case.solver.newton.tolerance;
     let accuracy = case.accuracy.as_ref();
     match accuracy.and_then(|accuracy| if case.is_static() { accuracy.slip } else { accuracy.time }) {
-        Some(asked) if given.place.line == 0 => (RATIO * asked.si).clamp(given.si, LOOSEST),
+        Some(asked) if given.place.line == 0 => (RATIO * asked.si).clamp(given.si, LOOSEST_NEWTON),
         _ => given.si,
     }
 }
@@ -268,6 +289,22 @@ mod tests {
     /// That of a case with some lines more.
     fn tolerance(text: &str, more: &str) -> f64 {
         newton_tolerance(&Case::parse(&format!("{text}{more}"), "case.yml").expect("a case"))
+    }
+
+    /// A tolerance that leaves a trace in the results is told, and none that the program would choose by itself.
+    #[test]
+    fn loose_tolerances_are_told() {
+        let text = include_str!("../../meshes/sliding-block/case.yml");
+        let told = |solver: &str| {
+            let text = format!("{text}solver: {solver}\n");
+            super::remarks(&Case::parse(&text, "case.yml").expect("a case")).join("; ")
+        };
+        assert!(told("{ newton: { tolerance: 0.9 } }").contains("by up to 90.00 % of the largest one"));
+        assert_eq!(told("{ newton: { tolerance: 1e-3 } }"), "");
+        assert!(
+            told("{ strategy: { staggered: { tolerance: 0.5 } } }")
+                .contains("the stages apart by up to 50.00 %")
+        );
     }
 
     /// Newton's tolerance is a tenth of the error in time that is asked for, a thousandth at most, unless it is given.

@@ -2,7 +2,7 @@
 
 use crate::assembly::{ContactSystem, Overclosure, Watched};
 use crate::dynamics::Dynamics;
-use crate::model::Contact;
+use crate::model::{Contact, Model};
 use crate::output::record::Penetration;
 use crate::output::summary::ContactStart;
 use crate::petsc::Session;
@@ -61,8 +61,8 @@ fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
 }
 
 /// What a user may like to know before the run: in dynamics a body may fly.
-pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
-    let mut notes = if system.is_dynamic() { loose(system) } else { Vec::new() };
+pub(super) fn notes<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
+    let mut notes = loose(system, model);
     let [spared, _] = system.redistributed();
     if !spared.is_empty() {
         notes.push(format!(
@@ -78,15 +78,19 @@ pub(super) const RESTARTS_TO_ROUNDING: &str = "MUMPS rounds differently each tim
      interrupted to rounding, not to the bit; for that take linear: gmres_asm_ilu, or PETSc's -pc_type redundant -redundant_pc_type lu \
      -redundant_pc_factor_mat_solver_type mumps";
 
-/// The bodies that no support holds, in a sentence, where there are any.
-fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
-    let free = system.free_bodies();
-    if free.is_empty() { Vec::new() } else { vec![format!("no support holds {}", free.join("; "))] }
+/// The bodies that neither supports nor contacts can hold, in a sentence, where there are any; statics refuses them.
+fn loose<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
+    let lost = system.lost_bodies(model);
+    if lost.is_empty() {
+        Vec::new()
+    } else {
+        vec![format!("no support and no contact holds {}", lost.join("; "))]
+    }
 }
 
 /// What a user should mind before the run.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
-    let mut remarks = if system.is_dynamic() { Vec::new() } else { loose(system) };
+    let mut remarks = Vec::new();
     let [_, short] = system.redistributed();
     if !short.is_empty() {
         remarks.push(format!(

@@ -1,16 +1,19 @@
 //! The state at the start: static equilibrium without friction where the case wants it, then velocities and the
 //! acceleration that balances the forces (formulation, sections 6 and 7C).
 
+use super::hints::BEYOND_MEASURE;
 use super::journal::Journal;
 use super::remarks::nodal_cure;
 use super::{SOLVER_PREFIXES, options};
 use crate::assembly::{ContactSystem, Span};
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
-use crate::error::{Error, Result};
+use crate::error::{Cause, Error, Result};
 use crate::model::Model;
 use crate::petsc::Vector;
-use crate::solvers::{LinearChoice, LinearSolver, Monolithic, Outcome, Problem, Strategy};
+use crate::solvers::{
+    LinearChoice, LinearSolver, Monolithic, Outcome, Problem, SolveReport, Strategy, Trouble,
+};
 use crate::terms::Terms;
 use crate::time::Scheme;
 
@@ -146,8 +149,8 @@ fn press<const D: usize>(
                 level.begin_anew();
             }
             Outcome::Failed(..) if level.cut() => {}
-            Outcome::Failed(_, reason) => {
-                return Err(no_equilibrium((system, journal.model()), &reason, factor));
+            Outcome::Failed(report, reason) => {
+                return Err(no_equilibrium((system, journal.model()), (&report, &reason), factor));
             }
         }
     }
@@ -190,7 +193,10 @@ fn approach<const D: usize>(
     let outcome = match moved {
         true => strategy.solve(system, stage, &mut |row| journal.iteration(row))?,
         false => {
-            Outcome::Failed(Default::default(), "the prescribed displacement can not be followed".into())
+            let sound = system.matrix().norm_frobenius()?.is_finite();
+            let trouble = if sound { Trouble::Linear } else { Trouble::Numbers };
+            let report = SolveReport { trouble, ..SolveReport::default() };
+            Outcome::Failed(report, "the prescribed displacement can not be followed".into())
         }
     };
     journal.fallbacks(&strategy.take_fallbacks());
@@ -280,18 +286,24 @@ impl Levels {
 
 fn no_equilibrium<const D: usize>(
     (system, model): (&mut ContactSystem<D>, &Model<D>),
-    reason: &str,
+    (report, reason): (&SolveReport, &str),
     factor: f64,
 ) -> Error {
-    let free = system.free_bodies();
+    let free = if report.driven { system.free_bodies() } else { Vec::new() };
     let place = format!("static start at {:.0} % of the loads", 100.0 * factor);
-    let error = system.fault().unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
+    let fault = system.fault();
+    let beyond = report.trouble == Trouble::Numbers || fault.is_some();
+    let error = fault.unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
     // Increments were halved six times by now.
-    let mut cure = match system.crushed(model) {
-        Some(crushed) => crushed,
-        None => "use more increments, or start: { rest: {} }".to_owned(),
+    let mut cure = match (system.crushed(model), report.trouble) {
+        (Some(crushed), _) => crushed,
+        (None, _) if beyond && error.cause != Cause::Guard => BEYOND_MEASURE.to_owned(),
+        (None, Trouble::Multipliers) => {
+            "ask for a larger accuracy.penetration, or use more increments".to_owned()
+        }
+        (None, _) => "use more increments, or start: { rest: {} }".to_owned(),
     };
-    if let Some(nodal) = nodal_cure(system) {
+    if let Some(nodal) = nodal_cure(system).filter(|_| report.trouble == Trouble::Balance) {
         cure = format!("{nodal}; or {cure}");
     }
     if !free.is_empty() {

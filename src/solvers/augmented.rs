@@ -4,7 +4,7 @@
 //! is left of the gap at closed points is small enough. Each update reduces it by about the stiffness of the
 //! bodies over that of the penalty. The multipliers of the last step are where the next one begins.
 
-use super::convergence::{IterationReport, Outcome, Phase, SolveReport};
+use super::convergence::{IterationReport, Outcome, Phase, SolveReport, Trouble};
 use super::linear::Fallback;
 use super::strategy::Strategy;
 use crate::dynamics::{Dynamics, Stage};
@@ -45,6 +45,7 @@ impl Strategy for Augmented {
             report.add_work(solved);
             report.single.get_or_insert(solved.effort());
             (report.residual, report.contact) = (solved.residual, solved.contact);
+            (report.driven, report.trouble) = (solved.driven, solved.trouble);
             if let Outcome::Failed(_, reason) = outcome {
                 return Ok(Outcome::Failed(report, reason));
             }
@@ -57,6 +58,7 @@ impl Strategy for Augmented {
             least = least.min(left.ratio);
             if update > Self::MOST || idle >= Self::IDLE {
                 let depth = left.depth;
+                report.trouble = Trouble::Multipliers;
                 return Ok(Outcome::Failed(
                     report,
                     format!(
@@ -96,9 +98,5 @@ impl Strategy for Augmented {
 
     fn take_fallbacks(&mut self) -> Vec<Fallback> {
         self.inner.take_fallbacks()
-    }
-
-    fn cure(&self) -> &'static str {
-        "try a stiffer penalty, which needs fewer updates of the multipliers, or a larger accuracy.penetration"
     }
 }

@@ -62,6 +62,24 @@ impl IterationReport {
     }
 }
 
+/// What kept a solve from its balance: decides what may help.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Trouble {
+    /// Newton's method finds no balance.
+    #[default]
+    Balance,
+    /// The multipliers of contact do not reach the penetration that is asked for.
+    Multipliers,
+    /// The stages of a staggered step do not agree.
+    Sweeps,
+    /// No linear solver reached its tolerance.
+    Linear,
+    /// Surfaces move too far within the step.
+    Motion,
+    /// A number is not finite, or beyond all measure.
+    Numbers,
+}
+
 /// Totals of one solve; the linear solve that carries prescribed motion into its first guess counts, with iteration 0.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SolveReport {
@@ -81,6 +99,8 @@ pub struct SolveReport {
     pub held: Held,
     /// Loads drove a body along a motion that nothing resists.
     pub driven: bool,
+    /// What kept a solve that failed from its balance.
+    pub trouble: Trouble,
 }
 
 impl SolveReport {

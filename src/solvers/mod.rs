@@ -30,7 +30,7 @@ mod users_options;
 mod zone;
 
 pub use augmented::Augmented;
-pub use convergence::{IterationReport, Outcome, Phase, SolveReport};
+pub use convergence::{IterationReport, Outcome, Phase, SolveReport, Trouble};
 pub use filtered_amg::{FilteredAmgSettings, Passes};
 pub use forcing::Forcing;
 pub use free_motion::FreeMotions;

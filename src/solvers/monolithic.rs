@@ -8,7 +8,7 @@
 
 mod follow;
 
-use super::convergence::{IterationReport, Outcome, SolveReport};
+use super::convergence::{IterationReport, Outcome, SolveReport, Trouble};
 use super::cycle::{Cycle, Search};
 use super::descent::{Descent, Searched};
 use super::forcing::Forcing;
@@ -180,6 +180,7 @@ impl Monolithic {
             report.residual = row.residual;
             report.contact = row.contact;
             if !now.norm.is_finite() {
+                report.trouble = Trouble::Numbers;
                 return Ok(Outcome::Failed(report, rejected(system)));
             }
             let at_rounding = |solver: &Self, system: &dyn Dynamics, stage: &Stage| -> Result<bool> {
@@ -211,8 +212,12 @@ impl Monolithic {
             }
             let slow = [row.iteration >= Self::PATIENCE, system.is_cycling()];
             let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, now);
-            let Some(solved) = self.correct(system, stage, now, keeps)? else {
-                return Ok(Outcome::Failed(report, "no linear solver reached its tolerance".to_owned()));
+            let solved = match self.correct(system, stage, now, keeps)? {
+                Ok(solved) => solved,
+                Err((trouble, reason)) => {
+                    report.trouble = trouble;
+                    return Ok(Outcome::Failed(report, reason.to_owned()));
+                }
             };
             self.origin.copy_from(&stage.trial.u)?;
             let search = cycle.search(now.norm, slow, self.settings.line_search);
@@ -267,26 +272,31 @@ impl Monolithic {
         fit && self.kept.serves(stage.shifts, system.matrix().pattern(), excess)
     }
 
-    /// The correction at the current residual, Newton's or with a tangent that was kept; `None` where every linear solver failed.
+    /// The correction at the current residual, Newton's or with a tangent that was kept; or why there is none.
     fn correct(
         &mut self,
         system: &mut dyn Dynamics,
         stage: &Stage,
         now: Residual,
         keeps: bool,
-    ) -> Result<Option<Solved>> {
+    ) -> Result<std::result::Result<Solved, (Trouble, &'static str)>> {
+        const UNSOLVED: (Trouble, &str) = (Trouble::Linear, "no linear solver reached its tolerance");
         if keeps {
             self.rhs.copy_from(&self.residual)?;
             self.rhs.scale(-1.0)?;
             let tolerance = self.forcing.next_kept(now.norm, self.target * now.scale);
-            return self.linear.solve_system(
+            let solved = self.linear.solve_system(
                 (system, stage, true),
                 &self.rhs,
                 &mut self.correction,
                 tolerance,
-            );
+            )?;
+            return Ok(solved.ok_or(UNSOLVED));
         }
         system.jacobian(stage, self.settings.terms, None)?;
+        if !system.matrix().norm_frobenius()?.is_finite() {
+            return Ok(Err((Trouble::Numbers, "a stiffness is no number, or beyond all measure")));
+        }
         self.kept.made(stage.shifts, system.matrix().pattern());
         match system.predicts() {
             true => system.predicted_residual(stage, &mut self.rhs).map(drop)?,
@@ -301,7 +311,7 @@ impl Monolithic {
             true => (asked * now.norm / self.rhs.norm()?).max(Self::PREDICTED).min(asked),
             false => asked,
         };
-        self.solve_held(system, stage, tolerance)
+        Ok(self.solve_held(system, stage, tolerance)?.ok_or(UNSOLVED))
     }
 
     /// The correction for the right side at hand, without what is held.

@@ -6,7 +6,7 @@
 //! of friction, hence not at all where that is large. What overshoots there, to and fro, converges where the stages tell
 //! each other a part of their way alone ([`Progress::relax`]); a step that does not contract even so has failed.
 
-use super::convergence::{IterationReport, Outcome, Phase, SolveReport};
+use super::convergence::{IterationReport, Outcome, Phase, SolveReport, Trouble};
 use super::linear::{Fallback, LinearSolver};
 use super::monolithic::{Monolithic, NewtonSettings, relative};
 use super::progress::{Progress, Sweep};
@@ -208,6 +208,7 @@ impl Staggered {
                 break;
             }
             if let Some(reason) = self.hopeless(number, &sweep, &progress) {
+                report.trouble = Trouble::Sweeps;
                 return Ok(Outcome::Failed(report, reason));
             }
             if let Some(part) = progress.relax(&sweep, self.settings.max_sweeps, self.balance) {
@@ -229,6 +230,7 @@ fn failure(report: &mut SolveReport, outcome: Outcome, name: &str) -> Option<Out
     report.single = report.single.max(Some(of_stage.effort()));
     report.contact = of_stage.contact;
     report.residual = of_stage.residual;
+    (report.driven, report.trouble) = (of_stage.driven, of_stage.trouble);
     match outcome {
         Outcome::Converged(_) => None,
         Outcome::Failed(_, reason) => Some(Outcome::Failed(report.clone(), format!("{name}: {reason}"))),
@@ -271,9 +273,5 @@ impl Strategy for Staggered {
         let mut fallbacks = self.normal.take_fallbacks();
         fallbacks.extend(self.friction.take_fallbacks());
         fallbacks
-    }
-
-    fn cure(&self) -> &'static str {
-        "try strategy: monolithic, which does not depend on the coefficient of friction, or a smaller step"
     }
 }

@@ -57,9 +57,6 @@ pub trait Strategy {
 
     /// Linear solvers that failed since the last call, and what took over.
     fn take_fallbacks(&mut self) -> Vec<Fallback>;
-
-    /// What a user may try where a step fails for good.
-    fn cure(&self) -> &'static str;
 }
 
 impl Strategy for Monolithic {
@@ -90,9 +87,5 @@ impl Strategy for Monolithic {
 
     fn take_fallbacks(&mut self) -> Vec<Fallback> {
         Self::take_fallbacks(self)
-    }
-
-    fn cure(&self) -> &'static str {
-        "try a smaller step, a softer penalty or generalized_alpha"
     }
 }

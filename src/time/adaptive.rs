@@ -180,12 +180,17 @@ impl Adaptive {
         self.now = self.landing.take().unwrap_or_else(|| self.end_of_step());
     }
 
+    /// Whether half of the step may be offered.
+    pub fn can_cut(&self) -> bool {
+        0.5 * self.dt() >= self.floor
+    }
+
     /// The step could not be solved.
     pub fn fail(&mut self) -> Retry {
-        let dt = self.dt();
-        if 0.5 * dt < self.floor {
+        if !self.can_cut() {
             return Retry::GiveUp;
         }
+        let dt = self.dt();
         self.wish = 0.5 * dt;
         self.hold = 2;
         self.cuts += 1;

@@ -94,9 +94,14 @@ impl Halving {
         }
     }
 
+    /// Whether half of the step may be offered.
+    pub fn can_cut(&self) -> bool {
+        self.depth < self.max_depth
+    }
+
     /// The step failed: offers half of it, down to the depth that was allowed.
     pub fn fail(&mut self) -> Retry {
-        if self.depth == self.max_depth {
+        if !self.can_cut() {
             return Retry::GiveUp;
         }
         self.depth += 1;

@@ -123,6 +123,14 @@ impl StepControl {
         }
     }
 
+    /// Whether a shorter step can be offered.
+    pub fn can_cut(&self) -> bool {
+        match self {
+            Self::Halving(steps) => steps.can_cut(),
+            Self::Adaptive(steps) => steps.can_cut(),
+        }
+    }
+
     /// The step failed: offers a shorter one.
     pub fn fail(&mut self) -> Retry {
         match self {

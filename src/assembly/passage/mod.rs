@@ -20,6 +20,9 @@ use crate::tensor::Vector as Point;
 use moving::{Ends, Moving, around, nodes_of, parts, paths};
 use vertices::Sunk;
 
+/// Surfaces that move by so many times what is expected have not met anything: the balance is another one, far away.
+const RUNAWAY: f64 = 20.0;
+
 /// What was found on this rank, to be summed over all: facets around small obstacles, points that went through, of each
 /// contact; and the vertices that sank in between points.
 struct Found<const D: usize> {
@@ -61,15 +64,26 @@ impl<const D: usize> ContactSystem<D> {
         }
         let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(4));
         if let Some(((contact, points), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
-            return Ok(Some(format!(
-                "contact '{}': {points} points would go through the target within one step, in which \
-                 the surfaces move by {:.3e} m",
-                contact.name,
-                motion[0] + motion[1]
-            )));
+            let motion = motion[0] + motion[1];
+            let expected = stage.inertia.then(|| self.expected_motion(stage));
+            return Ok(Some(tell_through((&contact.name, *points), motion, expected)));
         }
         let any = through.last().is_some_and(|vertices| *vertices > 0);
         Ok(if any { self.tell_sunk(&self.without_contact(&found.sunk, &found.targets, ends)) } else { None })
+    }
+
+    /// How far the speed and the acceleration at the start take any node in the step, at most, and supports those that they
+    /// move \[m\]. Collective.
+    fn expected_motion(&self, stage: &Stage) -> f64 {
+        let largest = |field: &[f64]| field.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        let (u, u_start) = (stage.trial.u.owned(), stage.start.u.owned());
+        let held = self.supports.dofs.constrained.iter();
+        let moved = u.iter().zip(u_start.iter()).zip(held).filter(|(_, held)| **held);
+        let prescribed = moved.map(|((end, start), _)| (end - start).abs()).fold(0.0_f64, f64::max);
+        let own = [largest(&stage.start.v.owned()), largest(&stage.start.a.owned()), prescribed];
+        let mut all = [0.0; 3];
+        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+        all[0] * stage.dt + 0.5 * all[1] * stage.dt.powi(2) + all[2]
     }
 
     /// Looks for all of it; `motions` as [`shifts`](Self::shifts) and whether a point may meet the obstacle, of all ranks. Collective.
@@ -149,6 +163,21 @@ fn passages<const D: usize>(
     paths(contact, ends).filter(|(path, closed)| !closed && passes(path)).count() as u64
 }
 
+/// Why points that went through can not be taken: surfaces that move by `motion` \[m\] in the step, where speed and acceleration at
+/// its start take them by `expected` at most, if that is known.
+fn tell_through((contact, points): (&str, u64), motion: f64, expected: Option<f64>) -> String {
+    match expected.filter(|expected| *expected > 0.0 && motion > RUNAWAY * expected) {
+        Some(expected) => format!(
+            "the balance that was found is far off: the surfaces of contact '{contact}' would move by {motion:.3e} m within one step, \
+             in which speeds and accelerations at its start take them by {expected:.1e} m at most"
+        ),
+        None => format!(
+            "contact '{contact}': {points} points would go through the target within one step, in which the surfaces move by \
+             {motion:.3e} m"
+        ),
+    }
+}
+
 fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64) -> String {
     let radius = match &contact.pair {
         Pair::Rigid { contact, .. } => contact.obstacle.outer_radius().unwrap_or(0.0),
@@ -215,4 +244,25 @@ fn between_points<const D: usize>(
         count += u64::from(lies);
     }
     count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tell_through;
+
+    /// Points that go through what they fly at are told so; where the iterate has blown up, that is told instead.
+    #[test]
+    fn a_balance_that_is_far_off_is_no_passage() {
+        let through = tell_through(("hit", 3), 1.5, Some(1.4));
+        assert!(
+            through.contains("3 points would go through the target") && through.contains("1.500e0 m"),
+            "{through}"
+        );
+        let off = tell_through(("hit", 3), 1.03, Some(1e-3));
+        assert!(off.contains("far off") && off.contains("1.030e0 m") && off.contains("1.0e-3 m"), "{off}");
+        assert!(!off.contains("go through"), "{off}");
+        for unknown in [None, Some(0.0)] {
+            assert!(tell_through(("hit", 3), 1.03, unknown).contains("go through"));
+        }
+    }
 }

@@ -4,6 +4,9 @@ use super::super::quantity::Number;
 use super::super::{Normal, Scheme};
 use super::Check;
 
+/// No error is asked to be smaller, over what it is an error of: rounding alone may be larger.
+const FINEST: f64 = 1e-12;
+
 impl Check<'_> {
     pub(super) fn accuracy(&mut self) {
         let Some(accuracy) = &self.case.accuracy else { return };
@@ -34,6 +37,13 @@ impl Check<'_> {
     fn part(&mut self, what: &str, value: Option<Number>) {
         let Some(value) = value else { return };
         let fits = value.si > 0.0 && value.si < 1.0;
-        self.require(fits, value.place, format!("{what} must be > 0 and < 1, found {}", value.si));
+        self.require(fits, value.place, format!("{what} must be > 0 and < 1, found {:e}", value.si));
+        if fits && value.si < FINEST {
+            self.say(
+                value.place,
+                format!("{what} of {:e} is below what rounding leaves of a result", value.si),
+            );
+            self.cure(&format!("ask for {FINEST:e} or more"));
+        }
     }
 }

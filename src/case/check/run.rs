@@ -5,6 +5,12 @@ use super::super::quantity::Number;
 use super::super::{Contact, Friction, Linear, Scheme, Start, Strategy};
 use super::Check;
 
+/// More steps than that are a slip of the pen: at a million a day they take three years.
+const MOST_STEPS: f64 = 1e9;
+
+/// The same for increments of a load, each of which is a nonlinear solve of its own.
+const MOST_INCREMENTS: u32 = 1_000_000;
+
 impl Check<'_> {
     pub(super) fn time(&mut self) {
         let time = &self.case.time;
@@ -13,6 +19,13 @@ impl Check<'_> {
             self.positive("the step", step);
             let message = format!("the step {} is longer than the whole time {}", step.si, time.end.si);
             self.require(step.si <= time.end.si || time.end.si <= 0.0, step.place, message);
+            let steps = time.end.si / step.si;
+            let endless = step.si > 0.0 && steps > MOST_STEPS;
+            self.require(
+                !endless,
+                step.place,
+                format!("the run would take {steps:.1e} steps, more than {MOST_STEPS:e}"),
+            );
         }
         self.require(
             time.cuts.value <= 30,
@@ -53,9 +66,17 @@ impl Check<'_> {
                 self.say(time.scheme.place, "the static scheme needs 'increments', or a 'step' beside 'end'");
                 self.cure("as in scheme: { static: { increments: 4 } }");
             }
-            (None, Some(increments)) => self.at_least_one("'increments'", increments),
+            (None, Some(increments)) => {
+                self.at_least_one("'increments'", increments);
+                self.at_most("increments", increments);
+            }
             (Some(_), None) => {}
         }
+    }
+
+    fn at_most(&mut self, what: &str, count: &At<u32>) {
+        let message = format!("{} {what}, more than {MOST_INCREMENTS}, would take for ever", count.value);
+        self.require(count.value <= MOST_INCREMENTS, count.place, message);
     }
 
     fn within(&mut self, what: &str, value: &Number, [low, high]: [f64; 2]) {
@@ -69,8 +90,9 @@ impl Check<'_> {
             self.say(start.place, "a static case has no start: it begins undeformed and seeks equilibrium");
             self.cure("leave out `start`");
         }
-        if let Start::Equilibrium { increments: 0, .. } = start.value {
-            self.say(start.place, "the equilibrium needs at least one increment");
+        if let Start::Equilibrium { increments, .. } = start.value {
+            self.require(increments > 0, start.place, "the equilibrium needs at least one increment");
+            self.at_most("increments", &At { value: increments, place: start.place });
         }
     }
 
@@ -129,6 +151,9 @@ impl Check<'_> {
     }
 
     pub(super) fn guard(&mut self) {
+        if let Some(motion) = self.case.guard.motion {
+            self.positive("the motion guard", motion);
+        }
         if let Some(energy) = self.case.guard.energy {
             self.require(
                 energy.si > 0.0 && energy.si.is_finite(),
@@ -137,7 +162,7 @@ impl Check<'_> {
             );
             if self.case.is_static() {
                 self.say(energy.place, "the energy guard watches motion, and a static case has none");
-                self.cure("leave out `guard`");
+                self.cure("leave out `energy`");
             }
         }
     }

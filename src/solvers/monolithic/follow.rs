@@ -32,6 +32,9 @@ impl Monolithic {
         let lift = Lift { change: &self.correction, rhs: &mut self.rhs };
         self.kept.forget();
         system.jacobian(stage, self.settings.terms, Some(lift))?;
+        if !system.matrix().norm_frobenius()?.is_finite() {
+            return Ok(false);
+        }
         let tolerance = self.settings.linear[1];
         // What nothing resists stays where it is: how far loads drive a body is for the corrections, which look where it goes.
         self.release(system, stage, f64::INFINITY)?;

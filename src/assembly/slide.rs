@@ -1,0 +1,96 @@
+//! How far surfaces in contact move over each other in a step, beside their facets.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::Contact;
+use super::system::ContactSystem;
+use crate::dynamics::Stage;
+
+/// Motion of the two surfaces of a contact with friction in a step; the same on all ranks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slide {
+    /// Name of the contact.
+    pub contact: String,
+    /// Largest extent of a facet of either side \[m\].
+    pub facet: f64,
+    /// Largest displacement of a node of either side in the step \[m\].
+    pub motion: f64,
+    /// Largest distance that surfaces in contact at the end slid in the step \[m\]; 0 on an obstacle, which has no facets.
+    pub slid: f64,
+    /// Centre of the normal forces on the undeformed contactor \[m\]; `None` where the contact is open. It moves where one
+    /// surface rolls on the other.
+    pub centre: Option<[f64; 3]>,
+}
+
+impl<const D: usize> ContactSystem<D> {
+    /// The contacts with friction as they moved in the step that ends in the trial state. Collective.
+    pub fn slides(&self, stage: &Stage) -> Vec<Slide> {
+        let contacts: Vec<&Contact<D>> =
+            self.contacts.iter().filter(|contact| contact.law().friction.is_some()).collect();
+        if contacts.is_empty() {
+            return Vec::new();
+        }
+        let (start, end) = (stage.start.u.local(), stage.trial.u.local());
+        let moved = |node: u32| {
+            let dofs = node as usize * D..node as usize * D + D;
+            dofs.map(|dof| (end[dof] - start[dof]).powi(2)).sum::<f64>().sqrt()
+        };
+        let mut most: Vec<[f64; 2]> = Vec::with_capacity(contacts.len());
+        let mut sums: Vec<[f64; 4]> = Vec::with_capacity(contacts.len());
+        for contact in &contacts {
+            let (slid, force) = slid_and_pressed(contact);
+            most.push([self.largest_motion(contact, moved), slid]);
+            sums.push(force);
+        }
+        let mut all_most = vec![[0.0_f64; 2]; most.len()];
+        let mut all_sums = vec![[0.0_f64; 4]; sums.len()];
+        let world = self.session.world();
+        world.all_reduce_into(most.as_flattened(), all_most.as_flattened_mut(), SystemOperation::max());
+        world.all_reduce_into(sums.as_flattened(), all_sums.as_flattened_mut(), SystemOperation::sum());
+        let slide =
+            |(contact, ([motion, slid], [force, x, y, z])): (&&Contact<D>, ([f64; 2], [f64; 4]))| Slide {
+                contact: contact.name.clone(),
+                facet: contact.meeting().map_or(contact.facet_size, |meeting| meeting.facet()),
+                motion,
+                slid,
+                centre: (force > 0.0).then(|| [x, y, z].map(|moment| moment / force)),
+            };
+        contacts.iter().zip(all_most.into_iter().zip(all_sums)).map(slide).collect()
+    }
+
+    /// Largest of what `moved` tells of the nodes of both surfaces on this rank.
+    fn largest_motion(&self, contact: &Contact<D>, moved: impl Fn(u32) -> f64) -> f64 {
+        let surface = contact.surface();
+        let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
+        let mut most = contactor.map(|&node| moved(node)).fold(0.0, f64::max);
+        let (targets, mut nodes) =
+            (contact.meeting().map_or(&[][..], |meeting| &meeting.surfaces()[1]), Vec::new());
+        for &facet in targets {
+            self.local.mesh.facet_nodes(facet, &mut nodes);
+            most = nodes.iter().map(|&node| moved(node)).fold(most, f64::max);
+        }
+        most
+    }
+}
+
+/// Largest slip on this rank's facets that are in contact \[m\]; their normal force \[N\] and its moments about the undeformed
+/// centres of the facets \[N m\].
+fn slid_and_pressed<const D: usize>(contact: &Contact<D>) -> (f64, [f64; 4]) {
+    let (surface, state) = (contact.surface(), &contact.state);
+    let (mut slid, mut sums) = (0.0_f64, [0.0; 4]);
+    for facet in surface.facets().iter().filter(|facet| facet.mine) {
+        let points = &state.current[facet.points.clone()];
+        let closed = points.iter().filter(|point| point.is_closed());
+        if contact.meeting().is_some() {
+            slid = closed.clone().map(|point| point.slip_increment.norm()).fold(slid, f64::max);
+        }
+        let force: f64 = closed.map(|point| point.normal_traction * point.area).sum();
+        let corners = surface.reference_points(facet);
+        sums[0] += force;
+        for corner in corners {
+            (0..D).for_each(|i| sums[1 + i] += force * corner[i] / corners.len() as f64);
+        }
+    }
+    (slid, sums)
+}

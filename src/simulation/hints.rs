@@ -1,0 +1,119 @@
+//! What a user may try when a run ends early.
+
+use super::options;
+use super::remarks::nodal_cure;
+use crate::assembly::ContactSystem;
+use crate::case::{self, Case};
+use crate::error::{Cause, Error};
+use crate::solvers::{SolveReport, Trouble};
+
+/// The cure where numbers are too large, or none.
+pub(super) const BEYOND_MEASURE: &str = "what is computed is beyond all measure: are the units of moduli, density, penalty and stick velocity right?";
+
+/// The error `error`, which ended the last step, with what may help. Collective.
+pub(super) fn with_hint<const D: usize>(
+    error: Error,
+    report: &SolveReport,
+    system: &ContactSystem<D>,
+    case: &Case,
+) -> Error {
+    let free = system.free_bodies();
+    if report.driven && !free.is_empty() {
+        return error.hint(&format!(
+            "no support holds {}: its loads must balance along every free direction, or friction must hold it",
+            free.join("; ")
+        ));
+    }
+    let nodal = nodal_cure(system).filter(|_| report.trouble == Trouble::Balance);
+    let nodal = nodal.map_or_else(String::new, |nodal| format!("{nodal}, or "));
+    let cure = cure(error.cause, report.trouble, case);
+    error.hint(&format!("results up to this time are kept; {nodal}{cure}"))
+}
+
+/// What helps against `trouble`. Nothing that is named here is the cause of another trouble for which the opposite is named.
+fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
+    let shorter = if case.is_static() { "more load steps" } else { "a shorter step" };
+    let augmented = asks_for_penetration(case);
+    match trouble {
+        _ if cause == Cause::Guard => {
+            format!("try {shorter}; where elements are crushed, press by less or mesh more coarsely there")
+        }
+        Trouble::Numbers => BEYOND_MEASURE.to_owned(),
+        Trouble::Motion => format!("try {shorter}, or a larger `time.cuts`"),
+        Trouble::Multipliers => format!("try a larger accuracy.penetration, or {shorter}"),
+        Trouble::Sweeps => format!(
+            "try strategy: monolithic, which does not depend on the coefficient of friction, or {shorter}"
+        ),
+        Trouble::Linear => format!("try `linear: direct`, or {shorter}"),
+        Trouble::Balance => {
+            let softer = if augmented { "" } else { ", a softer penalty" };
+            let damped = if swings(case) { " or a scheme that damps, as generalized_alpha" } else { "" };
+            let more = if softer.is_empty() && damped.is_empty() { " or a larger `time.cuts`" } else { "" };
+            format!("try {shorter}{softer}{damped}{more}")
+        }
+    }
+}
+
+/// Whether multipliers or a growing penalty keep a penetration, so that the penalty of the case is only where they begin.
+fn asks_for_penetration(case: &Case) -> bool {
+    case.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some())
+}
+
+/// Whether nothing in the scheme damps what swings on the contact.
+fn swings(case: &Case) -> bool {
+    let undamped = match &case.time.scheme.value {
+        case::Scheme::Newmark { gamma, .. } => gamma.si <= 0.5,
+        case::Scheme::Midpoint => true,
+        _ => false,
+    };
+    undamped && !case.contact.is_empty() && options::scheme(&case.time).has_inertia()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TROUBLES: [Trouble; 6] = [
+        Trouble::Balance,
+        Trouble::Multipliers,
+        Trouble::Sweeps,
+        Trouble::Linear,
+        Trouble::Motion,
+        Trouble::Numbers,
+    ];
+
+    /// All hints that a case can get.
+    fn hints(text: &str) -> Vec<String> {
+        let case = Case::parse(text, "case.yml").expect("a case");
+        let causes = [Cause::NotConverged, Cause::Guard];
+        causes.into_iter().flat_map(|cause| TROUBLES.map(|trouble| cure(cause, trouble, &case))).collect()
+    }
+
+    /// No scene is advised to make the penalty softer here and stiffer there, and where a penetration is asked for neither helps.
+    #[test]
+    fn hints_do_not_contradict_each_other() {
+        let plain = include_str!("../../meshes/ironing/case.yml");
+        let augmented = format!("{plain}accuracy: {{ penetration: 1e-4 }}\n");
+        for (text, softer) in [(plain, true), (augmented.as_str(), false)] {
+            let hints = hints(text);
+            assert!(!hints.iter().any(|hint| hint.contains("stiffer")), "{hints:?}");
+            assert_eq!(hints.iter().any(|hint| hint.contains("softer")), softer, "{hints:?}");
+        }
+    }
+
+    /// Statics is not advised to take a scheme that damps, nor is one that damps already.
+    #[test]
+    fn a_scheme_that_damps_is_for_motion_without_damping() {
+        let statics = include_str!("../../meshes/ironing/case.yml");
+        assert!(
+            !hints(statics)
+                .iter()
+                .any(|hint| hint.contains("generalized_alpha") || hint.contains("a shorter step"))
+        );
+        let newmark = include_str!("../../meshes/rubber-block/case.yml");
+        assert!(hints(newmark).iter().any(|hint| hint.contains("generalized_alpha")));
+        let scheme = "newmark: { beta: 0.25, gamma: 0.5 }";
+        let damps = newmark.replace(scheme, "generalized_alpha: { spectral_radius: 0.8 }");
+        assert!(damps != newmark && !hints(&damps).iter().any(|hint| hint.contains("generalized_alpha")));
+    }
+}

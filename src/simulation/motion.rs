@@ -1,0 +1,171 @@
+//! The motion of surfaces in contact in one step, kept to about a facet: friction that acts over a longer way, and a zone of
+//! contact that rolls on by more, end in another equilibrium.
+
+use serde::{Deserialize, Serialize};
+
+use crate::assembly::Slide;
+
+/// Facets in a step unless the case says otherwise: one, with room for steps that were meant to be one long. The friction of a
+/// wheel that rolls on a slab is 8 % off at one, 20 % at 1.6, 45 % at three, and points the wrong way at six.
+const FACETS: f64 = 1.25;
+
+/// A centre of contact that moves by more than this part of its way before, in half of the step, has jumped: to another
+/// corner, say. No shorter step helps.
+const JUMP: f64 = 0.75;
+
+/// The largest motion of any contact in a step, in facets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    contact: String,
+    facets: f64,
+    /// \[m\]
+    way: f64,
+    rolls: bool,
+}
+
+impl Motion {
+    fn tell(&self) -> String {
+        let verb = if self.rolls { "rolled on" } else { "slid" };
+        format!(
+            "the surfaces of contact '{}' {verb} by {:.3e} m, {:.1} facets",
+            self.contact, self.way, self.facets
+        )
+    }
+}
+
+/// Watches the motion of contacts from step to step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MotionWatch {
+    limit: f64,
+    /// Centres of contact at the end of the last accepted step \[m\].
+    centres: Vec<Option<[f64; 3]>>,
+    /// Facets a second in that step.
+    rate: f64,
+    /// Facets by which a zone rolled on in the attempt that was rejected last, if it is of the present step.
+    rejected: Option<f64>,
+    /// Accepted steps beyond the limit, and the one that was furthest beyond it: its number and what moved.
+    beyond: u64,
+    worst: Option<(u64, Motion)>,
+}
+
+impl MotionWatch {
+    /// A watch that allows `limit` facets in a step, or what is usual.
+    pub fn new(limit: Option<f64>) -> Self {
+        let limit = limit.unwrap_or(FACETS);
+        Self { limit, centres: Vec::new(), rate: 0.0, rejected: None, beyond: 0, worst: None }
+    }
+
+    /// Whether a step of `dt` \[s\] goes too far if surfaces move on as in the last one.
+    pub fn foresees(&self, dt: f64) -> bool {
+        self.rate * dt > self.limit
+    }
+
+    /// Why a step that was solved goes too far, where a shorter one would not.
+    pub fn objection(&mut self, slides: &[Slide]) -> Option<String> {
+        let motion = self.largest(slides).filter(|motion| motion.facets > self.limit)?;
+        if motion.rolls {
+            if self.rejected.is_some_and(|before| motion.facets > JUMP * before) {
+                return None;
+            }
+            self.rejected = Some(motion.facets);
+        }
+        Some(format!("{}, {:.2} are allowed in a step", motion.tell(), self.limit))
+    }
+
+    /// Takes an accepted step into account: its number and its length \[s\].
+    pub fn accept(&mut self, slides: &[Slide], step: u64, dt: f64) {
+        let largest = self.largest(slides);
+        // What jumped says nothing of the next step.
+        let jumped = self.rejected.is_some() && largest.as_ref().is_some_and(|motion| motion.rolls);
+        self.rate = largest.as_ref().filter(|_| !jumped).map_or(0.0, |motion| motion.facets / dt);
+        self.rejected = None;
+        self.centres = slides.iter().map(|slide| slide.centre).collect();
+        let Some(motion) = largest.filter(|motion| motion.facets > self.limit && !jumped) else { return };
+        self.beyond += 1;
+        if self.worst.as_ref().is_none_or(|(_, worst)| worst.facets < motion.facets) {
+            self.worst = Some((step, motion));
+        }
+    }
+
+    /// The warning at the end of a run, if steps went too far and could not be cut.
+    pub fn warning(&self) -> Option<String> {
+        let (step, motion) = self.worst.as_ref()?;
+        Some(format!(
+            "warning: {} in step {step}, and by more than {:.2} facets in {} steps, which could be cut no further: their \
+             friction depends on the length of the steps\n\
+             hint: take a shorter step, or allow more cuts",
+            motion.tell(),
+            self.limit,
+            self.beyond
+        ))
+    }
+
+    /// The contact that moved by most of its facets; none where no node moved by as much as the limit, as in what rattles.
+    fn largest(&self, slides: &[Slide]) -> Option<Motion> {
+        let motions = slides.iter().enumerate().flat_map(|(k, slide)| {
+            let before = self.centres.get(k).copied().flatten();
+            let rolled = before.zip(slide.centre).map_or(0.0, |(before, now)| {
+                before.iter().zip(now).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+            });
+            let motion = |way: f64, rolls: bool| Motion {
+                contact: slide.contact.clone(),
+                facets: way / slide.facet,
+                way,
+                rolls,
+            };
+            [motion(slide.slid, false), motion(rolled.min(slide.motion), true)]
+        });
+        motions.filter(|motion| motion.way > 0.0).max_by(|a, b| a.facets.total_cmp(&b.facets))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slide(slid: f64, centre: f64, motion: f64) -> Slide {
+        Slide { contact: "sole".into(), facet: 0.1, motion, slid, centre: Some([centre, 0.0, 0.0]) }
+    }
+
+    /// Sliding by more than the limit is an objection in however short a step; what is accepted all the same is in the
+    /// warning, and says how far the next step would go.
+    #[test]
+    fn sliding_is_kept_to_a_facet() {
+        let mut watch = MotionWatch::new(None);
+        assert_eq!(watch.objection(&[slide(0.1, 0.0, 0.1)]), None);
+        watch.accept(&[slide(0.1, 0.0, 0.1)], 1, 0.5);
+        assert!(!watch.foresees(0.5) && watch.foresees(1.0));
+        for _ in 0..3 {
+            let why = watch.objection(&[slide(0.5, 0.0, 0.5)]).expect("an objection");
+            assert!(why.contains("slid by 5.000e-1 m, 5.0 facets, 1.25 are allowed"), "{why}");
+        }
+        assert_eq!(watch.warning(), None);
+        watch.accept(&[slide(0.3, 0.0, 0.3)], 2, 0.5);
+        watch.accept(&[slide(0.5, 0.0, 0.5)], 3, 0.5);
+        let text = watch.warning().expect("a warning");
+        assert!(text.contains("5.0 facets in step 3, and by more than 1.25 facets in 2 steps"), "{text}");
+        assert_eq!(MotionWatch::new(Some(6.0)).objection(&[slide(0.5, 0.0, 0.5)]), None);
+    }
+
+    /// A zone that rolls on is kept to a facet; one that jumps is let be after one shorter step, and so is one in bodies that hardly
+    /// move, or that has just closed.
+    #[test]
+    fn rolling_is_kept_to_a_facet_and_jumps_are_not() {
+        let mut watch = MotionWatch::new(None);
+        assert_eq!(watch.objection(&[slide(0.0, 3.0, 1.0)]), None, "just closed");
+        watch.accept(&[slide(0.0, 0.0, 1.0)], 1, 1.0);
+        assert!(
+            watch
+                .objection(&[slide(0.0, 0.4, 1.0)])
+                .is_some_and(|why| why.contains("rolled on by 4.000e-1 m"))
+        );
+        assert!(watch.objection(&[slide(0.0, 0.2, 1.0)]).is_some(), "half of it in half of the step");
+        assert_eq!(watch.objection(&[slide(0.0, 0.1, 1.0)]), None);
+        watch.accept(&[slide(0.0, 0.1, 1.0)], 2, 0.25);
+        assert!(watch.objection(&[slide(0.0, 1.0, 1.0)]).is_some());
+        assert_eq!(watch.objection(&[slide(0.0, 1.0, 1.0)]), None, "a jump");
+        watch.accept(&[slide(0.0, 1.0, 1.0)], 3, 0.1);
+        assert!(!watch.foresees(10.0) && watch.warning().is_none());
+        assert_eq!(watch.objection(&[slide(0.0, 3.0, 0.01)]), None, "rattles");
+    }
+}
