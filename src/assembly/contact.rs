@@ -232,6 +232,24 @@ impl<const D: usize> Contact<D> {
         surface.facets().get(after).map_or(&[], |facet| surface.facet_nodes(facet))
     }
 
+    /// Largest extent of a facet of either side \[m\]; on an obstacle the mean size of those of the contactor.
+    pub fn largest_facet(&self) -> f64 {
+        match &self.pair {
+            Pair::Rigid { .. } => self.facet_size,
+            Pair::Deformable(meeting) => meeting.facet(),
+            Pair::Segments(meeting) => meeting.facet(),
+        }
+    }
+
+    /// Facets of a deformable target in this rank's share of the mesh.
+    pub fn target_facets(&self) -> &[Facet] {
+        match &self.pair {
+            Pair::Rigid { .. } => &[],
+            Pair::Deformable(meeting) => &meeting.surfaces()[1],
+            Pair::Segments(meeting) => meeting.target_facets(),
+        }
+    }
+
     /// Whether the target is deformable.
     pub fn is_deformable(&self) -> bool {
         !matches!(self.pair, Pair::Rigid { .. })

@@ -95,6 +95,16 @@ impl<const D: usize> SegmentMeeting<D> {
         0.5 * self.radii.facet.min(self.radii.depth)
     }
 
+    /// Largest extent of a facet of either side \[m\].
+    pub fn facet(&self) -> f64 {
+        self.radii.facet
+    }
+
+    /// Facets of the target in this rank's share of the mesh.
+    pub fn target_facets(&self) -> &[Facet] {
+        &self.target
+    }
+
     /// Distance at which surfaces have a gap \[m\].
     pub fn reach(&self) -> f64 {
         SearchRadii::OPEN * self.radii.facet

@@ -51,7 +51,7 @@ impl<const D: usize> ContactSystem<D> {
         let slide =
             |(contact, ([motion, slid], [force, x, y, z])): (&&Contact<D>, ([f64; 2], [f64; 4]))| Slide {
                 contact: contact.name.clone(),
-                facet: contact.meeting().map_or(contact.facet_size, |meeting| meeting.facet()),
+                facet: contact.largest_facet(),
                 motion,
                 slid,
                 centre: (force > 0.0).then(|| [x, y, z].map(|moment| moment / force)),
@@ -64,9 +64,8 @@ impl<const D: usize> ContactSystem<D> {
         let surface = contact.surface();
         let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
         let mut most = contactor.map(|&node| moved(node)).fold(0.0, f64::max);
-        let (targets, mut nodes) =
-            (contact.meeting().map_or(&[][..], |meeting| &meeting.surfaces()[1]), Vec::new());
-        for &facet in targets {
+        let mut nodes = Vec::new();
+        for &facet in contact.target_facets() {
             self.local.mesh.facet_nodes(facet, &mut nodes);
             most = nodes.iter().map(|&node| moved(node)).fold(most, f64::max);
         }
@@ -79,6 +78,17 @@ impl<const D: usize> ContactSystem<D> {
 fn slid_and_pressed<const D: usize>(contact: &Contact<D>) -> (f64, [f64; 4]) {
     let (surface, state) = (contact.surface(), &contact.state);
     let (mut slid, mut sums) = (0.0_f64, [0.0; 4]);
+    if contact.vertices().is_some() {
+        for (point, (_, place)) in
+            state.current.iter().zip(contact.gaps()).filter(|(point, _)| point.is_closed())
+        {
+            let force = point.normal_traction * point.area;
+            slid = slid.max(point.slip_increment.norm());
+            sums[0] += force;
+            (0..D).for_each(|i| sums[1 + i] += force * place[i]);
+        }
+        return (slid, sums);
+    }
     for facet in surface.facets().iter().filter(|facet| facet.mine) {
         let points = &state.current[facet.points.clone()];
         let closed = points.iter().filter(|point| point.is_closed());

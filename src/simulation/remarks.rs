@@ -64,7 +64,7 @@ fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
 
 /// What a user may like to know before the run: in dynamics a body may fly.
 pub(super) fn notes<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
-    let mut notes = loose(system, model);
+    let mut notes = loose(system);
     let [spared, _] = system.redistributed();
     if !spared.is_empty() {
         notes.push(format!(
@@ -81,8 +81,8 @@ pub(super) const RESTARTS_TO_ROUNDING: &str = "MUMPS rounds differently each tim
      -redundant_pc_factor_mat_solver_type mumps";
 
 /// The bodies that neither supports nor contacts can hold, in a sentence, where there are any; statics refuses them.
-fn loose<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
-    let lost = system.lost_bodies(model);
+fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
+    let lost = system.lost_bodies();
     if lost.is_empty() {
         Vec::new()
     } else {
