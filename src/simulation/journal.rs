@@ -162,7 +162,7 @@ impl<const D: usize> Journal<D> {
                 .then(|| (partition.contact_imbalance(), partition.pairs, partition.pairs_cut)),
             solver: strategy.describe(),
             contacts: contact_starts(system),
-            remarks: notes(system, &self.model)
+            remarks: notes(system)
                 .into_iter()
                 .chain(rounded)
                 .chain(warnings.iter().cloned())

@@ -3,7 +3,7 @@
 use crate::assembly::{ContactSystem, Overclosure, Watched};
 use crate::dynamics::Dynamics;
 use crate::error::shown;
-use crate::model::{Contact, Model};
+use crate::model::Contact;
 use crate::output::record::Penetration;
 use crate::output::summary::ContactStart;
 use crate::petsc::Session;
@@ -63,7 +63,7 @@ fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
 }
 
 /// What a user may like to know before the run: in dynamics a body may fly.
-pub(super) fn notes<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
+pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     let mut notes = loose(system);
     let [spared, _] = system.redistributed();
     if !spared.is_empty() {
