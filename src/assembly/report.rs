@@ -227,9 +227,9 @@ impl<const D: usize> ContactSystem<D> {
             return Err(Error::case(format!("probe '{}' finds no node", probe.name)));
         }
         if least > self.size {
-            let (name, at) = (&probe.name, probe.at);
-            let message = format!("probe '{name}' at {at:?} is {least:.3e} m away from the nearest node");
-            return Err(Error::case(message).hint("give a reference position on a body, in metres"));
+            let (name, at, m) = (&probe.name, probe.at, self.units.of("m"));
+            let message = format!("probe '{name}' at {at:?} is {least:.3e} {m} away from the nearest node");
+            return Err(Error::case(message).hint(&format!("give a reference position on a body, in {m}")));
         }
         let holder = if candidate == chosen { world.rank() } else { i32::MAX };
         let mut rank = 0;

@@ -5,6 +5,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::build::facet_normals;
 use super::contact::facets_of;
+use crate::case::Units;
 use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Facet, spelled};
@@ -55,7 +56,7 @@ pub fn known(extent: f64, farthest: f64) -> f64 {
 pub fn resolve_overclosure<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &mut LocalMesh<D>,
-    contact: &Contact<D>,
+    (contact, units): (&Contact<D>, Units),
     obstacle: &Obstacle<D>,
     known: f64,
 ) -> Result<Overclosure<D>> {
@@ -78,7 +79,7 @@ pub fn resolve_overclosure<const D: usize>(
     found.looks_away = look_away(world, local, &facets, obstacle);
     if found.smallest_gap < 0.0 {
         match contact.initial_overclosure {
-            InitialOverclosure::Error => return Err(refusal(contact, &found, "nodes")),
+            InitialOverclosure::Error => return Err(refusal((contact, units), &found, "nodes")),
             InitialOverclosure::Adjust => {
                 nodes.iter().for_each(|&node| move_out(&mut local.mesh.points[node as usize], obstacle));
             }
@@ -95,7 +96,7 @@ pub fn resolve_overclosure<const D: usize>(
 /// When the case wants an overclosure to be an error.
 pub fn resolve_overclosure_of_points<const D: usize>(
     world: &impl CommunicatorCollectives,
-    given: &Contact<D>,
+    (given, units): (&Contact<D>, Units),
     contact: &mut super::contact::Contact<D>,
     known: f64,
 ) -> Result<Overclosure<D>> {
@@ -111,7 +112,7 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     let found = worst(world, &given.name, known, gaps);
     if found.smallest_gap < 0.0 {
         match given.initial_overclosure {
-            InitialOverclosure::Error => return Err(refusal(given, &found, "points")),
+            InitialOverclosure::Error => return Err(refusal((given, units), &found, "points")),
             InitialOverclosure::Adjust => contact.state.adjust(),
             InitialOverclosure::Accept => {}
         }
@@ -119,9 +120,14 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     Ok(found)
 }
 
-fn refusal<const D: usize>(contact: &Contact<D>, found: &Overclosure<D>, what: &str) -> Error {
+fn refusal<const D: usize>(
+    (contact, units): (&Contact<D>, Units),
+    found: &Overclosure<D>,
+    what: &str,
+) -> Error {
+    let m = units.of("m");
     Error::case(format!(
-        "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} m at {} m",
+        "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} {m} at {} {m}",
         contact.name,
         found.nodes,
         contact.target_name,

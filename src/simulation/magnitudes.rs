@@ -11,6 +11,9 @@ const WAVE_SPEEDS: RangeInclusive<f64> = 0.1..=3e4;
 /// Stiffness of contacts over that of the elements beneath them, from cushions to what rounding still resolves.
 const STIFFNESSES: RangeInclusive<f64> = 1e-4..=1e6;
 
+/// What to do where the numbers make sense in mm, t and s.
+const TONNES: &str = " A case in mm, t, s says `units: { length: mm, mass: t, time: s }`";
+
 /// A remark for each number that is far off.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
     let is_dynamic = system.is_dynamic();
@@ -18,10 +21,14 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D
     let waves = heavy.filter_map(|body| {
         let formulation = &body.formulation;
         let speed = (formulation.material.moduli.uniaxial_strain() / formulation.density).sqrt();
+        let in_si = speed * model.units.si_value("m/s");
         let name = &body.name;
-        (!WAVE_SPEEDS.contains(&speed)).then(|| {
+        (!WAVE_SPEEDS.contains(&in_si)).then(|| {
+            let unit = model.units.of("m/s");
+            let in_mm = model.units.is_si() && WAVE_SPEEDS.contains(&(1e-3 * speed));
+            let cure = if in_mm { TONNES } else { "" };
             format!(
-                "pressure waves run through '{name}' at {speed:.1e} m/s: are the units of its moduli and its density right?"
+                "pressure waves run through '{name}' at {speed:.1e} {unit}: are the units of its moduli and its density right?{cure}"
             )
         })
     });

@@ -67,7 +67,7 @@ pub(super) fn prepare<const D: usize>(
         Some(_) => ResultsFolder::open(&place.folder)?,
         None => ResultsFolder::create(&place.folder)?,
     };
-    Ok((Some(Tables::open(folder.path(), lengths)?), inputs))
+    Ok((Some(Tables::open(folder.path(), case.units, lengths)?), inputs))
 }
 
 /// Names and versions of the program and its libraries.

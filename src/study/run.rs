@@ -12,7 +12,9 @@ use super::file::Study;
 use super::folder::{self, Papers};
 use super::plan::{self, Member};
 use super::row::{References, Row, State, record};
-use crate::case::{Case, Mesh};
+use crate::case::diagnostics::Source;
+use crate::case::document::Document;
+use crate::case::{Case, Mesh, Units};
 use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::record::Input;
@@ -58,6 +60,8 @@ impl Planned {
             }
             _ => error,
         })?;
+        let units = Document::read(&text, &case, Source::default())?.units();
+        let study = if units.is_si() { study } else { Study::parse_in(study_text, path, units)? };
         let members = plan::members(&study, &text)?;
         Ok(Self { study, members })
     }
@@ -186,7 +190,8 @@ impl<'a> Ledger<'a> {
     fn open(study: &'a Study, members: &'a [Member], options: &'a Options, petsc: String) -> Result<Self> {
         let quantities: Vec<String> = study.quantities.value.names().map(str::to_owned).collect();
         let rows = members.iter().map(|member| Row::waiting(member, quantities.len())).collect();
-        let references = References::read(study)?;
+        let references =
+            References::read(study, members.first().map_or(Units::SI, |member| member.case.units))?;
         Ok(Self { study, members, options, references, axes: plan::axes(study), quantities, rows, petsc })
     }
 
