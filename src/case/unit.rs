@@ -52,7 +52,7 @@ impl Dimension {
 }
 
 /// Units and their SI value; `true` where prefixes apply. A whole symbol goes before prefix and unit (`min`, `ft`, `Pa`).
-const UNITS: [(&str, f64, [i8; 3], bool); 19] = [
+const UNITS: [(&str, f64, [i8; 3], bool); 21] = [
     ("m", 1.0, [0, 1, 0], true),
     ("g", 1e-3, [1, 0, 0], true),
     ("s", 1.0, [0, 0, 1], true),
@@ -68,6 +68,8 @@ const UNITS: [(&str, f64, [i8; 3], bool); 19] = [
     ("in", 0.0254, [0, 1, 0], false),
     ("ft", 0.3048, [0, 1, 0], false),
     ("lb", 0.453_592_37, [1, 0, 0], false),
+    ("slug", 14.593_902_937_206_364, [1, 0, 0], false),
+    ("slinch", 175.126_835_246_476_36, [1, 0, 0], false),
     ("lbf", 4.448_221_615_260_5, [1, 1, -2], false),
     ("psi", 6_894.757_293_168, [1, -1, -2], false),
     ("ksi", 6.894_757_293_168e6, [1, -1, -2], false),

@@ -60,6 +60,10 @@ const NAMED: [(Part, &str, [i8; 3]); 4] = [
     (Part::Power, "W", [1, 2, -3]),
 ];
 
+/// Names of derived units that are no SI units, with their SI values.
+const CUSTOMARY: [(Part, &str, f64); 2] =
+    [(Part::Force, "lbf", 4.448_221_615_260_5), (Part::Pressure, "psi", 6_894.757_293_168)];
+
 /// The exponents of mass, length and time of a unit, and the parts that it is written in with theirs.
 type Writing = ([i8; 3], &'static [(Part, i8)]);
 
@@ -213,7 +217,11 @@ impl Units {
         }
         let (_, name, exponents) = NAMED.iter().find(|named| named.0 == part)?;
         let value = self.factor(Dimension(exponents.map(f64::from)));
-        let (prefix, _) = SCALES.iter().find(|(_, factor)| (value / factor - 1.0).abs() < 1e-9)?;
+        let is = |unit: &f64| (value / unit - 1.0).abs() < 1e-9;
+        if let Some((_, name, _)) = CUSTOMARY.iter().find(|(of, _, unit)| *of == part && is(unit)) {
+            return Some((*name).to_owned());
+        }
+        let (prefix, _) = SCALES.iter().find(|(_, factor)| is(factor))?;
         Some(format!("{prefix}{name}"))
     }
 }
@@ -239,7 +247,7 @@ impl Base {
         }
         let [found, wanted] = [exponents, wanted].map(|exponents| Dimension(exponents.map(f64::from)));
         let [found, wanted] = [found, wanted].map(|dimension| dimension.name().unwrap_or("a derived unit"));
-        let cure = ["as in kg, t or g", "as in m, mm or in", "as in s or ms"][which];
+        let cure = ["as in kg, t, g or slinch", "as in m, mm or in", "as in s or ms"][which];
         Err(Complaint::new(format!(
             "'{}' is a unit of {found}, the unit of {wanted} is needed here",
             text.value
@@ -339,7 +347,7 @@ impl JsonSchema for Units {
             "type": "object",
             "properties": {
                 "length": unit("Unit of length, as m, mm or in; m if absent. Coordinates of mesh files are in it."),
-                "mass": unit("Unit of mass, as kg, t or g; kg if absent."),
+                "mass": unit("Unit of mass, as kg, t, g or slinch; kg if absent."),
                 "time": unit("Unit of time, as s or ms; s if absent.")
             },
             "additionalProperties": false

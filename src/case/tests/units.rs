@@ -92,6 +92,25 @@ fn derived_units_have_their_names() {
             ],
         ),
         (
+            ["in", "slinch", "s"],
+            [
+                "in",
+                "in/s",
+                "in2",
+                "slinch/in3",
+                "lbf",
+                "psi",
+                "slinch in2/s2",
+                "slinch in2/s3",
+                "in/psi",
+                "psi/in",
+                "lbf/in",
+                "lbf s",
+                "lbf in s",
+                "1/s",
+            ],
+        ),
+        (
             ["in", "lb", "s"],
             [
                 "in",
