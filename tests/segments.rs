@@ -296,7 +296,10 @@ fn collisions_keep_energy_and_momentum() {
                 .flat_map(|name| momentum.numbers(name))
                 .fold(0.0_f64, |most, value| most.max(value.abs()));
             let drift = values.iter().map(|value| (value - values[0]).abs()).fold(0.0, f64::max);
-            assert!(drift < 1e-8 * largest.max(1e-3 * kinetic[0]), "{case}: {column} drifts by {drift:e} of {largest:e}");
+            assert!(
+                drift < 1e-8 * largest.max(1e-3 * kinetic[0]),
+                "{case}: {column} drifts by {drift:e} of {largest:e}"
+            );
         }
     }
 }
@@ -311,5 +314,9 @@ fn segments_with_an_obstacle_are_refused() {
     assert_eq!(output.code, Some(3), "{}", output.text());
     let line = 1 + text.lines().position(|line| line.contains("quadrature: segments")).expect("a line");
     let place = format!("case.yml:{line}:");
-    assert!(output.stderr.contains("'foundation' has no mesh") && output.stderr.contains(&place), "{}", output.stderr);
+    assert!(
+        output.stderr.contains("'foundation' has no mesh") && output.stderr.contains(&place),
+        "{}",
+        output.stderr
+    );
 }

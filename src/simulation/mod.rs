@@ -222,7 +222,7 @@ fn march<const D: usize>(
                 pace.advance(system, stage, &control, journal)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
-                guard.energy(&energies, stage.trial.time)?;
+                guard.energy(&energies, stage.trial.time, case.units)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
                 keeper.step_done(
@@ -332,7 +332,8 @@ fn give_up<const D: usize>(
     stage: &Stage,
     (control, cure): (&StepControl, &str),
 ) -> Error {
-    let place = format!("t = {:.6e} s, step cut to {:.3e} s", stage.start.time, control.dt());
+    let s = system.units().of("s");
+    let place = format!("t = {:.6e} {s}, step cut to {:.3e} {s}", stage.start.time, control.dt());
     let fault = system.fault();
     let error = fault.unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
     if let (false, Some((name, _))) = (system.is_dynamic(), system.hinged_bodies().first()) {

@@ -57,10 +57,11 @@ impl Strategy for Augmented {
             least = least.min(left.ratio);
             if update > Self::MOST || idle >= Self::IDLE {
                 let depth = left.depth;
+                let m = system.units().of("m");
                 return Ok(Outcome::Failed(
                     report,
                     format!(
-                        "contact points are {depth:.2e} m from touching, {:.2e} m is asked, after {update} updates of the \
+                        "contact points are {depth:.2e} {m} from touching, {:.2e} {m} is asked, after {update} updates of the \
                          multipliers",
                         depth / left.ratio
                     ),

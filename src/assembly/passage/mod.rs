@@ -57,15 +57,16 @@ impl<const D: usize> ContactSystem<D> {
         self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
         let (between, through) = all.split_at(self.contacts.len());
         if let Some((contact, facets)) = self.contacts.iter().zip(between).find(|(_, facets)| **facets > 0) {
-            return Ok(Some(tell_between(contact, *facets)));
+            return Ok(Some(tell_between(contact, *facets, &self.units.of("m"))));
         }
         let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(4));
         if let Some(((contact, points), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
             return Ok(Some(format!(
                 "contact '{}': {points} points would go through the target within one step, in which \
-                 the surfaces move by {:.3e} m",
+                 the surfaces move by {:.3e} {}",
                 contact.name,
-                motion[0] + motion[1]
+                motion[0] + motion[1],
+                self.units.of("m")
             )));
         }
         let any = through.last().is_some_and(|vertices| *vertices > 0);
@@ -150,13 +151,13 @@ fn passages<const D: usize>(
     paths(contact, ends).filter(|(path, closed)| !closed && passes(path)).count() as u64
 }
 
-fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64) -> String {
+fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64, m: &str) -> String {
     let radius = match &contact.pair {
         Pair::Rigid { contact, .. } => contact.obstacle.outer_radius().unwrap_or(0.0),
         Pair::Deformable(_) | Pair::Segments(_) => 0.0,
     };
     format!(
-        "contact '{}': the obstacle, of radius {radius:.3e} m, lies between the points of {facets} facets of about {:.3e} m, none of which \
+        "contact '{}': the obstacle, of radius {radius:.3e} {m}, lies between the points of {facets} facets of about {:.3e} {m}, none of which \
          touches it: mesh the contactor finer than the radius, or take quadrature: gauss",
         contact.name, contact.facet_size
     )
