@@ -88,6 +88,16 @@ impl Error {
         Self::new(Cause::Internal, message)
     }
 
+    /// One error that says all of several, with the cause of the first.
+    ///
+    /// # Errors
+    /// There is any.
+    pub fn together(errors: Vec<Self>) -> Result<()> {
+        let messages: Vec<&str> = errors.iter().map(|error| error.message.as_str()).collect();
+        let text = messages.join("\n\n");
+        errors.first().map_or(Ok(()), |first| Err(Self::new(first.cause, text)))
+    }
+
     /// The same error with a line of context in front, as in `block.msh: line 12: ...`.
     #[must_use]
     pub fn within(mut self, context: &str) -> Self {

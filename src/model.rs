@@ -1,4 +1,4 @@
-//! The case as checked: laws built, names resolved, SI numbers.
+//! The case as checked: laws built, names resolved, numbers in the units of the case.
 
 mod build;
 mod conformity;
@@ -7,7 +7,7 @@ mod meshes;
 mod overlap;
 mod sets;
 
-use crate::case::{self, Function};
+use crate::case::{self, PlacedFunction, Units};
 use crate::contact::friction::Friction;
 use crate::contact::normal::{NormalLaw, Penalty};
 use crate::contact::obstacle::Obstacle;
@@ -19,6 +19,8 @@ pub use meshes::{read_mesh, read_meshes};
 /// A case in `D` dimensions, ready to be discretised.
 #[derive(Debug, Clone)]
 pub struct Model<const D: usize> {
+    /// The units of all its numbers.
+    pub units: Units,
     /// The deformable bodies.
     pub bodies: Vec<Body>,
     /// The contacts.
@@ -43,7 +45,7 @@ pub struct Body {
     /// Young's modulus \[Pa\], to which penalties are compared.
     pub young_modulus: f64,
     /// Velocity at the start \[m/s\], one function a component; empty where it rests.
-    pub initial_velocity: Vec<Function>,
+    pub initial_velocity: Vec<PlacedFunction>,
 }
 
 /// Where the mass of a body is.
@@ -159,7 +161,7 @@ pub struct Support<const D: usize> {
     /// `body` or `body.set`.
     pub set: String,
     /// The prescribed components \[m\].
-    pub components: [Option<Function>; D],
+    pub components: [Option<PlacedFunction>; D],
 }
 
 /// A load.
@@ -179,26 +181,26 @@ pub struct Load<const D: usize> {
 #[derive(Debug, Clone)]
 pub enum LoadKind<const D: usize> {
     /// Force per mass \[m/s2\].
-    BodyForce([Function; D]),
+    BodyForce([PlacedFunction; D]),
     /// Force per reference area \[Pa\].
-    Traction([Function; D]),
+    Traction([PlacedFunction; D]),
     /// Against the outward normal of the deformed surface \[Pa\].
-    Pressure(Function),
+    Pressure(PlacedFunction),
 }
 
 impl<const D: usize> LoadKind<D> {
     /// Whether the load never changes by itself.
     pub fn is_constant_in_time(&self) -> bool {
-        self.functions().iter().all(Function::is_constant_in_time)
+        self.functions().iter().all(|function| function.is_constant_in_time())
     }
 
     /// Whether its values at the kinks, at the start and at the end bound those between.
     pub fn is_linear_between_kinks(&self) -> bool {
-        self.functions().iter().all(Function::is_linear_between_kinks)
+        self.functions().iter().all(|function| function.is_linear_between_kinks())
     }
 
     /// One a direction, or the one of a pressure.
-    pub fn functions(&self) -> &[Function] {
+    pub fn functions(&self) -> &[PlacedFunction] {
         match self {
             Self::BodyForce(functions) | Self::Traction(functions) => functions,
             Self::Pressure(function) => std::slice::from_ref(function),
@@ -235,7 +237,7 @@ impl<const D: usize> Model<D> {
     }
 }
 
-/// Lengths as SI numbers \[m\]; those that are missing are 0.
+/// Lengths as numbers \[m\]; those that are missing are 0.
 fn lengths<const D: usize>(values: &[case::quantity::Length]) -> [f64; D] {
     std::array::from_fn(|i| values.get(i).map_or(0.0, |value| value.si))
 }

@@ -74,13 +74,15 @@ impl<const D: usize> ContactSystem<D> {
                 false => sizes + GENEROUS * (travel + flight),
             };
             if gap > reach {
+                let (m, s) = (self.units.of("m"), self.units.of("s"));
                 let message = format!(
-                    "contact '{}' can not close: its surfaces start {gap:.3e} m apart, and within {} s the bodies get no \
-                     further than {reach:.3e} m",
+                    "contact '{}' can not close: its surfaces start {gap:.3e} {m} apart, and within {} {s} the bodies get no \
+                     further than {reach:.3e} {m}",
                     contact.name, span.end
                 );
-                return Err(Error::case(message)
-                    .hint("bring them together (are all lengths in metres?), or leave the contact out"));
+                return Err(Error::case(message).hint(&format!(
+                    "bring them together (are all lengths in {m}?), or leave the contact out"
+                )));
             }
         }
         Ok(())

@@ -106,6 +106,7 @@ impl<const D: usize> ContactSystem<D> {
         out: &mut Vector,
     ) -> Result<(Residual, bool)> {
         self.sweep(stage, branches);
+        self.trouble = self.trouble.take().or_else(|| self.external.take_trouble());
         self.weigh_inertia(stage)?;
         let mut sums = [0.0; 7];
         {

@@ -12,6 +12,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn crushed(&self, model: &Model<D>) -> Option<String> {
         let sides: Vec<[f64; D]> =
             (0..model.bodies.len()).map(|body| sides_of(self.session.world(), &self.local, body)).collect();
+        let m = &model.units.of("m");
         model.supports.iter().find_map(|support| {
             let name = support.set.split('.').next().unwrap_or_default();
             let body = model.bodies.iter().position(|body| body.name == name)?;
@@ -20,7 +21,7 @@ impl<const D: usize> ContactSystem<D> {
                 let (axis, side) = (["x", "y", "z"][i], sides[body][i]);
                 (moved >= PART * side).then(|| {
                     format!(
-                        "'{}' moves '{}' by {moved:.3e} m along {axis}, where '{name}' is {side:.3e} m long: press it by less",
+                        "'{}' moves '{}' by {moved:.3e} {m} along {axis}, where '{name}' is {side:.3e} {m} long: press it by less",
                         support.name, support.set
                     )
                 })

@@ -8,6 +8,7 @@ use super::contact::Contact;
 use super::stages::{self, Target};
 use super::system::ContactSystem;
 use super::tangent::symmetric;
+use crate::case::Units;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
     ContactCounts, Dynamics, ForceChange, Freeze, Lift, OverStep, Residual, RigidMotion, Shortfall, Stage,
@@ -204,6 +205,10 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         accuracy::shortfall(self.session.world(), &self.contacts)
     }
 
+    fn units(&self) -> Units {
+        self.units
+    }
+
     fn improve(&mut self) {
         accuracy::improve(self.session.world(), &mut self.contacts);
     }
@@ -236,8 +241,9 @@ impl<const D: usize> ContactSystem<D> {
         let centre = mesh.element_centre(inverted.element as usize);
         let number = self.local.input_element[inverted.element as usize];
         Error::guard(format!(
-            "element {number} at {} m is turned inside out (det F = {:.3e})",
+            "element {number} at {} {} is turned inside out (det F = {:.3e})",
             spelled(&centre),
+            self.units.of("m"),
             inverted.det
         ))
     }

@@ -1,12 +1,14 @@
 //! External forces: weight, tractions and pressures as the case gives them (3.4).
 
+use std::cell::Cell;
+
 use super::contact::facets_of;
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
 use super::solid::Solid;
 use super::supports::in_space;
-use crate::case::Function;
+use crate::case::{Motion, PlacedFunction};
 use crate::element::{Configuration, ElementSink, Kinematics, LoadedSurface};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::{Facet, Mesh};
 use crate::model::{Load, LoadKind};
 use crate::partition::{IndexMap, LocalMesh};
@@ -46,6 +48,8 @@ pub struct External<const D: usize> {
     /// Dead loads at one time, kept while time stands still.
     dead: Vec<f64>,
     dead_at: Option<f64>,
+    /// A load that is no number.
+    trouble: Trouble,
 }
 
 impl<const D: usize> External<D> {
@@ -55,7 +59,7 @@ impl<const D: usize> External<D> {
     /// When a set is not there.
     pub fn new(loads: &[Load<D>], place: &Place<D>) -> Result<Self> {
         let loads = loads.iter().map(|load| Applied::new(load, place)).collect::<Result<_>>()?;
-        Ok(Self { loads, dead: Vec::new(), dead_at: None })
+        Ok(Self { loads, dead: Vec::new(), dead_at: None, trouble: Trouble::default() })
     }
 
     /// Looks the places of all entries up in another pattern.
@@ -76,8 +80,13 @@ impl<const D: usize> External<D> {
         let following = self.loads.iter().filter(|load| load.follows);
         for (load, patch) in following.flat_map(|load| load.patches.iter().map(move |patch| (load, patch))) {
             let mut sink = ForceSink::<D> { map: &patch.map, force: &mut *force };
-            load.pressure(patch, at, &mut sink);
+            load.pressure(patch, at, &self.trouble, &mut sink);
         }
+    }
+
+    /// The first load on this rank that was no number since this was last asked.
+    pub fn take_trouble(&mut self) -> Option<Error> {
+        self.trouble.0.take()
     }
 
     /// Adds the stiffness of following loads to the matrix.
@@ -97,7 +106,7 @@ impl<const D: usize> External<D> {
                 lift: lift.as_mut().map(LiftTarget::reborrow),
                 scratch: Vec::new(),
             };
-            load.pressure(patch, at, &mut sink);
+            load.pressure(patch, at, &self.trouble, &mut sink);
         }
     }
 
@@ -111,7 +120,7 @@ impl<const D: usize> External<D> {
         dead.clear();
         dead.resize(rows, 0.0);
         for load in self.loads.iter().filter(|load| !load.follows) {
-            load.add_dead(time, solids, &mut dead);
+            load.add_dead(time, solids, &self.trouble, &mut dead);
         }
         self.dead = dead;
         self.dead_at = Some(time);
@@ -143,10 +152,10 @@ impl<const D: usize> Applied<D> {
         Ok(Self { kind: load.kind.clone(), bodies, patches: patches(mesh, facets, place), follows })
     }
 
-    fn add_dead(&self, time: f64, solids: &[Solid<D>], force: &mut [f64]) {
+    fn add_dead(&self, time: f64, solids: &[Solid<D>], trouble: &Trouble, force: &mut [f64]) {
         match &self.kind {
             LoadKind::BodyForce(components) => {
-                let density = |point: &[f64; D]| values(components, point, time);
+                let density = |point: &[f64; D]| values(components, point, time, trouble);
                 for solid in solids.iter().filter(|solid| self.bodies[solid.body]) {
                     solid
                         .group
@@ -154,7 +163,7 @@ impl<const D: usize> Applied<D> {
                 }
             }
             LoadKind::Traction(components) => {
-                let density = |point: &[f64; D]| values(components, point, time);
+                let density = |point: &[f64; D]| values(components, point, time, trouble);
                 for patch in &self.patches {
                     let mut sink = ForceSink::<D> { map: &patch.map, force: &mut *force };
                     patch.surface.traction(density, &mut sink);
@@ -163,22 +172,43 @@ impl<const D: usize> Applied<D> {
             LoadKind::Pressure(pressure) => {
                 for patch in &self.patches {
                     let mut sink = ForceSink::<D> { map: &patch.map, force: &mut *force };
-                    let strength = |point: &[f64; D]| pressure.value(in_space(point), time);
+                    let strength = |point: &[f64; D]| trouble.value(pressure, point, time);
                     patch.surface.pressure(Configuration::Reference, strength, &mut sink);
                 }
             }
         }
     }
 
-    fn pressure(&self, patch: &Patch<D>, at: &Moment, sink: &mut dyn ElementSink) {
+    fn pressure(&self, patch: &Patch<D>, at: &Moment, trouble: &Trouble, sink: &mut dyn ElementSink) {
         let LoadKind::Pressure(pressure) = &self.kind else { return };
-        let strength = |point: &[f64; D]| at.factor * pressure.value(in_space(point), at.time);
+        let strength = |point: &[f64; D]| at.factor * trouble.value(pressure, point, at.time);
         patch.surface.pressure(Configuration::Current(at.u), strength, sink);
     }
 }
 
-fn values<const D: usize>(components: &[Function; D], point: &[f64; D], time: f64) -> [f64; D] {
-    std::array::from_fn(|i| components[i].value(in_space(point), time))
+fn values<const D: usize>(
+    components: &[PlacedFunction; D],
+    point: &[f64; D],
+    time: f64,
+    trouble: &Trouble,
+) -> [f64; D] {
+    std::array::from_fn(|i| trouble.value(&components[i], point, time))
+}
+
+/// The first load that is no number: kernels ask for values and can not return an error.
+#[derive(Default)]
+struct Trouble(Cell<Option<Error>>);
+
+impl Trouble {
+    fn value<const D: usize>(&self, function: &PlacedFunction, point: &[f64; D], time: f64) -> f64 {
+        let value = function.value(in_space(point), time);
+        let still = Motion { value, rate: 0.0, second: 0.0 };
+        if let Err(error) = function.require_sound(&still, point, time) {
+            let first = self.0.take().unwrap_or(error);
+            self.0.set(Some(first));
+        }
+        value
+    }
 }
 
 /// The facets sorted by their number of nodes, each sort with its map.

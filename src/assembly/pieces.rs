@@ -33,6 +33,8 @@ pub(super) struct Pieces<const D: usize> {
     /// Whether a contact names a surface of a group.
     pub touched: Vec<bool>,
     names: Vec<String>,
+    /// The unit of length.
+    unit: String,
 }
 
 impl<const D: usize> Pieces<D> {
@@ -72,7 +74,7 @@ impl<const D: usize> Pieces<D> {
         let all: Vec<Piece<D>> = all.collect();
         let touched = touched(world, mesh, model, &group, groups.len());
         let names = model.bodies.iter().map(|body| body.name.clone()).collect();
-        Self { all, groups, hinges, touched, names }
+        Self { all, groups, hinges, touched, names, unit: model.units.of("m") }
     }
 
     /// How messages call a piece: by its body, where that is in one piece.
@@ -85,7 +87,7 @@ impl<const D: usize> Pieces<D> {
         let s = if *elements == 1 { "" } else { "s" };
         // Enough digits to find it.
         let centre = centre.map(|x| format!("{x:.4e}").parse().unwrap_or(x));
-        format!("the piece of '{name}' with {elements} element{s} around {} m", spelled(&centre))
+        format!("the piece of '{name}' with {elements} element{s} around {} {}", spelled(&centre), self.unit)
     }
 
     /// How messages call a group.

@@ -16,6 +16,8 @@ pub struct Precision {
     pub edge: f64,
     /// Name of each contact, and its depth at a high pressure, a tenth of the softer modulus \[m\].
     pub depths: Vec<(String, f64)>,
+    /// The unit of these lengths.
+    pub unit: String,
 }
 
 impl<const D: usize> ContactSystem<D> {
@@ -44,6 +46,7 @@ impl<const D: usize> ContactSystem<D> {
             spacing: f64::EPSILON * self.extent,
             edge: shortest.sqrt(),
             depths: self.contacts.iter().map(depth).collect(),
+            unit: self.units.of("m"),
         }
     }
 }

@@ -5,6 +5,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::build::{facet_normals, size_of};
 use super::contact::facets_of;
+use crate::case::Units;
 use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Facet, spelled};
@@ -55,7 +56,7 @@ pub fn known(extent: f64, farthest: f64) -> f64 {
 pub fn resolve_overclosure<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &mut LocalMesh<D>,
-    contact: &Contact<D>,
+    (contact, units): (&Contact<D>, Units),
     obstacle: &Obstacle<D>,
     known: f64,
 ) -> Result<Overclosure<D>> {
@@ -78,9 +79,9 @@ pub fn resolve_overclosure<const D: usize>(
     found.looks_away = look_away(world, local, &facets, obstacle);
     if found.smallest_gap < 0.0 {
         match contact.initial_overclosure {
-            InitialOverclosure::Error => return Err(refusal(contact, &found, "nodes")),
+            InitialOverclosure::Error => return Err(refusal((contact, units), &found, "nodes")),
             InitialOverclosure::Adjust => {
-                require_small(contact, &found, mean_facet(world, local, &facets))?;
+                require_small((contact, units), &found, mean_facet(world, local, &facets))?;
                 nodes.iter().for_each(|&node| move_out(&mut local.mesh.points[node as usize], obstacle));
             }
             InitialOverclosure::Accept => {}
@@ -96,16 +97,16 @@ pub fn resolve_overclosure<const D: usize>(
 /// When the case wants an overclosure to be an error.
 pub fn resolve_overclosure_of_points<const D: usize>(
     world: &impl CommunicatorCollectives,
-    given: &Contact<D>,
+    (given, units): (&Contact<D>, Units),
     contact: &mut super::contact::Contact<D>,
     known: f64,
 ) -> Result<Overclosure<D>> {
     let found = worst(world, &given.name, known, contact.gaps().into_iter());
     if found.smallest_gap < 0.0 {
         match given.initial_overclosure {
-            InitialOverclosure::Error => return Err(refusal(given, &found, "points")),
+            InitialOverclosure::Error => return Err(refusal((given, units), &found, "points")),
             InitialOverclosure::Adjust => {
-                require_small(given, &found, contact.facet_size)?;
+                require_small((given, units), &found, contact.facet_size)?;
                 contact.state.adjust();
             }
             InitialOverclosure::Accept => {}
@@ -114,9 +115,14 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     Ok(found)
 }
 
-fn refusal<const D: usize>(contact: &Contact<D>, found: &Overclosure<D>, what: &str) -> Error {
+fn refusal<const D: usize>(
+    (contact, units): (&Contact<D>, Units),
+    found: &Overclosure<D>,
+    what: &str,
+) -> Error {
+    let m = units.of("m");
     Error::case(format!(
-        "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} m at {} m",
+        "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} {m} at {} {m}",
         contact.name,
         found.nodes,
         contact.target_name,
@@ -131,12 +137,17 @@ fn refusal<const D: usize>(contact: &Contact<D>, found: &Overclosure<D>, what: &
 const ADJUSTABLE: f64 = 0.25;
 
 /// Refuses to adjust what is no small error of meshes.
-fn require_small<const D: usize>(contact: &Contact<D>, found: &Overclosure<D>, facet: f64) -> Result<()> {
+fn require_small<const D: usize>(
+    (contact, units): (&Contact<D>, Units),
+    found: &Overclosure<D>,
+    facet: f64,
+) -> Result<()> {
     if -found.smallest_gap <= ADJUSTABLE * facet {
         return Ok(());
     }
+    let m = units.of("m");
     Err(Error::case(format!(
-        "contact '{}': initial_overclosure: adjust would take away {:.3e} m at {} m, more than a quarter of a facet, {facet:.3e} m",
+        "contact '{}': initial_overclosure: adjust would take away {:.3e} {m} at {} {m}, more than a quarter of a facet, {facet:.3e} {m}",
         contact.name,
         -found.smallest_gap,
         spelled(&found.place)

@@ -1,8 +1,7 @@
 //! Prescribed displacements: their motion in time, and the forces that they exert.
 
-use crate::case::Function;
+use crate::case::PlacedFunction;
 use crate::error::{Error, Result};
-use crate::mesh::spelled;
 use crate::model::Support;
 use crate::space::{DofMap, Fields, Motion};
 
@@ -10,7 +9,7 @@ use crate::space::{DofMap, Fields, Motion};
 pub struct Supports<const D: usize> {
     /// Which unknowns are prescribed.
     pub dofs: DofMap<D>,
-    motions: Vec<[Option<Function>; D]>,
+    motions: Vec<[Option<PlacedFunction>; D]>,
 }
 
 impl<const D: usize> Supports<D> {
@@ -29,13 +28,7 @@ impl<const D: usize> Supports<D> {
                 return Err(Error::internal("a support without a function"));
             };
             let at = function.motion(in_space(point), time);
-            if let Some(words) = at.trouble() {
-                return Err(Error::case(format!(
-                    "component {}: {words} at t = {time} s, point {}",
-                    ["x", "y", "z"][component],
-                    spelled(point)
-                )));
-            }
+            function.require_sound(&at, point, time)?;
             Ok(Motion { u: factor * at.value, v: factor * at.rate, a: factor * at.second })
         };
         self.dofs.fill(points, motion, fields)

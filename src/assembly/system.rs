@@ -18,6 +18,7 @@ use super::rigid::{Named, named};
 use super::solid::{Solid, solids};
 use super::start::{Overclosure, known, resolve_overclosure, resolve_overclosure_of_points};
 use super::supports::{Supports, in_space};
+use crate::case::Units;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::ContactLaw;
 use crate::contact::state::{Changes, Hold};
@@ -56,6 +57,8 @@ pub(super) struct Phases {
 
 /// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
 pub struct ContactSystem<const D: usize> {
+    /// The units of all numbers, for messages.
+    pub(super) units: Units,
     pub(super) session: Rc<Session>,
     pub(super) local: LocalMesh<D>,
     pub(super) solids: Vec<Solid<D>>,
@@ -118,7 +121,13 @@ impl<const D: usize> ContactSystem<D> {
         let mut overclosures = Vec::with_capacity(model.contacts.len());
         for contact in &model.contacts {
             if let Some(obstacle) = contact.target.obstacle() {
-                overclosures.push(resolve_overclosure(world, &mut local, contact, obstacle, known)?);
+                overclosures.push(resolve_overclosure(
+                    world,
+                    &mut local,
+                    (contact, model.units),
+                    obstacle,
+                    known,
+                )?);
             }
         }
         let supports = agree(world, supports(&local, model))?;
@@ -161,6 +170,7 @@ impl<const D: usize> ContactSystem<D> {
             forces,
             size: extent,
             extent: span,
+            units: model.units,
             symmetric_steps: model.has_symmetric_steps(),
             free_bodies: free_bodies(world, &local, &pieces, &supports),
             bodies: named(model),
@@ -202,8 +212,10 @@ impl<const D: usize> ContactSystem<D> {
         let known = known(self.size, self.extent);
         for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
             if contact.is_deformable() {
-                self.overclosures
-                    .insert(at, resolve_overclosure_of_points(session.world(), given, contact, known)?);
+                self.overclosures.insert(
+                    at,
+                    resolve_overclosure_of_points(session.world(), (given, self.units), contact, known)?,
+                );
             }
         }
         Ok(())
@@ -295,27 +307,32 @@ impl<const D: usize> ContactSystem<D> {
         groups.map(|group| (self.pieces.group_name(group), self.leeway[group])).collect()
     }
 
-    /// Sets the start velocity of the bodies; prescribed components follow their supports.
+    /// Sets the start velocity of the bodies; prescribed components follow their supports. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// When a velocity is not finite, the same on all ranks, or PETSc refuses.
     pub fn set_velocity(&mut self, stage: &mut Stage, model: &Model<D>) -> Result<()> {
+        let own = self.fill_velocity(&mut stage.start.v.local_mut(), model);
+        agree(self.session.world(), own)?;
+        stage.start.a.set(0.0);
+        stage.start.v.update_ghosts()
+    }
+
+    fn fill_velocity(&self, v: &mut [f64], model: &Model<D>) -> Result<()> {
         let mesh = &self.local.mesh;
-        {
-            let mut v = stage.start.v.local_mut();
-            v.fill(0.0);
-            for element in 0..mesh.element_count() {
-                let functions = &model.bodies[usize::from(mesh.body[element])].initial_velocity;
-                for &node in mesh.element_nodes(element) {
-                    for (i, function) in functions.iter().enumerate().take(D) {
-                        let point = in_space(&mesh.points[node as usize]);
-                        v[node as usize * D + i] = function.value(point, 0.0);
-                    }
+        v.fill(0.0);
+        for element in 0..mesh.element_count() {
+            let functions = &model.bodies[usize::from(mesh.body[element])].initial_velocity;
+            for &node in mesh.element_nodes(element) {
+                let point = &mesh.points[node as usize];
+                for (i, function) in functions.iter().enumerate().take(D) {
+                    let motion = function.motion(in_space(point), 0.0);
+                    function.require_sound(&motion, point, 0.0)?;
+                    v[node as usize * D + i] = motion.value;
                 }
             }
         }
-        stage.start.a.set(0.0);
-        stage.start.v.update_ghosts()
+        Ok(())
     }
 
     /// Takes contact tractions and forces of the trial state as those at the start of the motion.
@@ -335,6 +352,11 @@ impl<const D: usize> ContactSystem<D> {
         stage.start_forces.copy_from(&self.forces)?;
         self.rest_massless(&mut stage.start_forces);
         Ok(())
+    }
+
+    /// The units of all numbers.
+    pub fn units(&self) -> Units {
+        self.units
     }
 
     /// Whether friction takes part anywhere.

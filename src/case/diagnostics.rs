@@ -44,7 +44,26 @@ pub struct Complaint {
     pub message: String,
     /// The cure; empty if the sentence says it.
     pub hint: String,
+    /// How reading can go on behind it.
+    pub(super) repair: Repair,
 }
+
+/// What lets the rest of a file be read although something in it is wrong.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) enum Repair {
+    /// The value at the place can be anything.
+    #[default]
+    Replace,
+    /// The key at the place goes.
+    Remove,
+    /// The key or the word at the place was meant to be this one.
+    Rename(String),
+    /// The mapping at the place has this key as well.
+    Insert(&'static str),
+}
+
+/// Errors of one file that are shown at once.
+pub(super) const MOST_SHOWN: usize = 20;
 
 /// Separates the parts of a complaint in transit; control characters can not stand in YAML.
 const PART: char = '\u{1}';
@@ -65,7 +84,8 @@ impl Complaint {
         if let Some(name) = nearest(word, &known) {
             hint.push_str(&format!("; did you mean '{}'?", shown(name)));
         }
-        Self::new(format!("unknown {noun} '{}'", shown(word))).hint(hint)
+        let repair = nearest(word, &known).map_or(Repair::Replace, |name| Repair::Rename(name.to_owned()));
+        Self { repair, ..Self::new(format!("unknown {noun} '{}'", shown(word))).hint(hint) }
     }
 
     /// The same with its place.
@@ -101,7 +121,9 @@ impl Complaint {
         let number = |text: &str| text.parse().ok();
         let (file, line, column, length) = (number(file)?, number(line)?, number(column)?, number(length)?);
         let place = Place { file, line, column, length };
-        Some(Self { place, offset: number(offset)?, message: message.into(), hint: hint.into() })
+        let repair = parts.get(8).filter(|name| !name.is_empty());
+        let repair = repair.map_or(Repair::Replace, |name| Repair::Rename((*name).to_owned()));
+        Some(Self { place, offset: number(offset)?, message: message.into(), hint: hint.into(), repair })
     }
 }
 
@@ -118,10 +140,11 @@ impl serde::de::Error for Complaint {
         Self::unknown("value", variant, known.iter().copied())
     }
     fn missing_field(key: &'static str) -> Self {
-        Self::new(format!("the key '{key}' is missing here"))
+        Self { repair: Repair::Insert(key), ..Self::new(format!("the key '{key}' is missing here")) }
     }
     fn duplicate_field(key: &'static str) -> Self {
-        Self::new(format!("the key '{key}' stands twice")).hint("keep one of the two")
+        let twice = Self::new(format!("the key '{key}' stands twice")).hint("keep one of the two");
+        Self { repair: Repair::Remove, ..twice }
     }
 }
 
@@ -131,9 +154,10 @@ impl fmt::Display for Complaint {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Place { file, line, column, length } = self.place;
         let (offset, message, hint) = (self.offset, &self.message, &self.hint);
+        let meant = if let Repair::Rename(name) = &self.repair { name } else { "" };
         write!(
             f,
-            "{PART}{file}{PART}{line}{PART}{column}{PART}{length}{PART}{offset}{PART}{message}{PART}{hint}{PART}"
+            "{PART}{file}{PART}{line}{PART}{column}{PART}{length}{PART}{offset}{PART}{message}{PART}{hint}{PART}{meant}{PART}"
         )
     }
 }
@@ -193,6 +217,26 @@ impl Source {
         let snippet = self.snippet(place);
         let message = format!("{}:{line}:{column}: {}{snippet}", self.name, complaint.message);
         with_hint(Error::case(message), &complaint.hint)
+    }
+
+    /// One error that shows all complaints in the order of the files, up to [`MOST_SHOWN`].
+    pub(crate) fn errors(&self, mut complaints: Vec<Complaint>) -> Error {
+        complaints
+            .sort_by_key(|Complaint { place, offset, .. }| (place.file, place.line, place.column, *offset));
+        let mut shown: Vec<String> = Vec::new();
+        let mut left = 0;
+        for complaint in &complaints {
+            let message = self.error(complaint).message;
+            match shown.len() < MOST_SHOWN {
+                _ if shown.contains(&message) => {}
+                true => shown.push(message),
+                false => left += 1,
+            }
+        }
+        if left > 0 {
+            shown.push(format!("further errors of {} are not shown", self.name));
+        }
+        Error::case(shown.join("\n\n"))
     }
 
     fn line(&self, line: usize) -> &str {
@@ -275,6 +319,9 @@ fn with_hint(error: Error, hint: &str) -> Error {
 /// An unknown key; where another block knows it, the hint says which.
 fn unknown_key(key: &str, known: &[&'static str]) -> Complaint {
     let mut complaint = Complaint::unknown("key", key, known.iter().copied());
+    if complaint.repair == Repair::Replace {
+        complaint.repair = Repair::Remove;
+    }
     let owners = super::schema::owners_of(key);
     if !owners.is_empty() && nearest(key, known).is_none() {
         complaint.hint.push_str(&format!("; '{key}' belongs to {}", owners.join(", ")));

@@ -11,10 +11,12 @@ use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_saphyr::{Location, Spanned};
 
-use super::diagnostics::Source;
+use super::diagnostics::{Complaint, Source};
 use super::path::put;
 use super::place::{At, Named, Place};
+use super::recovery::{read_checked, units_of};
 use super::tree::{NODE, kept_node};
+use super::units::Units;
 use crate::error::Result;
 
 thread_local! {
@@ -48,6 +50,8 @@ pub enum Tree {
     List(Vec<Node>),
     /// `{ a: b }`, in the order of the file.
     Map(Vec<(At<String>, Node)>),
+    /// Stands for what could not be read, so that the rest can be; where a number is wanted it is this one.
+    Anything(f64),
 }
 
 impl Node {
@@ -55,6 +59,7 @@ impl Node {
     pub fn label(&self) -> String {
         match &self.tree {
             Tree::Null => "none".into(),
+            Tree::Anything(_) => "anything".into(),
             Tree::Truth(truth) => truth.to_string(),
             Tree::Whole(number) => number.to_string(),
             Tree::Number(number) if (1e-3..1e6).contains(&number.abs()) => number.to_string(),
@@ -177,10 +182,19 @@ fn tree_of(file: usize, source: &Source) -> Result<Node> {
     if root.tree == Tree::Null { Err(source.nothing()) } else { Ok(root) }
 }
 
-/// Reads YAML whose nodes belong to the file of that number.
-pub(crate) fn read_as<T: DeserializeOwned>(file: usize, source: &Source) -> Result<T> {
+/// Reads YAML whose nodes belong to the file of that number and whose plain numbers are in `units`, or in those that it
+/// names, and checks it.
+///
+/// # Errors
+/// All that is wrong, as [`read_checked`].
+pub(crate) fn read_as<T: DeserializeOwned>(
+    file: usize,
+    source: &Source,
+    units: Option<Units>,
+    check: impl Fn(&T) -> Vec<Complaint>,
+) -> Result<T> {
     let root = tree_of(file, source)?;
-    T::deserialize(&root).map_err(|complaint| source.error(&complaint.or_at(root.place)))
+    read_checked(&root, source, units.unwrap_or_else(|| units_of(&root)), check)
 }
 
 /// The case that a study starts from, before it is read as a case.
@@ -212,14 +226,24 @@ impl Document {
     /// A path leads through what is no mapping or list, or by a name that the case has not; told with its place.
     pub fn put(&mut self, overrides: &Named<Node>) -> Result<()> {
         for (path, value) in overrides.iter() {
+            if path.split(['.', '[']).next() == Some("units") {
+                let complaint = Complaint::new("members of a study have the units of its case".into());
+                let complaint = complaint.at(path.place).hint("write other units into the case itself");
+                return Err(self.source.error(&complaint));
+            }
             put(&mut self.root, path, value).map_err(|complaint| self.source.error(&complaint))?;
         }
         Ok(())
     }
 
-    /// The document as what it means.
-    pub(super) fn read_as<T: DeserializeOwned>(&self) -> Result<T> {
-        T::deserialize(&self.root).map_err(|complaint| self.source.error(&complaint.or_at(self.root.place)))
+    /// The document as what it means, checked.
+    pub(super) fn read_as<T: DeserializeOwned>(&self, check: impl Fn(&T) -> Vec<Complaint>) -> Result<T> {
+        read_checked(&self.root, &self.source, self.units(), check)
+    }
+
+    /// The units of the case.
+    pub fn units(&self) -> Units {
+        units_of(&self.root)
     }
 
     /// Its files.

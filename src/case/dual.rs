@@ -56,7 +56,7 @@ pub struct Motion {
     pub second: f64,
 }
 
-/// No value or derivative may be larger, in SI units: energies and norms take its powers, and they must be numbers.
+/// No value or derivative may be larger, in the units of the case: energies and norms take its powers, and they must be numbers.
 const LARGEST: f64 = 1e60;
 
 impl Motion {

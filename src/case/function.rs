@@ -3,20 +3,21 @@
 use std::borrow::Cow;
 use std::fmt;
 use std::ops::Deref;
+use std::rc::Rc;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 
-use super::diagnostics::Complaint;
+use super::diagnostics::{Complaint, Source};
 pub use super::dual::Motion;
 use super::expression::Expression;
 use super::place::{At, Place};
 use super::quantity::{Quantity, Scalar};
 use super::unit::{self, Dimension};
 
-/// A function of the reference point and of time, in SI units.
+/// A function of the reference point and of time, in the units of the case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Function {
     form: Form,
@@ -139,7 +140,7 @@ fn interpolate(rows: &[[f64; 2]], t: f64) -> Motion {
 /// A [`Function`] whose values have the dimension kg^`KG` m^`M` s^`S`, with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Varying<const KG: i8, const M: i8, const S: i8> {
-    /// The function, in SI units.
+    /// The function, in the units of the case.
     pub function: Function,
     /// Where it is written.
     pub place: Place,
@@ -190,6 +191,49 @@ fn from_scalar(scalar: &Scalar, dimension: Dimension) -> Result<Function, Compla
         let has_unit = after.len() < bare.len() && after.starts_with(char::is_alphabetic);
         if has_unit { scalar.in_dimension(dimension).map(Function::constant) } else { Err(complaint) }
     })
+}
+
+/// A function of a case and where it is written, for what only its values at the points of a mesh show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlacedFunction {
+    function: Function,
+    place: Place,
+    source: Rc<Source>,
+}
+
+impl PlacedFunction {
+    pub(super) fn new<const KG: i8, const M: i8, const S: i8>(
+        varying: &Varying<KG, M, S>,
+        source: &Rc<Source>,
+    ) -> Self {
+        Self { function: varying.function.clone(), place: varying.place, source: source.clone() }
+    }
+
+    /// What is wrong with a value or a motion at a point and an instant.
+    ///
+    /// # Errors
+    /// It is not finite, or so large that nothing could be computed with it; at the place of the function in the case.
+    pub fn require_sound(&self, motion: &Motion, point: &[f64], t: f64) -> crate::error::Result<()> {
+        let Some(words) = motion.trouble() else { return Ok(()) };
+        let point = point.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+        let complaint = Complaint::new(format!("{words} at t = {t}, point [{point}]")).at(self.place);
+        let cure = "it must be finite wherever it acts: bound its arguments, as in max(x, 0)";
+        Err(self.source.error(&complaint.hint(cure)))
+    }
+}
+
+/// A function that is written in no case.
+impl From<Function> for PlacedFunction {
+    fn from(function: Function) -> Self {
+        Self { function, place: Place::default(), source: Rc::default() }
+    }
+}
+
+impl Deref for PlacedFunction {
+    type Target = Function;
+    fn deref(&self) -> &Function {
+        &self.function
+    }
 }
 
 /// A table's rows: time and value, each a number or with a unit.

@@ -20,17 +20,21 @@ mod path;
 mod petsc;
 pub mod place;
 pub mod quantity;
+mod recovery;
 mod schema;
 mod solver;
+mod stand_in;
 mod start;
 pub(crate) mod tagged;
 mod time;
 mod tree;
 pub mod unit;
+mod units;
 
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -44,7 +48,7 @@ pub use boundary::{Action, Boundary, Components};
 pub use contact::{
     Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Quadrature, Regularization,
 };
-pub use function::{Function, Motion};
+pub use function::{Function, Motion, PlacedFunction, Varying};
 pub use guard::Guard;
 pub use obstacle::{Obstacle, Side};
 pub use output::{Checkpoint, Fields, Output, Probe};
@@ -54,6 +58,7 @@ pub use schema::{schema, schema_of};
 pub use solver::{Inner, Krylov, Linear, Newton, Passes, Second, Solver, Strategy, Variant};
 pub use start::Start;
 pub use time::{Scheme, Time};
+pub use units::Units;
 
 use crate::error::{Error, Result};
 use diagnostics::{Complaint, Source};
@@ -69,7 +74,10 @@ pub struct Case {
     /// What the case is, for people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// 2: plane strain of unit thickness; 3: solid.
+    /// Units of the numbers of the case and of its results; m, kg, s if absent.
+    #[serde(default, skip_serializing_if = "Units::is_si")]
+    pub units: Units,
+    /// 2: plane strain, one unit of length thick; 3: solid.
     pub dimension: At<u32>,
     /// Deformable bodies by name.
     pub bodies: At<Named<Body>>,
@@ -104,7 +112,7 @@ pub struct Case {
     pub petsc: Named<PetscValue>,
     /// The text, for errors that later checks find.
     #[serde(skip)]
-    source: Source,
+    source: Rc<Source>,
 }
 
 impl Case {
@@ -140,7 +148,7 @@ impl Case {
     /// What is wrong, as `name:line:column: message`, with the line itself and a hint.
     pub fn parse(text: &str, name: &str) -> Result<Self> {
         let source = Source::new(text, Path::new(name));
-        document::read_as::<Self>(0, &source)?.checked(source)
+        Ok(document::read_as(0, &source, None, check::complaints)?.completed(source))
     }
 
     /// Reads, checks and completes a case whose keys a study has changed.
@@ -148,19 +156,13 @@ impl Case {
     /// # Errors
     /// What is wrong, at its place in the case or in the study.
     pub fn from_document(document: &Document) -> Result<Self> {
-        document.read_as::<Self>()?.checked(document.source().clone())
+        Ok(document.read_as(check::complaints)?.completed(document.source().clone()))
     }
 
-    fn checked(mut self, source: Source) -> Result<Self> {
-        self.source = source;
-        let mut complaints = check::complaints(&self);
-        if complaints.is_empty() {
-            self.complete();
-            return Ok(self);
-        }
-        complaints.sort_by_key(|Complaint { place, .. }| (place.file, place.line, place.column));
-        let shown: Vec<String> = complaints.iter().take(10).map(|c| self.source.error(c).message).collect();
-        Err(Error::case(shown.join("\n\n")))
+    fn completed(mut self, source: Source) -> Self {
+        self.source = Rc::new(source);
+        self.complete();
+        self
     }
 
     /// Fills in the defaults that depend on other keys.
@@ -198,6 +200,14 @@ impl Case {
     ) -> Error {
         let complaint = Complaint::unknown("name", name, known).at(name.place);
         self.source.error(&Complaint { message, ..complaint })
+    }
+
+    /// A function that knows where in the case it is written.
+    pub fn function<const KG: i8, const M: i8, const S: i8>(
+        &self,
+        varying: &Varying<KG, M, S>,
+    ) -> PlacedFunction {
+        PlacedFunction::new(varying, &self.source)
     }
 
     /// A path of the case, made relative to the working directory.

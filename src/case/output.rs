@@ -27,8 +27,9 @@ pub struct Checkpoint {
     pub every: At<u32>,
     /// The last so many are kept, >= 1.
     pub keep: At<u32>,
-    /// Wall time of this process \[s\], > 0: the run stops before it with a checkpoint and exit code 7. `--wall-time` wins.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Wall time of this process \[s\] in every system of units, > 0: the run stops before it with a checkpoint and exit code 7.
+    /// `--wall-time` wins.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::quantity::wall_time")]
     pub wall_time: Option<Duration>,
 }
 

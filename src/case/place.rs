@@ -30,6 +30,14 @@ pub struct Place {
     pub length: usize,
 }
 
+impl Place {
+    /// Whether this is the same piece of the same file.
+    pub(super) fn is(self, other: Self) -> bool {
+        let all = |place: Self| (place.file, place.line, place.column, place.length);
+        all(self) == all(other)
+    }
+}
+
 impl PartialEq for Place {
     fn eq(&self, _: &Self) -> bool {
         true

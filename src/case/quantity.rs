@@ -1,4 +1,4 @@
-//! Physical quantities: an SI number, or a string with a unit.
+//! Physical quantities: a number in the units of the case, or a string with a unit.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -11,13 +11,14 @@ use serde::{Deserialize, Serialize};
 use super::diagnostics::Complaint;
 use super::place::{At, Place};
 use super::unit::{self, Dimension};
+use super::units::{self, Units};
 
-/// A finite number in SI units of dimension kg^`KG` m^`M` s^`S`, with its place.
+/// A finite number of dimension kg^`KG` m^`M` s^`S` in the units of the case, with its place.
 ///
-/// Written as a number (SI) or as a string with a unit (`"5 MPa"`) of that dimension.
+/// Written as a number or as a string with a unit (`"5 MPa"`) of that dimension, which is converted as it is read.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Quantity<const KG: i8, const M: i8, const S: i8> {
-    /// Value \[SI\].
+    /// Value in the units of the case: in SI units unless it has `units`.
     pub si: f64,
     /// Where it is written.
     pub place: Place,
@@ -77,12 +78,17 @@ impl<const KG: i8, const M: i8, const S: i8> JsonSchema for Quantity<KG, M, S> {
     }
 }
 
+/// Reads a time on the clock of the machine, whose plain numbers are seconds in every system of units.
+pub(super) fn wall_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Duration>, D::Error> {
+    units::reading_in(Units::SI, || Option::deserialize(deserializer))
+}
+
 /// Constant of a power law, whose unit depends on the exponent of the law: Pa/m^exponent.
 ///
 /// Its dimension is checked once the exponent is known, see [`PowerStiffness::dimension_for`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerStiffness {
-    /// Value [Pa/m^exponent].
+    /// Value [Pa/m^exponent] in the units of the case.
     pub si: f64,
     /// Dimension of the unit, if one was written.
     pub dimension: Option<Dimension>,
@@ -103,9 +109,10 @@ impl<'de> Deserialize<'de> for PowerStiffness {
         let place = raw.place;
         let read = match &raw.value {
             Scalar::Number(si) => Ok((*si, None)),
-            Scalar::Text(text) => unit::parse(text).map(|(si, dimension)| (si, Some(dimension))),
+            Scalar::Text(text) => unit::parse(text)
+                .map(|(si, dimension)| (units::reading().number(si, dimension), Some(dimension))),
             Scalar::Other(found) => {
-                Err(Complaint::new(format!("expected a stiffness [Pa/m^exponent], found {found}")))
+                Err(Complaint::new(format!("expected a stiffness, pressure/length^exponent, found {found}")))
             }
         };
         let (si, dimension) = read.map_err(|c| D::Error::custom(c.at(place)))?;
@@ -140,31 +147,31 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// The SI value, if this is a number or a string with a unit of that dimension.
-    pub(super) fn in_dimension(&self, expected: Dimension) -> Result<f64, Complaint> {
+    /// The value in the units of the case, if this is a number or a string with a unit of that dimension.
+    pub(super) fn in_dimension(&self, dimension: Dimension) -> Result<f64, Complaint> {
+        let units = units::reading();
+        let (expected, examples) = (units.describe(dimension), || units.examples(dimension));
         let (text, found) = match self {
             Self::Number(si) => return Ok(*si),
             Self::Text(text) => (text, unit::parse(text)),
             Self::Other(found) => {
-                return Err(
-                    Complaint::new(format!("expected {expected}, found {found}")).hint(expected.examples())
-                );
+                return Err(Complaint::new(format!("expected {expected}, found {found}")).hint(examples()));
             }
         };
-        let (si, dimension) = found.map_err(|c| Complaint {
+        let (si, written) = found.map_err(|c| Complaint {
             message: format!("{}; expected {expected}", c.message),
-            hint: if c.hint.is_empty() { expected.examples() } else { c.hint.clone() },
+            hint: if c.hint.is_empty() { examples() } else { c.hint.clone() },
             ..c
         })?;
-        if dimension == expected {
-            return Ok(si);
+        if written == dimension {
+            return Ok(units.number(si, dimension));
         }
-        let message = if dimension == Dimension::NONE {
+        let message = if written == Dimension::NONE {
             format!("missing unit: '{text}'; expected {expected}")
         } else {
-            format!("'{text}' is {dimension}; expected {expected}")
+            format!("'{text}' is {}; expected {expected}", units.describe(written))
         };
-        Err(Complaint::new(message).hint(expected.examples()))
+        Err(Complaint::new(message).hint(examples()))
     }
 }
 

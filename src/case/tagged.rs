@@ -14,6 +14,8 @@ use serde::forward_to_deserialize_any;
 
 use super::diagnostics::Complaint;
 use super::place::At;
+use super::stand_in::{ANY_LAW, AnyOf};
+use super::tree::CHOICE;
 
 /// Makes a `#[serde(remote = "Self")]` enum readable in both spellings; the noun is what errors call it. With
 /// `read` in front it is read only, never written.
@@ -55,7 +57,7 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Tagged<D> {
         variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, D::Error> {
-        self.inner.deserialize_any(Choice { noun: self.noun, variants, visitor })
+        self.inner.deserialize_newtype_struct(CHOICE, Choice { noun: self.noun, variants, visitor })
     }
 
     forward_to_deserialize_any! {
@@ -99,7 +101,14 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
         write!(f, "a {}: one of {}", self.noun, self.variants.join(", "))
     }
 
+    fn visit_newtype_struct<D: Deserializer<'de>>(self, inner: D) -> Result<Self::Value, D::Error> {
+        inner.deserialize_any(self)
+    }
+
     fn visit_str<E: Error>(self, name: &str) -> Result<Self::Value, E> {
+        if name == ANY_LAW {
+            return self.visitor.visit_enum(AnyOf::first(self.variants));
+        }
         if let (true, Ok(number)) = (self.variants.contains(&"constant"), name.parse()) {
             return self.constant(number);
         }

@@ -9,9 +9,12 @@ use serde::forward_to_deserialize_any;
 use super::diagnostics::Complaint;
 use super::document::{Node, Tree};
 use super::place::{At, Place};
+use super::stand_in::{ANY_LAW, StandIn};
 
 /// Name of the type under which serde asks for a value with its place, see [`At`].
 pub(super) const PLACED: &str = "place and value";
+/// Name under which a law asks for its name or mapping, see [`super::tagged`].
+pub(super) const CHOICE: &str = "choice";
 /// Name under which it asks for the node itself.
 pub(super) const NODE: &str = "node";
 
@@ -25,6 +28,11 @@ thread_local! {
 /// The place of the value that follows, if it is read from a tree.
 pub(super) fn place_of_next() -> Place {
     PLACE.take().unwrap_or_default()
+}
+
+/// Says where the value is written that is read next.
+pub(super) fn set_place(place: Place) {
+    PLACE.set(Some(place));
 }
 
 /// The node that was asked for by [`NODE`].
@@ -47,6 +55,13 @@ impl Node {
         Err(Complaint::new(format!("expected {what}, found {}", self.noun())).at(self.place))
     }
 
+    fn stand_in(&self) -> Option<StandIn<Complaint>> {
+        match self.tree {
+            Tree::Anything(number) => Some(StandIn::new(number, self.place)),
+            _ => None,
+        }
+    }
+
     fn noun(&self) -> String {
         match &self.tree {
             Tree::Null => "nothing".into(),
@@ -57,11 +72,14 @@ impl Node {
             Tree::Text(text) => format!("'{text}'"),
             Tree::List(_) => "a list".into(),
             Tree::Map(_) => "a mapping".into(),
-            Tree::Whole(_) | Tree::Number(_) => self.label(),
+            Tree::Whole(_) | Tree::Number(_) | Tree::Anything(_) => self.label(),
         }
     }
 
     fn list<'de, V: Visitor<'de>>(&'de self, visitor: V) -> Read<V::Value> {
+        if let Some(anything) = self.stand_in() {
+            return self.placed(anything.deserialize_seq(visitor));
+        }
         let Tree::List(entries) = &self.tree else { return self.expected("a list, `[a, b]`") };
         let mut left = entries.iter();
         let value = self.placed(visitor.visit_seq(List(&mut left)))?;
@@ -77,6 +95,9 @@ impl Node {
 
     /// Nothing is a mapping without entries, as in `output:`.
     fn mapping<'de, V: Visitor<'de>>(&'de self, visitor: V) -> Read<V::Value> {
+        if let Some(anything) = self.stand_in() {
+            return self.placed(anything.deserialize_map(visitor));
+        }
         let entries = match &self.tree {
             Tree::Map(entries) => entries.as_slice(),
             Tree::Null => &[],
@@ -86,6 +107,9 @@ impl Node {
     }
 
     fn whole<'de, V: Visitor<'de>>(&'de self, visitor: V) -> Read<V::Value> {
+        if let Some(anything) = self.stand_in() {
+            return self.placed(anything.deserialize_i64(visitor));
+        }
         match self.tree {
             Tree::Whole(number) => self.placed(visitor.visit_i64(number)),
             _ => self.expected("a whole number"),
@@ -93,6 +117,9 @@ impl Node {
     }
 
     fn count<'de, V: Visitor<'de>>(&'de self, visitor: V) -> Read<V::Value> {
+        if let Some(anything) = self.stand_in() {
+            return self.placed(anything.deserialize_u64(visitor));
+        }
         match self.tree {
             Tree::Whole(number) if number >= 0 => self.placed(visitor.visit_u64(number as u64)),
             _ => self.expected("a whole number, zero or more"),
@@ -100,6 +127,9 @@ impl Node {
     }
 
     fn word<'de, V: Visitor<'de>>(&'de self, visitor: V) -> Read<V::Value> {
+        if let Some(anything) = self.stand_in() {
+            return self.placed(anything.deserialize_str(visitor));
+        }
         match &self.tree {
             Tree::Text(text) => self.placed(visitor.visit_borrowed_str(text)),
             Tree::Whole(_) | Tree::Number(_) => self.placed(visitor.visit_string(self.label())),
@@ -128,12 +158,14 @@ impl<'de> Deserializer<'de> for &'de Node {
             Tree::Text(text) => visitor.visit_borrowed_str(text),
             Tree::List(_) => self.list(visitor),
             Tree::Map(_) => self.mapping(visitor),
+            Tree::Anything(number) => visitor.visit_f64(*number),
         })
     }
 
     fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Read<V::Value> {
         match self.tree {
             Tree::Truth(truth) => visitor.visit_bool(truth),
+            Tree::Anything(_) => visitor.visit_bool(false),
             _ => self.expected("true or false"),
         }
     }
@@ -141,7 +173,7 @@ impl<'de> Deserializer<'de> for &'de Node {
     fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Read<V::Value> {
         match self.tree {
             Tree::Whole(number) => visitor.visit_f64(number as f64),
-            Tree::Number(number) => visitor.visit_f64(number),
+            Tree::Number(number) | Tree::Anything(number) => visitor.visit_f64(number),
             _ => self.expected("a number"),
         }
     }
@@ -156,42 +188,53 @@ impl<'de> Deserializer<'de> for &'de Node {
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Read<V::Value> {
         match name {
-            PLACED => PLACE.set(Some(self.place)),
+            PLACED => set_place(self.place),
+            CHOICE if self.stand_in().is_none() => return self.deserialize_any(visitor),
+            CHOICE => return self.placed(visitor.visit_str(ANY_LAW)),
             NODE => KEPT.set(Some(self.clone())),
             _ => {}
         }
         visitor.visit_newtype_struct(self)
     }
 
-    fn deserialize_tuple<V: Visitor<'de>>(self, _: usize, visitor: V) -> Read<V::Value> {
-        self.list(visitor)
+    fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Read<V::Value> {
+        match self.stand_in() {
+            Some(anything) => self.placed(anything.deserialize_tuple(length, visitor)),
+            None => self.list(visitor),
+        }
     }
 
     fn deserialize_tuple_struct<V: Visitor<'de>>(
         self,
         _: &'static str,
-        _: usize,
+        length: usize,
         visitor: V,
     ) -> Read<V::Value> {
-        self.list(visitor)
+        self.deserialize_tuple(length, visitor)
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
         self,
-        _: &'static str,
-        _: &'static [&'static str],
+        name: &'static str,
+        keys: &'static [&'static str],
         visitor: V,
     ) -> Read<V::Value> {
-        self.mapping(visitor)
+        match self.stand_in() {
+            Some(anything) => self.placed(anything.deserialize_struct(name, keys, visitor)),
+            None => self.mapping(visitor),
+        }
     }
 
     /// `name` or `{ name: content }`.
     fn deserialize_enum<V: Visitor<'de>>(
         self,
-        _: &'static str,
-        _: &'static [&'static str],
+        name: &'static str,
+        variants: &'static [&'static str],
         visitor: V,
     ) -> Read<V::Value> {
+        if let Some(anything) = self.stand_in() {
+            return self.placed(anything.deserialize_enum(name, variants, visitor));
+        }
         self.placed(match &self.tree {
             Tree::Text(text) => visitor.visit_enum(StrDeserializer::new(text)),
             Tree::Map(entries) => {

@@ -1,7 +1,5 @@
 //! Units: what `"5 MPa"` or `"1e-10 m/Pa"` means in SI.
 
-use std::fmt;
-
 use super::diagnostics::Complaint;
 
 /// Exponents of kg, m and s; fractions occur in power laws.
@@ -14,60 +12,47 @@ impl PartialEq for Dimension {
     }
 }
 
-/// Name, SI symbol, exponents of kg, m, s, and a way to write it; what errors say of a dimension.
-const NAMES: [(&str, &str, [i8; 3], &str); 16] = [
-    ("a pure number", "", [0, 0, 0], "0.45"),
-    ("a length", "m", [0, 1, 0], "0.5 mm"),
-    ("an area", "m2", [0, 2, 0], "2 cm2"),
-    ("a time", "s", [0, 0, 1], "10 ms"),
-    ("a frequency", "1/s", [0, 0, -1], "50 Hz"),
-    ("a mass", "kg", [1, 0, 0], "2 t"),
-    ("a velocity", "m/s", [0, 1, -1], "1 mm/s"),
-    ("an acceleration", "m/s2", [0, 1, -2], "9.81 m/s2"),
-    ("a density", "kg/m3", [1, -3, 0], "1700 kg/m3"),
-    ("a force", "N", [1, 1, -2], "2 kN"),
-    ("a force per length", "N/m", [1, 0, -2], "300 kN/m"),
-    ("a pressure", "Pa", [1, -1, -2], "5 MPa"),
-    ("a compliance", "m/Pa", [-1, 2, 2], "1e-10 m/Pa"),
-    ("a stiffness per area", "Pa/m", [1, -2, -2], "1 GPa/m"),
-    ("an energy", "J", [1, 2, -2], "3 kJ"),
-    ("a power", "W", [1, 2, -3], "3 kW"),
+/// Name, exponents of kg, m, s, and a way to write it; what errors say of a dimension.
+const NAMES: [(&str, [i8; 3], &str); 16] = [
+    ("a pure number", [0, 0, 0], "0.45"),
+    ("a length", [0, 1, 0], "0.5 mm"),
+    ("an area", [0, 2, 0], "2 cm2"),
+    ("a time", [0, 0, 1], "10 ms"),
+    ("a frequency", [0, 0, -1], "50 Hz"),
+    ("a mass", [1, 0, 0], "2 t"),
+    ("a velocity", [0, 1, -1], "1 mm/s"),
+    ("an acceleration", [0, 1, -2], "9.81 m/s2"),
+    ("a density", [1, -3, 0], "1700 kg/m3"),
+    ("a force", [1, 1, -2], "2 kN"),
+    ("a force per length", [1, 0, -2], "300 kN/m"),
+    ("a pressure", [1, -1, -2], "5 MPa"),
+    ("a compliance", [-1, 2, 2], "1e-10 m/Pa"),
+    ("a stiffness per area", [1, -2, -2], "1 GPa/m"),
+    ("an energy", [1, 2, -2], "3 kJ"),
+    ("a power", [1, 2, -3], "3 kW"),
 ];
 
 impl Dimension {
     /// Of a pure number.
     pub const NONE: Self = Self([0.0; 3]);
 
-    fn entry(self) -> Option<&'static (&'static str, &'static str, [i8; 3], &'static str)> {
-        NAMES.iter().find(|(_, _, exponents, _)| Self(exponents.map(f64::from)) == self)
+    fn entry(self) -> Option<&'static (&'static str, [i8; 3], &'static str)> {
+        NAMES.iter().find(|(_, exponents, _)| Self(exponents.map(f64::from)) == self)
     }
 
-    /// How a value of this dimension may be written.
-    pub fn examples(self) -> String {
-        match self.entry() {
-            Some((_, "", _, example)) => format!("write a number, as in {example}"),
-            Some((_, symbol, _, example)) => {
-                format!("write a number in {symbol}, or a string with a unit, as in \"{example}\"")
-            }
-            None => "write a number in SI units".into(),
-        }
+    /// What it is called, if it has a name.
+    pub fn name(self) -> Option<&'static str> {
+        self.entry().map(|(name, ..)| *name)
     }
-}
 
-impl fmt::Display for Dimension {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        if let Some((name, symbol, ..)) = self.entry() {
-            let bracket = if symbol.is_empty() { String::new() } else { format!(" [{symbol}]") };
-            return write!(f, "{name}{bracket}");
-        }
-        let factors = ["kg", "m", "s"].iter().zip(self.0).filter(|(_, e)| *e != 0.0);
-        let text: Vec<String> = factors.map(|(unit, e)| format!("{unit}^{e}")).collect();
-        write!(f, "a quantity in {}", text.join(" "))
+    /// A value of this dimension as one may write it, where it has a name.
+    pub fn example(self) -> Option<&'static str> {
+        self.entry().map(|(.., example)| *example)
     }
 }
 
 /// Units and their SI value; `true` where prefixes apply. A whole symbol goes before prefix and unit (`min`, `ft`, `Pa`).
-const UNITS: [(&str, f64, [i8; 3], bool); 19] = [
+const UNITS: [(&str, f64, [i8; 3], bool); 21] = [
     ("m", 1.0, [0, 1, 0], true),
     ("g", 1e-3, [1, 0, 0], true),
     ("s", 1.0, [0, 0, 1], true),
@@ -83,6 +68,8 @@ const UNITS: [(&str, f64, [i8; 3], bool); 19] = [
     ("in", 0.0254, [0, 1, 0], false),
     ("ft", 0.3048, [0, 1, 0], false),
     ("lb", 0.453_592_37, [1, 0, 0], false),
+    ("slug", 14.593_902_937_206_364, [1, 0, 0], false),
+    ("slinch", 175.126_835_246_476_36, [1, 0, 0], false),
     ("lbf", 4.448_221_615_260_5, [1, 1, -2], false),
     ("psi", 6_894.757_293_168, [1, -1, -2], false),
     ("ksi", 6.894_757_293_168e6, [1, -1, -2], false),
@@ -103,15 +90,23 @@ const PREFIXES: [(&str, f64); 11] = [
     ("G", 1e9),
 ];
 
-fn symbol(text: &str) -> Option<(f64, [i8; 3])> {
-    if let Some((_, value, exponents, _)) = UNITS.iter().find(|unit| unit.0 == text) {
-        return Some((*value, *exponents));
+/// A unit with its prefix: prefix, symbol, value in SI, exponents of kg, m, s.
+pub(super) fn symbol(text: &str) -> Option<(&'static str, &'static str, f64, [i8; 3])> {
+    if let Some((name, value, exponents, _)) = UNITS.iter().find(|unit| unit.0 == text) {
+        return Some(("", name, *value, *exponents));
     }
     PREFIXES.iter().find_map(|(prefix, factor)| {
         let rest = text.strip_prefix(prefix)?;
-        let (_, value, exponents, _) = UNITS.iter().find(|unit| unit.0 == rest && unit.3)?;
-        Some((factor * value, *exponents))
+        let (name, value, exponents, _) = UNITS.iter().find(|unit| unit.0 == rest && unit.3)?;
+        Some((*prefix, *name, factor * value, *exponents))
     })
+}
+
+/// The complaint about a unit that is not known.
+pub(super) fn unknown(name: &str) -> Complaint {
+    let known: Vec<&str> = UNITS.iter().map(|unit| unit.0).filter(|unit| *unit != "1").collect();
+    Complaint::new(format!("unknown unit '{name}'"))
+        .hint(format!("known: {}, with the prefixes p n u m c d k M G", known.join(", ")))
 }
 
 /// Length of the number at the start of a text; no number that a user means is longer than 64 characters.
@@ -149,12 +144,7 @@ pub fn parse(text: &str) -> Result<(f64, Dimension), Complaint> {
             // After a bare space the sign stays: "J/kg K" divides by both.
             _ => {}
         }
-        let Some((value, dimension)) = symbol(name) else {
-            let known = UNITS.iter().map(|unit| unit.0).filter(|unit| *unit != "1");
-            let known: Vec<&str> = known.collect();
-            return Err(Complaint::new(format!("unknown unit '{name}'"))
-                .hint(format!("known: {}, with the prefixes p n u m c d k M G", known.join(", "))));
-        };
+        let (_, _, value, dimension) = symbol(name).ok_or_else(|| unknown(name))?;
         si *= value.powf(sign * power);
         for (sum, exponent) in exponents.iter_mut().zip(dimension) {
             *sum += sign * power * f64::from(exponent);

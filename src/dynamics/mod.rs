@@ -8,6 +8,7 @@ mod split;
 
 pub use split::{ForceChange, Freeze, Known, Split};
 
+use crate::case::Units;
 use crate::error::{Error, Result};
 use crate::petsc::{Matrix, Vector};
 use crate::terms::Terms;
@@ -309,6 +310,9 @@ pub trait Dynamics {
     /// # Errors
     /// When PETSc refuses.
     fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()>;
+
+    /// The units of all numbers, for messages.
+    fn units(&self) -> Units;
 
     /// The assembled matrix \[N/m\].
     fn matrix(&self) -> &Matrix;

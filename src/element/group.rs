@@ -95,7 +95,7 @@ impl<const D: usize> ElementGroup<D> {
             )));
         }
         if !(formulation.density >= 0.0 && formulation.density.is_finite()) {
-            return Err(Error::case(format!("density: {} kg/m^3 is negative", formulation.density)));
+            return Err(Error::case(format!("density: {} is negative", formulation.density)));
         }
         let passes = passes(kind, &formulation)?;
         let mut nodes = Vec::with_capacity(elements.len().div_ceil(WIDTH) * kind.nodes());
@@ -159,7 +159,7 @@ impl<const D: usize> ElementGroup<D> {
                 if det <= 0.0 || det.is_nan() {
                     let (kind, centre) = (self.kind, centre(&points));
                     return Err(Error::file(format!(
-                        "{kind} element {element} around {} m is inverted or flat: Jacobian {det:.3e} is not positive",
+                        "{kind} element {element} around {} is inverted or flat: Jacobian {det:.3e} is not positive",
                         spelled(&centre)
                     )));
                 }

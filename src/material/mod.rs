@@ -40,7 +40,7 @@ impl Moduli<f64> {
     /// When not `young_modulus > 0` and `-1 < poisson_ratio < 1/2`.
     pub fn from_engineering(young_modulus: f64, poisson_ratio: f64) -> Result<Self> {
         if !(young_modulus > 0.0 && young_modulus.is_finite()) {
-            return Err(Error::case(format!("young_modulus: {young_modulus} Pa is not positive")));
+            return Err(Error::case(format!("young_modulus: {young_modulus} is not positive")));
         }
         if !(poisson_ratio > -1.0 && poisson_ratio < 0.5) {
             let cure = "for nearly incompressible rubber use 0.45 to 0.4999";

@@ -73,9 +73,7 @@ impl<const D: usize> BoxShape<D> {
             }
             if !(low < high && step.is_finite() && low + 0.5 * step > low && high - 0.5 * step < high) {
                 let message = format!("the box is empty in {name}: min = {low}, max = {high}");
-                return Err(
-                    Error::case(message).hint("`max` must be greater than `min`, both finite, in metres")
-                );
+                return Err(Error::case(message).hint("`max` must be greater than `min`, both finite"));
             }
         }
         self.check_size()

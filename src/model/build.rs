@@ -2,7 +2,7 @@
 
 use super::laws::{friction, normal, obstacle};
 use super::{Body, Contact, Load, LoadKind, MassChoice, Model, Probe, Support, Target, lengths};
-use crate::case::{self, Action, Case, Function};
+use crate::case::{self, Action, Case, Function, PlacedFunction};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::material::Material;
@@ -17,12 +17,18 @@ impl<const D: usize> Model<D> {
             case.bodies.iter().map(|(name, b)| body(case, name, b)).collect::<Result<_>>()?;
         let contacts = case.contact.iter().map(|(name, contact)| Self::contact(case, &bodies, name, contact));
         let contacts = contacts.collect::<Result<_>>()?;
-        let mut model =
-            Self { bodies, contacts, supports: Vec::new(), loads: Vec::new(), probes: Vec::new() };
+        let mut model = Self {
+            units: case.units,
+            bodies,
+            contacts,
+            supports: Vec::new(),
+            loads: Vec::new(),
+            probes: Vec::new(),
+        };
         for (name, boundary) in case.boundary.iter() {
             let set = boundary.on.value.clone();
             for action in boundary.actions() {
-                model.add(name, &set, action)?;
+                model.add(case, name, &set, action)?;
             }
         }
         for (name, probe) in case.output.probes.iter() {
@@ -33,23 +39,23 @@ impl<const D: usize> Model<D> {
         Ok(model)
     }
 
-    fn add(&mut self, name: &str, set: &str, action: Action) -> Result<()> {
+    fn add(&mut self, case: &Case, name: &str, set: &str, action: Action) -> Result<()> {
         let name = name.to_owned();
         let set = set.to_owned();
-        let zero = || Function::constant(0.0);
+        let zero = || PlacedFunction::from(Function::constant(0.0));
         let kind = match action {
             Action::Displacement(components) => {
-                let components = std::array::from_fn(|i| components[i].map(|f| f.function.clone()));
+                let components = std::array::from_fn(|i| components[i].map(|f| case.function(f)));
                 self.supports.push(Support { name, set, components });
                 return Ok(());
             }
-            Action::Gravity(g) => LoadKind::BodyForce(std::array::from_fn(|i| {
-                g.get(i).map_or_else(zero, |f| f.function.clone())
-            })),
-            Action::Traction(t) => {
-                LoadKind::Traction(std::array::from_fn(|i| t[i].map_or_else(zero, |f| f.function.clone())))
+            Action::Gravity(g) => {
+                LoadKind::BodyForce(std::array::from_fn(|i| g.get(i).map_or_else(zero, |f| case.function(f))))
             }
-            Action::Pressure(p) => LoadKind::Pressure(p.function.clone()),
+            Action::Traction(t) => {
+                LoadKind::Traction(std::array::from_fn(|i| t[i].map_or_else(zero, |f| case.function(f))))
+            }
+            Action::Pressure(p) => LoadKind::Pressure(case.function(p)),
         };
         let body = body_index(&self.bodies, set.split('.').next().unwrap_or(&set))?;
         self.loads.push(Load { name, set, body, kind });
@@ -121,7 +127,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
             case::Mass::Redistributed => MassChoice::Redistributed,
         },
         young_modulus,
-        initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| f.function.clone()).collect()),
+        initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| case.function(f)).collect()),
     })
 }
 

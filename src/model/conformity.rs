@@ -26,8 +26,8 @@ const STRAIGHT: f64 = 1e-9;
 
 /// Where a mesh comes from.
 pub(super) enum Source<'a> {
-    /// A box of the case, of this body.
-    Box(&'a str),
+    /// A box of the case: its body, and the unit of length.
+    Box(&'a str, &'a str),
     /// A file.
     File(&'a gmsh::Source),
 }
@@ -36,9 +36,9 @@ impl Source<'_> {
     fn at_node<const D: usize>(&self, mesh: &Mesh<D>, node: u32, message: &str) -> Error {
         match self {
             Self::File(source) => source.error_at_node(mesh, node, message),
-            Self::Box(body) => {
+            Self::Box(body, m) => {
                 let place = spelled(&mesh.points[node as usize]);
-                Error::case(format!("body '{body}': the node at {place} m {message}"))
+                Error::case(format!("body '{body}': the node at {place} {m} {message}"))
             }
         }
     }
@@ -46,9 +46,9 @@ impl Source<'_> {
     fn at_element<const D: usize>(&self, mesh: &Mesh<D>, element: usize, message: &str) -> Error {
         match self {
             Self::File(source) => source.error_at_element(mesh, element, message),
-            Self::Box(body) => {
+            Self::Box(body, m) => {
                 let (kind, place) = (mesh.kinds[element], spelled(&mesh.element_centre(element)));
-                Error::case(format!("body '{body}': the {kind} element at {place} m {message}"))
+                Error::case(format!("body '{body}': the {kind} element at {place} {m} {message}"))
             }
         }
     }
@@ -57,7 +57,7 @@ impl Source<'_> {
     fn node<const D: usize>(&self, mesh: &Mesh<D>, node: u32) -> String {
         match self {
             Self::File(source) => format!("node {}", source.node(node)),
-            Self::Box(_) => format!("another node at {}", spelled(&mesh.points[node as usize])),
+            Self::Box(..) => format!("another node at {}", spelled(&mesh.points[node as usize])),
         }
     }
 
@@ -65,7 +65,7 @@ impl Source<'_> {
     fn element<const D: usize>(&self, mesh: &Mesh<D>, element: u32) -> String {
         match self {
             Self::File(source) => format!("element {}", source.element(element as usize)),
-            Self::Box(_) => format!("the element at {}", spelled(&mesh.element_centre(element as usize))),
+            Self::Box(..) => format!("the element at {}", spelled(&mesh.element_centre(element as usize))),
         }
     }
 }
@@ -82,24 +82,27 @@ pub(super) enum Parts {
 }
 
 /// Checks a body's mesh, joins its nodes where `parts` says so, and finds its pieces. `meets` are the pairs of sets between
-/// which a contact acts: what touches there is not joined on purpose. Returns what a user should know.
+/// which a contact acts: what touches there is not joined on purpose. The body has a `name`, lengths are in `m`. Returns what
+/// a user should know.
 ///
 /// # Errors
 /// Sides that do not match or are not joined, with their place.
 pub(super) fn conform<const D: usize>(
     mesh: &mut Mesh<D>,
-    name: &str,
+    (name, m): (&str, &str),
     source: &Source,
     parts: Parts,
     meets: &[(String, String)],
 ) -> Result<Vec<String>> {
     let mut remarks = Vec::new();
     if let Parts::Merged(tolerance) = parts {
-        let joined = merge_nodes(mesh, tolerance, source)?;
+        let joined = merge_nodes(mesh, (tolerance, m), source)?;
         remarks.push(match joined {
-            0 => format!("merge: no two nodes of '{name}' are closer than {tolerance:.1e} m"),
+            0 => format!("merge: no two nodes of '{name}' are closer than {tolerance:.1e} {m}"),
             _ => {
-                format!("merge: {joined} nodes of '{name}' were joined with others within {tolerance:.1e} m")
+                format!(
+                    "merge: {joined} nodes of '{name}' were joined with others within {tolerance:.1e} {m}"
+                )
             }
         });
     }
@@ -113,12 +116,16 @@ pub(super) fn conform<const D: usize>(
     if parts != Parts::Apart {
         require_joined(mesh, &boundary, source, meets)?;
     }
-    remarks.extend(find_pieces(mesh, &mut index, name, source)?);
+    remarks.extend(find_pieces(mesh, &mut index, (name, m), source)?);
     Ok(remarks)
 }
 
 /// Joins nodes that are closer than `tolerance` \[m\]; returns how many there are less. The nodes that go lose their elements.
-fn merge_nodes<const D: usize>(mesh: &mut Mesh<D>, tolerance: f64, source: &Source) -> Result<usize> {
+fn merge_nodes<const D: usize>(
+    mesh: &mut Mesh<D>,
+    (tolerance, m): (f64, &str),
+    source: &Source,
+) -> Result<usize> {
     let mut nodes = Vec::new();
     let mut surface = Vec::new();
     for facet in FacetIndex::new(mesh).boundary() {
@@ -149,7 +156,7 @@ fn merge_nodes<const D: usize>(mesh: &mut Mesh<D>, tolerance: f64, source: &Sour
         own.sort_unstable();
         own.dedup();
         if own.len() < count {
-            let message = format!("has two nodes within merge.tolerance, {tolerance:.1e} m");
+            let message = format!("has two nodes within merge.tolerance, {tolerance:.1e} {m}");
             let cure = "give a tolerance well below the shortest side of an element";
             return Err(source.at_element(mesh, element, &message).hint(cure));
         }
@@ -368,7 +375,7 @@ fn refusal<const D: usize>(mesh: &Mesh<D>, source: &Source, first: Touch, count:
                 Source::File(_) => {
                     "join them by `Coherence;` in the geometry or `Coherence Mesh;` in Gmsh, or"
                 }
-                Source::Box(_) => "join them by",
+                Source::Box(..) => "join them by",
             };
             let cure = format!("{cure} `merge: {{ tolerance: {:.0e} }}`; {apart}", tolerance.max(least));
             source.at_node(mesh, one, &message).hint(&cure)
@@ -432,7 +439,7 @@ impl Sides {
 fn find_pieces<const D: usize>(
     mesh: &mut Mesh<D>,
     index: &mut FacetIndex,
-    name: &str,
+    (name, m): (&str, &str),
     source: &Source,
 ) -> Result<Vec<String>> {
     let mut sets = DisjointSets::new(mesh.element_count());
@@ -473,7 +480,7 @@ fn find_pieces<const D: usize>(
                 .hint("elements must share sides; a body has at most 64 pieces that hinge on nodes"));
         }
         remarks.push(format!(
-            "pieces of '{name}' are joined at single nodes only, as at {} m: they turn about them without resistance",
+            "pieces of '{name}' are joined at single nodes only, as at {} {m}: they turn about them without resistance",
             spelled(&mesh.points[node as usize])
         ));
     }
@@ -484,7 +491,7 @@ fn find_pieces<const D: usize>(
         let of_it = |element: &usize| parts[mesh.piece[*element] as usize] as usize == least;
         let first = (0..mesh.element_count()).find(of_it).unwrap_or(0);
         remarks.push(format!(
-            "the mesh of '{name}' has {} parts that share no node; number of elements in the smallest: {}, one of them at {} m",
+            "the mesh of '{name}' has {} parts that share no node; number of elements in the smallest: {}, one of them at {} {m}",
             members.len(),
             elements[least],
             spelled(&mesh.element_centre(first))

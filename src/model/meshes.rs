@@ -3,7 +3,7 @@
 use super::conformity::{Parts, Source, conform, require_sound_curves};
 use super::lengths;
 use super::overlap;
-use super::sets::require_sets;
+use super::sets::missing_sets;
 use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
 use crate::mesh::{BoxShape, ElementKind, Mesh, gmsh, merge, require_room, spelled, validate};
@@ -24,20 +24,25 @@ pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
 /// Those of [`read_mesh`].
 pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)> {
     require_room(box_nodes(case))?;
-    let mut bodies = Vec::with_capacity(case.bodies.len());
+    let (mut bodies, mut faults) = (Vec::with_capacity(case.bodies.len()), Vec::new());
     let mut remarks = Vec::new();
     for (name, body) in case.bodies.iter() {
         let mesh = match &body.mesh {
-            case::Mesh::Box(shape) => box_body(case, &name.value, shape, &mut remarks)?,
-            case::Mesh::File(file) => file_body(case, &name.value, file, &mut remarks)?,
+            case::Mesh::Box(shape) => box_body(case, &name.value, shape, &mut remarks),
+            case::Mesh::File(file) => file_body(case, &name.value, file, &mut remarks),
         };
-        bodies.push((name.value.clone(), mesh));
+        match mesh {
+            Ok(mesh) => bodies.push((name.value.clone(), mesh)),
+            Err(fault) => faults.push(fault),
+        }
     }
+    Error::together(faults)?;
     let mut mesh = merge(bodies)?;
     let places = mesh.points.as_flattened_mut().iter_mut().enumerate();
     places.for_each(|(index, x)| *x = rounding::place(index, *x));
-    require_sets(case, &mesh)?;
-    require_nodal_rules(case, &mesh)?;
+    let mut faults = missing_sets(case, &mesh);
+    faults.extend(missing_rules(case, &mesh));
+    Error::together(faults)?;
     remarks.extend(overlap::remarks(case, &mesh)?);
     Ok((mesh, remarks))
 }
@@ -49,11 +54,18 @@ fn box_body<const D: usize>(
     shape: &case::BoxMesh,
     remarks: &mut Vec<String>,
 ) -> Result<Mesh<D>> {
-    let mut mesh = box_mesh(shape).map_err(|e| e.within(&format!("body '{name}'")))?;
+    let m = &case.units.of("m");
+    let mut mesh = box_mesh(case, name, shape)?;
     if shape.map.is_some() {
-        let source = Source::Box(name);
+        let source = Source::Box(name, m);
         require_sound_curves(&mesh, &source)?;
-        remarks.extend(conform(&mut mesh, name, &source, parts(shape.merge.as_ref()), &meets(case, name))?);
+        remarks.extend(conform(
+            &mut mesh,
+            (name, m),
+            &source,
+            parts(shape.merge.as_ref()),
+            &meets(case, name),
+        )?);
         mesh.drop_unused_points();
     }
     Ok(mesh)
@@ -66,11 +78,12 @@ fn file_body<const D: usize>(
     file: &case::FileMesh,
     remarks: &mut Vec<String>,
 ) -> Result<Mesh<D>> {
+    let m = &case.units.of("m");
     let region = file.region.as_ref().map(|region| region.value.as_str());
     let (mut mesh, source) = gmsh::read_with_source(&case.resolve(&file.file.value), region)?;
     let source = Source::File(&source);
     require_sound_curves(&mesh, &source)?;
-    remarks.extend(conform(&mut mesh, name, &source, parts(file.merge.as_ref()), &meets(case, name))?);
+    remarks.extend(conform(&mut mesh, (name, m), &source, parts(file.merge.as_ref()), &meets(case, name))?);
     mesh.drop_unused_points();
     Ok(mesh)
 }
@@ -95,10 +108,11 @@ fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Whether the contacts that want their points at nodes may have them there: facets of low order always, those of second
-/// order with a positive rule at their nodes on an obstacle. Between two bodies a quadratic facet meets through Gauss
+/// Contacts that want their points at nodes and can not have them there. Facets of low order always can, those of
+/// second order on an obstacle if the rule at their nodes is positive. Between two bodies a quadratic facet meets through Gauss
 /// points.
-fn require_nodal_rules<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<()> {
+fn missing_rules<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
+    let mut faults = Vec::new();
     for (name, contact) in case.contact.iter().filter(|(_, contact)| is_nodal(contact)) {
         let facets = mesh.facet_sets.get(&contact.contactor.value).into_iter().flatten();
         let mut kinds = facets.map(|&facet| mesh.facet_kind(facet));
@@ -109,10 +123,10 @@ fn require_nodal_rules<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<()
             let target = if meets_body { "a deformable target" } else { "an obstacle" };
             let (name, kind) = (&name.value, kind.name());
             let message = format!("contact '{name}': no nodal quadrature on {kind} facets against {target}");
-            return Err(case.error(contact.quadrature.place, message).hint("write `quadrature: gauss`"));
+            faults.push(case.error(contact.quadrature.place, message).hint("write `quadrature: gauss`"));
         }
     }
-    Ok(())
+    faults
 }
 
 fn is_nodal(contact: &case::Contact) -> bool {
@@ -128,7 +142,7 @@ fn box_nodes(case: &Case) -> f64 {
     case.bodies.values().map(nodes).sum()
 }
 
-fn box_mesh<const D: usize>(shape: &case::BoxMesh) -> Result<Mesh<D>> {
+fn box_mesh<const D: usize>(case: &Case, name: &str, shape: &case::BoxMesh) -> Result<Mesh<D>> {
     let default = if D == 2 { ElementKind::Quad4 } else { ElementKind::Hex8 };
     let named = shape.element.as_ref().map(|element| ElementKind::from_name(element.name()));
     let kind = named.unwrap_or(Some(default)).ok_or_else(|| Error::internal("an element without a kind"))?;
@@ -138,34 +152,35 @@ fn box_mesh<const D: usize>(shape: &case::BoxMesh) -> Result<Mesh<D>> {
         cells: std::array::from_fn(|i| shape.cells.get(i).copied().unwrap_or(1)),
         element: kind,
     }
-    .mesh()?;
+    .mesh()
+    .map_err(|error| error.within(&format!("body '{name}'")))?;
     if let Some(map) = &shape.map {
-        bend(&mut mesh, map)?;
+        bend(&mut mesh, map, case)?;
     }
     Ok(mesh)
 }
 
 /// Moves the points of a box.
-fn bend<const D: usize>(mesh: &mut Mesh<D>, map: &case::BoxMap) -> Result<()> {
+fn bend<const D: usize>(mesh: &mut Mesh<D>, map: &case::BoxMap, case: &Case) -> Result<()> {
+    let m = case.units.of("m");
     for point in &mut mesh.points {
         let place: [f64; 3] = std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0));
         for (entry, function) in point.iter_mut().zip(map.functions()) {
-            *entry = function.map_or(*entry, |function| function.value(place, 0.0));
-        }
-        if point.iter().any(|entry| !entry.is_finite()) {
-            return Err(Error::case(format!(
-                "the map of the box sends {} m to {} m",
-                spelled(&place[..D]),
-                spelled(point)
-            )));
+            let Some(function) = function else { continue };
+            let motion = function.motion(place, 0.0);
+            case.function(function).require_sound(&motion, &place[..D], 0.0)?;
+            *entry = motion.value;
         }
     }
     match validate::first_bad_element(mesh) {
-        Some(bad) => Err(Error::case(format!(
-            "the map of the box leaves an element at {} m flat or turned inside out",
-            spelled(&mesh.points[bad.node as usize])
-        ))
-        .hint("neighbours must stay neighbours, and left must stay left of right")),
+        Some(bad) => {
+            let at = map.functions().into_iter().flatten().next().map(|function| function.place);
+            let place = spelled(&mesh.points[bad.node as usize]);
+            let text =
+                format!("the map of the box leaves an element at {place} {m} flat or turned inside out");
+            let error = case.error(at.unwrap_or_default(), text);
+            Err(error.hint("neighbours must stay neighbours, and left must stay left of right"))
+        }
         None => Ok(()),
     }
 }

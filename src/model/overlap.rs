@@ -25,6 +25,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
         *all = all.join(&around_element(mesh, element));
     }
     let mut remarks = Vec::new();
+    let m = case.units.of("m");
     for one in 0..names.len() {
         for other in one + 1..names.len() {
             let common = common(&around[one], &around[other]);
@@ -38,7 +39,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
             });
             let Some((inner, outer, place)) = found else { continue };
             let message = format!(
-                "bodies '{}' and '{}' overlap at the start: {} m, the middle of an element of '{0}', lies inside '{1}'",
+                "bodies '{}' and '{}' overlap at the start: {} {m}, the middle of an element of '{0}', lies inside '{1}'",
                 names[inner],
                 names[outer],
                 spelled(&place)
@@ -56,7 +57,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
             let near = elements[body].iter().copied().filter(|&e| around_element(mesh, e).meets(&at));
             if locate(mesh, near, &centre).is_some() {
                 let message = format!(
-                    "body '{}' and obstacle '{}' overlap at the start: the middle of the obstacle, {} m, lies inside the body",
+                    "body '{}' and obstacle '{}' overlap at the start: the middle of the obstacle, {} {m}, lies inside the body",
                     names[body],
                     name.value,
                     spelled(&centre)

@@ -1,26 +1,25 @@
 //! Sets that a case names, looked for in the meshes: those of a mesh file are known only when it is read.
 
 use crate::case::{Action, At, Case};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::{Mesh, SetKind};
 
-/// Whether the meshes have each set that a contact or a boundary names, and surfaces where surfaces are needed.
-///
-/// # Errors
-/// The first that is missing, at its place in the case file, with the sets that there are.
-pub fn require_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<()> {
-    let surfaces = |on| require(case, mesh, on, true);
+/// The sets that contacts and boundaries name and the meshes lack, or have without surfaces where surfaces are needed: an error
+/// each, at its place in the case file, with the sets that there are.
+pub fn missing_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
+    let mut faults = Vec::new();
+    let mut look = |on, surface| faults.extend(require(case, mesh, on, surface).err());
     for (_, contact) in case.contact.iter() {
-        surfaces(&contact.contactor)?;
+        look(&contact.contactor, true);
         if case.obstacles.get(&contact.target).is_none() {
-            surfaces(&contact.target)?;
+            look(&contact.target, true);
         }
     }
     for (_, boundary) in case.boundary.iter() {
         let acts_on_facets = |action| matches!(action, Action::Traction(_) | Action::Pressure(_));
-        require(case, mesh, &boundary.on, boundary.actions().any(acts_on_facets))?;
+        look(&boundary.on, boundary.actions().any(acts_on_facets));
     }
-    Ok(())
+    faults
 }
 
 fn require<const D: usize>(case: &Case, mesh: &Mesh<D>, on: &At<String>, surface: bool) -> Result<()> {

@@ -1,8 +1,8 @@
 //! What accuracy was asked and achieved, for `run.json` and the console.
 
-use std::fmt;
-
 use serde::Serialize;
+
+use crate::case::Units;
 
 /// Four errors; a part that plays no role in the run is absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -50,23 +50,24 @@ impl AccuracyRecord {
     }
 
     /// The parts that missed what was asked, as a warning.
-    pub fn warning(&self) -> Option<String> {
+    pub fn warning(&self, units: Units) -> Option<String> {
         let missed: Vec<String> = self
             .parts()
             .filter(|(_, achieved, asked)| *achieved > asked * (1.0 + 1e-9))
-            .map(|(name, achieved, asked)| format!("{name} {achieved:.1e}, asked {asked:.1e}"))
+            .map(|(name, achieved, asked)| {
+                format!("{} {achieved:.1e}, asked {asked:.1e}", units.heading(name))
+            })
             .collect();
         (!missed.is_empty()).then(|| format!("warning: the accuracy was not met: {}", missed.join("; ")))
     }
-}
 
-impl fmt::Display for AccuracyRecord {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+    /// For people.
+    pub fn told(&self, units: Units) -> String {
         let parts: Vec<String> = self
             .parts()
-            .map(|(name, achieved, asked)| format!("{name} {achieved:.1e} of {asked:.1e}"))
+            .map(|(name, achieved, asked)| format!("{} {achieved:.1e} of {asked:.1e}", units.heading(name)))
             .collect();
-        write!(f, "{}; {} steps repeated", parts.join(", "), self.repeated_steps)
+        format!("{}; {} steps repeated", parts.join(", "), self.repeated_steps)
     }
 }
 
@@ -80,9 +81,12 @@ mod tests {
         let asked = Errors { time: Some(1e-3), energy: Some(1e-2), ..Errors::default() };
         let achieved = Errors { time: Some(9e-4), energy: Some(2e-2), slip: Some(1.0), ..Errors::default() };
         let record = AccuracyRecord { asked, achieved, repeated_steps: 3, mass_redistributed: Vec::new() };
-        assert_eq!(record.to_string(), "time 9.0e-4 of 1.0e-3, energy 2.0e-2 of 1.0e-2; 3 steps repeated");
         assert_eq!(
-            record.warning().as_deref(),
+            record.told(Units::SI),
+            "time 9.0e-4 of 1.0e-3, energy 2.0e-2 of 1.0e-2; 3 steps repeated"
+        );
+        assert_eq!(
+            record.warning(Units::SI).as_deref(),
             Some("warning: the accuracy was not met: energy 2.0e-2, asked 1.0e-2")
         );
         let json = serde_json::to_value(&record).unwrap();

@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::case::Units;
+
 use super::iterations::IterationRow;
 use super::pace::{Pace, duration};
 use super::record::Record;
@@ -67,18 +69,21 @@ pub struct Console {
     pace: Pace,
     last: Instant,
     span: [f64; 2],
+    /// Unit of time.
+    unit: String,
 }
 
 impl Console {
     /// The console of a rank.
-    pub fn new(rank: usize, verbosity: Verbosity) -> Self {
+    pub fn new(rank: usize, verbosity: Verbosity, units: Units) -> Self {
         let verbosity = if rank == 0 { verbosity } else { Verbosity::Silent };
-        Self::speaking_to(verbosity, Box::new(std::io::stdout()), Box::new(std::io::stderr()))
+        let console = Self::speaking_to(verbosity, Box::new(std::io::stdout()), Box::new(std::io::stderr()));
+        Self { unit: units.of("s"), ..console }
     }
 
     fn speaking_to(verbosity: Verbosity, out: Box<dyn Write>, err: Box<dyn Write>) -> Self {
         let (pace, last) = (Pace::default(), Instant::now());
-        Self { verbosity, out, err, bar: None, pace, last, span: [0.0, 0.0] }
+        Self { verbosity, out, err, bar: None, pace, last, span: [0.0, 0.0], unit: "s".to_owned() }
     }
 
     /// The start-up report, and of what it says the warnings.
@@ -111,7 +116,7 @@ impl Console {
         self.last = Instant::now();
         self.pace.advance(wall, line.dt);
         let to_go = self.pace.time_left(self.span[1] - line.time);
-        self.progress(&step_text(line, to_go));
+        self.progress(&step_text(line, &self.unit, to_go));
         if let Some(bar) = &self.bar {
             let [start, end] = self.span;
             bar.set_position(((line.time - start) / (end - start).max(f64::MIN_POSITIVE) * 1000.0) as u64);
@@ -151,7 +156,8 @@ impl Console {
     pub fn newton_header(&mut self, attempt: &Attempt) {
         if self.verbosity >= Verbosity::Verbose {
             let Attempt { step, time, dt, attempt } = attempt;
-            let place = format!("step {step}, t = {time:.6e} s, dt = {dt:.3e} s, attempt {attempt}");
+            let s = &self.unit;
+            let place = format!("step {step}, t = {time:.6e} {s}, dt = {dt:.3e} {s}, attempt {attempt}");
             self.progress(&format!("{place}\n{NEWTON_COLUMNS}"));
         }
     }
@@ -206,12 +212,12 @@ fn newton_text(row: &IterationRow) -> String {
     format!("  {stage:>10}  {iteration:>3} {norms} {counts} {search:>12} {contraction:>12}")
 }
 
-fn step_text(line: &StepLine, to_go: Option<Duration>) -> String {
+fn step_text(line: &StepLine, s: &str, to_go: Option<Duration>) -> String {
     let StepLine { step, time, dt, iterations, krylov_iterations, stick, slip } = line;
     let contact = format!("contact {} (stick {stick}, slip {slip})", stick + slip);
     let solve = format!("newton {iterations:>2}  krylov {krylov_iterations:>4}");
     let left = to_go.map_or(String::new(), |left| format!("  to go {}", duration(left)));
-    format!("step {step:>5}  t {time:.6e} s  dt {dt:.3e} s  {solve}  {contact}{left}")
+    format!("step {step:>5}  t {time:.6e} {s}  dt {dt:.3e} {s}  {solve}  {contact}{left}")
 }
 
 #[cfg(test)]
@@ -293,8 +299,8 @@ mod tests {
     /// Ranks other than the first are mute whatever is asked.
     #[test]
     fn other_ranks_are_mute() {
-        assert_eq!(Console::new(1, Verbosity::Verbose).verbosity, Verbosity::Silent);
-        assert_eq!(Console::new(0, Verbosity::Verbose).verbosity, Verbosity::Verbose);
+        assert_eq!(Console::new(1, Verbosity::Verbose, Units::SI).verbosity, Verbosity::Silent);
+        assert_eq!(Console::new(0, Verbosity::Verbose, Units::SI).verbosity, Verbosity::Verbose);
     }
 
     /// The rows of the Newton table stand under their headings.

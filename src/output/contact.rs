@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::case::Units;
 use crate::error::Result;
 
 use super::AXES;
@@ -44,12 +45,12 @@ impl<const D: usize> ContactTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "contact.csv";
 
-    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
+    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, past: Option<&Marks>) -> Result<Self> {
-        Ok(Self { table: Table::open(&folder.join(Self::FILE), columns::<D>(), past)? })
+    pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
+        Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(columns::<D>()), past)? })
     }
 
     /// The file.
@@ -89,7 +90,7 @@ mod tests {
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("contact");
-        let mut table = ContactTable::<2>::open(&scratch.0, None).unwrap();
+        let mut table = ContactTable::<2>::open(&scratch.0, Units::SI, None).unwrap();
         let row = ContactRow {
             force_n: 8.0,
             force: [-3.0, 8.0],

@@ -1,10 +1,11 @@
-//! `energy.csv`: the ledger, one row a step. Energies are per metre of depth in 2D.
+//! `energy.csv`: the ledger, one row a step. Energies are per unit of length of depth in 2D.
 
 use std::path::Path;
 
+use crate::case::Units;
 use crate::error::Result;
 
-use super::table::{Cell, Marks, Table, named};
+use super::table::{Cell, Marks, Table};
 
 const COLUMNS: [&str; 10] = [
     "step",
@@ -50,12 +51,12 @@ impl EnergyTable {
     /// Name of the file in the results folder.
     pub const FILE: &str = "energy.csv";
 
-    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
+    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, past: Option<&Marks>) -> Result<Self> {
-        Ok(Self { table: Table::open(&folder.join(Self::FILE), named(&COLUMNS), past)? })
+    pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
+        Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(COLUMNS), past)? })
     }
 
     /// The file.
@@ -86,7 +87,7 @@ mod tests {
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("energy");
-        let mut table = EnergyTable::open(&scratch.0, None).unwrap();
+        let mut table = EnergyTable::open(&scratch.0, Units::SI, None).unwrap();
         let row = EnergyRow {
             kinetic: 1.0,
             strain: 2.0,

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use crate::case::Units;
 use crate::error::Result;
 
-use super::table::{Cell, Marks, Table, named};
+use super::table::{Cell, Marks, Table};
 
 const COLUMNS: [&str; 13] = [
     "step",
@@ -65,12 +66,12 @@ impl IterationTable {
     /// Name of the file in the results folder.
     pub const FILE: &str = "iterations.csv";
 
-    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
+    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, past: Option<&Marks>) -> Result<Self> {
-        Ok(Self { table: Table::open(&folder.join(Self::FILE), named(&COLUMNS), past)? })
+    pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
+        Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(COLUMNS), past)? })
     }
 
     /// The file.
@@ -110,7 +111,7 @@ mod tests {
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("iterations");
-        let mut table = IterationTable::open(&scratch.0, None).unwrap();
+        let mut table = IterationTable::open(&scratch.0, Units::SI, None).unwrap();
         let predicted = IterationRow {
             step: 1,
             time: 0.5,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::case::Units;
 use crate::error::Result;
 
 use super::AXES;
@@ -26,12 +27,12 @@ impl<const D: usize> MomentumTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "momentum.csv";
 
-    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
+    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, past: Option<&Marks>) -> Result<Self> {
-        Ok(Self { table: Table::open(&folder.join(Self::FILE), columns::<D>(), past)? })
+    pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
+        Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(columns::<D>()), past)? })
     }
 
     /// The file.
@@ -72,10 +73,10 @@ mod tests {
     fn has_the_components_of_its_space() {
         let scratch = Scratch::new("momentum");
         let row = MomentumRow { linear: [1.0, 2.0, 3.0], angular: [4.0, 5.0, 6.0] };
-        MomentumTable::<2>::open(&scratch.0, None).unwrap().row(1, 0.5, &row).unwrap();
+        MomentumTable::<2>::open(&scratch.0, Units::SI, None).unwrap().row(1, 0.5, &row).unwrap();
         let text = std::fs::read_to_string(scratch.0.join("momentum.csv")).unwrap();
         assert_eq!(text, "step,time [s],linear_x [N s],linear_y [N s],angular_z [N m s]\n1,0.5,1,2,6\n");
-        MomentumTable::<3>::open(&scratch.0, None).unwrap().row(1, 0.5, &row).unwrap();
+        MomentumTable::<3>::open(&scratch.0, Units::SI, None).unwrap().row(1, 0.5, &row).unwrap();
         let text = std::fs::read_to_string(scratch.0.join("momentum.csv")).unwrap();
         assert!(text.ends_with("angular_x [N m s],angular_y [N m s],angular_z [N m s]\n1,0.5,1,2,3,4,5,6\n"));
     }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::case::Units;
 use crate::error::Result;
 
 use super::table::{Cell, Marks, Table};
@@ -53,12 +54,12 @@ impl<const D: usize> ProbeTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "probes.csv";
 
-    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
+    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, probes: Vec<Probe>, past: Option<&Marks>) -> Result<Self> {
-        let table = Table::open(&folder.join(Self::FILE), columns::<D>(&probes), past)?;
+    pub fn open(folder: &Path, units: Units, probes: Vec<Probe>, past: Option<&Marks>) -> Result<Self> {
+        let table = Table::open(&folder.join(Self::FILE), units.headings(columns::<D>(&probes)), past)?;
         Ok(Self { table, probes })
     }
 
@@ -122,9 +123,13 @@ mod tests {
     #[test]
     fn plane_header_and_rows_follow_the_contract() {
         let scratch = Scratch::new("probes-2d");
-        let mut table =
-            ProbeTable::<2>::open(&scratch.0, vec![probe("node_50", true), probe("top", false)], None)
-                .unwrap();
+        let mut table = ProbeTable::<2>::open(
+            &scratch.0,
+            Units::SI,
+            vec![probe("node_50", true), probe("top", false)],
+            None,
+        )
+        .unwrap();
         let contact = ProbeContact {
             contact_pressure: 2e5,
             traction_t: -1e5,

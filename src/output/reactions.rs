@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::case::Units;
 use crate::error::Result;
 
 use super::AXES;
@@ -24,12 +25,12 @@ impl<const D: usize> ReactionTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "reactions.csv";
 
-    /// The table in `folder`, see [`Table::open`]. Rank 0 only.
+    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, past: Option<&Marks>) -> Result<Self> {
-        Ok(Self { table: Table::open(&folder.join(Self::FILE), columns::<D>(), past)? })
+    pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
+        Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(columns::<D>()), past)? })
     }
 
     /// The file.
@@ -63,7 +64,7 @@ mod tests {
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("reactions");
-        let mut plane = ReactionTable::<2>::open(&scratch.0, None).unwrap();
+        let mut plane = ReactionTable::<2>::open(&scratch.0, Units::SI, None).unwrap();
         plane.row(1, 0.5, "clamp", &ReactionRow { force: [1.0, -2.0] }).unwrap();
         let text = std::fs::read_to_string(scratch.0.join("reactions.csv")).unwrap();
         assert_eq!(text, "step,time [s],boundary,force_x [N],force_y [N]\n1,0.5,clamp,1,-2\n");

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
+use crate::case::Units;
 use crate::error::{Cause, Error, Result};
 use crate::files;
 
@@ -175,6 +176,8 @@ pub struct Balance {
 /// The run record. Rank 0 writes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
+    /// The units of its numbers, and of the tables beside it.
+    pub units: Units,
     /// The case as completed with its defaults.
     pub case: Value,
     /// SHA-256 of the completed case.
@@ -262,6 +265,7 @@ impl Record {
         };
         let mut record = json!({
             "program": PROGRAM,
+            "units": self.units,
             "verdict": verdict,
             "reason": reason,
             "exit_code": code,
@@ -297,7 +301,7 @@ impl Record {
             let optional = [
                 tables.map(|tables| ("tables", tables)),
                 self.held.as_ref().map(|held| ("held", json!(held))),
-                self.accuracy.as_ref().map(|accuracy| ("accuracy", json!(accuracy))),
+                self.accuracy.as_ref().map(|accuracy| ("accuracy", with_units(json!(accuracy), self.units))),
             ];
             entries.extend(optional.into_iter().flatten().map(|(name, value)| (name.to_owned(), value)));
         });
@@ -324,6 +328,16 @@ pub fn check_tables(record: &Value, folder: &Path) -> Result<()> {
     }
 }
 
+/// The value with other headings in place of its keys that name an SI unit.
+fn with_units(value: Value, units: Units) -> Value {
+    match value {
+        Value::Object(entries) => {
+            entries.into_iter().map(|(key, value)| (units.heading(&key), with_units(value, units))).collect()
+        }
+        other => other,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::time::{Duration, UNIX_EPOCH};
@@ -335,6 +349,7 @@ mod tests {
 
     fn sample(verdict: Verdict) -> Record {
         Record {
+            units: Units::SI,
             case: json!({"title": "Rubber block", "dimension": 2}),
             digest: String::new(),
             inputs: vec![],

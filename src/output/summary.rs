@@ -41,6 +41,8 @@ pub struct StartUp {
 pub struct ContactStart {
     /// Name in the case.
     pub name: String,
+    /// Unit of length.
+    pub unit: String,
     /// Contact points.
     pub points: u64,
     /// Those with a target near.
@@ -97,12 +99,13 @@ impl fmt::Display for ContactStart {
         if self.paired < self.points {
             write!(f, ", {} with a target near", self.paired)?;
         }
+        let m = &self.unit;
         match *gap < 0.0 {
-            true => write!(f, ", deepest overclosure {:.3e} m at {}", -gap, place(at))?,
-            false => write!(f, ", no overclosure, smallest gap {gap:.3e} m at {}", place(at))?,
+            true => write!(f, ", deepest overclosure {:.3e} {m} at {}", -gap, place(at))?,
+            false => write!(f, ", no overclosure, smallest gap {gap:.3e} {m} at {}", place(at))?,
         }
         let Some((gap, at)) = &self.widest else { return Ok(()) };
-        write!(f, ", widest gap {gap:.3e} m at {}", place(at))
+        write!(f, ", widest gap {gap:.3e} {m} at {}", place(at))
     }
 }
 
@@ -122,7 +125,8 @@ pub(super) fn summary(record: &Record) -> String {
     let totals = record.totals;
     let wall = duration(Duration::try_from_secs_f64(record.wall_seconds).unwrap_or_default());
     let largest = record.peak_memory.iter().max().copied().unwrap_or(0) as f64 / f64::from(1 << 20);
-    let mut text = format!("{verdict} at t = {} s after {wall}\n", record.simulated_time);
+    let [m, s] = ["m", "s"].map(|unit| record.units.of(unit));
+    let mut text = format!("{verdict} at t = {} {s} after {wall}\n", record.simulated_time);
     text.push_str(&format!("  steps     {} ({} cut)\n", totals.steps, totals.cut_steps));
     text.push_str(&format!("  newton    {} iterations\n", totals.newton_iterations));
     text.push_str(&format!("  krylov    {} iterations\n", totals.krylov_iterations));
@@ -132,8 +136,10 @@ pub(super) fn summary(record: &Record) -> String {
             totals.inner_krylov_iterations
         ));
     }
-    record.penetrations.iter().for_each(|contact| text.push_str(&format!("  contact   {contact}\n")));
-    record.accuracy.iter().for_each(|accuracy| text.push_str(&format!("  accuracy  {accuracy}\n")));
+    let told = record.penetrations.iter().map(|contact| contact.told(&m));
+    told.for_each(|contact| text.push_str(&format!("  contact   {contact}\n")));
+    let told = record.accuracy.iter().map(|accuracy| accuracy.told(record.units));
+    told.for_each(|accuracy| text.push_str(&format!("  accuracy  {accuracy}\n")));
     if totals.linear_fallbacks > 0 {
         let fallbacks = totals.linear_fallbacks;
         text.push_str(&format!("  fallbacks {fallbacks} of the linear solver to a stronger one\n"));
@@ -142,14 +148,15 @@ pub(super) fn summary(record: &Record) -> String {
     text + &phase_table(record)
 }
 
-impl fmt::Display for Penetration {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+impl Penetration {
+    /// For people, with the unit of length.
+    fn told(&self, m: &str) -> String {
         let Self { contact, deepest, asked, .. } = self;
         match (self.has_closed(), asked) {
-            (false, _) => write!(f, "{contact}: never closed"),
-            (true, None) => write!(f, "{contact}: deepest penetration {deepest:.3e} m"),
+            (false, _) => format!("{contact}: never closed"),
+            (true, None) => format!("{contact}: deepest penetration {deepest:.3e} {m}"),
             (true, Some(asked)) => {
-                write!(f, "{contact}: deepest penetration {deepest:.3e} m, asked for {asked:.3e} m")
+                format!("{contact}: deepest penetration {deepest:.3e} {m}, asked for {asked:.3e} {m}")
             }
         }
     }
@@ -189,6 +196,7 @@ mod tests {
 
     use super::super::record::{Phase, Totals};
     use super::*;
+    use crate::case::Units;
 
     /// The start-up report tells unknowns, ranks, imbalance and the overclosure with its place.
     #[test]
@@ -205,6 +213,7 @@ mod tests {
             meeting: Some((1.05, 80, 3)),
             solver: "monolithic, GMRES with ILU(0)".into(),
             contacts: vec![ContactStart {
+                unit: "m".into(),
                 name: "sole".into(),
                 points: 49,
                 paired: 45,
@@ -229,6 +238,7 @@ mod tests {
     #[test]
     fn phases_are_aligned_and_complete() {
         let record = Record {
+            units: Units::SI,
             case: serde_json::Value::Null,
             digest: String::new(),
             inputs: vec![],

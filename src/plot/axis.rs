@@ -1,14 +1,44 @@
 //! Axes: ranges, round ticks, units with the prefix that suits.
 
+use crate::case::Units;
+
 /// A quantity along an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
     /// Its name.
     pub name: String,
-    /// Its SI unit without a prefix; empty for a pure number, whose ticks are whole where all values are.
-    pub unit: &'static str,
+    /// Its unit; empty for a pure number, whose ticks are whole where all values are.
+    pub unit: String,
+    /// Whether the unit gets the prefix that suits the values.
+    pub takes_prefix: bool,
     /// How it is spread along the axis.
     pub scale: Scale,
+}
+
+/// The units of a figure: SI with the prefixes that suit where all results are metric, else those of the first result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Display {
+    units: Units,
+    takes_prefixes: bool,
+}
+
+impl Display {
+    /// The units in which results with these units are shown together.
+    pub fn of(results: &[Units]) -> Self {
+        let takes_prefixes = results.iter().all(Units::is_metric);
+        let first = results.first().copied().unwrap_or_default();
+        Self { units: if takes_prefixes { Units::SI } else { first }, takes_prefixes }
+    }
+
+    /// A quantity by its SI unit.
+    pub fn quantity(&self, name: impl Into<String>, si: &str) -> Quantity {
+        Quantity { takes_prefix: self.takes_prefixes, ..Quantity::new(name, self.units.of(si)) }
+    }
+
+    /// By what numbers of a result are multiplied, given the SI unit of their kind.
+    pub fn factor(&self, result: Units, si: &str) -> f64 {
+        result.si_value(si) / self.units.si_value(si)
+    }
 }
 
 /// How values are spread along an axis.
@@ -30,18 +60,18 @@ impl Scale {
 }
 
 impl Quantity {
-    /// A quantity of that name and unit.
-    pub fn new(name: impl Into<String>, unit: &'static str) -> Self {
-        Self { name: name.into(), unit, scale: Scale::Linear }
+    /// A quantity of that name and unit, which is an SI unit without a prefix, or empty.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: unit.into(), takes_prefix: true, scale: Scale::Linear }
     }
 }
 
 /// An axis ready to be drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// Ends, in SI.
+    /// Ends, in the unit without a prefix.
     pub range: [f64; 2],
-    /// Positions in SI with what stands there.
+    /// Positions in that unit with what stands there.
     pub ticks: Vec<(f64, String)>,
     /// Name and unit.
     pub label: String,
@@ -72,7 +102,7 @@ impl Axis {
         };
         let [first, last] = [(range[0] / step - 1e-9).ceil(), (range[1] / step + 1e-9).floor()];
         let positions = (0..=(last - first) as usize).map(|index| (first + index as f64) * step);
-        let prefix = Prefix::suiting(quantity.unit, range[0].abs().max(range[1].abs()));
+        let prefix = Prefix::suiting(quantity, range[0].abs().max(range[1].abs()));
         let shown = step / prefix.factor;
         let ticks = positions.map(|at| (at, number(at / prefix.factor, shown))).collect();
         Self { range, ticks, label: prefix.label(quantity), scale: Scale::Linear }
@@ -161,9 +191,9 @@ impl Prefix {
     ];
 
     /// The prefix with which `largest` is shown as 0.2 to 200; none for pure numbers.
-    fn suiting(unit: &str, largest: f64) -> Self {
+    fn suiting(quantity: &Quantity, largest: f64) -> Self {
         let plain = Self { name: "", factor: 1.0 };
-        if unit.is_empty() || largest == 0.0 {
+        if quantity.unit.is_empty() || !quantity.takes_prefix || largest == 0.0 {
             return plain;
         }
         let fits = |prefix: &&Self| largest < 200.0 * prefix.factor * (1.0 + 1e-9);
@@ -171,7 +201,7 @@ impl Prefix {
     }
 
     fn label(self, quantity: &Quantity) -> String {
-        match quantity.unit {
+        match quantity.unit.as_str() {
             "" => quantity.name.clone(),
             unit => format!("{} ({}{unit})", quantity.name, self.name),
         }
@@ -280,5 +310,22 @@ mod tests {
                 "{values:?}"
             );
         }
+    }
+
+    /// Results in metric units are shown in SI with prefixes, whatever their units; others in those of the first.
+    #[test]
+    fn figures_have_one_system_of_units() {
+        let system = |length: &str, mass: &str| -> Units {
+            serde_json::from_value(serde_json::json!({ "length": length, "mass": mass })).unwrap()
+        };
+        let (mm, inch) = (system("mm", "t"), system("in", "lb"));
+        let shown = Display::of(&[mm, Units::SI]);
+        assert!((shown.factor(mm, "Pa") / 1e6 - 1.0).abs() < 1e-12 && shown.factor(Units::SI, "Pa") == 1.0);
+        let axis = Axis::covering(&shown.quantity("stress", "Pa"), [0.0, 4e6], Ends::Ticks, 5.0);
+        assert_eq!(axis.label, "stress (MPa)");
+        let shown = Display::of(&[inch, Units::SI]);
+        assert!((shown.factor(Units::SI, "m") * 0.0254 - 1.0).abs() < 1e-12);
+        let axis = Axis::covering(&shown.quantity("x", "m"), [0.0, 4e6], Ends::Ticks, 5.0);
+        assert_eq!(axis.label, "x (in)");
     }
 }

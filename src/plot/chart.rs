@@ -95,7 +95,7 @@ impl Panel {
         let [left, top, right, bottom] = place;
         let frame = [left + margin, top + 10.0, right - 8.0, bottom - 48.0];
         // Time has its ends; a curve in another plane should not run along the frame.
-        let ends = if self.x.unit == "s" { Ends::Data } else { Ends::Padded };
+        let ends = if self.x.name == "time" { Ends::Data } else { Ends::Padded };
         let x = Axis::covering(&self.x, self.all(0), ends, (frame[2] - frame[0]) / 70.0);
         let y = self.upward(bottom - top);
         draw_axes(canvas, frame, &x, &y)?;

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 
-use super::axis::Quantity;
+use super::axis::Display;
 use super::chart::{Curve, Figure, Panel};
 use super::csv::Csv;
 use super::results::Run;
@@ -23,31 +23,35 @@ pub fn figures(runs: &[Run]) -> Result<Vec<Named>> {
             probes.push(name);
         }
     }
+    let display = Display::of(&runs.iter().map(|run| run.units).collect::<Vec<_>>());
     let mut figures = Vec::new();
     for probe in &probes {
-        figures.extend(contact_stresses(runs, probe)?);
-        figures.extend(displacement(runs, probe)?);
-        figures.extend(phase_plane(runs, probe)?);
+        figures.extend(contact_stresses(runs, probe, &display)?);
+        figures.extend(displacement(runs, probe, &display)?);
+        figures.extend(phase_plane(runs, probe, &display)?);
     }
-    figures.extend(vertical_motion(runs, &probes)?);
-    figures.extend(normal_stresses(runs, &probes)?);
-    figures.extend(energy(runs)?);
-    figures.extend(iterations(runs)?);
+    figures.extend(vertical_motion(runs, &probes, &display)?);
+    figures.extend(normal_stresses(runs, &probes, &display)?);
+    figures.extend(energy(runs, &display)?);
+    figures.extend(iterations(runs, &display)?);
     Ok(figures)
 }
 
 /// Normal and tangential contact stress at a probe (Figs 5 and 6): in one panel for one run, in two where
 /// runs compare.
-fn contact_stresses(runs: &[Run], probe: &str) -> Result<Option<Named>> {
+fn contact_stresses(runs: &[Run], probe: &str, display: &Display) -> Result<Option<Named>> {
     let columns = [format!("{probe}.contact_pressure [Pa]"), format!("{probe}.traction_t [Pa]")];
-    let normal = over_time(runs, |run| run.probes.as_ref(), &columns[0])?;
-    let tangential = over_time(runs, |run| run.probes.as_ref(), &columns[1])?;
+    let normal = over_time(runs, display, |run| run.probes.as_ref(), &columns[0])?;
+    let tangential = over_time(runs, display, |run| run.probes.as_ref(), &columns[1])?;
     if is_blank(&normal) {
         return Ok(None);
     }
     let file = format!("contact_stresses_{}", file_name(probe));
     let [only] = runs else {
-        let panels = vec![panel("normal stress", "Pa", normal), panel("tangential stress", "Pa", tangential)];
+        let panels = vec![
+            panel(display, "normal stress", "Pa", normal),
+            panel(display, "tangential stress", "Pa", tangential),
+        ];
         let title = format!("Contact stresses at {probe}");
         return Ok(Some((file, Figure { title, legend: legend(runs), panels, columns: 1 })));
     };
@@ -58,15 +62,16 @@ fn contact_stresses(runs: &[Run], probe: &str) -> Result<Option<Named>> {
     let title = format!("Contact stresses at {probe}: {}", only.title);
     Ok(Some((
         file,
-        Figure { title, legend, panels: vec![panel("contact stress", "Pa", curves)], columns: 1 },
+        Figure { title, legend, panels: vec![panel(display, "contact stress", "Pa", curves)], columns: 1 },
     )))
 }
 
 /// Horizontal displacement of a probe (Fig. 7).
-fn displacement(runs: &[Run], probe: &str) -> Result<Option<Named>> {
-    let curves = over_time(runs, |run| run.probes.as_ref(), &format!("{probe}.u_x [m]"))?;
+fn displacement(runs: &[Run], probe: &str, display: &Display) -> Result<Option<Named>> {
+    let curves = over_time(runs, display, |run| run.probes.as_ref(), &format!("{probe}.u_x [m]"))?;
     // Without the zero: the way that a point slides is small beside what the start has moved it.
-    let panels = vec![Panel { at_least: Vec::new(), ..panel("horizontal displacement", "m", curves) }];
+    let panels =
+        vec![Panel { at_least: Vec::new(), ..panel(display, "horizontal displacement", "m", curves) }];
     let title = titled(runs, &format!("Horizontal displacement of {probe}"));
     Ok(filled((
         format!("displacement_{}", file_name(probe)),
@@ -75,12 +80,12 @@ fn displacement(runs: &[Run], probe: &str) -> Result<Option<Named>> {
 }
 
 /// Horizontal velocity of a probe over its horizontal displacement (Fig. 13), where it has a velocity.
-fn phase_plane(runs: &[Run], probe: &str) -> Result<Option<Named>> {
+fn phase_plane(runs: &[Run], probe: &str, display: &Display) -> Result<Option<Named>> {
     let [u, v] = ["u_x [m]", "v_x [m/s]"].map(|column| format!("{probe}.{column}"));
     let mut curves = Vec::new();
     for (index, run) in runs.iter().enumerate() {
         let Some(csv) = &run.probes else { continue };
-        if let (Some(u), Some(v)) = (csv.numbers(&u)?, csv.numbers(&v)?) {
+        if let (Some(u), Some(v)) = (run.column(csv, &u, display)?, run.column(csv, &v, display)?) {
             // A loop that is wound many times is read by thin lines only.
             let stroke = Stroke { width: 1.1, ..Stroke::of(index) };
             curves.push(Curve { points: u.into_iter().zip(v).map(|(u, v)| [u, v]).collect(), stroke });
@@ -89,7 +94,8 @@ fn phase_plane(runs: &[Run], probe: &str) -> Result<Option<Named>> {
     if curves.iter().flat_map(|curve| &curve.points).all(|point| point[1] == 0.0) {
         return Ok(None);
     }
-    let [x, y] = [Quantity::new("horizontal displacement", "m"), Quantity::new("horizontal velocity", "m/s")];
+    let [x, y] = [("horizontal displacement", "m"), ("horizontal velocity", "m/s")]
+        .map(|(name, unit)| display.quantity(name, unit));
     let panels = vec![Panel { x, y, curves, at_least: vec![0.0], labels: Vec::new() }];
     let title = titled(runs, &format!("Phase plane of {probe}"));
     Ok(filled((
@@ -99,15 +105,17 @@ fn phase_plane(runs: &[Run], probe: &str) -> Result<Option<Named>> {
 }
 
 /// Vertical displacement of all probes (Fig. 11).
-fn vertical_motion(runs: &[Run], probes: &[String]) -> Result<Option<Named>> {
+fn vertical_motion(runs: &[Run], probes: &[String], display: &Display) -> Result<Option<Named>> {
     let has = |axis: &str| {
-        let column = |probe: &String| format!("{probe}.{axis} [m]");
-        let columns = || runs.iter().filter_map(|run| run.probes.as_ref()).flat_map(Csv::columns);
-        probes.iter().any(|probe| columns().any(|name| *name == column(probe)))
+        let is_in = |run: &Run, probe: &str| {
+            let column = run.units.heading(&format!("{probe}.{axis} [m]"));
+            run.probes.iter().flat_map(Csv::columns).any(|name| *name == column)
+        };
+        probes.iter().any(|probe| runs.iter().any(|run| is_in(run, probe)))
     };
     let axis = if has("u_z") { "u_z" } else { "u_y" };
     let name = ["Vertical motion", "vertical displacement", "m"];
-    together(runs, probes, (&format!("{axis} [m]"), name)).map(|figure| {
+    together(runs, probes, display, (&format!("{axis} [m]"), name)).map(|figure| {
         figure.map(|mut figure| {
             figure.panels.iter_mut().for_each(|panel| panel.at_least.clear());
             ("vertical_motion".into(), figure)
@@ -116,9 +124,9 @@ fn vertical_motion(runs: &[Run], probes: &[String]) -> Result<Option<Named>> {
 }
 
 /// Normal contact stress of all probes (Fig. 12).
-fn normal_stresses(runs: &[Run], probes: &[String]) -> Result<Option<Named>> {
+fn normal_stresses(runs: &[Run], probes: &[String], display: &Display) -> Result<Option<Named>> {
     let name = ["Normal contact stresses at the nodes of the probes", "normal stress", "Pa"];
-    let figure = together(runs, probes, ("contact_pressure [Pa]", name))?;
+    let figure = together(runs, probes, display, ("contact_pressure [Pa]", name))?;
     Ok(figure.map(|figure| ("normal_stresses".into(), figure)))
 }
 
@@ -126,11 +134,12 @@ fn normal_stresses(runs: &[Run], probes: &[String]) -> Result<Option<Named>> {
 fn together(
     runs: &[Run],
     probes: &[String],
+    display: &Display,
     (column, [title, name, unit]): (&str, [&'static str; 3]),
 ) -> Result<Option<Figure>> {
     let mut shown = Vec::new();
     for probe in probes {
-        let curves = over_time(runs, |run| run.probes.as_ref(), &format!("{probe}.{column}"))?;
+        let curves = over_time(runs, display, |run| run.probes.as_ref(), &format!("{probe}.{column}"))?;
         if !is_blank(&curves) {
             shown.push((probe, curves));
         }
@@ -140,15 +149,16 @@ fn together(
     }
     let title = titled(runs, title);
     if runs.len() > 1 {
-        let panels =
-            shown.into_iter().map(|(probe, curves)| panel(&format!("{name}, {probe}"), unit, curves));
+        let panels = shown
+            .into_iter()
+            .map(|(probe, curves)| panel(display, &format!("{name}, {probe}"), unit, curves));
         return Ok(Some(Figure { title, legend: legend(runs), panels: panels.collect(), columns: 2 }));
     }
     let legend = shown.iter().enumerate().map(|(k, (probe, _))| (probe.to_string(), Stroke::of(k))).collect();
     let curves = shown.into_iter().enumerate().flat_map(|(k, (_, curves))| {
         curves.into_iter().map(move |curve| Curve { stroke: Stroke::of(k), ..curve })
     });
-    let panels = vec![panel(name, unit, curves.collect())];
+    let panels = vec![panel(display, name, unit, curves.collect())];
     Ok(Some(Figure { title, legend, panels, columns: 1 }))
 }
 
@@ -166,17 +176,18 @@ const ENERGIES: [&str; 8] = [
 /// The ledger: all energies of one run in one panel, or a panel for each energy where runs compare.
 ///
 /// An energy that is zero throughout in all runs, such as that of a damping that no case has, is left out.
-fn energy(runs: &[Run]) -> Result<Option<Named>> {
+fn energy(runs: &[Run], display: &Display) -> Result<Option<Named>> {
     let mut shown = Vec::new();
     for name in ENERGIES {
-        let curves = over_time(runs, |run| run.energy.as_ref(), &format!("{name} [J]"))?;
+        let curves = over_time(runs, display, |run| run.energy.as_ref(), &format!("{name} [J]"))?;
         if curves.iter().flat_map(|curve| &curve.points).any(|point| point[1] != 0.0) {
             shown.push((name.replace('_', " "), curves));
         }
     }
     let title = titled(runs, "Energy");
     if runs.len() > 1 {
-        let panels = shown.into_iter().map(|(name, curves)| panel(&format!("{name} energy"), "J", curves));
+        let panels =
+            shown.into_iter().map(|(name, curves)| panel(display, &format!("{name} energy"), "J", curves));
         let panels = panels.map(|mut panel| {
             panel.at_least.clear();
             panel.y.name =
@@ -193,15 +204,18 @@ fn energy(runs: &[Run]) -> Result<Option<Named>> {
     let curves = shown.into_iter().zip(&names).flat_map(|((_, curves), (_, stroke))| {
         curves.into_iter().map(|curve| Curve { stroke: *stroke, ..curve })
     });
-    let panels = vec![panel("energy", "J", curves.collect())];
+    let panels = vec![panel(display, "energy", "J", curves.collect())];
     Ok(filled(("energy".into(), Figure { title, legend: names, panels, columns: 1 })))
 }
 
 /// Newton iterations of each step, failed attempts included, in a panel for each run; and their sums.
-fn iterations(runs: &[Run]) -> Result<Option<Named>> {
+fn iterations(runs: &[Run], display: &Display) -> Result<Option<Named>> {
     let (mut each, mut sums) = (Vec::new(), Vec::new());
     for (index, run) in runs.iter().enumerate() {
-        let Some(counts) = run.iterations.as_ref().map(count_by_step).transpose()? else { continue };
+        let Some(counts) = run.iterations.as_ref().map(|csv| count_by_step(run, csv, display)).transpose()?
+        else {
+            continue;
+        };
         let stroke = Stroke::of(index);
         let stairs = counts
             .windows(2)
@@ -216,17 +230,17 @@ fn iterations(runs: &[Run]) -> Result<Option<Named>> {
     }
     let most = each.iter().flat_map(|curve| &curve.points).map(|point| point[1]).fold(0.0, f64::max);
     let mut panels: Vec<Panel> =
-        each.into_iter().map(|curve| panel("iterations a step", "", vec![curve])).collect();
+        each.into_iter().map(|curve| panel(display, "iterations a step", "", vec![curve])).collect();
     panels.iter_mut().for_each(|panel| panel.at_least = vec![0.0, most]);
-    panels.push(panel("iterations so far", "", sums));
+    panels.push(panel(display, "iterations so far", "", sums));
     let title = titled(runs, "Newton iterations");
     let columns = if runs.len() == 1 { 1 } else { 2 };
     Ok(filled(("iterations".into(), Figure { title, legend: legend(runs), panels, columns })))
 }
 
-/// Time \[s\] and number of iterations of each step; iteration 0 is the prediction, which costs no solve.
-fn count_by_step(csv: &Csv) -> Result<Vec<[f64; 2]>> {
-    let column = |name| Ok::<_, crate::error::Error>(csv.numbers(name)?.unwrap_or_default());
+/// Time and number of iterations of each step; iteration 0 is the prediction, which costs no solve.
+fn count_by_step(run: &Run, csv: &Csv, display: &Display) -> Result<Vec<[f64; 2]>> {
+    let column = |name| Ok::<_, crate::error::Error>(run.column(csv, name, display)?.unwrap_or_default());
     let (steps, times, iterations) = (column("step")?, column("time [s]")?, column("iteration")?);
     let mut counts: Vec<(f64, [f64; 2])> = Vec::new();
     for ((step, time), iteration) in steps.into_iter().zip(times).zip(iterations) {
@@ -241,13 +255,16 @@ fn count_by_step(csv: &Csv) -> Result<Vec<[f64; 2]>> {
 /// A column of each run against its time; a run without it has no curve, yet keeps its stroke.
 fn over_time<'a>(
     runs: &'a [Run],
+    display: &Display,
     table: impl Fn(&'a Run) -> Option<&'a Csv>,
     column: &str,
 ) -> Result<Vec<Curve>> {
     let mut curves = Vec::new();
     for (index, run) in runs.iter().enumerate() {
         let Some(csv) = table(run) else { continue };
-        if let (Some(times), Some(values)) = (csv.numbers("time [s]")?, csv.numbers(column)?) {
+        if let (Some(times), Some(values)) =
+            (run.column(csv, "time [s]", display)?, run.column(csv, column, display)?)
+        {
             let points = times.into_iter().zip(values).map(|(time, value)| [time, value]).collect();
             curves.push(Curve { points, stroke: Stroke::of(index) });
         }
@@ -255,10 +272,10 @@ fn over_time<'a>(
     Ok(curves)
 }
 
-fn panel(name: &str, unit: &'static str, curves: Vec<Curve>) -> Panel {
+fn panel(display: &Display, name: &str, unit: &str, curves: Vec<Curve>) -> Panel {
     Panel {
-        x: Quantity::new("time", "s"),
-        y: Quantity::new(name, unit),
+        x: display.quantity("time", "s"),
+        y: display.quantity(name, unit),
         curves,
         at_least: vec![0.0],
         labels: Vec::new(),
@@ -303,10 +320,13 @@ mod tests {
     fn counts_iterations_by_step() {
         let scratch = Scratch::new("count");
         let path = scratch.0.join("iterations.csv");
-        let text = "step,time [s],attempt,iteration\n1,0.1,1,0\n1,0.1,1,1\n1,0.05,2,0\n1,0.05,2,1\n1,0.05,2,2\n2,0.2,1,0\n2,0.2,1,1\n";
+        let text = "step,time [ms],attempt,iteration\n1,100,1,0\n1,100,1,1\n1,50,2,0\n1,50,2,1\n1,50,2,2\n2,200,1,0\n2,200,1,1\n";
         std::fs::write(&path, text).unwrap();
+        let record = r#"{"program": "contact-petsc", "units": {"time": "ms"}}"#;
+        std::fs::write(scratch.0.join("run.json"), record).unwrap();
+        let run = Run::read(&scratch.0, &mut Vec::new()).unwrap();
         let csv = Csv::read(&path).unwrap().unwrap();
-        assert_eq!(count_by_step(&csv).unwrap(), [[0.05, 3.0], [0.2, 1.0]]);
+        assert_eq!(count_by_step(&run, &csv, &Display::of(&[run.units])).unwrap(), [[0.05, 3.0], [0.2, 1.0]]);
     }
 
     /// A name that could leave the folder can not.

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 
-use super::axis::{Axis, Ends, Quantity};
+use super::axis::{Axis, Display, Ends};
 use super::canvas::{Anchor, Canvas, sheet};
 use super::chart::{Frame, draw_axes, place_in};
 use super::colour::{bar_width, colour, draw_bar};
@@ -24,7 +24,7 @@ const MOST_RIMS: usize = 6000;
 ///
 /// # Errors
 /// The drawing library fails.
-pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> {
+pub fn figure(shots: &[(String, Shot)], shown: Shown, display: &Display) -> Result<Option<String>> {
     let factor = magnification(shots.iter().map(|(_, shot)| shot));
     let scene = |shot: &Shot| match factor {
         1.0 => Scene::of(shot, shown),
@@ -32,7 +32,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
     };
     let columns = if shots.len() == 1 { 1 } else { 2 };
     let caption_width = WIDTH / columns as f64 - CAPTION_MARGIN;
-    let lines = |title: &str, shot: &Shot| wrapped(&caption(title, shot), LABEL, caption_width, 3);
+    let lines = |title: &str, shot: &Shot| wrapped(&caption(title, shot, display), LABEL, caption_width, 3);
     let scenes: Vec<(Vec<String>, Scene)> =
         shots.iter().map(|(title, shot)| (lines(title, shot), scene(shot))).collect();
     let values = || scenes.iter().flat_map(|(_, scene)| scene.faces.iter().filter_map(|face| face.value));
@@ -49,7 +49,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
         1.0 => title.to_string(),
         _ => format!("{title}, displacements {factor} times enlarged"),
     };
-    let scale = Axis::covering(&Quantity::new(name, "Pa"), values(), Ends::Ticks, 5.0);
+    let scale = Axis::covering(&display.quantity(name, "Pa"), values(), Ends::Ticks, 5.0);
     let width = (WIDTH - bar_width(&scale) - 24.0) / columns as f64;
     let height = panel_height(&scenes, width);
     let rows = scenes.len().div_ceil(columns);
@@ -59,7 +59,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown) -> Result<Option<String>> 
         for (index, (caption, scene)) in scenes.iter().enumerate() {
             let left = 8.0 + (index % columns) as f64 * width;
             let top = HEAD + (index / columns) as f64 * height;
-            draw_panel(canvas, [left, top, left + width, top + height], caption, (scene, &scale))?;
+            draw_panel(canvas, [left, top, left + width, top + height], caption, (scene, &scale, display))?;
         }
         let left = WIDTH - bar_width(&scale) - 4.0;
         draw_bar(canvas, [left, HEAD + 30.0, WIDTH, (HEAD + height - 48.0).min(HEAD + 430.0)], &scale)
@@ -91,8 +91,8 @@ fn magnified(shot: &Shot, factor: f64) -> Shot {
     shot
 }
 
-fn caption(title: &str, shot: &Shot) -> String {
-    let time = Axis::covering(&Quantity::new("t", "s"), [0.0, shot.time], Ends::Data, 5.0);
+fn caption(title: &str, shot: &Shot, display: &Display) -> String {
+    let time = Axis::covering(&display.quantity("t", "s"), [0.0, shot.time], Ends::Data, 5.0);
     let unit = time.label.trim_start_matches("t (").trim_end_matches(')').to_string();
     let factor = [("ns", 1e9), ("µs", 1e6), ("ms", 1e3), ("s", 1.0), ("ks", 1e-3)];
     let factor = factor.iter().find(|(name, _)| *name == unit).map_or(1.0, |(_, factor)| *factor);
@@ -124,7 +124,7 @@ fn draw_panel(
     canvas: &Canvas,
     [left, top, right, bottom]: Frame,
     caption: &[String],
-    (scene, scale): (&Scene, &Axis),
+    (scene, scale, display): (&Scene, &Axis, &Display),
 ) -> Result<()> {
     for (number, line) in caption.iter().enumerate() {
         let at = [(left + right) / 2.0 + 20.0, top + 10.0 + LINE * number as f64];
@@ -137,7 +137,7 @@ fn draw_panel(
     } else {
         [left, top + 26.0, right - 12.0, bottom - 8.0]
     };
-    let [x, y] = equal_axes(frame, extent(scene));
+    let [x, y] = equal_axes(frame, extent(scene), display);
     if is_plane {
         draw_axes(canvas, frame, &x, &y)?;
         canvas.text(&y.label, [left + 14.0, (frame[1] + frame[3]) / 2.0], LABEL, Anchor::Upward)?;
@@ -170,14 +170,19 @@ fn draw_face(
 }
 
 /// Axes of equal scale that show the whole extent with a little room in the middle of the frame.
-fn equal_axes(frame: Frame, extent: [[f64; 2]; 2]) -> [Axis; 2] {
+fn equal_axes(frame: Frame, extent: [[f64; 2]; 2], display: &Display) -> [Axis; 2] {
     let size = [frame[2] - frame[0], frame[3] - frame[1]];
     let span = |i: usize| (extent[i][1] - extent[i][0]) * 1.06;
     let metres = (span(0) / size[0]).max(span(1) / size[1]).max(f64::MIN_POSITIVE);
     let axis = |i: usize, name: &str| {
         let middle = (extent[i][0] + extent[i][1]) / 2.0;
         let half = metres * size[i] / 2.0;
-        Axis::covering(&Quantity::new(name, "m"), [middle - half, middle + half], Ends::Data, size[i] / 70.0)
+        Axis::covering(
+            &display.quantity(name, "m"),
+            [middle - half, middle + half],
+            Ends::Data,
+            size[i] / 70.0,
+        )
     };
     [axis(0, "x"), axis(1, "y")]
 }
@@ -208,7 +213,7 @@ mod tests {
     fn scales_are_equal() {
         let frame = [10.0, 20.0, 410.0, 220.0];
         for extent in [[[0.0, 1.0], [0.0, 0.1]], [[-1.0, 1.0], [0.0, 9.0]]] {
-            let [x, y] = equal_axes(frame, extent);
+            let [x, y] = equal_axes(frame, extent, &Display::of(&[]));
             let scale = [400.0 / (x.range[1] - x.range[0]), 200.0 / (y.range[1] - y.range[0])];
             assert!((scale[0] - scale[1]).abs() < 1e-9 * scale[0]);
             assert!(x.range[0] < extent[0][0] && y.range[1] > extent[1][1]);

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::axis::Display;
+use crate::case::Units;
 use crate::error::{Error, Result};
 use crate::output::vtu::Values;
 use crate::output::vtu_reader::{Field, ReadPiece, read_piece};
@@ -49,6 +51,20 @@ pub struct Shot {
     pub bodies: Grid,
     /// The contact surfaces, a value a point; `None` where the case has none.
     pub surfaces: Option<Grid>,
+}
+
+impl Shot {
+    /// The same in the units of a figure.
+    pub fn shown(mut self, units: Units, display: &Display) -> Self {
+        let [length, pressure, time] = ["m", "Pa", "s"].map(|si| display.factor(units, si));
+        self.time *= time;
+        for grid in std::iter::once(&mut self.bodies).chain(&mut self.surfaces) {
+            let places = grid.points.iter_mut().chain(&mut grid.displacement);
+            places.flatten().for_each(|x| *x *= length);
+            grid.values.iter_mut().for_each(|value| *value *= pressure);
+        }
+        self
+    }
 }
 
 /// Reads the last step whose files are all there and whole; `None` where there is none. Notes say what was

@@ -34,6 +34,7 @@ use crate::output::folder::{unwritable, write_whole};
 use results::{Run, distinguish};
 use scene::Shown;
 
+use axis::Display;
 pub use axis::{Quantity, Scale};
 pub use chart::{Curve, Figure, Panel};
 pub use csv::Csv;
@@ -65,16 +66,20 @@ pub fn plot(results: &[PathBuf], output: Option<&Path>) -> Result<Plotted> {
         (None, [only]) => only.folder.join("figures"),
         (None, _) => PathBuf::from("figures"),
     };
+    let display = Display::of(&runs.iter().map(|run| run.units).collect::<Vec<_>>());
     let mut drawings = Vec::new();
     for (name, figure) in curves::figures(&runs)? {
         drawings.push((name, figure.svg()?));
     }
     let shots: Vec<_> = runs
         .iter()
-        .filter_map(|run| Some((run.title.clone(), grid::last_shot(run.folder.path(), &mut notes)?)))
+        .filter_map(|run| {
+            let shot = grid::last_shot(run.folder.path(), &mut notes)?;
+            Some((run.title.clone(), shot.shown(run.units, &display)))
+        })
         .collect();
     for (name, shown) in [("deformed_von_mises", Shown::VonMises), ("deformed_pressure", Shown::Pressure)] {
-        drawings.extend(deformed::figure(&shots, shown)?.map(|svg| (name.to_string(), svg)));
+        drawings.extend(deformed::figure(&shots, shown, &display)?.map(|svg| (name.to_string(), svg)));
     }
     if drawings.is_empty() {
         let text = format!("{}: nothing to draw yet\n{}", results[0].display(), notes.join("\n"));
@@ -111,11 +116,12 @@ pub struct Album {
 pub fn album(folder: &Path, times: &[f64]) -> Result<Album> {
     let mut notes = Vec::new();
     let run = Run::read(folder, &mut notes)?;
-    let shots: Vec<_> =
-        grid::shots(folder, times, &mut notes).into_iter().map(|shot| (String::new(), shot)).collect();
+    let display = Display::of(&[run.units]);
+    let shots = grid::shots(folder, times, &mut notes).into_iter();
+    let shots: Vec<_> = shots.map(|shot| (String::new(), shot.shown(run.units, &display))).collect();
     let mut bodies = Vec::new();
     for (name, shown) in [("deformed_pressure", Shown::Pressure), ("deformed_von_mises", Shown::VonMises)] {
-        bodies.extend(deformed::figure(&shots, shown)?.map(|svg| (name.to_string(), svg)));
+        bodies.extend(deformed::figure(&shots, shown, &display)?.map(|svg| (name.to_string(), svg)));
     }
     let mut drawn = Vec::new();
     for (name, figure) in curves::figures(&[run])? {

@@ -4,11 +4,13 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::case::Units;
 use crate::error::Result;
 use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::verdict;
 use crate::output::table::Mark;
 
+use super::axis::Display;
 use super::csv::Csv;
 
 /// One run.
@@ -16,6 +18,8 @@ use super::csv::Csv;
 pub struct Run {
     /// Its folder.
     pub folder: ResultsFolder,
+    /// Units of its tables and fields.
+    pub units: Units,
     /// Title of its case, or the folder's name.
     pub title: String,
     /// `probes.csv`.
@@ -62,13 +66,26 @@ impl Run {
             (table("probes.csv")?, table("energy.csv")?, table("iterations.csv")?);
         let title = record["case"]["title"].as_str().filter(|title| !title.is_empty());
         let title = title.map_or_else(|| folder_name(path), str::to_string);
-        Ok(Self { folder, title, probes, energy, iterations })
+        Ok(Self { folder, units: Units::of_record(&record), title, probes, energy, iterations })
+    }
+
+    /// A column of a table by its heading in SI, in the units of a figure.
+    ///
+    /// # Errors
+    /// A field is not a number.
+    pub fn column(&self, csv: &Csv, heading: &str, display: &Display) -> Result<Option<Vec<f64>>> {
+        let unit =
+            heading.strip_suffix(']').and_then(|text| text.rsplit_once('[')).map_or("", |parts| parts.1);
+        let factor = display.factor(self.units, unit);
+        let values = csv.numbers(&self.units.heading(heading))?;
+        Ok(values.map(|values| values.into_iter().map(|value| factor * value).collect()))
     }
 
     /// Names of the probes, in the order of the file.
     pub fn probe_names(&self) -> Vec<String> {
         let columns = self.probes.iter().flat_map(Csv::columns);
-        columns.filter_map(|column| column.strip_suffix(".u_x [m]")).map(str::to_string).collect()
+        let ending = self.units.heading(".u_x [m]");
+        columns.filter_map(|column| column.strip_suffix(&ending)).map(str::to_string).collect()
     }
 }
 

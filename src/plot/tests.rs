@@ -17,14 +17,15 @@ use crate::output::probes::{Probe, ProbeContact, ProbeRow, ProbeTable};
 use crate::output::record::{Record, Totals, Verdict};
 
 use super::plot;
+use crate::case::Units;
 
 /// A made-up run in `D` dimensions on two ranks, complete with all files; `friction` bends its curves.
 fn write_run<const D: usize>(path: &Path, title: &str, friction: f64) {
     let (folder, _lock) = ResultsFolder::create(path).unwrap();
     let probes = ["node_50", "node_98"].map(|name| Probe { name: name.into(), on_contact: true });
-    let mut probe_table = ProbeTable::<D>::open(path, probes.to_vec(), None).unwrap();
-    let mut energy = EnergyTable::open(path, None).unwrap();
-    let mut iterations = IterationTable::open(path, None).unwrap();
+    let mut probe_table = ProbeTable::<D>::open(path, Units::SI, probes.to_vec(), None).unwrap();
+    let mut energy = EnergyTable::open(path, Units::SI, None).unwrap();
+    let mut iterations = IterationTable::open(path, Units::SI, None).unwrap();
     for step in 0..=140 {
         let time = f64::from(step) * 5e-4;
         let rows = [0.3, 1.0].map(|share| probe_row(time, share * friction));
@@ -42,6 +43,7 @@ fn write_run<const D: usize>(path: &Path, title: &str, friction: f64) {
 
 fn record(title: &str, verdict: Verdict) -> Record {
     Record {
+        units: Units::SI,
         case: serde_json::json!({"title": title}),
         inputs: vec![],
         versions: vec![],

@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::html::{Cell, Page};
+use crate::case::Units;
 use crate::error::Result;
 use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::verdict;
@@ -54,8 +55,9 @@ fn head(page: &mut Page, record: &Value, title: &str) {
     let verdict = verdict(record);
     let number = |key: &str| record[key].as_f64().unwrap_or(0.0);
     let words = format!(
-        "t = {} s after {} of wall time on {} ranks, begun {}",
+        "t = {} {} after {} of wall time on {} ranks, begun {}",
         figures_of(number("simulated_time"), 6),
+        Units::of_record(record).of("s"),
         seconds(number("wall_seconds")),
         record["ranks"],
         record["start"].as_str().unwrap_or("at an unknown time")
@@ -115,12 +117,13 @@ fn counts(page: &mut Page, record: &Value) {
     for (key, name) in names {
         rows.push(vec![Cell::text(name), Cell::number(text_of(&record[key]))]);
     }
+    let m = Units::of_record(record).of("m");
     for contact in record["penetration"].as_array().into_iter().flatten() {
         let name = format!("Deepest penetration of {}", contact["contact"].as_str().unwrap_or("a contact"));
         let deepest = contact["deepest"].as_f64().unwrap_or(0.0);
         let asked =
-            contact["asked"].as_f64().map_or(String::new(), |asked| format!(", asked for {asked:.2e} m"));
-        rows.push(vec![Cell::text(name), Cell::number(format!("{deepest:.2e} m{asked}"))]);
+            contact["asked"].as_f64().map_or(String::new(), |asked| format!(", asked for {asked:.2e} {m}"));
+        rows.push(vec![Cell::text(name), Cell::number(format!("{deepest:.2e} {m}{asked}"))]);
     }
     page.table(&[], &rows);
 }

@@ -54,8 +54,7 @@ impl<const D: usize> Journal<D> {
 
     fn keep_held(&mut self, held: &Held, note: String, free: &[String]) {
         let Held { motions, force, by } = held.clone();
-        let resultant =
-            |by: Driven| Resultant { against: by.words, size: by.force, unit: by.unit.to_owned() };
+        let resultant = |by: Driven| Resultant { against: by.words, size: by.force, unit: by.unit };
         let step = if self.now.starting { 0 } else { self.step };
         let free = free.to_vec();
         self.record.held = Some(Holding { step, free, motions, force, by: by.map(resultant), note });
@@ -108,7 +107,12 @@ impl<const D: usize> Journal<D> {
     pub fn failed(&mut self, report: &SolveReport, reason: &str, control: &StepControl) {
         self.count(report);
         self.record.totals.cut_steps += 1;
-        let note = format!("step {} of {:.3e} s failed: {reason}", self.step + 1, control.dt());
+        let note = format!(
+            "step {} of {:.3e} {} failed: {reason}",
+            self.step + 1,
+            control.dt(),
+            self.record.units.of("s")
+        );
         self.console.note(&note);
         self.record.warn(note);
     }
@@ -121,7 +125,8 @@ impl<const D: usize> Journal<D> {
     /// A step was solved and is repeated, since its errors are too large.
     pub fn repeated(&mut self, report: &SolveReport, control: &StepControl) {
         self.count(report);
-        self.console.note(&format!("step {} is repeated with {:.3e} s", self.step + 1, control.dt()));
+        let s = self.record.units.of("s");
+        self.console.note(&format!("step {} is repeated with {:.3e} {s}", self.step + 1, control.dt()));
     }
 
     /// Linear solvers failed in the last solve, and stronger ones took over.

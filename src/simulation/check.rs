@@ -62,6 +62,9 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let _ = writeln!(text, "strategy: {strategy}");
     let _ = writeln!(text, "linear solver: {}", names.join(", then "));
     let _ = writeln!(text, "{}", steps(case));
+    if let Some(units) = told_units(case) {
+        let _ = writeln!(text, "{units}");
+    }
     for ((body, size), cures) in model.bodies.iter().zip(&sizes).zip(system.cures(&model)) {
         describe_body(&mut text, body, size, case);
         let cures: Vec<String> =
@@ -136,18 +139,31 @@ fn smallest_edge<const D: usize>(local: &LocalMesh<D>, element: usize) -> f64 {
     pairs.map(|(a, b)| distance(a, b)).fold(f64::INFINITY, f64::min)
 }
 
+/// The units of a case that is not in SI, with the thickness that forces and energies are for in the plane.
+pub(super) fn told_units(case: &Case) -> Option<String> {
+    let units = case.units;
+    let plane = match case.dimension.value {
+        2 => format!("; plane strain is 1 {} thick", units.of("m")),
+        _ => String::new(),
+    };
+    let derived = ["N", "Pa", "J"].map(|unit| units.of(unit)).join(", ");
+    (!units.is_si()).then(|| format!("units: {}, hence {derived}{plane}", units.bases()))
+}
+
 fn steps(case: &Case) -> String {
     let (end, step) = (case.time.end.si, case.time.step());
     let count = (end / step * (1.0 - 1e-12)).ceil().max(1.0);
     let kind = if case.is_static() { "load increments" } else { "steps" };
-    format!("time: {count} {kind} of {:.4e} s, each cut at most {} times", end / count, case.time.cuts.value)
+    let (step, s, cuts) = (end / count, case.units.of("s"), case.time.cuts.value);
+    format!("time: {count} {kind} of {step:.4e} {s}, each cut at most {cuts} times")
 }
 
 fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     let Size { elements, kinds, smallest_edge } = size;
     let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
     let _ = writeln!(text, "body {}: {elements} {}", body.name, kinds.join(" and "));
-    let _ = writeln!(text, "  smallest element edge: {smallest_edge:.4e} m");
+    let (m, s, speed) = (case.units.of("m"), case.units.of("s"), case.units.of("m/s"));
+    let _ = writeln!(text, "  smallest element edge: {smallest_edge:.4e} {m}");
     let density = body.formulation.density;
     if density <= 0.0 {
         if !case.is_static() {
@@ -161,13 +177,13 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     let moduli = body.formulation.material.moduli;
     let (pressure_wave, shear_wave) =
         ((moduli.uniaxial_strain() / density).sqrt(), (moduli.mu / density).sqrt());
-    let _ = writeln!(text, "  wave speeds: c_p {pressure_wave:.4e} m/s, c_s {shear_wave:.4e} m/s");
+    let _ = writeln!(text, "  wave speeds: c_p {pressure_wave:.4e} {speed}, c_s {shear_wave:.4e} {speed}");
     if case.is_static() {
         return;
     }
     let crossing = smallest_edge / pressure_wave;
     let cfl = case.time.step() / crossing;
-    let _ = writeln!(text, "  crossing time: {crossing:.4e} s, the step is {cfl:.3} of these (CFL)");
+    let _ = writeln!(text, "  crossing time: {crossing:.4e} {s}, the step is {cfl:.3} of these (CFL)");
 }
 
 fn describe_contact<const D: usize>(
@@ -187,18 +203,19 @@ fn describe_contact<const D: usize>(
     let penetration = law.normal.penetration(high);
     let stiffness = -law.normal.evaluate(-penetration).derivative;
     let layer = body.young_modulus / size.smallest_edge;
+    let [m, pa, slope] = ["m", "Pa", "Pa/m"].map(|unit| case.units.of(unit));
     let _ = writeln!(
         text,
-        "  normal stiffness: {stiffness:.4e} Pa/m at a pressure of {high:.3e} Pa, {:.3} times E/h = {layer:.4e} Pa/m",
+        "  normal stiffness: {stiffness:.4e} {slope} at a pressure of {high:.3e} {pa}, {:.3} times E/h = {layer:.4e} {slope}",
         stiffness / layer
     );
     let _ = writeln!(
         text,
-        "  expected penetration: {penetration:.3e} m at that pressure, {:.2e} of the smallest edge",
+        "  expected penetration: {penetration:.3e} {m} at that pressure, {:.2e} of the smallest edge",
         penetration / size.smallest_edge
     );
     if let Some(asked) = contact.penetration {
-        let _ = writeln!(text, "  penetration asked for: {asked:.3e} m");
+        let _ = writeln!(text, "  penetration asked for: {asked:.3e} {m}");
     }
     let Some(friction) = law.friction else { return };
     if limits_slip(case) {
@@ -208,12 +225,12 @@ fn describe_contact<const D: usize>(
     match friction.regularization {
         Regularization::StickVelocity { velocity } | Regularization::SmoothStickVelocity { velocity } => {
             let creep = velocity * case.time.end.si;
-            let _ = writeln!(text, "  stick: a stuck point creeps by {creep:.3e} m at most until the end");
+            let _ = writeln!(text, "  stick: a stuck point creeps by {creep:.3e} {m} at most until the end");
         }
         Regularization::StickStiffness { stiffness } => {
             let _ = writeln!(
                 text,
-                "  stick: elastic, {:.3e} m at a friction traction of {high:.3e} Pa",
+                "  stick: elastic, {:.3e} {m} at a friction traction of {high:.3e} {pa}",
                 high / stiffness
             );
         }

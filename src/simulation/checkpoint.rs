@@ -16,7 +16,7 @@ use super::restart::State;
 use super::signals::Signals;
 use super::{SOLVER_PREFIXES, options};
 use crate::assembly::{ContactSystem, EnergyLedger};
-use crate::case::Case;
+use crate::case::{Case, Units};
 use crate::checkpoint::{self, Store};
 use crate::dynamics::Stage;
 use crate::error::{Cause, Error, Result, agree};
@@ -115,7 +115,7 @@ impl Keeper {
         let Moment { system, stage, strategy, watch: (control, ledger, guard, pace), journal } = run;
         let path = self.write(case, (system, stage), (control, ledger, guard, pace), journal)?;
         if asked != 0 {
-            return Err(self.stopped(asked, stage.start.time, &path));
+            return Err(self.stopped(asked, stage.start.time, case.units, &path));
         }
         if !finished {
             system.forget(stage)?;
@@ -135,7 +135,7 @@ impl Keeper {
         let asked = self.asked();
         let Moment { system, stage, watch: (control, ledger, guard, pace), journal, .. } = run;
         let path = self.write(case, (system, stage), (control, ledger, guard, pace), journal)?;
-        Ok(self.stopped(asked, stage.start.time, &path))
+        Ok(self.stopped(asked, stage.start.time, case.units, &path))
     }
 
     /// What ended the start: where a rank was asked to stop there is nothing yet to go on from. Collective in that case.
@@ -220,9 +220,10 @@ impl Keeper {
         if asked == WALL_TIME { WALL_TIME_IS_OVER } else { Signals::name(asked) }
     }
 
-    fn stopped(&self, asked: i32, time: f64, path: &std::path::Path) -> Error {
+    fn stopped(&self, asked: i32, time: f64, units: Units, path: &std::path::Path) -> Error {
+        let s = units.of("s");
         let why = Self::reason(asked);
-        Error::stopped(format!("{why} at t = {time:.6e} s; the state is in {}", path.display()))
+        Error::stopped(format!("{why} at t = {time:.6e} {s}; the state is in {}", path.display()))
             .hint(&format!("go on with\n  {} --restart", self.command))
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::motion::MotionWatch;
 use super::unexplained::Unexplained;
 use crate::assembly::{ContactSystem, Energies};
-use crate::case::Case;
+use crate::case::{Case, Units};
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
 use crate::model::Model;
@@ -80,9 +80,13 @@ impl Guard {
             false => "use `scheme: conserving`, with `mass: redistributed` for the bodies that meet, and",
         };
         let text = format!(
-            "warning: impact seen at t = {:.4e} s: contact '{}' closed at {:.2e} m/s; this scheme may gain or lose energy by it\n\
+            "warning: impact seen at t = {:.4e} {}: contact '{}' closed at {:.2e} {}; this scheme may gain or lose energy by it\n\
              hint: {cure} watch `numerical` in energy.csv",
-            stage.trial.time, closing.contact, closing.speed
+            stage.trial.time,
+            system.units().of("s"),
+            closing.contact,
+            closing.speed,
+            system.units().of("m/s")
         );
         self.speeds.clear();
         Some(text)
@@ -109,15 +113,16 @@ impl Guard {
     }
 
     /// What a user should know at the end of a run by `scheme`.
-    pub fn warnings(&self, scheme: Scheme) -> Vec<String> {
-        self.unexplained.warning(scheme, self.scale).into_iter().chain(self.motion.warning()).collect()
+    pub fn warnings(&self, scheme: Scheme, units: Units) -> Vec<String> {
+        let unexplained = self.unexplained.warning(scheme, self.scale, units);
+        unexplained.into_iter().chain(self.motion.warning(units)).collect()
     }
 
     /// Whether the energies of an accepted step are explained.
     ///
     /// # Errors
     /// When what is not passes the limit; the same on all ranks.
-    pub fn energy(&mut self, energies: &Energies, time: f64) -> Result<()> {
+    pub fn energy(&mut self, energies: &Energies, time: f64, units: Units) -> Result<()> {
         self.grow(energies);
         let Some(limit) = self.limit else { return Ok(()) };
         let unexplained = energies.numerical.abs() / self.scale.max(f64::MIN_POSITIVE);
@@ -130,9 +135,10 @@ impl Guard {
         let made = energies.numerical < 0.0;
         let (term, change) = culprit(&self.calm, energies, made);
         let (verb, moved) = if made { ("came from nowhere", "grew") } else { ("was lost", "fell") };
+        let (s, joule) = (units.of("s"), units.of("J"));
         let message = format!(
-            "t = {time:.6e} s: {:.4e} J {verb}, {:.2} % of the largest energy so far, {:.2} % are allowed; \
-             the {term} {moved} by {:.4e} J while it did",
+            "t = {time:.6e} {s}: {:.4e} {joule} {verb}, {:.2} % of the largest energy so far, {:.2} % are allowed; \
+             the {term} {moved} by {:.4e} {joule} while it did",
             energies.numerical.abs(),
             100.0 * unexplained,
             100.0 * limit,
@@ -176,28 +182,30 @@ mod tests {
     #[test]
     fn unexplained_energy_ends_a_run() {
         let mut gains = guard(0.05);
-        assert!(gains.energy(&energies(60.0, 42.0, -2.0), 0.1).is_ok());
-        assert!(gains.energy(&energies(50.0, 54.0, -4.0), 0.2).is_ok());
-        let error = gains.energy(&energies(48.0, 58.0, -6.0), 0.3).unwrap_err();
+        assert!(gains.energy(&energies(60.0, 42.0, -2.0), 0.1, Units::SI).is_ok());
+        assert!(gains.energy(&energies(50.0, 54.0, -4.0), 0.2, Units::SI).is_ok());
+        let error = gains.energy(&energies(48.0, 58.0, -6.0), 0.3, Units::SI).unwrap_err();
         assert_eq!(error.exit_code(), 6);
         assert!(
             error.message.contains("strain energy grew by 1.6") && error.message.contains("nowhere"),
             "{error}"
         );
         let mut loses = guard(0.05);
-        let error = loses.energy(&energies(90.0, 4.0, 6.0), 0.1).unwrap_err();
+        let error = loses.energy(&energies(90.0, 4.0, 6.0), 0.1, Units::SI).unwrap_err();
         assert!(
             error.message.contains("kinetic energy fell by 1.0") && error.message.contains("lost"),
             "{error}"
         );
-        assert!(Guard { limit: None, ..guard(1.0) }.energy(&energies(1e9, 0.0, -1e9), 0.1).is_ok());
+        assert!(
+            Guard { limit: None, ..guard(1.0) }.energy(&energies(1e9, 0.0, -1e9), 0.1, Units::SI).is_ok()
+        );
     }
 
     /// The limit is relative to the largest energy so far, not to what is left.
     #[test]
     fn scale_is_the_largest_so_far() {
         let mut guard = guard(0.05);
-        assert!(guard.energy(&energies(0.5, 0.1, 4.9), 0.1).is_ok());
-        assert!(guard.energy(&energies(0.5, 0.1, 5.1), 0.2).is_err());
+        assert!(guard.energy(&energies(0.5, 0.1, 4.9), 0.1, Units::SI).is_ok());
+        assert!(guard.energy(&energies(0.5, 0.1, 5.1), 0.2, Units::SI).is_err());
     }
 }

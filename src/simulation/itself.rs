@@ -16,11 +16,12 @@ pub(super) fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) ->
         let by = |target: &Target<D>| matches!(target, Target::Surface { body: other, .. } if *other == body);
         model.contacts.iter().any(|contact| contact.body == body && by(&contact.target))
     };
+    let m = model.units.of("m");
     let bodies = model.bodies.iter().enumerate().filter(|(body, _)| !met(*body));
     let told = bodies.filter_map(|(number, body)| {
         let (distance, place) = narrowest(local, number)?;
         Some(format!(
-            "surfaces of '{}' look at each other across {distance:.3e} m at {}: that they meet is not seen, unless a contact \
+            "surfaces of '{}' look at each other across {distance:.3e} {m} at {}: that they meet is not seen, unless a contact \
              names two sets of the body as its sides",
             body.name,
             spelled(place.as_slice())

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::time::{Instant, SystemTime};
 
 use super::attempts::At;
+use super::check::told_units;
 use super::magnitudes;
 use super::place::{Place, prepare, shared_folder, versions};
 use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
@@ -40,6 +41,8 @@ pub struct Journal<const D: usize> {
     every: u64,
     pub(super) end: f64,
     model: Model<D>,
+    /// The units in a sentence, unless they are SI.
+    units: Option<String>,
     /// Of the case's choices, until the start-up report tells them.
     remarks: Vec<String>,
     watched: Vec<Watched<D>>,
@@ -80,7 +83,7 @@ impl<const D: usize> Journal<D> {
         past.iter().for_each(|(past, _)| past.recall(&mut record));
         Ok(Self {
             session: session.clone(),
-            console: Console::new(rank, place.verbosity),
+            console: Console::new(rank, place.verbosity, case.units),
             folder: place.folder.clone(),
             shared_folder,
             tables,
@@ -89,6 +92,7 @@ impl<const D: usize> Journal<D> {
             end: case.time.end.si,
             model: model.clone(),
             remarks: super::options::remarks(case),
+            units: told_units(case),
             watched: Vec::new(),
             spacing: 0.0,
             last_words: Vec::new(),
@@ -164,6 +168,7 @@ impl<const D: usize> Journal<D> {
             contacts: contact_starts(system),
             remarks: notes(system)
                 .into_iter()
+                .chain(self.units.take())
                 .chain(rounded)
                 .chain(warnings.iter().cloned())
                 .collect(),
@@ -307,11 +312,12 @@ impl<const D: usize> Journal<D> {
     pub fn close(&mut self, outcome: &Result<()>) -> Result<()> {
         self.measure();
         self.record.verdict = outcome.as_ref().map_or_else(Verdict::of, |()| Verdict::Completed);
-        let missed = self.record.accuracy.as_ref().and_then(AccuracyRecord::warning);
+        let missed = self.record.accuracy.as_ref().and_then(|accuracy| accuracy.warning(self.record.units));
         // Of a run that failed before its first row nobody knows which contacts closed.
         let known = outcome.is_ok() || self.record.totals.steps > 0;
-        let contacts = self.record.penetrations.iter().filter(|_| known).filter_map(warning);
-        let blurred = magnitudes::blurred(&self.record.penetrations, self.spacing);
+        let contacts = self.record.penetrations.iter().filter(|_| known);
+        let contacts = contacts.filter_map(|contact| warning(contact, self.record.units));
+        let blurred = magnitudes::blurred(&self.record.penetrations, self.spacing, self.record.units);
         let last_words = std::mem::take(&mut self.last_words);
         let contacts = contacts.chain(missed).chain(blurred).chain(last_words).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };
@@ -348,6 +354,7 @@ fn lost_fields(steps: u64) -> String {
 /// A fault of the program.
 pub(super) fn record(session: &Session, case: &Case, inputs: Vec<Input>) -> Result<Record> {
     Ok(Record {
+        units: case.units,
         case: case.to_json()?,
         digest: case.digest()?,
         inputs,

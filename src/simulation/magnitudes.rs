@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use crate::assembly::{ContactSystem, Precision};
+use crate::case::Units;
 use crate::element::LOCKS;
 use crate::error::{Error, Result};
 use crate::model::Model;
@@ -31,15 +32,16 @@ const NEARER: &str = "move all bodies and obstacles nearer to the origin: coordi
 /// # Errors
 /// When they are not, the same on all ranks.
 pub(super) fn require_precision(precision: &Precision) -> Result<()> {
-    let Precision { farthest, spacing, edge, depths } = precision;
-    let words = format!("coordinates of {farthest:.1e} m are known to {spacing:.1e} m only");
+    let Precision { farthest, spacing, edge, depths, unit } = precision;
+    let words = format!("coordinates of {farthest:.1e} {unit} are known to {spacing:.1e} {unit} only");
     if *spacing > COARSE[1] * edge {
-        let message = format!("{words}, and the shortest edge of an element has {edge:.1e} m");
+        let message = format!("{words}, and the shortest edge of an element has {edge:.1e} {unit}");
         return Err(Error::case(message).hint(NEARER));
     }
     match depths.iter().find(|(_, depth)| *spacing > SHALLOW[1] * depth) {
         Some((name, depth)) => {
-            let message = format!("{words}, and contact '{name}' is {depth:.1e} m deep at a high pressure");
+            let message =
+                format!("{words}, and contact '{name}' is {depth:.1e} {unit} deep at a high pressure");
             Err(Error::case(message).hint(&format!("{NEARER}, or give a larger compliance")))
         }
         None => Ok(()),
@@ -48,17 +50,17 @@ pub(super) fn require_precision(precision: &Precision) -> Result<()> {
 
 /// A remark where the rounding of coordinates takes digits of the results.
 pub(super) fn precision(precision: &Precision) -> Option<String> {
-    let Precision { farthest, spacing, edge, depths } = precision;
-    let words = format!("coordinates of {farthest:.1e} m are known to {spacing:.1e} m only");
+    let Precision { farthest, spacing, edge, depths, unit } = precision;
+    let words = format!("coordinates of {farthest:.1e} {unit} are known to {spacing:.1e} {unit} only");
     let least = depths.iter().min_by(|a, b| a.1.total_cmp(&b.1));
     let shallow = least.filter(|(_, depth)| *spacing > SHALLOW[0] * depth);
     match shallow {
         Some((name, depth)) => Some(format!(
-            "{words}, and contact '{name}' is {depth:.1e} m deep at a high pressure: forces may balance to {:.0e} only; {NEARER}",
+            "{words}, and contact '{name}' is {depth:.1e} {unit} deep at a high pressure: forces may balance to {:.0e} only; {NEARER}",
             (spacing / depth).min(1.0)
         )),
         None if *spacing > COARSE[0] * edge => Some(format!(
-            "{words}, and the shortest edge of an element has {edge:.1e} m: strains are known to {:.0e} only; {NEARER}",
+            "{words}, and the shortest edge of an element has {edge:.1e} {unit}: strains are known to {:.0e} only; {NEARER}",
             spacing / edge
         )),
         None => None,
@@ -66,12 +68,13 @@ pub(super) fn precision(precision: &Precision) -> Option<String> {
 }
 
 /// A warning for each contact that stayed so shallow that coordinates blur its forces.
-pub(super) fn blurred(contacts: &[Penetration], spacing: f64) -> Vec<String> {
+pub(super) fn blurred(contacts: &[Penetration], spacing: f64, units: Units) -> Vec<String> {
+    let unit = units.of("m");
     let shallow = |contact: &&Penetration| contact.force > 0.0 && contact.deepest > 0.0;
     let blurred = contacts.iter().filter(shallow).filter(|contact| spacing > BLURRED * contact.deepest);
     let words = |contact: &Penetration| {
         format!(
-            "warning: contact '{}' went {:.1e} m deep, and coordinates are known to {spacing:.1e} m only: its forces are known to \
+            "warning: contact '{}' went {:.1e} {unit} deep, and coordinates are known to {spacing:.1e} {unit} only: its forces are known to \
              {:.0} %\nhint: {NEARER}",
             contact.contact,
             contact.deepest,
@@ -94,6 +97,9 @@ pub(super) fn locking<const D: usize>(system: &ContactSystem<D>, model: &Model<D
     locked.collect()
 }
 
+/// What to do where the numbers make sense in mm, t and s.
+const TONNES: &str = " A case in mm, t, s says `units: { length: mm, mass: t, time: s }`";
+
 /// A remark for each number that is far off.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
     let is_dynamic = system.is_dynamic();
@@ -101,10 +107,14 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D
     let waves = heavy.filter_map(|body| {
         let formulation = &body.formulation;
         let speed = (formulation.material.moduli.uniaxial_strain() / formulation.density).sqrt();
+        let in_si = speed * model.units.si_value("m/s");
         let name = &body.name;
-        (!WAVE_SPEEDS.contains(&speed)).then(|| {
+        (!WAVE_SPEEDS.contains(&in_si)).then(|| {
+            let unit = model.units.of("m/s");
+            let in_mm = model.units.is_si() && WAVE_SPEEDS.contains(&(1e-3 * speed));
+            let cure = if in_mm { TONNES } else { "" };
             format!(
-                "pressure waves run through '{name}' at {speed:.1e} m/s: are the units of its moduli and its density right?"
+                "pressure waves run through '{name}' at {speed:.1e} {unit}: are the units of its moduli and its density right?{cure}"
             )
         })
     });

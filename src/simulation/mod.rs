@@ -222,7 +222,9 @@ fn march<const D: usize>(
             Outcome::Converged(report) => {
                 let energies = *ledger.now();
                 let slides = system.slides(stage);
-                if let Some(reason) = control.can_cut().then(|| guard.motion.objection(&slides)).flatten() {
+                if let Some(reason) =
+                    control.can_cut().then(|| guard.motion.objection(&slides, case.units)).flatten()
+                {
                     ledger.restore(saved);
                     journal.failed(&report, &reason, &control);
                     control.fail();
@@ -238,8 +240,8 @@ fn march<const D: usize>(
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
                 guard.record(system, stage, journal.step(), &energies)?;
                 guard.motion.accept(&slides, journal.step(), stage.dt);
-                journal.at_the_end(guard.warnings(scheme));
-                guard.energy(&energies, stage.trial.time)?;
+                journal.at_the_end(guard.warnings(scheme, case.units));
+                guard.energy(&energies, stage.trial.time, case.units)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
                 keeper.step_done(
@@ -357,6 +359,7 @@ fn give_up<const D: usize>(
     stage: &Stage,
     control: &StepControl,
 ) -> Error {
-    let place = format!("t = {:.6e} s, step cut to {:.3e} s", stage.start.time, control.dt());
+    let s = system.units().of("s");
+    let place = format!("t = {:.6e} {s}, step cut to {:.3e} {s}", stage.start.time, control.dt());
     system.fault().unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place)
 }

@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::assembly::Slide;
+use crate::case::Units;
 
 /// Facets in a step unless the case says otherwise: one, with room for steps that were meant to be one long. The friction of a
 /// wheel that rolls on a slab is 8 % off at one, 20 % at 1.6, 45 % at three, and points the wrong way at six.
@@ -24,11 +25,14 @@ pub struct Motion {
 }
 
 impl Motion {
-    fn tell(&self) -> String {
+    fn tell(&self, units: Units) -> String {
         let verb = if self.rolls { "rolled on" } else { "slid" };
         format!(
-            "the surfaces of contact '{}' {verb} by {:.3e} m, {:.1} facets",
-            self.contact, self.way, self.facets
+            "the surfaces of contact '{}' {verb} by {:.3e} {}, {:.1} facets",
+            self.contact,
+            self.way,
+            units.of("m"),
+            self.facets
         )
     }
 }
@@ -61,7 +65,7 @@ impl MotionWatch {
     }
 
     /// Why a step that was solved goes too far, where a shorter one would not.
-    pub fn objection(&mut self, slides: &[Slide]) -> Option<String> {
+    pub fn objection(&mut self, slides: &[Slide], units: Units) -> Option<String> {
         let motion = self.largest(slides).filter(|motion| motion.facets > self.limit)?;
         if motion.rolls {
             if self.rejected.is_some_and(|before| motion.facets > JUMP * before) {
@@ -69,7 +73,7 @@ impl MotionWatch {
             }
             self.rejected = Some(motion.facets);
         }
-        Some(format!("{}, {:.2} are allowed in a step", motion.tell(), self.limit))
+        Some(format!("{}, {:.2} are allowed in a step", motion.tell(units), self.limit))
     }
 
     /// Takes an accepted step into account: its number and its length \[s\].
@@ -88,13 +92,13 @@ impl MotionWatch {
     }
 
     /// The warning at the end of a run, if steps went too far and could not be cut.
-    pub fn warning(&self) -> Option<String> {
+    pub fn warning(&self, units: Units) -> Option<String> {
         let (step, motion) = self.worst.as_ref()?;
         Some(format!(
             "warning: {} in step {step}, and by more than {:.2} facets in {} steps, which could be cut no further: their \
              friction depends on the length of the steps\n\
              hint: take a shorter step, or allow more cuts",
-            motion.tell(),
+            motion.tell(units),
             self.limit,
             self.beyond
         ))
@@ -132,19 +136,19 @@ mod tests {
     #[test]
     fn sliding_is_kept_to_a_facet() {
         let mut watch = MotionWatch::new(None);
-        assert_eq!(watch.objection(&[slide(0.1, 0.0, 0.1)]), None);
+        assert_eq!(watch.objection(&[slide(0.1, 0.0, 0.1)], Units::default()), None);
         watch.accept(&[slide(0.1, 0.0, 0.1)], 1, 0.5);
         assert!(!watch.foresees(0.5) && watch.foresees(1.0));
         for _ in 0..3 {
-            let why = watch.objection(&[slide(0.5, 0.0, 0.5)]).expect("an objection");
+            let why = watch.objection(&[slide(0.5, 0.0, 0.5)], Units::default()).expect("an objection");
             assert!(why.contains("slid by 5.000e-1 m, 5.0 facets, 1.25 are allowed"), "{why}");
         }
-        assert_eq!(watch.warning(), None);
+        assert_eq!(watch.warning(Units::default()), None);
         watch.accept(&[slide(0.3, 0.0, 0.3)], 2, 0.5);
         watch.accept(&[slide(0.5, 0.0, 0.5)], 3, 0.5);
-        let text = watch.warning().expect("a warning");
+        let text = watch.warning(Units::default()).expect("a warning");
         assert!(text.contains("5.0 facets in step 3, and by more than 1.25 facets in 2 steps"), "{text}");
-        assert_eq!(MotionWatch::new(Some(6.0)).objection(&[slide(0.5, 0.0, 0.5)]), None);
+        assert_eq!(MotionWatch::new(Some(6.0)).objection(&[slide(0.5, 0.0, 0.5)], Units::default()), None);
     }
 
     /// A zone that rolls on is kept to a facet; one that jumps is let be after one shorter step, and so is one in bodies that hardly
@@ -152,20 +156,23 @@ mod tests {
     #[test]
     fn rolling_is_kept_to_a_facet_and_jumps_are_not() {
         let mut watch = MotionWatch::new(None);
-        assert_eq!(watch.objection(&[slide(0.0, 3.0, 1.0)]), None, "just closed");
+        assert_eq!(watch.objection(&[slide(0.0, 3.0, 1.0)], Units::default()), None, "just closed");
         watch.accept(&[slide(0.0, 0.0, 1.0)], 1, 1.0);
         assert!(
             watch
-                .objection(&[slide(0.0, 0.4, 1.0)])
+                .objection(&[slide(0.0, 0.4, 1.0)], Units::default())
                 .is_some_and(|why| why.contains("rolled on by 4.000e-1 m"))
         );
-        assert!(watch.objection(&[slide(0.0, 0.2, 1.0)]).is_some(), "half of it in half of the step");
-        assert_eq!(watch.objection(&[slide(0.0, 0.1, 1.0)]), None);
+        assert!(
+            watch.objection(&[slide(0.0, 0.2, 1.0)], Units::default()).is_some(),
+            "half of it in half of the step"
+        );
+        assert_eq!(watch.objection(&[slide(0.0, 0.1, 1.0)], Units::default()), None);
         watch.accept(&[slide(0.0, 0.1, 1.0)], 2, 0.25);
-        assert!(watch.objection(&[slide(0.0, 1.0, 1.0)]).is_some());
-        assert_eq!(watch.objection(&[slide(0.0, 1.0, 1.0)]), None, "a jump");
+        assert!(watch.objection(&[slide(0.0, 1.0, 1.0)], Units::default()).is_some());
+        assert_eq!(watch.objection(&[slide(0.0, 1.0, 1.0)], Units::default()), None, "a jump");
         watch.accept(&[slide(0.0, 1.0, 1.0)], 3, 0.1);
-        assert!(!watch.foresees(10.0) && watch.warning().is_none());
-        assert_eq!(watch.objection(&[slide(0.0, 3.0, 0.01)]), None, "rattles");
+        assert!(!watch.foresees(10.0) && watch.warning(Units::default()).is_none());
+        assert_eq!(watch.objection(&[slide(0.0, 3.0, 0.01)], Units::default()), None, "rattles");
     }
 }

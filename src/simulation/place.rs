@@ -93,7 +93,7 @@ pub(super) fn prepare<const D: usize>(
         }
         None => ResultsFolder::create(&place.folder)?,
     };
-    Ok((Some(Tables::open(folder.path(), lock, past)?), inputs))
+    Ok((Some(Tables::open(folder.path(), case.units, lock, past)?), inputs))
 }
 
 /// How long a rank looks for the results folder: another host may see it a moment later.

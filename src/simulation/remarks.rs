@@ -1,6 +1,7 @@
 //! What a user is told of the case at the start, and of its contacts at the end.
 
 use crate::assembly::{ContactSystem, Overclosure, Watched};
+use crate::case::Units;
 use crate::dynamics::Dynamics;
 use crate::error::shown;
 use crate::model::Contact;
@@ -22,16 +23,16 @@ pub(super) fn untouched<const D: usize>(contact: &Contact<D>) -> Penetration {
 }
 
 /// What a user should know of a contact that did not do what it was meant for.
-pub(super) fn warning(contact: &Penetration) -> Option<String> {
+pub(super) fn warning(contact: &Penetration, units: Units) -> Option<String> {
     let name = &contact.contact;
     if !contact.has_closed() {
         return Some(format!("warning: contact '{name}' never closed: its surfaces did not meet"));
     }
     let asked = contact.asked.filter(|asked| contact.deepest > *asked)?;
-    let deepest = contact.deepest;
+    let (deepest, m) = (contact.deepest, units.of("m"));
     Some(format!(
-        "warning: contact '{name}' went {deepest:.3e} m deep, {asked:.3e} m was asked for\n\
-         hint: ask for {:.1e} m, or give normal: {{ penalty: {{ compliance: ... }} }}",
+        "warning: contact '{name}' went {deepest:.3e} {m} deep, {asked:.3e} {m} was asked for\n\
+         hint: ask for {:.1e} {m}, or give normal: {{ penalty: {{ compliance: ... }} }}",
         asked * asked / deepest
     ))
 }
@@ -48,6 +49,7 @@ pub(super) fn unused(session: &Session) -> Vec<String> {
 pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<ContactStart> {
     let start = |found: &Overclosure<D>| ContactStart {
         name: found.contact.clone(),
+        unit: system.units().of("m"),
         points: found.candidates,
         paired: found.paired,
         closed: found.nodes,
@@ -110,11 +112,11 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
             short.join(", ")
         ));
     }
-    let extent = system.extent();
+    let (extent, m) = (system.extent(), system.units().of("m"));
     let far = system.overclosures().iter().filter(|found| is_near(found) && found.smallest_gap > extent);
     remarks.extend(far.map(|found| {
         format!(
-            "contact '{}' starts {:.3e} m open, more than the size of all bodies, {extent:.3e} m: can it close?",
+            "contact '{}' starts {:.3e} {m} open, more than the size of all bodies, {extent:.3e} {m}: can it close?",
             found.contact, found.smallest_gap
         )
     }));
@@ -140,7 +142,7 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
         let Watched { name, place, distance, line, .. } = point;
         let line = if *line > 0 { format!(" (line {line})") } else { String::new() };
         format!(
-            "probe '{name}'{line} takes the nearest node, {} m, {distance:.3e} m from where it was asked for",
+            "probe '{name}'{line} takes the nearest node, {} {m}, {distance:.3e} {m} from where it was asked for",
             crate::mesh::spelled(place)
         )
     }));

@@ -14,7 +14,7 @@ use super::place::{Place, inputs, quoted};
 use super::resume::Past;
 use super::{Watch, agree, start};
 use crate::assembly::{Balances, ContactSystem, EnergyLedger};
-use crate::case::Case;
+use crate::case::{Case, Units};
 use crate::checkpoint::{self, Store, Table};
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
@@ -100,6 +100,12 @@ impl State {
     fn check<const D: usize>(&self, case: &Case, inputs: &[Input]) -> Result<()> {
         let cure = "give the case of that run back, or start anew without --restart; title, end, solver, PETSc's options \
                     and output but for probes may change";
+        let units = Units::of_record(&self.case);
+        if units != case.units {
+            let message =
+                format!("the checkpoint is in {}, and the case in {}", units.bases(), case.units.bases());
+            return Err(Error::case(message).hint(cure));
+        }
         if let Some(what) = difference(&self.case, &fixed(case)?, "") {
             return Err(Error::case(format!("another case than the checkpoint's: {what}")).hint(cure));
         }
@@ -110,9 +116,9 @@ impl State {
             return Err(Error::internal("checkpoint: another dimension"));
         }
         if case.time.end.si < self.time {
-            let (end, time) = (case.time.end.si, self.time);
+            let (end, time, s) = (case.time.end.si, self.time, case.units.of("s"));
             return Err(Error::case(format!(
-                "the case ends at {end:.6e} s, the checkpoint is of {time:.6e} s"
+                "the case ends at {end:.6e} {s}, the checkpoint is of {time:.6e} {s}"
             ))
             .hint("set a later end, or go on from an older checkpoint by --restart=FILE"));
         }

@@ -117,7 +117,8 @@ impl<const D: usize> Journal<D> {
     /// When the record can not be written.
     pub fn go_on(&mut self, control: &StepControl, remark: &str) -> Result<()> {
         self.step = self.record.totals.steps;
-        self.console.note(&format!("{remark}, step {}, t = {:.6e} s", self.step, control.time()));
+        let s = self.record.units.of("s");
+        self.console.note(&format!("{remark}, step {}, t = {:.6e} {s}", self.step, control.time()));
         self.console.begin(control.time(), self.end);
         self.write_record(control.time())
     }

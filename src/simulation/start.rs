@@ -89,10 +89,10 @@ pub fn require_probes<const D: usize>(
     let watched = system.watch(&model.probes)?;
     for (probe, (name, given)) in watched.iter().zip(case.output.probes.iter()) {
         if probe.distance > system.size() {
-            let distance = probe.distance;
-            let message = format!("probe '{}' is {distance:.3e} m away from the nearest node", name.value);
-            let cure = "give a reference position on a body, in metres";
-            return Err(case.error(given.at.place, message).hint(cure));
+            let (distance, m) = (probe.distance, case.units.of("m"));
+            let message = format!("probe '{}' is {distance:.3e} {m} away from the nearest node", name.value);
+            let cure = format!("give a reference position on a body, in {m}");
+            return Err(case.error(given.at.place, message).hint(&cure));
         }
     }
     Ok(watched)

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::assembly::{ContactSummary, Energies, Momentum, NodalContact, PointReport, Watched};
+use crate::case::Units;
 use crate::contact::point::Status as PointStatus;
 use crate::error::{Error, Result};
 use crate::output::Status;
@@ -24,6 +25,7 @@ pub struct Tables<const D: usize> {
     energy: EnergyTable,
     momentum: MomentumTable<D>,
     iterations: IterationTable,
+    units: Units,
     /// An iteration that could not be written; told at the end of the step, where all ranks listen.
     trouble: Option<Error>,
     /// The table of iterations before the step under way.
@@ -38,20 +40,21 @@ pub struct Tables<const D: usize> {
 }
 
 impl<const D: usize> Tables<D> {
-    /// Creates the tables that need no probe, or goes on from the marks that they had at a checkpoint.
+    /// Creates the tables that need no probe, with headings in `units`, or goes on from the marks that they had at a checkpoint.
     ///
     /// # Errors
     /// When a file can not be made, or is not the one that it was.
-    pub fn open(folder: &Path, lock: Lock, past: Option<&Marks>) -> Result<Self> {
+    pub fn open(folder: &Path, units: Units, lock: Lock, past: Option<&Marks>) -> Result<Self> {
         Ok(Self {
             place: Anchor::of(folder)?,
             lock,
             probes: None,
-            contact: ContactTable::open(folder, past)?,
-            reactions: ReactionTable::open(folder, past)?,
-            energy: EnergyTable::open(folder, past)?,
-            momentum: MomentumTable::open(folder, past)?,
-            iterations: IterationTable::open(folder, past)?,
+            contact: ContactTable::open(folder, units, past)?,
+            reactions: ReactionTable::open(folder, units, past)?,
+            energy: EnergyTable::open(folder, units, past)?,
+            momentum: MomentumTable::open(folder, units, past)?,
+            iterations: IterationTable::open(folder, units, past)?,
+            units,
             trouble: None,
             before: None,
             step: 0,
@@ -68,7 +71,7 @@ impl<const D: usize> Tables<D> {
         let probe =
             |point: &Watched<D>| Probe { name: point.name.clone(), on_contact: point.contact.is_some() };
         let probes = watched.iter().map(probe).collect();
-        self.probes = Some(ProbeTable::open(folder, probes, past)?);
+        self.probes = Some(ProbeTable::open(folder, self.units, probes, past)?);
         Ok(())
     }
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::assembly::Energies;
+use crate::case::Units;
 use crate::time::Scheme;
 
 /// Unexplained energy over the largest energy from which on a run is not trusted without a word.
@@ -71,18 +72,19 @@ impl Unexplained {
     }
 
     /// The warning at the end of a run by `scheme` whose largest energy was `scale` \[J\], if it deserves one.
-    pub fn warning(&self, scheme: Scheme, scale: f64) -> Option<String> {
+    pub fn warning(&self, scheme: Scheme, scale: f64, units: Units) -> Option<String> {
         let part = self.largest.abs() / scale;
         let most = if scheme == Scheme::Static { WORTH_A_WORD_IN_STATICS } else { WORTH_A_WORD };
         if !(scale > 0.0 && part >= most) || self.largest.abs() <= ROUNDINGS * self.rounding {
             return None;
         }
         let verb = if self.largest < 0.0 { "came from nowhere" } else { "was lost without a cause" };
+        let (s, joule) = (units.of("s"), units.of("J"));
         let notable = |left: &&Left| left.energy.abs() >= NOTABLE * self.largest.abs();
         let name = |left: &Left| {
             let verb = if left.energy < 0.0 { "gained" } else { "lost" };
             let Left { step, time, dt, energy } = left;
-            format!("step {step} (t = {time:.4e} s, {dt:.1e} s long) {verb} {:.3e} J", energy.abs())
+            format!("step {step} (t = {time:.4e} {s}, {dt:.1e} {s} long) {verb} {:.3e} {joule}", energy.abs())
         };
         let steps: Vec<String> = self.steps.iter().flatten().filter(notable).map(name).collect();
         let steps = match steps.is_empty() {
@@ -90,7 +92,7 @@ impl Unexplained {
             false => steps.join(", "),
         };
         Some(format!(
-            "warning: until t = {:.4e} s an energy of {:.3e} J {verb}, {:.1} % of the largest energy of the run: {steps}\nhint: {}",
+            "warning: until t = {:.4e} {s} an energy of {:.3e} {joule} {verb}, {:.1} % of the largest energy of the run: {steps}\nhint: {}",
             self.at,
             self.largest.abs(),
             100.0 * part,
@@ -138,7 +140,9 @@ mod tests {
     #[test]
     fn the_steps_that_left_most_are_named() {
         let scheme = Scheme::newmark(0.25, 0.5);
-        let text = run(&[0.0, -1.0, -31.0, -31.5, -81.5, 2.0]).warning(scheme, 100.0).expect("a warning");
+        let text = run(&[0.0, -1.0, -31.0, -31.5, -81.5, 2.0])
+            .warning(scheme, 100.0, Units::default())
+            .expect("a warning");
         assert!(text.contains("t = 5.0000e-1 s an energy of 8.150e1 J came from nowhere, 81.5 %"), "{text}");
         let named =
             "largest energy of the run: step 6 (t = 6.0000e-1 s, 1.0e-1 s long) lost 8.350e1 J, step 5 (";
@@ -149,18 +153,18 @@ mod tests {
     /// Below 2 % nothing is said, in statics below a quarter, nor of a run without any energy.
     #[test]
     fn little_is_not_mentioned() {
-        let warning = |numerical: f64, scheme| run(&[numerical]).warning(scheme, 100.0);
+        let warning = |numerical: f64, scheme| run(&[numerical]).warning(scheme, 100.0, Units::default());
         assert_eq!(warning(1.9, Scheme::Conserving), None);
         assert!(warning(2.1, Scheme::Conserving).is_some_and(|text| text.contains("a shorter step")));
-        assert_eq!(run(&[0.0]).warning(Scheme::Static, 0.0), None);
+        assert_eq!(run(&[0.0]).warning(Scheme::Static, 0.0, Units::default()), None);
         assert_eq!(warning(20.0, Scheme::Static), None);
         assert!(warning(26.0, Scheme::Static).is_some_and(|text| text.contains("more load steps")));
         let mut rounded = Unexplained::default();
         let energies = Energies { numerical: 50.0, ..Energies::default() };
         rounded.record(1, 1.0, 1.0, &energies, 4.0);
-        assert_eq!(rounded.warning(Scheme::Conserving, 100.0), None);
+        assert_eq!(rounded.warning(Scheme::Conserving, 100.0, Units::default()), None);
         let many: Vec<f64> = (1..=100).map(|k| 0.1 * f64::from(k)).collect();
-        let text = run(&many).warning(Scheme::Conserving, 100.0).expect("a warning");
+        let text = run(&many).warning(Scheme::Conserving, 100.0, Units::default()).expect("a warning");
         assert!(text.contains("no step left a tenth of it"), "{text}");
     }
 }

@@ -59,10 +59,11 @@ impl Strategy for Augmented {
             if update > Self::MOST || idle >= Self::IDLE {
                 let depth = left.depth;
                 report.trouble = Trouble::Multipliers;
+                let m = system.units().of("m");
                 return Ok(Outcome::Failed(
                     report,
                     format!(
-                        "contact points are {depth:.2e} m from touching, {:.2e} m is asked, after {update} updates of the \
+                        "contact points are {depth:.2e} {m} from touching, {:.2e} {m} is asked, after {update} updates of the \
                          multipliers",
                         depth / left.ratio
                     ),

@@ -23,6 +23,7 @@ use mpi::traits::CommunicatorCollectives;
 use nalgebra::{Cholesky, DMatrix, DVector, SVD};
 
 use super::held::{Driven, Held, describe};
+use crate::case::Units;
 use crate::dynamics::{Dynamics, RigidMotion, Stage};
 use crate::error::Result;
 use crate::petsc::{Operator, Vector};
@@ -44,6 +45,7 @@ impl Motion {
 /// The free motions at an iterate.
 #[derive(Default)]
 pub struct FreeMotions {
+    units: Units,
     /// All that supports leave.
     rigid: Vec<RigidMotion>,
     held: Vec<Motion>,
@@ -83,11 +85,11 @@ impl FreeMotions {
         let mut idle = free.clone();
         if size > allowed {
             let way = &free * (&along / size);
-            driven = Some(describe(&rigid, &way, &loads));
+            driven = Some(describe(&rigid, &way, &loads, system.units()));
             idle = &free * complement(&(along / size));
         }
         let held = weighed(system, &fields, &idle)?;
-        Ok(Self { rigid, held, free: free.ncols(), driven })
+        Ok(Self { units: system.units(), rigid, held, free: free.ncols(), driven })
     }
 
     /// Number of motions that are held.
@@ -160,7 +162,7 @@ impl FreeMotions {
         // What drives the bodies is against what holds them.
         let drive = -DVector::from_vec(products(&rigid, &[&holding]));
         let way = &drive / drive.norm();
-        Ok(Held { motions, force, by: Some(describe(&self.rigid, &way, &drive)) })
+        Ok(Held { motions, force, by: Some(describe(&self.rigid, &way, &drive, self.units)) })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use crate::case::Units;
 use crate::dynamics::RigidMotion;
 
 /// A motion of a body, and the force along it.
@@ -11,8 +12,8 @@ pub struct Driven {
     pub words: String,
     /// Resultant along or about it.
     pub force: f64,
-    /// N or N m.
-    pub unit: &'static str,
+    /// That of a force or a moment.
+    pub unit: String,
 }
 
 impl Driven {
@@ -62,7 +63,12 @@ impl Held {
 
 /// Piece, direction and resultant of a motion with coefficients `way` under the `loads` along each rigid motion. Of several
 /// pieces that move it is the one that moves most.
-pub(super) fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVector<f64>) -> Driven {
+pub(super) fn describe(
+    rigid: &[RigidMotion],
+    way: &DVector<f64>,
+    loads: &DVector<f64>,
+    units: Units,
+) -> Driven {
     let share = |group: usize| -> f64 {
         rigid.iter().zip(way.iter()).filter(|(motion, _)| motion.group == group).map(|(_, c)| c * c).sum()
     };
@@ -92,7 +98,7 @@ pub(super) fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVecto
     let (vector, what) = if shifts { (shift, "motion of") } else { (spin, "turn of") };
     let size = square(&vector).sqrt();
     let direction = direction(&vector.map(|x| x / size));
-    let unit = if shifts { "N" } else { "N m" };
+    let unit = if shifts { units.of("N") } else { units.moment() };
     let preposition = if shifts { "along" } else { "about" };
     let words = format!("the {what} {name} {preposition} {direction}");
     Driven { words, force: power / size, unit }
@@ -127,7 +133,8 @@ mod tests {
         let held = |motions, force, by| Held { motions, force, by }.note();
         assert!(held(0, 0.0, None).ends_with("no force was needed"));
         assert!(held(1, 2e-13, None).starts_with("1 free motion was held, and no force was needed: 2.0e-13"));
-        let by = Driven { words: "the motion of 'block' along x".to_owned(), force: 3.0, unit: "N" };
+        let by =
+            Driven { words: "the motion of 'block' along x".to_owned(), force: 3.0, unit: "N".to_owned() };
         let told = held(2, 1e-6, Some(by));
         assert!(told.ends_with("3.000e0 N against the motion of 'block' along x"), "{told}");
         assert!(!told.contains("no force"), "{told}");

@@ -105,7 +105,7 @@ impl<const D: usize> DofMap<D> {
     /// `motion` is asked for (boundary, component, reference point \[m\]).
     ///
     /// # Errors
-    /// The first that `motion` returns, named by its boundary.
+    /// The first that `motion` returns.
     pub fn fill(
         &self,
         points: &[[f64; D]],
@@ -115,8 +115,7 @@ impl<const D: usize> DofMap<D> {
         for (number, boundary) in self.boundaries.iter().enumerate() {
             for &(node, component) in &boundary.entries {
                 let component = usize::from(component);
-                let at = motion(number, component, &points[node as usize])
-                    .map_err(|e| e.within(&boundary.name))?;
+                let at = motion(number, component, &points[node as usize])?;
                 let dof = node as usize * D + component;
                 (fields.u[dof], fields.v[dof]) = (at.u, at.v);
                 if let Some(a) = fields.a.get_mut(dof) {

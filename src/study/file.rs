@@ -8,7 +8,7 @@ use crate::case::diagnostics::{Complaint, Source};
 use crate::case::document::{Document, Node, Tree, read_as};
 use crate::case::quantity::{Duration, Number};
 use crate::case::tagged::tagged;
-use crate::case::{At, Named, Place};
+use crate::case::{At, Named, Place, Units};
 use crate::error::{Error, Result};
 
 /// A study as written in `study.yml`.
@@ -95,7 +95,7 @@ pub struct Quantity {
     pub only: Named<At<String>>,
     /// What is made of the column.
     pub measure: At<Measure>,
-    /// First and last instant that count \[s\]; all if absent.
+    /// First and last instant that count, in the unit of time of the case; all if absent.
     #[serde(default)]
     pub between: Option<At<[Duration; 2]>>,
     /// Size that errors are relative to, > 0, in the unit of the column; the size of the reference if absent.
@@ -111,7 +111,7 @@ pub struct Quantity {
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Measure")]
 pub enum Measure {
-    /// Its value at an instant \[s\], linear between two rows.
+    /// Its value at an instant, in the unit of time of the case, linear between two rows.
     At(Duration),
     /// Its last value.
     Last,
@@ -130,7 +130,7 @@ pub enum Measure {
 pub enum Known {
     /// A value, in the unit of the column.
     Value(Number),
-    /// A table with a column `time \[s\]` and the quantity's column, relative to this file.
+    /// A table with a column `time [s]`, or the case's unit of time in place of s, and the quantity's column, relative to this file.
     Csv(At<String>),
 }
 
@@ -147,16 +147,17 @@ impl Study {
     /// # Errors
     /// What is wrong, as `name:line:column: message`, with the line itself and a hint.
     pub fn parse(text: &str, name: &std::path::Path) -> Result<Self> {
+        Self::parse_in(text, name, Units::SI)
+    }
+
+    /// The same for a study of a case with these units: plain instants are in its unit of time.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_in(text: &str, name: &std::path::Path, units: Units) -> Result<Self> {
         let source = Source::new(text, name);
-        let mut study: Self = read_as(1, &source)?;
-        study.source = source;
-        let mut complaints = Vec::new();
-        study.check(&mut complaints);
-        complaints.sort_by_key(|complaint| (complaint.place.line, complaint.place.column));
-        match complaints.first() {
-            None => Ok(study),
-            Some(first) => Err(study.source.error(first)),
-        }
+        let study: Self = read_as(1, &source, Some(units), Self::complaints)?;
+        Ok(Self { source, ..study })
     }
 
     /// Whether a text means to be a study rather than a case: it names a case and has no bodies.
@@ -174,6 +175,12 @@ impl Study {
     /// The error that points at a place of the study.
     pub fn error(&self, place: Place, message: impl Into<String>, hint: &str) -> Error {
         self.source.error(&Complaint::new(message.into()).at(place).hint(hint))
+    }
+
+    fn complaints(&self) -> Vec<Complaint> {
+        let mut complaints = Vec::new();
+        self.check(&mut complaints);
+        complaints
     }
 
     fn check(&self, complaints: &mut Vec<Complaint>) {

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::file::{Known, Measure, Quantity, Study};
 use super::plan::{Member, REFERENCE};
 use super::series::{Interval, Series};
-use crate::case::{At, Named};
+use crate::case::{At, Named, Units};
 use crate::error::{Cause, Error, Result};
 use crate::output::folder::record;
 use crate::plot::Csv;
@@ -126,7 +126,7 @@ impl Row {
         row.reason = one_line(record["reason"].as_str().unwrap_or_default());
         row.cost = cost(&record, folder)?;
         for (index, (_, quantity)) in study.quantities.value.iter().enumerate() {
-            let curve = curve(quantity, folder, study)?;
+            let curve = curve(quantity, folder, study, member.case.units)?;
             if row.state == State::Completed {
                 row.values[index] = curve
                     .as_ref()
@@ -151,7 +151,7 @@ fn cost(record: &Value, folder: &Path) -> Result<Cost> {
         unknowns: count("unknowns"),
         memory: memory(&record["peak_memory_bytes"]),
         ranks: count("ranks"),
-        drift: drift(&folder.join("energy.csv"))?,
+        drift: drift(&folder.join("energy.csv"), Units::of_record(record))?,
     })
 }
 
@@ -163,21 +163,21 @@ fn memory(peaks: &Value) -> Option<f64> {
 }
 
 /// Largest energy that the balance leaves over, against the largest of total energy and external work.
-fn drift(path: &Path) -> Result<Option<f64>> {
+fn drift(path: &Path, units: Units) -> Result<Option<f64>> {
     let Some(csv) = Csv::read(path)? else { return Ok(None) };
     let largest = |column: &str| -> Result<f64> {
-        let values = csv.numbers(column)?.unwrap_or_default();
+        let values = csv.numbers(&units.heading(column))?.unwrap_or_default();
         Ok(values.iter().filter(|v| v.is_finite()).fold(0.0, |most, v| v.abs().max(most)))
     };
     let size = largest("total [J]")?.max(largest("external_work [J]")?);
     Ok((size > 0.0).then_some(largest("numerical [J]")? / size))
 }
 
-fn curve(quantity: &Quantity, folder: &Path, study: &Study) -> Result<Option<Series>> {
+fn curve(quantity: &Quantity, folder: &Path, study: &Study, units: Units) -> Result<Option<Series>> {
     let only: Vec<(&str, &str)> =
         quantity.only.iter().map(|(column, word)| (column.value.as_str(), word.value.as_str())).collect();
     let path = folder.join(&quantity.table.value);
-    Series::read(&path, &quantity.column.value, &only).map_err(|error| match error.cause {
+    Series::read(&path, &quantity.column.value, &only, units).map_err(|error| match error.cause {
         Cause::Case => told(study, quantity, &error),
         _ => error,
     })
@@ -210,11 +210,11 @@ enum Standard {
 }
 
 impl References {
-    /// Reads the references that stand beside the study.
+    /// Reads the references that stand beside the study, of results in `units`.
     ///
     /// # Errors
     /// A table is not there, or has no such column.
-    pub fn read(study: &Study) -> Result<Self> {
+    pub fn read(study: &Study, units: Units) -> Result<Self> {
         let standard = |quantity: &Quantity| match &quantity.reference {
             None => Ok(None),
             Some(At { value: Known::Value(value), .. }) => Ok(Some(Standard::Value(value.si))),
@@ -228,7 +228,8 @@ impl References {
                         path.display()
                     )));
                 }
-                let read = Series::read(&path, &quantity.column.value, &[]).map_err(|e| absent(e.message))?;
+                let read =
+                    Series::read(&path, &quantity.column.value, &[], units).map_err(|e| absent(e.message))?;
                 let curve = read.filter(|curve| !curve.is_empty());
                 let curve =
                     curve.ok_or_else(|| absent(format!("{}: no curve to compare with", path.display())))?;

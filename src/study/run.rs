@@ -12,7 +12,9 @@ use super::file::Study;
 use super::folder::{self, Papers, StudyFolder};
 use super::plan::{self, Member};
 use super::row::{References, Row, State};
-use crate::case::{Case, Mesh};
+use crate::case::diagnostics::Source;
+use crate::case::document::Document;
+use crate::case::{Case, Mesh, Units};
 use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::Verbosity;
 use crate::output::folder::{RECORD, ResultsFolder, record};
@@ -59,6 +61,8 @@ impl Planned {
             }
             _ => error,
         })?;
+        let units = Document::read(&text, &case, Source::default())?.units();
+        let study = if units.is_si() { study } else { Study::parse_in(study_text, path, units)? };
         let members = plan::members(&study, &text)?;
         Ok(Self { study, members })
     }
@@ -177,10 +181,11 @@ fn ran_out_of_time(record: &Value) -> bool {
 /// What is missing or damaged.
 fn check_results(member: &Member, record: &Value, folder: &Path) -> Result<()> {
     check_tables(record, folder)?;
-    let end = member.case.time.end.si;
+    let (end, s) = (member.case.time.end.si, member.case.units.of("s"));
     let reached = record["simulated_time"].as_f64().unwrap_or(0.0);
     if record["verdict"] == "completed" && reached < end * (1.0 - 1e-9) {
-        let text = format!("{}: its end is at {reached} s, that of the case at {end} s", folder.display());
+        let text =
+            format!("{}: its end is at {reached} {s}, that of the case at {end} {s}", folder.display());
         return Err(Error::file(text));
     }
     Ok(())
@@ -211,7 +216,8 @@ impl<'a> Ledger<'a> {
     ) -> Result<Self> {
         let quantities: Vec<String> = study.quantities.value.names().map(str::to_owned).collect();
         let rows = members.iter().map(|member| Row::waiting(member, quantities.len())).collect();
-        let references = References::read(study)?;
+        let references =
+            References::read(study, members.first().map_or(Units::SI, |member| member.case.units))?;
         Ok(Self {
             study,
             members,

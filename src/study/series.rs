@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::case::Units;
 use crate::error::{Error, Result};
 use crate::plot::Csv;
 use crate::study::file::Measure;
@@ -36,7 +37,7 @@ impl Series {
     ///
     /// # Errors
     /// There is no such column: the text names the nearest one. A number can not be read.
-    pub fn read(path: &Path, column: &str, only: &[(&str, &str)]) -> Result<Option<Self>> {
+    pub fn read(path: &Path, column: &str, only: &[(&str, &str)], units: Units) -> Result<Option<Self>> {
         let Some(csv) = Csv::read(path)? else { return Ok(None) };
         let absent = |column: &str| {
             let known: Vec<&str> = csv.columns().iter().map(String::as_str).collect();
@@ -46,7 +47,7 @@ impl Series {
                 .hint(&format!("there are: {}{near}", known.join(", ")))
         };
         let numbers = |column: &str| csv.numbers(column)?.ok_or_else(|| absent(column));
-        let (times, values) = (numbers("time [s]")?, numbers(column)?);
+        let (times, values) = (numbers(&units.heading("time [s]"))?, numbers(column)?);
         let mut is_meant = vec![true; times.len()];
         for (column, word) in only {
             let words = csv.words(column).ok_or_else(|| absent(column))?;
@@ -187,11 +188,11 @@ mod tests {
         let path = scratch.0.join("reactions.csv");
         std::fs::write(&path, "step,time [s],boundary,force_x [N]\n0,0,a,1\n0,0,b,2\n1,1,a,3\n1,1,b,4\n")
             .unwrap();
-        let read = |column: &str, word: &str| Series::read(&path, column, &[("boundary", word)]);
+        let read = |column: &str, word: &str| Series::read(&path, column, &[("boundary", word)], Units::SI);
         assert_eq!(read("force_x [N]", "b").unwrap().unwrap().points, [[0.0, 2.0], [1.0, 4.0]]);
         assert!(read("force_x [N]", "c").unwrap().unwrap().is_empty());
         let text = read("force_x", "b").unwrap_err().message;
         assert!(text.contains("'force_x'") && text.contains("did you mean 'force_x [N]'"), "{text}");
-        assert!(Series::read(&scratch.0.join("no.csv"), "a", &[]).unwrap().is_none());
+        assert!(Series::read(&scratch.0.join("no.csv"), "a", &[], Units::SI).unwrap().is_none());
     }
 }

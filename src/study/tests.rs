@@ -120,3 +120,22 @@ fn shipped_studies_are_right() {
     let shipped = std::fs::read_to_string(meshes.join("study.schema.json")).unwrap();
     assert_eq!(shipped, serde_json::to_string_pretty(&super::schema()).unwrap() + "\n");
 }
+
+/// Instants of a study are in the case's unit of time, and its members have the units of the case.
+#[test]
+fn a_study_has_the_units_of_its_case() {
+    let case =
+        format!("units: {{ time: ms }}\n{}", CASE.replace("end: 0.01, step: 1.0e-3", "end: 10, step: 1"));
+    let read = |study: &str| Planned::read(study, Path::new("folder/study.yml"), |_| Ok(case.clone()));
+    let study = STUDY.replace("time.end: 0.004", "time.end: 4").replace("2.0e-3", "2").replace("1.0e-3", "1");
+    for at in ["4", "\"4 ms\"", "\"0.004 s\""] {
+        let planned =
+            read(&study.replace("at: 0.004", &format!("at: {at}"))).unwrap_or_else(|e| panic!("{e}"));
+        let quantity = planned.study.quantities.value.values().next().unwrap();
+        let super::file::Measure::At(time) = quantity.measure.value else { panic!("{at}") };
+        assert!((time.si - 4.0).abs() < 1e-12, "{at}: {}", time.si);
+        assert_eq!(planned.members[0].case.time.step.unwrap().si, 0.5);
+    }
+    let text = read(&study.replace("set: {", "set: { units.time: s,")).map(|_| ()).unwrap_err().message;
+    assert!(text.contains("study.yml:2:8") && text.contains("the units of its case"), "{text}");
+}

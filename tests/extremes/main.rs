@@ -12,6 +12,7 @@ mod scaling;
 mod scenes;
 mod shapes;
 mod statics;
+mod units;
 
 use std::fmt::Write;
 use std::sync::Mutex;

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use contact_petsc::assembly::{ContactSystem, SystemOptions};
-use contact_petsc::case::Function;
+use contact_petsc::case::{Function, PlacedFunction, Units};
 use contact_petsc::dynamics::{Dynamics, Stage};
 use contact_petsc::element::{Formulation, Kinematics, Locking};
 use contact_petsc::material::Material;
@@ -67,7 +67,14 @@ impl Solid {
             initial_velocity: Vec::new(),
         };
         let bodies = vec![block];
-        Model { bodies, contacts: Vec::new(), supports: Vec::new(), loads: Vec::new(), probes: Vec::new() }
+        Model {
+            units: Units::SI,
+            bodies,
+            contacts: Vec::new(),
+            supports: Vec::new(),
+            loads: Vec::new(),
+            probes: Vec::new(),
+        }
     }
 
     /// The body `block`, a unit square or cube of `cells` cells along each axis, whose points `move_point` moves; the
@@ -86,8 +93,8 @@ impl Solid {
 }
 
 /// An expression in x, y, z, t.
-pub fn function(text: &str) -> Function {
-    Function::expression(text).unwrap_or_else(|complaint| panic!("{text}: {complaint:?}"))
+pub fn function(text: &str) -> PlacedFunction {
+    Function::expression(text).unwrap_or_else(|complaint| panic!("{text}: {complaint:?}")).into()
 }
 
 /// A prescribed motion of the components that are not empty.

@@ -60,13 +60,13 @@ impl<const D: usize> ContactSystem<D> {
         self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
         let (between, through) = all.split_at(self.contacts.len());
         if let Some((contact, facets)) = self.contacts.iter().zip(between).find(|(_, facets)| **facets > 0) {
-            return Ok(Some(tell_between(contact, *facets)));
+            return Ok(Some(tell_between(contact, *facets, &self.units.of("m"))));
         }
         let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(4));
         if let Some(((contact, points), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
             let motion = motion[0] + motion[1];
             let expected = stage.inertia.then(|| self.expected_motion(stage));
-            return Ok(Some(tell_through((&contact.name, *points), motion, expected)));
+            return Ok(Some(tell_through((&contact.name, *points), motion, expected, &self.units.of("m"))));
         }
         let any = through.last().is_some_and(|vertices| *vertices > 0);
         Ok(if any { self.tell_sunk(&self.without_contact(&found.sunk, &found.targets, ends)) } else { None })
@@ -166,26 +166,26 @@ fn passages<const D: usize>(
 
 /// Why points that went through can not be taken: surfaces that move by `motion` \[m\] in the step, where speed and acceleration at
 /// its start take them by `expected` at most, if that is known.
-fn tell_through((contact, points): (&str, u64), motion: f64, expected: Option<f64>) -> String {
+fn tell_through((contact, points): (&str, u64), motion: f64, expected: Option<f64>, m: &str) -> String {
     match expected.filter(|expected| *expected > 0.0 && motion > RUNAWAY * expected) {
         Some(expected) => format!(
-            "the balance that was found is far off: the surfaces of contact '{contact}' would move by {motion:.3e} m within one step, \
-             in which speeds and accelerations at its start take them by {expected:.1e} m at most"
+            "the balance that was found is far off: the surfaces of contact '{contact}' would move by {motion:.3e} {m} within one step, \
+             in which speeds and accelerations at its start take them by {expected:.1e} {m} at most"
         ),
         None => format!(
             "contact '{contact}': {points} points would go through the target within one step, in which the surfaces move by \
-             {motion:.3e} m"
+             {motion:.3e} {m}"
         ),
     }
 }
 
-fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64) -> String {
+fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64, m: &str) -> String {
     let radius = match &contact.pair {
         Pair::Rigid { contact, .. } => contact.obstacle.outer_radius().unwrap_or(0.0),
         Pair::Deformable(_) | Pair::Segments(_) => 0.0,
     };
     format!(
-        "contact '{}': the obstacle, of radius {radius:.3e} m, lies between the points of {facets} facets of about {:.3e} m, none of which \
+        "contact '{}': the obstacle, of radius {radius:.3e} {m}, lies between the points of {facets} facets of about {:.3e} {m}, none of which \
          touches it: mesh the contactor finer than the radius, or take quadrature: gauss",
         contact.name, contact.facet_size
     )
@@ -254,16 +254,16 @@ mod tests {
     /// Points that go through what they fly at are told so; where the iterate has blown up, that is told instead.
     #[test]
     fn a_balance_that_is_far_off_is_no_passage() {
-        let through = tell_through(("hit", 3), 1.5, Some(1.4));
+        let through = tell_through(("hit", 3), 1.5, Some(1.4), "m");
         assert!(
             through.contains("3 points would go through the target") && through.contains("1.500e0 m"),
             "{through}"
         );
-        let off = tell_through(("hit", 3), 1.03, Some(1e-3));
+        let off = tell_through(("hit", 3), 1.03, Some(1e-3), "m");
         assert!(off.contains("far off") && off.contains("1.030e0 m") && off.contains("1.0e-3 m"), "{off}");
         assert!(!off.contains("go through"), "{off}");
         for unknown in [None, Some(0.0)] {
-            assert!(tell_through(("hit", 3), 1.03, unknown).contains("go through"));
+            assert!(tell_through(("hit", 3), 1.03, unknown, "m").contains("go through"));
         }
     }
 }

@@ -231,10 +231,11 @@ impl<const D: usize> ContactSystem<D> {
             .collect();
         places.sort_unstable();
         places.dedup();
+        let m = self.units.of("m");
         let [contactor, target] = contact.bodies.map(|body| self.bodies[body].name());
         Some(format!(
-            "contact '{}': '{target}' lies in '{contactor}' between its contact points at {} places, none of which is within {:.3e} m of a point that \
-             touches, the deepest {:.3e} m behind a facet at {}: mesh '{contactor}' finer there, or exchange contactor and target",
+            "contact '{}': '{target}' lies in '{contactor}' between its contact points at {} places, none of which is within {:.3e} {m} of a point that \
+             touches, the deepest {:.3e} {m} behind a facet at {}: mesh '{contactor}' finer there, or exchange contactor and target",
             contact.name,
             places.len(),
             first.facet,

@@ -56,7 +56,8 @@ impl Check<'_> {
             |(_, boundary): (_, &Boundary)| boundary.gravity.is_some() && boundary.on.value == name.value;
         if !self.case.is_static() || self.case.boundary.iter().any(weighs) {
             self.say(name.place, format!("the body '{}' needs a density", name.value));
-            self.cure("add `density:` in kg/m3; only statics without gravity does without");
+            let unit = self.case.units.of("kg/m3");
+            self.cure(&format!("add `density:` in {unit}; only statics without gravity does without"));
         }
     }
 

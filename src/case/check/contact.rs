@@ -128,10 +128,10 @@ impl Check<'_> {
         self.positive("the exponent", exponent);
         let expected = PowerStiffness::dimension_for(exponent.si);
         if let Some(found) = stiffness.dimension.filter(|found| *found != expected) {
-            let message =
-                format!("the stiffness is {found}; expected {expected}, which is Pa/m^{}", exponent.si);
-            self.say(stiffness.place, message);
-            self.cure(&format!("write a number in Pa/m^{0}, or as in \"1 MPa/m^{0}\"", exponent.si));
+            let units = &self.case.units;
+            let (found, unit) = (units.describe(found), units.symbol(expected));
+            self.say(stiffness.place, format!("the stiffness is {found}; expected one in {unit}"));
+            self.cure(&format!("write a number in {unit}, or as in \"1 {unit}\""));
         }
     }
 

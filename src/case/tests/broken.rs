@@ -173,7 +173,7 @@ const BROKEN: &[Broken] = &[
         "penalty: { compliance: \"1e-10 m/Pa\" }",
         "power_law: { stiffness: \"1 MPa/m\", exponent: 2 }",
         "17:39",
-        &["a stiffness per area [Pa/m]", "Pa/m^2"],
+        &["a stiffness per area [Pa/m]", "Pa/m2"],
     ),
     ("max: [1, 1]", "max: [1, 0]", "5:42", &["no extent along y: max 0 <= min 0"]),
     ("cells: [4, 4]", "cells: [4, 0]", "5:53", &["at least one cell"]),

@@ -13,7 +13,7 @@ const CASE: &str = "dimension: 2\nbodies:\n  block:\n    mesh: { box: { min: [0,
 
 fn changed(overrides: &str) -> Result<Case> {
     let source = Source::new(overrides, Path::new("study.yml"));
-    let overrides: Named<Node> = read_as(1, &source)?;
+    let overrides: Named<Node> = read_as(1, &source, None, |_| Vec::new())?;
     let mut document = Document::read(CASE, Path::new("folder/case.yml"), source)?;
     document.put(&overrides)?;
     Case::from_document(&document)
@@ -100,7 +100,7 @@ fn trees_are_read_as_typed_data() {
         Plain,
         Valued(f64),
     }
-    let read = |text: &str| read_as::<Data>(0, &Source::new(text, Path::new("a.yml")));
+    let read = |text: &str| read_as::<Data>(0, &Source::new(text, Path::new("a.yml")), None, |_| Vec::new());
     let good = "word: 5\ncount: 7\nwhole: -3\nreal: 2\npair: [1, 2.5]\nnothing: null\nchoice: plain\n";
     let (pair, choice) = ((1.0, 2.5), Choice::Plain);
     let data = Data { word: "5".into(), count: 7, whole: -3, real: 2.0, pair, nothing: None, choice };

@@ -22,7 +22,7 @@ fn beside<const D: usize>(parts: &[Mesh<D>]) -> Mesh<D> {
 }
 
 fn check<const D: usize>(mesh: &mut Mesh<D>, parts: Parts) -> Result<Vec<String>> {
-    conform(mesh, "block", &Source::Box("block"), parts, &[])
+    conform(mesh, ("block", "m"), &Source::Box("block", "m"), parts, &[])
 }
 
 /// The message of a mesh that is refused.
@@ -220,10 +220,10 @@ fn sides_of_a_contact_may_touch() {
     assert_eq!((left.len(), right.len()), (2, 3));
     mesh.facet_sets.insert("left".into(), left);
     mesh.facet_sets.insert("right".into(), right);
-    let source = Source::Box("block");
+    let source = Source::Box("block", "m");
     let meets = [("left".to_owned(), "right".to_owned())];
-    assert!(conform(&mut mesh.clone(), "block", &source, Parts::Joined, &meets).is_ok());
-    assert!(conform(&mut mesh, "block", &source, Parts::Joined, &[]).is_err());
+    assert!(conform(&mut mesh.clone(), ("block", "m"), &source, Parts::Joined, &meets).is_ok());
+    assert!(conform(&mut mesh, ("block", "m"), &source, Parts::Joined, &[]).is_err());
 }
 
 /// Merging by more than an edge is refused at the element, and sides that come to lie inside leave their sets.
@@ -250,7 +250,7 @@ fn merging_has_its_limits() {
 fn inverted_curves_are_refused() {
     fn check<const D: usize>(kind: ElementKind) {
         let good = block::<D>(kind, [1; D], [0.0; D], [1.0; D]);
-        let source = Source::Box("block");
+        let source = Source::Box("block", "m");
         require_sound_curves(&good, &source).expect("a straight element");
         let nodes = good.element_nodes(0);
         let (corners, middle) = (kind.corners(), nodes[kind.corners()]);
@@ -283,7 +283,7 @@ fn read<const D: usize>(path: &std::path::Path, parts: Parts) -> Result<Vec<Stri
     let (mut mesh, source) = gmsh::read_with_source::<D>(path, None)?;
     let source = Source::File(&source);
     require_sound_curves(&mesh, &source)?;
-    conform(&mut mesh, "block", &source, parts, &[])
+    conform(&mut mesh, ("block", "m"), &source, parts, &[])
 }
 
 /// A text of MSH 2.2 whose elements of group 2 have nodes of their own, moved along x.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::case::Units;
 use crate::dynamics::Stage;
 use crate::error::Error;
 
@@ -40,9 +41,9 @@ impl Shortest {
     }
 
     /// What a user should know at once, once.
-    pub fn remark(&self, plight: &Plight) -> Option<String> {
+    pub fn remark(&self, plight: &Plight, units: Units) -> Option<String> {
         (self.steps == Self::TOLD).then(|| {
-            let [why, cure] = plight.told();
+            let [why, cure] = plight.told(units);
             format!(
                 "warning: {} steps were as short as they may be, and the accuracy may be missed all the same{why}\nhint: {cure}",
                 self.steps
@@ -55,10 +56,11 @@ impl Shortest {
     }
 
     /// The end of a run that asks for ever shorter steps, in the step of `stage`.
-    pub fn hopeless(&self, plight: &Plight, stage: &Stage) -> Option<Error> {
+    pub fn hopeless(&self, plight: &Plight, stage: &Stage, units: Units) -> Option<Error> {
         self.is_hopeless().then(|| {
-            let [why, cure] = plight.told();
-            let place = format!("t = {:.6e} s, step of {:.3e} s", stage.start.time, stage.dt);
+            let [why, cure] = plight.told(units);
+            let s = units.of("s");
+            let place = format!("t = {:.6e} {s}, step of {:.3e} {s}", stage.start.time, stage.dt);
             let Self { missed, .. } = self;
             let what = format!("{missed} steps were as short as they may be, and erred by more than was asked all the same{why}");
             Error::not_converged(what).within(&place).hint(&format!(
@@ -70,7 +72,8 @@ impl Shortest {
 
 impl Plight {
     /// Why, and what helps.
-    fn told(&self) -> [String; 2] {
+    fn told(&self, units: Units) -> [String; 2] {
+        let m = units.of("m");
         let Self { size, stiffer, rattles, rubs } = *self;
         let on = format!(
             "on a penalty {stiffer} times stiffer than that of the case, made so for accuracy.penetration"
@@ -85,7 +88,7 @@ impl Plight {
             (false, true, _) => [format!(" {on}"), "ask for less, or for a larger penetration".to_owned()],
             (false, false, true) => [
                 format!(
-                    ", over {size:.1e} m, the largest displacement so far: what slides under a constant coefficient of friction \
+                    ", over {size:.1e} {m}, the largest displacement so far: what slides under a constant coefficient of friction \
                      may flutter on its nodes, ever more the better its steps resolve it"
                 ),
                 "give such a scene a step that damps the flutter, `time: none` in `accuracy` and `generalized_alpha: { \
@@ -93,7 +96,7 @@ impl Plight {
                     .to_owned(),
             ],
             (false, false, false) => [
-                format!(", over {size:.1e} m, the largest displacement so far"),
+                format!(", over {size:.1e} {m}, the largest displacement so far"),
                 "ask for less, or write `time: none` for equal steps; for an impact `scheme: conserving` keeps its energy \
                  with any step"
                     .to_owned(),
@@ -114,14 +117,14 @@ mod tests {
         let mut told = Vec::new();
         for _ in 0..300 {
             shortest.count(0.5);
-            told.extend(shortest.remark(&plight));
+            told.extend(shortest.remark(&plight, Units::SI));
         }
         assert_eq!(told.len(), 1);
         assert!(told[0].contains("100 steps") && told[0].contains("flutter"), "{}", told[0]);
         let rattling = Plight { stiffer: 16.0, rattles: true, ..plight };
-        assert!(rattling.told()[1].contains("mass: redistributed"));
+        assert!(rattling.told(Units::SI)[1].contains("mass: redistributed"));
         let smooth = Plight { rubs: false, ..plight };
-        assert!(smooth.told()[1].contains("conserving"));
+        assert!(smooth.told(Units::SI)[1].contains("conserving"));
     }
 
     /// Short steps that err by no more than they may go on for ever, those that miss it do not.

@@ -271,8 +271,8 @@ impl Watch {
                 rattles: system.rattles(),
                 rubs: system.has_friction(),
             };
-            self.remark = self.memory.shortest.remark(&plight);
-            self.memory.shortest.hopeless(&plight, stage).map_or(Ok(()), Err)?;
+            self.remark = self.memory.shortest.remark(&plight, system.units());
+            self.memory.shortest.hopeless(&plight, stage, system.units()).map_or(Ok(()), Err)?;
         }
         if let Some(budget) = &mut self.memory.time {
             let [error, fair] = self.judged;

@@ -1,0 +1,187 @@
+//! All that is wrong with a file at once: what can not be read is replaced by a stand-in, and reading begins again.
+
+use serde::de::DeserializeOwned;
+
+use super::diagnostics::{Complaint, MOST_SHOWN, Repair, Source};
+use super::document::{Node, Tree};
+use super::place::{At, Place};
+use super::units::{Units, reading_in};
+use crate::error::Result;
+
+/// In a longer file only the first thing that can not be read is reported: each further one costs another reading.
+const LONGEST: usize = 1 << 17;
+
+/// Number that takes the place of what can not be read, first with one sign and then with the other: a check whose outcome
+/// depends on it tells nothing of the file.
+const STAND_IN: f64 = 1e30;
+
+/// Reads data whose plain numbers are in `units`, and checks it.
+///
+/// # Errors
+/// All that is wrong, in the order of the file.
+pub(super) fn read_checked<T: DeserializeOwned>(
+    root: &Node,
+    source: &Source,
+    units: Units,
+    check: impl Fn(&T) -> Vec<Complaint>,
+) -> Result<T> {
+    let found = match reading_in(units, || T::deserialize(root)) {
+        Ok(data) => match check(&data) {
+            none if none.is_empty() => return Ok(data),
+            found => found,
+        },
+        Err(first) => {
+            let first = first.or_at(root.place);
+            let is_long = source.text.len() > LONGEST;
+            if is_long { vec![first] } else { reading_in(units, || all(root, first, check)) }
+        }
+    };
+    Err(source.errors(found))
+}
+
+/// The units of a case, before it is read; SI where they can not be read, which reading it reports.
+pub(super) fn units_of(root: &Node) -> Units {
+    let Tree::Map(entries) = &root.tree else { return Units::SI };
+    let units = entries.iter().find(|(key, _)| key.value == "units");
+    units.and_then(|(_, node)| serde::Deserialize::deserialize(node).ok()).unwrap_or_default()
+}
+
+/// The first complaint and those that follow when it is mended.
+fn all<T: DeserializeOwned>(
+    root: &Node,
+    first: Complaint,
+    check: impl Fn(&T) -> Vec<Complaint>,
+) -> Vec<Complaint> {
+    let mut tree = root.clone();
+    let mut found: Vec<Complaint> = Vec::new();
+    let mut next = first;
+    loop {
+        let again = found.iter().any(|known| known.place.is(next.place) && known.message == next.message);
+        let mended = if again { tree.drop_entry(next.place) } else { tree.mend(&next) };
+        if !again {
+            found.push(next);
+        }
+        if !mended || found.len() > MOST_SHOWN {
+            return found;
+        }
+        match T::deserialize(&tree) {
+            Ok(_) => break,
+            Err(complaint) => next = complaint.or_at(root.place),
+        }
+        if again && found.iter().any(|known| known.place.is(next.place) && known.message == next.message) {
+            return found;
+        }
+    }
+    let with = |number: f64| {
+        let mut tree = tree.clone();
+        tree.fill(number);
+        T::deserialize(&tree).map_or_else(|_| Vec::new(), |data| check(&data))
+    };
+    let (low, high) = (with(-STAND_IN), with(STAND_IN));
+    let is_in = |all: &[Complaint], one: &Complaint| {
+        all.iter().any(|other| other.place.is(one.place) && other.message == one.message)
+    };
+    let replaced: Vec<Place> = found.iter().map(|complaint| complaint.place).collect();
+    let depends = |place: Place| place.line > 0 && replaced.iter().any(|other| other.is(place));
+    found.extend(low.into_iter().filter(|one| is_in(&high, one) && !depends(one.place)));
+    found
+}
+
+impl Node {
+    /// Changes the tree so that reading gets past a complaint; `false` where there is nothing to change.
+    fn mend(&mut self, complaint: &Complaint) -> bool {
+        let place = complaint.place;
+        match &complaint.repair {
+            Repair::Insert(key) => {
+                let insert = |node: &mut Self| match &mut node.tree {
+                    Tree::Map(entries) => {
+                        let key = At { value: (*key).to_owned(), place };
+                        entries.push((key, Self { tree: Tree::Anything(STAND_IN), place }));
+                    }
+                    other => *other = Tree::Anything(STAND_IN),
+                };
+                self.at_value(place, true, &insert)
+            }
+            Repair::Rename(name) => {
+                let rename = |node: &mut Self| node.tree = Tree::Text(name.clone());
+                self.rename_key(place, Some(name)) || self.at_value(place, false, &rename)
+            }
+            Repair::Remove => self.rename_key(place, None),
+            Repair::Replace => {
+                let replace = |node: &mut Self| node.tree = Tree::Anything(STAND_IN);
+                self.at_value(place, false, &replace)
+                    || self.at_value(place, true, &replace)
+                    || self.at_key(place)
+            }
+        }
+    }
+
+    /// Changes the nodes at a place: mappings, or all others.
+    fn at_value(&mut self, place: Place, mappings: bool, change: &impl Fn(&mut Self)) -> bool {
+        if self.place.is(place) && matches!(self.tree, Tree::Map(_)) == mappings {
+            change(self);
+            return true;
+        }
+        let mut is_changed = false;
+        self.inner().for_each(|node| is_changed |= node.at_value(place, mappings, change));
+        is_changed
+    }
+
+    /// Replaces the mappings that have a key at a place.
+    fn at_key(&mut self, place: Place) -> bool {
+        if let Tree::Map(entries) = &self.tree
+            && entries.iter().any(|(key, _)| key.place.is(place))
+        {
+            self.tree = Tree::Anything(STAND_IN);
+            return true;
+        }
+        let mut is_changed = false;
+        self.inner().for_each(|node| is_changed |= node.at_key(place));
+        is_changed
+    }
+
+    /// Gives the key at a place another name, or takes its entry out if there is none or it is taken.
+    fn rename_key(&mut self, place: Place, name: Option<&String>) -> bool {
+        let mut is_changed = false;
+        if let Tree::Map(entries) = &mut self.tree
+            && let Some(at) = entries.iter().position(|(key, _)| key.place.is(place))
+        {
+            let free = name.filter(|name| entries.iter().all(|(key, _)| key.value != **name));
+            match free {
+                Some(name) => entries[at].0.value.clone_from(name),
+                None => drop(entries.remove(at)),
+            }
+            is_changed = true;
+        }
+        self.inner().for_each(|node| is_changed |= node.rename_key(place, name));
+        is_changed
+    }
+
+    /// Takes the entries out whose value is at a place.
+    fn drop_entry(&mut self, place: Place) -> bool {
+        let mut is_changed = false;
+        if let Tree::Map(entries) = &mut self.tree {
+            let before = entries.len();
+            entries.retain(|(_, value)| !value.place.is(place));
+            is_changed = entries.len() < before;
+        }
+        self.inner().for_each(|node| is_changed |= node.drop_entry(place));
+        is_changed
+    }
+
+    /// Gives all stand-ins this number.
+    fn fill(&mut self, number: f64) {
+        if let Tree::Anything(old) = &mut self.tree {
+            *old = number;
+        }
+        self.inner().for_each(|node| node.fill(number));
+    }
+
+    fn inner(&mut self) -> Box<dyn Iterator<Item = &mut Self> + '_> {
+        match &mut self.tree {
+            Tree::List(entries) => Box::new(entries.iter_mut()),
+            Tree::Map(entries) => Box::new(entries.iter_mut().map(|(_, value)| value)),
+            _ => Box::new(std::iter::empty()),
+        }
+    }
+}
