@@ -88,6 +88,13 @@ impl Complaint {
         Self { repair, ..Self::new(format!("unknown {noun} '{}'", shown(word))).hint(hint) }
     }
 
+    /// The same of a word that was meant to be another one.
+    #[must_use]
+    pub(super) fn renamed(mut self, meant: String) -> Self {
+        self.repair = Repair::Rename(meant);
+        self
+    }
+
     /// The same with its place.
     #[must_use]
     pub fn at(mut self, place: Place) -> Self {

@@ -196,7 +196,8 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
                             "the name '{}' has a line break or another control character",
                             shown(&name.value)
                         );
-                        return Err(A::Error::custom(Complaint::new(text).at(name.place)));
+                        let plain = name.value.replace(char::is_control, "");
+                        return Err(A::Error::custom(Complaint::new(text).renamed(plain).at(name.place)));
                     }
                     entries.push((name, value));
                 }

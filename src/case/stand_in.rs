@@ -11,9 +11,6 @@ use serde::forward_to_deserialize_any;
 use super::place::Place;
 use super::tree::{CHOICE, PLACED, set_place};
 
-/// Name under which a law is chosen whatever laws there are; no YAML can hold it.
-pub(super) const ANY_LAW: &str = "\u{1}";
-
 /// Stands for anything.
 pub(super) struct StandIn<E> {
     number: f64,
@@ -69,7 +66,8 @@ impl<'de, E: Error> Deserializer<'de> for StandIn<E> {
         visitor: V,
     ) -> Result<V::Value, E> {
         match name {
-            CHOICE => return visitor.visit_str(ANY_LAW),
+            // Whatever laws there are; no YAML has bytes.
+            CHOICE => return visitor.visit_bytes(&[]),
             PLACED => set_place(self.place),
             _ => {}
         }

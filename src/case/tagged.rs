@@ -14,7 +14,7 @@ use serde::forward_to_deserialize_any;
 
 use super::diagnostics::Complaint;
 use super::place::At;
-use super::stand_in::{ANY_LAW, AnyOf};
+use super::stand_in::AnyOf;
 use super::tree::CHOICE;
 
 /// Makes a `#[serde(remote = "Self")]` enum readable in both spellings; the noun is what errors call it. With
@@ -105,10 +105,12 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
         inner.deserialize_any(self)
     }
 
+    /// Bytes stand for anything: a file has none.
+    fn visit_bytes<E: Error>(self, _: &[u8]) -> Result<Self::Value, E> {
+        self.visitor.visit_enum(AnyOf::first(self.variants))
+    }
+
     fn visit_str<E: Error>(self, name: &str) -> Result<Self::Value, E> {
-        if name == ANY_LAW {
-            return self.visitor.visit_enum(AnyOf::first(self.variants));
-        }
         if let (true, Ok(number)) = (self.variants.contains(&"constant"), name.parse()) {
             return self.constant(number);
         }

@@ -9,7 +9,7 @@ use serde::forward_to_deserialize_any;
 use super::diagnostics::Complaint;
 use super::document::{Node, Tree};
 use super::place::{At, Place};
-use super::stand_in::{ANY_LAW, StandIn};
+use super::stand_in::StandIn;
 
 /// Name of the type under which serde asks for a value with its place, see [`At`].
 pub(super) const PLACED: &str = "place and value";
@@ -190,7 +190,7 @@ impl<'de> Deserializer<'de> for &'de Node {
         match name {
             PLACED => set_place(self.place),
             CHOICE if self.stand_in().is_none() => return self.deserialize_any(visitor),
-            CHOICE => return self.placed(visitor.visit_str(ANY_LAW)),
+            CHOICE => return self.placed(visitor.visit_bytes(&[])),
             NODE => KEPT.set(Some(self.clone())),
             _ => {}
         }

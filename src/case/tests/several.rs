@@ -81,6 +81,8 @@ fn one_fault_is_one_error() {
         ("cells: [4, 4]", "cells: 4"),
         ("equilibrium: { friction: false, increments: 4 }", "equilibrium: { friction: 2, increments: 4 }"),
         ("scheme: { newmark:", "scheme: { newmrk:"),
+        ("scheme: { newmark: { beta: 0.25, gamma: 0.5 } }", "scheme: \"\\x01\""),
+        ("\n  block:", "\n  \"blo\\nck\":"),
     ] {
         let message = message(&with(from, to));
         assert_eq!(places(&message).len(), 1, "{to}: {message}");
