@@ -57,7 +57,8 @@ impl Polygon {
     pub fn of(flat: &[Flat; CORNERS], count: usize, others: usize) -> Self {
         let nothing = Vertex { place: [0.0; 2], origin: Origin::Corner(0), edge: Edge::Contactor(0) };
         let mut polygon = Self { vertices: [nothing; MOST_VERTICES], count: 0 };
-        if !(area(&flat[TARGET..][..others]) < 0.0) {
+        let seen = -area(&flat[TARGET..][..others]);
+        if seen.is_nan() || seen <= 0.0 {
             return polygon;
         }
         for j in (0..others).rev() {

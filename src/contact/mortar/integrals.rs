@@ -343,7 +343,7 @@ impl<const D: usize> FacetPair<'_, D> {
         let tangents = tangents(&contactor, self.contactor.nodes);
         let vector_area = facet_normal(&tangents);
         let size = vector_area.norm();
-        if !(size > 0.0) {
+        if size.is_nan() || size <= 0.0 {
             return None;
         }
         let normal = -vector_area / size;

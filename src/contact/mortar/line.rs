@@ -24,16 +24,17 @@ pub(super) fn overlap<const D: usize>(
     let [c, d, ..] = target.corners;
     let along = b - a;
     let square = along.norm_squared();
-    if !(square > 0.0) {
+    if square.is_nan() || square <= 0.0 {
         return;
     }
     let [first, last] = [place(c, a, &along, square), place(d, a, &along, square)];
-    if !(first.s - last.s > FACES) {
+    let seen = first.s - last.s;
+    if seen.is_nan() || seen <= FACES {
         return;
     }
     let (low, high) = (last.s.clamp(0.0, 1.0), first.s.clamp(0.0, 1.0));
     let length = high - low;
-    if !(length > 0.0) {
+    if length <= 0.0 {
         return;
     }
     // An end of the contactor at an end of the target is the contactor's: no derivative belongs to the tie.

@@ -32,7 +32,7 @@ pub(super) fn overlap<const D: usize>(
     for pair in rest.windows(2) {
         let triangle = Triangle { vertices: [root, &pair[0], &pair[1]] };
         let area = triangle.area();
-        if !(area > 0.0) {
+        if area.is_nan() || area <= 0.0 {
             continue;
         }
         let motion = (want == Want::Variations).then(|| triangle.variation(&plane.flat));
@@ -173,9 +173,12 @@ impl TriangleVariation {
     }
 }
 
-/// Points of a triangle in barycentric coordinates with weights of sum 1, exact to `degree`.
-fn rule(degree: usize) -> &'static [([f64; 3], f64)] {
-    static RULES: LazyLock<Vec<Vec<([f64; 3], f64)>>> = LazyLock::new(|| {
+/// A point in barycentric coordinates with its weight.
+type Barycentric = ([f64; 3], f64);
+
+/// Points of a triangle with weights of sum 1, exact to `degree`.
+fn rule(degree: usize) -> &'static [Barycentric] {
+    static RULES: LazyLock<Vec<Vec<Barycentric>>> = LazyLock::new(|| {
         let barycentric = |rule: Rule| {
             let points = rule.points.iter().zip(rule.weights);
             points.map(|(x, w)| ([1.0 - x[0] - x[1], x[0], x[1]], 2.0 * w)).collect()
