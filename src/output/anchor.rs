@@ -36,6 +36,15 @@ impl Anchor {
     pub fn check(&self) -> Result<()> {
         require_same(&self.file, &self.path)
     }
+
+    /// The outcome of writing below this folder. If that failed because the folder was moved or deleted meanwhile, the error
+    /// says so in place of the name of the file that could not be opened.
+    ///
+    /// # Errors
+    /// Writing failed.
+    pub fn explain<T>(&self, written: Result<T>) -> Result<T> {
+        written.or_else(|error| self.check().and(Err(error)))
+    }
 }
 
 /// Makes sure that the name of an open file still leads to it.
@@ -85,8 +94,12 @@ mod tests {
         assert!(anchor.check().unwrap_err().message.contains("out: moved, deleted or replaced"));
         fs::rename(scratch.0.join("other"), &path).unwrap();
         anchor.check().unwrap();
+        let full = || Err::<(), _>(Error::file("the disk is full"));
+        assert_eq!(anchor.explain(full()).unwrap_err().message, "the disk is full");
         fs::remove_dir_all(&path).unwrap();
+        assert!(anchor.explain(full()).unwrap_err().message.contains("moved, deleted or replaced"));
         fs::create_dir(&path).unwrap();
         assert!(anchor.check().is_err());
+        assert!(anchor.explain(Ok(())).is_ok());
     }
 }

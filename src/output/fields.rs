@@ -128,6 +128,16 @@ impl<const D: usize> FieldWriter<D> {
     /// A field does not fit the mesh (an internal fault), or the disk refuses.
     pub fn write(&mut self, step: u64, volume: &VolumeFields, surface: Option<&SurfaceFields>) -> Result<()> {
         self.place.check()?;
+        let written = self.write_pieces(step, volume, surface);
+        self.place.explain(written)
+    }
+
+    fn write_pieces(
+        &mut self,
+        step: u64,
+        volume: &VolumeFields,
+        surface: Option<&SurfaceFields>,
+    ) -> Result<()> {
         let folder = self.folder.join(step_folder(step));
         // Not the results folder: where that is gone, it is not to be made again by one rank.
         make_folder(&self.folder.join("fields"))?;
@@ -149,6 +159,11 @@ impl<const D: usize> FieldWriter<D> {
     /// # Errors
     /// The disk refuses.
     pub fn publish(&mut self, step: u64, time: f64) -> Result<()> {
+        let written = self.write_indices(step, time);
+        self.place.explain(written)
+    }
+
+    fn write_indices(&mut self, step: u64, time: f64) -> Result<()> {
         let mut entries = Vec::new();
         for (grid, schema) in &self.written {
             let file = format!("{}/{}.pvtu", step_folder(step), grid.name());

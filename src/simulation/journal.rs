@@ -288,7 +288,7 @@ impl<const D: usize> Journal<D> {
         self.measure();
         let own = self.tables.as_ref().map_or(Ok(()), |tables| {
             tables.check()?;
-            self.record.write(&self.folder)
+            tables.explain(self.record.write(&self.folder))
         });
         agree(self.session.world(), own)
     }

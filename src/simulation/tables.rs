@@ -91,6 +91,14 @@ impl<const D: usize> Tables<D> {
         self.all().try_for_each(Table::check)
     }
 
+    /// The outcome of writing into the folder, see [`Anchor::explain`].
+    ///
+    /// # Errors
+    /// Writing failed.
+    pub fn explain<T>(&self, written: Result<T>) -> Result<T> {
+        self.place.explain(written)
+    }
+
     /// By which other ranks know the folder.
     pub fn token(&self) -> &str {
         self.lock.token()
