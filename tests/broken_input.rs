@@ -158,7 +158,7 @@ const CASES: &[Broken] = &[
         "stick_velocity: 1.0e-3",
         "stick_velocity: 1.0e-300",
         5,
-        &["a stiffness is no number", "are the units of moduli"],
+        &["a stiffness is not finite", "are the units of moduli"],
         2,
     ),
     ("y: -0.01", "y: { table: [[0, .nan], [1, 0]] }", 3, &["case.yml:17"], 0),

@@ -72,8 +72,7 @@ impl<const D: usize> ContactSystem<D> {
         let mut own = vec![0.0_f64; self.contacts.len() * (D + 1)];
         let mut nodes = Vec::new();
         for (contact, sums) in self.contacts.iter().zip(own.chunks_exact_mut(D + 1)) {
-            let Some(meeting) = contact.meeting() else { continue };
-            for &facet in &meeting.surfaces()[1] {
+            for &facet in contact.target_facets() {
                 self.local.mesh.facet_nodes(facet, &mut nodes);
                 for &node in &nodes {
                     sums[D] += 1.0;

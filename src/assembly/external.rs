@@ -48,7 +48,7 @@ pub struct External<const D: usize> {
     /// Dead loads at one time, kept while time stands still.
     dead: Vec<f64>,
     dead_at: Option<f64>,
-    /// A load that is no number.
+    /// A non-finite load.
     trouble: Trouble,
 }
 
@@ -84,7 +84,7 @@ impl<const D: usize> External<D> {
         }
     }
 
-    /// The first load on this rank that was no number since this was last asked.
+    /// The first non-finite load on this rank since the last call.
     pub fn take_trouble(&mut self) -> Option<Error> {
         self.trouble.0.take()
     }
@@ -195,7 +195,7 @@ fn values<const D: usize>(
     std::array::from_fn(|i| trouble.value(&components[i], point, time))
 }
 
-/// The first load that is no number: kernels ask for values and can not return an error.
+/// The first non-finite load. Kernels take values and cannot return an error.
 #[derive(Default)]
 struct Trouble(Cell<Option<Error>>);
 

@@ -59,7 +59,7 @@ impl<const D: usize> ContactSystem<D> {
         contacts.iter().zip(all_most.into_iter().zip(all_sums)).map(slide).collect()
     }
 
-    /// Largest of what `moved` tells of the nodes of both surfaces on this rank.
+    /// Largest value of `moved` over the nodes of both surfaces on this rank.
     fn largest_motion(&self, contact: &Contact<D>, moved: impl Fn(u32) -> f64) -> f64 {
         let surface = contact.surface();
         let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));

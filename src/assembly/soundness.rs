@@ -58,7 +58,7 @@ impl<const D: usize> ContactSystem<D> {
     fn unsound(&self, what: &str, dof: usize, value: f64) -> Error {
         let (node, component) = (dof / D, dof % D);
         Error::not_converged(format!(
-            "the {what} at node {}, {} {}, on rank {}, is no number or beyond all measure: {} = {value:e}",
+            "the {what} at node {}, {} {}, on rank {}, is not finite or too large: {} = {value:e}",
             self.local.input_node[node],
             spelled(&self.local.mesh.points[node]),
             self.units.of("m"),

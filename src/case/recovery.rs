@@ -12,7 +12,7 @@ use crate::error::Result;
 const LONGEST: usize = 1 << 17;
 
 /// Number that takes the place of what can not be read, first with one sign and then with the other: a check whose outcome
-/// depends on it tells nothing of the file.
+/// depends on the sign says nothing about the file.
 const STAND_IN: f64 = 1e30;
 
 /// Reads data whose plain numbers are in `units`, and checks it.
@@ -140,7 +140,7 @@ impl Node {
         is_changed
     }
 
-    /// Gives the key at a place another name, or takes its entry out if there is none or it is taken.
+    /// Gives the key at a place another name. Removes its entry if there is no other name, or if that name is taken.
     fn rename_key(&mut self, place: Place, name: Option<&String>) -> bool {
         let mut is_changed = false;
         if let Tree::Map(entries) = &mut self.tree

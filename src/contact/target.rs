@@ -159,12 +159,6 @@ impl<const D: usize> TargetSurface<D> {
         &self.reference_points[self.facets.range(facet as usize)]
     }
 
-    /// Reference position of a node of some facet \[m\]; zero for a node of none.
-    pub fn reference_of(&self, node: u32) -> Vector<D> {
-        let place = self.facets.nodes.iter().position(|&known| known == node);
-        place.map_or_else(Vector::zeros, |place| self.reference_points[place])
-    }
-
     /// Fills `points` with the current positions of the nodes of a facet \[m\].
     pub fn current(&self, facet: u32, u: &[f64], points: &mut Vec<Vector<D>>) {
         points.clear();

@@ -104,8 +104,8 @@ impl<const D: usize> FieldWriter<D> {
     }
 
     /// Goes on with the series of an earlier run from a checkpoint at `last_step` and `last_time` \[s\]; pieces of later steps
-    /// are removed, since another number of ranks may not write over all of them. What is gone of the earlier steps is told by
-    /// [`Self::drop_lost`] and [`Self::steps`]. Rank 0 only, before any rank writes.
+    /// are removed, since another number of ranks may not write over all of them. [`Self::drop_lost`] and [`Self::steps`] report which
+    /// earlier steps are missing. Rank 0 only, before any rank writes.
     ///
     /// # Errors
     /// A series can not be read, or a piece not be removed.

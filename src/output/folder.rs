@@ -251,12 +251,12 @@ fn is_ours(path: &Path) -> bool {
     record(path).get("program").is_some_and(|program| program == PROGRAM)
 }
 
-/// What `run.json` of a folder says; null where there is none, or it is damaged.
+/// The content of `run.json` in a folder; null if the file is missing or damaged.
 pub fn record(folder: &Path) -> Value {
     json_of(&folder.join(RECORD))
 }
 
-/// A file of JSON; null where there is none, or it is damaged.
+/// The content of a JSON file; null if the file is missing or damaged.
 pub fn json_of(path: &Path) -> Value {
     let text = files::read_text(path, files::LONGEST_RECORD).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()

@@ -190,7 +190,7 @@ fn beats(path: &Path, before: &str, silence: Duration) -> bool {
     false
 }
 
-/// A number that every start of a system has for itself, other than the names of hosts.
+/// An identifier of this start of the operating system. Unlike the name of a host, it is unique.
 fn kernel() -> String {
     let id = read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     if id.trim().is_empty() { host() } else { id.trim().to_owned() }

@@ -119,7 +119,7 @@ impl Marks {
         Ok(())
     }
 
-    /// Lets what a table has beyond an earlier mark be dropped by who goes on from here.
+    /// Replaces the mark of a table by an earlier one, so that a restart drops the rows after it.
     pub fn cut(&mut self, table: &Table, before: &Mark) {
         let name = table.path.file_name().unwrap_or_default().to_string_lossy();
         self.0.entry(name.into_owned()).and_modify(|own| own.clone_from(before));

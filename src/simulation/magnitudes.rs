@@ -18,8 +18,8 @@ const STIFFNESSES: RangeInclusive<f64> = 1e-4..=1e6;
 /// Spacing of coordinates over the shortest edge of an element from which on strains lose their sixth digit, and from which on
 /// elements have no shape.
 const COARSE: [f64; 2] = [1e-6, 1e-3];
-/// Spacing of coordinates over the depth of a contact at a high pressure from which on forces may lose their third digit, since
-/// depths are often a thousandth of that, and from which on they have none.
+/// Spacing of coordinates over the depth of a contact at a high pressure, above which forces may lose their third digit, and above
+/// which they have no digit left. Depths in a run are often a thousandth of that depth.
 const SHALLOW: [f64; 2] = [1e-6, 1e-2];
 /// Spacing of coordinates over the largest depth in a run from which on forces are wrong by a thousandth.
 const BLURRED: f64 = 1e-3;

@@ -341,7 +341,7 @@ impl Attempt<'_> {
         Ok(match energies.is_finite() {
             true => Outcome::Converged(report),
             false => {
-                failed(report, Trouble::Numbers, "an energy at the end of the step is no number".to_owned())
+                failed(report, Trouble::Numbers, "an energy at the end of the step is not finite".to_owned())
             }
         })
     }

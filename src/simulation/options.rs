@@ -20,7 +20,7 @@ const FIRM: f64 = 0.1;
 /// No linear solve of the inexact Newton method is looser.
 const LOOSEST: f64 = 1e-4;
 
-/// Newton's tolerance is no looser than that by itself, whatever accuracy is asked for.
+/// Loosest tolerance of Newton's method that the program chooses, whatever `accuracy` is requested.
 const LOOSEST_NEWTON: f64 = 1e-3;
 
 /// The time integration scheme.
@@ -291,9 +291,9 @@ mod tests {
         newton_tolerance(&Case::parse(&format!("{text}{more}"), "case.yml").expect("a case"))
     }
 
-    /// A tolerance that leaves a trace in the results is told, and none that the program would choose by itself.
+    /// A tolerance that shows in the results is reported. One that the program would choose is not.
     #[test]
-    fn loose_tolerances_are_told() {
+    fn loose_tolerances_are_reported() {
         let text = include_str!("../../meshes/sliding-block/case.yml");
         let told = |solver: &str| {
             let text = format!("{text}solver: {solver}\n");

@@ -31,8 +31,8 @@ pub(super) fn warning(contact: &Penetration, units: Units) -> Option<String> {
     let asked = contact.asked.filter(|asked| contact.deepest > *asked)?;
     let (deepest, m) = (contact.deepest, units.of("m"));
     Some(format!(
-        "warning: contact '{name}' went {deepest:.3e} {m} deep, {asked:.3e} {m} was asked for\n\
-         hint: ask for {:.1e} {m}, or give normal: {{ penalty: {{ compliance: ... }} }}",
+        "warning: contact '{name}' went {deepest:.3e} {m} deep, {asked:.3e} {m} was requested\n\
+         hint: request {:.1e} {m}, or give normal: {{ penalty: {{ compliance: ... }} }}",
         asked * asked / deepest
     ))
 }

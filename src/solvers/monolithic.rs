@@ -244,7 +244,7 @@ impl Monolithic {
                 ..row
             };
             at_rounding = self.at_rounding(&row, system)?;
-            // What a correction does to rounding tells nothing of its tangent.
+            // The effect of a correction on a residual at rounding says nothing about its tangent.
             if keeps && !at_rounding {
                 let target = self.target * now.scale;
                 self.kept.used([before.norm / target, now.norm / target]);
@@ -281,7 +281,7 @@ impl Monolithic {
         fit && self.kept.serves(stage.shifts, system.matrix().pattern(), points, excess)
     }
 
-    /// The correction at the current residual, Newton's or with a tangent that was kept; or why there is none.
+    /// The correction at the current residual, by Newton's method or with a kept tangent; or the reason why there is no correction.
     fn correct(
         &mut self,
         system: &mut dyn Dynamics,
@@ -304,7 +304,7 @@ impl Monolithic {
         }
         system.jacobian(stage, self.settings.terms, None)?;
         if !system.matrix().norm_frobenius()?.is_finite() {
-            return Ok(Err((Trouble::Numbers, "a stiffness is no number, or beyond all measure")));
+            return Ok(Err((Trouble::Numbers, "a stiffness is not finite")));
         }
         self.kept.made(stage.shifts, system.matrix().pattern(), points);
         match system.predicts() {

@@ -254,7 +254,7 @@ impl<'a> Ledger<'a> {
         }
     }
 
-    /// Whether the record tells the end of this member.
+    /// Whether the record says that this member has ended.
     fn has_ended(&self, member: &Member, record: &Value) -> bool {
         let ended = match record["verdict"].as_str() {
             Some("completed") => true,

@@ -145,7 +145,7 @@ impl<const D: usize> SegmentSink for PairStiffness<'_, '_, D> {
 }
 
 impl<const D: usize> PairStiffness<'_, '_, D> {
-    /// Adds the blocks of `nodes`; `place` tells which block of the couple that of two of them is.
+    /// Adds the blocks of `nodes`; `place(a, b)` is the number of their block in the couple.
     fn add(
         &mut self,
         couple: usize,

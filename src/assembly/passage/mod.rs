@@ -20,7 +20,7 @@ use crate::tensor::Vector as Point;
 use moving::{Ends, Moving, around, nodes_of, parts, paths};
 use vertices::Sunk;
 
-/// Surfaces that move by so many times what is expected have not met anything: the balance is another one, far away.
+/// Surfaces that move by this many times the expected motion did not pass through a target: the balance that was found is another one.
 const RUNAWAY: f64 = 20.0;
 
 /// What was found on this rank, to be summed over all: facets around small obstacles, points that went through, of each
@@ -164,8 +164,8 @@ fn passages<const D: usize>(
     paths(contact, ends).filter(|(path, closed)| !closed && passes(path)).count() as u64
 }
 
-/// Why points that went through can not be taken: surfaces that move by `motion` \[m\] in the step, where speed and acceleration at
-/// its start take them by `expected` at most, if that is known.
+/// Why a step with points beyond their target is rejected. The surfaces move by `motion` \[m\] in the step; speeds and accelerations at
+/// its start predict `expected` at most, if that is known.
 fn tell_through((contact, points): (&str, u64), motion: f64, expected: Option<f64>, m: &str) -> String {
     match expected.filter(|expected| *expected > 0.0 && motion > RUNAWAY * expected) {
         Some(expected) => format!(
@@ -251,7 +251,7 @@ fn between_points<const D: usize>(
 mod tests {
     use super::tell_through;
 
-    /// Points that go through what they fly at are told so; where the iterate has blown up, that is told instead.
+    /// Points that pass through their target are reported as such, except when the iterate has blown up, which is reported instead.
     #[test]
     fn a_balance_that_is_far_off_is_no_passage() {
         let through = tell_through(("hit", 3), 1.5, Some(1.4), "m");

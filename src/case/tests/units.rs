@@ -170,7 +170,7 @@ fn a_case_may_be_in_other_units() {
     assert_eq!(again, case);
 }
 
-/// A wrong unit is told with the units of the case, a wrong system at its place.
+/// A wrong unit is reported in the units of the case, a wrong system at its place.
 #[test]
 fn wrong_units_are_told_in_the_system() {
     let head = "units: { length: mm, mass: t }\n";

@@ -17,9 +17,9 @@ pub struct CandidateRange {
 
 impl<const D: usize> SegmentContact<D> {
     /// Pairs (contactor facet, target facet) that come within `range` of having a common segment at the displacements `u`, in ascending
-    /// order. Too many do no harm, since a pair without a segment contributes nothing; too few would.
+    /// order. A pair without a segment contributes nothing, so too many pairs cost time only; a missing pair would change the result.
     ///
-    /// Facets that share a node are none: surfaces of one body that meet at an edge do not press each other there.
+    /// Facets that share a node are left out: surfaces of one body that meet at an edge do not press each other there.
     pub fn candidates(&self, u: &[f64], range: &CandidateRange) -> Vec<(u32, u32)> {
         let mut couples = Vec::new();
         let targets = 0..self.target.len() as u32;

@@ -45,7 +45,7 @@ pub(super) struct Vertex {
     edge: Edge,
 }
 
-/// The overlap of two pieces in the plane, anticlockwise; without vertices if there is none.
+/// The overlap of two pieces in the plane, anticlockwise. It has no vertices if the pieces do not overlap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Polygon {
     vertices: [Vertex; MOST_VERTICES],

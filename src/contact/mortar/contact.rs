@@ -68,10 +68,19 @@ pub(super) struct ActivePair<const D: usize> {
     pub integrals: PairIntegrals<D>,
 }
 
+/// All pairs with common segments, and the sums over them of all vertices.
+pub(super) struct Overlap<const D: usize> {
+    /// In the order of the couples.
+    pub pairs: Vec<ActivePair<D>>,
+    pub sums: Vec<VertexSums<D>>,
+}
+
 /// A vertex with the nodes that it depends on.
 pub(super) struct VertexRows<const D: usize> {
     pub vertex: usize,
     pub nodes: Vec<VertexNode<D>>,
+    /// Undeformed positions of the nodes \[m\].
+    pub reference_points: Vec<Vector<D>>,
     pub by_area: Vec<Vector<D>>,
 }
 
@@ -165,23 +174,12 @@ impl<const D: usize> SegmentContact<D> {
         if request.over_step {
             return self.evaluate_over_step(couples, fields, request, state, sink);
         }
-        let (pairs, sums) = self.integrate(couples, fields, Instant::Iterate);
-        let slopes = self.respond(&sums, request, state);
+        let overlap = self.integrate(couples, fields, Instant::Iterate);
+        let slopes = self.respond(&overlap.sums, request, state);
         match &request.stiffness {
-            None => self.add_forces(&pairs, &state.current, sink),
-            Some(_) => self.add_stiffness(&pairs, &sums, &slopes, fields, request, state, sink),
+            None => self.add_forces(&overlap.pairs, &state.current, sink),
+            Some(selection) => self.add_stiffness(&overlap, &slopes, fields, selection, state, sink),
         }
-    }
-
-    /// Undeformed position of a node that a vertex depends on \[m\].
-    pub(super) fn reference_point(&self, vertex: usize, node: u32) -> Vector<D> {
-        for &facet in self.surface.around(vertex) {
-            let facet = &self.surface.facets()[facet as usize];
-            if let Some(place) = self.surface.facet_nodes(facet).iter().position(|&own| own == node) {
-                return self.surface.reference_points(facet)[place];
-            }
-        }
-        self.target.reference_of(node)
     }
 
     /// Pairs with common segments, and the sums of all vertices.
@@ -190,7 +188,7 @@ impl<const D: usize> SegmentContact<D> {
         couples: &[(u32, u32)],
         fields: &ContactFields<'_>,
         instant: Instant,
-    ) -> (Vec<ActivePair<D>>, Vec<VertexSums<D>>) {
+    ) -> Overlap<D> {
         let mut pairs = Vec::new();
         let mut sums = vec![VertexSums::default(); self.surface.vertices().len()];
         self.sweep(couples.iter().copied(), fields, instant, |facet, target, gathered, pair| {
@@ -215,7 +213,9 @@ impl<const D: usize> SegmentContact<D> {
             }
             pairs.push(ActivePair { facet, target, integrals });
         });
-        (pairs, sums)
+        let vertices = sums.iter_mut().enumerate();
+        vertices.for_each(|(vertex, sums)| sums.drop_sliver(self.surface.reference_area(vertex)));
+        Overlap { pairs, sums }
     }
 
     /// Calls `visit` with each of these couples at `fields`.
@@ -272,7 +272,7 @@ impl<const D: usize> SegmentContact<D> {
     ) -> Vec<Option<Slopes<D>>> {
         let mut all = Vec::with_capacity(sums.len());
         for (vertex, sums) in sums.iter().enumerate() {
-            if !sums.is_covered(self.surface.reference_area(vertex)) {
+            if !sums.is_covered() {
                 state.current[vertex] = PointState::default();
                 all.push(None);
                 continue;
@@ -318,24 +318,23 @@ impl<const D: usize> SegmentContact<D> {
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn add_stiffness(
         &self,
-        pairs: &[ActivePair<D>],
-        sums: &[VertexSums<D>],
+        overlap: &Overlap<D>,
         slopes: &[Option<Slopes<D>>],
         fields: &ContactFields<'_>,
-        request: &ContactRequest,
+        selection: &Selection,
         state: &ContactState<D>,
         sink: &mut impl SegmentSink,
     ) {
-        let Some(selection) = &request.stiffness else { return };
+        let Overlap { pairs, sums } = overlap;
         let wanted = |vertex: usize| slopes[vertex].is_some();
         let mut rows = self.nodes_of(&[pairs], slopes.len(), wanted);
         let varies = if selection.joint.is_some() { Varies::Nothing } else { Varies::Everything };
         self.accumulate(pairs, fields, Instant::Iterate, varies, &mut rows);
         self.add_geometry(pairs, fields, selection, &state.current, wanted, sink);
-        let (mut block, mut nodes) = (Vec::new(), Vec::new());
+        let mut block = Vec::new();
+        let mut nodes = Vec::new();
         for row in &mut rows {
             let p = row.vertex;
             let Some(slopes) = &slopes[p] else { continue };
@@ -396,21 +395,27 @@ impl<const D: usize> SegmentContact<D> {
         let mut rows = Vec::new();
         for vertex in (0..count).filter(|&vertex| wanted(vertex)) {
             let mut nodes: Vec<VertexNode<D>> = Vec::new();
+            let mut reference_points = Vec::new();
             let around = self.surface.around(vertex);
             for (pairs, &facet) in lists.iter().flat_map(|list| around.iter().map(move |facet| (list, facet)))
             {
-                let contactor = self.surface.facet_nodes(&self.surface.facets()[facet as usize]);
+                let contactor = &self.surface.facets()[facet as usize];
+                let own =
+                    self.surface.facet_nodes(contactor).iter().zip(self.surface.reference_points(contactor));
                 let first = pairs.partition_point(|pair| pair.facet < facet);
                 for pair in pairs[first..].iter().take_while(|pair| pair.facet == facet) {
-                    for &node in contactor.iter().chain(self.target.nodes(pair.target)) {
+                    let others =
+                        self.target.nodes(pair.target).iter().zip(self.target.reference_points(pair.target));
+                    for (&node, place) in own.clone().chain(others) {
                         if nodes.iter().all(|known| known.node != node) {
                             nodes.push(VertexNode::of(node));
+                            reference_points.push(*place);
                         }
                     }
                 }
             }
             let by_area = vec![Vector::zeros(); nodes.len()];
-            rows.push(VertexRows { vertex, nodes, by_area });
+            rows.push(VertexRows { vertex, nodes, reference_points, by_area });
         }
         rows
     }

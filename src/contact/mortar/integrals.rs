@@ -48,8 +48,8 @@ pub struct Range {
 impl Range {
     /// The part with which a point at this gap counts, and its derivative \[1/m\].
     ///
-    /// The gap of a vertex is a mean: a facet over a deep hole would open the vertex although its other facets press. Twice
-    /// differentiable nowhere, once everywhere.
+    /// The gap of a vertex is a mean. Without this factor, a facet over a deep hole would open the vertex although its other facets
+    /// press. The factor is continuously differentiable.
     fn fade(&self, gap: f64) -> (f64, f64) {
         let start = 0.5 * self.open;
         if gap < -self.depth {
@@ -111,7 +111,7 @@ impl<const D: usize> Default for VertexIntegrals<D> {
 pub struct PairIntegrals<const D: usize> {
     /// By the corners of the contactor facet.
     pub vertices: [VertexIntegrals<D>; MOST_CORNERS],
-    /// Depth of the deepest segment point \[m\], and where there is none, minus the smallest gap.
+    /// Largest of `-g` over all segment points \[m\]; negative if all of them are open.
     pub depth: f64,
 }
 

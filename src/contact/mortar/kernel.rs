@@ -65,13 +65,22 @@ impl<const D: usize> Default for VertexSums<D> {
     }
 }
 
-/// A vertex of which less than this part of the area is covered has no target: a quotient of rounding errors is no gap.
+/// A vertex of which less than this part of the area is covered has no target: its gap would be a quotient of rounding errors. Ten
+/// times more or less changes nothing, because a force is that part of the pressure.
 const COVERED: f64 = 1e-13;
 
 impl<const D: usize> VertexSums<D> {
-    /// Whether anything of the area `whole` of the vertex lies opposite a target.
-    pub fn is_covered(&self, whole: f64) -> bool {
-        self.area > COVERED * whole
+    /// Clears the sums of a vertex that is covered by rounding alone, or by facets whose normals cancel; `whole` is the area of the
+    /// vertex [m, m^2].
+    pub fn drop_sliver(&mut self, whole: f64) {
+        if !(self.area > COVERED * whole && self.normal.amax() > 0.0) {
+            *self = Self::default();
+        }
+    }
+
+    /// Whether anything of the vertex lies opposite a target.
+    pub fn is_covered(&self) -> bool {
+        self.area > 0.0
     }
 
     /// Evaluates the laws; `adjusted` is the gap that counts as none \[m\].
@@ -138,7 +147,9 @@ pub fn add_stiffness<const D: usize>(
     selection: &Selection,
     stiffness: &mut [f64],
 ) {
-    let (terms, shift, area) = (selection.terms, selection.velocity_shift, state.area);
+    let terms = selection.terms;
+    let shift = selection.velocity_shift;
+    let area = state.area;
     if let Some(stiffest) = selection.joint {
         let tangential = -(slopes.by_velocity * shift + slopes.by_increment);
         let coefficients = nodes.iter().map(|node| node.coefficient);

@@ -48,7 +48,8 @@ pub(super) fn overlap<const D: usize>(
         }
     };
     let ends = |piece: &PlacedPiece<'_, D>| [piece.piece.corners[0].at[0], piece.piece.corners[1].at[0]];
-    let ([xi_a, xi_b], [eta_c, eta_d]) = (ends(contactor), ends(target));
+    let [xi_a, xi_b] = ends(contactor);
+    let [eta_c, eta_d] = ends(target);
     let span = last.s - first.s;
     let mut variation = PointVariation::default();
     for (point, weight) in rule(degree) {

@@ -10,6 +10,7 @@ use super::contact::{Instant, SegmentContact, SegmentSink, Varies, VertexRows, a
 use super::kernel::VertexSums;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::friction::traction::{FrictionTraction, Slip};
+use crate::contact::history::History;
 use crate::contact::normal::NormalResponse;
 use crate::contact::point::joint::Joint;
 use crate::contact::point::step::{friction, stored};
@@ -49,16 +50,19 @@ struct Active<const D: usize> {
 }
 
 impl<const D: usize> Ends<D> {
-    /// `None` where the vertex has a target at neither end.
-    fn change(&self, whole: f64, adjusted: f64) -> Option<Change> {
-        let known = [self.start, self.end]
-            .map(|sums| sums.is_covered(whole).then(|| sums.gap / sums.area - adjusted));
-        let gaps = match known {
-            [Some(start), Some(end)] => [start, end],
-            [Some(gap), None] | [None, Some(gap)] => [gap, gap],
-            [None, None] => return None,
-        };
-        Some(Change { gaps, areas: [self.start.area, self.end.area] })
+    /// Of a vertex that has a target at one end at least.
+    fn change(&self, adjusted: f64) -> Change {
+        let [start, end] =
+            [self.start, self.end].map(|sums| sums.is_covered().then(|| sums.gap / sums.area - adjusted));
+        let known = start.or(end).unwrap_or(f64::INFINITY);
+        Change { gaps: [known, end.unwrap_or(known)], areas: [self.start.area, self.end.area] }
+    }
+}
+
+impl<const D: usize> Ends<D> {
+    /// The normal in the middle of the step; zero where the vertex has no target there.
+    fn direction(&self) -> Vector<D> {
+        self.middle.normal.try_normalize(0.0).unwrap_or_else(Vector::zeros)
     }
 }
 
@@ -78,73 +82,53 @@ impl<const D: usize> SegmentContact<D> {
         state: &mut ContactState<D>,
         sink: &mut impl SegmentSink,
     ) {
-        let (at_start, start) = self.integrate(couples, fields, Instant::Start);
-        let (at_middle, middle) = self.integrate(couples, fields, Instant::Iterate);
-        let (at_end, end) = self.integrate(couples, fields, Instant::Beyond);
-        let ends: Vec<Ends<D>> = start
-            .into_iter()
-            .zip(middle)
-            .zip(end)
-            .map(|((start, middle), end)| Ends { start, middle, end })
-            .collect();
+        let at_start = self.integrate(couples, fields, Instant::Start);
+        let at_middle = self.integrate(couples, fields, Instant::Iterate);
+        let at_end = self.integrate(couples, fields, Instant::Beyond);
+        let sums = at_start.sums.iter().zip(&at_middle.sums).zip(&at_end.sums);
+        let ends: Vec<Ends<D>> =
+            sums.map(|((start, middle), end)| Ends { start: *start, middle: *middle, end: *end }).collect();
         let presses = |sums: &VertexSums<D>, vertex: usize| {
-            sums.is_covered(self.surface.reference_area(vertex))
-                && sums.gap / sums.area < state.adjusted(vertex)
+            sums.is_covered() && sums.gap / sums.area < state.adjusted(vertex)
         };
-        let active: Vec<bool> = ends
-            .iter()
-            .enumerate()
+        let vertices = ends.iter().enumerate();
+        let active: Vec<bool> = vertices
             .map(|(vertex, ends)| presses(&ends.start, vertex) || presses(&ends.end, vertex))
             .collect();
         let wanted = |vertex: usize| active[vertex];
-        let mut rows = self.nodes_of(&[&at_middle, &at_start, &at_end], ends.len(), wanted);
-        self.accumulate(&at_middle, fields, Instant::Iterate, Varies::Everything, &mut rows);
-        let mut rows_at_end = Vec::new();
-        if request.stiffness.is_some_and(|selection| selection.joint.is_none()) {
-            rows_at_end = self.nodes_of(&[&at_middle, &at_start, &at_end], ends.len(), wanted);
-            self.accumulate(&at_end, fields, Instant::Beyond, Varies::Everything, &mut rows_at_end);
-        }
+        let lists = [&at_middle.pairs[..], &at_start.pairs, &at_end.pairs];
+        let mut rows = self.nodes_of(&lists, ends.len(), wanted);
+        self.accumulate(&at_middle.pairs, fields, Instant::Iterate, Varies::Everything, &mut rows);
         for (vertex, ends) in ends.iter().enumerate().filter(|(vertex, _)| !active[*vertex]) {
             state.current[vertex] = self.open(ends, vertex, state);
         }
-        let mut closed = Vec::with_capacity(rows.len());
+        let mut steps = Vec::with_capacity(rows.len());
         for row in &mut rows {
             let ends = &ends[row.vertex];
-            let Some(change) =
-                ends.change(self.surface.reference_area(row.vertex), state.adjusted(row.vertex))
-            else {
-                continue;
-            };
-            if ends.middle.area > 0.0 {
-                ends.middle.normalise(&Default::default(), &row.by_area, &mut row.nodes);
+            if ends.middle.is_covered() {
+                ends.middle.normalise(&History::default(), &row.by_area, &mut row.nodes);
             }
-            let motion = Motion::of(self, row, fields);
+            let motion = Motion::of(row, fields);
+            let change = ends.change(state.adjusted(row.vertex));
             let (point, active) = self.respond_over_step(row, ends, change, &motion, request, state);
             state.current[row.vertex] = point;
-            if request.stiffness.is_none() {
-                self.add_force_over_step(row, ends, &active, &motion, sink);
-            }
-            closed.push((active, motion));
+            steps.push(VertexStep { ends: *ends, active, motion });
         }
-        let Some(selection) = &request.stiffness else { return };
-        self.add_geometry(&at_middle, fields, selection, &state.current, wanted, sink);
-        for (k, (active, motion)) in closed.iter().enumerate() {
-            let at_end = rows_at_end.get_mut(k).map(|row| {
-                let sums = &ends[row.vertex].end;
-                if sums.area > 0.0 {
-                    sums.normalise(&Default::default(), &row.by_area, &mut row.nodes);
-                }
-                &*row
-            });
-            self.add_stiffness_over_step(
-                &rows[k],
-                at_end,
-                &ends[rows[k].vertex],
-                active,
-                motion,
-                selection,
-                sink,
-            );
+        let Some(selection) = &request.stiffness else {
+            return rows.iter().zip(&steps).for_each(|(row, step)| step.add_force(row, sink));
+        };
+        if let Some(stiffest) = selection.joint {
+            let steps = rows.iter().zip(&steps);
+            return steps.for_each(|(row, step)| step.add_springs(row, selection, stiffest, sink));
+        }
+        let mut rows_at_end = self.nodes_of(&lists, ends.len(), wanted);
+        self.accumulate(&at_end.pairs, fields, Instant::Beyond, Varies::Everything, &mut rows_at_end);
+        self.add_geometry(&at_middle.pairs, fields, selection, &state.current, wanted, sink);
+        for ((row, at_end), step) in rows.iter().zip(&mut rows_at_end).zip(&steps) {
+            if step.ends.end.is_covered() {
+                step.ends.end.normalise(&History::default(), &at_end.by_area, &mut at_end.nodes);
+            }
+            step.add_stiffness(row, at_end, selection, sink);
         }
     }
 
@@ -152,8 +136,7 @@ impl<const D: usize> SegmentContact<D> {
     fn open(&self, ends: &Ends<D>, vertex: usize, state: &ContactState<D>) -> PointState<D> {
         let held = ends.start.area * stored(&self.law, &state.history[vertex].friction_traction);
         let area = if ends.end.area > 0.0 { ends.end.area } else { ends.start.area };
-        let whole = self.surface.reference_area(vertex);
-        let covered = ends.end.is_covered(whole);
+        let covered = ends.end.is_covered();
         let gap = if covered { ends.end.gap / ends.end.area - state.adjusted(vertex) } else { f64::INFINITY };
         let normal = if covered { ends.end.normal.normalize() } else { Vector::zeros() };
         let plastic_work = if held > 0.0 { held / area } else { 0.0 };
@@ -173,7 +156,7 @@ impl<const D: usize> SegmentContact<D> {
         let manner = state.manner(row.vertex, request.hold, request.branches);
         let normal = law.normal.between(change.gaps);
         let [before, after] = change.gaps.map(|gap| law.normal.evaluate(gap));
-        let direction = ends.middle.normal.try_normalize(0.0).unwrap_or_else(Vector::zeros);
+        let direction = ends.direction();
         let [velocity, increment] =
             [&motion.velocities, &motion.changes].map(|field| slip(row, ends, &direction, field));
         let slip = Slip {
@@ -211,66 +194,80 @@ impl<const D: usize> SegmentContact<D> {
         let energy = 0.5 * (before.potential + after.potential);
         (state, Active { change, normal, last: after.traction, energy, by_pressure, friction })
     }
+}
 
-    fn add_force_over_step(
-        &self,
-        row: &VertexRows<D>,
-        ends: &Ends<D>,
-        active: &Active<D>,
-        motion: &Motion<D>,
-        sink: &mut impl SegmentSink,
-    ) {
+/// A vertex over a step, ready to contribute.
+struct VertexStep<const D: usize> {
+    ends: Ends<D>,
+    active: Active<D>,
+    motion: Motion<D>,
+}
+
+impl<const D: usize> VertexStep<D> {
+    fn add_force(&self, row: &VertexRows<D>, sink: &mut impl SegmentSink) {
+        let Self { ends, active, motion } = self;
         let gradients = Gradients::of(row, ends, active, motion);
-        let (pressure, energy) = (active.change.mean_area() * active.normal.traction, active.energy);
+        let pressure = active.change.mean_area() * active.normal.traction;
         let mut friction: Vec<Vector<D>> = (0..row.nodes.len())
             .map(|a| test(row, ends, a).transpose() * active.friction.traction * ends.middle.area)
             .collect();
         motion.frame.remove_rigid(&motion.places, &mut friction);
         let mut force = Vec::with_capacity(row.nodes.len() * D);
         for a in 0..row.nodes.len() {
-            let total = gradients.gap[a] * pressure - gradients.area[a] * energy + friction[a];
+            let total = gradients.gap[a] * pressure - gradients.area[a] * active.energy + friction[a];
             force.extend(total.iter());
         }
         let nodes: Vec<u32> = row.nodes.iter().map(|node| node.node).collect();
         sink.force(&nodes, &force);
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn add_stiffness_over_step(
+    /// `dt_T` by the slip of the middle; the end moves twice as far.
+    fn by_slip(&self, selection: &Selection) -> Tensor<D> {
+        let friction = &self.active.friction;
+        friction.by_velocity * selection.velocity_shift + friction.by_increment * 2.0
+    }
+
+    fn add_springs(
         &self,
         row: &VertexRows<D>,
-        at_end: Option<&VertexRows<D>>,
-        ends: &Ends<D>,
-        active: &Active<D>,
-        motion: &Motion<D>,
+        selection: &Selection,
+        stiffest: f64,
+        sink: &mut impl SegmentSink,
+    ) {
+        let nodes: Vec<u32> = row.nodes.iter().map(|node| node.node).collect();
+        let mut block = Vec::new();
+        clear_block::<D>(&mut block, nodes.len());
+        let joint =
+            Joint { normal: -2.0 * self.active.normal.derivative, tangential: -self.by_slip(selection) };
+        let coefficients = row.nodes.iter().map(|node| node.coefficient);
+        let direction = self.ends.direction();
+        joint.add_springs(&direction, self.active.change.mean_area(), coefficients, stiffest, &mut block);
+        sink.stiffness(row.vertex, &nodes, &block);
+    }
+
+    fn add_stiffness(
+        &self,
+        row: &VertexRows<D>,
+        at_end: &VertexRows<D>,
         selection: &Selection,
         sink: &mut impl SegmentSink,
     ) {
-        let count = row.nodes.len();
+        let Self { ends, active, motion } = self;
+        let nodes: Vec<u32> = row.nodes.iter().map(|node| node.node).collect();
+        let count = nodes.len();
         let mut block = Vec::new();
         clear_block::<D>(&mut block, count);
-        let nodes: Vec<u32> = row.nodes.iter().map(|node| node.node).collect();
-        let direction = ends.middle.normal.try_normalize(0.0).unwrap_or_else(Vector::zeros);
-        // The end moves twice as far as the middle.
-        let by_slip =
-            active.friction.by_velocity * selection.velocity_shift + active.friction.by_increment * 2.0;
-        let mean = active.change.mean_area();
-        if let Some(stiffest) = selection.joint {
-            let joint = Joint { normal: -2.0 * active.normal.derivative, tangential: -by_slip };
-            let coefficients = row.nodes.iter().map(|node| node.coefficient);
-            joint.add_springs(&direction, mean, coefficients, stiffest, &mut block);
-            return sink.stiffness(row.vertex, &nodes, &block);
-        }
-        let Some(at_end) = at_end else { return };
         let gradients = Gradients::of(row, ends, active, motion);
         let switch = |term| if selection.terms.contains(term) { 1.0 } else { 0.0 };
         let normal = switch(Terms::NORMAL_CONTACT);
         let coupling = switch(Terms::FRICTION_NORMAL_COUPLING);
         let through = active.friction.by_velocity_through_bound
             * (selection.velocity_shift * switch(Terms::COEFFICIENT_CHANGE));
-        let by_slip = by_slip * switch(Terms::FRICTION_DAMPING) + through;
+        let by_slip = self.by_slip(selection) * switch(Terms::FRICTION_DAMPING) + through;
+        let mean = active.change.mean_area();
         for b in 0..count {
-            let (by_gap, by_area) = (at_end.nodes[b].gap * 2.0, at_end.by_area[b] * 2.0);
+            let by_gap = at_end.nodes[b].gap * 2.0;
+            let by_area = at_end.by_area[b] * 2.0;
             let by_pressure =
                 by_gap * (mean * active.normal.derivative) + by_area * (0.5 * active.normal.traction);
             let by_energy = by_gap * (-0.5 * active.last);
@@ -295,7 +292,10 @@ impl<const D: usize> SegmentContact<D> {
 /// `c_a P - g dn/dx_a`: what the slip of the vertex takes of the motion of one node.
 fn test<const D: usize>(row: &VertexRows<D>, ends: &Ends<D>, a: usize) -> Tensor<D> {
     let node = &row.nodes[a];
-    let Some(direction) = ends.middle.normal.try_normalize(0.0) else { return Tensor::zeros() };
+    if !ends.middle.is_covered() {
+        return Tensor::zeros();
+    }
+    let direction = ends.direction();
     let projector = Tensor::identity() - direction * direction.transpose();
     projector * node.coefficient - node.normal * (ends.middle.gap / ends.middle.area)
 }
@@ -306,9 +306,6 @@ fn slip<const D: usize>(
     direction: &Vector<D>,
     field: &[Vector<D>],
 ) -> Vector<D> {
-    if ends.middle.area <= 0.0 {
-        return Vector::zeros();
-    }
     let slip: Vector<D> = field.iter().enumerate().map(|(a, value)| test(row, ends, a) * value).sum();
     slip - direction * direction.dot(&slip)
 }
@@ -328,14 +325,12 @@ struct Motion<const D: usize> {
 }
 
 impl<const D: usize> Motion<D> {
-    fn of(contact: &SegmentContact<D>, row: &VertexRows<D>, fields: &ContactFields<'_>) -> Self {
-        let reference = |node: u32| contact.reference_point(row.vertex, node);
-        let origin = row.nodes[0].node;
-        let (from, from_u): (Vector<D>, Vector<D>) = (reference(origin), at(fields.u, origin));
-        let mut places: Vec<Vector<D>> = row
-            .nodes
-            .iter()
-            .map(|node| (reference(node.node) - from) + (at::<D>(fields.u, node.node) - from_u))
+    fn of(row: &VertexRows<D>, fields: &ContactFields<'_>) -> Self {
+        let origin = row.reference_points[0];
+        let origin_u: Vector<D> = at(fields.u, row.nodes[0].node);
+        let placed = row.nodes.iter().zip(&row.reference_points);
+        let mut places: Vec<Vector<D>> = placed
+            .map(|(node, place)| (place - origin) + (at::<D>(fields.u, node.node) - origin_u))
             .collect();
         let frame = RigidFrame::of(&mut places);
         let whole: Vec<Vector<D>> = row
@@ -425,7 +420,7 @@ struct Gradients<const D: usize> {
 
 impl<const D: usize> Gradients<D> {
     fn of(row: &VertexRows<D>, ends: &Ends<D>, active: &Active<D>, motion: &Motion<D>) -> Self {
-        let covered = ends.middle.area > 0.0;
+        let covered = ends.middle.is_covered();
         let gradient = |of: &dyn Fn(usize) -> Vector<D>, change: f64| -> Vec<Vector<D>> {
             let at = |a: usize| if covered { of(a) } else { Vector::zeros() };
             let foreseen: f64 = motion.whole.iter().enumerate().map(|(a, d)| at(a).dot(d)).sum();

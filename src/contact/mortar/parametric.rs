@@ -47,7 +47,7 @@ impl<'a> Parametric<'a> {
         Self { piece, coefficients, size }
     }
 
-    /// The point of the piece at `place`; `None` if there is none.
+    /// The point of the piece that lies at `place`; `None` if Newton's method finds no such point.
     pub fn inverse(&self, place: Flat) -> Option<ParametricPoint> {
         let [c0, c1, c2, c3] = self.coefficients;
         let mut r = [0.0; 2];

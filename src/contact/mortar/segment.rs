@@ -79,8 +79,8 @@ pub enum Want {
     Variations,
 }
 
-/// Calls `visit` with every point of the overlap of two pieces, and with its variation if that is wanted (else with one that
-/// means nothing).
+/// Calls `visit` with every point of the overlap of two pieces, and with its variation if `want` asks for it; otherwise the variation
+/// is zero.
 ///
 /// The rule is exact to `degree` on flat facets. Pieces that do not face each other have no overlap.
 pub fn overlap<const D: usize>(

@@ -90,7 +90,9 @@ impl FacetShape {
     /// Quad8.
     fn serendipity(&mut self, [s, t]: [f64; 2]) {
         for (i, &[a, b]) in QUAD_CORNERS.iter().enumerate() {
-            let (p, q, r) = (1.0 + a * s, 1.0 + b * t, a * s + b * t - 1.0);
+            let p = 1.0 + a * s;
+            let q = 1.0 + b * t;
+            let r = a * s + b * t - 1.0;
             self.value[i] = 0.25 * p * q * r;
             self.gradient[i] = [0.25 * a * q * (r + p), 0.25 * b * p * (r + q)];
             self.second[i] = [0.5 * q, 0.25 * a * b * (r + p + q), 0.5 * p];

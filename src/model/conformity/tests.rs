@@ -79,7 +79,7 @@ fn in_dimension<const D: usize>() {
 
         // The same elements once more, with nodes of their own.
         refused(&mut beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 0.0, [2; D])]), "coincide");
-        // A part far from the other is another part, and is told.
+        // Two parts far apart are two parts, and a remark says so.
         let mut island = beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 5.0, [1; D])]);
         let remarks = check(&mut island, Parts::Joined).expect("an island");
         assert!(remarks[0].contains("elements in the smallest: "), "{remarks:?}");

@@ -139,8 +139,8 @@ impl Past {
     }
 }
 
-/// Whether a motion is told better by a parabola than by a straight line, of how far both are off and of the size of the
-/// displacements \[m\]. Of a motion that both tell to rounding the line tells all there is: rounding does not choose.
+/// Whether a parabola predicts a motion better than a straight line, given the errors of both and the size of the displacements
+/// \[m\]. If both predict it to rounding, the line is taken: rounding must not choose.
 fn is_curved([parabola, line]: [f64; 2], size: f64) -> bool {
     /// Part of the displacements that is rounding: in free flight it is some 1e-15 of them after a few hundred steps.
     const ROUNDING: f64 = 1e-12;
