@@ -93,7 +93,7 @@ impl<const D: usize> ContactSystem<D> {
         }
         {
             let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
-            self.renew(&ContactFields { u: &u, v: &v, u_start: &u_start })?;
+            self.renew(&ContactFields { u: &u, v: &v, u_start: &u_start }, stage.over_step)?;
         }
         self.weigh(stage, branches, out).map(|(residual, _)| residual)
     }
@@ -126,7 +126,7 @@ impl<const D: usize> ContactSystem<D> {
             sums[0] = f64::NAN;
         }
         sums[5] = f64::from(u8::from(self.trouble.is_some()));
-        sums[6] = f64::from(u8::from(self.missed || self.is_stale(&stage.trial.u.local())));
+        sums[6] = f64::from(u8::from(self.missed || self.is_stale(stage)));
         let mut total = [0.0; 7];
         self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
         if total[5] > 0.0 {

@@ -6,6 +6,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact::Contact;
 use super::system::ContactSystem;
 use crate::dynamics::Stage;
+use crate::mesh::Facet;
 use crate::tensor::Vector as Point;
 
 /// How a contact closed in a step, all ranks together.
@@ -72,7 +73,9 @@ impl<const D: usize> ContactSystem<D> {
         let mut own = vec![0.0_f64; self.contacts.len() * (D + 1)];
         let mut nodes = Vec::new();
         for (contact, sums) in self.contacts.iter().zip(own.chunks_exact_mut(D + 1)) {
-            for &facet in contact.target_facets() {
+            // A facet that several ranks hold counts once.
+            let mine = |facet: &&Facet| self.local.mine[facet.element as usize];
+            for &facet in contact.target_facets().iter().filter(mine) {
                 self.local.mesh.facet_nodes(facet, &mut nodes);
                 for &node in &nodes {
                     sums[D] += 1.0;

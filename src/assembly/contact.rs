@@ -25,6 +25,7 @@ use crate::mesh::Facet;
 use crate::model::{self, Target};
 use crate::partition::{IndexMap, LocalMesh};
 use crate::petsc::{BlockPattern, BlockValues};
+use crate::tensor::Vector;
 
 /// One contact of the case on this rank.
 pub struct Contact<const D: usize> {
@@ -155,7 +156,7 @@ impl<const D: usize> Contact<D> {
                 };
                 let radii = SearchRadii { facet: measures.sight.facet, depth: measures.sight.depth };
                 let target = facets_of(local, set)?;
-                Pair::Segments(Box::new(SegmentMeeting::new(contact, outline, target, radii)))
+                Pair::Segments(Box::new(SegmentMeeting::new(contact, outline, &local.mesh, target, radii)))
             }
             Target::Surface { set, .. } => {
                 let closer = measures.closer;
@@ -199,6 +200,18 @@ impl<const D: usize> Contact<D> {
             Pair::Segments(meeting) => Some(meeting.contact.surface.vertices()),
             _ => None,
         }
+    }
+
+    /// Undeformed positions of the vertices \[m\]; none when points are those of facets.
+    pub fn vertex_points(&self) -> impl Iterator<Item = Vector<D>> + '_ {
+        let surface = match &self.pair {
+            Pair::Segments(meeting) => Some(&meeting.contact.surface),
+            _ => None,
+        };
+        let points = |surface: &'_ VertexSurface<D>, vertex| surface.reference_point(vertex);
+        surface
+            .into_iter()
+            .flat_map(move |surface| (0..surface.vertices().len()).map(move |vertex| points(surface, vertex)))
     }
 
     /// Number of contact points on this rank.
@@ -386,7 +399,7 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// The same, to be changed.
+    /// Mutable access to [`meeting`](Self::meeting).
     pub fn meeting_mut(&mut self) -> Option<&mut Meeting<D>> {
         match &mut self.pair {
             Pair::Deformable(meeting) => Some(meeting),
@@ -403,7 +416,8 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Gathers the facets of a deformable target near by, at the current positions of the local nodes \[m\]. Collective.
+    /// Gathers the facets of a deformable target near by, at the current positions of the local nodes \[m\], with their `step` as for
+    /// [`is_stale`](Self::is_stale). Collective.
     ///
     /// # Errors
     /// The same on all ranks.
@@ -412,11 +426,12 @@ impl<const D: usize> Contact<D> {
         world: &impl CommunicatorCollectives,
         local: &LocalMesh<D>,
         positions: &[f64],
+        step: impl Fn(u32) -> Vector<D>,
     ) -> Result<()> {
         match &mut self.pair {
             Pair::Rigid { .. } => Ok(()),
             Pair::Deformable(meeting) => meeting.gather(world, local, positions, &self.state),
-            Pair::Segments(meeting) => meeting.gather(world, local, positions, &self.state),
+            Pair::Segments(meeting) => meeting.gather(world, local, positions, step, &self.state),
         }
     }
 
@@ -439,11 +454,14 @@ impl<const D: usize> Contact<D> {
     }
 
     /// Whether this rank's facets moved so far since the gathering that others may have come near.
-    pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D]) -> bool {
+    ///
+    /// `position` and `step` of a local node: where it is \[m\], and how far it moves from the start of the step to its middle if forces
+    /// act over the step, else zero \[m\].
+    pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Vector<D>) -> bool {
         match &self.pair {
             Pair::Rigid { .. } => false,
             Pair::Deformable(meeting) => meeting.is_stale(position),
-            Pair::Segments(meeting) => meeting.is_stale(position),
+            Pair::Segments(meeting) => meeting.is_stale(position, step),
         }
     }
 
@@ -465,7 +483,7 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// The same, to be changed.
+    /// Mutable access to [`couples`](Self::couples).
     pub fn couples_mut(&mut self) -> Option<&mut Couples> {
         match &mut self.pair {
             Pair::Rigid { .. } => None,

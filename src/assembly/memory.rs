@@ -1,6 +1,6 @@
 //! What the next step needs of the last one: the tables of a checkpoint, filled and taken back.
 //!
-//! Rows are keyed by numbers of the input mesh: nodes by theirs, contact points by facet and place on it.
+//! Rows are keyed by numbers of the input mesh: nodes by theirs, contact points by facet and place on it, vertices by their nodes.
 
 use super::contact::Contact;
 use super::system::ContactSystem;
@@ -121,7 +121,8 @@ impl<const D: usize> ContactSystem<D> {
     fn point_table(&self, contact: &Contact<D>, points: &[(usize, u64)]) -> Table {
         let names = OWN.iter().map(|name| (*name).to_owned()).chain(History::<D>::names()).collect();
         let keys = points.iter().map(|(_, key)| *key).collect();
-        Table::keyed(&format!("contact {}", contact.name), names, keys, ELEMENTS * SIDES * POINTS)
+        let at_a_time = if contact.vertices().is_some() { NODES } else { ELEMENTS * SIDES * POINTS };
+        Table::keyed(&format!("contact {}", contact.name), names, keys, at_a_time)
     }
 
     fn filled(&self, contact: &Contact<D>) -> Table {

@@ -11,8 +11,10 @@ use super::mass::{Mass, Supported};
 use super::meeting::Outlook;
 use super::system::ContactSystem;
 use crate::contact::evaluation::ContactFields;
+use crate::dynamics::{OverStep, Stage};
 use crate::error::Result;
 use crate::petsc::{BlockPattern, Matrix};
+use crate::tensor::Vector;
 
 /// What a look around starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,21 +27,23 @@ enum Known {
 
 impl<const D: usize> ContactSystem<D> {
     /// Whether some contact of this rank has to look around anew.
-    pub(super) fn is_stale(&self, u: &[f64]) -> bool {
+    pub(super) fn is_stale(&self, stage: &Stage) -> bool {
+        let (u, u_start) = (stage.trial.u.local(), stage.start.u.local());
+        let step = half_step::<D>([&u, &u_start], stage.over_step);
         let points = &self.local.mesh.points;
         let position = |node: u32| {
             let node = node as usize;
             std::array::from_fn(|i| points[node][i] + u[node * D + i])
         };
-        self.contacts.iter().any(|contact| contact.is_stale(position))
+        self.contacts.iter().any(|contact| contact.is_stale(position, &step))
     }
 
     /// Gathers target facets at these fields and finds the couples; the pattern grows where it lacks one. Collective.
     ///
     /// # Errors
     /// When PETSc refuses; the same on all ranks.
-    pub(super) fn renew(&mut self, fields: &ContactFields) -> Result<()> {
-        self.look_around(fields, Known::Pattern)
+    pub(super) fn renew(&mut self, fields: &ContactFields, over_step: OverStep) -> Result<()> {
+        self.look_around(fields, over_step, Known::Pattern)
     }
 
     /// The same, and makes the pattern anew from what is near now: whatever was met before leaves no trace. Collective.
@@ -47,19 +51,24 @@ impl<const D: usize> ContactSystem<D> {
     /// # Errors
     /// As [`renew`](Self::renew).
     pub(super) fn renew_all(&mut self, fields: &ContactFields) -> Result<()> {
-        self.look_around(fields, Known::Nothing)?;
+        self.look_around(fields, OverStep::No, Known::Nothing)?;
         self.contacts.iter_mut().for_each(Contact::begin_step);
         Ok(())
     }
 
-    fn look_around(&mut self, fields: &ContactFields, known: Known) -> Result<()> {
+    fn look_around(&mut self, fields: &ContactFields, over_step: OverStep, known: Known) -> Result<()> {
         let _running = self.phases.search.begin();
         let session = self.session.clone();
         let world = session.world();
         let points = self.local.mesh.points.as_flattened();
         let positions: Vec<f64> = points.iter().zip(fields.u).map(|(x, u)| x + u).collect();
         for contact in &mut self.contacts {
-            contact.gather(world, &self.local, &positions)?;
+            contact.gather(
+                world,
+                &self.local,
+                &positions,
+                half_step([fields.u, fields.u_start], over_step),
+            )?;
         }
         let mut interface = self.meet()?;
         interface.bring(world, fields);
@@ -126,6 +135,20 @@ impl<const D: usize> ContactSystem<D> {
         }
         self.matrix = Matrix::new(&self.session, &pattern, self.matrix.format())?;
         if self.has_modes { self.set_rigid_body_modes() } else { Ok(()) }
+    }
+}
+
+/// How far a node moves from the start of the step to its middle \[m\], where forces act over the step; else zero.
+fn half_step<const D: usize>(
+    [u, u_start]: [&[f64]; 2],
+    over_step: OverStep,
+) -> impl Fn(u32) -> Vector<D> + '_ {
+    move |node| match over_step {
+        OverStep::Middle => {
+            let first = node as usize * D;
+            Vector::from_fn(|i, _| u[first + i] - u_start[first + i])
+        }
+        OverStep::No | OverStep::End => Vector::zeros(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! A contact with a deformable target by mortar segments on this rank: what is near, and which nodes each vertex couples.
 
+use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::interface::{Couples, Opening, PairLift, PairStiffness, RemoteForce, SegmentForces, add_forces};
@@ -7,12 +8,12 @@ use super::meeting::Outlook;
 use super::targets::{Evaluated, Reach, Surfaces, TargetGather};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::CandidateRange;
-use crate::contact::mortar::contact::SegmentContact;
+use crate::contact::mortar::contact::{OPEN, SegmentContact};
 use crate::contact::state::ContactState;
 use crate::contact::surface::ContactSurface;
 use crate::contact::target::{TargetFacets, TargetSurface};
 use crate::error::Result;
-use crate::mesh::Facet;
+use crate::mesh::{Facet, Mesh};
 use crate::partition::{IndexMap, LocalMesh};
 use crate::tensor::Vector as Point;
 
@@ -29,21 +30,58 @@ impl SearchRadii {
     /// Relative motion of the surfaces, over the size of a facet, before candidates are sought anew. Half of it seeks twice as often;
     /// twice as much couples a quarter more nodes.
     const SLACK: f64 = 0.3;
-    /// Distance, over the size of a facet, at which surfaces have a gap at all: where the weights of segments have faded.
-    const OPEN: f64 = 0.5;
-    /// Motion along a tilted axis is this much larger than along those in which it is measured, at most.
-    const TILT: f64 = 1.5;
+    /// Motion along a tilted axis over its largest component, at most: the root of the dimension.
+    const TILT: f64 = 1.7321;
 
-    fn reach(&self, below: f64) -> Reach {
-        Reach { radius: self.range(below, Outlook::Ahead).across, slack: Self::SLACK * self.facet }
+    /// With `below` the depth of the deepest vertex and `swing` the relative motion of the surfaces over the step \[m\].
+    fn reach(&self, below: f64, swing: f64) -> Reach {
+        Reach { radius: self.range(below, swing, Outlook::Ahead).across, slack: Self::SLACK * self.facet }
     }
 
-    fn range(&self, below: f64, outlook: Outlook) -> CandidateRange {
+    fn range(&self, below: f64, swing: f64, outlook: Outlook) -> CandidateRange {
         let motion = match outlook {
             Outlook::Now => Self::TILT * Self::SLACK * self.facet,
             Outlook::Ahead => 2.0 * Self::TILT * Self::SLACK * self.facet,
         };
-        CandidateRange { across: Self::OPEN * self.facet + below + motion, along: motion }
+        CandidateRange { across: OPEN * self.facet + below + motion + swing, along: motion + swing }
+    }
+}
+
+/// Motion of the surfaces between the ends of a step and its middle, where forces act over the step. Segments at the ends are
+/// needed then as well.
+#[derive(Debug, Clone, Copy)]
+struct Swing<const D: usize> {
+    /// What both surfaces have in common \[m\].
+    mean: Point<D>,
+    /// Largest motion of a node beside that \[m\].
+    most: f64,
+}
+
+impl<const D: usize> Swing<D> {
+    /// Relative motion of the two surfaces, at most \[m\].
+    fn relative(&self) -> f64 {
+        2.0 * self.most
+    }
+
+    fn beside(&self, nodes: &[u32], step: impl Fn(u32) -> Point<D>) -> f64 {
+        nodes.iter().map(|&node| (step(node) - self.mean).norm()).fold(0.0, f64::max)
+    }
+
+    /// Of the nodes of all ranks. Collective.
+    fn of(world: &impl CommunicatorCollectives, nodes: &[u32], step: impl Fn(u32) -> Point<D>) -> Self {
+        let mut own = [0.0; 4];
+        own[3] = nodes.len() as f64;
+        for &node in nodes {
+            let step = step(node);
+            (0..D).for_each(|i| own[i] += step[i]);
+        }
+        let mut all = [0.0_f64; 4];
+        world.all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        let mean = Point::from_fn(|i, _| all[i] / all[3].max(1.0));
+        let swing = Self { mean, most: 0.0 };
+        let mut most = 0.0;
+        world.all_reduce_into(&swing.beside(nodes, step), &mut most, SystemOperation::max());
+        Self { mean, most }
     }
 }
 
@@ -61,20 +99,33 @@ pub struct SegmentMeeting<const D: usize> {
     radii: SearchRadii,
     /// Depth of the deepest vertex when the target was gathered \[m\].
     below: f64,
+    /// Motion over the step when the target was gathered.
+    swing: Swing<D>,
     contactor: Vec<Facet>,
     target: Vec<Facet>,
+    /// Local nodes of both.
+    nodes: Vec<u32>,
     gather: Option<TargetGather<D>>,
 }
 
 impl<const D: usize> SegmentMeeting<D> {
-    /// A contact with the local facets `target` that knows nothing of its target yet.
+    /// A contact with the local facets `target`, whose target has not been gathered yet.
     pub fn new(
         contact: SegmentContact<D>,
         outline: ContactSurface<D>,
+        mesh: &Mesh<D>,
         target: &[Facet],
         radii: SearchRadii,
     ) -> Self {
-        let contactor = contact.surface.facets().iter().map(|facet| facet.facet).collect();
+        let contactor: Vec<Facet> = contact.surface.facets().iter().map(|facet| facet.facet).collect();
+        let mut nodes = Vec::new();
+        let mut of_facet = Vec::new();
+        for &facet in contactor.iter().chain(target) {
+            mesh.facet_nodes(facet, &mut of_facet);
+            nodes.extend_from_slice(&of_facet);
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
         let counted = vec![true; contact.surface.vertices().len()];
         Self {
             contact,
@@ -84,8 +135,10 @@ impl<const D: usize> SegmentMeeting<D> {
             couples: Vec::new(),
             radii,
             below: 0.0,
+            swing: Swing { mean: Point::zeros(), most: 0.0 },
             contactor,
             target: target.to_vec(),
+            nodes,
             gather: None,
         }
     }
@@ -107,7 +160,7 @@ impl<const D: usize> SegmentMeeting<D> {
 
     /// Distance at which surfaces have a gap \[m\].
     pub fn reach(&self) -> f64 {
-        SearchRadii::OPEN * self.radii.facet
+        OPEN * self.radii.facet
     }
 
     /// Gathers the target facets near by, at the current positions of the local nodes \[m\]. Collective.
@@ -119,15 +172,18 @@ impl<const D: usize> SegmentMeeting<D> {
         world: &impl CommunicatorCollectives,
         local: &LocalMesh<D>,
         positions: &[f64],
+        step: impl Fn(u32) -> Point<D>,
         state: &ContactState<D>,
     ) -> Result<()> {
         self.below = match self.gather {
             Some(_) => state.depth().min(self.radii.depth),
-            None => self.radii.depth.min(self.radii.facet),
+            None => self.radii.depth,
         };
+        self.swing = Swing::of(world, &self.nodes, step);
         let surfaces =
             Surfaces { local, contactor: &self.contactor, evaluated: Evaluated::All, target: &self.target };
-        self.gather = Some(TargetGather::new(world, &surfaces, positions, self.radii.reach(self.below))?);
+        let reach = self.radii.reach(self.below, self.swing.relative());
+        self.gather = Some(TargetGather::new(world, &surfaces, positions, reach)?);
         Ok(())
     }
 
@@ -144,15 +200,17 @@ impl<const D: usize> SegmentMeeting<D> {
     }
 
     /// Whether this rank's facets moved so far since the gathering that others may have come near.
-    pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D]) -> bool {
+    pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Point<D>) -> bool {
         let Some(gather) = &self.gather else { return true };
         let [contactor, target] = gather.motion(position);
-        !gather.holds([2.0 * contactor.max(target), 0.0])
+        let beyond = (2.0 * self.swing.beside(&self.nodes, step) - self.swing.relative()).max(0.0);
+        !gather.holds([2.0 * contactor.max(target), beyond])
     }
 
     /// Facets that may meet at the displacements of all nodes, and the nodes that vertices couple by them.
     pub fn find_couples(&mut self, u: &[f64], outlook: Outlook) {
-        self.couples = self.contact.candidates(u, &self.radii.range(self.below, outlook));
+        self.couples =
+            self.contact.candidates(u, &self.radii.range(self.below, self.swing.relative(), outlook));
         let surface = &self.contact.surface;
         let vertices = surface.vertices().len();
         let couples: Vec<(u32, u32)> = (0..vertices as u32).map(|vertex| (vertex, 0)).collect();

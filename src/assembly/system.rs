@@ -22,7 +22,7 @@ use crate::case::Units;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::ContactLaw;
 use crate::contact::state::{Changes, Hold};
-use crate::dynamics::Stage;
+use crate::dynamics::{OverStep, Stage};
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
 use crate::model::Model;
@@ -201,7 +201,7 @@ impl<const D: usize> ContactSystem<D> {
     /// Finds the targets of deformable contacts and the gaps at the start. Collective.
     fn meet_undeformed(&mut self, model: &Model<D>) -> Result<()> {
         let zero = vec![0.0; self.local.mesh.points.len() * D];
-        self.renew(&ContactFields { u: &zero, v: &zero, u_start: &zero })?;
+        self.renew(&ContactFields { u: &zero, v: &zero, u_start: &zero }, OverStep::No)?;
         let session = self.session.clone();
         let request = ContactRequest { hold: Hold::Frictionless, ..ContactRequest::default() };
         let mut force = vec![0.0; self.local.index.owned * D];

@@ -75,7 +75,7 @@ impl Check<'_> {
         }
     }
 
-    /// Segments are common to two meshed surfaces, and their forces are those of an instant.
+    /// Segments are common to two meshed surfaces.
     fn segments(&mut self, contact: &Contact) {
         if contact.quadrature.value != Quadrature::Segments {
             return;

@@ -15,6 +15,13 @@ pub struct CandidateRange {
     pub along: f64,
 }
 
+impl CandidateRange {
+    /// Largest distance along a coordinate axis \[m\], whichever way the facet is turned.
+    fn farthest<const D: usize>(&self) -> f64 {
+        (self.across.powi(2) + (D as f64 - 1.0) * self.along.powi(2)).sqrt()
+    }
+}
+
 impl<const D: usize> SegmentContact<D> {
     /// Pairs (contactor facet, target facet) that come within `range` of having a common segment at the displacements `u`, in ascending
     /// order. A pair without a segment contributes nothing, so too many pairs cost time only; a missing pair would change the result.
@@ -38,7 +45,7 @@ impl<const D: usize> SegmentContact<D> {
             positions.extend(placed.map(|(x, &n)| x + Vector::from_column_slice(&u[n as usize * D..][..D])));
             let around = Bounds::of_facet(facet.kind, positions.iter().map(|&x: &Vector<D>| x.into()));
             let frame = Frame::of(facet.kind, &positions);
-            for target in tree.meeting(&around.inflate(range.across.max(range.along))) {
+            for target in tree.meeting(&around.inflate(range.farthest::<D>())) {
                 let others = self.target.nodes(target);
                 if own.iter().any(|node| others.contains(node)) {
                     continue;

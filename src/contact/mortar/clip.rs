@@ -11,7 +11,7 @@ pub(super) type Flat = [f64; 2];
 /// Derivatives of a scalar by the coordinates of all projected corners: `corner * 2 + component`.
 pub(super) type ByFlat = [f64; 2 * CORNERS];
 
-/// A corner this close to an edge lies on it, over the length of the edge: nearly parallel edges have no crossing to speak of.
+/// A corner this close to an edge lies on it, over the length of the edge: the crossing of nearly parallel edges is ill-conditioned.
 /// The overlap is wrong by as much at most; ten times smaller, the derivatives of such crossings lose a digit more.
 const ON_EDGE: f64 = 1e-11;
 

@@ -36,8 +36,8 @@ pub struct SegmentContact<const D: usize> {
     pub depth: f64,
 }
 
-/// Part of the size of a contactor facet beyond which a segment is open for good.
-const OPEN: f64 = 0.5;
+/// Gap, over the size of a contactor facet, from which on a segment point has no weight.
+pub const OPEN: f64 = 0.5;
 
 /// Where in a step the nodes are taken to be, the displacements being those of the iterate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -492,12 +492,9 @@ impl<const D: usize> VertexRows<D> {
     }
 }
 
-/// Over the range in which gaps are open: boxes of facets further apart than this have no segment that counts.
-const NEAR: f64 = 4.0;
-
-/// Whether the boxes of the two facets are near each other. Far cheaper than to find that there is no segment.
+/// Whether the boxes of the two facets come within the range of gaps. Far cheaper than to find that there is no segment.
 fn may_meet<const D: usize>(pair: &FacetPair<'_, D>) -> bool {
-    let range = NEAR * pair.range.open;
+    let range = pair.range.open + pair.range.depth;
     let bounds = |nodes: &[Vector<D>]| {
         let first = nodes[0];
         nodes.iter().fold((first, first), |(low, high), x| (low.inf(x), high.sup(x)))

@@ -39,9 +39,9 @@ pub enum Measure<'a, const D: usize> {
 /// How far apart surfaces may be to be integrated over.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
-    /// Points deeper than this come from the other side of the target \[m\].
+    /// Points deeper than this come from the other side of the target and have no weight; it fades from half of this depth on \[m\].
     pub depth: f64,
-    /// Points further away than this are open for good; from half of it on their weight fades \[m\].
+    /// Points farther away than this have no weight; it fades from half of this distance on \[m\].
     pub open: f64,
 }
 
@@ -51,18 +51,16 @@ impl Range {
     /// The gap of a vertex is a mean. Without this factor, a facet over a deep hole would open the vertex although its other facets
     /// press. The factor is continuously differentiable.
     fn fade(&self, gap: f64) -> (f64, f64) {
-        let start = 0.5 * self.open;
-        if gap < -self.depth {
-            return (0.0, 0.0);
-        }
-        if gap <= start {
+        let (end, toward_open) = if gap > 0.0 { (self.open, 1.0) } else { (self.depth, -1.0) };
+        let width = 0.5 * end;
+        let s = (gap.abs() - (end - width)) / width;
+        if s <= 0.0 {
             return (1.0, 0.0);
         }
-        if gap >= self.open {
+        if s >= 1.0 {
             return (0.0, 0.0);
         }
-        let s = (gap - start) / (self.open - start);
-        (1.0 - s * s * (3.0 - 2.0 * s), -6.0 * s * (1.0 - s) / (self.open - start))
+        (1.0 - s * s * (3.0 - 2.0 * s), -6.0 * s * (1.0 - s) / width * toward_open)
     }
 }
 
@@ -146,7 +144,7 @@ impl<const D: usize> Default for VertexVariation<D> {
     }
 }
 
-/// Tractions of a vertex, frozen where the geometry varies.
+/// Tractions of a vertex, held fixed while the geometry varies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Carried<const D: usize> {
     /// `t_n` \[Pa\].

@@ -30,7 +30,7 @@ pub struct VertexNode<const D: usize> {
 }
 
 impl<const D: usize> VertexNode<D> {
-    /// Of a node without any influence yet.
+    /// A node with zero coefficients.
     pub fn of(node: u32) -> Self {
         Self {
             node,
@@ -83,7 +83,7 @@ impl<const D: usize> VertexSums<D> {
         self.area > 0.0
     }
 
-    /// Evaluates the laws; `adjusted` is the gap that counts as none \[m\].
+    /// Evaluates the laws; `adjusted` is the initial overclosure that is treated as zero gap \[m\].
     ///
     /// The slip of the return map has the turn of the normal taken out, `d = sum c_a du_a - g (n - n_old)`, so that a rotation that
     /// both sides share is no slip.

@@ -39,6 +39,10 @@ pub(super) fn overlap<const D: usize>(
         for (barycentric, weight) in rule(degree) {
             let place = triangle.place(barycentric);
             let (Some(under), Some(over)) = (below.inverse(place), above.inverse(place)) else { continue };
+            // A piece so warped that it folds in the plane has no inverse there.
+            if under.determinant <= 0.0 || over.determinant >= 0.0 {
+                continue;
+            }
             let weight = weight * area * contactor.piece.scale / under.determinant;
             let on = SegmentPoint { xi: below.facet_point(&under), eta: above.facet_point(&over), weight };
             if let Some(motion) = &motion {
@@ -133,7 +137,7 @@ struct Triangle<'a> {
 struct TriangleVariation {
     /// Derivatives of the coordinates of its vertices.
     vertices: [[ByFlat; 2]; 3],
-    /// And of its area \[m\].
+    /// Derivatives of its area \[m\].
     area: ByFlat,
 }
 
