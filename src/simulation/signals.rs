@@ -1,10 +1,14 @@
 //! Signals that ask a run to stop: remembered here, answered at the next iterate or at the end of a step.
 
+use std::io::{self, Read};
+use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::Builder;
+use std::time::Duration;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
-use signal_hook::flag;
+use signal_hook::{flag, low_level::pipe};
 
 use crate::error::{Error, Result};
 use crate::petsc::began_ignoring_hangup;
@@ -12,9 +16,12 @@ use crate::petsc::began_ignoring_hangup;
 /// The signals and their names. `mpirun` hands SIGUSR1 on and leaves the ranks alive; after SIGTERM it soon kills them.
 const SIGNALS: [(i32, &str); 4] =
     [(SIGTERM, "SIGTERM"), (SIGINT, "SIGINT"), (SIGUSR1, "SIGUSR1"), (SIGHUP, "SIGHUP")];
-/// Signals of which a second one ends the process at once, with the code that shells have for it. What waits in a library, as
-/// for memory that never comes, looks at no flag.
+/// Signals of which a later one ends the process at once, with the code that shells have for it: a process that waits inside a
+/// library looks at no flag.
 const IMPATIENT: [i32; 2] = [SIGTERM, SIGINT];
+/// How much later \[s\]. `timeout` and batch systems send the same signal to a process and to its group, one right after the
+/// other: both are one request.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// What this process was asked.
 #[derive(Debug, Clone)]
@@ -23,8 +30,8 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Listens from now on; who asks again hears what came since the first time. A second SIGTERM or SIGINT ends the process at
-    /// once.
+    /// Listens from now on; later calls return the same listener. A SIGTERM or SIGINT that comes [`PATIENCE`] or more after the
+    /// first ends the process at once.
     ///
     /// # Errors
     /// The system refuses.
@@ -40,25 +47,14 @@ impl Signals {
     }
 
     fn register() -> Result<Self> {
+        let refused = |error: io::Error| Error::internal(format!("signals: {error}"));
         let last = Arc::<AtomicUsize>::default();
-        let is_asked = Arc::<AtomicBool>::default();
-        let mut registered = Ok(());
-        for signal in IMPATIENT {
-            registered = registered
-                .and_then(|()| {
-                    flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&is_asked))
-                })
-                .and_then(|_| flag::register(signal, Arc::clone(&is_asked)))
-                .map(drop);
-        }
+        end_on_a_later_one().map_err(refused)?;
         // Under `nohup` a terminal that goes away is none of our business.
         let heeded = |signal: i32| signal != SIGHUP || !began_ignoring_hangup();
         for (signal, _) in SIGNALS.into_iter().filter(|(signal, _)| heeded(*signal)) {
-            registered = registered
-                .and_then(|()| flag::register_usize(signal, Arc::clone(&last), signal as usize))
-                .map(drop);
+            flag::register_usize(signal, Arc::clone(&last), signal as usize).map_err(refused)?;
         }
-        registered.map_err(|error| Error::internal(format!("signals: {error}")))?;
         Ok(Self { last })
     }
 
@@ -71,4 +67,21 @@ impl Signals {
     pub fn name(signal: i32) -> &'static str {
         SIGNALS.iter().find(|(number, _)| *number == signal).map_or("a signal", |(_, name)| name)
     }
+}
+
+/// Lets the impatient signals end the process from [`PATIENCE`] after the first of them on. A thread waits for the first one.
+fn end_on_a_later_one() -> io::Result<()> {
+    let ends = Arc::<AtomicBool>::default();
+    let (mut first, sender) = UnixStream::pair()?;
+    for signal in IMPATIENT {
+        flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&ends))?;
+        pipe::register(signal, sender.try_clone()?)?;
+    }
+    let wait = move || {
+        if first.read_exact(&mut [0]).is_ok() {
+            std::thread::sleep(PATIENCE);
+            ends.store(true, Ordering::Relaxed);
+        }
+    };
+    Builder::new().name("signals".into()).spawn(wait).map(drop)
 }
