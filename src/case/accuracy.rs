@@ -12,6 +12,7 @@ use serde_json::json;
 use super::diagnostics::Complaint;
 use super::place::{At, Place};
 use super::quantity::{Length, Number, Scalar};
+use super::tree::CHOICE;
 
 /// How wrong the answer may be. A part that is `none` is left as the rest of the case says it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -171,7 +172,7 @@ impl<'de> Visitor<'de> for AnyPenetration {
 
 impl<'de> Deserialize<'de> for Accuracy {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(AnyAccuracy)
+        deserializer.deserialize_newtype_struct(CHOICE, AnyAccuracy)
     }
 }
 
@@ -185,6 +186,13 @@ impl<'de> Visitor<'de> for AnyAccuracy {
     }
     fn visit_str<E: Error>(self, name: &str) -> Result<Accuracy, E> {
         Accuracy::named(name).map_err(E::custom)
+    }
+    fn visit_newtype_struct<D: Deserializer<'de>>(self, inner: D) -> Result<Accuracy, D::Error> {
+        inner.deserialize_any(self)
+    }
+    /// Bytes mark a value that stands for anything.
+    fn visit_bytes<E: Error>(self, _: &[u8]) -> Result<Accuracy, E> {
+        Ok(Accuracy::of(&LEVELS[1]))
     }
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Accuracy, A::Error> {
         let mut accuracy = Accuracy::of(&LEVELS[1]);

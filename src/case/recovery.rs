@@ -54,23 +54,30 @@ fn all<T: DeserializeOwned>(
 ) -> Vec<Complaint> {
     let mut tree = root.clone();
     let mut found: Vec<Complaint> = Vec::new();
+    // Others refer to an entry that was dropped: what the checks say of a case without it follows from that.
+    let mut is_whole = true;
     let mut next = first;
     loop {
         let again = found.iter().any(|known| known.place.is(next.place) && known.message == next.message);
         let mended = if again { tree.drop_entry(next.place) } else { tree.mend(&next) };
+        is_whole &= !again;
         if !again {
             found.push(next);
         }
         if !mended || found.len() > MOST_SHOWN {
-            return found;
+            return without_consequences(found);
         }
         match T::deserialize(&tree) {
             Ok(_) => break,
             Err(complaint) => next = complaint.or_at(root.place),
         }
         if again && found.iter().any(|known| known.place.is(next.place) && known.message == next.message) {
-            return found;
+            return without_consequences(found);
         }
+    }
+    found = without_consequences(found);
+    if !is_whole {
+        return found;
     }
     let with = |number: f64| {
         let mut tree = tree.clone();
@@ -81,9 +88,24 @@ fn all<T: DeserializeOwned>(
     let is_in = |all: &[Complaint], one: &Complaint| {
         all.iter().any(|other| other.place.is(one.place) && other.message == one.message)
     };
-    let replaced: Vec<Place> = found.iter().map(|complaint| complaint.place).collect();
-    let depends = |place: Place| place.line > 0 && replaced.iter().any(|other| other.is(place));
+    // What has no place is a value of a stand-in; what is at the key of a stand-in is about it as a whole.
+    let mut replaced: Vec<Place> = found.iter().map(|complaint| complaint.place).collect();
+    tree.keys_of_stand_ins(&mut replaced);
+    let depends = |place: Place| place.line == 0 || replaced.iter().any(|other| other.is(place));
     found.extend(low.into_iter().filter(|one| is_in(&high, one) && !depends(one.place)));
+    found
+}
+
+/// Without what is wrong with a value that is missing: that was said of the value inserted for it.
+fn without_consequences(mut found: Vec<Complaint>) -> Vec<Complaint> {
+    let mut inserted: Vec<Place> = Vec::new();
+    found.retain(|one| {
+        if matches!(one.repair, Repair::Insert(_)) {
+            inserted.push(one.place);
+            return true;
+        }
+        !inserted.iter().any(|place| place.is(one.place))
+    });
     found
 }
 
@@ -167,6 +189,15 @@ impl Node {
         }
         self.inner().for_each(|node| is_changed |= node.drop_entry(place));
         is_changed
+    }
+
+    /// Appends the places of the keys whose values are stand-ins.
+    fn keys_of_stand_ins(&mut self, places: &mut Vec<Place>) {
+        if let Tree::Map(entries) = &self.tree {
+            let stand_ins = entries.iter().filter(|(_, value)| matches!(value.tree, Tree::Anything(_)));
+            places.extend(stand_ins.map(|(key, _)| key.place));
+        }
+        self.inner().for_each(|node| node.keys_of_stand_ins(places));
     }
 
     /// Gives all stand-ins this number.

@@ -30,7 +30,7 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Listens from now on; later calls return the same listener. A SIGTERM or SIGINT that comes [`PATIENCE`] or more after the
+    /// Listens from now on; later calls return the same listener. A SIGTERM or SIGINT that comes a second or more after the
     /// first ends the process at once.
     ///
     /// # Errors

@@ -83,6 +83,17 @@ fn one_fault_is_one_error() {
         ("scheme: { newmark:", "scheme: { newmrk:"),
         ("scheme: { newmark: { beta: 0.25, gamma: 0.5 } }", "scheme: \"\\x01\""),
         ("\n  block:", "\n  \"blo\\nck\":"),
+        ("petsc: {", "accuracy: 5\npetsc: {"),
+        (
+            "time: { end: \"70 ms\", step: 5.0e-4, scheme: { newmark: { beta: 0.25, gamma: 0.5 } } }",
+            "time: 5",
+        ),
+        ("time: { end: \"70 ms\", step: 5.0e-4, scheme: { newmark: { beta: 0.25, gamma: 0.5 } } }", ""),
+        ("scheme: { newmark: { beta: 0.25, gamma: 0.5 } }", "scheme: 5"),
+        ("material: { neo_hookean: { young_modulus: \"5 MPa\", poisson_ratio: 0.45 } }", "material: 5"),
+        ("    material: { neo_hookean: { young_modulus: \"5 MPa\", poisson_ratio: 0.45 } }\n", ""),
+        ("floor: { plane: { point: [0, 0], normal: [0, 1] } }", "floor: 5"),
+        ("    mesh: { box: { min: [0, 0], max: [1, 1], cells: [4, 4], element: quad4 } }\n", ""),
     ] {
         let message = message(&with(from, to));
         assert_eq!(places(&message).len(), 1, "{to}: {message}");
