@@ -153,6 +153,13 @@ pub struct Contact<const D: usize> {
     pub initial_overclosure: InitialOverclosure,
 }
 
+impl<const D: usize> Contact<D> {
+    /// Whether contactor and target are one surface.
+    pub fn is_with_itself(&self) -> bool {
+        self.contactor == self.target_name
+    }
+}
+
 /// A displacement boundary.
 #[derive(Debug, Clone)]
 pub struct Support<const D: usize> {

@@ -1,5 +1,5 @@
 //! Contact between two bodies by mortar segments: the patch test to rounding, the same answer on any number of ranks and by every
-//! strategy and solver, sharp corners, and what is refused. Leave the covered area out of a gap, or push along averaged normals, and
+//! strategy and solver, sharp corners, surfaces that meet themselves, and what is refused. Leave the covered area out of a gap, or push along averaged normals, and
 //! the patches fail.
 
 mod common;
@@ -324,4 +324,141 @@ fn segments_with_an_obstacle_are_refused() {
         "{}",
         output.stderr
     );
+}
+
+/// Two blocks that are one body, of `cells` in x and y each, with sets `seam` (both faces that touch), `base`, `lid` and `side`, as Gmsh
+/// writes them.
+fn two_in_one(cells: [[usize; 2]; 2]) -> String {
+    let (mut nodes, mut lines, mut quads) = (Vec::new(), Vec::new(), Vec::new());
+    for (block, [nx, ny]) in cells.into_iter().enumerate() {
+        let first = nodes.len() + 1;
+        let node = |i: usize, j: usize| first + j * (nx + 1) + i;
+        for (j, i) in (0..=ny).flat_map(|j| (0..=nx).map(move |i| (j, i))) {
+            nodes.push([0.4 * i as f64 / nx as f64, 0.2 * (block as f64 + j as f64 / ny as f64)]);
+        }
+        let (low, high) = if block == 0 { (2, 1) } else { (1, 3) };
+        lines.extend((0..nx).map(|i| (low, node(i, 0), node(i + 1, 0))));
+        lines.extend((0..nx).map(|i| (high, node(i, ny), node(i + 1, ny))));
+        lines.extend((0..ny).map(|j| (4, node(0, j), node(0, j + 1))));
+        let corners = |(i, j)| [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
+        quads.extend((0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))).map(corners));
+    }
+    let mut text = String::from(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n5\n1 1 \"seam\"\n1 2 \"base\"\n1 3 \"lid\"\n1 4 \"side\"\n2 5 \"all\"\n\
+         $EndPhysicalNames\n",
+    );
+    text += &format!("$Nodes\n{}\n", nodes.len());
+    for (number, [x, y]) in nodes.iter().enumerate() {
+        text += &format!("{} {x:.17} {y:.17} 0\n", number + 1);
+    }
+    text += &format!("$EndNodes\n$Elements\n{}\n", lines.len() + quads.len());
+    for (number, (set, a, b)) in lines.iter().enumerate() {
+        text += &format!("{} 1 2 {set} {set} {a} {b}\n", number + 1);
+    }
+    for (number, [a, b, c, d]) in quads.iter().enumerate() {
+        text += &format!("{} 3 2 5 5 {a} {b} {c} {d}\n", lines.len() + number + 1);
+    }
+    text + "$EndElements\n"
+}
+
+const ITSELF: &str = "
+dimension: 2
+bodies:
+  blocks:
+    mesh: { file: blocks.msh, merge: never }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+contact:
+  seam: { contactor: blocks.seam, target: blocks.seam, normal: { penalty: { compliance: 1.0e-9 } } }
+boundary:
+  load: { on: blocks.lid, pressure: '1.0e5 * t' }
+  base: { on: blocks.base, displacement: { y: 0 } }
+  side: { on: blocks.side, displacement: { x: 0 } }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+solver: { newton: { tolerance: 1.0e-12 } }
+output: { fields: { every: 2 } }
+";
+
+/// A surface that is its own target passes the patch test: its facets are contactors and targets in turn, with half of the pressure each.
+#[test]
+fn a_surface_meets_itself() {
+    for ranks in [1, 3] {
+        let folder = Folder::new("itself");
+        folder.write("blocks.msh", &two_in_one([[5, 3], [4, 2]]));
+        folder.write("case.yml", ITSELF);
+        run(ranks, &["case.yml", "--output", "out"], &folder).success();
+        let results = Results(folder);
+        let [stress, pressure] = errors(&results, 2);
+        assert!(stress < 1e-9 && pressure < 1e-9, "{ranks} ranks: stress {stress:e}, pressure {pressure:e}");
+        let (contact, force) = (results.table("contact.csv"), 1e5 * 0.4 * stretch(1));
+        let found = contact.last("force_n");
+        assert!((found - force).abs() < 1e-9 * force, "{ranks} ranks: {found} N, not {force} N");
+    }
+}
+
+/// A thin tube under pressure touches itself, and is pressed onto itself, as an inextensible ring does (`meshes/tube/elastica.py`), on
+/// any number of ranks.
+#[test]
+fn a_tube_closes_at_the_pressure_of_the_elastica() {
+    const UNIT: f64 = 0.7326;
+    let mut forces = Vec::new();
+    for ranks in [1, 3] {
+        let results = Results::of(&shipped("tube/case.yml", &[]), ranks);
+        let (contact, probes) = (results.table("contact.csv"), results.table("probes.csv"));
+        let pressures: Vec<f64> = contact.numbers("time").iter().map(|time| 12.0 * time).collect();
+        let (points, force) = (contact.numbers("points"), contact.numbers("force_n"));
+        let closed = points.iter().position(|points| *points > 0.0).expect("it closes");
+        let u = probes.numbers("upper.u_y");
+        let slope = (pressures[closed - 1] - pressures[closed - 2]) / (u[closed - 1] - u[closed - 2]);
+        let touches = pressures[closed - 1] + slope * (-2.0 * 0.9801 - u[closed - 1]);
+        assert!((touches / 5.1883 - 1.0).abs() < 0.01, "{ranks} ranks: it touches at {touches}");
+        for (pressure, exact) in [(7.0, 1.4132), (8.0, 2.1960), (9.0, 2.9792)] {
+            let at = pressures.iter().position(|p| *p >= pressure - 1e-9).expect("a step");
+            let part = (pressure - pressures[at - 1]) / (pressures[at] - pressures[at - 1]);
+            let found = (force[at - 1] + part * (force[at] - force[at - 1])) / UNIT;
+            assert!((found / exact - 1.0).abs() < 0.01, "{ranks} ranks: {found} at {pressure}, not {exact}");
+        }
+        forces.push(force);
+    }
+    assert_eq!(forces[0].len(), forces[1].len());
+    let differ = forces[0].iter().zip(&forces[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(differ < 1e-6, "forces differ by {differ} N");
+}
+
+/// Surfaces that can not be told apart, or can not meet themselves, are refused at their line.
+#[test]
+fn sides_with_common_facets_are_refused() {
+    for (contactor, target, words) in [
+        ("blocks.seam", "blocks.rim", "have 9 facets in common"),
+        ("blocks.foot", "blocks.foot", "is one facet"),
+    ] {
+        let folder = Folder::new("itself");
+        let mesh = two_in_one([[5, 3], [4, 2]])
+            .replace("5\n1 1 \"seam\"", "7\n1 6 \"rim\"\n1 7 \"foot\"\n1 1 \"seam\"");
+        // A line of Gmsh has one physical group: groups of the same lines are made by lines of their own.
+        let (head, rest) = mesh.split_once("$Elements\n").expect("elements");
+        let (count, lines) = rest.split_once('\n').expect("a count");
+        let seam: Vec<&str> = lines.lines().filter(|line| line.contains(" 1 2 1 1 ")).collect();
+        let base = lines.lines().find(|line| line.contains(" 1 2 2 2 ")).expect("a line of the base");
+        let more: Vec<String> = seam
+            .iter()
+            .map(|line| line.replacen(" 1 2 1 1 ", " 1 2 6 6 ", 1))
+            .chain([base.replacen(" 1 2 2 2 ", " 1 2 7 7 ", 1)])
+            .collect();
+        let numbered = more.iter().enumerate().map(|(k, line)| {
+            let (_, rest) = line.split_once(' ').expect("a number");
+            format!("{} {rest}\n", 1000 + k)
+        });
+        let total = count.parse::<usize>().expect("a count") + more.len();
+        let added: String = numbered.collect();
+        let mesh = format!("{head}$Elements\n{total}\n{added}{lines}");
+        folder.write("blocks.msh", &mesh);
+        let text = ITSELF.replace(
+            "contactor: blocks.seam, target: blocks.seam",
+            &format!("contactor: {contactor}, target: {target}"),
+        );
+        folder.write("case.yml", &text);
+        let output = run(1, &["case.yml", "--output", "out"], &folder);
+        assert_eq!(output.code, Some(3), "{}", output.text());
+        assert!(output.stderr.contains(words) && output.stderr.contains("case.yml:8:"), "{}", output.stderr);
+    }
 }

@@ -104,11 +104,13 @@ fn measures<const D: usize>(
             return Err(Error::case(message));
         }
     }
-    let thickness = bodies.iter().map(|&body| thickness(world, local, body));
-    let sight = Sight {
-        facet: largest[1..].iter().copied().fold(0.0, f64::max),
-        depth: 0.5 * thickness.fold(f64::INFINITY, f64::min),
+    // A body that folds is thinner than the box around it.
+    let thickness = match bodies[..] {
+        [one, other] if one == other => height(world, local, contactor),
+        _ => bodies.iter().map(|&body| thickness(world, local, body)).fold(f64::INFINITY, f64::min),
     };
+    let facet = largest[1..].iter().copied().fold(0.0, f64::max);
+    let sight = Sight { facet, depth: 0.5 * thickness };
     let length = |area: f64, count: f64| (area / count).powf(1.0 / (D as f64 - 1.0));
     let facet_size = length(total[0], total[1]);
     let at_nodes = contact.quadrature == Quadrature::Nodal;
@@ -135,6 +137,27 @@ const MOST_CLOSER: f64 = 4.0;
 /// Shortest side of the box around a body \[m\]. Collective.
 fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, body: usize) -> f64 {
     sides_of(world, local, body).into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Height of the lowest element of this rank's on one of these facets \[m\]; of all ranks. Collective.
+fn height<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+    facets: &[Facet],
+) -> f64 {
+    let height = |&facet: &Facet| {
+        let outward: Vector<D> = facet_normals(local, facet).iter().sum();
+        let mut nodes = Vec::new();
+        local.mesh.facet_nodes(facet, &mut nodes);
+        let place = |node: u32| Vector::<D>::from(local.mesh.points[node as usize]);
+        let below = |&node: &u32| (place(nodes[0]) - place(node)).dot(&outward);
+        let inner = local.mesh.element_nodes(facet.element as usize).iter();
+        inner.map(below).fold(0.0, f64::max) / outward.norm()
+    };
+    let own = facets.iter().map(height).fold(f64::INFINITY, f64::min);
+    let mut all = own;
+    world.all_reduce_into(&own, &mut all, SystemOperation::min());
+    all
 }
 
 /// Sides of the box around a body \[m\]. Collective.

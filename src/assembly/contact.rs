@@ -153,6 +153,7 @@ impl<const D: usize> Contact<D> {
                     law,
                     area,
                     depth: measures.sight.depth,
+                    share: if contact.is_with_itself() { 0.5 } else { 1.0 },
                 };
                 let radii = SearchRadii { facet: measures.sight.facet, depth: measures.sight.depth };
                 let target = facets_of(local, set)?;

@@ -153,6 +153,16 @@ impl<const D: usize> SegmentMeeting<D> {
         self.radii.facet
     }
 
+    /// What is deeper than this below the target comes from its other side \[m\].
+    pub fn depth(&self) -> f64 {
+        self.radii.depth
+    }
+
+    /// Both sides: facets around the vertices of this rank, and those of the target in its share of the mesh.
+    pub fn surfaces<'a>(&'a self, local: &'a LocalMesh<D>) -> Surfaces<'a, D> {
+        Surfaces { local, contactor: &self.contactor, evaluated: Evaluated::All, target: &self.target }
+    }
+
     /// Facets of the target in this rank's share of the mesh.
     pub fn target_facets(&self) -> &[Facet] {
         &self.target
@@ -180,10 +190,8 @@ impl<const D: usize> SegmentMeeting<D> {
             None => self.radii.depth,
         };
         self.swing = Swing::of(world, &self.nodes, step);
-        let surfaces =
-            Surfaces { local, contactor: &self.contactor, evaluated: Evaluated::All, target: &self.target };
         let reach = self.radii.reach(self.below, self.swing.relative());
-        self.gather = Some(TargetGather::new(world, &surfaces, positions, reach)?);
+        self.gather = Some(TargetGather::new(world, &self.surfaces(local), positions, reach)?);
         Ok(())
     }
 

@@ -13,7 +13,7 @@ use super::tagged::tagged;
 pub struct Contact {
     /// Facets that carry the contact points, as body.set.
     pub contactor: At<String>,
-    /// An obstacle, or facets of another body as body.set.
+    /// An obstacle, or facets as body.set: of another body, of the same one, or the contactor itself, which then meets itself.
     pub target: At<String>,
     /// Normal traction as a function of the gap.
     #[serde(default)]
@@ -154,7 +154,7 @@ pub enum Quadrature {
     Nodal,
     /// Gauss points: 2 along a side of linear facets, 3 of quadratic ones; more where the nodes of a target lie much closer.
     Gauss,
-    /// Mortar segments between two bodies: contact points are the corners of the contactor's facets, with gap and pressure averaged over
+    /// Mortar segments between meshed surfaces: contact points are the corners of the contactor's facets, with gap and pressure averaged over
     /// the segments that both surfaces share. Passes the patch test.
     Segments,
 }

@@ -75,13 +75,24 @@ impl<const D: usize> Path<D> {
     /// search looks, `depth` \[m\], or than a point gets that grazes an edge and is outside again. A point that touches it
     /// at the start, or lies less than `depth` behind, passes where it is deeper than that at the end and still behind it.
     pub fn passes_simplex(&self, corners: &[Self; D], depth: f64) -> bool {
-        let size = size_of(corners);
+        self.goes_behind(corners, depth, depth.min(GRAZE * size_of(corners)))
+    }
+
+    /// Whether a point on this path comes from the front of a moving simplex, or from less than `depth` \[m\] behind it, passes between
+    /// its corners, and ends deeper behind it.
+    pub fn crosses(&self, corners: &[Self; D], depth: f64) -> bool {
+        self.goes_behind(corners, depth, depth)
+    }
+
+    /// A point in front of a simplex passes when it ends deeper than `entered`, one that is less than `depth` behind it when it ends deeper
+    /// than that \[m\].
+    fn goes_behind(&self, corners: &[Self; D], depth: f64, entered: f64) -> bool {
         let [start, end] = [0.0, 1.0].map(|t| self.height(corners, t));
-        if start <= TOUCH * size {
+        if start <= TOUCH * size_of(corners) {
             let between = |t: f64| self.is_between(corners, t);
             return start >= -depth && end < -depth && between(0.0) && between(1.0);
         }
-        end <= -depth.min(GRAZE * size) && self.enters(corners)
+        end <= -entered && self.enters(corners)
     }
 
     /// Whether a point on this path that is in front of a moving simplex at the start and behind it at the end goes through

@@ -77,6 +77,11 @@ impl<const D: usize> Model<D> {
             Target::Obstacle(_) => bodies[body].young_modulus,
         };
         let (normal, penetration) = normal(&contact.normal, softer).map_err(within)?;
+        let quadrature = if contact.target.value == contact.contactor.value {
+            case::Quadrature::Segments
+        } else {
+            contact.quadrature.value
+        };
         Ok(Contact {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
@@ -87,7 +92,7 @@ impl<const D: usize> Model<D> {
             normal,
             penetration,
             friction: friction(&contact.friction).map_err(within)?,
-            quadrature: contact.quadrature.value,
+            quadrature,
             // The potential of a contact lies on the reference area: forces that conserve act on it as well.
             current_area: contact.area == case::Area::Current
                 && case.time.scheme.value != case::Scheme::Conserving,

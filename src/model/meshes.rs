@@ -3,7 +3,7 @@
 use super::conformity::{Parts, Source, conform, require_sound_curves};
 use super::lengths;
 use super::overlap;
-use super::sets::missing_sets;
+use super::sets::{missing_sets, shared_facets};
 use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
 use crate::mesh::{BoxShape, ElementKind, Mesh, gmsh, merge, require_room, spelled, validate};
@@ -42,6 +42,7 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     places.for_each(|(index, x)| *x = rounding::place(index, *x));
     let mut faults = missing_sets(case, &mesh);
     faults.extend(missing_rules(case, &mesh));
+    faults.extend(shared_facets(case, &mesh));
     Error::together(faults)?;
     remarks.extend(overlap::remarks(case, &mesh)?);
     Ok((mesh, remarks))
@@ -96,7 +97,7 @@ fn parts(merge: Option<&case::At<Merge>>) -> Parts {
     }
 }
 
-/// Pairs of sets of a body between which a contact acts.
+/// Pairs of sets of a body between which a contact acts. Within one set a seam and a contact look the same.
 fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
     let own = |set: &str| {
         let (body, set) = set.split_once('.')?;
@@ -105,6 +106,7 @@ fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
     case.contact
         .values()
         .filter_map(|contact| Some((own(&contact.contactor)?, own(&contact.target)?)))
+        .filter(|(contactor, target)| contactor != target)
         .collect()
 }
 

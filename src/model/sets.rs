@@ -1,6 +1,8 @@
 //! Sets that a case names, looked for in the meshes: those of a mesh file are known only when it is read.
 
-use crate::case::{Action, At, Case};
+use std::collections::HashSet;
+
+use crate::case::{self, Action, At, Case};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, SetKind};
 
@@ -20,6 +22,28 @@ pub fn missing_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
         look(&boundary.on, boundary.actions().any(acts_on_facets));
     }
     faults
+}
+
+/// Contacts whose two sides can not meet: they have facets in common, or one facet is all there is.
+pub fn shared_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
+    let fault = |contact: &case::Contact| {
+        let [contactor, target] =
+            [&contact.contactor, &contact.target].map(|set| mesh.facet_sets.get(&set.value));
+        let (contactor, target) = (contactor?, target?);
+        if contact.contactor.value == contact.target.value {
+            let message = format!("'{}' is one facet, which can not meet itself", contact.target.value);
+            let error = || case.error(contact.target.place, message).hint("name a surface of several facets");
+            return (contactor.len() == 1).then(error);
+        }
+        let known: HashSet<_> = contactor.iter().collect();
+        let count = target.iter().filter(|facet| known.contains(facet)).count();
+        let names = [&contact.contactor.value, &contact.target.value];
+        let message = format!("'{}' and '{}' have {count} facets in common", names[0], names[1]);
+        let cure =
+            "name sets without common facets; for a contact of a surface with itself give one name for both";
+        (count > 0).then(|| case.error(contact.target.place, message).hint(cure))
+    };
+    case.contact.values().filter_map(fault).collect()
 }
 
 fn require<const D: usize>(case: &Case, mesh: &Mesh<D>, on: &At<String>, surface: bool) -> Result<()> {

@@ -9,7 +9,9 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact::{Contact, Pair};
 use super::meeting::Meeting;
+use super::segments::SegmentMeeting;
 use super::system::ContactSystem;
+use super::targets::{Evaluated, Surfaces};
 use crate::contact::obstacle::Obstacle;
 use crate::contact::passage::{Path, lies_between, normal_of};
 use crate::contact::surface::SurfaceFacet;
@@ -110,19 +112,38 @@ impl<const D: usize> ContactSystem<D> {
                     let near = known.next().unwrap_or_default();
                     let far = motion > meeting.stride() || lost > 0.0;
                     let moving = match far {
-                        true => Moving::gathered(&self.session, &self.local, meeting, ends, motion)?,
+                        true => {
+                            let [contactor, target] = meeting.surfaces();
+                            let local = &self.local;
+                            let surfaces = Surfaces { local, contactor, evaluated: Evaluated::Mine, target };
+                            Moving::gathered(&self.session, &surfaces, ends, motion + meeting.depth())?
+                        }
                         false => near,
                     };
                     found.sunk.extend(self.sunk(number, meeting, &moving, (ends, far)));
                     (0, if far { passages(meeting, contact, ends, &moving) } else { 0 }, moving)
                 }
-                Pair::Segments(_) => (0, 0, Moving::default()),
+                Pair::Segments(meeting) => {
+                    let far = motion > meeting.stride();
+                    (0, if far { self.swept(meeting, ends, motion)? } else { 0 }, Moving::default())
+                }
             };
             found.between.push(between);
             found.through.push(through);
             found.targets.push(target);
         }
         Ok(found)
+    }
+
+    /// Places of either surface of a contact by segments that went through the other one, while the surfaces moved by `motion` \[m\].
+    /// Collective.
+    fn swept(&self, meeting: &SegmentMeeting<D>, ends: Ends<'_>, motion: f64) -> Result<u64> {
+        let depth = meeting.depth();
+        let surfaces = meeting.surfaces(&self.local);
+        let target = Moving::gathered(&self.session, &surfaces, ends, motion + depth)?;
+        let contactor = Moving::local(&self.local, surfaces.contactor, ends);
+        let spacing = EDGE * meeting.facet();
+        Ok(crossings(&contactor, &target, depth, spacing) + crossings(&target, &contactor, depth, spacing))
     }
 
     /// How far own nodes of contactor and target move in the step, at most \[m\]; 1 where a point has lost its facet.
@@ -135,13 +156,13 @@ impl<const D: usize> ContactSystem<D> {
         let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
         let contactor = contactor.map(|&node| of_node(node)).fold(0.0, f64::max);
         let (mut target, mut lost, mut nodes) = (0.0_f64, false, Vec::new());
+        for &facet in contact.target_facets() {
+            self.local.mesh.facet_nodes(facet, &mut nodes);
+            target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
+        }
         if let Some(meeting) = contact.meeting() {
             let knew = contact.state.history.iter().map(|history| history.normal != Point::<D>::zeros());
             lost = knew.enumerate().any(|(point, knew)| knew && meeting.pairing.facet(point).is_none());
-            for &facet in &meeting.surfaces()[1] {
-                self.local.mesh.facet_nodes(facet, &mut nodes);
-                target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
-            }
         }
         [contactor.sqrt(), target.sqrt(), f64::from(u8::from(lost))]
     }
@@ -162,6 +183,21 @@ fn passages<const D: usize>(
             .any(|simplex| path.passes_simplex(&simplices[simplex as usize], depth))
     };
     paths(contact, ends).filter(|(path, closed)| !closed && passes(path)).count() as u64
+}
+
+/// Distance of places on edges that are followed through facets, over the size of a facet: edges that cross each other meet one.
+const EDGE: f64 = 0.25;
+
+/// Nodes of the facets `a`, and places on their edges, that went through a facet of `b` and end more than `depth` \[m\] behind it.
+fn crossings<const D: usize>(a: &Moving<D>, b: &Moving<D>, depth: f64, spacing: f64) -> u64 {
+    let simplices = b.simplices();
+    let boxes: Vec<Bounds<D>> = simplices.iter().map(|corners| around(corners)).collect();
+    let tree = BoundsTree::new(&boxes);
+    let crosses = |path: &Path<D>| {
+        let mut near = tree.meeting(&around(&[*path]).inflate(depth));
+        near.any(|simplex| path.crosses(&simplices[simplex as usize], depth))
+    };
+    a.vertices(spacing).iter().filter(|vertex| crosses(&vertex.path)).count() as u64
 }
 
 /// Why a step with points beyond their target is rejected. The surfaces move by `motion` \[m\] in the step; speeds and accelerations at

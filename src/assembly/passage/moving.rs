@@ -3,11 +3,11 @@
 use super::super::contact::Contact;
 use super::super::interface::Interface;
 use super::super::meeting::Meeting;
-use super::super::targets::{Evaluated, Reach, Surfaces, TargetGather};
+use super::super::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::passage::{Path, normal_of};
 use crate::contact::surface::{ContactSurface, SurfaceFacet};
 use crate::error::Result;
-use crate::mesh::{Bounds, ElementKind};
+use crate::mesh::{Bounds, ElementKind, Facet};
 use crate::partition::LocalMesh;
 use crate::partition::exchange::{Field, NodeExchange};
 use crate::petsc::Session;
@@ -75,24 +75,32 @@ impl<const D: usize> Moving<D> {
         all.collect()
     }
 
-    /// What may be met while things move by `motion` \[m\]. Collective.
+    /// Facets of this rank's share of the mesh.
+    pub fn local(local: &LocalMesh<D>, facets: &[Facet], ends: Ends<'_>) -> Self {
+        let (mut moving, mut nodes) = (Self::default(), Vec::new());
+        for &facet in facets {
+            local.mesh.facet_nodes(facet, &mut nodes);
+            let path = |k: usize| ends.path(&local.mesh.points[nodes[k] as usize].into(), nodes[k]);
+            moving.push(local.mesh.facet_kind(facet), &nodes, path);
+        }
+        moving
+    }
+
+    /// Facets of the target that come within `radius` \[m\] of the contactor's at the start. Collective.
     ///
     /// # Errors
     /// The same on all ranks, when a message is damaged.
     pub fn gathered(
         session: &Session,
-        local: &LocalMesh<D>,
-        meeting: &Meeting<D>,
+        surfaces: &Surfaces<'_, D>,
         ends: Ends<'_>,
-        motion: f64,
+        radius: f64,
     ) -> Result<Self> {
-        let world = session.world();
+        let (world, local) = (session.world(), surfaces.local);
         let positions: Vec<f64> =
             local.mesh.points.as_flattened().iter().zip(ends.start).map(|(x, u)| x + u).collect();
-        let [contactor, target] = meeting.surfaces();
-        let surfaces = Surfaces { local, contactor, evaluated: Evaluated::Mine, target };
-        let reach = Reach { radius: motion + meeting.depth(), slack: 0.0 };
-        let TargetGather { facets, foreign, .. } = TargetGather::new(world, &surfaces, &positions, reach)?;
+        let reach = Reach { radius, slack: 0.0 };
+        let TargetGather { facets, foreign, .. } = TargetGather::new(world, surfaces, &positions, reach)?;
         let mut bring = NodeExchange::new(world, &local.index, &foreign.numbers)?;
         let [mut start, mut end] = [0, 1].map(|_| vec![0.0; foreign.numbers.len() * D]);
         let fields = [(ends.start, &mut start), (ends.end, &mut end)];

@@ -90,6 +90,15 @@ impl Check<'_> {
         }
     }
 
+    /// The facets of a surface that meets itself are contactors and targets in turn, which only segments do.
+    fn itself(&mut self, contact: &Contact) {
+        let target = &contact.target;
+        if !matches!(contact.quadrature.value, Quadrature::Auto | Quadrature::Segments) {
+            self.say(contact.quadrature.place, format!("'{}' meets itself by segments only", target.value));
+            self.cure("leave out `quadrature`");
+        }
+    }
+
     /// The tractions of two contacts of the same sides would add up.
     pub(super) fn pairs(&mut self) {
         let mut before: Vec<(&str, &Contact)> = Vec::new();
@@ -109,8 +118,9 @@ impl Check<'_> {
     fn target(&mut self, contact: &Contact) {
         let target = &contact.target;
         if target.value == contact.contactor.value {
-            self.say(target.place, format!("'{}' can not be its own target", target.value));
-        } else if target.contains('.') || self.case.bodies.get(target).is_some() {
+            self.itself(contact);
+        }
+        if target.contains('.') || self.case.bodies.get(target).is_some() {
             self.surface("a target", target);
         } else {
             let known = self.case.obstacles.names().chain(self.case.bodies.names());

@@ -213,7 +213,12 @@ const BROKEN: &[Broken] = &[
     ),
     ("target: floor", "target: flor", "16:13", &["unknown target 'flor'", "did you mean 'floor'?"]),
     ("target: floor", "target: block", "16:13", &["a surface", "whole body", "block.bottom"]),
-    ("target: floor", "target: block.bottom", "16:13", &["can not be its own target"]),
+    (
+        "target: floor",
+        "target: block.bottom",
+        "20:17",
+        &["'block.bottom' meets itself by segments only", "leave out `quadrature`"],
+    ),
     ("contactor: block.bottom", "contactor: blok.bottom", "15:16", &["unknown body 'blok'", "'block'"]),
     (
         "contactor: block.bottom",

@@ -34,6 +34,9 @@ pub struct SegmentContact<const D: usize> {
     pub area: AreaKind,
     /// Points deeper than this below the target come from its other side \[m\].
     pub depth: f64,
+    /// Part of the tractions that each side carries as the contactor: 1/2 in a contact of a surface with itself, whose facets are contactors
+    /// and targets in turn, else 1.
+    pub share: f64,
 }
 
 /// Gap, over the size of a contactor facet, from which on a segment point has no weight.
@@ -259,7 +262,7 @@ impl<const D: usize> SegmentContact<D> {
                 AreaKind::Current => Measure::Current,
                 AreaKind::Reference => Measure::Reference(reference),
             },
-            range: Range { depth: self.depth, open: OPEN * facet.size },
+            range: Range { share: self.share, depth: self.depth, open: OPEN * facet.size },
         }
     }
 

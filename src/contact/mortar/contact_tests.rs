@@ -68,8 +68,14 @@ impl<const D: usize> Scene<D> {
         let facets = surface.facets().len() as u32;
         let couples = (0..facets).flat_map(|f| (0..target.len() as u32).map(move |t| (f, t))).collect();
         let state = ContactState::new(surface.vertices().len());
-        let contact =
-            SegmentContact { surface, target, law: penalty(None), area: AreaKind::Current, depth: 0.5 };
+        let contact = SegmentContact {
+            surface,
+            target,
+            law: penalty(None),
+            area: AreaKind::Current,
+            depth: 0.5,
+            share: 1.0,
+        };
         let rest = vec![0.0; mesh.points.len() * D];
         Self { mesh, contact, couples, v: rest.clone(), u_start: rest.clone(), u: rest, state }
     }

@@ -36,9 +36,11 @@ pub enum Measure<'a, const D: usize> {
     Reference(&'a [Vector<D>]),
 }
 
-/// How far apart surfaces may be to be integrated over.
+/// How far apart surfaces may be to be integrated over, and by which weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
+    /// Part of the tractions that a pair carries: all of them, or half where every facet is contactor and target in turn.
+    pub share: f64,
     /// Points deeper than this come from the other side of the target and have no weight; it fades from half of this depth on \[m\].
     pub depth: f64,
     /// Points farther away than this have no weight; it fades from half of this distance on \[m\].
@@ -55,12 +57,13 @@ impl Range {
         let width = 0.5 * end;
         let s = (gap.abs() - (end - width)) / width;
         if s <= 0.0 {
-            return (1.0, 0.0);
+            return (self.share, 0.0);
         }
         if s >= 1.0 {
             return (0.0, 0.0);
         }
-        (1.0 - s * s * (3.0 - 2.0 * s), -6.0 * s * (1.0 - s) / width * toward_open)
+        let (part, slope) = (1.0 - s * s * (3.0 - 2.0 * s), -6.0 * s * (1.0 - s) / width * toward_open);
+        (self.share * part, self.share * slope)
     }
 }
 
