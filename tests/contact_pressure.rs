@@ -182,7 +182,7 @@ fn resultant(nodes: &[Node], value: impl Fn(&Node) -> f64) -> f64 {
 #[test]
 fn two_cylinders_are_cattaneo_mindlin() {
     // With more friction the slip zones are narrower: 2.7 elements, of which the horns take one.
-    for (mu, bound) in [(0.2, 0.05), (0.3, 0.055)] {
+    for (mu, bound) in [(0.2, 0.07), (0.3, 0.085)] {
         let coefficient = format!("coefficient: {mu}");
         let mesh = [("cells: [120, 48]", "cells: [80, 32]"), ("coefficient: 0.2", &coefficient)];
         let folder = run(&shipped("cattaneo-mindlin/case.yml", &mesh), 1);
@@ -210,9 +210,10 @@ fn two_cylinders_are_cattaneo_mindlin() {
         let missing = |node: &Node| mu * node.pressure - node.shear.abs();
         let stuck = nodes.iter().filter(|node| missing(node) > 0.15 * mu * peak);
         let (found, _) = ellipse(stuck.map(|node| (node.at[0], missing(node))));
-        close(&format!("mu = {mu}: half-width of stick"), found, stick, 0.01 * stick);
+        close(&format!("mu = {mu}: half-width of stick"), found, stick, 0.02 * stick);
         let pressure = distance(&nodes, |node| node.pressure, |x| peak * arch(x, half_width));
-        assert!(pressure < 0.02, "mu = {mu}: pressure {pressure}");
+        // Nodal values are means over the facets around a node, which round off the ends of the curves.
+        assert!(pressure < 0.025, "mu = {mu}: pressure {pressure}");
         let exact = |x| -mu * peak * (arch(x, half_width) - stick / half_width * arch(x, stick));
         let shear = distance(&nodes, |node| node.shear, exact);
         assert!(shear < bound, "mu = {mu}: shear {shear}");
@@ -238,10 +239,9 @@ fn stress_errors(folder: &Folder, dimension: usize) -> [f64; 3] {
     worst
 }
 
-/// Block on block, exactly touching and held by contact alone: to rounding on matching meshes; on others to what the
-/// README states, and nearer in two passes.
+/// Block on block, exactly touching and held by contact alone: to rounding on matching meshes and on others, in one pass and in two.
 #[track_caller]
-fn patch(case: &str, dimension: usize, element: &str, bounds: [f64; 2]) {
+fn patch(case: &str, dimension: usize, element: &str) {
     let from = if dimension == 2 { "quad4" } else { "hex8" };
     let folder = run(&shipped(&format!("patch/{case}.yml"), &[(from, element)]), 1);
     let free = dimension as i32 - 1;
@@ -257,10 +257,9 @@ fn patch(case: &str, dimension: usize, element: &str, bounds: [f64; 2]) {
         1e5,
         1e-10 * 1e5,
     );
-    // The load follows the deformed top, which a patch that does not pass changes a little.
-    close(&format!("{element}: one pass"), force("one"), 1e5 * area, 2e-3 * 1e5 * area);
+    close(&format!("{element}: one pass"), force("one"), 1e5 * area, 1e-10 * 1e5 * area);
     let both = force("two") - force("two_swapped");
-    close(&format!("{element}: two passes"), both, 1e5 * area, 2e-3 * 1e5 * area);
+    close(&format!("{element}: two passes"), both, 1e5 * area, 1e-10 * 1e5 * area);
     let reactions = table(&folder, "reactions.csv");
     for (support, force) in [("match_base", force("match")), ("one_base", force("one")), ("two_base", both)] {
         let reaction = reactions.only("boundary", support).last(axis);
@@ -270,34 +269,21 @@ fn patch(case: &str, dimension: usize, element: &str, bounds: [f64; 2]) {
     println!(
         "{element}: stress errors on matching meshes {matching:.1e}, one pass {one:.1e}, two passes {two:.1e}"
     );
-    assert!(matching < 1e-10, "{element}: matching meshes {matching}");
-    assert!(one < bounds[0] && two < bounds[1], "{element}: one pass {one}, two passes {two}");
-    assert!(one > 1e-6, "{element}: the meshes do not match: {one}");
+    let worst = matching.max(one).max(two);
+    assert!(worst < 1e-10, "{element}: {worst}");
 }
 
 #[test]
 fn blocks_pass_the_patch_test_in_the_plane() {
-    for (element, bounds) in [
-        ("quad4", [0.01, 0.003]),
-        ("quad8", [0.01, 0.01]),
-        ("quad9", [0.01, 0.01]),
-        ("tri3", [0.01, 0.003]),
-        ("tri6", [0.012, 0.012]),
-    ] {
-        patch("blocks", 2, element, bounds);
+    for element in ["quad4", "quad8", "quad9", "tri3", "tri6"] {
+        patch("blocks", 2, element);
     }
 }
 
 #[test]
 fn blocks_pass_the_patch_test_in_space() {
-    for (element, bounds) in [
-        ("hex8", [0.02, 0.002]),
-        ("hex20", [0.03, 0.01]),
-        ("hex27", [0.03, 0.01]),
-        ("tet4", [0.04, 0.01]),
-        ("tet10", [0.04, 0.01]),
-    ] {
-        patch("blocks-solid", 3, element, bounds);
+    for element in ["hex8", "hex20", "hex27", "tet4", "tet10"] {
+        patch("blocks-solid", 3, element);
     }
 }
 
@@ -317,7 +303,7 @@ bodies:
     mesh: {{ box: {{ min: [0, {low}], max: [0.4, {high}], cells: [4, 2] }} }}
     material: {{ neo_hookean: {{ young_modulus: 1.0e6, poisson_ratio: 0.3 }} }}
 contact:
-  face: {{ contactor: upper.bottom, target: lower.top, normal: {{ penalty: {{ compliance: 1.0e-9 }} }}, quadrature: gauss }}
+  face: {{ contactor: upper.bottom, target: lower.top, normal: {{ penalty: {{ compliance: 1.0e-9 }} }} }}
 boundary:
   load: {{ on: upper.top, traction: {{ y: -1.0e5 }} }}
   base: {{ on: lower.bottom, displacement: {{ y: 0 }} }}
@@ -333,7 +319,7 @@ time: {{ end: 1, scheme: {{ static: {{ increments: 1 }} }}, cuts: 0 }}
     }
 }
 
-/// Two balls pressed together: pressure in the middle, radius, each within 3 %, and symmetry to x and y.
+/// Two balls pressed together, four facets over the radius: pressure in the middle within 3 %, radius within 4 %, and symmetry to x and y.
 #[test]
 fn two_balls_are_hertz() {
     let folder = run(&shipped("hertz/spheres.yml", &[]), 1);
@@ -346,10 +332,10 @@ fn two_balls_are_hertz() {
     let nodes = contactor(&folder);
     let closed = nodes.iter().filter(|node| node.pressure > 0.2 * peak);
     let (found, top) = ellipse(closed.map(|node| (node.at[0].hypot(node.at[1]), node.pressure)));
-    close("radius", found, extent, 0.03 * extent);
+    close("radius", found, extent, 0.04 * extent);
     let highest = nodes.iter().map(|node| node.pressure).fold(0.0, f64::max);
     close("pressure at the pole", highest, peak, 0.03 * peak);
-    close("peak of the ellipse", top, peak, 0.01 * peak);
+    close("peak of the ellipse", top, peak, 0.015 * peak);
     let sides = [contact.last("force_x"), contact.last("force_y")];
     close("symmetry", sides[0], sides[1], 1e-6 * force);
     balanced(&folder, "face", ("lower_equator", "force_z"), 0.25 * force);

@@ -292,7 +292,9 @@ impl<const D: usize> Contact<D> {
     }
 
     /// Adds to each local node the area-weighted sum of a value of its points and the weights, see
-    /// [`ContactSurface::gather_nodal`]. A node between corners has the mean of the vertices beside it.
+    /// [`ContactSurface::gather_nodal`]. What a node gets from vertices is the mean, weighted by its own shape function, of the value
+    /// that is linear between them: values at vertices alone alternate where a contact ends. A node between corners has the mean of those
+    /// beside it.
     pub fn gather_nodal<const K: usize>(
         &self,
         value: impl Fn(usize, &PointState<D>) -> [f64; K],
@@ -303,15 +305,15 @@ impl<const D: usize> Contact<D> {
         };
         let surface = &meeting.contact.surface;
         for facet in surface.facets() {
-            let parents = facet.kind.parents();
-            for (&node, parents) in surface.facet_nodes(facet).iter().zip(parents) {
-                for &corner in *parents {
-                    let Some(vertex) = facet.vertices[usize::from(corner)] else { continue };
-                    let vertex = vertex as usize;
-                    let share = surface.reference_area(vertex) / surface.around(vertex).len() as f64;
+            let own = facet.vertices.iter().zip(&facet.shares);
+            for (vertex, shares) in own.filter_map(|(vertex, shares)| vertex.map(|vertex| (vertex, shares))) {
+                let values = value(vertex as usize, &self.state.current[vertex as usize]);
+                let parents = facet.kind.parents();
+                for (&node, parents) in surface.facet_nodes(facet).iter().zip(parents) {
+                    let share = parents.iter().map(|&corner| shares[usize::from(corner)]).sum::<f64>()
+                        / parents.len() as f64;
                     weight[node as usize] += share;
                     let sums = &mut sum[node as usize * K..][..K];
-                    let values = value(vertex, &self.state.current[vertex]);
                     sums.iter_mut().zip(values).for_each(|(s, v)| *s += share * v);
                 }
             }

@@ -147,7 +147,7 @@ tagged!(Regularization, "regularization");
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Quadrature")]
 pub enum Quadrature {
-    /// nodal on a plane where the facet has positive nodal weights, gauss otherwise.
+    /// segments between meshed surfaces; against an obstacle nodal on a plane where the facet has positive nodal weights, else gauss.
     #[default]
     Auto,
     /// The nodes.

@@ -59,7 +59,8 @@ impl<const D: usize> ZoneSummary<D> {
         if !point.is_closed() {
             return;
         }
-        self.force += point.traction() * point.area;
+        let pressure = point.normal * (point.normal_traction * point.flatness);
+        self.force += (pressure + point.friction_traction) * point.area;
         self.normal_force += point.normal_traction * point.area;
         self.friction_force += point.friction_traction * point.area;
         self.tangential_force += point.along(&point.friction_traction) * point.area;

@@ -77,11 +77,8 @@ impl<const D: usize> Model<D> {
             Target::Obstacle(_) => bodies[body].young_modulus,
         };
         let (normal, penetration) = normal(&contact.normal, softer).map_err(within)?;
-        let quadrature = if contact.target.value == contact.contactor.value {
-            case::Quadrature::Segments
-        } else {
-            contact.quadrature.value
-        };
+        let quadrature =
+            if case.is_by_segments(contact) { case::Quadrature::Segments } else { contact.quadrature.value };
         Ok(Contact {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),

@@ -176,7 +176,7 @@ pub fn strategy<const D: usize>(
     let pattern = system.pattern_vector();
     let (linear, problem) = (linear(case), step_problem(case, system));
     let solver = || LinearSolver::new(pattern, prefix, &linear, &problem);
-    let newton = newton(case, terms(system), system.unknowns());
+    let newton = newton(case, terms(case, system), system.unknowns());
     Ok(augmented(
         system,
         match staggered(case) {
@@ -197,18 +197,18 @@ pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strat
 /// What the linear solvers of the steps have to deal with: either stage of a staggered one is symmetric.
 pub fn step_problem<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Problem {
     let scheme = scheme(&case.time);
-    let problem = problem::<D>(system, scheme.has_inertia());
+    let problem = problem(case, system, scheme.has_inertia());
     let symmetric = problem.symmetric && (scheme != Scheme::Conserving || system.has_symmetric_steps());
     Problem { symmetric: symmetric || staggered(case).is_some(), ..problem }
 }
 
 /// What the linear solver has to deal with.
-pub fn problem<const D: usize>(system: &ContactSystem<D>, dynamic: bool) -> Problem {
+pub fn problem<const D: usize>(case: &Case, system: &ContactSystem<D>, dynamic: bool) -> Problem {
     Problem {
         unknowns: system.unknowns(),
         dimension: D,
         dynamic,
-        symmetric: !system.has_friction() && !system.has_following_loads(),
+        symmetric: terms(case, system) != Terms::ALL && !system.has_following_loads(),
         contact: system.has_contact(),
         format: Some(system.matrix().format()),
     }
@@ -229,7 +229,8 @@ pub fn format<const D: usize>(
         unknowns: local.index.total as usize * D,
         dimension: D,
         dynamic: !case.is_static(),
-        symmetric: !(has_friction(case) || case.has_unsymmetric_steps()) || staggered(case).is_some(),
+        symmetric: !(has_friction(case) || case.has_unsymmetric_steps() || case.has_unsymmetric_contact())
+            || staggered(case).is_some(),
         contact: !case.contact.is_empty(),
         format: None,
     };
@@ -237,10 +238,11 @@ pub fn format<const D: usize>(
     Ok(if session.is_given("pc_type") { Format::Aij } else { storage(&presets) })
 }
 
-/// Terms of the tangent: all of them with friction; without it the small change of the contact area, the only
+/// Terms of the tangent: all of them with friction or segments; without either the small change of the contact area, the only
 /// non-symmetric term left, is dropped so that the matrix is symmetric.
-pub fn terms<const D: usize>(system: &ContactSystem<D>) -> Terms {
-    if system.has_friction() { Terms::ALL } else { Terms::ALL - Terms::ZONE_CHANGE }
+pub fn terms<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Terms {
+    let all = system.has_friction() || case.has_unsymmetric_contact();
+    if all { Terms::ALL } else { Terms::ALL - Terms::ZONE_CHANGE }
 }
 
 /// Newton's method as the case wants it, for so many unknowns.

@@ -128,8 +128,8 @@ fn press<const D: usize>(
     increments: u32,
     journal: &mut Journal<D>,
 ) -> Result<()> {
-    let problem = options::problem::<D>(system, false);
-    let terms = options::terms(system);
+    let problem = options::problem(case, system, false);
+    let terms = options::terms(case, system);
     let linear =
         LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[1], &LinearChoice::Auto, &problem)?;
     let linear = if problem.unknowns <= ON_ONE_RANK { linear.on_one_rank()? } else { linear };
@@ -376,7 +376,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     rhs.scale(-1.0)?;
     system.rest_massless(&mut rhs);
     system.jacobian(stage, Terms::MASS, None)?;
-    let problem = Problem { symmetric: true, contact: false, ..options::problem::<D>(system, true) };
+    let problem = Problem { symmetric: true, contact: false, ..options::problem(case, system, true) };
     let choice = LinearChoice::Named("cg_jacobi");
     let mut linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[2], &choice, &problem)?;
     let tolerance = case.solver.krylov.tolerance.si.min(1e-10);

@@ -124,7 +124,7 @@ pub fn pair(upper: f64, lower: f64, compliance: f64, press: f64) -> (String, f64
         "title: Two confined bars\ndimension: 2\n\
          bodies:\n  lower:\n    mesh: {{ box: {{ min: [0, 0], max: [1, 1], cells: [2, 3], element: quad4 }} }}\n    material: {}\n  \
          upper:\n    mesh: {{ box: {{ min: [0, 1], max: [1, 2], cells: [4, 3], element: quad4 }} }}\n    material: {}\n\
-         contact:\n  sole: {{ contactor: upper.bottom, target: lower.top, normal: {{ penalty: {{ compliance: {compliance:e} }} }}, friction: none, quadrature: gauss }}\n\
+         contact:\n  sole: {{ contactor: upper.bottom, target: lower.top, normal: {{ penalty: {{ compliance: {compliance:e} }} }}, friction: none }}\n\
          boundary:\n  ground: {{ on: lower.bottom, displacement: {{ x: 0, y: 0 }} }}\n  \
          a: {{ on: lower.left, displacement: {{ x: 0 }} }}\n  b: {{ on: lower.right, displacement: {{ x: 0 }} }}\n  \
          c: {{ on: upper.left, displacement: {{ x: 0 }} }}\n  d: {{ on: upper.right, displacement: {{ x: 0 }} }}\n  \

@@ -19,7 +19,7 @@ fn scene(title: &str, upper: &str, lower: &str, pairs: &[(&str, &str)], friction
         .map(|(number, (upper, lower))| {
             format!(
                 "  c{number}: {{ contactor: {upper}, target: {lower}, normal: {{ penalty: {{ compliance: 1e-8 }} }}, \
-                 friction: {friction}, quadrature: gauss, initial_overclosure: accept }}\n"
+                 friction: {friction}, initial_overclosure: accept }}\n"
             )
         })
         .collect();

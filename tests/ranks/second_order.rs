@@ -5,37 +5,31 @@ use super::{Scene, invariant_by};
 const RANKS: [usize; 3] = [2, 3, 4];
 
 /// Facets of the indenter are as long as those of the slab, as those of second order may be.
-const IRONING: [(&str, &str); 4] = [
-    ("cells: [48, 6]", "cells: [5, 2]"),
-    ("cells: [40, 10]", "cells: [16, 3]"),
-    ("end: 1,", "end: 0.4,"),
-    ("fields: { every: 10 }", "checkpoint: { every: 1, keep: 1000 }"),
-];
+const IRONING: [(&str, &str); 3] =
+    [("cells: [48, 6]", "cells: [5, 2]"), ("cells: [40, 10]", "cells: [16, 3]"), ("end: 1,", "end: 0.4,")];
 
-const CUBES: [(&str, &str); 5] = [
+const CUBES: [(&str, &str); 4] = [
     ("cells: [10, 10, 10]", "cells: [3, 3, 2]"),
     ("cells: [8, 8, 8]", "cells: [2, 2, 1]"),
     ("end: 0.01,", "end: 0.0015,"),
     ("selective_reduced", "none"),
-    ("fields: { every: 5 }", "checkpoint: { every: 1, keep: 1000 }"),
 ];
 
-/// A scene with an element in place of the shipped one; how often points changed their facets.
+/// A scene with an element in place of the shipped one.
 #[track_caller]
 fn invariant(
     case: &'static str,
     changes: &[(&'static str, &'static str)],
     (shipped, element): (&'static str, &'static str),
-) -> usize {
+) {
     let changes = [changes, &[(shipped, element)]].concat();
-    invariant_by(&Scene { case, changes: changes.leak() }, "linear: direct", &RANKS)
+    invariant_by(&Scene { case, changes: changes.leak() }, "linear: direct", &RANKS);
 }
 
 #[test]
 fn curved_facets_in_the_plane_on_1_2_3_4_ranks() {
     for element in ["quad8", "quad9"] {
-        let changes = invariant("ironing/case.yml", &IRONING, ("quad4", element));
-        assert!(changes > 4, "{element}: the points slide over facets: {changes}");
+        invariant("ironing/case.yml", &IRONING, ("quad4", element));
     }
 }
 

@@ -33,18 +33,19 @@ fn rubber_block_to_the_last_bit_on_1_and_2_ranks() {
 /// Deformable targets: facets of the points, traction histories, couplings.
 #[test]
 fn ironing_to_the_last_bit_on_1_2_and_3_ranks() {
-    goes_on_to_the_last_bit(&ironing("{ linear: auto }"), 1);
-    goes_on_to_the_last_bit(&ironing(GMRES), 2);
-    goes_on_to_the_last_bit(&ironing(GMRES), 3);
+    let gauss = ("target: indenter.bottom", "target: indenter.bottom\n    quadrature: gauss");
+    let text = |solver| ironing(solver).replace(gauss.0, gauss.1);
+    goes_on_to_the_last_bit(&text("{ linear: auto }"), 1);
+    goes_on_to_the_last_bit(&text(GMRES), 2);
+    goes_on_to_the_last_bit(&text(GMRES), 3);
 }
 
 /// Segments: what vertices remember is all there is to save.
 #[test]
 fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
-    let text = |solver| ironing(solver).replace("quadrature: gauss", "quadrature: segments");
-    goes_on_to_the_last_bit(&text("{ linear: auto }"), 1);
-    goes_on_to_the_last_bit(&text(GMRES), 2);
-    goes_on_to_the_last_bit(&text(GMRES), 3);
+    goes_on_to_the_last_bit(&ironing("{ linear: auto }"), 1);
+    goes_on_to_the_last_bit(&ironing(GMRES), 2);
+    goes_on_to_the_last_bit(&ironing(GMRES), 3);
 }
 
 /// Forces at the start of a step, midpoint and stages.

@@ -234,7 +234,7 @@ fn ironing_is_smooth() {
 /// on fine meshes.
 #[test]
 fn ironing_on_a_coarse_slab_is_not_cut() {
-    for (cells, bottom) in [(20, 24), (24, 29), (28, 34)] {
+    for (cells, bottom, bound) in [(20, 24, 0.025), (24, 29, 0.015), (28, 34, 0.01)] {
         let [slab, indenter] = [format!("cells: [{cells}, {}]", cells / 4), format!("cells: [{bottom}, 6]")];
         let step = format!("step: {}", 1.0 / f64::from(cells));
         let coarse = [("cells: [40, 10]", &*slab), ("cells: [48, 6]", &*indenter), ("step: 2.5e-2", &*step)];
@@ -243,7 +243,7 @@ fn ironing_on_a_coarse_slab_is_not_cut() {
         let steps = (record["cut_steps"].as_u64(), record["steps"].as_u64());
         assert_eq!(steps, (Some(0), Some(cells as u64)), "{cells} cells");
         let last = results.table("contact.csv").last("force_n");
-        assert!((last / 10.48e6 - 1.0).abs() < 0.015, "{cells} cells: {last}");
+        assert!((last / 10.48e6 - 1.0).abs() < bound, "{cells} cells: {last}");
     }
 }
 
@@ -314,7 +314,6 @@ contact:
     target: lower.top
     normal: {{ penalty: {{ compliance: 1.0e-9 }} }}
     friction: {{ coulomb: {{ coefficient: 0.3, regularization: {{ stick_stiffness: 1.0e8 }} }} }}
-    quadrature: gauss
     initial_overclosure: {treatment}
 boundary:
   top: {{ on: upper.top, displacement: {{ x: 0, y: {push} }} }}

@@ -85,8 +85,8 @@ bodies:
   mid: { mesh: { box: { min: [0.2, 0.2, 0.3], max: [0.8, 0.8, 0.6], cells: [2, 2, 1], element: tet4 } }, material: *rubber, density: 1000 }
   top: { mesh: { box: { min: [0.3, 0.25, 0.6], max: [0.7, 0.75, 0.8], cells: [2, 2, 1], element: tet4 } }, material: *rubber, density: 1000 }
 contact:
-  one: { contactor: mid.bottom, target: base.top, normal: { penalty: { compliance: 1.0e-9 } }, friction: &stick { coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e9 } } }, quadrature: gauss }
-  two: { contactor: top.bottom, target: mid.top, normal: { penalty: { compliance: 1.0e-9 } }, friction: *stick, quadrature: gauss }
+  one: { contactor: mid.bottom, target: base.top, normal: { penalty: { compliance: 1.0e-9 } }, friction: &stick { coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e9 } } } }
+  two: { contactor: top.bottom, target: mid.top, normal: { penalty: { compliance: 1.0e-9 } }, friction: *stick }
 boundary:
   base: { on: base.bottom, displacement: { x: 0, y: 0, z: 0 } }
   mid: { on: mid, gravity: [0, 0, -9.81] }
@@ -135,8 +135,10 @@ output: {{ probes: {{ top: {{ at: {at}, on: a }} }} }}
         let [kinetic, strain] = ["kinetic [J]", "strain [J]"].map(|name| energy.last(name));
         assert!(carried.iter().all(|force| *force > 500.0), "{target}: {carried:?}");
         assert!(kinetic < 1e-4 * strain, "{target}: {kinetic} J of {strain} J");
+        // Without friction a disc may roll: nothing but rounding says where it is.
+        let rounding = if mesh == disc { 1e-7 } else { 1e-9 };
         let apart = apart(&alone, &Results::of(&text, 2));
-        assert!(apart < 1e-9, "{target}: {apart}");
+        assert!(apart < rounding, "{target}: {apart}");
     }
 }
 

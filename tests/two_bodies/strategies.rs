@@ -77,7 +77,7 @@ fn stack() -> String {
     let top = body("top", [0.3, 0.5], [0.7, 0.7], [5, 2], 5e6, "");
     let contact = |contactor: &str, target: &str| {
         format!(
-            "{{ contactor: {contactor}, target: {target}, normal: {{ penalty: {{ compliance: 1.0e-9 }} }}, quadrature: gauss, \
+            "{{ contactor: {contactor}, target: {target}, normal: {{ penalty: {{ compliance: 1.0e-9 }} }}, \
              friction: {{ coulomb: {{ coefficient: 0.5, regularization: {{ stick_velocity: 1.0e-4 }} }} }}, initial_overclosure: accept }}"
         )
     };

@@ -48,7 +48,7 @@ impl Check<'_> {
         if self.case.obstacles.get(&contact.target).is_none() {
             self.target(contact);
         }
-        self.segments(contact);
+        self.quadrature(contact);
         match &contact.normal {
             Normal::Penalty(penalty) => {
                 if let (Some(_), Some(penetration)) = (&penalty.compliance, &penalty.penetration) {
@@ -75,28 +75,22 @@ impl Check<'_> {
         }
     }
 
-    /// Segments are common to two meshed surfaces.
-    fn segments(&mut self, contact: &Contact) {
-        if contact.quadrature.value != Quadrature::Segments {
-            return;
-        }
-        if self.case.obstacles.get(&contact.target).is_some() {
-            let message = format!(
-                "segments are common to two meshed surfaces, and '{}' has no mesh",
-                contact.target.value
-            );
-            self.say(contact.quadrature.place, message);
-            self.cure("leave out `quadrature`");
-        }
-    }
-
-    /// The facets of a surface that meets itself are contactors and targets in turn, which only segments do.
-    fn itself(&mut self, contact: &Contact) {
-        let target = &contact.target;
-        if !matches!(contact.quadrature.value, Quadrature::Auto | Quadrature::Segments) {
-            self.say(contact.quadrature.place, format!("'{}' meets itself by segments only", target.value));
-            self.cure("leave out `quadrature`");
-        }
+    /// Segments are common to two meshed surfaces, and an obstacle has no mesh. The facets of a surface that meets itself are contactors and
+    /// targets in turn, which only segments do.
+    fn quadrature(&mut self, contact: &Contact) {
+        let (quadrature, target) = (&contact.quadrature, &contact.target.value);
+        let is_meshed = self.case.obstacles.get(target).is_none();
+        let message = match (is_meshed, quadrature.value) {
+            (true, Quadrature::Nodal | Quadrature::Gauss) if *target == contact.contactor.value => {
+                format!("'{target}' meets itself by segments only")
+            }
+            (false, Quadrature::Segments) => {
+                format!("segments are common to two meshed surfaces, and '{target}' has no mesh")
+            }
+            _ => return,
+        };
+        self.say(quadrature.place, message);
+        self.cure("leave out `quadrature`");
     }
 
     /// The tractions of two contacts of the same sides would add up.
@@ -117,9 +111,6 @@ impl Check<'_> {
 
     fn target(&mut self, contact: &Contact) {
         let target = &contact.target;
-        if target.value == contact.contactor.value {
-            self.itself(contact);
-        }
         if target.contains('.') || self.case.bodies.get(target).is_some() {
             self.surface("a target", target);
         } else {

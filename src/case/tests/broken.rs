@@ -216,7 +216,7 @@ const BROKEN: &[Broken] = &[
     (
         "target: floor",
         "target: block.bottom",
-        "20:17",
+        "19:17",
         &["'block.bottom' meets itself by segments only", "leave out `quadrature`"],
     ),
     ("contactor: block.bottom", "contactor: blok.bottom", "15:16", &["unknown body 'blok'", "'block'"]),

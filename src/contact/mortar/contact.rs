@@ -40,7 +40,7 @@ pub struct SegmentContact<const D: usize> {
 }
 
 /// Gap, over the size of a contactor facet, from which on a segment point has no weight.
-pub const OPEN: f64 = 0.5;
+pub const OPEN: f64 = 0.25;
 
 /// Where in a step the nodes are taken to be, the displacements being those of the iterate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use crate::taylor::{scatter, taylor_rate};
 const LINES: [ElementKind; 2] = [ElementKind::Line2, ElementKind::Line3];
 const FACES: [ElementKind; 5] =
     [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9];
-const RANGE: Range = Range { share: 0.5, depth: 0.6, open: 0.6 };
+const RANGE: Range = Range { share: 1.0, depth: 0.6, open: 0.6 };
 
 /// A contactor below and a target above it, shifted, turned a little and bent by `bend`, at about this gap \[m\].
 fn coordinates<const D: usize>(kinds: [ElementKind; 2], seed: u32, bend: f64, gap: f64) -> Vec<f64> {

@@ -106,7 +106,8 @@ impl<const D: usize> VertexSums<D> {
             increment: increment - turned,
             history,
         };
-        tractions(law, &relation, manner)
+        let (state, slopes) = tractions(law, &relation, manner);
+        (PointState { flatness: self.normal.norm() / self.area, ..state }, slopes)
     }
 
     /// Turns the derivatives of the sums, which `nodes` hold in the place of those of the means, into the latter; those of `kappa` are

@@ -100,7 +100,8 @@ impl<const D: usize> SegmentContact<D> {
         let mut rows = self.nodes_of(&lists, ends.len(), wanted);
         self.accumulate(&at_middle.pairs, fields, Instant::Iterate, Varies::Everything, &mut rows);
         for (vertex, ends) in ends.iter().enumerate().filter(|(vertex, _)| !active[*vertex]) {
-            state.current[vertex] = self.open(ends, vertex, state);
+            let touching = state.manner(vertex, request.hold, request.branches).touching;
+            state.current[vertex] = self.open(ends, vertex, state, touching);
         }
         let mut steps = Vec::with_capacity(rows.len());
         for row in &mut rows {
@@ -132,15 +133,16 @@ impl<const D: usize> SegmentContact<D> {
         }
     }
 
-    /// A vertex that carries nothing over the step: what its elastic stick held becomes heat.
-    fn open(&self, ends: &Ends<D>, vertex: usize, state: &ContactState<D>) -> PointState<D> {
+    /// A vertex that carries nothing over the step: what its elastic stick held becomes heat. It is closed where it touches to rounding.
+    fn open(&self, ends: &Ends<D>, vertex: usize, state: &ContactState<D>, touching: f64) -> PointState<D> {
         let held = ends.start.area * stored(&self.law, &state.history[vertex].friction_traction);
         let area = if ends.end.area > 0.0 { ends.end.area } else { ends.start.area };
         let covered = ends.end.is_covered();
         let gap = if covered { ends.end.gap / ends.end.area - state.adjusted(vertex) } else { f64::INFINITY };
         let normal = if covered { ends.end.normal.normalize() } else { Vector::zeros() };
         let plastic_work = if held > 0.0 { held / area } else { 0.0 };
-        PointState { gap, normal, area, over_step: true, plastic_work, ..PointState::default() }
+        let status = if gap <= touching { Status::Slip } else { Status::Open };
+        PointState { gap, normal, area, status, over_step: true, plastic_work, ..PointState::default() }
     }
 
     fn respond_over_step(
@@ -174,18 +176,29 @@ impl<const D: usize> SegmentContact<D> {
             ends.start.area * stored(law, &history.friction_traction),
             ends.end.area * stored(law, &traction),
         ];
+        let closed = change.gaps[0] < -manner.touching || change.gaps[1] <= manner.touching;
+        let status = match (closed, friction.slips) {
+            (false, _) => Status::Open,
+            (true, true) => Status::Slip,
+            (true, false) => Status::Stick,
+        };
         let state = PointState {
             gap: change.gaps[1],
             counted: change.gaps[1],
             presses: change.gaps.into_iter().any(|gap| gap < -manner.touching),
             normal: direction,
             area,
+            flatness: if ends.middle.is_covered() {
+                ends.middle.normal.norm() / ends.middle.area
+            } else {
+                1.0
+            },
             normal_traction: normal.traction,
             friction_traction: traction,
             bound,
             slip_velocity: slip.slip_velocity(),
             slip_increment: increment,
-            status: if friction.slips { Status::Slip } else { Status::Stick },
+            status,
             potential: change.areas[1] * after.potential / area,
             recoverable: held[1] / area,
             plastic_work: (work - held[1] + held[0]) / area,

@@ -23,6 +23,8 @@ pub struct VertexFacet {
     pub vertices: [Option<u32>; 4],
     /// Size, the root of its undeformed area \[m\].
     pub size: f64,
+    /// `int Phi_A Phi_B` over the undeformed facet [m, m^2].
+    pub shares: [[f64; 4]; 4],
     nodes: Range<usize>,
 }
 
@@ -84,35 +86,43 @@ impl<const D: usize> VertexSurface<D> {
             surface
                 .reference_points
                 .extend(nodes.iter().map(|&node| Vector::from(mesh.points[node as usize])));
-            let size = surface.weigh(kind, first, &vertices);
+            let (size, shares) = surface.weigh(kind, first, &vertices);
             let mine = ownership.mine[facet.element as usize];
             let nodes = first..surface.nodes.len();
-            surface.facets.push(VertexFacet { facet, kind, mine, vertices, size, nodes });
+            surface.facets.push(VertexFacet { facet, kind, mine, vertices, size, shares, nodes });
         }
         surface.link();
         surface
     }
 
-    /// Adds the undeformed area of a facet to its vertices; the root of that area.
-    fn weigh(&mut self, kind: ElementKind, first: usize, vertices: &[Option<u32>; 4]) -> f64 {
+    /// Adds the undeformed area of a facet to its vertices; the root of that area, and the shares of pairs of vertices.
+    fn weigh(
+        &mut self,
+        kind: ElementKind,
+        first: usize,
+        vertices: &[Option<u32>; 4],
+    ) -> (f64, [[f64; 4]; 4]) {
         let points = &self.reference_points[first..];
         let element = reference(kind);
         let rule = element.rule(5);
         let table = element.tabulate(&rule);
         let width = table.nodes * (D - 1);
-        let mut total = 0.0;
+        let (mut total, mut shares) = (0.0, [[0.0; 4]; 4]);
         for (q, at) in rule.points.iter().enumerate() {
             let tangents = facet_tangents(points, &table.dn[q * width..(q + 1) * width]);
             let area = table.weights[q] * facet_normal(&tangents).norm();
             total += area;
             let weights = FacetShape::at(linear(kind), [at[0], at[1]]);
+            for (row, a) in shares.iter_mut().zip(weights.value) {
+                row.iter_mut().zip(weights.value).for_each(|(share, b)| *share += area * a * b);
+            }
             for (vertex, weight) in vertices.iter().zip(weights.value) {
                 if let Some(vertex) = vertex {
                     self.reference_area[*vertex as usize] += area * weight;
                 }
             }
         }
-        total.powf(1.0 / (D as f64 - 1.0))
+        (total.powf(1.0 / (D as f64 - 1.0)), shares)
     }
 
     fn link(&mut self) {

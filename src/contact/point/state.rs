@@ -40,6 +40,8 @@ pub struct PointState<const D: usize> {
     pub presses: bool,
     /// `A` \[m, m^2\].
     pub area: f64,
+    /// Length of the mean of the unit normals over the area: 1 where it is flat. Times area and pressure it is the resultant.
+    pub flatness: f64,
     /// `w(g)` \[J/m^2\]: times the reference area, the energy stored by the normal law.
     pub potential: f64,
     /// Energy stored in elastic stick \[J/m^2\]; zero in the velocity form.
@@ -64,6 +66,7 @@ impl<const D: usize> Default for PointState<D> {
             status: Status::Open,
             presses: false,
             area: 0.0,
+            flatness: 1.0,
             potential: 0.0,
             recoverable: 0.0,
             plastic_work: 0.0,
