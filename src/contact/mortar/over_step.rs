@@ -161,17 +161,21 @@ impl<const D: usize> SegmentContact<D> {
         let direction = ends.direction();
         let [velocity, increment] =
             [&motion.velocities, &motion.changes].map(|field| slip(row, ends, &direction, field));
+        // Area that is newly covered sticks to nothing yet. Elastic stick then never stores more than it did, so that friction heats.
+        let kept =
+            if ends.end.area > ends.start.area { (ends.start.area / ends.end.area).sqrt() } else { 1.0 };
+        let old = history.friction_traction * kept;
         let slip = Slip {
             normal: &direction,
             velocity: &velocity,
             increment: &increment,
-            old_traction: &history.friction_traction,
+            old_traction: &old,
             old_normal: &history.normal,
         };
         let (bound, by_pressure, friction) = friction(law, normal.traction, &slip, &manner);
         let area = change.mean_area();
         let traction = friction.traction;
-        let work = -ends.middle.area * traction.dot(&increment);
+        let work = -ends.end.area * traction.dot(&increment);
         let held = [
             ends.start.area * stored(law, &history.friction_traction),
             ends.end.area * stored(law, &traction),
@@ -222,7 +226,7 @@ impl<const D: usize> VertexStep<D> {
         let gradients = Gradients::of(row, ends, active, motion);
         let pressure = active.change.mean_area() * active.normal.traction;
         let mut friction: Vec<Vector<D>> = (0..row.nodes.len())
-            .map(|a| test(row, ends, a).transpose() * active.friction.traction * ends.middle.area)
+            .map(|a| test(row, ends, a).transpose() * active.friction.traction * ends.end.area)
             .collect();
         motion.frame.remove_rigid(&motion.places, &mut friction);
         let mut force = Vec::with_capacity(row.nodes.len() * D);
@@ -289,7 +293,7 @@ impl<const D: usize> VertexStep<D> {
             for a in 0..count {
                 let entry = gradients.gap[a] * by_pressure.transpose() * normal
                     - gradients.area[a] * by_energy.transpose() * normal
-                    + test(row, ends, a).transpose() * by_friction * ends.middle.area;
+                    + test(row, ends, a).transpose() * by_friction * ends.end.area;
                 let start = (a * count + b) * D * D;
                 for i in 0..D {
                     for j in 0..D {
