@@ -218,6 +218,10 @@ fn results_that_are_touched_end_the_run_on_1_and_2_ranks() {
         assert!(warned.contains(words), "{change}: {warned}");
         assert_eq!(warned.matches("contact-petsc: error").count(), 1, "{change}: {warned}");
         assert_eq!(folder.join("out").exists(), change.contains("out/"), "{change}");
+        if folder.join("out").exists() {
+            let record = record(&folder);
+            assert_eq!((&record["verdict"], &record["exit_code"]), (&"failed".into(), &4.into()), "{change}");
+        }
     }
 }
 

@@ -331,15 +331,30 @@ impl<const D: usize> Journal<D> {
         outcome.as_ref().map_or(Ok(()), |()| agree(self.session.world(), written))
     }
 
-    /// The last version of the record, with the proof that the tables are complete. On rank 0 only.
+    /// The last version of the record, with length and hash of every table. On rank 0 only.
+    ///
+    /// If a table or a series was damaged, the record names no tables, and a run that was to be completed has failed.
+    ///
+    /// # Errors
+    /// A table or a series was damaged, the folder is no longer this run's, or the record can not be written.
     fn write_end(&mut self) -> Result<()> {
         let Some(tables) = &self.tables else { return Ok(()) };
-        self.record.tables = tables.marks()?;
-        let lost = self.fields.as_mut().map_or(Ok(0), FieldWriter::drop_lost)?;
-        if lost > 0 {
+        tables.check_place()?;
+        let marks = tables.marks();
+        let lost = self.fields.as_mut().map_or(Ok(0), FieldWriter::drop_lost);
+        if let Ok(lost @ 1..) = lost {
             self.warn(&lost_fields(lost));
         }
-        self.record.write(&self.folder)
+        let settled = lost.and(marks);
+        match &settled {
+            Ok(marks) => self.record.tables.clone_from(marks),
+            Err(error) if self.record.verdict == Verdict::Completed => {
+                self.record.verdict = Verdict::of(error);
+            }
+            Err(_) => {}
+        }
+        let written = self.record.write(&self.folder);
+        settled.and(written)
     }
 }
 
