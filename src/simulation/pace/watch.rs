@@ -30,7 +30,6 @@ pub struct Memory {
     contact: [f64; 3],
     /// Contact points that did more than touch at the end of the last accepted step: what only touches carries nothing, and
     /// whether its gap is positive or negative, rounding decides.
-    #[serde(alias = "closed")]
     pressing: u64,
     /// Steps that the last jump of the velocity still shows in.
     unsettled: u32,
@@ -43,13 +42,10 @@ pub struct Memory {
     /// How much stiffer than their laws say the contacts are.
     stiffenings: Vec<f64>,
     /// Steps as short as errors may ask for.
-    #[serde(default, rename = "short_steps")]
     shortest: Shortest,
     /// What carries each contact at the end of the last accepted step \[N\].
-    #[serde(default)]
     loads: Vec<f64>,
     /// Whether a body has landed or taken off.
-    #[serde(default)]
     landed: bool,
 }
 
