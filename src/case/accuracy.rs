@@ -1,4 +1,4 @@
-//! `accuracy`: how wrong the answer may be; steps, multipliers and tolerances of solvers follow from it.
+//! `accuracy`: tolerances of the answer, from which steps, multipliers and tolerances of solvers follow.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -14,7 +14,7 @@ use super::place::{At, Place};
 use super::quantity::{Length, Number, Scalar};
 use super::tree::CHOICE;
 
-/// How wrong the answer may be. A part that is `none` is left as the rest of the case says it.
+/// Tolerances of the answer. A part that is `none` is not controlled: the rest of the case determines it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
     /// Largest penetration, and largest gap under pressure.
@@ -199,7 +199,7 @@ impl<'de> Visitor<'de> for AnyAccuracy {
         let mut seen: Vec<String> = Vec::new();
         while let Some(key) = map.next_key::<At<String>>()? {
             if seen.contains(&key.value) {
-                let twice = Complaint::new(format!("the key '{}' stands twice", key.value));
+                let twice = Complaint::new(format!("the key '{}' occurs twice", key.value));
                 return Err(A::Error::custom(twice.at(key.place)));
             }
             match key.as_str() {

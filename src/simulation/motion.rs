@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::assembly::Slide;
 use crate::case::Units;
 
-/// Facets in a step unless the case says otherwise: one, with room for steps that were meant to be one long. The friction of a
-/// wheel that rolls on a slab is 8 % off at one, 20 % at 1.6, 45 % at three, and points the wrong way at six.
+/// Facets in a step unless the case says otherwise: one, with a margin for steps that are meant to be one facet long. The error of
+/// the friction of a wheel that rolls on a slab is 8 % at one facet, 20 % at 1.6 and 45 % at three; at six its sign is wrong.
 const FACETS: f64 = 1.25;
 
 /// A centre of contact that moves in half of the step by more than this part of the distance before has jumped, for example to
@@ -141,8 +141,8 @@ mod tests {
         Slide { contact: "sole".into(), facet: 0.1, motion, slid, centre: Some([centre, 0.0, 0.0]) }
     }
 
-    /// Sliding by more than the limit is an objection in however short a step; what is accepted all the same is in the
-    /// warning, and says how far the next step would go.
+    /// Sliding by more than the limit is an objection in a step of any length. A step that is accepted nevertheless is in the
+    /// warning, and predicts how far the next step would go.
     #[test]
     fn sliding_is_kept_to_a_facet() {
         let mut watch = MotionWatch::new(None);
@@ -161,8 +161,8 @@ mod tests {
         assert_eq!(MotionWatch::new(Some(6.0)).objection(&[slide(0.5, 0.0, 0.5)], Units::default()), None);
     }
 
-    /// A zone that rolls on is kept to a facet; one that jumps is let be after one shorter step, and so is one in bodies that hardly
-    /// move, or that has just closed.
+    /// A zone that rolls on is limited to a facet. There is no objection to a zone that jumps, after one shorter attempt, to one in
+    /// bodies that hardly move, or to one that has just closed.
     #[test]
     fn rolling_is_kept_to_a_facet_and_jumps_are_not() {
         let mut watch = MotionWatch::new(None);

@@ -1,7 +1,7 @@
 //! The state at the start: static equilibrium without friction where the case wants it, then velocities and the
 //! acceleration that balances the forces (formulation, sections 6 and 7C).
 
-use super::hints::BEYOND_MEASURE;
+use super::hints::TOO_LARGE;
 use super::journal::Journal;
 use super::remarks::nodal_cure;
 use super::{SOLVER_PREFIXES, options};
@@ -318,7 +318,7 @@ fn no_equilibrium<const D: usize>(
     // Increments were halved six times by now.
     let mut cure = match (system.crushed(model), report.trouble) {
         (Some(crushed), _) => crushed,
-        (None, _) if beyond && error.cause != Cause::Guard => BEYOND_MEASURE.to_owned(),
+        (None, _) if beyond && error.cause != Cause::Guard => TOO_LARGE.to_owned(),
         (None, Trouble::Multipliers) => {
             "ask for a larger accuracy.penetration, or use more increments".to_owned()
         }

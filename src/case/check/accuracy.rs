@@ -4,7 +4,7 @@ use super::super::quantity::Number;
 use super::super::{Normal, Scheme};
 use super::Check;
 
-/// No error is asked to be smaller, over what it is an error of: rounding alone may be larger.
+/// Smallest relative error that may be requested for slip, time and energy: rounding alone may be larger than a smaller one.
 const FINEST: f64 = 1e-12;
 
 impl Check<'_> {

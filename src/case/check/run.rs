@@ -75,7 +75,7 @@ impl Check<'_> {
     }
 
     fn at_most(&mut self, what: &str, count: &At<u32>) {
-        let message = format!("{} {what}, more than {MOST_INCREMENTS}, would take for ever", count.value);
+        let message = format!("{what} must be at most {MOST_INCREMENTS}, found {}", count.value);
         self.require(count.value <= MOST_INCREMENTS, count.place, message);
     }
 
