@@ -85,8 +85,8 @@ impl Penetration {
     /// Its number, for ranges.
     pub fn value(&self) -> (f64, Place) {
         match self {
-            Self::Length(length) => (length.si, length.place),
-            Self::Relative(number) => (number.si, number.place),
+            Self::Length(length) => (length.value, length.place),
+            Self::Relative(number) => (number.value, number.place),
         }
     }
 }
@@ -101,8 +101,8 @@ impl<'de> Deserialize<'de> for Part<Number> {
         if is_none(&raw.value) {
             return Ok(Self(None));
         }
-        let si = raw.value.in_dimension(Number::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
-        Ok(Self(Some(Number { si, place })))
+        let value = raw.value.in_dimension(Number::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
+        Ok(Self(Some(Number { value, place })))
     }
 }
 
@@ -114,8 +114,9 @@ impl<'de> Deserialize<'de> for Part<Penetration> {
             Written::Relative(number) => Ok(Self(Some(Penetration::Relative(number)))),
             Written::Scalar(scalar) if is_none(&scalar) => Ok(Self(None)),
             Written::Scalar(scalar) => {
-                let si = scalar.in_dimension(Length::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
-                Ok(Self(Some(Penetration::Length(Length { si, place }))))
+                let value =
+                    scalar.in_dimension(Length::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
+                Ok(Self(Some(Penetration::Length(Length { value, place }))))
             }
         }
     }

@@ -178,7 +178,7 @@ impl Case {
         }
         match &self.time.scheme.value {
             Scheme::Static { increments: Some(increments) } => {
-                let step = self.time.end.si / f64::from(increments.value);
+                let step = self.time.end.value / f64::from(increments.value);
                 self.time.step = Some(quantity::Duration::new(step));
                 self.time.scheme.value = Scheme::Static { increments: None };
             }

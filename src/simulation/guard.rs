@@ -47,8 +47,8 @@ impl Guard {
         };
         let watches = matches!(scheme, Scheme::Newmark { .. });
         let speeds = if watches { model.contacts.iter().map(speed).collect() } else { Vec::new() };
-        let limit = case.guard.energy.map(|energy| energy.si);
-        let motion = MotionWatch::new(case.guard.motion.map(|motion| motion.si));
+        let limit = case.guard.energy.map(|energy| energy.value);
+        let motion = MotionWatch::new(case.guard.motion.map(|motion| motion.value));
         Self { limit, scale: 0.0, calm: *start, speeds, unexplained: Unexplained::default(), motion }
             .with(start)
     }

@@ -69,7 +69,7 @@ fn asks_for_penetration(case: &Case) -> bool {
 /// Whether nothing in the scheme damps what swings on the contact.
 fn swings(case: &Case) -> bool {
     let undamped = match &case.time.scheme.value {
-        case::Scheme::Newmark { gamma, .. } => gamma.si <= 0.5,
+        case::Scheme::Newmark { gamma, .. } => gamma.value <= 0.5,
         case::Scheme::Midpoint => true,
         _ => false,
     };

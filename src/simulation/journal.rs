@@ -89,7 +89,7 @@ impl<const D: usize> Journal<D> {
             tables,
             fields: None,
             every,
-            end: case.time.end.si,
+            end: case.time.end.value,
             model: model.clone(),
             remarks: super::options::remarks(case),
             units: told_units(case),

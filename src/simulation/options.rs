@@ -26,9 +26,11 @@ const LOOSEST_NEWTON: f64 = 1e-3;
 /// The time integration scheme.
 pub fn scheme(time: &case::Time) -> Scheme {
     match &time.scheme.value {
-        case::Scheme::Newmark { beta, gamma } => Scheme::newmark(beta.si, gamma.si),
-        case::Scheme::Hht { spectral_radius } => Scheme::hht(spectral_radius.si),
-        case::Scheme::GeneralizedAlpha { spectral_radius } => Scheme::generalized_alpha(spectral_radius.si),
+        case::Scheme::Newmark { beta, gamma } => Scheme::newmark(beta.value, gamma.value),
+        case::Scheme::Hht { spectral_radius } => Scheme::hht(spectral_radius.value),
+        case::Scheme::GeneralizedAlpha { spectral_radius } => {
+            Scheme::generalized_alpha(spectral_radius.value)
+        }
         case::Scheme::Midpoint => Scheme::Midpoint,
         case::Scheme::Conserving => Scheme::Conserving,
         case::Scheme::BackwardEuler => Scheme::BackwardEuler,
@@ -78,7 +80,7 @@ pub fn staggered(case: &Case) -> Option<StaggeredSettings> {
                 case::Variant::FrozenBound => Known::Bound,
                 case::Variant::FrozenTraction => Known::Traction,
             };
-            Some(StaggeredSettings { tolerance: tolerance.si, max_sweeps: max_sweeps.value, known })
+            Some(StaggeredSettings { tolerance: tolerance.value, max_sweeps: max_sweeps.value, known })
         }
         _ => None,
     }
@@ -92,7 +94,7 @@ pub fn remarks(case: &Case) -> Vec<String> {
     let massless = case
         .bodies
         .iter()
-        .filter(|(_, body)| !case.is_static() && body.density.is_some_and(|density| density.si == 0.0));
+        .filter(|(_, body)| !case.is_static() && body.density.is_some_and(|density| density.value == 0.0));
     let massless = massless.map(|(name, _)| {
         format!("'{}' has no mass: it follows supports, loads and contacts at once", name.value)
     });
@@ -107,10 +109,10 @@ pub fn remarks(case: &Case) -> Vec<String> {
 
 /// Remarks on tolerances so large that they affect the results.
 fn loose(case: &Case) -> impl Iterator<Item = String> {
-    let newton = ("newton", case.solver.newton.tolerance.si, "forces out of balance", "the largest one");
+    let newton = ("newton", case.solver.newton.tolerance.value, "forces out of balance", "the largest one");
     let staggered = match &case.solver.strategy.value {
         case::Strategy::Staggered { tolerance, .. } => {
-            Some(("strategy.staggered", tolerance.si, "the stages apart", "the motion of a step"))
+            Some(("strategy.staggered", tolerance.value, "the stages apart", "the motion of a step"))
         }
         case::Strategy::Monolithic => None,
     };
@@ -245,7 +247,7 @@ pub fn terms<const D: usize>(system: &ContactSystem<D>) -> Terms {
 /// The settings of Newton's method for this number of unknowns.
 pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
     let (newton, krylov) = (&case.solver.newton, &case.solver.krylov);
-    let tightest = krylov.tolerance.si;
+    let tightest = krylov.tolerance.value;
     let inexact = newton.inexact.or((unknowns >= LARGE || case.accuracy.is_some()).then_some(true));
     NewtonSettings {
         tolerance: newton_tolerance(case),
@@ -274,8 +276,8 @@ fn newton_tolerance(case: &Case) -> f64 {
     let given = case.solver.newton.tolerance;
     let accuracy = case.accuracy.as_ref();
     match accuracy.and_then(|accuracy| if case.is_static() { accuracy.slip } else { accuracy.time }) {
-        Some(asked) if given.place.line == 0 => (RATIO * asked.si).clamp(given.si, LOOSEST_NEWTON),
-        _ => given.si,
+        Some(asked) if given.place.line == 0 => (RATIO * asked.value).clamp(given.value, LOOSEST_NEWTON),
+        _ => given.value,
     }
 }
 

@@ -112,7 +112,7 @@ pub fn require_reach<const D: usize>(
     system.require_reach(
         model,
         &Span {
-            end: case.time.end.si,
+            end: case.time.end.value,
             step: case.time.step(),
             is_dynamic: !case.is_static(),
             from_equilibrium,
@@ -379,7 +379,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     let problem = Problem { symmetric: true, contact: false, ..options::problem::<D>(system, true) };
     let choice = LinearChoice::Named("cg_jacobi");
     let mut linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[2], &choice, &problem)?;
-    let tolerance = case.solver.krylov.tolerance.si.min(1e-10);
+    let tolerance = case.solver.krylov.tolerance.value.min(1e-10);
     if linear.solve(system.matrix(), &rhs, &mut change, tolerance)?.is_none() {
         return Err(Error::not_converged("the initial acceleration: the mass matrix can not be solved with"));
     }

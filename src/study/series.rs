@@ -89,7 +89,7 @@ impl Series {
         let part = self.within(interval);
         let values = || part.points.iter().map(|point| point[1]);
         match measure {
-            Measure::At(time) => self.at(time.si),
+            Measure::At(time) => self.at(time.value),
             Measure::Last => part.points.last().map(|point| point[1]),
             Measure::Maximum => values().reduce(f64::max),
             Measure::Minimum => values().reduce(f64::min),

@@ -45,7 +45,7 @@ fn overrides_are_as_if_written() {
 fn null_takes_away() {
     let case =
         changed("bodies.block.density: 2\ntime.end: 1\nbodies.block.mesh.box.cells: [1, 1]\n").unwrap();
-    assert_eq!(case.time.end.si, 1.0);
+    assert_eq!(case.time.end.value, 1.0);
     let text = changed("time.step: null").unwrap_err().message;
     assert!(text.contains("'step'"), "{text}");
     let text = changed("time.stepp: null").unwrap_err().message;
