@@ -20,6 +20,7 @@ use crate::model::Model;
 use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Console, StepLine};
 use crate::output::fields::FieldWriter;
+use crate::output::folder::RECORD;
 use crate::output::record::{Balance, Input, Record, Totals, Verdict};
 use crate::output::summary::StartUp;
 use crate::output::table::Marks;
@@ -333,7 +334,8 @@ impl<const D: usize> Journal<D> {
 
     /// The last version of the record, with length and hash of every table. On rank 0 only.
     ///
-    /// If a table or a series was damaged, the record names no tables, and a run that was to be completed has failed.
+    /// If a table was damaged, the record names no tables. If a table or a series was, a run that was to be completed has failed. A record that
+    /// is gone as well is not made anew.
     ///
     /// # Errors
     /// A table or a series was damaged, the folder is no longer this run's, or the record can not be written.
@@ -341,17 +343,21 @@ impl<const D: usize> Journal<D> {
         let Some(tables) = &self.tables else { return Ok(()) };
         tables.check_place()?;
         let marks = tables.marks();
-        let lost = self.fields.as_mut().map_or(Ok(0), FieldWriter::drop_lost);
-        if let Ok(lost @ 1..) = lost {
-            self.warn(&lost_fields(lost));
-        }
-        let settled = lost.and(marks);
+        let settled = marks.and_then(|marks| {
+            self.record.tables = marks;
+            self.fields.as_mut().map_or(Ok(0), FieldWriter::drop_lost)
+        });
         match &settled {
-            Ok(marks) => self.record.tables.clone_from(marks),
+            Ok(0) => {}
+            Ok(lost) => self.warn(&lost_fields(*lost)),
             Err(error) if self.record.verdict == Verdict::Completed => {
                 self.record.verdict = Verdict::of(error);
             }
             Err(_) => {}
+        }
+        // Whoever deletes the folder must not find a new file in it.
+        if settled.is_err() && !self.folder.join(RECORD).exists() {
+            return settled.map(|_| ());
         }
         let written = self.record.write(&self.folder);
         settled.and(written)
