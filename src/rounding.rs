@@ -1,4 +1,4 @@
-//! Rounding that is perturbed on purpose, to find results that hang on it: `scripts/perturb`.
+//! Rounding that is perturbed on purpose, to find results that depend on it: `scripts/perturb`.
 //!
 //! Processors, libraries and numbers of ranks round differently. The environment variable [`VARIABLE`] makes one processor
 //! round as others might: it names any of the [`WAYS`], joined by commas. Results then differ by rounding, and nothing else

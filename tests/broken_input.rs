@@ -126,7 +126,7 @@ const CASES: &[Broken] = &[
     ("coulomb:", "coulumb:", 3, &["unknown friction law 'coulumb'", "known: none, coulomb, power_law"], 3),
     ("title: Small block", "title: [", 3, &["case.yml:"], 0),
     ("    density", "\tdensity", 3, &["case.yml:7"], 0),
-    ("dimension: 2", "dimension: 2\ndimension: 2", 3, &["case.yml:3:1", "'dimension' stands twice"], 0),
+    ("dimension: 2", "dimension: 2\ndimension: 2", 3, &["case.yml:3:1", "'dimension' occurs twice"], 0),
     // Ranges.
     ("density: 1700", "density: -1700", 3, &["case.yml:7:14", "density must be >= 0, found -1700"], 2),
     ("    density: 1700\n", "", 3, &["density", "block"], 0),
@@ -137,13 +137,7 @@ const CASES: &[Broken] = &[
     ("step: 5.0e-4", "step: 0", 3, &["the step must be > 0, found 0"], 3),
     ("step: 5.0e-4", "step: 1", 3, &["longer than the whole time"], 0),
     ("step: 5.0e-4", "step: 5.0e-300", 3, &["case.yml:19:", "the run would take 4.0e296 steps"], 0),
-    (
-        "increments: 2",
-        "increments: 4294967295",
-        3,
-        &["case.yml:18:", "4294967295 increments, more than 1000000"],
-        0,
-    ),
+    ("increments: 2", "increments: 4294967295", 3, &["case.yml:18:", "at most 1000000, found 4294967295"], 0),
     (
         "boundary:",
         "accuracy: { time: 1.0e-300 }\nboundary:",
@@ -152,21 +146,21 @@ const CASES: &[Broken] = &[
         0,
     ),
     ("boundary:", "guard: { motion: 0 }\nboundary:", 3, &["the motion guard must be > 0"], 0),
-    // Numbers beyond all measure.
-    ("young_modulus: 5.0e6", "young_modulus: 1.0e308", 5, &["hint: ", "are the units of moduli"], 0),
+    // Values that are too large.
+    ("young_modulus: 5.0e6", "young_modulus: 1.0e308", 5, &["hint: ", "check the units of moduli"], 0),
     (
         "stick_velocity: 1.0e-3",
         "stick_velocity: 1.0e-300",
         5,
-        &["a stiffness is not finite", "are the units of moduli"],
+        &["a stiffness is not finite", "check the units of moduli"],
         2,
     ),
     ("y: -0.01", "y: { table: [[0, .nan], [1, 0]] }", 3, &["case.yml:17"], 0),
     ("y: -0.01", "y: { table: [[0, 0], [0, 1]] }", 3, &["the times of a table must increase"], 0),
     ("y: -0.01", "y: \"-0.01 * tt\"", 3, &["case.yml:17", "tt"], 0),
     ("y: -0.01", "y: \"-0.01 / t\"", 3, &["case.yml:17", "not finite at t = 0"], 0),
-    ("x: \"1.0 * t\"", "x: \"1e300 * t\"", 3, &["case.yml:17", "beyond all measure", "t = 0"], 2),
-    ("x: \"1.0 * t\"", "x: \"1e300 * t * x\"", 3, &["case.yml:17:46", "beyond all measure", "t = "], 2),
+    ("x: \"1.0 * t\"", "x: \"1e300 * t\"", 3, &["case.yml:17", "the derivative is 1e300", "t = 0"], 2),
+    ("x: \"1.0 * t\"", "x: \"1e300 * t * x\"", 3, &["case.yml:17:46", "the derivative is", "t = "], 2),
     ("y: -0.01", "y: \"-0.01 / (x - 0.1)\"", 3, &["case.yml:17:60", "not finite", "[0.1, 0.4]"], 3),
     // Values that only the points of a mesh show.
     (

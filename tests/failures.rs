@@ -52,7 +52,7 @@ fn unwritable_piece_of_rank_1_on_2_ranks() {
     ended(&output, 4, "volume_0001.vtu");
 }
 
-/// A prescribed value that is no number at a few nodes, on one rank of three or on none of the others.
+/// A prescribed value that is not finite at a few nodes, on one rank of three or on none of the others.
 #[test]
 fn bad_support_on_one_rank_on_3_ranks() {
     let jump = "x: \"t + if(x > 0.4, sqrt(0.005 - t), 0)\", y";
@@ -69,11 +69,11 @@ fn missing_mesh_on_3_ranks() {
     ended(&output, 4, "no.msh");
 }
 
-/// A block of which every node is prescribed is pushed into a floor whose force is beyond all measure at the depth of the
-/// first step. The step is cut as any that fails, some steps are done, and the run ends with the node and the force; nothing
-/// that is no number is in any table. No free unknown feels the force: the balance alone does not tell.
+/// A block of which every node is prescribed is pushed into a floor whose force is not finite at the depth of the
+/// first step. The step is cut as any that fails, some steps are done, and the run ends with the node and the force; no table
+/// has a value that is not finite. The force acts on no free unknown: the balance alone does not show it.
 #[test]
-fn a_force_beyond_all_measure_is_a_failed_step_on_1_3_ranks() {
+fn a_force_that_overflows_is_a_failed_step_on_1_3_ranks() {
     let text = "
 dimension: 2
 bodies:

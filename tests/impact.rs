@@ -169,7 +169,8 @@ fn an_error_in_time_takes_the_mass_off_the_tip() {
     let [auto, consistent] = ["    mass: auto", "    mass: consistent"].map(bar);
     assert_eq!(auto["accuracy"]["mass_redistributed"][0], "bar");
     assert!(consistent["accuracy"].get("mass_redistributed").is_none());
-    let warned = |record: &serde_json::Value| record["warnings"].to_string().contains("swing on the penalty");
+    let warned =
+        |record: &serde_json::Value| record["warnings"].to_string().contains("oscillate on the penalty");
     assert!(!warned(&auto) && warned(&consistent));
     assert!(auto["accuracy"]["achieved"]["time"].as_f64().is_some_and(|error| error < 1e-2));
 }
@@ -375,7 +376,7 @@ fn the_guard_ends_a_run_that_makes_energy() {
     let output = common::run(1, &["case.yml", "--output", "out"], &folder);
     assert_eq!(output.code, Some(6), "{}", output.stderr);
     assert!(
-        output.stderr.contains("came from nowhere") && output.stderr.contains("energy grew by"),
+        output.stderr.contains("was gained without a cause") && output.stderr.contains("energy grew by"),
         "{}",
         output.stderr
     );

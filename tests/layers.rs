@@ -39,7 +39,7 @@ fn map() -> Map {
         for (group, modules) in cells[1].split(';').enumerate() {
             for name in modules.split(',') {
                 let name = name.trim().trim_matches(['[', ']']).trim_matches('`').to_owned();
-                assert!(map.insert(name.clone(), (row, group)).is_none(), "{name} stands twice on the map");
+                assert!(map.insert(name.clone(), (row, group)).is_none(), "{name} occurs twice on the map");
             }
         }
     }

@@ -133,7 +133,7 @@ impl<const D: usize> ContactSystem<D> {
             agree(self.session.world(), self.trouble.take().map_or(Ok(()), Err))?;
         }
         let scale = total[1..5].iter().copied().fold(0.0, f64::max).sqrt();
-        // Also where prescribed unknowns alone feel it: nothing is small beside what is no number.
+        // Also if only prescribed unknowns are affected: no residual is small compared with NaN.
         let sound = total[1..5].iter().all(|sum| sum.is_finite());
         let residual = Residual { norm: if sound { total[0].sqrt() } else { f64::NAN }, scale };
         Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))

@@ -171,7 +171,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
 
     fn fault(&mut self) -> Option<Error> {
         let told = |own: Option<Error>| agree(self.session.world(), own.map_or(Ok(()), Err)).err();
-        // What is inverted is the cause of what is no number, on whatever rank.
+        // An inverted element is the cause of values that are not finite, on whatever rank.
         let inverted = self.fault.map(|inverted| self.describe(&inverted));
         told(inverted).or_else(|| told(self.unsound_force()))
     }

@@ -1,18 +1,18 @@
-//! Whether what was computed are numbers, and where they are none: a state beyond all measure must not be taken for a
-//! balance, nor reach a file.
+//! Whether computed values are finite and not too large, and if not, where: such a state must not be taken for a balance, nor
+//! reach a file.
 
 use super::system::ContactSystem;
 use crate::dynamics::Stage;
 use crate::error::{Error, agree};
 use crate::mesh::spelled;
 
-/// A value that is compared and summed by its square.
+/// Whether a value can be compared and summed by its square.
 fn is_sound(value: f64) -> bool {
     (value * value).is_finite()
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// The first unknown of this rank at which a force of the last residual is no number, or beyond all measure.
+    /// The first unknown of this rank at which a force of the last residual is not finite or too large.
     pub(super) fn unsound_force(&self) -> Option<Error> {
         let forces = [
             ("internal force", &self.parts.internal),
@@ -26,8 +26,8 @@ impl<const D: usize> ContactSystem<D> {
         })
     }
 
-    /// Why the state at the end of the step in `stage` can not be taken although it balances: a part of it is no number. The
-    /// same on all ranks. Collective.
+    /// Why the state at the end of the step in `stage` can not be accepted although it balances: a part of it is not finite or too
+    /// large. The same on all ranks. Collective.
     pub fn unsound_state(&self, stage: &Stage) -> Option<String> {
         let (u, v, a) = (stage.trial.u.owned(), stage.trial.v.owned(), stage.trial.a.owned());
         let fields = [("displacement", &u[..]), ("velocity", &v[..]), ("acceleration", &a[..])];
@@ -39,7 +39,7 @@ impl<const D: usize> ContactSystem<D> {
         agree(self.session.world(), own.map_or(Ok(()), Err)).err().map(|error| error.message)
     }
 
-    /// A contact with a point whose tractions are no numbers.
+    /// A contact with a point whose tractions are not finite or too large.
     fn unsound_contact(&self) -> Option<Error> {
         let sound = |contact: &&super::contact::Contact<D>| {
             contact.state.current.iter().all(|point| {
@@ -49,7 +49,7 @@ impl<const D: usize> ContactSystem<D> {
         };
         let contact = self.contacts.iter().find(|contact| !sound(contact))?;
         Some(Error::not_converged(format!(
-            "contact '{}': a traction on rank {} is no number, or beyond all measure",
+            "contact '{}': a traction on rank {} is not finite or too large",
             contact.name,
             self.session.rank()
         )))

@@ -84,7 +84,7 @@ pub struct ContactSystem<const D: usize> {
     pub(super) matrix: Matrix,
     pub(super) work: Vector,
     pub(super) fault: Option<Inverted>,
-    /// A prescribed value that is no number; told with the next residual, where all ranks listen.
+    /// A prescribed value that is not finite. It is reported with the next residual, which is collective.
     pub(super) trouble: Option<Error>,
     pub(super) changes: Changes,
     /// Extent of all bodies \[m\].

@@ -1,4 +1,4 @@
-//! `accuracy`: how wrong the answer may be; steps, multipliers and tolerances of solvers follow from it.
+//! `accuracy`: tolerances of the answer, from which steps, multipliers and tolerances of solvers follow.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -14,7 +14,7 @@ use super::place::{At, Place};
 use super::quantity::{Length, Number, Scalar};
 use super::tree::CHOICE;
 
-/// How wrong the answer may be. A part that is `none` is left as the rest of the case says it.
+/// Tolerances of the answer. A part that is `none` is not controlled: the rest of the case determines it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
     /// Largest penetration, and largest gap under pressure.
@@ -85,8 +85,8 @@ impl Penetration {
     /// Its number, for ranges.
     pub fn value(&self) -> (f64, Place) {
         match self {
-            Self::Length(length) => (length.si, length.place),
-            Self::Relative(number) => (number.si, number.place),
+            Self::Length(length) => (length.value, length.place),
+            Self::Relative(number) => (number.value, number.place),
         }
     }
 }
@@ -101,8 +101,8 @@ impl<'de> Deserialize<'de> for Part<Number> {
         if is_none(&raw.value) {
             return Ok(Self(None));
         }
-        let si = raw.value.in_dimension(Number::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
-        Ok(Self(Some(Number { si, place })))
+        let value = raw.value.in_dimension(Number::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
+        Ok(Self(Some(Number { value, place })))
     }
 }
 
@@ -114,8 +114,9 @@ impl<'de> Deserialize<'de> for Part<Penetration> {
             Written::Relative(number) => Ok(Self(Some(Penetration::Relative(number)))),
             Written::Scalar(scalar) if is_none(&scalar) => Ok(Self(None)),
             Written::Scalar(scalar) => {
-                let si = scalar.in_dimension(Length::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
-                Ok(Self(Some(Penetration::Length(Length { si, place }))))
+                let value =
+                    scalar.in_dimension(Length::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
+                Ok(Self(Some(Penetration::Length(Length { value, place }))))
             }
         }
     }
@@ -199,7 +200,7 @@ impl<'de> Visitor<'de> for AnyAccuracy {
         let mut seen: Vec<String> = Vec::new();
         while let Some(key) = map.next_key::<At<String>>()? {
             if seen.contains(&key.value) {
-                let twice = Complaint::new(format!("the key '{}' stands twice", key.value));
+                let twice = Complaint::new(format!("the key '{}' occurs twice", key.value));
                 return Err(A::Error::custom(twice.at(key.place)));
             }
             match key.as_str() {

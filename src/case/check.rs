@@ -61,7 +61,7 @@ impl Check<'_> {
     }
 
     fn positive<const KG: i8, const M: i8, const S: i8>(&mut self, what: &str, value: Quantity<KG, M, S>) {
-        self.require(value.si > 0.0, value.place, format!("{what} must be > 0, found {}", value.si));
+        self.require(value.value > 0.0, value.place, format!("{what} must be > 0, found {}", value.value));
     }
 
     fn not_negative(&mut self, what: &str, value: f64, place: Place) {
@@ -137,7 +137,7 @@ impl Check<'_> {
         if !function.is_constant_in_space() {
             return;
         }
-        for t in [0.0, self.case.time.end.si] {
+        for t in [0.0, self.case.time.end.value] {
             let motion = function.motion([0.0; 3], t);
             if let Some(words) = motion.trouble() {
                 self.say(varying.place, format!("{words} at t = {t}"));

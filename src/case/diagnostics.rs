@@ -150,7 +150,7 @@ impl serde::de::Error for Complaint {
         Self { repair: Repair::Insert(key), ..Self::new(format!("the key '{key}' is missing here")) }
     }
     fn duplicate_field(key: &'static str) -> Self {
-        let twice = Self::new(format!("the key '{key}' stands twice")).hint("keep one of the two");
+        let twice = Self::new(format!("the key '{key}' occurs twice")).hint("keep one of the two");
         Self { repair: Repair::Remove, ..twice }
     }
 }
@@ -296,7 +296,7 @@ impl Source {
             Yaml::MultipleDocuments { .. } => say("one case a file: a second document begins here".into()),
             Yaml::DuplicateMappingKey { key, .. } => {
                 let key = key.as_deref().unwrap_or("of this mapping");
-                say(format!("the key '{}' stands twice", shown(key))).hint("keep one of the two")
+                say(format!("the key '{}' occurs twice", shown(key))).hint("keep one of the two")
             }
             Yaml::InvalidBooleanStrict { .. } => say("expected true or false".into()),
             Yaml::NonFiniteFloat { value, .. } => say(format!("expected a finite number, found {value}")),

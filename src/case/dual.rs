@@ -56,17 +56,17 @@ pub struct Motion {
     pub second: f64,
 }
 
-/// No value or derivative may be larger, in the units of the case: energies and norms take its powers, and they must be numbers.
+/// Largest value or derivative, in the units of the case: energies and norms take its powers, which must be finite.
 const LARGEST: f64 = 1e60;
 
 impl Motion {
-    /// What is wrong with it, where nothing could be computed with it.
+    /// Why nothing can be computed with it, if so.
     pub fn trouble(&self) -> Option<String> {
         let named = [("value", self.value), ("derivative", self.rate), ("second derivative", self.second)];
         let (what, number) =
             named.into_iter().find(|(_, number)| number.is_nan() || number.abs() > LARGEST)?;
         Some(match number.is_finite() {
-            true => format!("the {what} is {number:e}, beyond all measure,"),
+            true => format!("the {what} is {number:e}, too large to compute with,"),
             false => format!("the {what} is not finite"),
         })
     }

@@ -172,7 +172,7 @@ impl<'de, const KG: i8, const M: i8, const S: i8> Deserialize<'de> for Varying<K
                 from_scalar(&scalar, Quantity::<KG, M, S>::DIMENSION).map_err(complain)?
             }
             Written::Table(rows) => {
-                let rows = rows.iter().map(|(t, value)| [t.si, value.si]).collect();
+                let rows = rows.iter().map(|(t, value)| [t.value, value.value]).collect();
                 Function::table(rows).map_err(complain)?
             }
         };

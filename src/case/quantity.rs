@@ -18,8 +18,8 @@ use super::units::{self, Units};
 /// Written as a number or as a string with a unit (`"5 MPa"`) of that dimension, which is converted as it is read.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Quantity<const KG: i8, const M: i8, const S: i8> {
-    /// Value in the units of the case: in SI units unless it has `units`.
-    pub si: f64,
+    /// Value in the units of the case, which are SI units unless the case has `units`.
+    pub value: f64,
     /// Where it is written.
     pub place: Place,
 }
@@ -46,8 +46,8 @@ impl<const KG: i8, const M: i8, const S: i8> Quantity<KG, M, S> {
     pub const DIMENSION: Dimension = Dimension([KG as f64, M as f64, S as f64]);
 
     /// A value of the program's own, such as a default.
-    pub fn new(si: f64) -> Self {
-        Self { si, place: Place::default() }
+    pub fn new(value: f64) -> Self {
+        Self { value, place: Place::default() }
     }
 }
 
@@ -55,14 +55,14 @@ impl<'de, const KG: i8, const M: i8, const S: i8> Deserialize<'de> for Quantity<
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let raw = At::<Scalar>::deserialize(deserializer)?;
         let place = raw.place;
-        let si = raw.value.in_dimension(Self::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
-        Ok(Self { si, place })
+        let value = raw.value.in_dimension(Self::DIMENSION).map_err(|c| D::Error::custom(c.at(place)))?;
+        Ok(Self { value, place })
     }
 }
 
 impl<const KG: i8, const M: i8, const S: i8> Serialize for Quantity<KG, M, S> {
     fn serialize<Z: Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
-        serializer.serialize_f64(self.si)
+        serializer.serialize_f64(self.value)
     }
 }
 
@@ -89,7 +89,7 @@ pub(super) fn wall_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Op
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerStiffness {
     /// Value [Pa/m^exponent] in the units of the case.
-    pub si: f64,
+    pub value: f64,
     /// Dimension of the unit, if one was written.
     pub dimension: Option<Dimension>,
     /// Where it is written.
@@ -108,21 +108,21 @@ impl<'de> Deserialize<'de> for PowerStiffness {
         let raw = At::<Scalar>::deserialize(deserializer)?;
         let place = raw.place;
         let read = match &raw.value {
-            Scalar::Number(si) => Ok((*si, None)),
+            Scalar::Number(value) => Ok((*value, None)),
             Scalar::Text(text) => unit::parse(text)
                 .map(|(si, dimension)| (units::reading().number(si, dimension), Some(dimension))),
             Scalar::Other(found) => {
                 Err(Complaint::new(format!("expected a stiffness, pressure/length^exponent, found {found}")))
             }
         };
-        let (si, dimension) = read.map_err(|c| D::Error::custom(c.at(place)))?;
-        Ok(Self { si, dimension, place })
+        let (value, dimension) = read.map_err(|c| D::Error::custom(c.at(place)))?;
+        Ok(Self { value, dimension, place })
     }
 }
 
 impl Serialize for PowerStiffness {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_f64(self.si)
+        serializer.serialize_f64(self.value)
     }
 }
 
@@ -152,7 +152,7 @@ impl Scalar {
         let units = units::reading();
         let (expected, examples) = (units.describe(dimension), || units.examples(dimension));
         let (text, found) = match self {
-            Self::Number(si) => return Ok(*si),
+            Self::Number(value) => return Ok(*value),
             Self::Text(text) => (text, unit::parse(text)),
             Self::Other(found) => {
                 return Err(Complaint::new(format!("expected {expected}, found {found}")).hint(examples()));

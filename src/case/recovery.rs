@@ -1,4 +1,4 @@
-//! All that is wrong with a file at once: what can not be read is replaced by a stand-in, and reading begins again.
+//! All errors of a file at once: a value that can not be read is replaced by a stand-in, and the file is read again.
 
 use serde::de::DeserializeOwned;
 
@@ -8,11 +8,18 @@ use super::place::{At, Place};
 use super::units::{Units, reading_in};
 use crate::error::Result;
 
-/// In a longer file only the first thing that can not be read is reported: each further one costs another reading.
+/// Length up to which a file is read again after each error \[bytes\]: 128 KiB.
+///
+/// In a longer file only the first value that can not be read is reported. Each error costs another reading of the whole file, and
+/// there may be 20, so that the answer to a wrong file of the largest permitted length would take 20 times as long as its reading.
+/// The cases of the scenes are shorter than 6 KB; files beyond the limit hold tables that a program wrote.
 const LONGEST: usize = 1 << 17;
 
-/// Number that takes the place of what can not be read, first with one sign and then with the other: a check whose outcome
-/// depends on the sign says nothing about the file.
+/// Number that takes the place of a value that can not be read, first with one sign and then with the other: a check whose
+/// outcome depends on the sign says nothing about the file.
+///
+/// Its size is far above every upper limit of the checks and, with a negative sign, below every lower one. Its square is finite,
+/// so that checks that multiply two values do not meet infinity.
 const STAND_IN: f64 = 1e30;
 
 /// Reads data whose plain numbers are in `units`, and checks it.

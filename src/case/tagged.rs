@@ -14,8 +14,10 @@ use serde::forward_to_deserialize_any;
 
 use super::diagnostics::Complaint;
 use super::place::At;
+use super::quantity::Scalar;
 use super::stand_in::AnyOf;
 use super::tree::CHOICE;
+use super::unit::Dimension;
 
 /// Makes a `#[serde(remote = "Self")]` enum readable in both spellings; the noun is what errors call it. With
 /// `read` in front it is read only, never written.
@@ -66,6 +68,12 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Tagged<D> {
     }
 }
 
+/// A noun with its indefinite article. Those that `tagged` gets begin with a vowel as they are pronounced if they do as written.
+fn with_article(noun: &str) -> String {
+    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {noun}")
+}
+
 struct Choice<V> {
     noun: &'static str,
     variants: &'static [&'static str],
@@ -85,8 +93,9 @@ impl<V> Choice<V> {
         V: Visitor<'de>,
     {
         if !self.variants.contains(&"constant") {
-            let found = Complaint::new(format!("expected a {}, found the number {value}", self.noun))
-                .hint(format!("known: {}", self.variants.join(", ")));
+            let found =
+                Complaint::new(format!("expected {}, found the number {value}", with_article(self.noun)))
+                    .hint(format!("known: {}", self.variants.join(", ")));
             return Err(E::custom(found));
         }
         let entry = std::iter::once(("constant", value));
@@ -98,7 +107,7 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
     type Value = V::Value;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "a {}: one of {}", self.noun, self.variants.join(", "))
+        write!(f, "{}: one of {}", with_article(self.noun), self.variants.join(", "))
     }
 
     fn visit_newtype_struct<D: Deserializer<'de>>(self, inner: D) -> Result<Self::Value, D::Error> {
@@ -111,7 +120,9 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
     }
 
     fn visit_str<E: Error>(self, name: &str) -> Result<Self::Value, E> {
-        if let (true, Ok(number)) = (self.variants.contains(&"constant"), name.parse()) {
+        let is_number = name.trim_start().starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        if is_number && self.variants.contains(&"constant") {
+            let number = Scalar::Text(name.to_owned()).in_dimension(Dimension::NONE).map_err(E::custom)?;
             return self.constant(number);
         }
         self.known(name).map_err(E::custom)?;
@@ -132,8 +143,9 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let Some(name) = map.next_key::<At<String>>()? else {
-            let empty = Complaint::new(format!("expected a {}, found an empty mapping", self.noun))
-                .hint(format!("known: {}", self.variants.join(", ")));
+            let empty =
+                Complaint::new(format!("expected {}, found an empty mapping", with_article(self.noun)))
+                    .hint(format!("known: {}", self.variants.join(", ")));
             return Err(A::Error::custom(empty));
         };
         self.known(&name).map_err(|complaint| A::Error::custom(complaint.at(name.place)))?;

@@ -27,7 +27,7 @@ pub struct Time {
 impl Time {
     /// The largest step \[s\]; the whole time where a case is not completed.
     pub fn step(&self) -> f64 {
-        self.step.map_or(self.end.si, |step| step.si)
+        self.step.map_or(self.end.value, |step| step.value)
     }
 }
 

@@ -74,7 +74,8 @@ fn spoken(place: &str, outcome: std::io::Result<()>) -> Result<()> {
     match outcome {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             let text = format!("{place} can not be written: {error}");
-            Err(Error::file(text).hint("what this command says is not whole; send it elsewhere"))
+            Err(Error::file(text)
+                .hint("the output of this command is incomplete; redirect it to another file or device"))
         }
         _ => Ok(()),
     }

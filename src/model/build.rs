@@ -104,7 +104,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
         case::Material::NeoHookean(_) => "neo_hookean",
         case::Material::SaintVenantKirchhoff(_) => "saint_venant_kirchhoff",
     };
-    let (young_modulus, poisson_ratio) = (elastic.young_modulus.si, elastic.poisson_ratio.si);
+    let (young_modulus, poisson_ratio) = (elastic.young_modulus.value, elastic.poisson_ratio.value);
     let formulation = Formulation {
         material: Material::named(law, young_modulus, poisson_ratio).map_err(|e| e.within(name))?,
         kinematics: match body.kinematics {
@@ -116,7 +116,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
             case::Locking::None => Locking::None,
             case::Locking::SelectiveReduced => Locking::SelectiveReduced,
         },
-        density: body.density.map_or(0.0, |density| density.si),
+        density: body.density.map_or(0.0, |density| density.value),
     };
     let velocity = body.initial_velocity.as_ref();
     Ok(Body {

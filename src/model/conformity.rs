@@ -3,7 +3,10 @@
 //!
 //! Nodes that are not joined lie on sides that only one element has, so that the surface is all that is searched.
 
-use std::collections::BTreeMap;
+mod merging;
+mod seams;
+
+use std::collections::{BTreeMap, HashSet};
 
 use crate::contact::projection::Projection;
 use crate::error::{Error, Result};
@@ -12,10 +15,14 @@ use crate::space::reference;
 use crate::square::{cofactor, dot};
 use crate::tensor::Vector;
 
+use merging::{Merged, drop_inner_facets, merge_nodes, require_two_sides};
+use seams::Seams;
+
 /// Nodes and sides that are closer than this part of the shortest edge of the elements around them touch.
 ///
-/// Gmsh writes 16 digits, and other programs as few as seven: with elements of a thousandth of the body seven digits leave
-/// 1e-4. Half of it would pass meshes with six digits; at ten times as much narrow slits between coarse elements are refused.
+/// Gmsh writes 16 digits, other programs as few as seven. With seven digits, elements of a thousandth of the body have a relative
+/// error of 1e-4. At half the value unconnected parts in meshes with six digits pass; at ten times the value narrow slits between
+/// coarse elements are refused.
 const TOUCH: f64 = 1e-4;
 
 /// A body whose parts hinge on nodes may have this many of them: their motions are found by dense algebra.
@@ -81,9 +88,10 @@ pub(super) enum Parts {
     Apart,
 }
 
-/// Checks a body's mesh, joins its nodes where `parts` says so, and finds its pieces. `meets` are the pairs of sets between
-/// which a contact acts: what touches there is not joined on purpose. The body has a `name`, lengths are in `m`. Returns what
-/// a user should know.
+/// Checks a body's mesh, joins its nodes where `parts` says so, and finds its pieces.
+///
+/// `meets` are the pairs of sets between which a contact of the body with itself acts: surfaces that touch there are separate on
+/// purpose. The body has a `name`, lengths are in `m`. Returns the remarks for the user.
 ///
 /// # Errors
 /// Sides that do not match or are not joined, with their place.
@@ -96,15 +104,18 @@ pub(super) fn conform<const D: usize>(
 ) -> Result<Vec<String>> {
     let mut remarks = Vec::new();
     if let Parts::Merged(tolerance) = parts {
-        let joined = merge_nodes(mesh, (tolerance, m), source)?;
-        remarks.push(match joined {
-            0 => format!("merge: no two nodes of '{name}' are closer than {tolerance:.1e} {m}"),
-            _ => {
-                format!(
-                    "merge: {joined} nodes of '{name}' were joined with others within {tolerance:.1e} {m}"
-                )
-            }
+        let Merged { joined, apart } = merge_nodes(mesh, (tolerance, m), source, &Seams::new(mesh, meets))?;
+        remarks.push(match (joined, apart) {
+            (0, 0) => format!("merge: no two nodes of '{name}' are closer than {tolerance:.1e} {m}"),
+            _ => format!(
+                "merge: {joined} nodes of '{name}' were joined with others within {tolerance:.1e} {m}"
+            ),
         });
+        if apart > 0 {
+            remarks.push(format!(
+                "merge: {apart} pairs of nodes of '{name}' stay separate, since a contact acts between their sets"
+            ));
+        }
     }
     let mut index = FacetIndex::new(mesh);
     if let Parts::Merged(_) = parts {
@@ -118,86 +129,6 @@ pub(super) fn conform<const D: usize>(
     }
     remarks.extend(find_pieces(mesh, &mut index, (name, m), source)?);
     Ok(remarks)
-}
-
-/// Joins nodes that are closer than `tolerance` \[m\]; returns how many there are less. The nodes that go lose their elements.
-fn merge_nodes<const D: usize>(
-    mesh: &mut Mesh<D>,
-    (tolerance, m): (f64, &str),
-    source: &Source,
-) -> Result<usize> {
-    let mut nodes = Vec::new();
-    let mut surface = Vec::new();
-    for facet in FacetIndex::new(mesh).boundary() {
-        mesh.facet_nodes(facet, &mut nodes);
-        surface.extend_from_slice(&nodes);
-    }
-    surface.sort_unstable();
-    surface.dedup();
-    let at = |node: u32| mesh.points[node as usize];
-    let boxes: Vec<Bounds<D>> = surface.iter().map(|&node| Bounds::of([at(node)])).collect();
-    let tree = BoundsTree::new(&boxes);
-    let mut sets = DisjointSets::new(mesh.points.len());
-    let mut joined = 0;
-    for (&node, around) in surface.iter().zip(&boxes) {
-        for other in tree.meeting(&around.inflate(tolerance)) {
-            let other = surface[other as usize];
-            if other != node && distance(&at(node), &at(other)) <= tolerance && sets.join(node, other) {
-                joined += 1;
-            }
-        }
-    }
-    if joined == 0 {
-        return Ok(0);
-    }
-    for element in 0..mesh.element_count() {
-        let mut own: Vec<u32> = mesh.element_nodes(element).iter().map(|&node| sets.find(node)).collect();
-        let count = own.len();
-        own.sort_unstable();
-        own.dedup();
-        if own.len() < count {
-            let message = format!("has two nodes within merge.tolerance, {tolerance:.1e} {m}");
-            let cure = "give a tolerance well below the shortest side of an element";
-            return Err(source.at_element(mesh, element, &message).hint(cure));
-        }
-    }
-    mesh.nodes.iter_mut().for_each(|node| *node = sets.find(*node));
-    for members in mesh.point_sets.values_mut() {
-        members.iter_mut().for_each(|node| *node = sets.find(*node));
-        members.sort_unstable();
-        members.dedup();
-    }
-    Ok(joined)
-}
-
-/// After nodes were joined no side may have three elements.
-fn require_two_sides<const D: usize>(mesh: &Mesh<D>, index: &FacetIndex, source: &Source) -> Result<()> {
-    let Some(crowd) = index.overcrowded().next() else { return Ok(()) };
-    let others: Vec<String> = crowd[1..].iter().map(|side| source.element(mesh, side.element)).collect();
-    let message =
-        format!("shares one side with two or more others once nodes are merged: {}", others.join(", "));
-    Err(source
-        .at_element(mesh, crowd[0].element as usize, &message)
-        .hint("elements lie on each other there: remove one of them, or give a smaller merge.tolerance"))
-}
-
-/// Sides that lie inside since nodes were joined leave their sets.
-fn drop_inner_facets<const D: usize>(mesh: &mut Mesh<D>, index: &FacetIndex, name: &str) -> Vec<String> {
-    let mut remarks = Vec::new();
-    let mut sets = std::mem::take(&mut mesh.facet_sets);
-    for (set, facets) in &mut sets {
-        let before = facets.len();
-        facets.retain(|&facet| index.find(mesh.facet_corners(facet)).count() == 1);
-        let inner = before - facets.len();
-        if inner > 0 {
-            remarks.push(format!(
-                "merge: {inner} of the {before} sides in the set '{name}.{set}' lie inside the body now, and are not in it any more"
-            ));
-        }
-    }
-    sets.retain(|_, facets| !facets.is_empty());
-    mesh.facet_sets = sets;
-    remarks
 }
 
 /// Two elements that share the corners of a side share all its nodes.
@@ -233,6 +164,17 @@ enum Touch {
     Hanging(u32, Facet),
     /// Two sides lie on each other.
     Sides(Facet, Facet),
+}
+
+impl Touch {
+    /// The nodes that touch something; none of two sides.
+    fn nodes(&self) -> Vec<u32> {
+        match *self {
+            Self::Nodes(one, other) => vec![one, other],
+            Self::Hanging(node, _) => vec![node],
+            Self::Sides(..) => Vec::new(),
+        }
+    }
 }
 
 /// The surface of a body as touching is looked for.
@@ -342,22 +284,26 @@ fn require_joined<const D: usize>(
     meets: &[(String, String)],
 ) -> Result<()> {
     let surface = Surface::new(mesh, boundary);
-    let sides = Sides::new(mesh, meets);
+    let seams = Seams::new(mesh, meets);
     let mut found = surface.touching_nodes();
-    found.retain(|touch| !sides.meet(mesh, touch));
+    let in_contact: HashSet<u32> =
+        found.iter().filter(|touch| seams.explain(mesh, touch)).flat_map(Touch::nodes).collect();
+    found.retain(|touch| !seams.explain(mesh, touch) && !seams.has_on_rim(mesh, touch, &in_contact));
     if found.is_empty() {
         found = surface.touching_sides();
-        found.retain(|touch| !sides.meet(mesh, touch));
+        found.retain(|touch| !seams.explain(mesh, touch));
     }
-    // The first by kind and number: files are looked through from their begin.
+    // The first by kind and number, which is the first in the file.
     found.sort_unstable();
     found.dedup();
     let Some(&first) = found.first() else { return Ok(()) };
-    Err(refusal(mesh, source, first, found.len()))
+    let is_alike = |touch: &&Touch| std::mem::discriminant(*touch) == std::mem::discriminant(&first);
+    Err(refusal(mesh, source, first, found.iter().filter(is_alike).count()))
 }
 
 fn refusal<const D: usize>(mesh: &Mesh<D>, source: &Source, first: Touch, count: usize) -> Error {
-    let apart = "faces that shall be apart, as those of a crack, need `merge: never`";
+    let apart = "faces that are meant to be separate, such as those of a crack, need a contact between sets that hold them, or \
+                 `merge: never`";
     let places = |what: &str| match count {
         1 => String::new(),
         _ => format!(" ({count} such {what})"),
@@ -367,7 +313,7 @@ fn refusal<const D: usize>(mesh: &Mesh<D>, source: &Source, first: Touch, count:
             let tolerance = 10.0 * distance(&mesh.points[one as usize], &mesh.points[other as usize]);
             let least = 1e-9 * mesh.bounding_box().map_or(1.0, |(low, high)| distance(&low, &high));
             let message = format!(
-                "and {} coincide, and no element joins them{}: the parts of the mesh on both sides are not joined",
+                "and {} coincide but are separate nodes{}: the parts of the mesh on the two sides are not joined",
                 source.node(mesh, other),
                 places("pairs")
             );
@@ -383,22 +329,22 @@ fn refusal<const D: usize>(mesh: &Mesh<D>, source: &Source, first: Touch, count:
         Touch::Hanging(node, facet) => {
             let element = source.element(mesh, facet.element);
             let message = format!(
-                "hangs: it lies inside a side of {element}, which does not have it{}: the meshes on both sides do not match",
+                "hangs: it lies on a side of {element} but is not one of its nodes{}: the meshes on the two sides do not match",
                 places("places")
             );
             let cure = format!(
-                "mesh both sides with the same nodes; parts whose meshes do not match can be two bodies with a contact; {apart}"
+                "mesh both parts with the same nodes on their common side, or make them two bodies with a contact; {apart}"
             );
             source.at_node(mesh, node, &message).hint(&cure)
         }
         Touch::Sides(one, other) => {
             let element = source.element(mesh, other.element);
             let message = format!(
-                "has a side that lies on a side of {element} with other corners{}: the elements on both sides do not match",
+                "has a side that lies on a side of {element} with other corners{}: the elements on the two sides do not match",
                 places("places")
             );
             let cure = format!(
-                "a quadrilateral side needs a quadrilateral one beside it, and diagonals must agree: mesh both parts anew \
+                "a quadrilateral side must meet a quadrilateral side, and diagonals of triangles must agree: mesh both parts \
                  with elements of one shape; {apart}"
             );
             source.at_element(mesh, one.element as usize, &message).hint(&cure)
@@ -406,36 +352,10 @@ fn refusal<const D: usize>(mesh: &Mesh<D>, source: &Source, first: Touch, count:
     }
 }
 
-/// Nodes of the two sides of each contact of the body with itself.
-struct Sides(Vec<[Vec<u32>; 2]>);
-
-impl Sides {
-    fn new<const D: usize>(mesh: &Mesh<D>, meets: &[(String, String)]) -> Self {
-        let nodes = |set: &str| mesh.set_nodes(set).unwrap_or_default();
-        Self(meets.iter().map(|(one, other)| [nodes(one), nodes(other)]).collect())
-    }
-
-    /// Whether a contact acts where this is.
-    fn meet<const D: usize>(&self, mesh: &Mesh<D>, touch: &Touch) -> bool {
-        let of = |facet: Facet| {
-            let mut nodes = Vec::new();
-            mesh.facet_nodes(facet, &mut nodes);
-            nodes
-        };
-        let (one, other) = match *touch {
-            Touch::Nodes(one, other) => (vec![one], vec![other]),
-            Touch::Hanging(node, facet) => (vec![node], of(facet)),
-            Touch::Sides(one, other) => (of(one), of(other)),
-        };
-        let has = |set: &[u32], nodes: &[u32]| nodes.iter().all(|node| set.binary_search(node).is_ok());
-        self.0.iter().any(|[a, b]| has(a, &one) && has(b, &other) || has(b, &one) && has(a, &other))
-    }
-}
-
-/// Numbers the pieces of the body; returns what a user should know where there is more than one.
+/// Numbers the pieces of the body; returns remarks if there is more than one.
 ///
 /// # Errors
-/// More pieces that hinge on nodes than can be dealt with.
+/// More pieces that hinge on nodes than the program supports.
 fn find_pieces<const D: usize>(
     mesh: &mut Mesh<D>,
     index: &mut FacetIndex,
@@ -473,14 +393,15 @@ fn find_pieces<const D: usize>(
     let mut remarks = Vec::new();
     if let Some(node) = hinge {
         if most > MOST_HINGED {
-            let message =
-                format!("is one of many that alone join {most} pieces of the mesh, each free to turn");
+            let message = format!(
+                "is one of the nodes that alone connect {most} pieces of the mesh, each free to rotate"
+            );
             return Err(source
                 .at_node(mesh, node, &message)
                 .hint("elements must share sides; a body has at most 64 pieces that hinge on nodes"));
         }
         remarks.push(format!(
-            "pieces of '{name}' are joined at single nodes only, as at {} {m}: they turn about them without resistance",
+            "pieces of '{name}' are joined at single nodes only, as at {} {m}: they rotate about them without resistance",
             spelled(&mesh.points[node as usize])
         ));
     }
@@ -562,10 +483,10 @@ fn spans<const D: usize>(mesh: &Mesh<D>, nodes: &[u32]) -> bool {
     arms().any(|arm| (arm - axis * arm.dot(&axis)).norm() > FLAT * length)
 }
 
-/// Whether each curved element can be integrated: its Jacobian is positive at its points of integration.
+/// Requires that each curved element can be integrated: its Jacobian determinant is positive at its integration points.
 ///
 /// # Errors
-/// The first that can not, with its place.
+/// The first element that can not be integrated, with its place.
 pub(super) fn require_sound_curves<const D: usize>(mesh: &Mesh<D>, source: &Source) -> Result<()> {
     let curved = (0..mesh.element_count()).filter(|&element| !is_straight(mesh, element));
     let mut tables: [Option<Vec<Vec<f64>>>; ElementKind::ALL.len()] =
@@ -574,7 +495,7 @@ pub(super) fn require_sound_curves<const D: usize>(mesh: &Mesh<D>, source: &Sour
         let kind = mesh.kinds[element];
         let nodes = mesh.element_nodes(element);
         for slopes in &*tables[kind as usize].get_or_insert_with(|| slopes(kind)) {
-            // Row k has the derivative of the place along the reference axis k.
+            // Row k is the derivative of the position along the reference axis k.
             let mut map = [[0.0; D]; D];
             for (&node, slope) in nodes.iter().zip(slopes.chunks_exact(D)) {
                 let place = mesh.points[node as usize];
@@ -582,21 +503,30 @@ pub(super) fn require_sound_curves<const D: usize>(mesh: &Mesh<D>, source: &Sour
                     (0..D).for_each(|i| map[k][i] += slope[k] * place[i]);
                 }
             }
-            let columns: f64 = map.iter().map(|row| row.iter().map(|x| x * x).sum::<f64>().sqrt()).product();
-            let det = dot(&map[0], &cofactor(&map)[0]);
-            if det.is_nan() || det <= FLAT_CURVE * columns {
+            let det = normalised_determinant(map);
+            if det.is_nan() || det <= FLAT_CURVE {
                 let message = format!(
-                    "is inverted or flat inside, although its corners are good: its Jacobian at a point of integration is \
-                     {:.1e} of what its sides would give",
-                    det / columns
+                    "is inverted or flat inside, although its corners are valid: its Jacobian determinant at an integration point \
+                     is {det:.1e} of the product of the lengths of its columns"
                 );
-                let cure = "nodes on its sides lie too far from the middle: mesh finer where the body is curved, or in Gmsh set \
-                            `Mesh.HighOrderOptimize = 2;`";
+                let cure = "nodes on its sides lie too far from the middle: refine the mesh where the body is curved, or set \
+                            `Mesh.HighOrderOptimize = 2;` in Gmsh";
                 return Err(source.at_element(mesh, element, &message).hint(cure));
             }
         }
     }
     Ok(())
+}
+
+/// The determinant of a matrix whose rows are scaled to length one; 0 if a row is zero.
+fn normalised_determinant<const D: usize>(mut map: [[f64; D]; D]) -> f64 {
+    for row in &mut map {
+        let length = row.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if length > 0.0 {
+            row.iter_mut().for_each(|x| *x /= length);
+        }
+    }
+    dot(&map[0], &cofactor(&map)[0])
 }
 
 /// Gradients of the shape functions of a kind at all its points of integration.
@@ -610,11 +540,11 @@ fn slopes(kind: ElementKind) -> Vec<Vec<f64>> {
     element.full_rule().points.iter().chain(&element.reduced_rule().points).map(at).collect()
 }
 
-/// Jacobian over the product of its columns up to which an element is flat.
+/// Jacobian determinant over the product of the lengths of its columns up to which an element is flat.
 const FLAT_CURVE: f64 = 1e-12;
 
-/// Whether corners tell all of an element: its other nodes lie where straight sides have them, and a hexahedron is
-/// a parallelepiped.
+/// Whether the corners determine the shape of an element: its other nodes lie in the middle of straight sides, and a hexahedron
+/// is a parallelepiped.
 fn is_straight<const D: usize>(mesh: &Mesh<D>, element: usize) -> bool {
     let kind = mesh.kinds[element];
     let nodes = mesh.element_nodes(element);

@@ -16,7 +16,7 @@ const REFERENCE_PRESSURE: f64 = 0.1;
 fn vector<const D: usize, const KG: i8, const M: i8, const S: i8>(
     values: &[case::quantity::Quantity<KG, M, S>],
 ) -> Vector<D> {
-    Vector::from_fn(|i, _| values.get(i).map_or(0.0, |value| value.si))
+    Vector::from_fn(|i, _| values.get(i).map_or(0.0, |value| value.value))
 }
 
 /// The rigid obstacle that the case describes.
@@ -30,10 +30,10 @@ pub(super) fn obstacle<const D: usize>(obstacle: &case::Obstacle) -> Result<Obst
             Obstacle::Plane(Plane::new(vector(point), vector(normal))?)
         }
         case::Obstacle::Sphere { center, radius, side: on } => {
-            Obstacle::Sphere(Sphere::new(vector(center), radius.si, side(on))?)
+            Obstacle::Sphere(Sphere::new(vector(center), radius.value, side(on))?)
         }
         case::Obstacle::Cylinder { point, axis, radius, side: on } => {
-            Obstacle::Cylinder(Cylinder::new(vector(point), vector(axis), radius.si, side(on))?)
+            Obstacle::Cylinder(Cylinder::new(vector(point), vector(axis), radius.value, side(on))?)
         }
     })
 }
@@ -43,16 +43,16 @@ pub(super) fn normal(normal: &case::Normal, young_modulus: f64) -> Result<(Norma
     Ok(match normal {
         case::Normal::Penalty(penalty) => match (penalty.compliance, penalty.penetration) {
             (Some(compliance), _) => {
-                (NormalChoice::Law(NormalLaw::Penalty(Penalty::new(compliance.si)?)), None)
+                (NormalChoice::Law(NormalLaw::Penalty(Penalty::new(compliance.value)?)), None)
             }
             (None, Some(penetration)) => {
-                let compliance = penetration.si / (REFERENCE_PRESSURE * young_modulus);
-                (NormalChoice::Law(NormalLaw::Penalty(Penalty::new(compliance)?)), Some(penetration.si))
+                let compliance = penetration.value / (REFERENCE_PRESSURE * young_modulus);
+                (NormalChoice::Law(NormalLaw::Penalty(Penalty::new(compliance)?)), Some(penetration.value))
             }
             (None, None) => (NormalChoice::FromStiffness, None),
         },
         case::Normal::PowerLaw { stiffness, exponent } => {
-            (NormalChoice::Law(NormalLaw::PowerLaw(PowerNormal::new(stiffness.si, exponent.si)?)), None)
+            (NormalChoice::Law(NormalLaw::PowerLaw(PowerNormal::new(stiffness.value, exponent.value)?)), None)
         }
     })
 }
@@ -65,15 +65,15 @@ pub(super) fn friction(friction: &case::Friction) -> Result<Option<Friction>> {
             (FrictionLaw::Coulomb(Coulomb { coefficient: coefficient(mu)? }), regularization)
         }
         case::Friction::PowerLaw { stiffness, exponent, regularization } => {
-            (FrictionLaw::PowerLaw(PowerFriction::new(stiffness.si, exponent.si)?), regularization)
+            (FrictionLaw::PowerLaw(PowerFriction::new(stiffness.value, exponent.value)?), regularization)
         }
     };
     let regularization = match regularization {
-        case::Regularization::StickVelocity(velocity) => Regularization::stick_velocity(velocity.si)?,
+        case::Regularization::StickVelocity(velocity) => Regularization::stick_velocity(velocity.value)?,
         case::Regularization::SmoothStickVelocity(velocity) => {
-            Regularization::smooth_stick_velocity(velocity.si)?
+            Regularization::smooth_stick_velocity(velocity.value)?
         }
-        case::Regularization::StickStiffness(stiffness) => Regularization::stick_stiffness(stiffness.si)?,
+        case::Regularization::StickStiffness(stiffness) => Regularization::stick_stiffness(stiffness.value)?,
     };
     Ok(Some(Friction { law, regularization }))
 }
@@ -82,10 +82,14 @@ fn coefficient(coefficient: &case::Coefficient) -> Result<Coefficient> {
     Ok(match coefficient {
         case::Coefficient::Constant(value) => Coefficient::Constant(Constant::new(*value)?),
         case::Coefficient::GroschSchallamach { reference, modulus, exponent } => {
-            Coefficient::GroschSchallamach(GroschSchallamach::new(reference.si, modulus.si, exponent.si)?)
+            Coefficient::GroschSchallamach(GroschSchallamach::new(
+                reference.value,
+                modulus.value,
+                exponent.value,
+            )?)
         }
         case::Coefficient::Stribeck { rest, kinetic, decay_velocity } => {
-            Coefficient::Stribeck(Stribeck::new(rest.si, kinetic.si, decay_velocity.si)?)
+            Coefficient::Stribeck(Stribeck::new(rest.value, kinetic.value, decay_velocity.value)?)
         }
     })
 }

@@ -92,7 +92,7 @@ fn file_body<const D: usize>(
 fn parts(merge: Option<&case::At<Merge>>) -> Parts {
     match merge.map(|merge| merge.value) {
         None => Parts::Joined,
-        Some(Merge::Tolerance(tolerance)) => Parts::Merged(tolerance.si),
+        Some(Merge::Tolerance(tolerance)) => Parts::Merged(tolerance.value),
         Some(Merge::Never) => Parts::Apart,
     }
 }

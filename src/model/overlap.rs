@@ -75,7 +75,7 @@ fn middle<const D: usize>(obstacle: &Obstacle, near: &[f64; D]) -> Option<[f64; 
         Obstacle::Sphere { center, side: Side::Outside, .. } => Some(lengths(center)),
         Obstacle::Cylinder { point, axis, side: Side::Outside, .. } => {
             let point = Vector::<D>::from(lengths(point));
-            let axis = Vector::<D>::from_fn(|i, _| axis.get(i).map_or(0.0, |entry| entry.si)).normalize();
+            let axis = Vector::<D>::from_fn(|i, _| axis.get(i).map_or(0.0, |entry| entry.value)).normalize();
             Some((point + axis * axis.dot(&(Vector::from(*near) - point))).into())
         }
         Obstacle::Plane { .. } | Obstacle::Sphere { .. } | Obstacle::Cylinder { .. } => None,

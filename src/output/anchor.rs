@@ -1,4 +1,4 @@
-//! Whether a name still leads to the file or folder that is being written into.
+//! Whether a path still refers to the file or folder into which the program writes.
 
 use std::fs::{File, metadata};
 use std::io::ErrorKind;
@@ -9,10 +9,10 @@ use crate::error::{Error, Result};
 
 use super::folder::trouble;
 
-/// A file or folder that is held open while its name is in use.
+/// A file or folder that is held open while its path is in use.
 ///
-/// While it is open, the system gives its number to no other file. So a comparison of device and inode finds a folder that
-/// was moved, deleted or made anew.
+/// While it is open, the system assigns its inode to no other file. So a comparison of device and inode detects a folder that
+/// was moved, deleted or created again.
 #[derive(Debug)]
 pub struct Anchor {
     path: PathBuf,
@@ -20,7 +20,7 @@ pub struct Anchor {
 }
 
 impl Anchor {
-    /// Holds on to what the path leads to now.
+    /// Opens the file or folder to which the path refers now.
     ///
     /// # Errors
     /// It can not be opened.
@@ -29,10 +29,10 @@ impl Anchor {
         Ok(Self { path: path.to_path_buf(), file })
     }
 
-    /// Makes sure that the path still leads there.
+    /// Makes sure that the path still refers to it.
     ///
     /// # Errors
-    /// It leads elsewhere or nowhere.
+    /// The path refers to another file or to none.
     pub fn check(&self) -> Result<()> {
         require_same(&self.file, &self.path)
     }
@@ -47,24 +47,24 @@ impl Anchor {
     }
 }
 
-/// Makes sure that the name of an open file still leads to it.
+/// Makes sure that the path of an open file still refers to it.
 ///
 /// # Errors
-/// It leads elsewhere or nowhere.
+/// The path refers to another file or to none.
 pub(super) fn require_same(file: &File, path: &Path) -> Result<()> {
     let same = is_same(file, path).map_err(|e| trouble(path, "find", &e))?;
     same.then_some(()).ok_or_else(|| {
         Error::file(format!("{}: moved, deleted or replaced during the run", path.display())).hint(
-            "results are complete up to the output before, where they are now; put the folder back, and go on from a checkpoint by \
-             --restart, or begin again",
+            "the results up to the last output are where the folder is now; move it back and continue from a checkpoint by \
+             --restart, or start again",
         )
     })
 }
 
-/// Whether the name of an open file leads to it.
+/// Whether the path of an open file refers to it.
 ///
 /// # Errors
-/// The system can not tell.
+/// The system can not look the path up.
 pub(super) fn is_same(file: &File, path: &Path) -> std::io::Result<bool> {
     let own = file.metadata()?;
     match metadata(path) {
@@ -81,7 +81,7 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    /// A folder that was moved, deleted, or deleted and made again is found out; one that gained files is the same.
+    /// A folder that was moved, deleted, or deleted and created again is detected; one that gained files is the same.
     #[test]
     fn another_folder_of_the_same_name_is_found_out() {
         let scratch = Scratch::new("anchor");

@@ -351,7 +351,7 @@ mod tests {
         assert!(!scratch.0.join("fields/step_000001/contact.pvtu").exists());
     }
 
-    /// A value that is no number is an error that names its field, and no piece is written.
+    /// A value that is not finite is an error that names its field, and no piece is written.
     #[test]
     fn refuses_what_is_no_number() {
         let scratch = Scratch::new("fields-nan");

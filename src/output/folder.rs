@@ -181,17 +181,29 @@ where
         fill(&mut file)?;
         file.flush()
     });
-    written.and_then(|()| patiently(|| fs::rename(&part, path))).map_err(|e| {
+    written.and_then(|()| rename_patiently(|| fs::rename(&part, path))).map_err(|e| {
         let _ = fs::remove_file(&part);
         unwritable(path, &e)
     })
 }
 
-/// How often, a tenth of a second apart, a file is renamed that somebody else has open.
+/// Attempts to rename a file over one that another process has open.
+///
+/// With [`PAUSE`] between them they last two seconds, far longer than a reader has a small file open. With half of it a slow file
+/// server is more likely to end a run; with twice of it a lasting refusal is reported two seconds later.
 const TRIES: u32 = 20;
 
-/// Some shared file systems refuse to rename over a file while a reader has it open: that passes.
-fn patiently(mut rename: impl FnMut() -> std::io::Result<()>) -> std::io::Result<()> {
+/// Time between two attempts to rename a file.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// Renames a file, and repeats it while it is refused for a reason that may pass.
+///
+/// Network file systems such as SMB refuse to rename over a file while a reader has it open, with one of the errors below,
+/// depending on the server. On a local disk the first attempt succeeds or fails for good.
+///
+/// # Errors
+/// The error of the last attempt, or the first error of another kind.
+fn rename_patiently(mut rename: impl FnMut() -> std::io::Result<()>) -> std::io::Result<()> {
     let is_passing = |kind: ErrorKind| {
         matches!(
             kind,
@@ -203,7 +215,7 @@ fn patiently(mut rename: impl FnMut() -> std::io::Result<()>) -> std::io::Result
     };
     for _ in 1..TRIES {
         match rename() {
-            Err(e) if is_passing(e.kind()) => sleep(Duration::from_millis(100)),
+            Err(e) if is_passing(e.kind()) => sleep(PAUSE),
             done => return done,
         }
     }
@@ -358,7 +370,7 @@ pub(crate) mod tests {
         let mut calls = 0;
         let mut rename = |kind: ErrorKind, busy: u32| {
             calls = 0;
-            let outcome = patiently(|| {
+            let outcome = rename_patiently(|| {
                 calls += 1;
                 if calls <= busy { Err(kind.into()) } else { Ok(()) }
             });

@@ -1,8 +1,8 @@
 //! One writer for a folder, also where several hosts share it.
 //!
-//! The file `run.lock` is locked by the system, which on one host is proof: the lock of a process that died is free. Locks
-//! between hosts are missing on some file systems. There the file changes every two seconds, and who finds one that another host
-//! has left waits long enough to see it change.
+//! The file `run.lock` is locked by the system. On one host this suffices: the system frees the lock of a process that died. Some
+//! file systems have no locks between hosts. Therefore the owner changes the file every two seconds, and a run that finds the file
+//! of another host waits long enough to see whether it changes.
 
 use std::fs::{File, OpenOptions, TryLockError, read_to_string};
 use std::os::unix::fs::FileExt;
@@ -24,15 +24,15 @@ use super::process::host;
 /// Name of the file in the folder.
 pub const LOCK: &str = "run.lock";
 
-/// How often the file changes. Half of it costs a shared file system more writes; twice of it makes who goes on after a run
-/// that was killed on another host wait twice as long.
+/// How often the file changes. Half of it doubles the writes on a shared file system. Twice of it doubles the time for which a
+/// run waits in the folder of a run that was killed on another host.
 const BEAT: Duration = Duration::from_secs(2);
 
-/// Time within which a living run has changed its file. A host may keep what it has read for a moment, and a busy one may miss
-/// a beat.
+/// Time after which a file that did not change belongs to a dead run. It allows for a host that caches what it reads, and for a
+/// busy one that misses a beat.
 const SILENCE: Duration = Duration::from_secs(7);
 
-/// How long a run that is being killed may take to go.
+/// How long a run that is being killed may take to end.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// A folder that this process alone writes into, until it is dropped.
@@ -86,7 +86,7 @@ impl Lock {
     }
 
     fn own(path: PathBuf, file: File) -> Result<Self> {
-        // The clock may go back: the kernel and the number of the process tell runs of one instant apart.
+        // The clock may be set back, so the kernel and the number of the process distinguish runs too.
         let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
         let token = format!("{}-{}-{now}", kernel(), std::process::id());
         let written = file.set_len(0).and_then(|()| file.write_all_at(text(&token, 0).as_bytes(), 0));
@@ -116,16 +116,19 @@ impl Lock {
                     lost.store(true, Ordering::Relaxed);
                     return;
                 }
-                // What can not be written now may be written at the next beat.
+                // A write that fails is repeated at the next beat.
                 let _ = file.write_all_at(text(&token, count).as_bytes(), 0).and_then(|()| file.sync_data());
             }
         };
-        // Without a thread the lock of the system remains.
-        lock.heart = Builder::new().name("lock".into()).stack_size(1 << 17).spawn(beat).ok();
+        let heart = Builder::new().name("lock".into()).spawn(beat).map_err(|e| {
+            Error::internal(format!("no thread can be started that keeps {}: {e}", lock.path.display()))
+                .hint("raise the limits on processes (`ulimit -u`) and on address space (`ulimit -v`)")
+        })?;
+        lock.heart = Some(heart);
         Ok(lock)
     }
 
-    /// By which other ranks know the folder.
+    /// The identifier of this run in the folder, by which other ranks recognise it.
     pub fn token(&self) -> &str {
         &self.token
     }
@@ -141,7 +144,7 @@ impl Lock {
         }
     }
 
-    /// The token of who writes into a folder; empty where nobody does.
+    /// The token of the run that writes into a folder; empty if there is no such run.
     pub fn token_of(folder: &Path) -> String {
         owner(&content(&folder.join(LOCK)))["token"].as_str().unwrap_or_default().to_owned()
     }
@@ -162,7 +165,7 @@ impl Drop for Lock {
     }
 }
 
-/// What the file holds; every beat has the same length, so that no reader sees a part.
+/// The content of the file. It has the same length at every beat, so that no reader sees a part.
 fn text(token: &str, beat: u64) -> String {
     let owner = json!({ "token": token, "kernel": kernel(), "host": host(), "process": std::process::id() });
     let beat = format!("{beat:020}");
@@ -200,7 +203,7 @@ fn in_use(folder: &Path, content: &str) -> Error {
     let owner = owner(content);
     let who = match (owner["process"].as_u64(), owner["host"].as_str()) {
         (Some(id), Some(host)) => format!("process {id} on {host}"),
-        _ => "of unknown process".to_owned(),
+        _ => "an unknown process".to_owned(),
     };
     Error::file(format!("{}: a run is writing there, {who}; nothing was changed", folder.display()))
         .hint("wait for its end, or give another folder with --output")
@@ -220,7 +223,7 @@ mod tests {
         )
     }
 
-    /// A second writer is refused with the number of the first, and welcome when the first has gone; the file goes with it.
+    /// A second writer is refused with the number of the first, and accepted when the first has ended, which removes the file.
     #[test]
     fn one_writer_at_a_time() {
         let scratch = Scratch::new("lock");
@@ -234,8 +237,8 @@ mod tests {
         drop(Lock::take_within(&scratch.0, SOON).unwrap());
     }
 
-    /// A file that another host keeps changing is respected although the system would give its lock; one that stays as it
-    /// is belongs to a dead run. Damaged ones and those of dead processes of this host are no obstacle.
+    /// A file that another host keeps changing is respected although the system grants its lock. One that stays as it is belongs
+    /// to a dead run. Damaged files and those of dead processes of this host are replaced.
     #[test]
     fn a_run_of_another_host_is_known_by_its_beats() {
         let scratch = Scratch::new("lock-beats");
@@ -265,7 +268,7 @@ mod tests {
         }
     }
 
-    /// Who finds the folder taken by another run says so at the next check. A file that is gone is no such thing.
+    /// A run whose folder was taken by another run reports it at the next check. A missing file is not reported.
     #[test]
     fn a_folder_that_was_taken_is_noticed() {
         let scratch = Scratch::new("lock-lost");

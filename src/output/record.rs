@@ -66,7 +66,6 @@ pub struct Penetration {
     /// Largest penetration of any point in any step \[m\]; 0 also where multipliers hold the surfaces exactly.
     pub deepest: f64,
     /// Largest normal force in any step \[N\]; 0 where it never closed.
-    #[serde(default)]
     pub force: f64,
     /// The one that the user asked for \[m\], where he gave one.
     pub asked: Option<f64>,
@@ -144,7 +143,8 @@ impl Input {
 pub struct Totals {
     /// Steps that were accepted.
     pub steps: u64,
-    /// Steps that were rolled back and cut.
+    /// Cuts of a step: attempts that were rolled back, and steps that were halved before they were tried because surfaces under
+    /// friction would move too far in them.
     pub cut_steps: u64,
     /// Newton iterations, those of failed attempts included.
     pub newton_iterations: u64,

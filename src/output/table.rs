@@ -15,9 +15,9 @@ use crate::files;
 use super::anchor::require_same;
 use super::folder::{trouble, unwritable, write_whole};
 
-/// What a user can do about a result that is no number.
-const NO_NUMBER: &str =
-    "the step before is the last good one; look at what the boundaries prescribe and at the units";
+/// What a user can do about a result that is not finite.
+const NOT_FINITE: &str =
+    "the results are valid up to the step before; check the prescribed boundary values and the units";
 
 /// One entry of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -268,7 +268,7 @@ impl Table {
                 && !value.is_finite()
             {
                 let text = format!("{}: the value {value} in column `{column}`", self.path.display());
-                return Err(Error::not_converged(text).hint(NO_NUMBER));
+                return Err(Error::not_converged(text).hint(NOT_FINITE));
             }
             push(&mut self.line, cell);
             self.line.push(',');
@@ -296,7 +296,9 @@ pub fn whole(name: &str, columns: &[String], rows: &[Vec<Cell>]) -> Result<Strin
     for cells in rows {
         let bad = cells.iter().any(|cell| matches!(cell, Cell::Number(value) if !value.is_finite()));
         if bad || cells.len() != columns.len() {
-            return Err(Error::internal(format!("{name}: a row that does not fit its header, or no number")));
+            return Err(Error::internal(format!(
+                "{name}: a row that does not fit its header, or a value that is not finite"
+            )));
         }
         for cell in cells {
             push(&mut text, cell);
@@ -326,19 +328,16 @@ fn push(line: &mut String, cell: &Cell) {
         Cell::Number(value) if *value == 0.0 => write!(line, "0"),
         Cell::Number(value) if (1e-4..1e7).contains(&value.abs()) => write!(line, "{value}"),
         Cell::Number(value) => write!(line, "{value:e}"),
-        // A row is one line, whatever a name holds.
-        Cell::Text(text) if text.contains(char::is_control) => {
-            let plain: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-            push(line, &Cell::Text(&plain));
-            Ok(())
-        }
-        Cell::Text(text) if text.contains([',', '"']) => {
-            write!(line, "\"{}\"", text.replace('"', "\"\""))
-        }
-        Cell::Text(text) => write!(line, "{text}"),
+        Cell::Text(text) => write!(line, "{}", field(text)),
         Cell::Absent => Ok(()),
     };
     debug_assert!(done.is_ok(), "writing to a string does not fail");
+}
+
+/// A text as a field: on one line, since a label of a study may hold a line break, and in quotes if it holds a comma or a quote.
+fn field(text: &str) -> String {
+    let plain = text.replace(char::is_control, " ");
+    if plain.contains([',', '"']) { format!("\"{}\"", plain.replace('"', "\"\"")) } else { plain }
 }
 
 /// Column names from words.

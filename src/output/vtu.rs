@@ -176,7 +176,7 @@ pub fn write(path: &Path, piece: &Piece) -> Result<()> {
     let (points, cells) = piece.check()?;
     let arrays = piece.point_data.iter().chain(&piece.cell_data).chain(std::iter::once(&piece.points));
     if let Some(array) = arrays.into_iter().find(|array| !array.values.are_finite()) {
-        let text = format!("{}: a value of `{}` is no number", path.display(), array.name);
+        let text = format!("{}: a value of `{}` is not finite", path.display(), array.name);
         return Err(Error::not_converged(text));
     }
     write_whole_with(path, |file| stream(file, piece, [points, cells]))

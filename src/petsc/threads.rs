@@ -55,7 +55,7 @@ const BUFFER: usize = 128 << 20;
 /// Address space that a small run needs beside it \[bytes\].
 const RUN: usize = 16 << 20;
 
-/// Lets the BLAS take its buffers now, where there is room for them: without room OpenBLAS would try for ever.
+/// Lets the BLAS allocate its buffers now, if there is room for them: without room OpenBLAS would retry endlessly.
 ///
 /// # Errors
 /// There is no room, by a limit as that of `ulimit -v`.
@@ -79,14 +79,19 @@ pub(super) fn take_buffers() -> Result<()> {
     Ok(())
 }
 
-/// Makes sure that there is room for the buffers of the BLAS and a small run; MPI needs some of it as well, and its own words
-/// about it are obscure.
+/// Makes sure that there is room for the buffers of the BLAS and a small run. MPI needs some of it as well, and its own error
+/// messages are obscure.
 ///
 /// # Errors
 /// As [`take_buffers`].
 pub(super) fn require_buffers() -> Result<()> {
-    let threads = blas_threads().unwrap_or(1).max(1) as usize;
-    require_room(threads.saturating_mul(BUFFER).saturating_add(RUN))
+    require_room(needed_room(blas_threads()))
+}
+
+/// Address space for a BLAS with this number of threads and a small run \[bytes\]. A BLAS without threads takes no such buffers.
+fn needed_room(threads: Option<u32>) -> usize {
+    let buffers = threads.map_or(0, |threads| BUFFER.saturating_mul(threads.max(1) as usize));
+    buffers.saturating_add(RUN)
 }
 
 /// Order of the matrices that are solved for the sake of the buffers.
@@ -131,4 +136,17 @@ pub(super) fn address(name: &CStr) -> Option<*mut libc::c_void> {
     // SAFETY: the name ends with a zero; looking for it changes nothing.
     let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
     (!found.is_null()).then_some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Room for buffers is required only if there is a BLAS with threads.
+    #[test]
+    fn buffers_are_those_of_a_blas_with_threads() {
+        assert_eq!(needed_room(None), 16 << 20);
+        assert_eq!(needed_room(Some(1)), 144 << 20);
+        assert_eq!(needed_room(Some(4)), 528 << 20);
+    }
 }

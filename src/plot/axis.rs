@@ -173,7 +173,7 @@ pub enum Ends {
 
 /// A prefix of a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Prefix {
+pub(super) struct Prefix {
     name: &'static str,
     factor: f64,
 }
@@ -198,6 +198,14 @@ impl Prefix {
         }
         let fits = |prefix: &&Self| largest < 200.0 * prefix.factor * (1.0 + 1e-9);
         *Self::ALL.iter().find(fits).unwrap_or(&Self::ALL[Self::ALL.len() - 1])
+    }
+
+    /// A value of a quantity with seven digits, its prefix and its unit.
+    pub(super) fn applied(quantity: &Quantity, value: f64) -> String {
+        let prefix = Self::suiting(quantity, value.abs());
+        let digits = format!("{:.6e}", value / prefix.factor);
+        let number = digits.parse::<f64>().unwrap_or(value / prefix.factor);
+        format!("{number} {}{}", prefix.name, quantity.unit)
     }
 
     fn label(self, quantity: &Quantity) -> String {

@@ -49,7 +49,7 @@ impl Csv {
         };
         let columns = read(1, header)?;
         if let Some(twice) = columns.iter().enumerate().find(|(k, name)| columns[..*k].contains(name)) {
-            return Err(wrong(1, format!("the column '{}' stands twice", shown(twice.1))));
+            return Err(wrong(1, format!("the column '{}' occurs twice", shown(twice.1))));
         }
         let mut rows = Vec::new();
         for (index, line) in lines.enumerate() {
@@ -150,7 +150,7 @@ mod tests {
         for (text, words) in [
             ("step,a\n0,1\n1,\"2\n3,4\n", "line 3: a quote without"),
             ("step,\"a\n0,1\n", "line 1: a quote without"),
-            ("a,b,a\n0,1,2\n", "line 1: the column 'a' stands twice"),
+            ("a,b,a\n0,1,2\n", "line 1: the column 'a' occurs twice"),
         ] {
             std::fs::write(&path, text).unwrap();
             let error = Csv::read(&path).unwrap_err();

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 
-use super::axis::{Axis, Display, Ends};
+use super::axis::{Axis, Display, Ends, Prefix};
 use super::canvas::{Anchor, Canvas, sheet};
 use super::chart::{Frame, draw_axes, place_in};
 use super::colour::{bar_width, colour, draw_bar};
@@ -92,13 +92,9 @@ fn magnified(shot: &Shot, factor: f64) -> Shot {
 }
 
 fn caption(title: &str, shot: &Shot, display: &Display) -> String {
-    let time = Axis::covering(&display.quantity("t", "s"), [0.0, shot.time], Ends::Data, 5.0);
-    let unit = time.label.trim_start_matches("t (").trim_end_matches(')').to_string();
-    let factor = [("ns", 1e9), ("µs", 1e6), ("ms", 1e3), ("s", 1.0), ("ks", 1e-3)];
-    let factor = factor.iter().find(|(name, _)| *name == unit).map_or(1.0, |(_, factor)| *factor);
-    let number = (shot.time * factor * 1e4).round() / 1e4;
+    let time = Prefix::applied(&display.quantity("t", "s"), shot.time);
     let comma = if title.is_empty() { "" } else { ", " };
-    format!("{title}{comma}t = {number} {unit}")
+    format!("{title}{comma}t = {time}")
 }
 
 /// Height of a panel of that width that the flattest scene fills, within bounds.
@@ -189,7 +185,10 @@ fn equal_axes(frame: Frame, extent: [[f64; 2]; 2], display: &Display) -> [Axis; 
 
 #[cfg(test)]
 mod tests {
+    use serde::Deserialize;
+
     use super::*;
+    use crate::case::Units;
     use crate::plot::grid::Grid;
 
     /// What one would not see is enlarged by a round factor, what one sees is left alone.
@@ -206,6 +205,24 @@ mod tests {
         let large = magnified(&shot(0.01), 20.0);
         assert_eq!(large.bodies.displacement, large.surfaces.unwrap().displacement);
         assert!((large.bodies.displacement[1][1] - 0.2).abs() < 1e-15);
+    }
+
+    /// The time in a caption has a prefix only in metric units. The unit of time of other results may itself have the name of a
+    /// second with a prefix.
+    #[test]
+    fn captions_have_the_time_in_its_unit() {
+        let units = serde_json::json!({ "length": "in", "mass": "slinch", "time": "ms" });
+        let milliseconds = Units::deserialize(&units).unwrap();
+        let shot = |time: f64| Shot { time, bodies: Grid::default(), surfaces: None };
+        for (units, time, text) in [
+            (Units::SI, 0.07, "a, t = 70 ms"),
+            (Units::SI, 0.0, "a, t = 0 s"),
+            (Units::SI, 3e6, "a, t = 3 Ms"),
+            (milliseconds, 100.0, "a, t = 100 ms"),
+            (milliseconds, 2e-6, "a, t = 0.000002 ms"),
+        ] {
+            assert_eq!(caption("a", &shot(time), &Display::of(&[units])), text);
+        }
     }
 
     /// A metre is as long across as upward.

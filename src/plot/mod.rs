@@ -117,7 +117,8 @@ pub fn album(folder: &Path, times: &[f64]) -> Result<Album> {
     let mut notes = Vec::new();
     let run = Run::read(folder, &mut notes)?;
     let display = Display::of(&[run.units]);
-    let shots = grid::shots(folder, times, &mut notes).into_iter();
+    let times: Vec<f64> = times.iter().map(|time| time / run.units.si_value("s")).collect();
+    let shots = grid::shots(folder, &times, &mut notes).into_iter();
     let shots: Vec<_> = shots.map(|shot| (String::new(), shot.shown(run.units, &display))).collect();
     let mut bodies = Vec::new();
     for (name, shown) in [("deformed_pressure", Shown::Pressure), ("deformed_von_mises", Shown::VonMises)] {

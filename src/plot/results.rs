@@ -41,7 +41,7 @@ impl Run {
         if record["verdict"] != "completed" {
             let verdict = verdict(&record);
             notes.push(format!(
-                "{}: the run has not completed (verdict: {verdict}); drawn is what is there",
+                "{}: the run has not completed (verdict: {verdict}); the available rows are drawn",
                 path.display()
             ));
         }
@@ -58,7 +58,7 @@ impl Run {
             // Of a run that has ended it is known what a table held.
             let mark = Mark::deserialize(&record["tables"][name]).ok();
             if let Some(Err(damage)) = mark.filter(|_| csv.is_some()).map(|mark| mark.check(&file)) {
-                notes.push(format!("{damage}; drawn is what is there"));
+                notes.push(format!("{damage}; the available rows are drawn"));
             }
             Ok(csv)
         };

@@ -52,7 +52,11 @@ pub fn draw_table(wanted: &TableFigure, file: &Path) -> Result<Vec<String>> {
     Ok(if csv.is_cut { vec![cut] } else { Vec::new() })
 }
 
-/// No figure of more curves or panels can be read.
+/// Most curves, and most panels, of a figure.
+///
+/// A column of numbers that is taken for a column of labels has a word for every row, and a figure with thousands of curves or
+/// panels is of no use. The limit is well above what a reader can distinguish, so that it refuses only such mistakes: half or
+/// twice of it does the same.
 const MOST: usize = 200;
 
 /// One row that is drawn.

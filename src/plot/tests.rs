@@ -6,6 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use serde::Deserialize;
+
 use crate::error::Cause;
 use crate::output::Status;
 use crate::output::energy::{EnergyRow, EnergyTable};
@@ -36,7 +38,7 @@ fn write_run<const D: usize>(path: &Path, title: &str, friction: f64) {
         }
     }
     for rank in [1, 0] {
-        write_fields::<D>(path, rank);
+        write_fields::<D>(path, rank, &[(140, 0.07)]);
     }
     record(title, Verdict::Completed).write(folder.path()).unwrap();
 }
@@ -117,8 +119,8 @@ fn iteration_row(step: u32, time: f64, iteration: u32) -> IterationRow<'static> 
 }
 
 /// A box of `cells` cells a side (the last twice as many along x), its right half on rank 1; the bottom is in
-/// contact.
-fn write_fields<const D: usize>(path: &Path, rank: usize) {
+/// contact. The fields are the same at all `steps`, which are numbers with their times.
+fn write_fields<const D: usize>(path: &Path, rank: usize, steps: &[(u64, f64)]) {
     let cells = if D == 2 { 24 } else { 8 };
     let side: usize = cells + 1;
     let count = side.pow(D as u32);
@@ -174,9 +176,11 @@ fn write_fields<const D: usize>(path: &Path, rank: usize) {
         status: &vec![1; count],
         friction_work: &pressure,
     };
-    writer.write(140, &fields, Some(&surface)).unwrap();
-    if rank == 0 {
-        writer.publish(140, 0.07).unwrap();
+    for &(step, time) in steps {
+        writer.write(step, &fields, Some(&surface)).unwrap();
+        if rank == 0 {
+            writer.publish(step, time).unwrap();
+        }
     }
 }
 
@@ -276,6 +280,22 @@ fn a_run_in_space_gives_every_figure() {
     let figures = scratch.0.join("space");
     let plotted = plot(&[path], Some(&figures)).unwrap();
     assert_eq!(figures_in(&figures, &plotted.files), ALL);
+}
+
+/// The times of a report are in seconds, whatever the unit of time of the results.
+#[test]
+fn times_of_a_report_are_in_seconds() {
+    let scratch = Scratch::new("report-times");
+    write_run::<2>(&scratch.0, "Milliseconds", 1.0);
+    let units = serde_json::json!({ "length": "m", "mass": "kg", "time": "ms" });
+    let units = Units::deserialize(&units).unwrap();
+    Record { units, ..record("Milliseconds", Verdict::Completed) }.write(&scratch.0).unwrap();
+    for rank in [1, 0] {
+        write_fields::<2>(&scratch.0, rank, &[(0, 0.0), (70, 35.0), (140, 70.0)]);
+    }
+    let album = super::album(&scratch.0, &[0.035]).unwrap();
+    let (_, bodies) = &album.bodies[0];
+    assert!(bodies.contains("t = 35 ms") && !bodies.contains("t = 0"), "{:?}", album.notes);
 }
 
 /// A killed run is drawn as far as it goes: a cut row and a missing piece are left out with a note each.

@@ -60,7 +60,7 @@ impl<const D: usize> Journal<D> {
         self.record.held = Some(Holding { step, free, motions, force, by: by.map(resultant), note });
     }
 
-    /// The next step is tried; until it has ended its iterations are none of what a run goes on from.
+    /// The next step is tried. Its iterations belong to no checkpoint until it has ended.
     pub fn try_step(&mut self) {
         if let Some(tables) = &mut self.tables {
             tables.begin_attempt();
@@ -117,7 +117,7 @@ impl<const D: usize> Journal<D> {
         self.record.warn(note);
     }
 
-    /// A step is shortened before it is tried, since surfaces would move too far in it.
+    /// A step is halved before it is tried, because surfaces would move too far in it. It counts as a cut.
     pub fn shortened(&mut self) {
         self.record.totals.cut_steps += 1;
     }

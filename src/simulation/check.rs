@@ -151,7 +151,7 @@ pub(super) fn told_units(case: &Case) -> Option<String> {
 }
 
 fn steps(case: &Case) -> String {
-    let (end, step) = (case.time.end.si, case.time.step());
+    let (end, step) = (case.time.end.value, case.time.step());
     let count = (end / step * (1.0 - 1e-12)).ceil().max(1.0);
     let kind = if case.is_static() { "load increments" } else { "steps" };
     let (step, s, cuts) = (end / count, case.units.of("s"), case.time.cuts.value);
@@ -224,7 +224,7 @@ fn describe_contact<const D: usize>(
     }
     match friction.regularization {
         Regularization::StickVelocity { velocity } | Regularization::SmoothStickVelocity { velocity } => {
-            let creep = velocity * case.time.end.si;
+            let creep = velocity * case.time.end.value;
             let _ = writeln!(text, "  stick: a stuck point creeps by {creep:.3e} {m} at most until the end");
         }
         Regularization::StickStiffness { stiffness } => {

@@ -74,7 +74,7 @@ impl Keeper {
     /// The system refuses.
     pub fn new(session: &Rc<Session>, case: &Case, place: &Place) -> Result<Self> {
         let wanted = case.output.checkpoint.as_ref();
-        let limit = wanted.and_then(|checkpoint| checkpoint.wall_time).map(|limit| limit.si);
+        let limit = wanted.and_then(|checkpoint| checkpoint.wall_time).map(|limit| limit.value);
         let (every, keep) = wanted.map_or((None, 2), |c| (Some(u64::from(c.every.value)), c.keep.value));
         let limit = place.wall_time.map(|limit| limit.as_secs_f64()).or(limit);
         let (signals, began, reserve) = (Signals::listen()?, Instant::now(), Rc::<Cell<_>>::default());

@@ -47,8 +47,8 @@ impl Guard {
         };
         let watches = matches!(scheme, Scheme::Newmark { .. });
         let speeds = if watches { model.contacts.iter().map(speed).collect() } else { Vec::new() };
-        let limit = case.guard.energy.map(|energy| energy.si);
-        let motion = MotionWatch::new(case.guard.motion.map(|motion| motion.si));
+        let limit = case.guard.energy.map(|energy| energy.value);
+        let motion = MotionWatch::new(case.guard.motion.map(|motion| motion.value));
         Self { limit, scale: 0.0, calm: *start, speeds, unexplained: Unexplained::default(), motion }
             .with(start)
     }
@@ -134,7 +134,8 @@ impl Guard {
         }
         let made = energies.numerical < 0.0;
         let (term, change) = culprit(&self.calm, energies, made);
-        let (verb, moved) = if made { ("came from nowhere", "grew") } else { ("was lost", "fell") };
+        let (verb, moved) =
+            if made { ("was gained without a cause", "grew") } else { ("was lost without a cause", "fell") };
         let (s, joule) = (units.of("s"), units.of("J"));
         let message = format!(
             "t = {time:.6e} {s}: {:.4e} {joule} {verb}, {:.2} % of the largest energy so far, {:.2} % are allowed; \
@@ -177,7 +178,7 @@ mod tests {
         Guard { limit: Some(limit), scale: 0.0, calm, speeds: Vec::new(), unexplained, motion }.with(&calm)
     }
 
-    /// Energy from nowhere, or lost, ends the run with the term that did it; explained changes do not, nor does a limit
+    /// Energy that is gained or lost without a cause ends the run with the term that did it; explained changes do not, nor does a limit
     /// that is not set.
     #[test]
     fn unexplained_energy_ends_a_run() {
@@ -187,7 +188,7 @@ mod tests {
         let error = gains.energy(&energies(48.0, 58.0, -6.0), 0.3, Units::SI).unwrap_err();
         assert_eq!(error.exit_code(), 6);
         assert!(
-            error.message.contains("strain energy grew by 1.6") && error.message.contains("nowhere"),
+            error.message.contains("strain energy grew by 1.6") && error.message.contains("gained"),
             "{error}"
         );
         let mut loses = guard(0.05);

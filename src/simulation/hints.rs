@@ -7,8 +7,9 @@ use crate::case::{self, Case};
 use crate::error::{Cause, Error};
 use crate::solvers::{SolveReport, Trouble};
 
-/// The cure where numbers are too large, or none.
-pub(super) const BEYOND_MEASURE: &str = "what is computed is beyond all measure: are the units of moduli, density, penalty and stick velocity right?";
+/// The cure for values that are too large or not finite.
+pub(super) const TOO_LARGE: &str =
+    "computed values are far too large: check the units of moduli, density, penalty and stick velocity";
 
 /// The error `error`, which ended the last step, with what may help. Collective.
 pub(super) fn with_hint<const D: usize>(
@@ -36,7 +37,7 @@ pub(super) fn with_hint<const D: usize>(
     error.hint(&format!("results up to this time are kept; {nodal}{cure}"))
 }
 
-/// What helps against `trouble`. Nothing that is named here is the cause of another trouble for which the opposite is named.
+/// What helps against `trouble`. No two troubles have opposite cures.
 fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
     let shorter = if case.is_static() { "more load steps" } else { "a shorter step" };
     let augmented = asks_for_penetration(case);
@@ -44,7 +45,7 @@ fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
         _ if cause == Cause::Guard => {
             format!("try {shorter}; where elements are crushed, press by less or mesh more coarsely there")
         }
-        Trouble::Numbers => BEYOND_MEASURE.to_owned(),
+        Trouble::Numbers => TOO_LARGE.to_owned(),
         Trouble::Motion => format!("try {shorter}, or a larger `time.cuts`"),
         Trouble::Multipliers => format!("try a larger accuracy.penetration, or {shorter}"),
         Trouble::Sweeps => format!(
@@ -68,7 +69,7 @@ fn asks_for_penetration(case: &Case) -> bool {
 /// Whether nothing in the scheme damps what swings on the contact.
 fn swings(case: &Case) -> bool {
     let undamped = match &case.time.scheme.value {
-        case::Scheme::Newmark { gamma, .. } => gamma.si <= 0.5,
+        case::Scheme::Newmark { gamma, .. } => gamma.value <= 0.5,
         case::Scheme::Midpoint => true,
         _ => false,
     };

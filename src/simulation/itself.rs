@@ -1,4 +1,4 @@
-//! Bodies whose own surfaces look at each other: contact is seen between the sets that a contact names, and nowhere else.
+//! Bodies whose own surfaces face each other: contact is detected between the sets that a contact names, and nowhere else.
 
 use crate::contact::passage::{Path, normal_of};
 use crate::mesh::{Bounds, BoundsTree, FacetIndex, spelled};
@@ -6,11 +6,10 @@ use crate::model::{Model, Target};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector as Point;
 
-/// Facets that touch each other look past each other by rounding: a distance below this part of the body is none.
+/// Part of the size of the body below which a distance is zero: facets that touch each other may intersect by rounding.
 const TOUCH: f64 = 1e-9;
 
-/// What a user should know of bodies that may meet themselves: that they are not seen to, and how far it is. `local` is the
-/// whole mesh.
+/// Remarks on bodies that may touch themselves without a contact that detects it, with the distance. `local` is the whole mesh.
 pub(super) fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Vec<String> {
     let met = |body: usize| {
         let by = |target: &Target<D>| matches!(target, Target::Surface { body: other, .. } if *other == body);
@@ -21,8 +20,8 @@ pub(super) fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) ->
     let told = bodies.filter_map(|(number, body)| {
         let (distance, place) = narrowest(local, number)?;
         Some(format!(
-            "surfaces of '{}' look at each other across {distance:.3e} {m} at {}: that they meet is not seen, unless a contact \
-             names two sets of the body as its sides",
+            "surfaces of '{}' face each other at a distance of {distance:.3e} {m} at {}: their contact is detected only if a \
+             contact names two sets of the body as its sides",
             body.name,
             spelled(place.as_slice())
         ))

@@ -20,6 +20,7 @@ use crate::model::Model;
 use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Console, StepLine};
 use crate::output::fields::FieldWriter;
+use crate::output::folder::RECORD;
 use crate::output::record::{Balance, Input, Record, Totals, Verdict};
 use crate::output::summary::StartUp;
 use crate::output::table::Marks;
@@ -89,7 +90,7 @@ impl<const D: usize> Journal<D> {
             tables,
             fields: None,
             every,
-            end: case.time.end.si,
+            end: case.time.end.value,
             model: model.clone(),
             remarks: super::options::remarks(case),
             units: told_units(case),
@@ -331,15 +332,35 @@ impl<const D: usize> Journal<D> {
         outcome.as_ref().map_or(Ok(()), |()| agree(self.session.world(), written))
     }
 
-    /// The last version of the record, with the proof that the tables are complete. On rank 0 only.
+    /// The last version of the record, with length and hash of every table. On rank 0 only.
+    ///
+    /// If a table was damaged, the record names no tables. If a table or a series was, a run that was to be completed has failed. A record that
+    /// is gone as well is not made anew.
+    ///
+    /// # Errors
+    /// A table or a series was damaged, the folder is no longer this run's, or the record can not be written.
     fn write_end(&mut self) -> Result<()> {
         let Some(tables) = &self.tables else { return Ok(()) };
-        self.record.tables = tables.marks()?;
-        let lost = self.fields.as_mut().map_or(Ok(0), FieldWriter::drop_lost)?;
-        if lost > 0 {
-            self.warn(&lost_fields(lost));
+        tables.check_place()?;
+        let marks = tables.marks();
+        let settled = marks.and_then(|marks| {
+            self.record.tables = marks;
+            self.fields.as_mut().map_or(Ok(0), FieldWriter::drop_lost)
+        });
+        match &settled {
+            Ok(0) => {}
+            Ok(lost) => self.warn(&lost_fields(*lost)),
+            Err(error) if self.record.verdict == Verdict::Completed => {
+                self.record.verdict = Verdict::of(error);
+            }
+            Err(_) => {}
         }
-        self.record.write(&self.folder)
+        // Whoever deletes the folder must not find a new file in it.
+        if settled.is_err() && !self.folder.join(RECORD).exists() {
+            return settled.map(|_| ());
+        }
+        let written = self.record.write(&self.folder);
+        settled.and(written)
     }
 }
 

@@ -327,7 +327,8 @@ impl Attempt<'_> {
             system.prescribe(stage)?;
             let mut residual = system.pattern_vector().like()?;
             if !system.residual(stage, &mut residual)?.norm.is_finite() {
-                let why = system.fault().map_or_else(|| "no number".to_owned(), |fault| fault.message);
+                let why =
+                    system.fault().map_or_else(|| "a force is not finite".to_owned(), |fault| fault.message);
                 return Ok(failed(report, Trouble::Numbers, format!("at the end of the step: {why}")));
             }
         }

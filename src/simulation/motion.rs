@@ -1,17 +1,17 @@
-//! The motion of surfaces in contact in one step, kept to about a facet: friction that acts over a longer way, and a zone of
-//! contact that rolls on by more, end in another equilibrium.
+//! The motion of surfaces in contact in one step is limited to about a facet. With friction over a longer distance, or with a zone
+//! of contact that rolls on further, the step ends in another equilibrium.
 
 use serde::{Deserialize, Serialize};
 
 use crate::assembly::Slide;
 use crate::case::Units;
 
-/// Facets in a step unless the case says otherwise: one, with room for steps that were meant to be one long. The friction of a
-/// wheel that rolls on a slab is 8 % off at one, 20 % at 1.6, 45 % at three, and points the wrong way at six.
+/// Facets in a step unless the case says otherwise: one, with a margin for steps that are meant to be one facet long. The error of
+/// the friction of a wheel that rolls on a slab is 8 % at one facet, 20 % at 1.6 and 45 % at three; at six its sign is wrong.
 const FACETS: f64 = 1.25;
 
-/// A centre of contact that moves by more than this part of its way before, in half of the step, has jumped: to another
-/// corner, say. No shorter step helps.
+/// A centre of contact that moves in half of the step by more than this part of the distance before has jumped, for example to
+/// another corner. No shorter step helps.
 const JUMP: f64 = 0.75;
 
 /// The largest motion of any contact in a step, in facets.
@@ -45,8 +45,8 @@ pub struct MotionWatch {
     centres: Vec<Option<[f64; 3]>>,
     /// Facets a second in that step.
     rate: f64,
-    /// Facets by which a zone rolled on in the attempt that was rejected last, if it is of the present step.
-    rejected: Option<f64>,
+    /// Facets by which the zone of each contact rolled on beyond the limit in the last rejected attempt of the present step.
+    rejected: Vec<Option<f64>>,
     /// Accepted steps beyond the limit, and the one that was furthest beyond it: its number and what moved.
     beyond: u64,
     worst: Option<(u64, Motion)>,
@@ -56,7 +56,7 @@ impl MotionWatch {
     /// A watch that allows `limit` facets in a step, or what is usual.
     pub fn new(limit: Option<f64>) -> Self {
         let limit = limit.unwrap_or(FACETS);
-        Self { limit, centres: Vec::new(), rate: 0.0, rejected: None, beyond: 0, worst: None }
+        Self { limit, centres: Vec::new(), rate: 0.0, rejected: Vec::new(), beyond: 0, worst: None }
     }
 
     /// Whether a step of `dt` \[s\] goes too far if surfaces move on as in the last one.
@@ -64,27 +64,24 @@ impl MotionWatch {
         self.rate * dt > self.limit
     }
 
-    /// Why a step that was solved goes too far, where a shorter one would not.
+    /// Why a step that was solved goes too far, if a shorter one would not.
     pub fn objection(&mut self, slides: &[Slide], units: Units) -> Option<String> {
         let motion = self.largest(slides).filter(|motion| motion.facets > self.limit)?;
-        if motion.rolls {
-            if self.rejected.is_some_and(|before| motion.facets > JUMP * before) {
-                return None;
-            }
-            self.rejected = Some(motion.facets);
+        let mut rejected = vec![None; slides.len()];
+        for (k, rolled) in self.motions(slides).filter(|(_, motion)| motion.rolls) {
+            rejected[k] = (rolled.facets > self.limit).then_some(rolled.facets);
         }
+        self.rejected = rejected;
         Some(format!("{}, {:.2} are allowed in a step", motion.tell(units), self.limit))
     }
 
     /// Takes an accepted step into account: its number and its length \[s\].
     pub fn accept(&mut self, slides: &[Slide], step: u64, dt: f64) {
         let largest = self.largest(slides);
-        // What jumped says nothing of the next step.
-        let jumped = self.rejected.is_some() && largest.as_ref().is_some_and(|motion| motion.rolls);
-        self.rate = largest.as_ref().filter(|_| !jumped).map_or(0.0, |motion| motion.facets / dt);
-        self.rejected = None;
+        self.rate = largest.as_ref().map_or(0.0, |motion| motion.facets / dt);
+        self.rejected.clear();
         self.centres = slides.iter().map(|slide| slide.centre).collect();
-        let Some(motion) = largest.filter(|motion| motion.facets > self.limit && !jumped) else { return };
+        let Some(motion) = largest.filter(|motion| motion.facets > self.limit) else { return };
         self.beyond += 1;
         if self.worst.as_ref().is_none_or(|(_, worst)| worst.facets < motion.facets) {
             self.worst = Some((step, motion));
@@ -104,9 +101,23 @@ impl MotionWatch {
         ))
     }
 
-    /// The contact that moved by most of its facets; none where no node moved by as much as the limit, as in what rattles.
+    /// The contact that moved by most facets, apart from jumps, which say nothing of shorter steps or of the next one.
     fn largest(&self, slides: &[Slide]) -> Option<Motion> {
-        let motions = slides.iter().enumerate().flat_map(|(k, slide)| {
+        let motions =
+            self.motions(slides).filter(|(k, motion)| motion.way > 0.0 && !self.is_jump(*k, motion));
+        motions.map(|(_, motion)| motion).max_by(|a, b| a.facets.total_cmp(&b.facets))
+    }
+
+    /// Whether the zone of the contact `k` rolls on by nearly as much as in the longer attempt before.
+    fn is_jump(&self, k: usize, motion: &Motion) -> bool {
+        let before = self.rejected.get(k).copied().flatten();
+        motion.rolls && before.is_some_and(|before| motion.facets > JUMP * before)
+    }
+
+    /// How each contact slid and rolled on, with its number. A zone rolls by no more than its surfaces move: in a contact that
+    /// rattles the centre moves without them.
+    fn motions(&self, slides: &[Slide]) -> impl Iterator<Item = (usize, Motion)> {
+        slides.iter().enumerate().flat_map(|(k, slide)| {
             let before = self.centres.get(k).copied().flatten();
             let rolled = before.zip(slide.centre).map_or(0.0, |(before, now)| {
                 before.iter().zip(now).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
@@ -117,9 +128,8 @@ impl MotionWatch {
                 way,
                 rolls,
             };
-            [motion(slide.slid, false), motion(rolled.min(slide.motion), true)]
-        });
-        motions.filter(|motion| motion.way > 0.0).max_by(|a, b| a.facets.total_cmp(&b.facets))
+            [(k, motion(slide.slid, false)), (k, motion(rolled.min(slide.motion), true))]
+        })
     }
 }
 
@@ -131,8 +141,8 @@ mod tests {
         Slide { contact: "sole".into(), facet: 0.1, motion, slid, centre: Some([centre, 0.0, 0.0]) }
     }
 
-    /// Sliding by more than the limit is an objection in however short a step; what is accepted all the same is in the
-    /// warning, and says how far the next step would go.
+    /// Sliding by more than the limit is an objection in a step of any length. A step that is accepted nevertheless is in the
+    /// warning, and predicts how far the next step would go.
     #[test]
     fn sliding_is_kept_to_a_facet() {
         let mut watch = MotionWatch::new(None);
@@ -151,8 +161,8 @@ mod tests {
         assert_eq!(MotionWatch::new(Some(6.0)).objection(&[slide(0.5, 0.0, 0.5)], Units::default()), None);
     }
 
-    /// A zone that rolls on is kept to a facet; one that jumps is let be after one shorter step, and so is one in bodies that hardly
-    /// move, or that has just closed.
+    /// A zone that rolls on is limited to a facet. There is no objection to a zone that jumps, after one shorter attempt, to one in
+    /// bodies that hardly move, or to one that has just closed.
     #[test]
     fn rolling_is_kept_to_a_facet_and_jumps_are_not() {
         let mut watch = MotionWatch::new(None);
@@ -174,5 +184,22 @@ mod tests {
         watch.accept(&[slide(0.0, 1.0, 1.0)], 3, 0.1);
         assert!(!watch.foresees(10.0) && watch.warning(Units::default()).is_none());
         assert_eq!(watch.objection(&[slide(0.0, 3.0, 0.01)], Units::default()), None, "rattles");
+    }
+
+    /// A contact that jumps does not exempt another that slides or rolls on too far, before the step is accepted or after.
+    #[test]
+    fn a_jump_exempts_its_own_contact_only() {
+        let other = |slid: f64, centre: f64| Slide { contact: "heel".into(), ..slide(slid, centre, 1.0) };
+        let mut watch = MotionWatch::new(None);
+        watch.accept(&[slide(0.0, 0.0, 1.0), other(0.0, 0.0)], 1, 1.0);
+        let mut objection = |slides: [Slide; 2]| watch.objection(&slides, Units::default());
+        assert!(objection([slide(0.0, 1.0, 1.0), other(0.4, 0.0)]).is_some_and(|why| why.contains("sole")));
+        let why = objection([slide(0.0, 1.0, 1.0), other(0.2, 0.0)]).expect("heel slides");
+        assert!(why.contains("'heel' slid by 2.000e-1"), "{why}");
+        assert_eq!(objection([slide(0.0, 1.0, 1.0), other(0.1, 0.0)]), None);
+        assert!(objection([slide(0.0, 1.0, 1.0), other(0.0, 0.3)]).is_some_and(|why| why.contains("heel")));
+        assert!(objection([slide(0.0, 1.0, 1.0), other(0.0, 0.15)]).is_some_and(|why| why.contains("heel")));
+        watch.accept(&[slide(0.0, 1.0, 1.0), other(0.0, 0.1)], 2, 0.25);
+        assert!(!watch.foresees(0.25) && watch.foresees(0.5));
     }
 }

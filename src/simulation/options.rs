@@ -1,4 +1,4 @@
-//! What the case says about time and solvers, in their terms.
+//! Translates what the case says about time and solvers into their settings.
 
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
@@ -13,11 +13,11 @@ use crate::solvers::{
 use crate::terms::Terms;
 use crate::time::Scheme;
 
-/// Unknowns from which on early Newton iterations solve loosely unless the case decides.
+/// Number of unknowns from which on early Newton iterations use loose linear tolerances, unless the case decides.
 const LARGE: usize = 20_000;
-/// Small problems may solve tighter than asked by this factor, so that no iterate ends by the error of a linear solve.
+/// Small problems use linear tolerances that are tighter by this factor, so that no iterate is limited by a linear solve.
 const FIRM: f64 = 0.1;
-/// No linear solve of the inexact Newton method is looser.
+/// Loosest tolerance of a linear solve in the inexact Newton method.
 const LOOSEST: f64 = 1e-4;
 
 /// Loosest tolerance of Newton's method that the program chooses, whatever `accuracy` is requested.
@@ -26,9 +26,11 @@ const LOOSEST_NEWTON: f64 = 1e-3;
 /// The time integration scheme.
 pub fn scheme(time: &case::Time) -> Scheme {
     match &time.scheme.value {
-        case::Scheme::Newmark { beta, gamma } => Scheme::newmark(beta.si, gamma.si),
-        case::Scheme::Hht { spectral_radius } => Scheme::hht(spectral_radius.si),
-        case::Scheme::GeneralizedAlpha { spectral_radius } => Scheme::generalized_alpha(spectral_radius.si),
+        case::Scheme::Newmark { beta, gamma } => Scheme::newmark(beta.value, gamma.value),
+        case::Scheme::Hht { spectral_radius } => Scheme::hht(spectral_radius.value),
+        case::Scheme::GeneralizedAlpha { spectral_radius } => {
+            Scheme::generalized_alpha(spectral_radius.value)
+        }
         case::Scheme::Midpoint => Scheme::Midpoint,
         case::Scheme::Conserving => Scheme::Conserving,
         case::Scheme::BackwardEuler => Scheme::BackwardEuler,
@@ -36,7 +38,7 @@ pub fn scheme(time: &case::Time) -> Scheme {
     }
 }
 
-/// The linear solver that the case names; what solves the stages of a staggered step is one for symmetric matrices.
+/// The linear solver of the case. The stages of a staggered step use one for symmetric matrices.
 pub fn linear(case: &Case) -> LinearChoice {
     let preset = |linear: case::Linear| Preset::named(linear.name()).map(|preset| preset.name);
     let asked = case.solver.linear.value;
@@ -70,7 +72,7 @@ fn has_friction(case: &Case) -> bool {
     case.contact.values().any(|contact| contact.friction != case::Friction::None)
 }
 
-/// How the stages take turns; `None` for the monolithic strategy and where there is no friction to take in turn.
+/// The settings of the staggered strategy; `None` for the monolithic one, and if there is no friction.
 pub fn staggered(case: &Case) -> Option<StaggeredSettings> {
     match &case.solver.strategy.value {
         case::Strategy::Staggered { tolerance, max_sweeps, variant } if has_friction(case) => {
@@ -78,22 +80,21 @@ pub fn staggered(case: &Case) -> Option<StaggeredSettings> {
                 case::Variant::FrozenBound => Known::Bound,
                 case::Variant::FrozenTraction => Known::Traction,
             };
-            Some(StaggeredSettings { tolerance: tolerance.si, max_sweeps: max_sweeps.value, known })
+            Some(StaggeredSettings { tolerance: tolerance.value, max_sweeps: max_sweeps.value, known })
         }
         _ => None,
     }
 }
 
-/// What a user should know of the choices of the case.
+/// Remarks on the choices of the case.
 pub fn remarks(case: &Case) -> Vec<String> {
     let asked = case.solver.strategy.value != case::Strategy::Monolithic;
     let idle = asked && staggered(case).is_none();
-    let remark =
-        "no contact has friction: staggered has nothing to take in turn, and the steps are solved at once";
+    let remark = "no contact has friction: `strategy: staggered` has no second stage, and the steps are solved by the monolithic strategy";
     let massless = case
         .bodies
         .iter()
-        .filter(|(_, body)| !case.is_static() && body.density.is_some_and(|density| density.si == 0.0));
+        .filter(|(_, body)| !case.is_static() && body.density.is_some_and(|density| density.value == 0.0));
     let massless = massless.map(|(name, _)| {
         format!("'{}' has no mass: it follows supports, loads and contacts at once", name.value)
     });
@@ -106,26 +107,26 @@ pub fn remarks(case: &Case) -> Vec<String> {
         .collect()
 }
 
-/// Tolerances so large that they leave a trace in the results.
+/// Remarks on tolerances so large that they affect the results.
 fn loose(case: &Case) -> impl Iterator<Item = String> {
-    let newton = ("newton", case.solver.newton.tolerance.si, "forces out of balance", "the largest one");
+    let newton = ("newton", case.solver.newton.tolerance.value, "forces out of balance", "the largest one");
     let staggered = match &case.solver.strategy.value {
         case::Strategy::Staggered { tolerance, .. } => {
-            Some(("strategy.staggered", tolerance.si, "the stages apart", "the motion of a step"))
+            Some(("strategy.staggered", tolerance.value, "the stages apart", "the motion of a step"))
         }
         case::Strategy::Monolithic => None,
     };
     let given = [Some(newton), staggered].into_iter().flatten();
     given.filter(|(_, tolerance, ..)| *tolerance > LOOSEST_NEWTON).map(|(name, tolerance, what, of)| {
         format!(
-            "solver.{name}: {{ tolerance: {tolerance} }} leaves {what} by up to {:.2} % of {of}, and the results are as rough: \
+            "solver.{name}: {{ tolerance: {tolerance} }} leaves {what} by up to {:.2} % of {of}, which limits the accuracy of the results: \
              write {LOOSEST_NEWTON:e} or less",
             100.0 * tolerance
         )
     })
 }
 
-/// Under the conserving scheme the laws of contact stay as they are, whatever `accuracy` asks of them.
+/// Remarks on parts of `accuracy` without effect: under the conserving scheme the laws of contact stay as they are.
 fn kept(case: &Case) -> Option<String> {
     let accuracy = case.accuracy.as_ref().filter(|_| super::pace::keeps_laws(case))?;
     let stiff = case.contact.values().any(|contact| matches!(contact.normal, case::Normal::Penalty { .. }));
@@ -134,14 +135,14 @@ fn kept(case: &Case) -> Option<String> {
     let parts: Vec<&str> = penetration.into_iter().chain(slip).collect();
     (!parts.is_empty()).then(|| {
         format!(
-            "`scheme: conserving` keeps the laws of contact: accuracy.{} is told, and not met by other laws; a smaller compliance, \
-             or a stiffer stick, lessens it",
+            "`scheme: conserving` keeps the laws of contact: accuracy.{} is reported but not enforced; a smaller compliance or a \
+             larger stick stiffness reduces the error",
             parts.join(" and accuracy.")
         )
     })
 }
 
-/// Under the conserving scheme nothing damps what swings on a penalty, faster than any step that is worth while.
+/// Remark on stiff penalties: under the conserving scheme nothing damps oscillations that no reasonable step resolves.
 fn swinging(case: &Case) -> Option<String> {
     let conserves = case.time.scheme.value == case::Scheme::Conserving;
     case.accuracy.as_ref().and_then(|accuracy| accuracy.time.as_ref()).filter(|_| conserves)?;
@@ -157,14 +158,14 @@ fn swinging(case: &Case) -> Option<String> {
     let swings: Vec<String> = swings.map(|(name, _)| format!("'{}'", name.value)).collect();
     (!swings.is_empty()).then(|| {
         format!(
-            "nodes with mass swing on the penalty for as long as they touch: the error in time may be twice what is told; \
-             `mass: redistributed` in {} mends it, in fewer iterations, where steps still find their balance",
+            "nodes with mass oscillate on the penalty while they touch: the error in time may be twice the reported one; \
+             `mass: redistributed` in {} avoids this, in fewer iterations if the steps converge",
             swings.join(", ")
         )
     })
 }
 
-/// How the steps are solved.
+/// The strategy that solves the steps.
 ///
 /// # Errors
 /// When a linear solver does not fit the problem.
@@ -186,7 +187,7 @@ pub fn strategy<const D: usize>(
     ))
 }
 
-/// The strategy, by multipliers where a penetration is asked for.
+/// The strategy, with multipliers if a penetration is requested.
 pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strategy>) -> Box<dyn Strategy> {
     match system.smallest_tolerance() {
         Some(_) => Box::new(Augmented::new(inner)),
@@ -194,7 +195,7 @@ pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strat
     }
 }
 
-/// What the linear solvers of the steps have to deal with: either stage of a staggered one is symmetric.
+/// The properties of the linear problem of a step: each stage of a staggered one is symmetric.
 pub fn step_problem<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Problem {
     let scheme = scheme(&case.time);
     let problem = problem(case, system, scheme.has_inertia());
@@ -202,7 +203,7 @@ pub fn step_problem<const D: usize>(case: &Case, system: &ContactSystem<D>) -> P
     Problem { symmetric: symmetric || staggered(case).is_some(), ..problem }
 }
 
-/// What the linear solver has to deal with.
+/// The properties of a linear problem.
 pub fn problem<const D: usize>(case: &Case, system: &ContactSystem<D>, dynamic: bool) -> Problem {
     Problem {
         unknowns: system.unknowns(),
@@ -245,10 +246,10 @@ pub fn terms<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Terms {
     if all { Terms::ALL } else { Terms::ALL - Terms::ZONE_CHANGE }
 }
 
-/// Newton's method as the case wants it, for so many unknowns.
+/// The settings of Newton's method for this number of unknowns.
 pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
     let (newton, krylov) = (&case.solver.newton, &case.solver.krylov);
-    let tightest = krylov.tolerance.si;
+    let tightest = krylov.tolerance.value;
     let inexact = newton.inexact.or((unknowns >= LARGE || case.accuracy.is_some()).then_some(true));
     NewtonSettings {
         tolerance: newton_tolerance(case),
@@ -269,16 +270,16 @@ fn follows_time(case: &Case) -> bool {
     case.accuracy.as_ref().is_some_and(|accuracy| accuracy.time.is_some())
 }
 
-/// Newton's tolerance: the user's, or where an accuracy is asked for one that leaves no trace in it. What statics have of it
-/// over the displacements is slip.
+/// Newton's tolerance: the user's, or one that is negligible beside the requested accuracy. In statics this is the slip, which is
+/// relative to the displacements too.
 fn newton_tolerance(case: &Case) -> f64 {
     /// Residual over the largest force, over the error in time that is allowed.
     const RATIO: f64 = 1e-1;
     let given = case.solver.newton.tolerance;
     let accuracy = case.accuracy.as_ref();
     match accuracy.and_then(|accuracy| if case.is_static() { accuracy.slip } else { accuracy.time }) {
-        Some(asked) if given.place.line == 0 => (RATIO * asked.si).clamp(given.si, LOOSEST_NEWTON),
-        _ => given.si,
+        Some(asked) if given.place.line == 0 => (RATIO * asked.value).clamp(given.value, LOOSEST_NEWTON),
+        _ => given.value,
     }
 }
 

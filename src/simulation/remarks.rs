@@ -37,11 +37,10 @@ pub(super) fn warning(contact: &Penetration, units: Units) -> Option<String> {
     ))
 }
 
-/// The PETSc options of the user that nothing has asked for, in words.
+/// Warnings about PETSc options of the user that PETSc did not read.
 pub(super) fn unused(session: &Session) -> Vec<String> {
     let options = session.unused_options().unwrap_or_default();
-    let words =
-        |option: String| format!("warning: the PETSc option `{}` was used by nothing", shown(&option));
+    let words = |option: String| format!("warning: the PETSc option `{}` was not used", shown(&option));
     options.into_iter().map(words).collect()
 }
 

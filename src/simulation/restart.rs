@@ -77,7 +77,7 @@ impl State {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             dimension: D,
             time,
-            end: case.time.end.si,
+            end: case.time.end.value,
             case: fixed(case)?,
             meshes: meshes(inputs),
             control: control.clone(),
@@ -115,8 +115,8 @@ impl State {
         if self.dimension != D {
             return Err(Error::internal("checkpoint: another dimension"));
         }
-        if case.time.end.si < self.time {
-            let (end, time, s) = (case.time.end.si, self.time, case.units.of("s"));
+        if case.time.end.value < self.time {
+            let (end, time, s) = (case.time.end.value, self.time, case.units.of("s"));
             return Err(Error::case(format!(
                 "the case ends at {end:.6e} {s}, the checkpoint is of {time:.6e} {s}"
             ))
@@ -194,7 +194,7 @@ impl Saved {
 
     /// The control as it was, or a new one to another end.
     fn control<const D: usize>(&self, case: &Case, model: &Model<D>) -> StepControl {
-        let (time, end) = (self.state.time, case.time.end.si);
+        let (time, end) = (self.state.time, case.time.end.value);
         if end == self.state.end || end <= time {
             return self.state.control.clone();
         }

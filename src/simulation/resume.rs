@@ -23,17 +23,14 @@ pub struct Past {
     /// Wall time by phase.
     pub phases: Vec<(String, Phase)>,
     /// That of the start.
-    #[serde(default)]
     pub start_phases: Vec<(String, Phase)>,
     /// What held bodies.
-    #[serde(default)]
     pub held: Option<Holding>,
     /// When the first run began [s since 1970].
     pub start: u64,
     /// The tables; none for a branch, which has tables of its own.
     tables: Marks,
     /// Steps that `fields.pvd` names.
-    #[serde(default)]
     field_steps: u64,
 }
 

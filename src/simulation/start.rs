@@ -1,7 +1,7 @@
 //! The state at the start: static equilibrium without friction where the case wants it, then velocities and the
 //! acceleration that balances the forces (formulation, sections 6 and 7C).
 
-use super::hints::BEYOND_MEASURE;
+use super::hints::TOO_LARGE;
 use super::journal::Journal;
 use super::remarks::nodal_cure;
 use super::{SOLVER_PREFIXES, options};
@@ -112,7 +112,7 @@ pub fn require_reach<const D: usize>(
     system.require_reach(
         model,
         &Span {
-            end: case.time.end.si,
+            end: case.time.end.value,
             step: case.time.step(),
             is_dynamic: !case.is_static(),
             from_equilibrium,
@@ -318,7 +318,7 @@ fn no_equilibrium<const D: usize>(
     // Increments were halved six times by now.
     let mut cure = match (system.crushed(model), report.trouble) {
         (Some(crushed), _) => crushed,
-        (None, _) if beyond && error.cause != Cause::Guard => BEYOND_MEASURE.to_owned(),
+        (None, _) if beyond && error.cause != Cause::Guard => TOO_LARGE.to_owned(),
         (None, Trouble::Multipliers) => {
             "ask for a larger accuracy.penetration, or use more increments".to_owned()
         }
@@ -379,7 +379,7 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     let problem = Problem { symmetric: true, contact: false, ..options::problem(case, system, true) };
     let choice = LinearChoice::Named("cg_jacobi");
     let mut linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[2], &choice, &problem)?;
-    let tolerance = case.solver.krylov.tolerance.si.min(1e-10);
+    let tolerance = case.solver.krylov.tolerance.value.min(1e-10);
     if linear.solve(system.matrix(), &rhs, &mut change, tolerance)?.is_none() {
         return Err(Error::not_converged("the initial acceleration: the mass matrix can not be solved with"));
     }

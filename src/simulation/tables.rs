@@ -86,9 +86,17 @@ impl<const D: usize> Tables<D> {
     /// # Errors
     /// One of them was moved, deleted or changed; another run has taken the folder.
     pub fn check(&self) -> Result<()> {
-        self.lock.check()?;
-        self.place.check()?;
+        self.check_place()?;
         self.all().try_for_each(Table::check)
+    }
+
+    /// Makes sure that the folder is where it was, and this run's alone.
+    ///
+    /// # Errors
+    /// It was moved or deleted, or another run has taken it.
+    pub fn check_place(&self) -> Result<()> {
+        self.lock.check()?;
+        self.place.check()
     }
 
     /// The outcome of writing into the folder, see [`Anchor::explain`].

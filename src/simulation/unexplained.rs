@@ -30,7 +30,7 @@ struct Left {
     time: f64,
     /// Its length \[s\].
     dt: f64,
-    /// Energy that was lost, negative where it came from nowhere \[J\].
+    /// Energy that was lost, negative if it was gained \[J\].
     energy: f64,
 }
 
@@ -49,7 +49,7 @@ pub struct Unexplained {
 }
 
 impl Unexplained {
-    /// Energy that a step ending in `energies` left, negative where it came from nowhere \[J\].
+    /// Energy that a step ending in `energies` left, negative if it was gained \[J\].
     pub fn left(&self, energies: &Energies) -> f64 {
         energies.numerical - self.now
     }
@@ -78,7 +78,7 @@ impl Unexplained {
         if !(scale > 0.0 && part >= most) || self.largest.abs() <= ROUNDINGS * self.rounding {
             return None;
         }
-        let verb = if self.largest < 0.0 { "came from nowhere" } else { "was lost without a cause" };
+        let verb = if self.largest < 0.0 { "was gained without a cause" } else { "was lost without a cause" };
         let (s, joule) = (units.of("s"), units.of("J"));
         let notable = |left: &&Left| left.energy.abs() >= NOTABLE * self.largest.abs();
         let name = |left: &Left| {
@@ -143,7 +143,10 @@ mod tests {
         let text = run(&[0.0, -1.0, -31.0, -31.5, -81.5, 2.0])
             .warning(scheme, 100.0, Units::default())
             .expect("a warning");
-        assert!(text.contains("t = 5.0000e-1 s an energy of 8.150e1 J came from nowhere, 81.5 %"), "{text}");
+        assert!(
+            text.contains("t = 5.0000e-1 s an energy of 8.150e1 J was gained without a cause, 81.5 %"),
+            "{text}"
+        );
         let named =
             "largest energy of the run: step 6 (t = 6.0000e-1 s, 1.0e-1 s long) lost 8.350e1 J, step 5 (";
         assert!(text.contains(named) && text.contains("gained 5.000e1 J, step 3 ("), "{text}");

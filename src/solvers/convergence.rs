@@ -76,7 +76,7 @@ pub enum Trouble {
     Linear,
     /// Surfaces move too far within the step.
     Motion,
-    /// A number is not finite, or beyond all measure.
+    /// A value is not finite or too large.
     Numbers,
 }
 

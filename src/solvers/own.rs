@@ -36,8 +36,8 @@ pub trait Own {
     /// When PETSc refuses.
     fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()>;
 
-    /// `z` about `matrix^-1 r`. Where it fails `z` is no number, by which the outer method ends and the next preset
-    /// takes over. Collective.
+    /// Computes an approximation `z` of `matrix^-1 r`. On failure `z` is not finite, which ends the outer method, so that the next
+    /// preset takes over. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.

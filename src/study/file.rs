@@ -196,9 +196,9 @@ impl Study {
             let nothing = Complaint::new("nothing is varied: neither `sweep` nor `members`".into());
             complaints.push(nothing.at(self.case.place));
         }
-        let bad = self.accuracy.value.iter().find(|target| !(target.si > 0.0 && target.si < 1.0));
+        let bad = self.accuracy.value.iter().find(|target| !(target.value > 0.0 && target.value < 1.0));
         complaints.extend(bad.map(|target| {
-            let message = format!("an accuracy is between 0 and 1, {} is not", target.si);
+            let message = format!("an accuracy is between 0 and 1, {} is not", target.value);
             Complaint::new(message).at(target.place).hint("0.01 means 1 %")
         }));
         for name in
@@ -222,12 +222,12 @@ impl Study {
             complaints.push(unknown.at(table.place));
         }
         if let Some(between) = &quantity.between
-            && between.value[0].si >= between.value[1].si
+            && between.value[0].value >= between.value[1].value
         {
             complaints
                 .push(Complaint::new("the first instant is not before the last".into()).at(between.place));
         }
-        if let Some(scale) = quantity.scale.filter(|scale| scale.si <= 0.0) {
+        if let Some(scale) = quantity.scale.filter(|scale| scale.value <= 0.0) {
             complaints.push(Complaint::new("a size is positive".into()).at(scale.place));
         }
         let own = quantity.reference.as_ref();

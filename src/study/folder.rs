@@ -134,7 +134,7 @@ impl Papers<'_> {
 
     /// The sentences of advice.
     pub fn advice(&self) -> Vec<String> {
-        let targets: Vec<f64> = self.study.accuracy.value.iter().map(|target| target.si).collect();
+        let targets: Vec<f64> = self.study.accuracy.value.iter().map(|target| target.value).collect();
         self.findings.advice(&targets)
     }
 

@@ -196,7 +196,7 @@ fn one_line(reason: &str) -> String {
 
 /// First and last instant of a quantity \[s\].
 fn interval(quantity: &Quantity) -> Interval {
-    quantity.between.as_ref().map(|between| between.value.map(|time| time.si))
+    quantity.between.as_ref().map(|between| between.value.map(|time| time.value))
 }
 
 /// What quantities are compared with.
@@ -217,7 +217,7 @@ impl References {
     pub fn read(study: &Study, units: Units) -> Result<Self> {
         let standard = |quantity: &Quantity| match &quantity.reference {
             None => Ok(None),
-            Some(At { value: Known::Value(value), .. }) => Ok(Some(Standard::Value(value.si))),
+            Some(At { value: Known::Value(value), .. }) => Ok(Some(Standard::Value(value.value))),
             Some(At { value: Known::Csv(file), .. }) => {
                 let path = study.source().directory.join(&file.value);
                 let absent =
@@ -270,7 +270,7 @@ impl References {
 
 fn error(row: &Row, index: usize, quantity: &Quantity, standard: &Standard) -> Option<f64> {
     let (measure, interval) = (quantity.measure.value, interval(quantity));
-    let scale = quantity.scale.map(|scale| scale.si);
+    let scale = quantity.scale.map(|scale| scale.value);
     let target = match standard {
         Standard::Value(value) => *value,
         Standard::Curve(other) if measure == Measure::L2 => {

@@ -21,7 +21,7 @@ pub struct Series {
 pub type Interval = Option<[f64; 2]>;
 
 impl Series {
-    /// A curve from its points; those that are no numbers are left out, of two at one instant the later one counts.
+    /// A curve from its points; those that are not finite are left out, and the later of two at one instant counts.
     pub fn new(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let mut kept: Vec<[f64; 2]> = Vec::new();
         for point in points.into_iter().filter(|point| point.iter().all(|x| x.is_finite())) {
@@ -89,7 +89,7 @@ impl Series {
         let part = self.within(interval);
         let values = || part.points.iter().map(|point| point[1]);
         match measure {
-            Measure::At(time) => self.at(time.si),
+            Measure::At(time) => self.at(time.value),
             Measure::Last => part.points.last().map(|point| point[1]),
             Measure::Maximum => values().reduce(f64::max),
             Measure::Minimum => values().reduce(f64::min),

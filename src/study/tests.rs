@@ -133,8 +133,8 @@ fn a_study_has_the_units_of_its_case() {
             read(&study.replace("at: 0.004", &format!("at: {at}"))).unwrap_or_else(|e| panic!("{e}"));
         let quantity = planned.study.quantities.value.values().next().unwrap();
         let super::file::Measure::At(time) = quantity.measure.value else { panic!("{at}") };
-        assert!((time.si - 4.0).abs() < 1e-12, "{at}: {}", time.si);
-        assert_eq!(planned.members[0].case.time.step.unwrap().si, 0.5);
+        assert!((time.value - 4.0).abs() < 1e-12, "{at}: {}", time.value);
+        assert_eq!(planned.members[0].case.time.step.unwrap().value, 0.5);
     }
     let text = read(&study.replace("set: {", "set: { units.time: s,")).map(|_| ()).unwrap_err().message;
     assert!(text.contains("study.yml:2:8") && text.contains("the units of its case"), "{text}");

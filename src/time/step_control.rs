@@ -83,7 +83,7 @@ impl StepControl {
         }
     }
 
-    /// Steps that could not be solved and were cut.
+    /// Cuts of a step: after an attempt that was rolled back, or before the step was tried.
     pub fn cuts(&self) -> u64 {
         match self {
             Self::Halving(steps) => steps.cuts(),

@@ -166,7 +166,7 @@ impl<const D: usize> Track<D> {
         Self { nodes, places, stretch: most }
     }
 
-    /// In the norm of the largest component, in which boxes are inflated. Infinite where a position is no number.
+    /// In the norm of the largest component, in which boxes are inflated. Infinite if a position is not finite.
     fn motion(&self, position: impl Fn(u32) -> [f64; D]) -> f64 {
         let mut most = 0.0_f64;
         for (&node, place) in self.nodes.iter().zip(&self.places) {

@@ -4,7 +4,7 @@ use super::super::quantity::Number;
 use super::super::{Normal, Scheme};
 use super::Check;
 
-/// No error is asked to be smaller, over what it is an error of: rounding alone may be larger.
+/// Smallest relative error that may be requested for slip, time and energy: rounding alone may be larger than a smaller one.
 const FINEST: f64 = 1e-12;
 
 impl Check<'_> {
@@ -36,12 +36,12 @@ impl Check<'_> {
 
     fn part(&mut self, what: &str, value: Option<Number>) {
         let Some(value) = value else { return };
-        let fits = value.si > 0.0 && value.si < 1.0;
-        self.require(fits, value.place, format!("{what} must be > 0 and < 1, found {:e}", value.si));
-        if fits && value.si < FINEST {
+        let fits = value.value > 0.0 && value.value < 1.0;
+        self.require(fits, value.place, format!("{what} must be > 0 and < 1, found {:e}", value.value));
+        if fits && value.value < FINEST {
             self.say(
                 value.place,
-                format!("{what} of {:e} is below what rounding leaves of a result", value.si),
+                format!("{what} of {:e} is below what rounding leaves of a result", value.value),
             );
             self.cure(&format!("ask for {FINEST:e} or more"));
         }

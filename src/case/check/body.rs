@@ -22,12 +22,12 @@ impl Check<'_> {
         let elastic = body.material.elastic();
         self.positive("Young's modulus", elastic.young_modulus);
         let ratio = elastic.poisson_ratio;
-        if !(ratio.si > -1.0 && ratio.si < 0.5) {
-            self.say(ratio.place, format!("Poisson's ratio must be > -1 and < 0.5, found {}", ratio.si));
+        if !(ratio.value > -1.0 && ratio.value < 0.5) {
+            self.say(ratio.place, format!("Poisson's ratio must be > -1 and < 0.5, found {}", ratio.value));
             self.cure("an almost incompressible solid is written as 0.49 or 0.499");
         }
         match body.density {
-            Some(density) => self.not_negative("the density", density.si, density.place),
+            Some(density) => self.not_negative("the density", density.value, density.place),
             None => self.missing_density(name),
         }
         if let Some(velocity) = &body.initial_velocity {
@@ -40,7 +40,7 @@ impl Check<'_> {
             let moves = !self.case.is_static();
             self.require(moves, velocity.place, "an initial velocity has no meaning with the static scheme");
         }
-        let massless = body.density.is_some_and(|density| density.si == 0.0);
+        let massless = body.density.is_some_and(|density| density.value == 0.0);
         if (self.case.is_static() || massless) && !self.is_held(name) {
             let why = if massless { "it has no mass" } else { "the static scheme has no inertia" };
             self.say(name.place, format!("nothing holds the body '{}', and {why}", name.value));
@@ -73,8 +73,9 @@ impl Check<'_> {
         self.size("the corner 'max'", &cuboid.max);
         self.size("'cells'", &cuboid.cells);
         for (axis, (min, max)) in ["x", "y", "z"].iter().zip(cuboid.min.iter().zip(cuboid.max.iter())) {
-            let message = format!("the box has no extent along {axis}: max {} <= min {}", max.si, min.si);
-            self.require(max.si > min.si, max.place, message);
+            let message =
+                format!("the box has no extent along {axis}: max {} <= min {}", max.value, min.value);
+            self.require(max.value > min.value, max.place, message);
         }
         let cells = cuboid.cells.iter().map(|count| u64::from(*count)).fold(1u64, u64::saturating_mul);
         self.require(cells > 0, cuboid.cells.place, "a box needs at least one cell in each direction");

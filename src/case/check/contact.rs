@@ -31,7 +31,7 @@ impl Check<'_> {
 
     fn direction(&mut self, what: &str, direction: &At<Vec<Number>>) {
         self.size(what, direction);
-        let length = direction.iter().map(|component| component.si.powi(2)).sum::<f64>();
+        let length = direction.iter().map(|component| component.value.powi(2)).sum::<f64>();
         self.require(length > 0.0, direction.place, format!("{what} is zero"));
     }
 
@@ -122,12 +122,12 @@ impl Check<'_> {
 
     fn power_law(&mut self, stiffness: &PowerStiffness, exponent: Number) {
         self.require(
-            stiffness.si > 0.0,
+            stiffness.value > 0.0,
             stiffness.place,
-            format!("the stiffness must be > 0, found {}", stiffness.si),
+            format!("the stiffness must be > 0, found {}", stiffness.value),
         );
         self.positive("the exponent", exponent);
-        let expected = PowerStiffness::dimension_for(exponent.si);
+        let expected = PowerStiffness::dimension_for(exponent.value);
         if let Some(found) = stiffness.dimension.filter(|found| *found != expected) {
             let units = &self.case.units;
             let (found, unit) = (units.describe(found), units.symbol(expected));
@@ -142,15 +142,15 @@ impl Check<'_> {
                 self.not_negative("the coefficient of friction", *value, coefficient.place);
             }
             Coefficient::GroschSchallamach { reference, modulus, exponent } => {
-                self.not_negative("the reference coefficient", reference.si, reference.place);
+                self.not_negative("the reference coefficient", reference.value, reference.place);
                 self.positive("the modulus", *modulus);
-                let fits = exponent.si > -1.0 && exponent.si <= 1.0;
-                let message = format!("the exponent must be > -1 and <= 1, found {}", exponent.si);
+                let fits = exponent.value > -1.0 && exponent.value <= 1.0;
+                let message = format!("the exponent must be > -1 and <= 1, found {}", exponent.value);
                 self.require(fits, exponent.place, message);
             }
             Coefficient::Stribeck { rest, kinetic, decay_velocity } => {
-                self.not_negative("the static coefficient", rest.si, rest.place);
-                self.not_negative("the kinetic coefficient", kinetic.si, kinetic.place);
+                self.not_negative("the static coefficient", rest.value, rest.place);
+                self.not_negative("the kinetic coefficient", kinetic.value, kinetic.place);
                 self.positive("the decay velocity", *decay_velocity);
             }
         }

@@ -17,10 +17,10 @@ impl Check<'_> {
         self.positive("the end", time.end);
         if let Some(step) = time.step {
             self.positive("the step", step);
-            let message = format!("the step {} is longer than the whole time {}", step.si, time.end.si);
-            self.require(step.si <= time.end.si || time.end.si <= 0.0, step.place, message);
-            let steps = time.end.si / step.si;
-            let endless = step.si > 0.0 && steps > MOST_STEPS;
+            let message = format!("the step {} is longer than the whole time {}", step.value, time.end.value);
+            self.require(step.value <= time.end.value || time.end.value <= 0.0, step.place, message);
+            let steps = time.end.value / step.value;
+            let endless = step.value > 0.0 && steps > MOST_STEPS;
             self.require(
                 !endless,
                 step.place,
@@ -36,7 +36,7 @@ impl Check<'_> {
             Scheme::Newmark { beta, gamma } => {
                 self.within("beta", beta, [0.0, 0.5]);
                 self.require(
-                    beta.si != 0.0,
+                    beta.value != 0.0,
                     beta.place,
                     "beta = 0 is an explicit scheme, which this program has not",
                 );
@@ -75,13 +75,13 @@ impl Check<'_> {
     }
 
     fn at_most(&mut self, what: &str, count: &At<u32>) {
-        let message = format!("{} {what}, more than {MOST_INCREMENTS}, would take for ever", count.value);
+        let message = format!("{what} must be at most {MOST_INCREMENTS}, found {}", count.value);
         self.require(count.value <= MOST_INCREMENTS, count.place, message);
     }
 
     fn within(&mut self, what: &str, value: &Number, [low, high]: [f64; 2]) {
-        let message = format!("{what} must be between {low} and {high}, found {}", value.si);
-        self.require((low..=high).contains(&value.si), value.place, message);
+        let message = format!("{what} must be between {low} and {high}, found {}", value.value);
+        self.require((low..=high).contains(&value.value), value.place, message);
     }
 
     pub(super) fn start(&mut self) {
@@ -99,8 +99,8 @@ impl Check<'_> {
     pub(super) fn solver(&mut self) {
         let (newton, krylov) = (&self.case.solver.newton, &self.case.solver.krylov);
         for (what, tolerance) in [("Newton", newton.tolerance), ("Krylov", krylov.tolerance)] {
-            let fits = tolerance.si > 0.0 && tolerance.si < 1.0;
-            let message = format!("the {what} tolerance must be > 0 and < 1, found {}", tolerance.si);
+            let fits = tolerance.value > 0.0 && tolerance.value < 1.0;
+            let message = format!("the {what} tolerance must be > 0 and < 1, found {}", tolerance.value);
             self.require(fits, tolerance.place, message);
         }
         self.at_least_one("'max_iterations'", &newton.max_iterations);
@@ -156,9 +156,9 @@ impl Check<'_> {
         }
         if let Some(energy) = self.case.guard.energy {
             self.require(
-                energy.si > 0.0 && energy.si.is_finite(),
+                energy.value > 0.0 && energy.value.is_finite(),
                 energy.place,
-                format!("the energy guard must be > 0, found {}", energy.si),
+                format!("the energy guard must be > 0, found {}", energy.value),
             );
             if self.case.is_static() {
                 self.say(energy.place, "the energy guard watches motion, and a static case has none");
@@ -171,8 +171,8 @@ impl Check<'_> {
         let Strategy::Staggered { tolerance, max_sweeps, .. } = &self.case.solver.strategy.value else {
             return;
         };
-        let fits = tolerance.si > 0.0 && tolerance.si < 1.0;
-        let message = format!("the tolerance of the sweeps must be > 0 and < 1, found {}", tolerance.si);
+        let fits = tolerance.value > 0.0 && tolerance.value < 1.0;
+        let message = format!("the tolerance of the sweeps must be > 0 and < 1, found {}", tolerance.value);
         self.require(fits, tolerance.place, message);
         self.at_least_one("'max_sweeps'", max_sweeps);
     }

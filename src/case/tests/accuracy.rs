@@ -12,7 +12,7 @@ fn case(accuracy: &str) -> Case {
 
 fn values(accuracy: &str) -> [Option<f64>; 4] {
     let read = case(accuracy).accuracy.unwrap().value;
-    let number = |part: Option<super::super::quantity::Number>| part.map(|part| part.si);
+    let number = |part: Option<super::super::quantity::Number>| part.map(|part| part.value);
     [
         read.penetration.map(|penetration| penetration.value().0),
         number(read.slip),
@@ -28,7 +28,7 @@ fn levels_and_tolerances_are_read() {
     assert_eq!(values("{}"), values("balanced"));
     assert_eq!(values("{ time: 2e-3, slip: none }"), [Some(1e-3), None, Some(2e-3), Some(2e-2)]);
     let relative = |text: &str| match case(text).accuracy.unwrap().penetration {
-        Some(PenetrationTolerance::Relative(part)) => Some(part.si),
+        Some(PenetrationTolerance::Relative(part)) => Some(part.value),
         _ => None,
     };
     assert_eq!(relative("{ penetration: { relative: 0.02 } }"), Some(0.02));

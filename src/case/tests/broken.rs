@@ -28,6 +28,13 @@ const BROKEN: &[Broken] = &[
     ),
     (FRICTION, "friction: coulomb", "18:15", &["'coefficient' is missing"]),
     (FRICTION, "friction: 0.3", "18:15", &["expected a friction law", "number 0.3", "coulomb"]),
+    (
+        "coefficient: 1.0",
+        "coefficient: \"0.5 m\"",
+        "18:41",
+        &["'0.5 m' is a length [m]; expected a pure number"],
+    ),
+    ("floor: {", "floor: 3 # {", "12:10", &["expected an obstacle, found the number 3", "plane"]),
     (FRICTION, "friction: {}", "18:15", &["friction law", "empty", "power_law"]),
     (
         FRICTION,
@@ -101,12 +108,12 @@ const BROKEN: &[Broken] = &[
     ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
     ("element: quad4", "element: quad5", "5:70", &["unknown element 'quad5'", "'quad4'"]),
     ("finite", "nonlinear", "8:17", &["unknown kinematics 'nonlinear'", "finite, linear"]),
-    ("quadrature: nodal", "quadrature: nodal\n    quadrature: gauss", "20:5", &["'quadrature' stands twice"]),
+    ("quadrature: nodal", "quadrature: nodal\n    quadrature: gauss", "20:5", &["'quadrature' occurs twice"]),
     (
         "  floor:",
         "  floor: { plane: { point: [0, 0], normal: [0, 1] } }\n  floor:",
         "13:3",
-        &["'floor' stands twice"],
+        &["'floor' occurs twice"],
     ),
     ("dimension: 2\n", "", "1:1", &["'dimension' is missing"]),
     (", poisson_ratio: 0.45", "", "6:30", &["'poisson_ratio' is missing"]),

@@ -45,7 +45,7 @@ fn overrides_are_as_if_written() {
 fn null_takes_away() {
     let case =
         changed("bodies.block.density: 2\ntime.end: 1\nbodies.block.mesh.box.cells: [1, 1]\n").unwrap();
-    assert_eq!(case.time.end.si, 1.0);
+    assert_eq!(case.time.end.value, 1.0);
     let text = changed("time.step: null").unwrap_err().message;
     assert!(text.contains("'step'"), "{text}");
     let text = changed("time.stepp: null").unwrap_err().message;
@@ -109,7 +109,7 @@ fn trees_are_read_as_typed_data() {
     for (from, to, place, words) in [
         ("count: 7", "count: 300", "a.yml:2:8", "300"),
         ("count: 7", "count: -7", "a.yml:2:8", "whole number, zero or more, found -7"),
-        ("count: 7", "count: 7\ncount: 8", "a.yml:3:1", "stands twice"),
+        ("count: 7", "count: 7\ncount: 8", "a.yml:3:1", "occurs twice"),
         ("count: 7", "cuont: 7", "a.yml:2:1", "did you mean 'count'"),
         ("whole: -3", "whole: 1.5", "a.yml:3:8", "expected a whole number, found 1.5"),
         ("real: 2", "real: [2]", "a.yml:4:7", "expected a number, found a list"),

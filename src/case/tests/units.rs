@@ -60,7 +60,7 @@ fn units_do_not_change_the_case() {
     let text = text.replace("\"70 ms\"", "0.07").replace("y: -0.05", "y: \"-50 mm\"");
     let text = text.replace("max: [1, 1]", "max: [\"1000 mm\", \"100 cm\"]");
     let others = Case::parse(&text, "case.yml").unwrap();
-    let density = |case: &Case| case.bodies.get("block").unwrap().density.unwrap().si;
+    let density = |case: &Case| case.bodies.get("block").unwrap().density.unwrap().value;
     assert!((density(&metres) / density(&others) - 1.0).abs() < 1e-15);
     let json = |case: &Case| case.to_json().unwrap().to_string().replace(&density(case).to_string(), "1700");
     assert_eq!(json(&metres).replace("1700.0", "1700"), json(&others));
@@ -159,11 +159,11 @@ fn a_case_may_be_in_other_units() {
     let close =
         |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-12, "{value} {expected}");
     // t/(mm ms2) is a TPa.
-    close(body.material.elastic().young_modulus.si, 5e-6);
-    close(body.density.unwrap().si, 1.7e-9);
-    close(case.time.end.si, 70.0);
-    close(case.time.step.unwrap().si, 5e-4);
-    close(case.output.checkpoint.as_ref().unwrap().wall_time.unwrap().si, 60.0);
+    close(body.material.elastic().young_modulus.value, 5e-6);
+    close(body.density.unwrap().value, 1.7e-9);
+    close(case.time.end.value, 70.0);
+    close(case.time.step.unwrap().value, 5e-4);
+    close(case.output.checkpoint.as_ref().unwrap().wall_time.unwrap().value, 60.0);
     assert!(case.to_json().unwrap()["units"]["time"] == "ms");
     let again = Case::parse(&case.to_yaml().unwrap(), "again.yml").unwrap();
     assert_eq!(again.to_json().unwrap(), case.to_json().unwrap());

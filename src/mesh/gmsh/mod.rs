@@ -11,7 +11,7 @@ mod raw;
 mod sets;
 mod source;
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use super::Mesh;
@@ -48,8 +48,12 @@ pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>
 pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, Source)> {
     let name = path.display().to_string();
     let unreadable = |e: std::io::Error| {
-        let cure = "paths of meshes are relative to the folder of the case file";
-        Error::file(format!("the mesh can not be read: {e}")).hint(cure).within(&name)
+        let error = Error::file(format!("the mesh can not be read: {e}"));
+        let error = match e.kind() {
+            ErrorKind::NotFound => error.hint("paths of meshes are relative to the folder of the case file"),
+            _ => error,
+        };
+        error.within(&name)
     };
     let mut file = files::open(path).map_err(unreadable)?;
     // What is no mesh is not read, however long it is.

@@ -203,27 +203,91 @@ fn pieces_hinge_on_what_does_not_hold_them() {
     check(&mut cubes, Parts::Joined).expect("four cubes");
 }
 
-/// What touches between the two sides of a contact of the body with itself is not joined on purpose.
-#[test]
-fn sides_of_a_contact_may_touch() {
-    let mut mesh =
-        beside(&[unit::<2>(ElementKind::Quad4, 0.0, [2, 2]), unit::<2>(ElementKind::Quad4, 1.0, [2, 3])]);
-    let index = FacetIndex::new(&mesh);
-    let on = |low: bool| {
-        let is = |facet: &Facet| {
-            let middle = if low { facet.element < 4 } else { facet.element >= 4 };
-            middle && mesh.facet_corners(*facet).all(|node| mesh.points[node as usize][0] == 1.0)
-        };
-        index.boundary().into_iter().filter(is).collect::<Vec<Facet>>()
-    };
-    let (left, right) = (on(true), on(false));
-    assert_eq!((left.len(), right.len()), (2, 3));
+/// Puts the sides at x = 1 into the sets `left`, of the first `count` elements, and `right`, of the others.
+fn name_seam<const D: usize>(mesh: &mut Mesh<D>, count: u32) {
+    let boundary = FacetIndex::new(mesh).boundary();
+    let at_seam = |facet: &Facet| mesh.facet_corners(*facet).all(|node| mesh.points[node as usize][0] == 1.0);
+    let (left, right): (Vec<_>, Vec<_>) =
+        boundary.into_iter().filter(at_seam).partition(|facet| facet.element < count);
     mesh.facet_sets.insert("left".into(), left);
     mesh.facet_sets.insert("right".into(), right);
-    let source = Source::Box("block", "m");
+}
+
+/// As `check`, with a contact between the sets `left` and `right`.
+fn check_with_contact<const D: usize>(mesh: &mut Mesh<D>, parts: Parts) -> Result<Vec<String>> {
     let meets = [("left".to_owned(), "right".to_owned())];
-    assert!(conform(&mut mesh.clone(), ("block", "m"), &source, Parts::Joined, &meets).is_ok());
-    assert!(conform(&mut mesh, ("block", "m"), &source, Parts::Joined, &[]).is_err());
+    conform(mesh, ("block", "m"), &Source::Box("block", "m"), parts, &meets)
+}
+
+/// Surfaces between which a contact of the body with itself acts may touch, with meshes that match or not. In space the nodes
+/// at the rim of the contact lie on outer sides too, which are in no set.
+#[test]
+fn sides_of_a_contact_may_touch() {
+    fn check_kind<const D: usize>(kind: ElementKind) {
+        for cells in 2..4 {
+            let first = unit::<D>(kind, 0.0, [2; D]);
+            let mut mesh = beside(&[first.clone(), unit::<D>(kind, 1.0, [cells; D])]);
+            name_seam(&mut mesh, first.element_count() as u32);
+            check_with_contact(&mut mesh, Parts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
+            let error = check(&mut mesh, Parts::Joined).expect_err("no contact").message;
+            assert!(error.contains("a contact between"), "{kind}: {error}");
+        }
+    }
+    kinds(2).for_each(check_kind::<2>);
+    kinds(3).for_each(check_kind::<3>);
+}
+
+/// Surfaces that touch beyond the sets of a contact are refused, at a place in none of them.
+#[test]
+fn a_contact_excuses_its_own_surfaces_only() {
+    let lower = unit::<3>(ElementKind::Hex8, 0.0, [1, 2, 2]);
+    let mut mesh = beside(&[lower.clone(), unit::<3>(ElementKind::Hex8, 1.0, [1, 3, 3])]);
+    name_seam(&mut mesh, lower.element_count() as u32);
+    let upper_half =
+        |facet: &Facet| mesh.facet_corners(*facet).all(|node| mesh.points[node as usize][1] >= 0.5);
+    let left: Vec<Facet> = mesh.facet_sets["left"].iter().copied().filter(upper_half).collect();
+    assert_eq!((left.len(), mesh.facet_sets["right"].len()), (2, 9));
+    mesh.facet_sets.insert("left".into(), left);
+    let error = check_with_contact(&mut mesh, Parts::Joined).expect_err("a gap in a set").message;
+    assert!(error.contains("the node at [1, 0, 0] m") && error.contains("(2 such pairs)"), "{error}");
+}
+
+/// Merging does not join the two sets of a contact. At the tip of a crack, where the sides beyond are to be joined, it joins
+/// the last nodes of the sets.
+#[test]
+fn merging_keeps_the_sets_of_a_contact_apart() {
+    fn check_kind<const D: usize>(kind: ElementKind) {
+        let first = unit::<D>(kind, 0.0, [2; D]);
+        let mut mesh = beside(&[first.clone(), unit::<D>(kind, 1.0, [2; D])]);
+        let count = first.element_count() as u32;
+        name_seam(&mut mesh, count);
+        let mut whole = mesh.clone();
+        let remarks =
+            check_with_contact(&mut whole, Parts::Merged(1e-9)).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        assert!(remarks[0].starts_with("merge: 0 nodes"), "{kind}: {remarks:?}");
+        assert!(remarks[1].contains("stay separate"), "{kind}: {remarks:?}");
+        assert_eq!(whole.facet_sets, mesh.facet_sets, "{kind}");
+
+        let above =
+            |facet: &Facet| mesh.facet_corners(*facet).all(|node| mesh.points[node as usize][1] >= 0.5);
+        let mut crack = mesh.clone();
+        crack.facet_sets.values_mut().for_each(|set| set.retain(above));
+        let sets = crack.facet_sets.clone();
+        check_with_contact(&mut crack, Parts::Merged(1e-9)).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        assert_eq!(crack.facet_sets, sets, "{kind}");
+        let is_seam = |place: &[f64; D]| place[0] == 1.0;
+        let used: std::collections::BTreeSet<u32> = crack.nodes.iter().copied().collect();
+        let at = |open: bool| {
+            let nodes = used.iter().map(|&node| crack.points[node as usize]);
+            nodes.filter(|place| is_seam(place) && (place[1] > 0.5) == open).count()
+        };
+        let before = |open: bool| {
+            mesh.points.iter().filter(|place| is_seam(place) && (place[1] > 0.5) == open).count()
+        };
+        assert_eq!((at(true), 2 * at(false)), (before(true), before(false)), "{kind}");
+    }
+    kinds(2).for_each(check_kind::<2>);
+    kinds(3).for_each(check_kind::<3>);
 }
 
 /// Merging by more than an edge is refused at the element, and sides that come to lie inside leave their sets.
@@ -270,6 +334,19 @@ fn inverted_curves_are_refused() {
     for kind in ElementKind::SOLIDS.into_iter().filter(|kind| kind.order() == 2) {
         if kind.dimension() == 2 { check::<2>(kind) } else { check::<3>(kind) }
     }
+}
+
+/// All nodes of an element in one place: the message has a number.
+#[test]
+fn an_element_without_extent_is_refused() {
+    let mut mesh = block::<2>(ElementKind::Quad8, [1; 2], [0.0; 2], [1.0; 2]);
+    // Straight sides are not integrated: a node in the middle of a side is moved first.
+    for place in &mut mesh.points {
+        place[0] *= place[0];
+        place[1] = 0.0;
+    }
+    let error = require_sound_curves(&mesh, &Source::Box("block", "m")).expect_err("a flat element").message;
+    assert!(error.contains("is 0.0e0 of"), "{error}");
 }
 
 /// The fixtures of Gmsh, as it wrote them and with a defect put in; 22a is the readable form.

@@ -36,8 +36,8 @@ pub fn limit_penetration<const D: usize>(system: &mut ContactSystem<D>, case: &C
 /// The penetration that the case asks for.
 fn penetration(case: &Case) -> Option<Asked> {
     Some(match case.accuracy.as_ref()?.penetration? {
-        PenetrationTolerance::Length(length) => Asked::Length(length.si),
-        PenetrationTolerance::Relative(part) => Asked::Relative(part.si),
+        PenetrationTolerance::Length(length) => Asked::Length(length.value),
+        PenetrationTolerance::Relative(part) => Asked::Relative(part.value),
     })
 }
 
@@ -56,8 +56,8 @@ fn adapts(case: &Case) -> bool {
 pub fn control<const D: usize>(case: &Case, model: &Model<D>, start: f64) -> StepControl {
     let time = &case.time;
     match adapts(case) {
-        true => StepControl::adaptive([start, time.end.si], time.step(), &model.kinks(), time.cuts.value),
-        false => StepControl::new(start, time.end.si, time.step(), time.cuts.value),
+        true => StepControl::adaptive([start, time.end.value], time.step(), &model.kinks(), time.cuts.value),
+        false => StepControl::new(start, time.end.value, time.step(), time.cuts.value),
     }
 }
 

@@ -140,9 +140,9 @@ impl Past {
 }
 
 /// Whether a parabola predicts a motion better than a straight line, given the errors of both and the size of the displacements
-/// \[m\]. If both predict it to rounding, the line is taken: rounding must not choose.
+/// \[m\]. If both predict it to rounding, the line is taken, so that the choice does not depend on rounding.
 fn is_curved([parabola, line]: [f64; 2], size: f64) -> bool {
-    /// Part of the displacements that is rounding: in free flight it is some 1e-15 of them after a few hundred steps.
+    /// Relative size of errors that are attributed to rounding. In free flight the error is about 1e-15 after a few hundred steps.
     const ROUNDING: f64 = 1e-12;
     line > ROUNDING * size && parabola < line
 }
@@ -167,7 +167,7 @@ fn combine(
 mod tests {
     use super::*;
 
-    /// A parabola that is nearer is better, unless both are off by rounding: a body at rest or in flight.
+    /// The parabola with the smaller error is chosen, unless both errors are rounding, as for a body at rest or in flight.
     #[test]
     fn rounding_does_not_choose_the_first_guess() {
         assert!(is_curved([1e-6, 2e-6], 1.0) && !is_curved([2e-6, 1e-6], 1.0));

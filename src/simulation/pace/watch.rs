@@ -30,7 +30,6 @@ pub struct Memory {
     contact: [f64; 3],
     /// Contact points that did more than touch at the end of the last accepted step: what only touches carries nothing, and
     /// whether its gap is positive or negative, rounding decides.
-    #[serde(alias = "closed")]
     pressing: u64,
     /// Steps that the last jump of the velocity still shows in.
     unsettled: u32,
@@ -43,13 +42,10 @@ pub struct Memory {
     /// How much stiffer than their laws say the contacts are.
     stiffenings: Vec<f64>,
     /// Steps as short as errors may ask for.
-    #[serde(default, rename = "short_steps")]
     shortest: Shortest,
     /// What carries each contact at the end of the last accepted step \[N\].
-    #[serde(default)]
     loads: Vec<f64>,
     /// Whether a body has landed or taken off.
-    #[serde(default)]
     landed: bool,
 }
 
@@ -108,14 +104,14 @@ impl Watch {
         kinks: Vec<f64>,
     ) -> Result<Self> {
         let scheme = options::scheme(&case.time);
-        let budget = |part: Option<Number>| part.map(|part| Budget::new(part.si));
+        let budget = |part: Option<Number>| part.map(|part| Budget::new(part.value));
         let adapts = accuracy.time.is_some() && scheme.local_error().is_some();
         let past = super::kept(case, &stage.start.u)?;
         let pressing = system.contact_summaries().iter().map(|contact| contact.zone.pressing as u64).sum();
         let mut watch = Self {
             accuracy,
             scheme,
-            end: case.time.end.si,
+            end: case.time.end.value,
             step: case.time.step(),
             kinks,
             weight: system.weight()?,
@@ -198,7 +194,7 @@ impl Watch {
     pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) -> bool {
         let asked =
             self.accuracy.slip.filter(|_| self.scheme != Scheme::Conserving && self.memory.size > 0.0);
-        asked.is_some_and(|slip| system.stiffen_stick(&self.given, slip.si * self.memory.size))
+        asked.is_some_and(|slip| system.stiffen_stick(&self.given, slip.value * self.memory.size))
     }
 
     pub fn accepts<const D: usize>(
@@ -313,7 +309,7 @@ impl Watch {
             return false;
         };
         let Stuck { creep, give } = system.stuck();
-        (creep * self.end).max(give) > slip.si * self.memory.size
+        (creep * self.end).max(give) > slip.value * self.memory.size
     }
 
     /// How far the velocities of the step carry until the end, at most as far as anything moved so far \[m\].
@@ -381,7 +377,7 @@ impl Watch {
     }
 
     pub fn record(&self, repeated_steps: u64) -> AccuracyRecord {
-        let number = |part: Option<Number>| part.map(|part| part.si);
+        let number = |part: Option<Number>| part.map(|part| part.value);
         let Memory { time, energy, size, drift, contact: [depth, creep, give], .. } = &self.memory;
         let rubs = self.given.iter().any(Option::is_some);
         let asked = Errors {
