@@ -122,8 +122,8 @@ const DAMPS: &str = "this scheme damps what is fast beside the step: take a shor
 fn cure(scheme: Scheme) -> &'static str {
     match scheme {
         Scheme::Static => {
-            "bodies jumped from one equilibrium to another, or the path is too curved for these load steps: take more of them; \
-             what remains comes from contact: refine its surfaces, or use `area: reference`"
+            "bodies jumped from one equilibrium to another, or the path is too curved: take more load steps; what remains \
+             comes from contact: refine its surfaces, or use `area: reference`"
         }
         Scheme::Conserving => {
             "the steps are too long for what happens in them: take a shorter step, or a smaller solver.newton.tolerance"

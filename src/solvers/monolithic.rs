@@ -224,8 +224,11 @@ impl Monolithic {
             let search = cycle.search(now.norm, slow, self.settings.line_search);
             let point = self.advance(system, stage, now, search)?;
             let before = std::mem::replace(&mut now, point.residual);
-            let norms = [before.norm, now.norm];
-            let searched = point.searched.map(|shortest| Searched { norms, shortest });
+            let searched = point.searched.map(|shortest| Searched {
+                norms: [before.norm, now.norm],
+                relative: [relative(before), relative(now)],
+                shortest,
+            });
             lost = descent.is_lost(searched).then(|| {
                 format!(
                     "no length of correction {} brings the balance closer: residual {:.1e} before, {:.1e} at best",
