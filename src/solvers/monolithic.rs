@@ -443,8 +443,13 @@ impl Monolithic {
         (system, stage): (&dyn Dynamics, &Stage),
     ) -> Result<bool> {
         let size = system.extent() + self.origin.norm()?;
-        Ok(row.increment <= Self::NEGLIGIBLE * size * row.line_search
-            && now.norm <= Self::ROUNDINGS * system.rounding(stage)?)
+        let is_small = row.increment <= Self::NEGLIGIBLE * size * row.line_search;
+        Ok(is_small && Self::is_rounding(now, (system, stage))?)
+    }
+
+    /// Whether a residual is no larger than what rounding may leave at the trial state, by the matrix made last.
+    pub(super) fn is_rounding(now: Residual, (system, stage): (&dyn Dynamics, &Stage)) -> Result<bool> {
+        Ok(now.norm <= Self::ROUNDINGS * system.rounding(stage)?)
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.
