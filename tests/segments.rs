@@ -205,6 +205,42 @@ fn strategies_and_solvers_agree_on_a_coarse_curved_target() {
     }
 }
 
+/// Without friction the equilibrium does not depend on the path: ironing by five facets a step gives the forces of steps of a
+/// quarter of a facet. That is why only motion with friction is bounded.
+#[test]
+fn long_steps_without_friction_find_the_forces_of_short_ones() {
+    let changes = [
+        ("cells: [48, 6]", "cells: [12, 3]"),
+        ("cells: [40, 10]", "cells: [20, 4]"),
+        ("{ coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 5.0e9 } } }", "none"),
+    ];
+    let sides = [["slab.top", "indenter.bottom"], ["indenter.bottom", "slab.top"]];
+    for (quadrature, tolerance) in [("segments", 1e-4), ("gauss", 1e-2)] {
+        for [contactor, target] in sides {
+            let ironed = |step: &str| {
+                let text = shipped("ironing/case.yml", &changes)
+                    .replace("quadrature: gauss", &format!("quadrature: {quadrature}"))
+                    .replace("contactor: slab.top", &format!("contactor: {contactor}"))
+                    .replace("target: indenter.bottom", &format!("target: {target}"))
+                    .replace("step: 2.5e-2", &format!("step: {step}"));
+                let table = Results::of(&text, 1).table("contact.csv");
+                let at = |time: f64, column: &str| {
+                    let times = table.numbers("time");
+                    let row = times.iter().position(|t| (t - time).abs() < 1e-9).expect("a row");
+                    table.numbers(column)[row]
+                };
+                [0.5, 0.75, 1.0].map(|time| [at(time, "force_x"), at(time, "force_y")])
+            };
+            let [long, short] = ["0.25", "0.0125"].map(ironed);
+            for (long, short) in long.iter().zip(&short) {
+                let off = (long[0] - short[0]).hypot(long[1] - short[1]) / short[1].abs();
+                println!("{quadrature}, {contactor}: {off:.1e}");
+                assert!(off < tolerance, "{quadrature}, {contactor}: {long:?} {short:?}");
+            }
+        }
+    }
+}
+
 /// A block with sharp corners, pressed a tenth of its height into a longer slab of another mesh and dragged.
 const SHARP: &str = "
 dimension: 2

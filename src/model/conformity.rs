@@ -6,7 +6,7 @@
 mod merging;
 mod seams;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use crate::contact::projection::Projection;
 use crate::error::{Error, Result};
@@ -24,6 +24,10 @@ use seams::Seams;
 /// error of 1e-4. At half the value unconnected parts in meshes with six digits pass; at ten times the value narrow slits between
 /// coarse elements are refused.
 const TOUCH: f64 = 1e-4;
+
+/// A void between four triangles is a slit where diagonals do not agree if it is flatter than this part of its edges. Elements that
+/// were left out on purpose are as thick as long.
+const SLIT: f64 = 0.2;
 
 /// A body whose parts hinge on nodes may have this many of them: their motions are found by dense algebra.
 const MOST_HINGED: usize = 64;
@@ -255,9 +259,69 @@ impl<'a, const D: usize> Surface<'a, D> {
         found
     }
 
+    /// Corners of a facet.
+    fn corners_of(&self, facet: usize) -> &[u32] {
+        &self.nodes_of(facet)[..self.mesh.facet_kind(self.facets[facet]).corners()]
+    }
+
+    /// Sides in space that have the same corners and do not match, however they are warped: a triangle on a quadrilateral, and two
+    /// triangles on two with the other diagonal.
+    fn unmatched_sides(&self) -> Vec<Touch> {
+        let mut around: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        let mut triangles: BTreeSet<Vec<u32>> = BTreeSet::new();
+        for facet in 0..self.facets.len() {
+            let corners = self.corners_of(facet);
+            corners.iter().for_each(|&node| around.entry(node).or_default().push(facet));
+            if corners.len() == 3 {
+                triangles.insert(sorted(corners));
+            }
+        }
+        let mut found = Vec::new();
+        for facet in (0..self.facets.len()).filter(|&facet| self.corners_of(facet).len() == 3) {
+            let corners = self.corners_of(facet);
+            let others = corners.iter().flat_map(|node| &around[node]).filter(|&&other| other != facet);
+            for &other in others {
+                let its = self.corners_of(other);
+                let shared = corners.iter().filter(|node| its.contains(node)).count();
+                let lies_on = match its.len() {
+                    4 => shared == 3,
+                    3 => shared == 2 && self.is_slit(corners, its, &triangles),
+                    _ => false,
+                };
+                if lies_on {
+                    found.push(Touch::Sides(self.facets[facet], self.facets[other]));
+                }
+            }
+        }
+        found
+    }
+
+    /// Whether two triangles with a common edge and two on the other diagonal of their four corners enclose a flat void.
+    fn is_slit(&self, one: &[u32], other: &[u32], triangles: &BTreeSet<Vec<u32>>) -> bool {
+        let mut nodes = one.to_vec();
+        nodes.extend(other.iter().filter(|node| !one.contains(node)));
+        let closed = (0..4).all(|left_out| {
+            let rest = nodes.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, node)| *node);
+            triangles.contains(&sorted(&rest.collect::<Vec<_>>()))
+        });
+        if !closed {
+            return false;
+        }
+        let at = |k: usize| Vector::<D>::from(self.mesh.points[nodes[k] as usize]);
+        let edge = |k: usize| at(k) - at(0);
+        let (a, b) = (edge(1), edge(2));
+        // Height of the fourth corner over the plane of the first three.
+        let along = a * (1.0 / a.norm());
+        let across = b - along * along.dot(&b);
+        let across = across * (1.0 / across.norm());
+        let c = edge(3);
+        let height = (c - along * along.dot(&c) - across * across.dot(&c)).norm();
+        height < SLIT * a.norm().min(b.norm())
+    }
+
     /// Sides whose middles lie on other sides.
     fn touching_sides(&self) -> Vec<Touch> {
-        let mut found = Vec::new();
+        let mut found = self.unmatched_sides();
         for facet in 0..self.facets.len() {
             let element = reference(self.mesh.facet_kind(self.facets[facet]));
             let mut shape = vec![0.0; self.nodes_of(facet).len()];
@@ -562,6 +626,12 @@ fn is_straight<const D: usize>(mesh: &Mesh<D>, element: usize) -> bool {
         (0..12).all(|k| (edge(k) - edge(k / 4 * 4)).norm() <= STRAIGHT * size)
     };
     even && (D == 2 || kind.corners() != 8 || parallel())
+}
+
+fn sorted(nodes: &[u32]) -> Vec<u32> {
+    let mut nodes = nodes.to_vec();
+    nodes.sort_unstable();
+    nodes
 }
 
 fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {

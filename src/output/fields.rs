@@ -13,6 +13,8 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use crate::error::Result;
 
@@ -92,12 +94,17 @@ impl<const D: usize> FieldWriter<D> {
         self.all.steps()
     }
 
-    /// Lets the series name only what is there; how many steps are gone since they were written. Rank 0 only.
+    /// Lets the series name only what is there; how many steps are gone since they were written. Pieces of other ranks may
+    /// become visible a moment later. Rank 0 only.
     ///
     /// # Errors
     /// A series can not be written.
     pub fn drop_lost(&mut self) -> Result<u64> {
         let before = self.all.steps();
+        let deadline = Instant::now() + DELAY;
+        while self.ranks.size > 1 && !self.all.is_whole() && Instant::now() < deadline {
+            sleep(Duration::from_millis(100));
+        }
         self.all.drop_lost()?;
         self.contact.drop_lost()?;
         Ok(before - self.all.steps())
@@ -178,10 +185,15 @@ impl<const D: usize> FieldWriter<D> {
     }
 }
 
-/// Makes a folder that another rank may have made already.
+/// How long rank 0 waits for pieces that other ranks have written. Network file systems keep what they know of a folder for three
+/// seconds by default.
+const DELAY: Duration = Duration::from_secs(4);
+
+/// Makes a folder that another rank may have made already. This host may not see it yet, although the file system knows it.
 fn make_folder(path: &Path) -> Result<()> {
+    let is_file = || std::fs::metadata(path).is_ok_and(|found| !found.is_dir());
     match std::fs::create_dir(path) {
-        Err(e) if !(e.kind() == ErrorKind::AlreadyExists && path.is_dir()) => Err(unwritable(path, &e)),
+        Err(e) if e.kind() != ErrorKind::AlreadyExists || is_file() => Err(unwritable(path, &e)),
         _ => Ok(()),
     }
 }
@@ -320,6 +332,25 @@ mod tests {
         std::fs::remove_dir_all(scratch.0.join("fields")).unwrap();
         writer.resume(3, 1.5).unwrap();
         assert_eq!((writer.drop_lost().unwrap(), writer.steps()), (2, 0));
+    }
+
+    /// A piece of another rank that becomes visible a moment later is not gone.
+    #[test]
+    fn late_pieces_are_waited_for() {
+        let scratch = Scratch::new("fields-late");
+        let writer = |rank: usize, mine: [bool; 2]| {
+            FieldWriter::new(&scratch.0, Ranks { rank, size: 2 }, two_quads(&mine), None).unwrap()
+        };
+        let mut first = writer(0, [true, false]);
+        first.write(0, &volume_fields(), None).unwrap();
+        first.publish(0, 0.0).unwrap();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                sleep(Duration::from_millis(300));
+                writer(1, [false, true]).write(0, &volume_fields(), None).unwrap();
+            });
+            assert_eq!((first.drop_lost().unwrap(), first.steps()), (0, 1));
+        });
     }
 
     /// No rank makes a results folder again that is gone.

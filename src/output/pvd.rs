@@ -64,6 +64,12 @@ impl Series {
         Ok(lost)
     }
 
+    /// Whether all grids that the series names are there.
+    pub fn is_whole(&self) -> bool {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        self.entries.iter().all(|entry| is_whole(&folder.join(&entry.file)))
+    }
+
     /// Number of instants.
     pub fn steps(&self) -> u64 {
         self.entries.iter().filter(|entry| entry.part == 0).count() as u64

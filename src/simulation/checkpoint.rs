@@ -39,7 +39,7 @@ pub struct Moment<'a, const D: usize> {
     /// What solved the step.
     pub strategy: &'a mut Box<dyn Strategy>,
     /// Where in time the run is, the energies, and what watches them.
-    pub watch: (&'a StepControl, &'a EnergyLedger, &'a Guard, &'a mut Pace),
+    pub watch: (&'a StepControl, &'a mut EnergyLedger, &'a Guard, &'a mut Pace),
     /// The results.
     pub journal: &'a mut Journal<D>,
 }
@@ -119,6 +119,7 @@ impl Keeper {
         }
         if !finished {
             system.forget(stage)?;
+            ledger.forget();
             pace.forget(system);
             *strategy = options::strategy(case, system, SOLVER_PREFIXES[0])?;
         }

@@ -53,12 +53,24 @@ fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
         ),
         Trouble::Linear => format!("try `linear: direct`, or {shorter}"),
         Trouble::Balance => {
-            let softer = if augmented { "" } else { ", a softer penalty" };
+            let softer = if augmented || case.contact.is_empty() { "" } else { ", a softer penalty" };
             let damped = if swings(case) { " or a scheme that damps, as generalized_alpha" } else { "" };
             let more = if softer.is_empty() && damped.is_empty() { " or a larger `time.cuts`" } else { "" };
-            format!("try {shorter}{softer}{damped}{more}")
+            let limit = if is_loaded(case) { BEYOND_A_LIMIT_LOAD } else { "" };
+            format!("try {shorter}{softer}{damped}{more}{limit}")
         }
     }
+}
+
+/// What helps where a load passes what a body can carry: there is no equilibrium nearby, however short the step.
+const BEYOND_A_LIMIT_LOAD: &str = "; if the body buckles or snaps through under its load, prescribe a displacement in its place, or use a scheme with inertia";
+
+/// Whether forces are prescribed in statics.
+fn is_loaded(case: &Case) -> bool {
+    let loads = |boundary: &case::Boundary| {
+        boundary.traction.is_some() || boundary.pressure.is_some() || boundary.gravity.is_some()
+    };
+    case.is_static() && case.boundary.values().any(loads)
 }
 
 /// Whether multipliers or a growing penalty keep a penetration, so that the penalty of the case is only where they begin.
@@ -106,6 +118,19 @@ mod tests {
             assert!(!hints.iter().any(|hint| hint.contains("stiffer")), "{hints:?}");
             assert_eq!(hints.iter().any(|hint| hint.contains("softer")), softer, "{hints:?}");
         }
+    }
+
+    /// Loads in statics may pass what a body carries; nothing else is told so, and without contact no penalty is named.
+    #[test]
+    fn a_limit_load_is_named_where_there_is_a_load() {
+        let limit = |text: &str| hints(text).iter().any(|hint| hint.contains("snaps through"));
+        assert!(limit(include_str!("../../meshes/hertz/case.yml")));
+        assert!(!limit(include_str!("../../meshes/ironing/case.yml")));
+        assert!(!limit(include_str!("../../meshes/rubber-block/case.yml")));
+        let hertz = include_str!("../../meshes/hertz/case.yml");
+        let (before, contact) = hertz.split_once("contact:").expect("a contact");
+        let (_, after) = contact.split_once("boundary:").expect("a boundary");
+        assert!(!hints(&format!("{before}boundary:{after}")).iter().any(|hint| hint.contains("softer")));
     }
 
     /// Statics is not advised to take a scheme that damps, nor is one that damps already.

@@ -210,7 +210,7 @@ fn march<const D: usize>(
         journal.try_step();
         let outcome = match attempt.solve(system, stage, &mut **strategy, journal) {
             Err(error) if error.cause == Cause::Stopped => {
-                let watch = (&control, &ledger, &guard, &mut pace);
+                let watch = (&control, &mut ledger, &guard, &mut pace);
                 let moment = Moment { system, stage, strategy, watch, journal };
                 return Err(keeper.within_a_step(moment, case)?);
             }
@@ -238,10 +238,10 @@ fn march<const D: usize>(
                 pace.advance(system, stage, &control, journal)?;
                 journal.record(system, stage, (&ledger, &energies), &report)?;
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
-                guard.record(system, stage, journal.step(), &energies)?;
+                guard.record(system, stage, journal.step(), &ledger)?;
                 guard.motion.accept(&slides, journal.step(), stage.dt);
                 journal.at_the_end(guard.warnings(scheme, case.units));
-                guard.energy(&energies, stage.trial.time, case.units)?;
+                guard.energy(&ledger, stage.trial.time, case.units)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
                 keeper.step_done(
@@ -249,7 +249,7 @@ fn march<const D: usize>(
                         system,
                         stage,
                         strategy,
-                        watch: (&control, &ledger, &guard, &mut pace),
+                        watch: (&control, &mut ledger, &guard, &mut pace),
                         journal,
                     },
                     case,

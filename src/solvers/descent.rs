@@ -15,6 +15,8 @@ pub(super) struct Descent {
 pub(super) struct Searched {
     /// Residual before it and after it \[N\].
     pub norms: [f64; 2],
+    /// The same over the largest force of each iterate, by which convergence is judged.
+    pub relative: [f64; 2],
     /// Whether the shortest length of all was the best.
     pub shortest: bool,
 }
@@ -33,7 +35,8 @@ impl Descent {
     /// it by up to 9.5 in the ironing scene, from where it converges; from 57 it was never seen to.
     const RISE: f64 = 20.0;
     /// Searches in a row that end at the shortest length without a smaller residual: the direction is no descent. One of
-    /// them may be a change of facet.
+    /// them may be a change of facet. The residual must also become smaller beside the largest force: past a critical load
+    /// both fall, the forces faster, and the balance moves away.
     const IN_A_ROW: u32 = 2;
     /// The same, in all, since the residual was least: from there on the iterates go round in a circle. Ironing comes off
     /// such a circle after three.
@@ -54,11 +57,11 @@ impl Descent {
 
     /// Takes the correction to the next iterate into account, if it was searched along; whether the solve is to be given up.
     pub fn is_lost(&mut self, searched: Option<Searched>) -> bool {
-        let Some(Searched { norms: [before, after], shortest }) = searched else {
+        let Some(Searched { norms: [before, after], relative, shortest }) = searched else {
             self.in_a_row = 0;
             return false;
         };
-        let fails = shortest && after >= before;
+        let fails = shortest && (after >= before || relative[1] >= relative[0]);
         self.in_a_row = if fails { self.in_a_row + 1 } else { 0 };
         self.failed += u32::from(fails);
         let futile = self.in_a_row >= Self::IN_A_ROW || self.failed >= Self::IN_ALL;
@@ -76,7 +79,8 @@ mod tests {
         let mut lost = Vec::new();
         for &(after, searched) in steps {
             descent.reach(before);
-            let searched = searched.map(|shortest| Searched { norms: [before, after], shortest });
+            let norms = [before, after];
+            let searched = searched.map(|shortest| Searched { norms, relative: norms, shortest });
             lost.push(descent.is_lost(searched));
             before = after;
         }
@@ -105,6 +109,18 @@ mod tests {
         assert!(
             judge(0.66, &[&falls[..], &[(0.6, Some(true)), (0.3, None)]].concat()).iter().all(|lost| !lost)
         );
+    }
+
+    /// A residual that falls more slowly than the forces is not followed.
+    #[test]
+    fn a_balance_that_moves_away_is_not_followed() {
+        let lost = |relative| {
+            let mut descent = Descent::default();
+            let searched = Searched { norms: [0.1, 0.099], relative, shortest: true };
+            [descent.is_lost(Some(searched)), descent.is_lost(Some(searched))]
+        };
+        assert_eq!(lost([0.2, 0.201]), [false, true]);
+        assert_eq!(lost([0.2, 0.199]), [false, false]);
     }
 
     /// What is halved still falls.

@@ -229,8 +229,11 @@ impl Monolithic {
             let search = cycle.search(now.norm, slow, self.settings.line_search);
             let point = self.advance(system, stage, now, search)?;
             let before = std::mem::replace(&mut now, point.residual);
-            let norms = [before.norm, now.norm];
-            let searched = point.searched.map(|shortest| Searched { norms, shortest });
+            let searched = point.searched.map(|shortest| Searched {
+                norms: [before.norm, now.norm],
+                relative: [relative(before), relative(now)],
+                shortest,
+            });
             lost = descent.is_lost(searched).then(|| {
                 format!(
                     "no length of correction {} brings the balance closer: residual {:.1e} before, {:.1e} at best",
@@ -447,8 +450,13 @@ impl Monolithic {
         (system, stage): (&dyn Dynamics, &Stage),
     ) -> Result<bool> {
         let size = system.extent() + self.origin.norm()?;
-        Ok(row.increment <= Self::NEGLIGIBLE * size * row.line_search
-            && now.norm <= Self::ROUNDINGS * system.rounding(stage)?)
+        let is_small = row.increment <= Self::NEGLIGIBLE * size * row.line_search;
+        Ok(is_small && Self::is_rounding(now, (system, stage))?)
+    }
+
+    /// Whether a residual is no larger than what rounding may leave at the trial state, by the matrix made last.
+    pub(super) fn is_rounding(now: Residual, (system, stage): (&dyn Dynamics, &Stage)) -> Result<bool> {
+        Ok(now.norm <= Self::ROUNDINGS * system.rounding(stage)?)
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.

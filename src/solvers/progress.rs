@@ -62,6 +62,8 @@ impl Default for Progress {
 impl Progress {
     /// Sweeps without a smaller change of friction after which none is expected.
     const PATIENCE: u32 = 10;
+    /// The same where the balance is met to rounding, so that none is asked for.
+    const PAUSE: u32 = 2;
     /// Largest contraction that the error is told from.
     const MOST: f64 = 0.9;
     /// Sweeps that tell of the way to the solution, not yet of its neighbourhood.
@@ -96,6 +98,11 @@ impl Progress {
     /// Friction has stopped to change less.
     pub fn stagnates(&self) -> bool {
         self.idle >= Self::PATIENCE
+    }
+
+    /// The last sweeps left friction no closer, which rounding does as well.
+    pub fn pauses(&self) -> bool {
+        self.idle >= Self::PAUSE
     }
 
     /// Part of the way that bound and friction traction are to go to the next sweep, where that is not all of it.
@@ -163,6 +170,7 @@ mod tests {
         for k in 0..10 {
             progress.record(&sweep(1.0, 0.1 + f64::from(k % 2)));
             assert!(!progress.stagnates());
+            assert_eq!(progress.pauses(), k >= 2);
         }
         progress.record(&sweep(1.0, 0.1));
         assert!(progress.stagnates());

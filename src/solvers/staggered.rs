@@ -161,6 +161,22 @@ impl Staggered {
         open <= self.settings.tolerance && sweep.residual <= balance.max(rounding)
     }
 
+    /// No sweep brings the stages closer, and the full system balances: to what rounding leaves, by the measure of Newton's
+    /// method, or as well as is asked for. Between stages of a slender body rounding leaves a distance that is far above the
+    /// rounding of its places.
+    fn stands_at_rounding(
+        &self,
+        sweep: &Sweep,
+        balance: Residual,
+        progress: &Progress,
+        at: (&dyn Dynamics, &Stage),
+    ) -> Result<bool> {
+        if progress.stagnates() && sweep.residual <= self.balance {
+            return Ok(true);
+        }
+        Ok(progress.pauses() && Monolithic::is_rounding(balance, at)?)
+    }
+
     /// Why the sweeps end without agreement, where they do.
     fn hopeless(&self, number: u32, sweep: &Sweep, progress: &Progress) -> Option<String> {
         if number < self.settings.max_sweeps && !progress.stagnates() {
@@ -204,7 +220,9 @@ impl Staggered {
                 contraction: progress.contraction(),
                 ..IterationReport::first(sweep.residual, report.contact)
             });
-            if self.agrees(&sweep, of_stage, &progress) {
+            if self.agrees(&sweep, of_stage, &progress)
+                || self.stands_at_rounding(&sweep, balance, &progress, (&*system, &*stage))?
+            {
                 break;
             }
             if let Some(reason) = self.hopeless(number, &sweep, &progress) {

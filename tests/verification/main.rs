@@ -32,6 +32,9 @@ const FOLDER: &str = "CONTACT_PETSC_VERIFICATION_FOLDER";
 /// Most time that a run may take, generous for a loaded machine: a hang is a failure too.
 const LIMIT: Duration = Duration::from_secs(300);
 
+/// Most time for a mesh of a longer sweep.
+const MESH: Duration = Duration::from_secs(2);
+
 /// A check, and the numbers of ranks for it (0: started without `mpirun`).
 type Run = (&'static str, fn(&Rc<Session>), &'static [usize]);
 
@@ -62,6 +65,7 @@ fn main() -> ExitCode {
     let shows = std::env::args().any(|argument| argument == "--nocapture");
     let mut failures = 0;
     for (name, _, ranks) in RUNS.iter().filter(|run| run.0.contains(&filter)) {
+        let ranks = if mutants::longer_sweep().is_some() { &[0] } else { *ranks };
         failures += ranks.iter().filter(|&&ranks| !passes(name, ranks, shows)).count();
     }
     ExitCode::from(u8::from(failures > 0))
@@ -70,7 +74,9 @@ fn main() -> ExitCode {
 fn passes(name: &str, ranks: usize, shows: bool) -> bool {
     let folder = Folder::new(name);
     let told = [(CHECK, name.as_ref()), (FOLDER, folder.as_os_str())];
-    let run = Running::of_this_test(ranks, &told).wait(LIMIT);
+    // A longer sweep of meshes takes its time.
+    let limit = mutants::longer_sweep().map_or(LIMIT, |(count, _)| LIMIT + MESH * count as u32);
+    let run = Running::of_this_test(ranks, &told).wait(limit);
     let output = run.text();
     let good = run.code == Some(0) && output.contains(&format!("{name} holds"));
     let verdict = if good { "ok" } else { "FAILED" };

@@ -65,6 +65,13 @@ impl Mutation {
     }
 }
 
+/// Whether the block is whole after all of these. Nodes that are moved where parts are not joined open a slit as wide.
+fn leave_the_block(mutations: &[Mutation]) -> bool {
+    let splits = |mutation: &Mutation| matches!(mutation, DuplicateNodes | DuplicateElement | Refine);
+    let slit = mutations.iter().position(splits).is_some_and(|first| mutations[first..].contains(&Jiggle));
+    !slit && mutations.iter().all(|mutation| mutation.leaves_the_block())
+}
+
 /// A mesh that is changed: elements as lists.
 #[derive(Clone)]
 struct Draft<const D: usize> {
@@ -236,6 +243,20 @@ impl<const D: usize> Draft<D> {
         self.elements[element] = (other, new);
     }
 
+    /// Whether a side of the top is bent, so that its corners do not tell its area.
+    fn is_curved_on_top(&self) -> bool {
+        self.side(D - 1, 1.0).iter().any(|(kind, nodes)| {
+            kind.parents().iter().zip(nodes).any(|(parents, &node)| {
+                (0..D).any(|k| {
+                    let mean =
+                        parents.iter().map(|&p| self.points[nodes[usize::from(p)] as usize][k]).sum::<f64>()
+                            / parents.len() as f64;
+                    (self.points[node as usize][k] - mean).abs() > 1e-9
+                })
+            })
+        })
+    }
+
     /// Facets of the boundary all of whose corners have this coordinate, as corners of their elements in Gmsh's order.
     fn side(&self, axis: usize, at: f64) -> Vec<(ElementKind, Vec<u32>)> {
         let mut mesh = Mesh::with_points(self.points.clone());
@@ -358,7 +379,21 @@ struct Tally {
     balanced: u32,
 }
 
+/// Number of meshes and seed of a longer sweep, see `scripts/fuzz-meshes`.
+pub const SWEEP: &str = "CONTACT_PETSC_MUTANTS";
+
+/// What a longer sweep is asked for.
+pub fn longer_sweep() -> Option<(u64, u64)> {
+    let text = std::env::var(SWEEP).ok()?;
+    let numbers: Vec<u64> =
+        text.split_whitespace().map(|word| word.parse().expect("a count and a seed")).collect();
+    Some((numbers[0], numbers[1]))
+}
+
 pub fn all(session: &Rc<Session>) {
+    if let Some((count, seed)) = longer_sweep() {
+        return random_sweep(session, count, seed);
+    }
     let mut tally = Tally::default();
     for kind in ElementKind::SOLIDS {
         match kind.dimension() {
@@ -366,11 +401,78 @@ pub fn all(session: &Rc<Session>) {
             _ => sweep::<3>(session, kind, &mut tally),
         }
     }
+    for seed in FOUND {
+        let mut random = seeded(seed);
+        let kind = random_kind(&mut random);
+        random_mesh::<3>(session, kind, seed, &mut random, &mut tally);
+    }
     unchecked_meshes_are_wrong(session);
     if session.rank() == 0 {
         println!("{tally:?}");
         assert!(tally.refused > 50 && tally.exact > 15 && tally.balanced > 5, "{tally:?}");
     }
+}
+
+/// Seeds of longer sweeps whose meshes gave another force: hexahedra beside tetrahedra on warped sides.
+const FOUND: [u64; 3] = [442, 705, 1408];
+
+/// Numbers of a mesh of a longer sweep.
+fn seeded(seed: u64) -> Random {
+    // Seeds next to each other begin with similar numbers.
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    (0..8).for_each(|_| {
+        random.next();
+    });
+    random
+}
+
+fn random_kind(random: &mut Random) -> ElementKind {
+    ElementKind::SOLIDS[random.below(ElementKind::SOLIDS.len())]
+}
+
+/// Meshes with one or two mutations, often with nodes moved and numbered anew, each from a seed of its own, so that one that fails can be made again alone.
+fn random_sweep(session: &Rc<Session>, count: u64, seed: u64) {
+    let mut tally = Tally::default();
+    let mut failures = Vec::new();
+    // The hook of a session ends the process.
+    drop(std::panic::take_hook());
+    for seed in seed..seed + count {
+        let mut random = seeded(seed);
+        let kind = random_kind(&mut random);
+        let one = std::panic::AssertUnwindSafe(|| match kind.dimension() {
+            2 => random_mesh::<2>(session, kind, seed, &mut random, &mut tally),
+            _ => random_mesh::<3>(session, kind, seed, &mut random, &mut tally),
+        });
+        if std::panic::catch_unwind(one).is_err() {
+            failures.push(seed);
+        }
+    }
+    println!("{tally:?}");
+    assert!(failures.is_empty(), "seeds that fail: {failures:?}");
+}
+
+fn random_mesh<const D: usize>(
+    session: &Rc<Session>,
+    kind: ElementKind,
+    seed: u64,
+    random: &mut Random,
+    tally: &mut Tally,
+) {
+    let mut draft = Draft::<D>::block(kind, [2; D], [0.0; D], [1.0; D]);
+    // Most meshes with several defects are refused for the first.
+    let defects = if random.below(3) > 0 { 1 } else { 2 };
+    let mut mutations: Vec<Mutation> =
+        (0..defects).map(|_| MUTATIONS[random.below(MUTATIONS.len())]).collect();
+    if random.half() {
+        mutations.insert(0, Jiggle);
+    }
+    if random.half() {
+        mutations.push(Shuffle);
+    }
+    mutations.iter().for_each(|&mutation| draft.mutate(mutation, kind, random));
+    let pulled = random.half() && !draft.is_curved_on_top();
+    let what = format!("seed {seed}: {kind} {mutations:?}, {}", if pulled { "pulled" } else { "moved" });
+    verdict(session, &draft, &mutations, pulled, &what, tally);
 }
 
 fn sweep<const D: usize>(session: &Rc<Session>, kind: ElementKind, tally: &mut Tally) {
@@ -432,10 +534,14 @@ fn verdict<const D: usize>(
     let size = applied.abs().max(bottom.abs()).max(1e-3 * YOUNG * STRETCH);
     let imbalance = (applied + bottom).abs() / size;
     assert!(imbalance < 1e-6, "{what}: {applied} against {bottom}");
-    if mutations.iter().all(|mutation| mutation.leaves_the_block()) {
+    if leave_the_block(mutations) {
         let modulus = if D == 2 { YOUNG / (1.0 - POISSON * POISSON) } else { YOUNG };
         let exact = if pulled { TRACTION } else { modulus * STRETCH };
-        assert!((bottom + exact).abs() < 1e-6 * exact, "{what}: {bottom} in place of {}", -exact);
+        // Four points integrate what a tet10 with curved sides needs for a patch test but for 1e-5.
+        let curved =
+            draft.elements.iter().any(|(kind, _)| *kind == ElementKind::Tet10) && mutations.contains(&Jiggle);
+        let tolerance = if curved && longer_sweep().is_some() { 1e-4 } else { 1e-6 };
+        assert!((bottom + exact).abs() < tolerance * exact, "{what}: {bottom} in place of {}", -exact);
         tally.exact += 1;
     } else {
         tally.balanced += 1;

@@ -152,10 +152,44 @@ fn neighbours_of_another_order_or_shape_are_refused() {
     let nodes = shapes.element_nodes(1).to_vec();
     let mut mixed = Mesh::with_points(std::mem::take(&mut shapes.points));
     mixed.push(ElementKind::Hex8, shapes.element_nodes(0).iter().copied());
-    for tet in [[0, 1, 3, 4], [1, 2, 3, 6], [1, 4, 5, 6], [3, 4, 6, 7], [1, 3, 4, 6]] {
+    for tet in FIVE {
         mixed.push(ElementKind::Tet4, tet.map(|local: usize| nodes[local]));
     }
     refused(&mut mixed, "lies on a side of");
+}
+
+/// Five tetrahedra on the corners of a hexahedron.
+const FIVE: [[usize; 4]; 5] = [[0, 1, 3, 4], [1, 2, 3, 6], [1, 4, 5, 6], [3, 4, 6, 7], [1, 3, 4, 6]];
+
+/// Warped sides that do not match do not lie on each other, but have the same corners: a square one beside two triangles, and
+/// triangles with other diagonals. A tetrahedron that was left out is no such slit.
+#[test]
+fn warped_sides_that_do_not_match_are_refused() {
+    let cells = block::<3>(ElementKind::Hex8, [2, 1, 1], [0.0; 3], [2.0, 1.0, 1.0]);
+    let mut points = cells.points.clone();
+    let middle = points.iter().position(|x| x == &[1.0, 0.0, 0.0]).expect("a corner between the cells");
+    points[middle][0] += 0.05;
+    for both in [false, true] {
+        let mut mesh = Mesh::with_points(points.clone());
+        for cell in 0..2 {
+            let nodes = cells.element_nodes(cell);
+            if cell == 0 && !both {
+                mesh.push(ElementKind::Hex8, nodes.iter().copied());
+            } else {
+                for tet in FIVE {
+                    mesh.push(ElementKind::Tet4, tet.map(|local| nodes[local]));
+                }
+            }
+        }
+        refused(&mut mesh, "lies on a side of");
+    }
+    let mut hollow = Mesh::with_points(points);
+    let nodes = cells.element_nodes(0);
+    for tet in &FIVE[..4] {
+        hollow.push(ElementKind::Tet4, tet.map(|local| nodes[local]));
+    }
+    let boundary = FacetIndex::new(&hollow).boundary();
+    assert!(Surface::new(&hollow, &boundary).unmatched_sides().is_empty());
 }
 
 /// Pieces that share one node, in space also an edge, hinge; with more they are one.
