@@ -216,7 +216,8 @@ output: { fields: { every: 0 } }
 fn static_energy_without_a_cause_is_reported() {
     let folder = Folder::new("stretched");
     folder.write("case.yml", STRETCHED);
-    let words = "J came from nowhere, 3.7 % of the largest energy of the run: step 21 (t = 7.0000e-1 s";
+    let words =
+        "J was gained without a cause, 3.7 % of the largest energy of the run: step 21 (t = 7.0000e-1 s";
     for ranks in [0, 3] {
         let output = run(ranks, &["case.yml", "-o", "out", "-q", "--anew"], &folder).success();
         assert!(output.stderr.contains(words), "{}", output.stderr);
@@ -229,7 +230,7 @@ fn static_energy_without_a_cause_is_reported() {
         folder.write("case.yml", &text);
         let output = run(0, &["case.yml", "-o", "out", "-q", restart], &folder).success();
         assert_eq!(
-            output.stderr.contains("J came from nowhere, 3."),
+            output.stderr.contains("J was gained without a cause, 3."),
             restart == "--restart",
             "{}",
             output.stderr

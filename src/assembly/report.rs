@@ -65,6 +65,8 @@ pub struct PointReport<const D: usize> {
 pub struct ContactSummary<const D: usize> {
     /// Name of the contact.
     pub name: String,
+    /// Mean size of a facet of the contactor \[m\].
+    pub facet: f64,
     /// Forces, area, counts, extremes.
     pub zone: ZoneSummary<D>,
 }
@@ -293,8 +295,8 @@ impl<const D: usize> ContactSystem<D> {
             let mut sums = vec![own.normal_force, own.area, own.friction_power, own.tangential_force];
             sums.extend(own.force.iter().chain(own.friction_force.iter()));
             sums.extend([own.points, own.stick, own.slip, own.pressing].map(|n| n as f64));
-            let peaks = [own.max_penetration, own.max_pressure];
-            let (mut total, mut top) = (vec![0.0; sums.len()], [0.0; 2]);
+            let peaks = [own.max_penetration, own.max_pressure, own.sunk];
+            let (mut total, mut top) = (vec![0.0; sums.len()], [0.0; 3]);
             world.all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
             world.all_reduce_into(&peaks[..], &mut top[..], SystemOperation::max());
             let count = |k: usize| total[4 + 2 * D + k] as usize;
@@ -311,11 +313,16 @@ impl<const D: usize> ContactSystem<D> {
                 tangential_force: total[3],
                 max_penetration: top[0],
                 max_pressure: top[1],
+                sunk: top[2],
             }
         };
         self.contacts
             .iter()
-            .map(|contact| ContactSummary { name: contact.name.clone(), zone: reduce(contact) })
+            .map(|contact| ContactSummary {
+                name: contact.name.clone(),
+                facet: contact.facet_size,
+                zone: reduce(contact),
+            })
             .collect()
     }
 

@@ -30,6 +30,8 @@ pub struct ZoneSummary<const D: usize> {
     pub max_penetration: f64,
     /// Largest `t_n` \[Pa\].
     pub max_pressure: f64,
+    /// Depth of the deepest place of the target between the points \[m\], where it is known, >= 0.
+    pub sunk: f64,
     /// `-sum A t_T . v_T` \[W\].
     pub friction_power: f64,
 }
@@ -48,6 +50,7 @@ impl<const D: usize> Default for ZoneSummary<D> {
             area: 0.0,
             max_penetration: 0.0,
             max_pressure: 0.0,
+            sunk: 0.0,
             friction_power: 0.0,
         }
     }
@@ -56,6 +59,7 @@ impl<const D: usize> Default for ZoneSummary<D> {
 impl<const D: usize> ZoneSummary<D> {
     /// Adds the forces of a point; open ones add nothing. Call it for the points of this rank's facets.
     pub fn add_forces(&mut self, point: &PointState<D>) {
+        self.sunk = self.sunk.max(point.sunk);
         if !point.is_closed() {
             return;
         }
@@ -95,6 +99,7 @@ impl<const D: usize> AddAssign for ZoneSummary<D> {
         self.area += other.area;
         self.max_penetration = self.max_penetration.max(other.max_penetration);
         self.max_pressure = self.max_pressure.max(other.max_pressure);
+        self.sunk = self.sunk.max(other.sunk);
         self.friction_power += other.friction_power;
     }
 }

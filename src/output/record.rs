@@ -65,6 +65,8 @@ pub struct Penetration {
     pub contact: String,
     /// Largest penetration of any point in any step \[m\]; 0 also where multipliers hold the surfaces exactly.
     pub deepest: f64,
+    /// Largest depth of any place of the target between the points in any step \[m\], and in facets of the contactor; 0 where it is not known.
+    pub between: [f64; 2],
     /// Largest normal force in any step \[N\]; 0 where it never closed.
     pub force: f64,
     /// The one that the user asked for \[m\], where he gave one.

@@ -271,9 +271,27 @@ mod tests {
             tables: Default::default(),
             warnings: vec![],
             penetrations: vec![
-                Penetration { contact: "sole".into(), deepest: 4e-5, force: 7.0, asked: Some(5e-5) },
-                Penetration { contact: "heel".into(), deepest: 0.0, force: 0.0, asked: None },
-                Penetration { contact: "toe".into(), deepest: 0.0, force: 9.0, asked: Some(1e-6) },
+                Penetration {
+                    contact: "sole".into(),
+                    deepest: 4e-5,
+                    between: [0.0; 2],
+                    force: 7.0,
+                    asked: Some(5e-5),
+                },
+                Penetration {
+                    contact: "heel".into(),
+                    deepest: 0.0,
+                    between: [0.0; 2],
+                    force: 0.0,
+                    asked: None,
+                },
+                Penetration {
+                    contact: "toe".into(),
+                    deepest: 0.0,
+                    between: [0.0; 2],
+                    force: 9.0,
+                    asked: Some(1e-6),
+                },
             ],
             verdict: Verdict::Failed { reason: "x".into(), code: 5 },
         };

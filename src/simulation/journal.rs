@@ -268,6 +268,10 @@ impl<const D: usize> Journal<D> {
         let zones = system.contact_summaries();
         for (penetration, summary) in self.record.penetrations.iter_mut().zip(&zones) {
             penetration.deepest = penetration.deepest.max(summary.zone.max_penetration);
+            let sunk = summary.zone.sunk;
+            for (most, now) in penetration.between.iter_mut().zip([sunk, sunk / summary.facet]) {
+                *most = most.max(now);
+            }
             penetration.force = penetration.force.max(summary.zone.normal_force);
         }
         let reactions = system.reactions(ledger.reactions());

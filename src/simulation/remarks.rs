@@ -17,14 +17,32 @@ const MOST_NODES_BETWEEN_POINTS: f64 = 2.5;
 /// The same where the points are nodes, further apart and now and then right on a corner: none is cut with 1.8, some are with 1.9.
 const MOST_NODES_BETWEEN_NODES: f64 = 1.85;
 
+/// A target that lies deeper between two vertices of the contactor than this part of a facet is not resolved. On smooth surfaces it is a
+/// hundredth.
+const SUNK: f64 = 0.1;
+
 /// A contact before anything has touched.
 pub(super) fn untouched<const D: usize>(contact: &Contact<D>) -> Penetration {
-    Penetration { contact: contact.name.clone(), deepest: 0.0, force: 0.0, asked: contact.penetration }
+    Penetration {
+        contact: contact.name.clone(),
+        deepest: 0.0,
+        between: [0.0; 2],
+        force: 0.0,
+        asked: contact.penetration,
+    }
 }
 
 /// What a user should know of a contact that did not do what it was meant for.
 pub(super) fn warning(contact: &Penetration, units: Units) -> Option<String> {
     let name = &contact.contact;
+    let [between, facets] = contact.between;
+    if facets > SUNK && between > 2.0 * contact.deepest {
+        let m = units.of("m");
+        return Some(format!(
+            "warning: contact '{name}': the target lay up to {between:.3e} {m} inside the contactor between two vertices, {facets:.2} facets\n\
+             hint: mesh the contactor finer there, or exchange contactor and target"
+        ));
+    }
     if !contact.has_closed() {
         return Some(format!("warning: contact '{name}' never closed: its surfaces did not meet"));
     }

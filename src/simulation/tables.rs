@@ -168,7 +168,7 @@ impl<const D: usize> Tables<D> {
     /// # Errors
     /// When the file can not be written.
     pub fn contacts(&mut self, summaries: &[ContactSummary<D>]) -> Result<()> {
-        for ContactSummary { name, zone } in summaries {
+        for ContactSummary { name, zone, .. } in summaries {
             let row = ContactRow {
                 force_n: zone.normal_force,
                 force: zone.force.into(),

@@ -103,7 +103,7 @@ const COLLISIONS: &[Scene] = &[
         &[
             ("cells: [6, 6, 6]", "cells: [3, 3, 3]"),
             ("cells: [7, 7, 7]", "cells: [4, 4, 4]"),
-            ("end: 0.010, step: 1.0e-4", "end: 0.003, step: 2.0e-4"),
+            ("end: 0.010, step: 1.0e-4", "end: 0.005, step: 2.0e-4"),
             ("compliance: 1.0e-10", "compliance: 1.0e-9"),
         ],
     ),

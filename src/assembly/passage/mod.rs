@@ -65,10 +65,10 @@ impl<const D: usize> ContactSystem<D> {
             return Ok(Some(tell_between(contact, *facets, &self.units.of("m"))));
         }
         let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(4));
-        if let Some(((contact, points), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
+        if let Some(((contact, _), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
             let motion = motion[0] + motion[1];
             let expected = stage.inertia.then(|| self.expected_motion(stage));
-            return Ok(Some(tell_through((&contact.name, *points), motion, expected, &self.units.of("m"))));
+            return Ok(Some(tell_through(&contact.name, motion, expected, &self.units.of("m"))));
         }
         let any = through.last().is_some_and(|vertices| *vertices > 0);
         Ok(if any { self.tell_sunk(&self.without_contact(&found.sunk, &found.targets, ends)) } else { None })
@@ -202,15 +202,14 @@ fn crossings<const D: usize>(a: &Moving<D>, b: &Moving<D>, depth: f64, spacing: 
 
 /// Why a step with points beyond their target is rejected. The surfaces move by `motion` \[m\] in the step; speeds and accelerations at
 /// its start predict `expected` at most, if that is known.
-fn tell_through((contact, points): (&str, u64), motion: f64, expected: Option<f64>, m: &str) -> String {
+fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> String {
     match expected.filter(|expected| *expected > 0.0 && motion > RUNAWAY * expected) {
         Some(expected) => format!(
             "the balance that was found is far off: the surfaces of contact '{contact}' would move by {motion:.3e} {m} within one step, \
              in which speeds and accelerations at its start take them by {expected:.1e} {m} at most"
         ),
         None => format!(
-            "contact '{contact}': {points} points would go through the target within one step, in which the surfaces move by \
-             {motion:.3e} {m}"
+            "contact '{contact}': a surface would go through the target within one step, in which the surfaces move by {motion:.3e} {m}"
         ),
     }
 }
@@ -290,16 +289,16 @@ mod tests {
     /// Points that pass through their target are reported as such, except when the iterate has blown up, which is reported instead.
     #[test]
     fn a_balance_that_is_far_off_is_no_passage() {
-        let through = tell_through(("hit", 3), 1.5, Some(1.4), "m");
+        let through = tell_through("hit", 1.5, Some(1.4), "m");
         assert!(
-            through.contains("3 points would go through the target") && through.contains("1.500e0 m"),
+            through.contains("would go through the target") && through.contains("1.500e0 m"),
             "{through}"
         );
-        let off = tell_through(("hit", 3), 1.03, Some(1e-3), "m");
+        let off = tell_through("hit", 1.03, Some(1e-3), "m");
         assert!(off.contains("far off") && off.contains("1.030e0 m") && off.contains("1.0e-3 m"), "{off}");
         assert!(!off.contains("go through"), "{off}");
         for unknown in [None, Some(0.0)] {
-            assert!(tell_through(("hit", 3), 1.03, unknown, "m").contains("go through"));
+            assert!(tell_through("hit", 1.03, unknown, "m").contains("go through"));
         }
     }
 }

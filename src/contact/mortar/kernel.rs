@@ -54,7 +54,7 @@ pub struct VertexSums<const D: usize> {
     pub normal: Vector<D>,
     /// `sum_a D_a f_a` of velocities and of displacements since the start of the step.
     pub slips: [Vector<D>; 2],
-    /// Depth of the deepest segment point, minus its gap \[m\].
+    /// Minus the gap of the deepest segment point \[m\].
     pub depth: f64,
 }
 
@@ -83,6 +83,11 @@ impl<const D: usize> VertexSums<D> {
         self.area > 0.0
     }
 
+    /// How deep the deepest place lies below the target \[m\], without the initial overclosure `adjusted` that is treated as zero gap.
+    pub fn sunk(&self, adjusted: f64) -> f64 {
+        (self.depth + adjusted).max(0.0)
+    }
+
     /// Evaluates the laws; `adjusted` is the initial overclosure that is treated as zero gap \[m\].
     ///
     /// The slip of the return map has the turn of the normal taken out, `d = sum c_a du_a - g (n - n_old)`, so that a rotation that
@@ -107,7 +112,8 @@ impl<const D: usize> VertexSums<D> {
             history,
         };
         let (state, slopes) = tractions(law, &relation, manner);
-        (PointState { flatness: self.normal.norm() / self.area, ..state }, slopes)
+        let (flatness, sunk) = (self.normal.norm() / self.area, self.sunk(adjusted));
+        (PointState { flatness, sunk, ..state }, slopes)
     }
 
     /// Turns the derivatives of the sums, which `nodes` hold in the place of those of the means, into the latter; those of `kappa` are

@@ -142,7 +142,8 @@ impl<const D: usize> SegmentContact<D> {
         let normal = if covered { ends.end.normal.normalize() } else { Vector::zeros() };
         let plastic_work = if held > 0.0 { held / area } else { 0.0 };
         let status = if gap <= touching { Status::Slip } else { Status::Open };
-        PointState { gap, normal, area, status, over_step: true, plastic_work, ..PointState::default() }
+        let sunk = ends.end.sunk(state.adjusted(vertex));
+        PointState { gap, normal, area, sunk, status, over_step: true, plastic_work, ..PointState::default() }
     }
 
     fn respond_over_step(
@@ -189,6 +190,7 @@ impl<const D: usize> SegmentContact<D> {
         let state = PointState {
             gap: change.gaps[1],
             counted: change.gaps[1],
+            sunk: ends.end.sunk(state.adjusted(row.vertex)),
             presses: change.gaps.into_iter().any(|gap| gap < -manner.touching),
             normal: direction,
             area,

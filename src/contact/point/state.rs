@@ -42,6 +42,8 @@ pub struct PointState<const D: usize> {
     pub area: f64,
     /// Length of the mean of the unit normals over the area: 1 where it is flat. Times area and pressure it is the resultant.
     pub flatness: f64,
+    /// Depth of the deepest place of the target in the facets around a vertex \[m\], at least 0; 0 at any other point.
+    pub sunk: f64,
     /// `w(g)` \[J/m^2\]: times the reference area, the energy stored by the normal law.
     pub potential: f64,
     /// Energy stored in elastic stick \[J/m^2\]; zero in the velocity form.
@@ -67,6 +69,7 @@ impl<const D: usize> Default for PointState<D> {
             presses: false,
             area: 0.0,
             flatness: 1.0,
+            sunk: 0.0,
             potential: 0.0,
             recoverable: 0.0,
             plastic_work: 0.0,
