@@ -13,7 +13,7 @@ pub(super) type ByFlat = [f64; 2 * CORNERS];
 
 /// A corner this close to an edge lies on it, over the length of the edge: the crossing of nearly parallel edges is ill-conditioned.
 /// The overlap is wrong by as much at most; ten times smaller, the derivatives of such crossings lose a digit more.
-const ON_EDGE: f64 = 1e-11;
+pub(super) const ON_EDGE: f64 = 1e-11;
 
 /// Most vertices of the overlap of two quadrilaterals, with room for ties.
 const MOST_VERTICES: usize = 12;

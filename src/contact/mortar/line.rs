@@ -5,12 +5,22 @@
 
 use std::sync::LazyLock;
 
+use super::clip::ON_EDGE;
 use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
 use crate::space::Rule;
 use crate::tensor::Vector;
 
 /// A target seen under a smaller part of the contactor's length than this does not face it.
 const FACES: f64 = 1e-9;
+
+/// The nearest coordinate on the contactor. What is at its end to rounding is at its end, or rounding would choose the derivative.
+fn clamped(s: f64) -> f64 {
+    match s {
+        _ if s < ON_EDGE => 0.0,
+        _ if s > 1.0 - ON_EDGE => 1.0,
+        _ => s,
+    }
+}
 
 /// See [`super::segment::overlap`].
 pub(super) fn overlap<const D: usize>(
@@ -32,15 +42,15 @@ pub(super) fn overlap<const D: usize>(
     if seen.is_nan() || seen <= FACES {
         return;
     }
-    let (low, high) = (last.s.clamp(0.0, 1.0), first.s.clamp(0.0, 1.0));
+    let (low, high) = (clamped(last.s), clamped(first.s));
     let length = high - low;
     if length <= 0.0 {
         return;
     }
     // An end of the contactor at an end of the target is the contactor's: no derivative belongs to the tie.
     let inside = |s: f64| s > 0.0 && s < 1.0;
-    let by_low = if inside(last.s) { last.by_corners(TARGET + 1, &along, square) } else { none() };
-    let by_high = if inside(first.s) { first.by_corners(TARGET, &along, square) } else { none() };
+    let by_low = if inside(low) { last.by_corners(TARGET + 1, &along, square) } else { none() };
+    let by_high = if inside(high) { first.by_corners(TARGET, &along, square) } else { none() };
     let (by_first, by_last) = match want {
         Want::Points => (none(), none()),
         Want::Variations => {

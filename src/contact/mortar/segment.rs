@@ -196,6 +196,22 @@ mod tests {
         SPACE.into_iter().for_each(varies::<3>);
     }
 
+    /// Where facets end at the same place, as on matching meshes, rounding does not choose the derivatives.
+    #[test]
+    fn rounding_does_not_choose_derivatives_at_aligned_ends() {
+        let variations = |e: f64| {
+            let z = [0.0, 0.0, 1.0, 0.0, 1.0 + e, -0.1, -e, -0.1];
+            let found = points::<2>(PLANE[0], &z, Want::Variations);
+            found.iter().flat_map(|(_, v)| v.weight.map(|by| by.x)).collect::<Vec<f64>>()
+        };
+        let aligned = variations(0.0);
+        assert!(!aligned.is_empty());
+        for e in [1e-15, -1e-15, 1e-13, -1e-13] {
+            let apart = variations(e).iter().zip(&aligned).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart < 1e-10, "{e:e}: {apart}");
+        }
+    }
+
     /// The two points of a pair lie on the normal of the contactor's piece.
     #[test]
     fn points_are_paired_along_the_normal() {
