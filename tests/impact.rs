@@ -190,7 +190,7 @@ fn what_is_asked_of_the_laws_is_told() {
         assert!(asked > 0.0 && achieved > asked, "{part}: {achieved:e} of {asked:e}");
     }
     let told = record["warnings"].to_string();
-    assert!(told.contains("accuracy.penetration and accuracy.slip is told"), "{told}");
+    assert!(told.contains("accuracy.penetration and accuracy.slip"), "{told}");
     assert!(told.contains("not met: penetration"), "{told}");
     let equal = friction("{ energy: 1e-3, time: none, penetration: none, slip: none }");
     let record = equal.record()["accuracy"].clone();

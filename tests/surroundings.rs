@@ -215,7 +215,9 @@ fn results_that_are_touched_end_the_run_on_1_and_2_ranks() {
         let (said, warned) =
             (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert_eq!(said.trim(), "4", "{change}: {warned}");
-        assert!(warned.contains(words), "{change}: {warned}");
+        // A folder that is just being deleted may still be there while a file can no longer be written in it.
+        let half_gone = change.contains("rm -rf") && warned.contains("can not write");
+        assert!(warned.contains(words) || half_gone, "{change}: {warned}");
         assert_eq!(warned.matches("contact-petsc: error").count(), 1, "{change}: {warned}");
         assert_eq!(folder.join("out").exists(), change.contains("out/"), "{change}: {warned}");
         if folder.join("out").exists() {

@@ -286,6 +286,11 @@ impl LoadStep {
     /// with twice of it contact that closes counts as resolved, and its error is underestimated by a factor of three.
     const RESOLVED: f64 = 0.05;
 
+    /// A neighbour in which forces and displacements change far less, over the square of its length, says nothing of the path: a load that acts
+    /// at once is followed by steps in which nothing changes. From one step of a round body that is pressed to the next this part is
+    /// one half or more.
+    const ALIKE: f64 = 0.1;
+
     /// `sum |dF_i du_i|` of this rank \[J\].
     fn own_area(&self) -> f64 {
         self.drive.iter().zip(&self.motion).map(|(drive, motion)| (drive * motion).abs()).sum()
@@ -302,7 +307,8 @@ impl LoadStep {
     fn error(&self, cross: f64, neighbour: &Self) -> Option<f64> {
         let ratio = neighbour.dt / self.dt;
         let error = cross.abs() / (6.0 * ratio * (ratio + 1.0));
-        (error <= Self::RESOLVED * self.area).then_some(error)
+        let is_alike = neighbour.area >= Self::ALIKE * ratio.powi(2) * self.area;
+        (is_alike && error <= Self::RESOLVED * self.area).then_some(error)
     }
 }
 
@@ -339,6 +345,14 @@ mod tests {
         let change = after - before;
         let step = LoadStep { drive: vec![change], motion: vec![dt], dt, area: change * dt, first: true };
         (step, 0.5 * (before + after) * dt - exact)
+    }
+
+    /// A load that acts at once is not resolved, however little happens in the steps after it.
+    #[test]
+    fn a_still_neighbour_says_nothing() {
+        let (first, _) = step(1.5, 0.0, 1.0);
+        let still = LoadStep { drive: vec![0.0], motion: vec![0.0], dt: 1.0, area: 0.0, first: false };
+        assert!(first.error(first.cross(&still), &still).is_none());
     }
 
     /// The estimate is exact for a force that is a parabola, in both of two steps of any length, and on the safe side for that

@@ -135,7 +135,7 @@ fn kept(case: &Case) -> Option<String> {
     let parts: Vec<&str> = penetration.into_iter().chain(slip).collect();
     (!parts.is_empty()).then(|| {
         format!(
-            "`scheme: conserving` keeps the laws of contact: accuracy.{} is reported but not enforced; a smaller compliance or a \
+            "`scheme: conserving` keeps the laws of contact: what accuracy.{} asks is reported but not enforced; a smaller compliance or a \
              larger stick stiffness reduces the error",
             parts.join(" and accuracy.")
         )

@@ -58,8 +58,9 @@ impl Past {
         record.held.clone_from(&self.held);
         record.start = UNIX_EPOCH + Duration::from_secs(self.start);
         for known in &mut record.penetrations {
-            let before = self.penetrations.iter().find(|before| before.contact == known.contact);
-            (known.deepest, known.force) = before.map_or((0.0, 0.0), |before| (before.deepest, before.force));
+            if let Some(before) = self.penetrations.iter().find(|before| before.contact == known.contact) {
+                (known.deepest, known.between, known.force) = (before.deepest, before.between, before.force);
+            }
         }
     }
 

@@ -19,8 +19,9 @@ use crate::contact::state::ContactState;
 use crate::tensor::{Tensor, Vector};
 use crate::terms::Terms;
 
-/// A motion whose non-rigid part is smaller than this, over the extent of the vertex, is rigid: gaps do not change.
-const RIGID: f64 = 1e-14;
+/// A motion whose non-rigid part is smaller than this, over the extent of the vertex, is taken for rigid. What the gradients in the middle lack
+/// of the change of gap and area is of third order in that part, hence below rounding, and would be divided by its square.
+const RIGID: f64 = 1e-7;
 
 /// The sums of a vertex at the ends of a step and in its middle.
 #[derive(Clone, Copy)]
