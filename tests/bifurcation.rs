@@ -44,8 +44,8 @@ output: { fields: { every: 0 } }
 #[track_caller]
 fn descends(rows: &Table) -> usize {
     let column = |name| rows.numbers(name);
-    let (step, attempt, iteration) = (column("step"), column("attempt"), column("iteration"));
-    let (residual, length) = (column("residual"), column("line_search"));
+    let [step, attempt, iteration, residual, length] =
+        ["step", "attempt", "iteration", "residual", "line_search"].map(column);
     let mut rises = 0;
     for k in 1..residual.len() {
         let starts = iteration[k] == 0.0;

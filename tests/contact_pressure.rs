@@ -143,6 +143,11 @@ fn a_cylinder_on_a_block_is_hertz() {
         let error = distance(&nodes, |node| node.pressure, |x| peak * arch(x, half_width));
         assert!(error < bound, "{young}: {error}");
         balanced(&folder, "face", ("base", "force_y"), 0.5 * load);
+        // 24 in five steps as shipped; 45 where first guesses carry the geometric stiffness of their pressures.
+        let record = std::fs::read_to_string(folder.join("out/run.json")).expect("a record");
+        let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+        let iterations = record["newton_iterations"].as_u64().expect("a count");
+        assert!(iterations <= 30, "{young}: {iterations} iterations");
     }
 }
 

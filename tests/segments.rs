@@ -371,7 +371,9 @@ fn segments_with_an_obstacle_are_refused() {
 /// Two blocks that are one body, of `cells` in x and y each, with sets `seam` (both faces that touch), `base`, `lid` and `side`, as Gmsh
 /// writes them.
 fn two_in_one(cells: [[usize; 2]; 2]) -> String {
-    let (mut nodes, mut lines, mut quads) = (Vec::new(), Vec::new(), Vec::new());
+    let mut nodes = Vec::new();
+    let mut lines = Vec::new();
+    let mut quads = Vec::new();
     for (block, [nx, ny]) in cells.into_iter().enumerate() {
         let first = nodes.len() + 1;
         let node = |i: usize, j: usize| first + j * (nx + 1) + i;

@@ -86,12 +86,16 @@ fn measures<const D: usize>(
     let contactor = agree(world, facets_of(local, &contact.contactor))?;
     let mut own = size_of(local, contactor).to_vec();
     let mut most = vec![f64::from(u8::from(!have_nodal_rule(local, contactor))), extent_of(local, contactor)];
-    let mut bodies = vec![contact.body];
+    let mut thickness = thickness(world, local, contact.body);
     if let Target::Surface { set, body } = &contact.target {
         let target = agree(world, facets_of(local, set))?;
         own.extend(size_of(local, target));
         most.push(extent_of(local, target));
-        bodies.push(*body);
+        // A body that meets itself may be folded, and is then thinner than the box around it.
+        thickness = match *body == contact.body {
+            true => height(world, local, contactor).min(height(world, local, target)),
+            false => thickness.min(self::thickness(world, local, *body)),
+        };
     }
     let mut total = vec![0.0_f64; own.len()];
     world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
@@ -104,11 +108,6 @@ fn measures<const D: usize>(
             return Err(Error::case(message));
         }
     }
-    // A body that folds is thinner than the box around it.
-    let thickness = match bodies[..] {
-        [one, other] if one == other => height(world, local, contactor),
-        _ => bodies.iter().map(|&body| thickness(world, local, body)).fold(f64::INFINITY, f64::min),
-    };
     let facet = largest[1..].iter().copied().fold(0.0, f64::max);
     let sight = Sight { facet, depth: 0.5 * thickness };
     let length = |area: f64, count: f64| (area / count).powf(1.0 / (D as f64 - 1.0));
@@ -139,7 +138,7 @@ fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &Local
     sides_of(world, local, body).into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Height of the lowest element of this rank's on one of these facets \[m\]; of all ranks. Collective.
+/// Height of the lowest element on one of these facets \[m\], over all ranks. Collective.
 fn height<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,

@@ -203,18 +203,6 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Undeformed positions of the vertices \[m\]; none when points are those of facets.
-    pub fn vertex_points(&self) -> impl Iterator<Item = Vector<D>> + '_ {
-        let surface = match &self.pair {
-            Pair::Segments(meeting) => Some(&meeting.contact.surface),
-            _ => None,
-        };
-        let points = |surface: &'_ VertexSurface<D>, vertex| surface.reference_point(vertex);
-        surface
-            .into_iter()
-            .flat_map(move |surface| (0..surface.vertices().len()).map(move |vertex| points(surface, vertex)))
-    }
-
     /// Number of contact points on this rank.
     pub fn point_count(&self) -> usize {
         match &self.pair {

@@ -120,7 +120,7 @@ mod tests {
         }
     }
 
-    /// Loads in statics may pass what a body carries; nothing else is told so, and without contact no penalty is named.
+    /// In statics the hint names loads beyond what a body carries, in dynamics it does not; without contact it names no penalty.
     #[test]
     fn a_limit_load_is_named_where_there_is_a_load() {
         let limit = |text: &str| hints(text).iter().any(|hint| hint.contains("snaps through"));

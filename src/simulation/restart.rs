@@ -116,7 +116,9 @@ impl State {
             return Err(Error::internal("checkpoint: another dimension"));
         }
         if case.time.end.value < self.time {
-            let (end, time, s) = (case.time.end.value, self.time, case.units.of("s"));
+            let end = case.time.end.value;
+            let time = self.time;
+            let s = case.units.of("s");
             return Err(Error::case(format!(
                 "the case ends at {end:.6e} {s}, the checkpoint is of {time:.6e} {s}"
             ))

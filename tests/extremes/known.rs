@@ -207,7 +207,7 @@ impl Sheared {
             // What slid beyond the end of the lower block carries nothing, and the blocks are not sheared evenly any more.
             let bound = self.friction * self.pressure();
             let covered = self.size - 2.0 * self.way() - bound * self.compliances()[1];
-            let bound = Verdict::close(sole.last("force_t").abs(), bound * covered, 1e-3);
+            let bound = Verdict::close(sole.last("force_t").abs(), bound * covered, 3e-4);
             stuck.and(bound)
         })
     }

@@ -226,18 +226,13 @@ pub(super) fn nodes_of<const D: usize>(
     nodes.map(|(reference, &node)| ends.path(reference, node)).collect()
 }
 
-/// Paths of the points of a contact, vertices or points of its facets, and whether they touch at the end of the step.
+/// Paths of the points of the facets of a contact, and whether they touch at the end of the step.
 pub(super) fn paths<'a, const D: usize>(
     contact: &'a Contact<D>,
     ends: Ends<'a>,
 ) -> impl Iterator<Item = (Path<D>, bool)> + 'a {
-    let vertices = contact.vertices().into_iter().flatten().zip(contact.vertex_points());
-    let of_vertices = vertices.enumerate().map(move |(vertex, (&node, reference))| {
-        (ends.path(&reference, node), contact.state.current[vertex].is_closed())
-    });
     let surface = contact.surface();
-    let facets = if contact.vertices().is_some() { &[][..] } else { surface.facets() };
-    let of_facets = facets.iter().flat_map(move |facet| {
+    surface.facets().iter().flat_map(move |facet| {
         let nodes = nodes_of(surface, facet, ends);
         let [from, to]: [Vec<Point<D>>; 2] =
             [nodes.iter().map(|path| path.start).collect(), nodes.iter().map(|path| path.end).collect()];
@@ -246,8 +241,7 @@ pub(super) fn paths<'a, const D: usize>(
             let path = Path { start: place.position(&from), end: place.position(&to) };
             (path, contact.state.current[point].is_closed())
         })
-    });
-    of_vertices.chain(of_facets)
+    })
 }
 
 /// Corners of the lines or triangles that fill the corners of a facet.

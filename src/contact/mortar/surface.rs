@@ -17,8 +17,6 @@ pub struct VertexFacet {
     pub facet: Facet,
     /// Kind of the facet.
     pub kind: ElementKind,
-    /// Whether this rank reports the facet.
-    pub mine: bool,
     /// The vertex of this rank at each corner; `None` at vertices of other ranks.
     pub vertices: [Option<u32>; 4],
     /// Size, the root of its undeformed area \[m\].
@@ -87,9 +85,8 @@ impl<const D: usize> VertexSurface<D> {
                 .reference_points
                 .extend(nodes.iter().map(|&node| Vector::from(mesh.points[node as usize])));
             let (size, shares) = surface.weigh(kind, first, &vertices);
-            let mine = ownership.mine[facet.element as usize];
             let nodes = first..surface.nodes.len();
-            surface.facets.push(VertexFacet { facet, kind, mine, vertices, size, shares, nodes });
+            surface.facets.push(VertexFacet { facet, kind, vertices, size, shares, nodes });
         }
         surface.link();
         surface
