@@ -16,8 +16,9 @@ fn size(results: &Path) -> u64 {
     fs::metadata(results.join("energy.csv")).map_or(0, |data| data.len())
 }
 
-/// Killed at random moments so many times, going on each time: the results are those of a run that was let be. Every
-/// fourth time the moment lies in the start of the process, else `span` from the first new row on.
+/// Killed at random moments so many times, going on each time: the results are those of a run that was not disturbed.
+/// Every fourth time the moment lies in the start of the process. Else it lies within `span` from the first new row on,
+/// once there is a checkpoint: however slow the machine is, the next run goes on from it.
 fn survives(text: &str, ranks: usize, kills: usize, kill: impl Fn(&Running), span: Duration) {
     let folder = place(text);
     compute(&folder, ranks, "whole", &[]).success();
@@ -29,7 +30,8 @@ fn survives(text: &str, ranks: usize, kills: usize, kill: impl Fn(&Running), spa
         let more: &[&str] = if again { &["--restart"] } else { &[] };
         let mut running = Running::start(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), &folder);
         let mut before = u64::MAX;
-        while number % 4 != 3 && running.goes_on() && size(&results) <= before {
+        let waits = |before| size(&results) <= before || checkpoints(&results).is_empty();
+        while number % 4 != 3 && running.goes_on() && waits(before) {
             before = size(&results).min(before);
             std::thread::sleep(Duration::from_millis(1));
         }

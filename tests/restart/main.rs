@@ -96,9 +96,11 @@ fn copy(from: &Path, to: &Path) {
     assert!(copied.is_ok_and(|status| status.success()));
 }
 
+/// The checkpoints that are whole; what a kill left half written ends in `part`.
 fn checkpoints(results: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(results.join("checkpoints")).into_iter().flatten().flatten();
     let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    found.retain(|path| path.extension().is_some_and(|end| end == "ckpt"));
     found.sort();
     found
 }
