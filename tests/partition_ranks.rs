@@ -23,7 +23,7 @@ use mpi::traits::{Communicator, CommunicatorCollectives};
 
 /// Seven ranks on the mesh of four elements leave ranks with nothing.
 const RANKS: [usize; 5] = [1, 2, 3, 4, 7];
-const LIMIT: Duration = Duration::from_secs(100);
+const LIMIT: Duration = Duration::from_secs(300);
 const INSIDE: &str = "PARTITION_RANKS_INSIDE";
 
 fn main() -> ExitCode {

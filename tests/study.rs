@@ -96,12 +96,12 @@ fn a_study_goes_on_where_it_was() {
     study(1, &[], &whole).success();
     let folder = folder(STUDY);
     let running = Running::start(0, &["study", "study.yml", "--output", "out"], &folder);
-    let deadline = Instant::now() + Duration::from_secs(60);
+    let deadline = Instant::now() + Duration::from_secs(300);
     while !folder.join("out/members/element-quad4_h-0.1/run.json").exists() && Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(1));
     }
     running.signal("KILL");
-    running.wait(Duration::from_secs(60));
+    running.wait(Duration::from_secs(300));
     // What a member leaves that is killed while it runs.
     let cut = folder.join("out/members/element-quad4_h-0.1/run.json");
     fs::write(&cut, "{ \"program\": \"contact-petsc\", \"verdict\": \"running\" }").unwrap();
@@ -256,12 +256,12 @@ fn a_study_without_members_that_begin_ends() {
     );
     let folder = folder(&text);
     let running = Running::start(0, &["study", "study.yml", "--output", "out"], &folder);
-    let deadline = Instant::now() + Duration::from_secs(60);
+    let deadline = Instant::now() + Duration::from_secs(300);
     while !folder.join("out/members/step-105/run.json").exists() && Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(1));
     }
     running.signal("TERM");
-    let output = running.wait(Duration::from_secs(60));
+    let output = running.wait(Duration::from_secs(300));
     assert_eq!(output.code, Some(7), "{}\n{}", output.stdout, output.stderr);
     assert!(output.stderr.contains("SIGTERM: member step-"), "{}", output.stderr);
     let table = Table::read(&folder.join("out/study.csv"));
@@ -284,14 +284,14 @@ fn a_member_out_of_time_is_a_row_and_a_signal_ends_the_study() {
     for (more, before) in [(&[][..], false), (&[], true), (&["--rerun-failed"], false)] {
         let line = [&["study", "study.yml", "--output", "out"], more].concat();
         let running = Running::start(2, &line, &folder);
-        let deadline = Instant::now() + Duration::from_secs(20);
+        let deadline = Instant::now() + Duration::from_secs(300);
         let steps = folder.join("out/members/long/energy.csv");
         let size = || fs::metadata(&steps).map_or(0, |file| file.len());
         while size() < 1000 && Instant::now() < deadline {
             std::thread::sleep(Duration::from_millis(5));
         }
         running.signal("USR1");
-        let output = running.wait(Duration::from_secs(60));
+        let output = running.wait(Duration::from_secs(300));
         assert_eq!(output.code, Some(7), "{}\n{}", output.stdout, output.stderr);
         assert!(output.stderr.contains("SIGUSR1: member long is not done"), "{}", output.stderr);
         assert!(output.stderr.contains("the same command goes on"), "{}", output.stderr);
@@ -365,7 +365,7 @@ fn damaged_members_run_again() {
 fn a_study_has_its_folder_alone() {
     let folder = folder(&STUDY.replace("case: case.yml", "case: case.yml\nset: { time.end: 30.0 }"));
     let first = Running::start(0, &["study", "study.yml", "--output", "out", "--quiet"], &folder);
-    let deadline = Instant::now() + Duration::from_secs(60);
+    let deadline = Instant::now() + Duration::from_secs(300);
     while !folder.join("out/members/reference/energy.csv").exists() && Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -373,7 +373,7 @@ fn a_study_has_its_folder_alone() {
     assert_eq!(second.code, Some(4), "{}", second.stderr);
     assert!(second.stderr.contains("out: a run is writing there, process "), "{}", second.stderr);
     fs::rename(folder.join("out"), folder.join("moved")).unwrap();
-    let first = first.wait(Duration::from_secs(60));
+    let first = first.wait(Duration::from_secs(300));
     assert_eq!(first.code, Some(4), "{}", first.stderr);
     assert!(first.stderr.contains("moved, deleted or replaced"), "{}", first.stderr);
     assert!(!folder.join("out").exists());

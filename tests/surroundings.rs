@@ -12,7 +12,7 @@ use common::{ENVIRONMENT, Folder, PROGRAM, SMALL_BLOCK, Table, send};
 /// program does not need.
 fn shell(line: &str, folder: &Folder) -> Output {
     let mut command = Command::new("timeout");
-    command.args(["-k", "5", "90", "bash", "-c", line]).current_dir(&**folder).env("PROGRAM", PROGRAM);
+    command.args(["-k", "5", "300", "bash", "-c", line]).current_dir(&**folder).env("PROGRAM", PROGRAM);
     command.envs(ENVIRONMENT).env_remove("OPENBLAS_NUM_THREADS").env_remove("OMP_NUM_THREADS");
     command.output().expect("bash starts")
 }
@@ -106,11 +106,11 @@ fn nohup_keeps_a_run_going() {
     let folder = long("nohup");
     let line = "nohup $PROGRAM case.yml -q -o out > log 2>&1 & echo $! > id; wait $!";
     let mut command = Command::new("timeout");
-    command.args(["-k", "5", "90", "bash", "-c", line]).current_dir(&*folder).env("PROGRAM", PROGRAM);
+    command.args(["-k", "5", "300", "bash", "-c", line]).current_dir(&*folder).env("PROGRAM", PROGRAM);
     let mut running = command.envs(ENVIRONMENT).spawn().expect("bash starts");
     let rows = || fs::read_to_string(folder.join("out/energy.csv")).map_or(0, |text| text.lines().count());
     let wait_for = |count: usize| {
-        let deadline = Instant::now() + Duration::from_secs(60);
+        let deadline = Instant::now() + Duration::from_secs(300);
         while rows() < count && Instant::now() < deadline {
             std::thread::sleep(Duration::from_millis(5));
         }
@@ -308,14 +308,14 @@ fn pipes_and_devices_are_refused() {
         for make in mkfifo 'ln -s /dev/zero'; do
           $make odd
           for words in 'meshed.yml -o a' 'check meshed.yml' 'parts meshed.yml 2' 'case.yml -o a --restart=odd' \
-            'chart odd --x a --y b --by c -o a.svg'; do timeout 20 $PROGRAM $words >/dev/null; echo $?; done
+            'chart odd --x a --y b --by c -o a.svg'; do timeout 60 $PROGRAM $words >/dev/null; echo $?; done
           for table in energy.csv run.json; do
             cp -r out copy; rm copy/$table; $make copy/$table
-            for command in plot report; do timeout 20 $PROGRAM $command copy >/dev/null; echo $?; done
+            for command in plot report; do timeout 60 $PROGRAM $command copy >/dev/null; echo $?; done
             rm -r copy
           done; rm odd
         done
-        mkfifo case; cat case.yml >case & timeout 20 $PROGRAM case -q -o piped; echo $?
+        mkfifo case; cat case.yml >case & timeout 60 $PROGRAM case -q -o piped; echo $?
         sha256sum <case.yml | cut -d' ' -f1";
     let output = shell(line, &folder);
     let said = String::from_utf8_lossy(&output.stdout);

@@ -19,7 +19,7 @@ use cores::Share;
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_contact-petsc");
 
 /// Most time that a run may take unless it says otherwise, generous for a loaded machine: a hang is a failure too.
-pub const LIMIT: Duration = Duration::from_secs(120);
+pub const LIMIT: Duration = Duration::from_secs(300);
 
 /// As `scripts/environment`: what Open MPI needs for the superuser, in containers and on few cores.
 pub const ENVIRONMENT: [(&str, &str); 9] = [

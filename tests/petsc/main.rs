@@ -18,7 +18,7 @@ use common::Running;
 const CASE: &str = "CONTACT_PETSC_TEST_CASE";
 
 /// Most time that a run may take, generous for a loaded machine: a hang is a failure too.
-const LIMIT: Duration = Duration::from_secs(60);
+const LIMIT: Duration = Duration::from_secs(300);
 
 /// A case, the number of ranks (0: started without `mpirun`), the exit code and a text to be printed.
 type Run = (&'static str, usize, i32, &'static str);

@@ -7,12 +7,12 @@ fn signalled(folder: &Folder, ranks: usize, signal: &str, more: &[&str]) -> Outp
     let rows = || fs::read_to_string(folder.join("out/energy.csv")).map_or(0, |text| text.lines().count());
     let before = rows();
     let running = Running::start_patient(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
-    let deadline = std::time::Instant::now() + Duration::from_secs(60);
+    let deadline = std::time::Instant::now() + Duration::from_secs(300);
     while rows() < before.max(3) + 8 && std::time::Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(2));
     }
     send(signal, &running.id().to_string());
-    running.wait(Duration::from_secs(60))
+    running.wait(Duration::from_secs(300))
 }
 
 /// A signal ends the run with code 7 and a checkpoint, which the case need not ask for; so does `mpirun` with SIGUSR1.
@@ -82,14 +82,14 @@ fn iterations(results: &Path) -> Vec<(String, String)> {
 /// Sends a signal as soon as there is an iteration of a step.
 fn signalled_within(folder: &Folder, ranks: usize, step: &str, signal: &str, more: &[&str]) -> Output {
     let running = Running::start_patient(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
-    let deadline = std::time::Instant::now() + Duration::from_secs(120);
+    let deadline = std::time::Instant::now() + Duration::from_secs(300);
     while !iterations(&folder.join("out")).iter().any(|(own, _)| own == step)
         && std::time::Instant::now() < deadline
     {
         std::thread::sleep(Duration::from_millis(2));
     }
     running.signal(signal);
-    running.wait(Duration::from_secs(60))
+    running.wait(Duration::from_secs(300))
 }
 
 /// A signal does not wait for the end of a long step: the step is given up at its next iterate, the checkpoint is of the last one,
@@ -144,7 +144,7 @@ fn a_later_signal_ends_at_once() {
     let short = place(&rubber_block(TIGHT, "end: 0.15", 1000));
     let twice = |folder: &Folder, rows: usize, signal: &str, apart: u64| {
         let running = Running::start_patient(0, &["case.yml", "-q", "-o", "out"], folder);
-        let deadline = std::time::Instant::now() + Duration::from_secs(60);
+        let deadline = std::time::Instant::now() + Duration::from_secs(300);
         let written =
             || fs::read_to_string(folder.join("out/energy.csv")).map_or(0, |text| text.lines().count());
         while written() < rows && std::time::Instant::now() < deadline {
@@ -154,7 +154,7 @@ fn a_later_signal_ends_at_once() {
             assert!(send(signal, &running.id().to_string()));
             std::thread::sleep(Duration::from_millis(apart));
         }
-        let ended = running.wait(Duration::from_secs(60));
+        let ended = running.wait(Duration::from_secs(300));
         let checkpoints = checkpoints(&folder.join("out")).len();
         fs::remove_dir_all(folder.join("out")).expect("a results folder");
         (ended.code, checkpoints, ended.stderr)
