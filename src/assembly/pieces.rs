@@ -92,8 +92,12 @@ impl<const D: usize> Pieces<D> {
 
     /// How messages call a group.
     pub fn group_name(&self, group: usize) -> String {
-        let names: Vec<String> = self.groups[group].iter().map(|&piece| self.name(piece)).collect();
-        names.join(" with ")
+        let pieces = &self.groups[group];
+        let names: Vec<String> = pieces.iter().map(|&piece| self.name(piece)).collect();
+        match names.as_slice() {
+            [name] => name.clone(),
+            _ => format!("what hangs together by single nodes ({})", names.join(", ")),
+        }
     }
 
     /// For each group, whether a support holds it along each axis. Collective.

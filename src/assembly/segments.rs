@@ -7,7 +7,7 @@ use super::interface::{Couples, Opening, PairLift, PairStiffness, RemoteForce, S
 use super::meeting::Outlook;
 use super::targets::{Evaluated, Reach, Surfaces, TargetGather};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
-use crate::contact::mortar::candidates::CandidateRange;
+use crate::contact::mortar::candidates::{CandidateRange, Candidates};
 use crate::contact::mortar::contact::{OPEN, SegmentContact};
 use crate::contact::state::ContactState;
 use crate::contact::surface::ContactSurface;
@@ -95,7 +95,7 @@ pub struct SegmentMeeting<const D: usize> {
     pub cliques: Couples,
     /// Every vertex is counted.
     pub counted: Vec<bool>,
-    couples: Vec<(u32, u32)>,
+    candidates: Candidates<D>,
     radii: SearchRadii,
     /// Depth of the deepest vertex when the target was gathered \[m\].
     below: f64,
@@ -132,7 +132,7 @@ impl<const D: usize> SegmentMeeting<D> {
             outline,
             cliques: Couples::default(),
             counted,
-            couples: Vec::new(),
+            candidates: Candidates::default(),
             radii,
             below: 0.0,
             swing: Swing { mean: Point::zeros(), most: 0.0 },
@@ -217,16 +217,17 @@ impl<const D: usize> SegmentMeeting<D> {
 
     /// Facets that may meet at the displacements of all nodes, and the nodes that vertices couple by them.
     pub fn find_couples(&mut self, u: &[f64], outlook: Outlook) {
-        self.couples =
+        self.candidates =
             self.contact.candidates(u, &self.radii.range(self.below, self.swing.relative(), outlook));
         let surface = &self.contact.surface;
         let vertices = surface.vertices().len();
         let couples: Vec<(u32, u32)> = (0..vertices as u32).map(|vertex| (vertex, 0)).collect();
+        let near = self.candidates.couples();
         self.cliques = Couples::new(vertices, &couples, |vertex, _, nodes| {
             let first = nodes.len();
             for &facet in surface.around(vertex as usize) {
-                let opposite = self.couples.partition_point(|couple| couple.0 < facet);
-                let opposite = self.couples[opposite..].iter().take_while(|couple| couple.0 == facet);
+                let opposite = near.partition_point(|couple| couple.0 < facet);
+                let opposite = near[opposite..].iter().take_while(|couple| couple.0 == facet);
                 let mut alone = true;
                 for (_, target) in opposite {
                     alone = false;
@@ -258,7 +259,7 @@ impl<const D: usize> SegmentMeeting<D> {
         remote: RemoteForce,
     ) {
         let mut sink = SegmentForces::<D> { own, remote };
-        self.contact.evaluate(&self.couples, fields, request, state, &mut sink);
+        self.contact.evaluate(&self.candidates, fields, request, state, &mut sink);
     }
 
     /// Evaluates the stiffness.
@@ -277,7 +278,7 @@ impl<const D: usize> SegmentMeeting<D> {
             lift: opening.lift.as_mut().map(PairLift::reborrow),
             symmetry: opening.symmetry,
         };
-        self.contact.evaluate(&self.couples, fields, request, state, &mut sink);
+        self.contact.evaluate(&self.candidates, fields, request, state, &mut sink);
     }
 
     /// Adds the normals of the closed vertices, by area, to all nodes that they couple.

@@ -188,6 +188,19 @@ impl<'de> Visitor<'de> for AnyAccuracy {
     fn visit_str<E: Error>(self, name: &str) -> Result<Accuracy, E> {
         Accuracy::named(name).map_err(E::custom)
     }
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Accuracy, E> {
+        let text = format!("a number alone does not tell what is to be accurate: {number:e}");
+        Err(E::custom(Complaint::new(text).hint(format!(
+            "write `accuracy: {{ time: {number:e} }}`, or a tolerance for one of {}; or one of the levels fast, balanced, tight",
+            KEYS.join(", ")
+        ))))
+    }
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Accuracy, E> {
+        self.visit_f64(number as f64)
+    }
+    fn visit_u64<E: Error>(self, number: u64) -> Result<Accuracy, E> {
+        self.visit_f64(number as f64)
+    }
     fn visit_newtype_struct<D: Deserializer<'de>>(self, inner: D) -> Result<Accuracy, D::Error> {
         inner.deserialize_any(self)
     }

@@ -114,9 +114,9 @@ impl Guard {
         Ok(())
     }
 
-    /// What a user should know at the end of a run by `scheme`.
-    pub fn warnings(&self, scheme: Scheme, units: Units) -> Vec<String> {
-        let unexplained = self.unexplained.warning(scheme, self.scale, units);
+    /// What a user should know at the end of a run by a scheme, with contact or without.
+    pub fn warnings(&self, run: (Scheme, bool), units: Units) -> Vec<String> {
+        let unexplained = self.unexplained.warning(run, self.scale, units);
         unexplained.into_iter().chain(self.motion.warning(units)).collect()
     }
 

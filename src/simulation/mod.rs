@@ -240,7 +240,7 @@ fn march<const D: usize>(
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
                 guard.record(system, stage, journal.step(), &ledger)?;
                 guard.motion.accept(&slides, journal.step(), stage.dt);
-                journal.at_the_end(guard.warnings(scheme, case.units));
+                journal.at_the_end(guard.warnings((scheme, !case.contact.is_empty()), case.units));
                 guard.energy(&ledger, stage.trial.time, case.units)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();

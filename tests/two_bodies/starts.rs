@@ -162,8 +162,8 @@ bodies:
   slab: { mesh: { box: { min: [0, 0], max: [1.0, 0.3], cells: [13, 4], element: tri3 } }, material: &m { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }, density: 1000 }
   a: { mesh: { box: { min: [0.85, 0.3], max: [1.15, 0.5], cells: [5, 3], element: quad9 } }, material: *m, density: 1000, initial_velocity: [2.5, 0] }
 contact:
-  bottom: { contactor: slab.top, target: a.bottom, normal: { penalty: { compliance: 1.0e-9 } }, friction: &f { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 1.0e8 } } }, quadrature: gauss }
-  left: { contactor: a.left, target: slab.right, normal: { penalty: { compliance: 1.0e-9 } }, friction: *f, quadrature: gauss }
+  bottom: { contactor: slab.top, target: a.bottom, normal: { penalty: { compliance: 1.0e-9 } }, friction: &f { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 1.0e8 } } } }
+  left: { contactor: a.left, target: slab.right, normal: { penalty: { compliance: 1.0e-9 } }, friction: *f }
 boundary:
   base: { on: slab.bottom, displacement: { x: 0, y: 0 } }
   g: { on: a, gravity: [0, -9.81] }

@@ -1,6 +1,10 @@
-//! Which facets of a target may share segments with which facets of a contactor.
+//! Which facets of a target may share segments with which facets of a contactor, and what was found between them last.
 
-use super::contact::SegmentContact;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use super::contact::{Overlap, SegmentContact};
+use super::over_step::StepOverlap;
 use super::shape::FacetShape;
 use crate::mesh::{Bounds, BoundsTree, ElementKind};
 use crate::space::facet_normal;
@@ -22,12 +26,94 @@ impl CandidateRange {
     }
 }
 
+/// Facets that may meet. Force and stiffness at the same fields share what is found there: segments are sought once.
+#[derive(Debug, Clone)]
+pub struct Candidates<const D: usize> {
+    /// Contactor facet and target facet, in ascending order.
+    couples: Vec<(u32, u32)>,
+    /// Their nodes, each once.
+    nodes: Vec<u32>,
+    pub(super) overlap: Kept<Overlap<D>>,
+    pub(super) start: Kept<Overlap<D>>,
+    pub(super) step: Kept<StepOverlap<D>>,
+}
+
+/// A value with the fields for which it was found.
+#[derive(Debug)]
+pub(super) struct Kept<T>(RefCell<Option<(Vec<f64>, Rc<T>)>>);
+
+impl<T> Kept<T> {
+    /// The value for these fields.
+    pub fn at(&self, fields: Vec<f64>, find: impl FnOnce() -> T) -> Rc<T> {
+        if let Some((known, value)) = &*self.0.borrow()
+            && *known == fields
+        {
+            return Rc::clone(value);
+        }
+        let value = Rc::new(find());
+        *self.0.borrow_mut() = Some((fields, Rc::clone(&value)));
+        value
+    }
+}
+
+impl<T> Default for Kept<T> {
+    fn default() -> Self {
+        Self(RefCell::new(None))
+    }
+}
+
+impl<T> Clone for Kept<T> {
+    /// Without the value, which is found again where it is needed.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl<const D: usize> Default for Candidates<D> {
+    fn default() -> Self {
+        Self::new(Vec::new(), Vec::new())
+    }
+}
+
+impl<const D: usize> Candidates<D> {
+    fn new(couples: Vec<(u32, u32)>, nodes: Vec<u32>) -> Self {
+        let (overlap, start, step) = (Kept::default(), Kept::default(), Kept::default());
+        Self { couples, nodes, overlap, start, step }
+    }
+
+    /// Contactor facet and target facet, in ascending order.
+    pub fn couples(&self) -> &[(u32, u32)] {
+        &self.couples
+    }
+
+    /// These fields at the nodes of all couples.
+    pub(super) fn values(&self, fields: &[&[f64]]) -> Vec<f64> {
+        let mut values = Vec::with_capacity(fields.len() * self.nodes.len() * D);
+        for field in fields {
+            self.nodes.iter().for_each(|&node| values.extend_from_slice(&field[node as usize * D..][..D]));
+        }
+        values
+    }
+}
+
 impl<const D: usize> SegmentContact<D> {
-    /// Pairs (contactor facet, target facet) that come within `range` of having a common segment at the displacements `u`, in ascending
-    /// order. A pair without a segment contributes nothing, so too many pairs cost time only; a missing pair would change the result.
+    /// These couples of facets (contactor, target), in ascending order.
+    pub fn candidates_of(&self, couples: Vec<(u32, u32)>) -> Candidates<D> {
+        let mut nodes = Vec::new();
+        for &(facet, target) in &couples {
+            nodes.extend_from_slice(self.surface.facet_nodes(&self.surface.facets()[facet as usize]));
+            nodes.extend_from_slice(self.target.nodes(target));
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        Candidates::new(couples, nodes)
+    }
+
+    /// Pairs (contactor facet, target facet) that come within `range` of having a common segment at the displacements `u`.
+    /// A pair without a segment contributes nothing, so too many pairs cost time only; a missing pair would change the result.
     ///
     /// Facets that share a node are left out: surfaces of one body that meet at an edge do not press each other there.
-    pub fn candidates(&self, u: &[f64], range: &CandidateRange) -> Vec<(u32, u32)> {
+    pub fn candidates(&self, u: &[f64], range: &CandidateRange) -> Candidates<D> {
         let mut couples = Vec::new();
         let targets = 0..self.target.len() as u32;
         let mut nodes = Vec::new();
@@ -57,7 +143,7 @@ impl<const D: usize> SegmentContact<D> {
             }
         }
         couples.sort_unstable();
-        couples
+        self.candidates_of(couples)
     }
 }
 

@@ -22,18 +22,18 @@ const MOST_VERTICES: usize = 12;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Origin {
     /// A corner of the contactor's or of the target's piece, numbered as in [`ByFlat`].
-    Corner(usize),
+    Corner(u8),
     /// The crossing of an edge of the contactor with one of the target, each by its two corners.
-    Crossing { contactor: [usize; 2], target: [usize; 2] },
+    Crossing { contactor: [u8; 2], target: [u8; 2] },
 }
 
 /// Which edge leads from a vertex to the next one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Edge {
     /// From this corner of the contactor to its next one.
-    Contactor(usize),
+    Contactor(u8),
     /// Between these corners of the target.
-    Target([usize; 2]),
+    Target([u8; 2]),
 }
 
 /// A vertex of the overlap.
@@ -63,11 +63,14 @@ impl Polygon {
         }
         for j in (0..others).rev() {
             let next = (j + others - 1) % others;
-            let edge = Edge::Target([TARGET + j, TARGET + next]);
-            polygon.push(Vertex { place: flat[TARGET + j], origin: Origin::Corner(TARGET + j), edge });
+            let ends = [TARGET + j, TARGET + next].map(|corner| corner as u8);
+            let origin = Origin::Corner(ends[0]);
+            polygon.push(Vertex { place: flat[TARGET + j], origin, edge: Edge::Target(ends) });
         }
         for i in 0..count {
-            polygon = polygon.clipped(flat, i, count);
+            if polygon.count > 0 {
+                polygon = polygon.clipped(flat, i, count);
+            }
         }
         polygon
     }
@@ -91,6 +94,7 @@ impl Polygon {
         let length = along[0].hypot(along[1]);
         let side = |vertex: &Vertex| cross(along, sub(vertex.place, flat[i])) / length;
         let tolerance = ON_EDGE * length;
+        let ends = [i, next].map(|corner| corner as u8);
         let mut kept = Self { count: 0, ..*self };
         for k in 0..self.count {
             let (this, that) = (&self.vertices[k], &self.vertices[(k + 1) % self.count]);
@@ -98,13 +102,15 @@ impl Polygon {
             let (inside, goes_in) = (here >= -tolerance, there >= -tolerance);
             let crossing = |edge| {
                 let origin = match this.edge {
-                    Edge::Target(target) => Origin::Crossing { contactor: [i, next], target },
+                    Edge::Target(target) => Origin::Crossing { contactor: ends, target },
                     // Two edges of the contactor meet in the corner that they share.
-                    Edge::Contactor(other) if (other + 1) % count == i => Origin::Corner(i),
-                    Edge::Contactor(_) => Origin::Corner(next),
+                    Edge::Contactor(other) if (usize::from(other) + 1) % count == i => {
+                        Origin::Corner(ends[0])
+                    }
+                    Edge::Contactor(_) => Origin::Corner(ends[1]),
                 };
                 let place = match origin {
-                    Origin::Corner(corner) => flat[corner],
+                    Origin::Corner(corner) => flat[usize::from(corner)],
                     Origin::Crossing { .. } => {
                         let part = here / (here - there);
                         [0, 1].map(|c| this.place[c] + part * (that.place[c] - this.place[c]))
@@ -115,10 +121,12 @@ impl Polygon {
             match (inside, goes_in) {
                 (true, true) => kept.push(*this),
                 // A vertex on the edge is where the polygon turns into it.
-                (true, false) if here <= tolerance => kept.push(Vertex { edge: Edge::Contactor(i), ..*this }),
+                (true, false) if here <= tolerance => {
+                    kept.push(Vertex { edge: Edge::Contactor(ends[0]), ..*this })
+                }
                 (true, false) => {
                     kept.push(*this);
-                    kept.push(crossing(Edge::Contactor(i)));
+                    kept.push(crossing(Edge::Contactor(ends[0])));
                 }
                 (false, true) if there > tolerance => kept.push(crossing(this.edge)),
                 (false, _) => {}
@@ -136,8 +144,9 @@ impl Vertex {
     pub fn variation(&self, flat: &[Flat; CORNERS]) -> [ByFlat; 2] {
         let mut by = [[0.0; 2 * CORNERS]; 2];
         match self.origin {
-            Origin::Corner(corner) => (0..2).for_each(|c| by[c][2 * corner + c] = 1.0),
+            Origin::Corner(corner) => (0..2).for_each(|c| by[c][2 * usize::from(corner) + c] = 1.0),
             Origin::Crossing { contactor, target } => {
+                let [contactor, target] = [contactor, target].map(|ends| ends.map(usize::from));
                 // The crossing stays on both lines: u x dX = u x dP and v x dX = v x dQ for the points P, Q of the two edges there.
                 let u = sub(flat[contactor[1]], flat[contactor[0]]);
                 let v = sub(flat[target[1]], flat[target[0]]);

@@ -1,8 +1,11 @@
 //! A contact of a surface with a deformable body by segments: sums over pairs first, then the laws of the vertices.
 
-use super::integrals::{Carried, FacetPair, Measure, PairFields, PairIntegrals, PlacedFacet, Range};
+use super::candidates::Candidates;
+use super::integrals::{
+    Carried, FacetPair, Frozen, Measure, PAIR_NODES, PairFields, PairIntegrals, PlacedFacet, Potential,
+    Range, Varying,
+};
 use super::kernel::{VertexNode, VertexSums, add_stiffness};
-use super::split::MOST_CORNERS;
 use super::surface::{VertexFacet, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::point::{ContactLaw, PointState, Selection, Slopes};
@@ -65,6 +68,7 @@ impl Instant {
 }
 
 /// A pair of facets with common segments.
+#[derive(Debug)]
 pub(super) struct ActivePair<const D: usize> {
     pub facet: u32,
     pub target: u32,
@@ -72,6 +76,7 @@ pub(super) struct ActivePair<const D: usize> {
 }
 
 /// All pairs with common segments, and the sums over them of all vertices.
+#[derive(Debug)]
 pub(super) struct Overlap<const D: usize> {
     /// In the order of the couples.
     pub pairs: Vec<ActivePair<D>>,
@@ -79,12 +84,15 @@ pub(super) struct Overlap<const D: usize> {
 }
 
 /// A vertex with the nodes that it depends on.
+#[derive(Debug)]
 pub(super) struct VertexRows<const D: usize> {
     pub vertex: usize,
     pub nodes: Vec<VertexNode<D>>,
     /// Undeformed positions of the nodes \[m\].
     pub reference_points: Vec<Vector<D>>,
+    /// Derivatives of `kappa` and of the covered area of the facets around [-, m].
     pub by_area: Vec<Vector<D>>,
+    pub by_cover: Vec<Vector<D>>,
 }
 
 /// Positions and fields of the nodes of a pair; refilled for each, so that nothing is allocated anew.
@@ -164,20 +172,21 @@ pub(super) fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
 }
 
 impl<const D: usize> SegmentContact<D> {
-    /// Evaluates all vertices at `fields`, keeps their states in `state.current` and hands what they contribute to `sink`. `couples`
-    /// are the facets that may meet (contactor, target), in ascending order.
+    /// Evaluates all vertices at `fields`, keeps their states in `state.current` and hands what they contribute to `sink`.
     pub fn evaluate(
         &self,
-        couples: &[(u32, u32)],
+        candidates: &Candidates<D>,
         fields: &ContactFields<'_>,
         request: &ContactRequest,
         state: &mut ContactState<D>,
         sink: &mut impl SegmentSink,
     ) {
         if request.over_step {
-            return self.evaluate_over_step(couples, fields, request, state, sink);
+            return self.evaluate_over_step(candidates, fields, request, state, sink);
         }
-        let overlap = self.integrate(couples, fields, Instant::Iterate);
+        let values = candidates.values(&[fields.u, fields.u_start, fields.v]);
+        let overlap =
+            candidates.overlap.at(values, || self.integrate(candidates.couples(), fields, Instant::Iterate));
         let slopes = self.respond(&overlap.sums, request, state);
         match &request.stiffness {
             None => self.add_forces(&overlap.pairs, &state.current, sink),
@@ -205,6 +214,7 @@ impl<const D: usize> SegmentContact<D> {
                 let Some(vertex) = vertex else { continue };
                 let sum = &mut sums[*vertex as usize];
                 sum.area += own.area;
+                sum.cover += integrals.cover;
                 sum.gap += own.gap;
                 sum.normal += own.normal;
                 sum.depth = sum.depth.max(integrals.depth);
@@ -217,7 +227,7 @@ impl<const D: usize> SegmentContact<D> {
             pairs.push(ActivePair { facet, target, integrals });
         });
         let vertices = sums.iter_mut().enumerate();
-        vertices.for_each(|(vertex, sums)| sums.drop_sliver(self.surface.reference_area(vertex)));
+        vertices.for_each(|(vertex, sums)| sums.finish(self.surface.reference_area(vertex)));
         Overlap { pairs, sums }
     }
 
@@ -333,15 +343,17 @@ impl<const D: usize> SegmentContact<D> {
         let Overlap { pairs, sums } = overlap;
         let wanted = |vertex: usize| slopes[vertex].is_some();
         let mut rows = self.nodes_of(&[pairs], slopes.len(), wanted);
-        let varies = if selection.joint.is_some() { Varies::Nothing } else { Varies::Everything };
-        self.accumulate(pairs, fields, Instant::Iterate, varies, &mut rows);
-        self.add_geometry(pairs, fields, selection, &state.current, wanted, sink);
+        self.accumulate(pairs, &mut rows);
+        if selection.joint.is_none() {
+            let frozen = FrozenTractions::of(&state.current, selection.terms, wanted);
+            self.vary(pairs, fields, Instant::Iterate, varying(slopes), &mut rows, Some((&frozen, sink)));
+        }
         let mut block = Vec::new();
         let mut nodes = Vec::new();
         for row in &mut rows {
             let p = row.vertex;
             let Some(slopes) = &slopes[p] else { continue };
-            sums[p].normalise(&state.history[p], &row.by_area, &mut row.nodes);
+            sums[p].normalise(&state.history[p], row);
             clear_block::<D>(&mut block, row.nodes.len());
             add_stiffness(&state.current[p], slopes, &row.nodes, selection, &mut block);
             nodes.clear();
@@ -350,40 +362,22 @@ impl<const D: usize> SegmentContact<D> {
         }
     }
 
-    /// Adds the stiffness of frozen tractions of the wanted vertices.
-    pub(super) fn add_geometry(
+    /// Adds the stiffness of what is frozen at the vertices.
+    pub(super) fn add_frozen(
         &self,
         pairs: &[ActivePair<D>],
         fields: &ContactFields<'_>,
-        selection: &Selection,
-        points: &[PointState<D>],
-        wanted: impl Fn(usize) -> bool,
+        frozen: &FrozenTractions<D>,
         sink: &mut impl SegmentSink,
     ) {
-        let [pressure, friction] =
-            [Terms::NORMAL_GEOMETRY, Terms::FRICTION_GEOMETRY].map(|term| selection.terms.contains(term));
-        if selection.joint.is_some() || !(pressure || friction) {
-            return;
-        }
-        let is_wanted = |vertex: &u32| wanted(*vertex as usize);
-        let has_wanted = |pair: &&ActivePair<D>| {
-            self.surface.facets()[pair.facet as usize].vertices.iter().flatten().any(is_wanted)
-        };
-        let active = pairs.iter().filter(has_wanted).map(|pair| (pair.facet, pair.target));
+        let vertices = |facet: u32| &self.surface.facets()[facet as usize].vertices;
+        let active = pairs.iter().filter(|pair| frozen.owner(vertices(pair.facet)).is_some());
+        let active = active.map(|pair| (pair.facet, pair.target));
         let mut block = Vec::new();
         self.sweep(active, fields, Instant::Iterate, |index, _, gathered, pair| {
-            let mut carried = [Carried { normal: 0.0, friction: Vector::zeros() }; MOST_CORNERS];
-            let mut owner = None;
-            for (carried, vertex) in carried.iter_mut().zip(self.surface.facets()[index as usize].vertices) {
-                let Some(vertex) = vertex.filter(is_wanted) else { continue };
-                let point = &points[vertex as usize];
-                owner.get_or_insert(vertex as usize);
-                carried.normal = if pressure { point.normal_traction } else { 0.0 };
-                carried.friction = if friction { point.friction_traction } else { Vector::zeros() };
-            }
-            let Some(owner) = owner else { return };
+            let Some(owner) = frozen.owner(vertices(index)) else { return };
             clear_block::<D>(&mut block, gathered.nodes.len());
-            pair.add_geometry(&carried, selection.terms.contains(Terms::ZONE_CHANGE), &mut block);
+            pair.add_frozen(&frozen.of_facet(vertices(index)), &mut block);
             sink.stiffness(owner, &gathered.nodes, &block);
         });
     }
@@ -418,50 +412,67 @@ impl<const D: usize> SegmentContact<D> {
                 }
             }
             let by_area = vec![Vector::zeros(); nodes.len()];
-            rows.push(VertexRows { vertex, nodes, reference_points, by_area });
+            let by_cover = by_area.clone();
+            rows.push(VertexRows { vertex, nodes, reference_points, by_area, by_cover });
         }
         rows
     }
 
-    /// Adds the coefficients and, if they are wanted, the variations of the sums over these pairs to the rows of the vertices.
-    pub(super) fn accumulate(
+    /// Adds the coefficients of these pairs to the rows of their vertices.
+    pub(super) fn accumulate(&self, pairs: &[ActivePair<D>], rows: &mut [VertexRows<D>]) {
+        for pair in pairs {
+            let facet = &self.surface.facets()[pair.facet as usize];
+            let (own, others) = (self.surface.facet_nodes(facet), self.target.nodes(pair.target));
+            for (number, integrals) in
+                self.numbers_of(pair.facet, rows).into_iter().zip(&pair.integrals.vertices)
+            {
+                let Some(number) = number else { continue };
+                let row = &mut rows[number];
+                for (a, &node) in own.iter().chain(others).enumerate() {
+                    let place = row.place(node);
+                    row.nodes[place].coefficient += integrals.coefficients[a];
+                    row.nodes[place].push += integrals.pushes[a];
+                }
+            }
+        }
+    }
+
+    /// Adds the variations of the sums over these pairs to the rows of their vertices, and the stiffness of what is frozen.
+    pub(super) fn vary(
         &self,
         pairs: &[ActivePair<D>],
         fields: &ContactFields<'_>,
         instant: Instant,
-        varies: Varies,
+        varying: Varying,
         rows: &mut [VertexRows<D>],
+        mut frozen: Option<(&FrozenTractions<D>, &mut dyn SegmentSink)>,
     ) {
-        let numbers_of = |facet: u32, rows: &[VertexRows<D>]| {
-            self.surface.facets()[facet as usize].vertices.map(|vertex| {
-                let vertex = vertex? as usize;
-                rows.binary_search_by_key(&vertex, |row| row.vertex).ok()
-            })
-        };
-        let has_row = |pair: &&ActivePair<D>| numbers_of(pair.facet, rows).iter().any(Option::is_some);
-        let active: Vec<&ActivePair<D>> = pairs.iter().filter(has_row).collect();
-        let mut known = active.iter();
-        let couples = active.iter().map(|pair| (pair.facet, pair.target));
-        self.sweep(couples, fields, instant, |index, _, gathered, pair| {
-            let Some(known) = known.next() else { return };
-            let numbers = numbers_of(index, rows);
-            for (number, own) in numbers.into_iter().zip(&known.integrals.vertices) {
-                let Some(number) = number else { continue };
-                let row = &mut rows[number];
-                for (a, &node) in gathered.nodes.iter().enumerate() {
-                    let place = row.place(node);
-                    row.nodes[place].coefficient += own.coefficients[a];
-                    row.nodes[place].push += own.pushes[a];
-                }
-            }
-            if varies == Varies::Nothing {
-                return;
-            }
+        let active: Vec<(u32, u32)> = pairs
+            .iter()
+            .filter(|pair| self.numbers_of(pair.facet, rows).iter().any(Option::is_some))
+            .map(|pair| (pair.facet, pair.target))
+            .collect();
+        let mut block = Vec::new();
+        self.sweep(active.into_iter(), fields, instant, |index, _, gathered, pair| {
+            let numbers = self.numbers_of(index, rows);
             let both = PairFields { fields: [&gathered.velocities, &gathered.increments] };
-            pair.vary(&both, |corner, a, by| {
+            let vertices = &self.surface.facets()[index as usize].vertices;
+            clear_block::<D>(&mut block, gathered.nodes.len());
+            let held = frozen.as_ref().and_then(|(frozen, _)| {
+                frozen.owner(vertices).map(|owner| (owner, frozen.of_facet(vertices)))
+            });
+            let held_here = held.as_ref().map(|(_, frozen)| (frozen, &mut block[..]));
+            let mut places = [[0; PAIR_NODES]; 4];
+            for (number, places) in numbers.iter().zip(&mut places) {
+                let Some(number) = number else { continue };
+                let nodes = gathered.nodes.iter().zip(places);
+                nodes.for_each(|(&node, place)| *place = rows[*number].place(node));
+            }
+            let mut by_cover = [Vector::zeros(); PAIR_NODES];
+            pair.vary(&both, varying, held_here, |corner, a, by| {
+                by_cover[a] += by.area;
                 let Some(number) = numbers[corner] else { return };
-                let row = &mut rows[number];
-                let place = row.place(gathered.nodes[a]);
+                let (row, place) = (&mut rows[number], places[corner][a]);
                 row.by_area[place] += by.area;
                 let entry = &mut row.nodes[place];
                 entry.gap += by.gap;
@@ -469,17 +480,86 @@ impl<const D: usize> SegmentContact<D> {
                 entry.slips[0] += by.slips[0];
                 entry.slips[1] += by.slips[1];
             });
+            for (number, places) in numbers.iter().zip(&places) {
+                let Some(number) = number else { continue };
+                for (place, by) in places.iter().zip(&by_cover).take(gathered.nodes.len()) {
+                    rows[*number].by_cover[*place] += by;
+                }
+            }
+            if let (Some((owner, _)), Some((_, sink))) = (&held, &mut frozen) {
+                sink.stiffness(*owner, &gathered.nodes, &block);
+            }
         });
+    }
+
+    /// The rows of the vertices of a facet.
+    fn numbers_of(&self, facet: u32, rows: &[VertexRows<D>]) -> [Option<usize>; 4] {
+        self.surface.facets()[facet as usize].vertices.map(|vertex| {
+            let vertex = vertex? as usize;
+            rows.binary_search_by_key(&vertex, |row| row.vertex).ok()
+        })
     }
 }
 
-/// What of the sums of vertices is brought beside their coefficients.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Varies {
-    /// Nothing.
-    Nothing,
-    /// How they vary with all nodes.
-    Everything,
+/// What is held fixed at every vertex while the geometry varies.
+pub(super) struct FrozenTractions<const D: usize> {
+    /// Tractions \[Pa\]; none where nothing of the vertex is wanted.
+    pub carried: Vec<Option<Carried<D>>>,
+    /// Whether the area varies under those tractions.
+    pub zone: bool,
+    /// Of the energy.
+    pub potential: Vec<Potential>,
+}
+
+impl<const D: usize> FrozenTractions<D> {
+    /// The tractions of the wanted vertices, as far as `terms` ask for them.
+    pub fn of(points: &[PointState<D>], terms: Terms, wanted: impl Fn(usize) -> bool) -> Self {
+        let [pressure, friction] =
+            [Terms::NORMAL_GEOMETRY, Terms::FRICTION_GEOMETRY].map(|term| terms.contains(term));
+        let of = |(vertex, point): (usize, &PointState<D>)| {
+            (wanted(vertex) && (pressure || friction)).then(|| Carried {
+                normal: if pressure { point.normal_traction } else { 0.0 },
+                friction: if friction { point.friction_traction } else { Vector::zeros() },
+            })
+        };
+        let carried = points.iter().enumerate().map(of).collect();
+        Self {
+            carried,
+            zone: terms.contains(Terms::ZONE_CHANGE),
+            potential: vec![Potential::default(); points.len()],
+        }
+    }
+
+    /// The first of these vertices that has anything.
+    fn owner(&self, vertices: &[Option<u32>; 4]) -> Option<usize> {
+        let has = |vertex: &usize| {
+            self.carried[*vertex].as_ref().is_some_and(Carried::acts)
+                || self.potential[*vertex].pressure != 0.0
+        };
+        vertices.iter().flatten().map(|&vertex| vertex as usize).find(has)
+    }
+
+    fn of_facet(&self, vertices: &[Option<u32>; 4]) -> Frozen<D> {
+        let mut frozen = Frozen { zone: self.zone, ..Frozen::default() };
+        for (corner, vertex) in vertices.iter().enumerate() {
+            let Some(vertex) = vertex else { continue };
+            if let Some(carried) = self.carried[*vertex as usize] {
+                frozen.carried[corner] = carried;
+            }
+            frozen.potential[corner] = self.potential[*vertex as usize];
+        }
+        frozen
+    }
+}
+
+/// Which variations the laws of these vertices need.
+fn varying<const D: usize>(slopes: &[Option<Slopes<D>>]) -> Varying {
+    let any = |of: &dyn Fn(&Slopes<D>) -> f64| slopes.iter().flatten().any(|slopes| of(slopes) != 0.0);
+    let slips = [
+        any(&|slopes| slopes.by_velocity.amax() + slopes.through_bound.amax()),
+        any(&|slopes| slopes.by_increment.amax()),
+    ];
+    Varying { normal: slips[1] || any(&|slopes| slopes.by_normal.amax()), slips }
 }
 
 /// A block of zeros of so many nodes.

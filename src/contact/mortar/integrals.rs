@@ -48,22 +48,24 @@ pub struct Range {
 }
 
 impl Range {
-    /// The part with which a point at this gap counts, and its derivative \[1/m\].
+    /// The part with which a point at this gap counts, and its derivatives [1/m, 1/m^2].
     ///
     /// The gap of a vertex is a mean. Without this factor, a facet over a deep hole would open the vertex although its other facets
     /// press. The factor is continuously differentiable.
-    fn fade(&self, gap: f64) -> (f64, f64) {
+    fn fade(&self, gap: f64) -> [f64; 3] {
         let (end, toward_open) = if gap > 0.0 { (self.open, 1.0) } else { (self.depth, -1.0) };
         let width = 0.5 * end;
         let s = (gap.abs() - (end - width)) / width;
         if s <= 0.0 {
-            return (self.share, 0.0);
+            return [self.share, 0.0, 0.0];
         }
         if s >= 1.0 {
-            return (0.0, 0.0);
+            return [0.0; 3];
         }
-        let (part, slope) = (1.0 - s * s * (3.0 - 2.0 * s), -6.0 * s * (1.0 - s) / width * toward_open);
-        (self.share * part, self.share * slope)
+        let part = 1.0 - s * s * (3.0 - 2.0 * s);
+        let slope = -6.0 * s * (1.0 - s) / width * toward_open;
+        let bend = (12.0 * s - 6.0) / (width * width);
+        [part, slope, bend].map(|part| self.share * part)
     }
 }
 
@@ -114,6 +116,8 @@ pub struct PairIntegrals<const D: usize> {
     pub vertices: [VertexIntegrals<D>; MOST_CORNERS],
     /// Largest of `-g` over all segment points \[m\]; negative if all of them are open.
     pub depth: f64,
+    /// Covered area of the facet, `sum_A kappa_A` [m, m^2].
+    pub cover: f64,
 }
 
 /// Fields of the nodes whose relative values are integrated: `S = int Phi_A sum_a c_a f_a`.
@@ -156,14 +160,61 @@ pub struct Carried<const D: usize> {
     pub friction: Vector<D>,
 }
 
+impl<const D: usize> Carried<D> {
+    /// Whether there is any traction.
+    pub fn acts(&self) -> bool {
+        self.normal != 0.0 || self.friction.iter().any(|t| *t != 0.0)
+    }
+}
+
+/// What is held fixed at the vertices of a contactor facet while the geometry varies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frozen<const D: usize> {
+    /// Tractions by the corners.
+    pub carried: [Carried<D>; MOST_CORNERS],
+    /// Whether the area varies under those tractions.
+    pub zone: bool,
+    /// Of the potential `sum_A p_A (W_A - g_A kappa_A) - u_A kappa_A` by the corners.
+    pub potential: [Potential; MOST_CORNERS],
+}
+
+/// How the energy of a vertex depends on its weighted gap and its area.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Potential {
+    /// `p` \[Pa\].
+    pub pressure: f64,
+    /// `g` \[m\].
+    pub gap: f64,
+    /// `u` \[J/m^2\].
+    pub energy: f64,
+}
+
+impl<const D: usize> Default for Frozen<D> {
+    fn default() -> Self {
+        let carried = [Carried { normal: 0.0, friction: Vector::zeros() }; MOST_CORNERS];
+        Self { carried, zone: false, potential: [Potential::default(); MOST_CORNERS] }
+    }
+}
+
+/// Which variations of a vertex are wanted beside those of gap and area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Varying {
+    /// `dN`.
+    pub normal: bool,
+    /// `dS` of either field.
+    pub slips: [bool; 2],
+}
+
 /// Everything of one segment point, and how it varies with the nodes.
 struct Point<const D: usize> {
     contactor: FacetShape,
     target: FacetShape,
     /// `Phi_A` with its gradient.
     weights: FacetShape,
-    /// `dGamma` with the part that fades.
+    /// `dGamma` with the part that fades, and without it.
     measure: f64,
+    whole: f64,
+    fade: [f64; 3],
     gap: f64,
     normal: Vector<D>,
 }
@@ -174,6 +225,8 @@ struct Variation<const D: usize> {
     /// Of the measure at fixed size of the facet, and by that size.
     measure: [Vector<D>; PAIR_NODES],
     stretch: [Vector<D>; PAIR_NODES],
+    /// Of the measure without the part that fades.
+    whole: [Vector<D>; PAIR_NODES],
     gap: [Vector<D>; PAIR_NODES],
     normal: [Tensor<D>; PAIR_NODES],
 }
@@ -186,6 +239,7 @@ impl<const D: usize> Variation<D> {
             eta: [none; 2],
             measure: none,
             stretch: none,
+            whole: none,
             gap: none,
             normal: [Tensor::zeros(); PAIR_NODES],
         }
@@ -200,12 +254,13 @@ impl<const D: usize> FacetPair<'_, D> {
 
     /// The integrals; `None` where the facets have no common segment.
     pub fn integrate(&self) -> Option<PairIntegrals<D>> {
-        let mut sums =
-            PairIntegrals { vertices: [VertexIntegrals::default(); MOST_CORNERS], depth: f64::NEG_INFINITY };
+        let vertices = [VertexIntegrals::default(); MOST_CORNERS];
+        let mut sums = PairIntegrals { vertices, depth: f64::NEG_INFINITY, cover: 0.0 };
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let corners = self.contactor.kind.corners();
         self.sweep(Want::Points, |point, _| {
             sums.depth = sums.depth.max(-point.gap);
+            sums.cover += point.measure;
             for (vertex, weight) in sums.vertices.iter_mut().zip(point.weights.value).take(corners) {
                 let share = weight * point.measure;
                 vertex.area += share;
@@ -222,30 +277,24 @@ impl<const D: usize> FacetPair<'_, D> {
     }
 
     /// Hands the variation of the integrals of each vertex with each node to `add`: corner, node, change.
-    pub fn vary(&self, fields: &PairFields<'_, D>, mut add: impl FnMut(usize, usize, &VertexVariation<D>)) {
-        let (first, all) = (self.contactor.nodes.len(), self.nodes());
+    ///
+    /// On the way, minus the derivatives by what is `frozen` are added to `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes
+    /// \[N/m\]: of the force `sum_A (t_n V_a + t_T D_a)`, and of the gradient of `sum_A p_A W_A`.
+    pub fn vary(
+        &self,
+        fields: &PairFields<'_, D>,
+        varying: Varying,
+        frozen: Option<(&Frozen<D>, &mut [f64])>,
+        mut add: impl FnMut(usize, usize, &VertexVariation<D>),
+    ) {
+        let all = self.nodes();
         let corners = self.contactor.kind.corners();
         let mut sums = [[VertexVariation::default(); PAIR_NODES]; MOST_CORNERS];
+        let mut frozen = frozen;
         self.sweep(Want::Variations, |point, variation| {
-            let relative = fields.fields.map(|field| point.relative(field, first));
-            for b in 0..all {
-                let by_measure = variation.measure[b] + variation.stretch[b];
-                for (vertex, sums) in sums.iter_mut().enumerate().take(corners) {
-                    let weight = point.weights.value[vertex];
-                    let slope = point.weights.gradient[vertex];
-                    let mut by_share = by_measure * weight;
-                    for k in 0..D - 1 {
-                        by_share += variation.xi[k][b] * (point.measure * slope[k]);
-                    }
-                    let share = weight * point.measure;
-                    let sum = &mut sums[b];
-                    sum.area += by_share;
-                    sum.gap += by_share * point.gap + variation.gap[b] * share;
-                    sum.normal += point.normal * by_share.transpose() + variation.normal[b] * share;
-                    for (slip, relative) in sum.slips.iter_mut().zip(&relative) {
-                        *slip += relative.value * by_share.transpose() + relative.by(variation, b) * share;
-                    }
-                }
+            self.add_variation(point, variation, fields, varying, &mut sums);
+            if let Some((frozen, stiffness)) = &mut frozen {
+                self.add_frozen_point(point, variation, frozen, stiffness);
             }
         });
         for (vertex, sums) in sums.iter().enumerate().take(corners) {
@@ -255,54 +304,179 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
-    /// Adds minus the derivative of `sum_A (t_n V_a + t_T D_a)` at fixed tractions of the vertices to
-    /// `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes \[N/m\]; `zone` with the change of the contactor's area.
-    pub fn add_geometry(&self, carried: &[Carried<D>; MOST_CORNERS], zone: bool, stiffness: &mut [f64]) {
-        let (first, all) = (self.contactor.nodes.len(), self.nodes());
-        let corners = self.contactor.kind.corners();
+    /// The derivatives by what is frozen alone, see [`vary`](Self::vary).
+    pub fn add_frozen(&self, frozen: &Frozen<D>, stiffness: &mut [f64]) {
         self.sweep(Want::Variations, |point, variation| {
-            let mut pressure = 0.0;
-            let mut friction = Vector::zeros();
-            let mut pressure_slope = [0.0; 2];
-            let mut friction_slope = [Vector::zeros(); 2];
-            for (vertex, carried) in carried.iter().enumerate().take(corners) {
-                pressure += point.weights.value[vertex] * carried.normal;
-                friction += carried.friction * point.weights.value[vertex];
-                for k in 0..D - 1 {
-                    pressure_slope[k] += point.weights.gradient[vertex][k] * carried.normal;
-                    friction_slope[k] += carried.friction * point.weights.gradient[vertex][k];
-                }
-            }
-            let traction = point.normal * pressure + friction;
-            let force = traction * point.measure;
-            for b in 0..all {
-                let by_measure =
-                    if zone { variation.measure[b] + variation.stretch[b] } else { variation.measure[b] };
-                let mut by =
-                    traction * by_measure.transpose() + variation.normal[b] * (pressure * point.measure);
-                for k in 0..D - 1 {
-                    let along = point.normal * pressure_slope[k] + friction_slope[k];
-                    by += along * (variation.xi[k][b] * point.measure).transpose();
-                }
-                for a in 0..all {
-                    let (shape, coordinates, sign, node) = match a < first {
-                        true => (&point.contactor, &variation.xi, 1.0, a),
-                        false => (&point.target, &variation.eta, -1.0, a - first),
-                    };
-                    let mut by_coefficient = Vector::zeros();
-                    for k in 0..D - 1 {
-                        by_coefficient += coordinates[k][b] * (sign * shape.gradient[node][k]);
-                    }
-                    let block = by * (sign * shape.value[node]) + force * by_coefficient.transpose();
-                    let start = (a * all + b) * D * D;
-                    for i in 0..D {
-                        for j in 0..D {
-                            stiffness[start + i * D + j] -= block[(i, j)];
-                        }
-                    }
-                }
-            }
+            self.add_frozen_point(point, variation, frozen, stiffness);
         });
+    }
+
+    fn add_variation(
+        &self,
+        point: &Point<D>,
+        variation: &Variation<D>,
+        fields: &PairFields<'_, D>,
+        varying: Varying,
+        sums: &mut [[VertexVariation<D>; PAIR_NODES]; MOST_CORNERS],
+    ) {
+        let first = self.contactor.nodes.len();
+        let relative = [0, 1].map(|k| varying.slips[k].then(|| point.relative(fields.fields[k], first)));
+        for b in 0..self.nodes() {
+            let by_measure = variation.measure[b] + variation.stretch[b];
+            let by_relative = [0, 1].map(|k| relative[k].as_ref().map(|relative| relative.by(variation, b)));
+            for (vertex, sums) in sums.iter_mut().enumerate().take(self.contactor.kind.corners()) {
+                let weight = point.weights.value[vertex];
+                let slope = point.weights.gradient[vertex];
+                let mut by_share = by_measure * weight;
+                for k in 0..D - 1 {
+                    by_share += variation.xi[k][b] * (point.measure * slope[k]);
+                }
+                let share = weight * point.measure;
+                let sum = &mut sums[b];
+                sum.area += by_share;
+                sum.gap += by_share * point.gap + variation.gap[b] * share;
+                if varying.normal {
+                    sum.normal += point.normal * by_share.transpose() + variation.normal[b] * share;
+                }
+                for k in 0..2 {
+                    if let (Some(relative), Some(by)) = (&relative[k], &by_relative[k]) {
+                        sum.slips[k] += relative.value * by_share.transpose() + by * share;
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_frozen_point(
+        &self,
+        point: &Point<D>,
+        variation: &Variation<D>,
+        frozen: &Frozen<D>,
+        stiffness: &mut [f64],
+    ) {
+        let corners = self.contactor.kind.corners();
+        if frozen.carried[..corners].iter().any(Carried::acts) {
+            self.add_geometry(point, variation, &frozen.carried, frozen.zone, stiffness);
+        }
+        if frozen.potential[..corners].iter().any(|own| own.pressure != 0.0) {
+            self.add_potential(point, variation, &frozen.potential, stiffness);
+        }
+    }
+
+    /// The change of `sum_A (t_n V_a + t_T D_a)` at fixed tractions of the vertices.
+    fn add_geometry(
+        &self,
+        point: &Point<D>,
+        variation: &Variation<D>,
+        carried: &[Carried<D>; MOST_CORNERS],
+        zone: bool,
+        stiffness: &mut [f64],
+    ) {
+        let (first, all) = (self.contactor.nodes.len(), self.nodes());
+        let mut pressure = 0.0;
+        let mut friction = Vector::zeros();
+        let mut pressure_slope = [0.0; 2];
+        let mut friction_slope = [Vector::zeros(); 2];
+        for (vertex, carried) in carried.iter().enumerate().take(self.contactor.kind.corners()) {
+            pressure += point.weights.value[vertex] * carried.normal;
+            friction += carried.friction * point.weights.value[vertex];
+            for k in 0..D - 1 {
+                pressure_slope[k] += point.weights.gradient[vertex][k] * carried.normal;
+                friction_slope[k] += carried.friction * point.weights.gradient[vertex][k];
+            }
+        }
+        let traction = point.normal * pressure + friction;
+        let force = traction * point.measure;
+        for b in 0..all {
+            let by_measure =
+                if zone { variation.measure[b] + variation.stretch[b] } else { variation.measure[b] };
+            let mut by = traction * by_measure.transpose() + variation.normal[b] * (pressure * point.measure);
+            for k in 0..D - 1 {
+                let along = point.normal * pressure_slope[k] + friction_slope[k];
+                by += along * (variation.xi[k][b] * point.measure).transpose();
+            }
+            for a in 0..all {
+                let (shape, coordinates, sign, node) = match a < first {
+                    true => (&point.contactor, &variation.xi, 1.0, a),
+                    false => (&point.target, &variation.eta, -1.0, a - first),
+                };
+                let mut by_coefficient = Vector::zeros();
+                for k in 0..D - 1 {
+                    by_coefficient += coordinates[k][b] * (sign * shape.gradient[node][k]);
+                }
+                let block = by * (sign * shape.value[node]) + force * by_coefficient.transpose();
+                subtract_block(stiffness, a * all + b, &block);
+            }
+        }
+    }
+
+    /// The Hessian of `sum_A p_A W_A`, without what is proportional to the gap or to the angle between the two sides: it vanishes where
+    /// surfaces touch. The rest is `d_a(Phi dGamma) g_b + g_a d_b(Phi dGamma) + Phi dGamma d_a d_b g`, where `d_a d_b g` has the turn
+    /// of the normal, the slide of the point over the target, and the curvature of both sides.
+    fn add_potential(
+        &self,
+        point: &Point<D>,
+        variation: &Variation<D>,
+        potential: &[Potential; MOST_CORNERS],
+        stiffness: &mut [f64],
+    ) {
+        let (first, all) = (self.contactor.nodes.len(), self.nodes());
+        // With `D_A = fade (p (g - g_A) - u)`: `sum_A Phi_A` of its first and second derivatives by the gap.
+        let [counts, fading, bending] = point.fade;
+        let (mut first_slope, mut second_slope) = (0.0, 0.0);
+        let mut along_weights = [0.0; 2];
+        for (vertex, own) in potential.iter().enumerate().take(self.contactor.kind.corners()) {
+            let energy = own.pressure * (point.gap - own.gap) - own.energy;
+            let by_gap = fading * energy + counts * own.pressure;
+            first_slope += point.weights.value[vertex] * by_gap;
+            second_slope += point.weights.value[vertex] * (bending * energy + 2.0 * fading * own.pressure);
+            (0..D - 1).for_each(|k| along_weights[k] += point.weights.gradient[vertex][k] * by_gap);
+        }
+        let along = tangents(&point.target, self.target.nodes);
+        let curvatures =
+            |shape: &FacetShape, nodes: &[Vector<D>]| bends(shape, nodes).map(|bend| bend.dot(&point.normal));
+        let below = curvatures(&point.contactor, self.contactor.nodes);
+        let above = curvatures(&point.target, self.target.nodes);
+        let force = first_slope * point.whole;
+        let mut by_weight = [Vector::zeros(); PAIR_NODES];
+        // `d_a(y_,k . n)` without what the point's own slide adds.
+        let mut tilts = [[Vector::zeros(); PAIR_NODES]; 2];
+        for a in 0..all {
+            by_weight[a] =
+                variation.whole[a] * first_slope + variation.gap[a] * (0.5 * second_slope * point.whole);
+            for k in 0..D - 1 {
+                by_weight[a] += variation.xi[k][a] * (point.whole * along_weights[k]);
+                tilts[k][a] = variation.normal[a].transpose() * along[k];
+                if a >= first {
+                    tilts[k][a] += point.normal * point.target.gradient[a - first][k];
+                }
+            }
+        }
+        for a in 0..all {
+            let own = point.coefficient(a, first) * force;
+            for b in a..all {
+                let other = point.coefficient(b, first) * force;
+                let mut block = by_weight[a] * variation.gap[b].transpose()
+                    + variation.gap[a] * by_weight[b].transpose()
+                    + variation.normal[b] * own
+                    + variation.normal[a].transpose()
+                        * (Tensor::identity() * other - variation.normal[b] * (point.gap * force));
+                for k in 0..D - 1 {
+                    let (mut over, mut under) = (tilts[k][b], Vector::zeros());
+                    for l in 0..D - 1 {
+                        over += variation.eta[l][b] * above[k + l];
+                        under += variation.xi[l][b] * below[k + l];
+                    }
+                    block -= variation.eta[k][a] * (over * force).transpose()
+                        + tilts[k][a] * (variation.eta[k][b] * force).transpose()
+                        + variation.xi[k][a] * (under * force).transpose();
+                }
+                subtract_block(stiffness, a * all + b, &block);
+                if b > a {
+                    subtract_block(stiffness, b * all + a, &block.transpose());
+                }
+            }
+        }
     }
 
     /// Visits the points of all segments, with their variation where it is wanted.
@@ -350,7 +524,8 @@ impl<const D: usize> FacetPair<'_, D> {
         let normal = -vector_area / size;
         let chord = x - y;
         let gap = chord.dot(&normal);
-        let (counts, fading) = self.range.fade(gap);
+        let fade = self.range.fade(gap);
+        let [counts, fading, _] = fade;
         if counts == 0.0 {
             return None;
         }
@@ -362,6 +537,8 @@ impl<const D: usize> FacetPair<'_, D> {
         let point = Point {
             weights: FacetShape::at(linear(self.contactor.kind), segment.xi),
             measure: counts * segment.weight * stretch,
+            whole: segment.weight * stretch,
+            fade,
             gap,
             normal,
             contactor,
@@ -406,12 +583,14 @@ impl<const D: usize> FacetPair<'_, D> {
             }
             let by_normal = -projector * by_area;
             by_gap += by_normal.transpose() * chord;
-            variation.measure[b] = (variation.measure[b] * stretch + by_stretch * segment.weight) * counts
-                + by_gap * (fading * segment.weight * stretch);
-            variation.stretch[b] = match self.measure {
-                Measure::Current => by_size * (counts * segment.weight),
+            let by_size = match self.measure {
+                Measure::Current => by_size * segment.weight,
                 Measure::Reference(_) => Vector::zeros(),
             };
+            let by_place = variation.measure[b] * stretch + by_stretch * segment.weight;
+            variation.measure[b] = by_place * counts + by_gap * (fading * segment.weight * stretch);
+            variation.stretch[b] = by_size * counts;
+            variation.whole[b] = by_place + by_size;
             variation.gap[b] = by_gap;
             variation.normal[b] = by_normal;
         }
@@ -435,6 +614,15 @@ impl<const D: usize> FacetPair<'_, D> {
                     }
                 }
             }
+        }
+    }
+}
+
+fn subtract_block<const D: usize>(stiffness: &mut [f64], number: usize, block: &Tensor<D>) {
+    let entries = &mut stiffness[number * D * D..][..D * D];
+    for i in 0..D {
+        for j in 0..D {
+            entries[i * D + j] -= block[(i, j)];
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::taylor::{scatter, taylor_rate};
 const LINES: [ElementKind; 2] = [ElementKind::Line2, ElementKind::Line3];
 const FACES: [ElementKind; 5] =
     [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9];
+const ALL: Varying = Varying { normal: true, slips: [true; 2] };
 const RANGE: Range = Range { share: 1.0, depth: 0.6, open: 0.6 };
 
 /// A contactor below and a target above it, shifted, turned a little and bent by `bend`, at about this gap \[m\].
@@ -77,7 +78,7 @@ fn change<const D: usize>(
     let width = 2 + 3 * D;
     let mut all = vec![0.0; width * pair.contactor.kind.corners()];
     let fields = PairFields { fields: [&fields[0], &fields[1]] };
-    pair.vary(&fields, |vertex, node, by| {
+    pair.vary(&fields, ALL, None, |vertex, node, by| {
         let row = &mut all[vertex * width..][..width];
         row[0] += by.area.dot(&d[node]);
         row[1] += by.gap.dot(&d[node]);
@@ -143,7 +144,8 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool) {
         let f = |z: &[f64]| with_pair(kinds, z, undeformed, |pair| force(pair, &carried));
         let df = |z: &[f64], d: &[f64]| {
             let mut stiffness = vec![0.0; z.len() * z.len()];
-            with_pair(kinds, z, undeformed, |pair| pair.add_geometry(&carried, true, &mut stiffness));
+            let frozen = Frozen { carried, zone: true, ..Frozen::default() };
+            with_pair(kinds, z, undeformed, |pair| pair.add_frozen(&frozen, &mut stiffness));
             let nodes = z.len() / D;
             let entry = |row: usize, column: usize| {
                 stiffness[((row / D * nodes + column / D) * D + row % D) * D + column % D]
@@ -223,4 +225,56 @@ fn a_uniform_pressure_gives_consistent_loads() {
             assert!(force[3 * a].abs() + force[3 * a + 1].abs() < 1e-15);
         }
     }
+}
+
+/// Where flat surfaces touch, the matrix is the derivative of the gradient of the weighted gaps.
+fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
+    let z = coordinates::<D>(kinds, 3, 0.0, 0.0);
+    let (pressures, size) = ([0.7, 1.3, -0.4, 0.9], z.len());
+    let gradient = |z: &[f64]| {
+        with_pair(kinds, z, None, |pair| {
+            let mut all = vec![0.0; size];
+            let none = vec![Vector::zeros(); pair.nodes()];
+            pair.vary(
+                &PairFields { fields: [&none, &none] },
+                Varying::default(),
+                None,
+                |vertex, node, by: &VertexVariation<D>| {
+                    let entries = all[node * D..].iter_mut().zip(by.gap.iter());
+                    entries.for_each(|(all, gap)| *all += pressures[vertex] * gap);
+                },
+            );
+            all
+        })
+    };
+    let mut stiffness = vec![0.0; size * size];
+    let potential = pressures.map(|pressure| Potential { pressure, ..Potential::default() });
+    let frozen = Frozen::<D> { potential, ..Frozen::default() };
+    with_pair(kinds, &z, None, |pair| pair.add_frozen(&frozen, &mut stiffness));
+    let nodes = size / D;
+    let step = 1e-6;
+    for column in 0..size {
+        let moved = |by: f64| {
+            let mut z = z.clone();
+            z[column] += by;
+            gradient(&z)
+        };
+        let (plus, minus) = (moved(step), moved(-step));
+        for row in 0..size {
+            let slope = (plus[row] - minus[row]) / (2.0 * step);
+            let place = ((row / D * nodes + column / D) * D + row % D) * D + column % D;
+            assert!(
+                (slope + stiffness[place]).abs() < 1e-6,
+                "{kinds:?} {row} {column}: {slope} {}",
+                -stiffness[place]
+            );
+        }
+    }
+}
+
+/// For every pair of facets.
+#[test]
+fn the_potential_has_the_hessian_of_its_gradient() {
+    all_pairs(&LINES).into_iter().for_each(potential_is_exact::<2>);
+    all_pairs(&FACES).into_iter().for_each(potential_is_exact::<3>);
 }

@@ -4,8 +4,9 @@
 //! receives `kappa (t_n v_a + c_a t_T)` with `v_a = V_a / kappa`: the pressure acts along the normals of the facets, so that forces
 //! pass the patch test and have no moment, the friction along that of the vertex. Minus the variation of it is, by what varies,
 //! `t_n` (`K_CN`), `t_T` with the bound (`K_nT`) and with the slip (`K_T`, `C_mu`), slip measure and normal (`K_TG`), all of which are
-//! here, and `v_a`, `c_a` and `kappa`, which [`super::integrals::FacetPair::add_geometry`] has.
+//! here, and `v_a`, `c_a` and `kappa`, which [`super::integrals::FacetPair::vary`] has.
 
+use super::contact::VertexRows;
 use crate::contact::history::History;
 use crate::contact::point::joint::Joint;
 use crate::contact::point::{ContactLaw, Manner, PointState, Relation, Selection, Slopes, tractions};
@@ -56,12 +57,24 @@ pub struct VertexSums<const D: usize> {
     pub slips: [Vector<D>; 2],
     /// Minus the gap of the deepest segment point \[m\].
     pub depth: f64,
+    /// Covered area of the facets around the vertex [m, m^2].
+    pub cover: f64,
+    /// Length of the vertex across the plane: 1 in the plane, in space the root of its area [-, m].
+    pub width: f64,
 }
 
 impl<const D: usize> Default for VertexSums<D> {
     fn default() -> Self {
         let none = Vector::zeros();
-        Self { area: 0.0, gap: 0.0, normal: none, slips: [none; 2], depth: f64::NEG_INFINITY }
+        Self {
+            area: 0.0,
+            gap: 0.0,
+            normal: none,
+            slips: [none; 2],
+            depth: f64::NEG_INFINITY,
+            cover: 0.0,
+            width: 1.0,
+        }
     }
 }
 
@@ -69,13 +82,55 @@ impl<const D: usize> Default for VertexSums<D> {
 /// times more or less changes nothing, because a force is that part of the pressure.
 const COVERED: f64 = 1e-13;
 
+/// The depth of a target that covers less than this part of a vertex's area is not told: it is the corner of a body beside a side of it,
+/// unless it is a blade a hundred times thinner than a facet.
+const SLIVER: f64 = 1e-2;
+
 impl<const D: usize> VertexSums<D> {
-    /// Clears the sums of a vertex that is covered by rounding alone, or by facets whose normals cancel; `whole` is the area of the
-    /// vertex [m, m^2].
-    pub fn drop_sliver(&mut self, whole: f64) {
+    /// Ends the summation; `whole` is the area of the vertex [m, m^2]. Clears the sums of a vertex that is covered by rounding alone,
+    /// or by facets whose normals cancel.
+    pub fn finish(&mut self, whole: f64) {
+        self.width = if D == 2 { 1.0 } else { whole.sqrt() };
         if !(self.area > COVERED * whole && self.normal.amax() > 0.0) {
             *self = Self::default();
         }
+        if self.cover < SLIVER * whole {
+            self.depth = f64::NEG_INFINITY;
+        }
+    }
+
+    /// Mean gap `g = W / kappa` \[m\].
+    pub fn mean_gap(&self) -> f64 {
+        self.gap / self.area
+    }
+
+    /// The gap that the laws see \[m\].
+    pub fn gap(&self) -> f64 {
+        self.limited().0
+    }
+
+    /// The gap that the laws see, with its derivatives by the mean gap \[-\] and by the covered area [-, 1/m].
+    ///
+    /// With `l` the length that is covered around the vertex, `g = -l phi(-W / (kappa l))`: `phi(s) = s` up to a half, from there it falls
+    /// to 0 at 2. Where the corner of a body penetrates a little, a sliver of it lies deep behind the side next to the corner. The
+    /// shortest way out leads across the sliver, so that side has nothing to push back.
+    fn limited(&self) -> (f64, f64, f64) {
+        /// Depth over covered length from which on a vertex carries nothing.
+        const ACROSS: f64 = 2.0;
+        let mean = self.mean_gap();
+        let length = self.cover / self.width;
+        let s = -mean / length;
+        if s <= 0.5 {
+            return (mean, 1.0, 0.0);
+        }
+        if s >= ACROSS {
+            return (0.0, 0.0, 0.0);
+        }
+        let width = ACROSS - 0.5;
+        let t = (s - 0.5) / width;
+        let part = 0.5 * (1.0 - t * t * (3.0 - 2.0 * t)) + width * t * (1.0 - t) * (1.0 - t);
+        let slope = -3.0 * t * (1.0 - t) / width + (1.0 - t) * (1.0 - 3.0 * t);
+        (-length * part, slope, (s * slope - part) / self.width)
     }
 
     /// Whether anything of the vertex lies opposite a target.
@@ -99,12 +154,11 @@ impl<const D: usize> VertexSums<D> {
         adjusted: f64,
         manner: &Manner<D>,
     ) -> (PointState<D>, Option<Slopes<D>>) {
-        let gap = self.gap / self.area;
         let normal = self.normal.normalize();
         let [velocity, increment] = self.slips.map(|slip| slip / self.area);
-        let turned = turn(&normal, history) * gap;
+        let turned = turn(&normal, history) * self.mean_gap();
         let relation = Relation {
-            gap: gap - adjusted,
+            gap: self.gap() - adjusted,
             normal,
             area: self.area,
             velocity,
@@ -116,17 +170,17 @@ impl<const D: usize> VertexSums<D> {
         (PointState { flatness, sunk, ..state }, slopes)
     }
 
-    /// Turns the derivatives of the sums, which `nodes` hold in the place of those of the means, into the latter; those of `kappa` are
-    /// `by_area`.
-    pub fn normalise(&self, history: &History<D>, by_area: &[Vector<D>], nodes: &mut [VertexNode<D>]) {
-        let gap = self.gap / self.area;
+    /// Turns the derivatives of the sums, which the nodes of `row` hold in the place of those of the means, into the latter.
+    pub(super) fn normalise(&self, history: &History<D>, row: &mut VertexRows<D>) {
+        let gap = self.mean_gap();
+        let (_, by_mean, by_cover) = self.limited();
         let size = self.normal.norm();
         let normal = self.normal / size;
         let projector = (Tensor::identity() - normal * normal.transpose()) / size;
         let slips = self.slips.map(|slip| slip / self.area);
         let turned = turn(&normal, history);
         let turns = history.normal.amax() > 0.0;
-        for (node, by_area) in nodes.iter_mut().zip(by_area) {
+        for ((node, by_area), covered) in row.nodes.iter_mut().zip(&row.by_area).zip(&row.by_cover) {
             node.coefficient /= self.area;
             node.push /= self.area;
             node.gap = (node.gap - by_area * gap) / self.area;
@@ -137,6 +191,7 @@ impl<const D: usize> VertexSums<D> {
             if turns {
                 node.slips[1] -= turned * node.gap.transpose() + node.normal * gap;
             }
+            node.gap = node.gap * by_mean + covered * by_cover;
         }
     }
 }

@@ -6,7 +6,13 @@
 //! without the rigid motion that is nearest to it. So `Dq . d` is the change of `q` and the work is that of the energy, whatever moves;
 //! and since neither the gradients nor `e` have a resultant or a moment, momentum is kept as well.
 
-use super::contact::{Instant, SegmentContact, SegmentSink, Varies, VertexRows, at, clear_block};
+use std::rc::Rc;
+
+use super::candidates::Candidates;
+use super::contact::{
+    ActivePair, FrozenTractions, Instant, Overlap, SegmentContact, SegmentSink, VertexRows, at, clear_block,
+};
+use super::integrals::{Potential, Varying};
 use super::kernel::VertexSums;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::friction::traction::{FrictionTraction, Slip};
@@ -24,7 +30,7 @@ use crate::terms::Terms;
 const RIGID: f64 = 1e-7;
 
 /// The sums of a vertex at the ends of a step and in its middle.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Ends<const D: usize> {
     start: VertexSums<D>,
     middle: VertexSums<D>,
@@ -54,7 +60,7 @@ impl<const D: usize> Ends<D> {
     /// Of a vertex that has a target at one end at least.
     fn change(&self, adjusted: f64) -> Change {
         let [start, end] =
-            [self.start, self.end].map(|sums| sums.is_covered().then(|| sums.gap / sums.area - adjusted));
+            [self.start, self.end].map(|sums| sums.is_covered().then(|| sums.gap() - adjusted));
         let known = start.or(end).unwrap_or(f64::INFINITY);
         Change { gaps: [known, end.unwrap_or(known)], areas: [self.start.area, self.end.area] }
     }
@@ -73,43 +79,45 @@ impl Change {
     }
 }
 
+/// What a step has of all vertices by its geometry alone.
+#[derive(Debug)]
+pub(super) struct StepOverlap<const D: usize> {
+    at_start: Rc<Overlap<D>>,
+    at_middle: Overlap<D>,
+    at_end: Overlap<D>,
+    ends: Vec<Ends<D>>,
+    /// Vertices that press at one of the ends.
+    active: Vec<bool>,
+    /// Of the active ones, with gradients in the middle.
+    rows: Vec<VertexRows<D>>,
+}
+
+impl<const D: usize> StepOverlap<D> {
+    fn lists(&self) -> [&[ActivePair<D>]; 3] {
+        [&self.at_middle.pairs, &self.at_start.pairs, &self.at_end.pairs]
+    }
+}
+
 impl<const D: usize> SegmentContact<D> {
     /// As [`evaluate`](Self::evaluate), with forces that act over the step in whose middle the fields are.
     pub(super) fn evaluate_over_step(
         &self,
-        couples: &[(u32, u32)],
+        candidates: &Candidates<D>,
         fields: &ContactFields<'_>,
         request: &ContactRequest,
         state: &mut ContactState<D>,
         sink: &mut impl SegmentSink,
     ) {
-        let at_start = self.integrate(couples, fields, Instant::Start);
-        let at_middle = self.integrate(couples, fields, Instant::Iterate);
-        let at_end = self.integrate(couples, fields, Instant::Beyond);
-        let sums = at_start.sums.iter().zip(&at_middle.sums).zip(&at_end.sums);
-        let ends: Vec<Ends<D>> =
-            sums.map(|((start, middle), end)| Ends { start: *start, middle: *middle, end: *end }).collect();
-        let presses = |sums: &VertexSums<D>, vertex: usize| {
-            sums.is_covered() && sums.gap / sums.area < state.adjusted(vertex)
-        };
-        let vertices = ends.iter().enumerate();
-        let active: Vec<bool> = vertices
-            .map(|(vertex, ends)| presses(&ends.start, vertex) || presses(&ends.end, vertex))
-            .collect();
-        let wanted = |vertex: usize| active[vertex];
-        let lists = [&at_middle.pairs[..], &at_start.pairs, &at_end.pairs];
-        let mut rows = self.nodes_of(&lists, ends.len(), wanted);
-        self.accumulate(&at_middle.pairs, fields, Instant::Iterate, Varies::Everything, &mut rows);
+        let values = candidates.values(&[fields.u, fields.u_start]);
+        let overlap = candidates.step.at(values, || self.step_overlap(candidates, fields, state));
+        let StepOverlap { ends, rows, active, .. } = &*overlap;
         for (vertex, ends) in ends.iter().enumerate().filter(|(vertex, _)| !active[*vertex]) {
             let touching = state.manner(vertex, request.hold, request.branches).touching;
             state.current[vertex] = self.open(ends, vertex, state, touching);
         }
         let mut steps = Vec::with_capacity(rows.len());
-        for row in &mut rows {
+        for row in rows {
             let ends = &ends[row.vertex];
-            if ends.middle.is_covered() {
-                ends.middle.normalise(&History::default(), &row.by_area, &mut row.nodes);
-            }
             let motion = Motion::of(row, fields);
             let change = ends.change(state.adjusted(row.vertex));
             let (point, active) = self.respond_over_step(row, ends, change, &motion, request, state);
@@ -123,15 +131,66 @@ impl<const D: usize> SegmentContact<D> {
             let steps = rows.iter().zip(&steps);
             return steps.for_each(|(row, step)| step.add_springs(row, selection, stiffest, sink));
         }
+        let wanted = |vertex: usize| active[vertex];
+        let lists = overlap.lists();
         let mut rows_at_end = self.nodes_of(&lists, ends.len(), wanted);
-        self.accumulate(&at_end.pairs, fields, Instant::Beyond, Varies::Everything, &mut rows_at_end);
-        self.add_geometry(&at_middle.pairs, fields, selection, &state.current, wanted, sink);
+        self.vary(&overlap.at_end.pairs, fields, Instant::Beyond, Varying::default(), &mut rows_at_end, None);
+        let friction = selection.terms - Terms::NORMAL_GEOMETRY;
+        let mut frozen = FrozenTractions::of(&state.current, friction, wanted);
+        if selection.terms.contains(Terms::NORMAL_GEOMETRY) {
+            for (row, step) in rows.iter().zip(&steps) {
+                frozen.potential[row.vertex] = step.potential();
+            }
+        }
+        for (carried, ends) in frozen.carried.iter_mut().zip(ends) {
+            if let Some(carried) = carried {
+                carried.friction *= ends.end.area / ends.middle.area;
+            }
+        }
+        self.add_frozen(&overlap.at_middle.pairs, fields, &frozen, sink);
         for ((row, at_end), step) in rows.iter().zip(&mut rows_at_end).zip(&steps) {
             if step.ends.end.is_covered() {
-                step.ends.end.normalise(&History::default(), &at_end.by_area, &mut at_end.nodes);
+                step.ends.end.normalise(&History::default(), at_end);
             }
             step.add_stiffness(row, at_end, selection, sink);
         }
+    }
+
+    /// What the geometry of a step has for all vertices.
+    fn step_overlap(
+        &self,
+        candidates: &Candidates<D>,
+        fields: &ContactFields<'_>,
+        state: &ContactState<D>,
+    ) -> StepOverlap<D> {
+        let couples = candidates.couples();
+        let values = candidates.values(&[fields.u_start]);
+        let at_start = candidates.start.at(values, || self.integrate(couples, fields, Instant::Start));
+        let at_middle = self.integrate(couples, fields, Instant::Iterate);
+        let at_end = self.integrate(couples, fields, Instant::Beyond);
+        let sums = at_start.sums.iter().zip(&at_middle.sums).zip(&at_end.sums);
+        let ends: Vec<Ends<D>> =
+            sums.map(|((start, middle), end)| Ends { start: *start, middle: *middle, end: *end }).collect();
+        let presses =
+            |sums: &VertexSums<D>, vertex: usize| sums.is_covered() && sums.gap() < state.adjusted(vertex);
+        let vertices = ends.iter().enumerate();
+        let active: Vec<bool> = vertices
+            .map(|(vertex, ends)| presses(&ends.start, vertex) || presses(&ends.end, vertex))
+            .collect();
+        let mut overlap = StepOverlap { at_start, at_middle, at_end, ends, active, rows: Vec::new() };
+        let mut rows = self.nodes_of(&overlap.lists(), overlap.ends.len(), |vertex| overlap.active[vertex]);
+        let middle = &overlap.at_middle.pairs;
+        self.accumulate(middle, &mut rows);
+        let varying = Varying { normal: true, slips: [false; 2] };
+        self.vary(middle, fields, Instant::Iterate, varying, &mut rows, None);
+        for row in &mut rows {
+            let middle = &overlap.ends[row.vertex].middle;
+            if middle.is_covered() {
+                middle.normalise(&History::default(), row);
+            }
+        }
+        overlap.rows = rows;
+        overlap
     }
 
     /// A vertex that carries nothing over the step: what its elastic stick held becomes heat. It is closed where it touches to rounding.
@@ -139,7 +198,7 @@ impl<const D: usize> SegmentContact<D> {
         let held = ends.start.area * stored(&self.law, &state.history[vertex].friction_traction);
         let area = if ends.end.area > 0.0 { ends.end.area } else { ends.start.area };
         let covered = ends.end.is_covered();
-        let gap = if covered { ends.end.gap / ends.end.area - state.adjusted(vertex) } else { f64::INFINITY };
+        let gap = if covered { ends.end.gap() - state.adjusted(vertex) } else { f64::INFINITY };
         let normal = if covered { ends.end.normal.normalize() } else { Vector::zeros() };
         let plastic_work = if held > 0.0 { held / area } else { 0.0 };
         let status = if gap <= touching { Status::Slip } else { Status::Open };
@@ -241,6 +300,19 @@ impl<const D: usize> VertexStep<D> {
         sink.force(&nodes, &force);
     }
 
+    /// The energy of the vertex as it depends on the weighted gap and the area in the middle.
+    fn potential(&self) -> Potential {
+        let Self { ends: Ends { middle, .. }, active, .. } = self;
+        if !middle.is_covered() {
+            return Potential::default();
+        }
+        Potential {
+            pressure: active.change.mean_area() * active.normal.traction / middle.area,
+            gap: middle.mean_gap(),
+            energy: active.energy,
+        }
+    }
+
     /// `dt_T` by the slip of the middle; the end moves twice as far.
     fn by_slip(&self, selection: &Selection) -> Tensor<D> {
         let friction = &self.active.friction;
@@ -285,6 +357,10 @@ impl<const D: usize> VertexStep<D> {
             * (selection.velocity_shift * switch(Terms::COEFFICIENT_CHANGE));
         let by_slip = self.by_slip(selection) * switch(Terms::FRICTION_DAMPING) + through;
         let mean = active.change.mean_area();
+        let pressure = self.potential().pressure * switch(Terms::NORMAL_GEOMETRY);
+        let friction = active.friction.traction * switch(Terms::FRICTION_GEOMETRY);
+        let middle = ends.middle.area;
+        let part = if ends.middle.is_covered() { ends.end.area / middle } else { 0.0 };
         for b in 0..count {
             let by_gap = at_end.nodes[b].gap * 2.0;
             let by_area = at_end.by_area[b] * 2.0;
@@ -296,7 +372,12 @@ impl<const D: usize> VertexStep<D> {
             for a in 0..count {
                 let entry = gradients.gap[a] * by_pressure.transpose() * normal
                     - gradients.area[a] * by_energy.transpose() * normal
-                    + test(row, ends, a).transpose() * by_friction * ends.end.area;
+                    + test(row, ends, a).transpose() * by_friction * ends.end.area
+                    - (row.by_area[a] * row.nodes[b].gap.transpose()
+                        + row.nodes[a].gap * row.by_area[b].transpose())
+                        * pressure
+                    + test(row, ends, a).transpose() * friction * by_area.transpose()
+                    - friction * row.by_area[b].transpose() * (row.nodes[a].coefficient * part);
                 let start = (a * count + b) * D * D;
                 for i in 0..D {
                     for j in 0..D {
@@ -317,7 +398,7 @@ fn test<const D: usize>(row: &VertexRows<D>, ends: &Ends<D>, a: usize) -> Tensor
     }
     let direction = ends.direction();
     let projector = Tensor::identity() - direction * direction.transpose();
-    projector * node.coefficient - node.normal * (ends.middle.gap / ends.middle.area)
+    projector * node.coefficient - node.normal * ends.middle.mean_gap()
 }
 
 fn slip<const D: usize>(
