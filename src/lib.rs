@@ -31,7 +31,7 @@
 //! | B+, B- | contactor, target |
 //! | q, q', q'' | `u`, `v`, `a` |
 //! | E, S, T | `green_strain`, `second_piola`, `cauchy` |
-//! | x_p, g_n | `projection`, `gap` (> 0 is open) |
+//! | g_n | `gap` (> 0 is open) |
 //! | P | `tangential_projector` |
 //! | t_n (>= 0 in compression), t_T | `normal_traction`, `friction_traction` |
 //! | eps of t_n; eps of phi | `normal_compliance` in m/Pa; `stick_velocity` in m/s |
@@ -39,7 +39,7 @@
 //! | mu, c_N, m_N, c_T, m_T | `coefficient`, `normal_stiffness`, `normal_exponent`, `tangential_stiffness`, `tangential_exponent` |
 //! | M; K_0 + K_NL; K_S | [`Terms::MASS`](terms::Terms::MASS); `MATERIAL`; `GEOMETRIC` |
 //! | K_CN; K_nT; K_T; K_mu | `NORMAL_CONTACT`; `FRICTION_NORMAL_COUPLING` (non-symmetric); `FRICTION_DAMPING`; `COEFFICIENT_CHANGE` |
-//! | F_phi_n, F_phi_T of (2.16) | `ZONE_CHANGE`, `NORMAL_GEOMETRY`, `FRICTION_GEOMETRY`: change of area, normal, projection |
+//! | F_phi_n, F_phi_T of (2.16) | `ZONE_CHANGE`, `NORMAL_GEOMETRY`, `FRICTION_GEOMETRY`: change of area, of the normal and of where sides lie opposite each other |
 //! | stage I (3.6), stage II (3.7) | [`Split`](dynamics::Split)`::NormalStage`, `FrictionStage`; `Terms::NORMAL_STAGE`, `FRICTION_STAGE` |
 //! | Newmark's alpha, beta | `beta`, `gamma` |
 //!

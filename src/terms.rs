@@ -14,7 +14,7 @@ bitflags! {
         const GEOMETRIC = 1 << 2;
         /// `K_CN`, normal contact stiffness. Symmetric.
         const NORMAL_CONTACT = 1 << 3;
-        /// The part of `K_CG` that the normal traction carries: change of normal and projection. Symmetric.
+        /// The part of `K_CG` that the normal traction carries: the change of its direction and of the nodes that it acts on. Symmetric on obstacles.
         const NORMAL_GEOMETRY = 1 << 4;
         /// `K_T`, friction damping. Symmetric.
         const FRICTION_DAMPING = 1 << 5;

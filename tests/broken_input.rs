@@ -393,10 +393,10 @@ fn broken_cases_are_refused_on_1_2_and_3_ranks() {
     all_refused("broken", SMALL_BLOCK, CASES);
 }
 
-/// Contact at the nodes of quadratic facets is refused between two bodies, and on an obstacle where their rule is not
-/// positive; elsewhere it is not.
+/// A rule for points of contact is refused between two bodies, and on an obstacle where that at the nodes of its facets is not positive;
+/// elsewhere it is not.
 #[test]
-fn nodal_contact_of_quadratic_facets_is_refused_on_1_and_2_ranks() {
+fn rules_that_do_not_exist_are_refused_on_1_and_2_ranks() {
     let folder = Folder::new("nodal");
     let case = |element: &str, target: &str, solid: bool| {
         let material = "{ neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }";
@@ -414,26 +414,21 @@ fn nodal_contact_of_quadratic_facets_is_refused_on_1_and_2_ranks() {
             text.replace("[0, 0, 1], max: [1, 1, 2]", "[0, 1], max: [1, 2]").replace("[1, 1, 1]", "[1, 1]");
         flat.replace("[0, 0, 0]", "[0, 0]").replace("[0, 0, 1]", "[0, 1]")
     };
+    let (body, rule) = ("leave out `quadrature`", "hint: write `quadrature: gauss`");
     let refused = [
-        ("quad8", "lower.top", "line3"),
-        ("tri6", "lower.top", "line3"),
-        ("hex20", "lower.top", "quad8"),
-        ("hex27", "lower.top", "quad9"),
-        ("tet10", "lower.top", "tri6"),
-        ("hex20", "floor", "quad8"),
-        ("tet10", "floor", "tri6"),
+        ("quad4", "lower.top", "'lower.top' is a meshed surface", body),
+        ("hex27", "lower.top", "'lower.top' is a meshed surface", body),
+        ("hex20", "floor", "'sole': no nodal quadrature on quad8 facets", rule),
+        ("tet10", "floor", "'sole': no nodal quadrature on tri6 facets", rule),
     ];
-    for (element, target, facet) in refused {
-        folder.write("case.yml", &case(element, target, !["quad8", "tri6"].contains(&element)));
-        let words =
-            [&*format!("on {facet} facets"), "'sole'", "case.yml:13", "hint: write `quadrature: gauss`"];
+    for (element, target, message, cure) in refused {
+        folder.write("case.yml", &case(element, target, element != "quad4"));
+        let words = [message, "case.yml:13", cure];
         let output = run(if element == "hex27" { 2 } else { 0 }, &["check", "case.yml"], &folder);
         check(&output, 3, &words).unwrap_or_else(|e| panic!("{element} on {target}: {e}"));
     }
-    for (element, target, solid) in
-        [("quad9", "floor", false), ("hex27", "floor", true), ("quad4", "lower.top", false)]
-    {
-        folder.write("case.yml", &case(element, target, solid));
+    for (element, solid) in [("quad9", false), ("hex27", true)] {
+        folder.write("case.yml", &case(element, "floor", solid));
         run(0, &["check", "case.yml"], &folder).success();
     }
 }

@@ -223,49 +223,6 @@ fn contact_nodes_that_swing_are_remarked() {
     }
 }
 
-/// A target with more nodes between two contact points than there are points for is remarked, as shipped or with the roles swapped it is not;
-/// with points at nodes, whose number is given, sooner.
-#[test]
-fn a_target_finer_than_the_points_is_remarked() {
-    let quadratic = ("element: quad4", "element: quad9");
-    let swapped = [
-        quadratic,
-        ("contactor: slab.top", "contactor: indenter.bottom"),
-        ("target: indenter.bottom", "target: slab.top"),
-    ];
-    let finest = [quadratic, ("cells: [48, 6]", "cells: [192, 6]")];
-    let nodal = ("quadrature: gauss", "quadrature: nodal");
-    let ironing = shipped(
-        "ironing/case.yml",
-        &[("target: indenter.bottom", "target: indenter.bottom\n    quadrature: gauss")],
-    );
-    let [fitting, crowded] =
-        ["cells: [22, 6]", "cells: [24, 6]"].map(|cells| [nodal, ("cells: [48, 6]", cells)]);
-    let rows = [
-        (&[][..], ""),
-        (&[quadratic][..], ""),
-        (&finest[..], "2.6"),
-        (&swapped[..], ""),
-        (&fitting[..], ""),
-        (&crowded[..], "1.9"),
-        (&[nodal][..], "3.9"),
-    ];
-    for (changes, remarked) in rows {
-        let folder = Folder::new("finer");
-        let text = changes.iter().fold(ironing.clone(), |text, (from, to)| {
-            assert!(text.contains(from), "{from}");
-            text.replace(from, to)
-        });
-        folder.write("case.yml", &text);
-        let output = run(0, &["check", "case.yml"], &folder).success();
-        let words = format!("{remarked} nodes of its target lie between two of its points");
-        assert_eq!(output.text().contains(&words), !remarked.is_empty(), "{changes:?}: {}", output.text());
-        let cure = "points, or write `quadrature: gauss`";
-        let wanted = changes.contains(&nodal) && !remarked.is_empty();
-        assert_eq!(output.text().contains(cure), wanted, "{changes:?}: {}", output.text());
-    }
-}
-
 /// Two supports that say the same of a node live together; each reaction is counted once.
 #[test]
 fn equal_supports_share_a_corner_on_2_ranks() {

@@ -157,22 +157,6 @@ fn a_frictionless_start_needs_loads_that_balance_on_1_3_ranks() {
     }
 }
 
-/// Where points at nodes that lie right on the corners of another body's facets find no balance the message names the cure.
-/// A body that only friction will hold on such a target starts all the same.
-#[test]
-fn nodal_points_on_corners_of_a_target_on_2_ranks() {
-    let nodal = ("target: indenter.bottom", "target: indenter.bottom\n    quadrature: nodal");
-    let changes = [nodal, ("end: 1,", "end: 1, cuts: 0,")];
-    let output = disturbed(&common::shipped("ironing/case.yml", &changes), 2, |_| ());
-    ended(&output, 5, "residual");
-    assert!(output.stderr.contains("write `quadrature: gauss` for contact"), "{}", output.stderr);
-    let coarse = [("cells: [20, 10]", "cells: [10, 4]"), ("cells: [50, 16]", "cells: [30, 4]")];
-    let nodal = ("target: stratum.top", "target: stratum.top\n    quadrature: nodal");
-    let changes = [nodal, coarse[0], coarse[1], ("end: 0.094", "end: 1.0e-3")];
-    let output = disturbed(&common::shipped("concrete-block/case.yml", &changes), 2, |_| ());
-    assert_eq!(output.code, Some(0), "{}", output.stderr);
-}
-
 /// Two bodies `GAP` apart, of which one may be moved towards the other.
 const APART: &str = "title: apart
 dimension: 2

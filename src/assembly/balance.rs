@@ -55,7 +55,7 @@ impl<const D: usize> ContactSystem<D> {
             interface.bring(world, &fields);
         }
         // Contact first, so that its forces are there by the time that the elements are done.
-        self.missed = meet(interface, &mut self.contacts, (world, phases), &request, contact, bodies);
+        meet(interface, &mut self.contacts, (world, phases), &request, contact, bodies);
     }
 
     /// `M (w_0 a_start + w_1 a_end)` into `work`, and nothing where there is no inertia.
@@ -126,7 +126,7 @@ impl<const D: usize> ContactSystem<D> {
             sums[0] = f64::NAN;
         }
         sums[5] = f64::from(u8::from(self.trouble.is_some()));
-        sums[6] = f64::from(u8::from(self.missed || self.is_stale(stage)));
+        sums[6] = f64::from(u8::from(self.is_stale(stage)));
         let mut total = [0.0; 7];
         self.session.world().all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
         if total[5] > 0.0 {
@@ -197,8 +197,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// Pairs the points of deformable contacts and adds their forces, and does `meanwhile` while those of other ranks are on
-/// their way; whether a pair is missing in the couples. Collective.
+/// Adds the forces of contacts with deformable targets, and does `meanwhile` while those of other ranks are on their way. Collective.
 pub(super) fn meet<const D: usize>(
     interface: &mut Interface<D>,
     contacts: &mut [Contact<D>],
@@ -206,18 +205,12 @@ pub(super) fn meet<const D: usize>(
     request: &ContactRequest,
     force: &mut [f64],
     meanwhile: impl FnOnce(),
-) -> bool {
-    let u = interface.fields().u;
-    phases
-        .search
-        .time(|| contacts.iter_mut().filter_map(Contact::meeting_mut).for_each(|meeting| meeting.pair(u)));
+) {
     let evaluate = |fields: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
         let _running = phases.contact.begin();
-        let mut missed = false;
         for contact in contacts {
-            missed |= contact.add_pair_force(fields, request, own, remote.reborrow());
+            contact.add_pair_force(fields, request, own, remote.reborrow());
         }
-        missed
     };
-    interface.add_forces(world, force, evaluate, meanwhile).unwrap_or(false)
+    interface.add_forces(world, force, evaluate, meanwhile);
 }

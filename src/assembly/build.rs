@@ -5,14 +5,14 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact::{Contact, Measures, Place, facets_of};
 use super::external::{self, External};
-use super::meeting::Sight;
 use super::pieces::Pieces;
+use super::segments::SearchRadii;
 use super::solid::{BodyPhysics, MassKind};
 use super::supports::Supports;
 use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, Facet};
-use crate::model::{MassChoice, Model, Quadrature, Target};
+use crate::model::{MassChoice, Model, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 use crate::space::{Boundary, DofMap};
@@ -102,36 +102,18 @@ fn measures<const D: usize>(
     let mut largest = vec![0.0; most.len()];
     world.all_reduce_into(&most[..], &mut largest[..], SystemOperation::max());
     let names = [&contact.contactor, &contact.target_name];
-    for (name, sums) in names.into_iter().zip(total.chunks(4)) {
+    for (name, sums) in names.into_iter().zip(total.chunks(2)) {
         if sums[1] == 0.0 {
             let message = format!("contact '{}': the surface '{name}' has no facet", contact.name);
             return Err(Error::case(message));
         }
     }
     let facet = largest[1..].iter().copied().fold(0.0, f64::max);
-    let sight = Sight { facet, depth: 0.5 * thickness };
+    let radii = SearchRadii { facet, depth: 0.5 * thickness };
     let length = |area: f64, count: f64| (area / count).powf(1.0 / (D as f64 - 1.0));
     let facet_size = length(total[0], total[1]);
-    let at_nodes = contact.quadrature == Quadrature::Nodal;
-    let points = total[if at_nodes { 3 } else { 2 }];
-    let (between, curved) = match total.get(4..8) {
-        Some(target) => (length(total[0], points) / length(target[0], target[3]), target[3] > target[1]),
-        None => (0.0, false),
-    };
-    let most = MOST_BETWEEN[usize::from(curved)];
-    let closer = if at_nodes { 1.0 } else { (between / most).clamp(1.0, MOST_CLOSER) };
-    // Segments see every node of a target.
-    let by_segments = contact.quadrature == Quadrature::Segments;
-    let nodes_between_points = if by_segments { 0.0 } else { between / closer };
-    Ok(Measures { facet_size, nodes_between_points, closer, nodal: largest[0] == 0.0, sight })
+    Ok(Measures { facet_size, nodal: largest[0] == 0.0, radii })
 }
-
-/// Most nodes of a target between two Gauss points in a line, of linear facets and of quadratic ones. Where more lie between, points press
-/// dents into single facets and find no balance between two. Steps of ironing that were cut: with quad4 none up to 2.0 nodes, 1 to 12 of 40 and
-/// once all with 2.4 to 6; with quad9 none up to 1.2, 2 to 50 with 1.3 to 2.7.
-const MOST_BETWEEN: [f64; 2] = [2.0, 1.2];
-/// Closer than this points are not put: eight along a side of a linear facet, twelve of a quadratic one.
-const MOST_CLOSER: f64 = 4.0;
 
 /// Shortest side of the box around a body \[m\]. Collective.
 fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, body: usize) -> f64 {
@@ -201,16 +183,10 @@ fn have_nodal_rule<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> bo
     facets.iter().all(|&facet| crate::space::reference(local.mesh.facet_kind(facet)).nodal_rule().is_some())
 }
 
-/// Of the facets that this rank reports the undeformed area, their number, that of their Gauss points, and that of the
-/// pieces into which their nodes divide them.
-pub(super) fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 4] {
+/// Of the facets that this rank reports the undeformed area and their number.
+pub(super) fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 2] {
     let mine = facets.iter().filter(|facet| local.mine[facet.element as usize]);
-    mine.fold([0.0; 4], |[area, count, points, pieces], &facet| {
-        let kind = local.mesh.facet_kind(facet);
-        let gauss = crate::space::reference(kind).gauss_contact_rule().len() as f64;
-        let between = (kind.order() as f64).powi(D as i32 - 1);
-        [area + facet_area(local, facet), count + 1.0, points + gauss, pieces + between]
-    })
+    mine.fold([0.0; 2], |[area, count], &facet| [area + facet_area(local, facet), count + 1.0])
 }
 
 fn facet_area<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> f64 {

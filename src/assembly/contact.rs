@@ -3,10 +3,8 @@
 use mpi::traits::CommunicatorCollectives;
 
 use super::interface::{Couples, Opening, RemoteForce};
-use super::meeting::{Meeting, Outlook, Sight};
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
-use super::segments::{SearchRadii, SegmentMeeting};
-use crate::contact::deformable::DeformableContact;
+use super::segments::{Outlook, SearchRadii, SegmentMeeting};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::contact::SegmentContact;
 use crate::contact::mortar::surface::VertexSurface;
@@ -39,8 +37,6 @@ pub struct Contact<const D: usize> {
     pub bodies: [usize; 2],
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
-    /// Nodes of the target between two points of the contactor in a line, on average; 0 where the target is an obstacle.
-    pub nodes_between_points: f64,
     /// Stiffness of an element of the softer side under the mean facet, `E / h` \[Pa/m\].
     pub beneath: f64,
     /// Penetration that is asked for \[m\]; none where any will do.
@@ -58,9 +54,7 @@ pub enum Pair<const D: usize> {
         /// Where the entries of the facets go.
         maps: FacetMaps,
     },
-    /// Another body by Gauss points: a facet is evaluated on one rank.
-    Deformable(Box<Meeting<D>>),
-    /// Another body by mortar segments: a vertex is evaluated on the rank that owns its node.
+    /// Another body, by mortar segments: a vertex is evaluated on the rank that owns its node.
     Segments(Box<SegmentMeeting<D>>),
 }
 
@@ -101,14 +95,10 @@ pub fn facets_of<'a, const D: usize>(local: &'a LocalMesh<D>, set: &str) -> Resu
 pub struct Measures {
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
-    /// Nodes of the target between two points of the contactor in a line, on average; 0 where the target is an obstacle.
-    pub nodes_between_points: f64,
-    /// Gauss points lie closer together by this factor than those of the rule of a facet, 1 or more.
-    pub closer: f64,
     /// Every facet of the contactor has a rule of points at its nodes.
     pub nodal: bool,
     /// How far the contact looks around.
-    pub sight: Sight,
+    pub radii: SearchRadii,
 }
 
 impl<const D: usize> Contact<D> {
@@ -126,9 +116,7 @@ impl<const D: usize> Contact<D> {
         let quadrature = match contact.quadrature {
             model::Quadrature::Nodal => Quadrature::Nodal,
             model::Quadrature::Auto if flat(contact) && measures.nodal => Quadrature::Nodal,
-            model::Quadrature::Gauss | model::Quadrature::Auto | model::Quadrature::Segments => {
-                Quadrature::Gauss
-            }
+            model::Quadrature::Gauss | model::Quadrature::Auto => Quadrature::Gauss,
         };
         let facets = facets_of(local, &contact.contactor)?;
         let law = ContactLaw {
@@ -145,27 +133,24 @@ impl<const D: usize> Contact<D> {
                     maps,
                 }
             }
-            Target::Surface { set, .. } if contact.quadrature == model::Quadrature::Segments => {
-                let outline = ContactSurface::of_mine(&local.mesh, facets, &ownership, quadrature, 1.0)?;
+            Target::Surface { set, .. } => {
+                let outline = ContactSurface::of_mine(&local.mesh, facets, &ownership)?;
                 let contact = SegmentContact {
                     surface: VertexSurface::new(&local.mesh, facets, &ownership),
                     target: TargetSurface::new(TargetFacets::default(), &[]),
                     law,
                     area,
-                    depth: measures.sight.depth,
+                    depth: measures.radii.depth,
                     share: if contact.is_with_itself() { 0.5 } else { 1.0 },
                 };
-                let radii = SearchRadii { facet: measures.sight.facet, depth: measures.sight.depth };
                 let target = facets_of(local, set)?;
-                Pair::Segments(Box::new(SegmentMeeting::new(contact, outline, &local.mesh, target, radii)))
-            }
-            Target::Surface { set, .. } => {
-                let closer = measures.closer;
-                let surface = ContactSurface::of_mine(&local.mesh, facets, &ownership, quadrature, closer)?;
-                let surfaces = [facets.to_vec(), facets_of(local, set)?.to_vec()];
-                let target = TargetSurface::new(TargetFacets::default(), &[]);
-                let contact = DeformableContact { surface, target, law, area };
-                Pair::Deformable(Box::new(Meeting::new(contact, surfaces, measures.sight)))
+                Pair::Segments(Box::new(SegmentMeeting::new(
+                    contact,
+                    outline,
+                    &local.mesh,
+                    target,
+                    measures.radii,
+                )))
             }
         };
         let mut contact = Self {
@@ -177,7 +162,6 @@ impl<const D: usize> Contact<D> {
                 Target::Surface { body, .. } => [contact.body, *body],
             },
             facet_size: measures.facet_size,
-            nodes_between_points: measures.nodes_between_points,
             beneath: contact.softer / measures.facet_size,
             tolerance: None,
             stiffening: 1.0,
@@ -190,7 +174,6 @@ impl<const D: usize> Contact<D> {
     pub fn surface(&self) -> &ContactSurface<D> {
         match &self.pair {
             Pair::Rigid { contact, .. } => &contact.surface,
-            Pair::Deformable(meeting) => &meeting.contact.surface,
             Pair::Segments(meeting) => &meeting.outline,
         }
     }
@@ -238,7 +221,6 @@ impl<const D: usize> Contact<D> {
     pub fn largest_facet(&self) -> f64 {
         match &self.pair {
             Pair::Rigid { .. } => self.facet_size,
-            Pair::Deformable(meeting) => meeting.facet(),
             Pair::Segments(meeting) => meeting.facet(),
         }
     }
@@ -247,7 +229,6 @@ impl<const D: usize> Contact<D> {
     pub fn target_facets(&self) -> &[Facet] {
         match &self.pair {
             Pair::Rigid { .. } => &[],
-            Pair::Deformable(meeting) => &meeting.surfaces()[1],
             Pair::Segments(meeting) => meeting.target_facets(),
         }
     }
@@ -332,7 +313,6 @@ impl<const D: usize> Contact<D> {
     pub fn law(&self) -> &ContactLaw {
         match &self.pair {
             Pair::Rigid { contact, .. } => &contact.law,
-            Pair::Deformable(meeting) => &meeting.contact.law,
             Pair::Segments(meeting) => &meeting.contact.law,
         }
     }
@@ -349,7 +329,6 @@ impl<const D: usize> Contact<D> {
     pub fn law_mut(&mut self) -> &mut ContactLaw {
         match &mut self.pair {
             Pair::Rigid { contact, .. } => &mut contact.law,
-            Pair::Deformable(meeting) => &mut meeting.contact.law,
             Pair::Segments(meeting) => &mut meeting.contact.law,
         }
     }
@@ -358,43 +337,16 @@ impl<const D: usize> Contact<D> {
     pub fn area(&self) -> AreaKind {
         match &self.pair {
             Pair::Rigid { contact, .. } => contact.area,
-            Pair::Deformable(meeting) => meeting.contact.area,
             Pair::Segments(meeting) => meeting.contact.area,
         }
-    }
-
-    /// Whether both are contacts of the same two deformable bodies, in whatever roles.
-    pub fn joins_those_of(&self, other: &Self) -> bool {
-        let bodies = |contact: &Self| {
-            let [a, b] = contact.bodies;
-            contact.is_deformable().then_some([a.min(b), a.max(b)])
-        };
-        bodies(self).is_some() && bodies(self) == bodies(other)
     }
 
     /// Motion that no point can pass through the target by, or by a round obstacle \[m\]; a plane has no other side.
     pub fn stride(&self) -> f64 {
         match &self.pair {
-            Pair::Deformable(meeting) => meeting.stride(),
             Pair::Segments(meeting) => meeting.stride(),
             Pair::Rigid { contact, .. } if matches!(contact.obstacle, Obstacle::Plane(_)) => f64::INFINITY,
             Pair::Rigid { .. } => 0.5 * self.facet_size,
-        }
-    }
-
-    /// The meeting, where the target is deformable and met by Gauss points.
-    pub fn meeting(&self) -> Option<&Meeting<D>> {
-        match &self.pair {
-            Pair::Deformable(meeting) => Some(meeting),
-            Pair::Rigid { .. } | Pair::Segments(_) => None,
-        }
-    }
-
-    /// Mutable access to [`meeting`](Self::meeting).
-    pub fn meeting_mut(&mut self) -> Option<&mut Meeting<D>> {
-        match &mut self.pair {
-            Pair::Deformable(meeting) => Some(meeting),
-            Pair::Rigid { .. } | Pair::Segments(_) => None,
         }
     }
 
@@ -402,7 +354,6 @@ impl<const D: usize> Contact<D> {
     pub fn reach(&self) -> f64 {
         match &self.pair {
             Pair::Rigid { .. } => f64::MAX,
-            Pair::Deformable(meeting) => meeting.reach(),
             Pair::Segments(meeting) => meeting.reach(),
         }
     }
@@ -421,7 +372,6 @@ impl<const D: usize> Contact<D> {
     ) -> Result<()> {
         match &mut self.pair {
             Pair::Rigid { .. } => Ok(()),
-            Pair::Deformable(meeting) => meeting.gather(world, local, positions, &self.state),
             Pair::Segments(meeting) => meeting.gather(world, local, positions, step, &self.state),
         }
     }
@@ -430,7 +380,6 @@ impl<const D: usize> Contact<D> {
     pub fn foreign(&self) -> Vec<(i32, [f64; D])> {
         match &self.pair {
             Pair::Rigid { .. } => Vec::new(),
-            Pair::Deformable(meeting) => meeting.foreign().collect(),
             Pair::Segments(meeting) => meeting.foreign().collect(),
         }
     }
@@ -439,7 +388,6 @@ impl<const D: usize> Contact<D> {
     pub fn adopt(&mut self, index: &IndexMap, foreign: &[i32], points: &[[f64; D]]) {
         match &mut self.pair {
             Pair::Rigid { .. } => {}
-            Pair::Deformable(meeting) => meeting.adopt(index, foreign, points),
             Pair::Segments(meeting) => meeting.adopt(index, foreign, points),
         }
     }
@@ -451,7 +399,6 @@ impl<const D: usize> Contact<D> {
     pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Vector<D>) -> bool {
         match &self.pair {
             Pair::Rigid { .. } => false,
-            Pair::Deformable(meeting) => meeting.is_stale(position),
             Pair::Segments(meeting) => meeting.is_stale(position, step),
         }
     }
@@ -460,7 +407,6 @@ impl<const D: usize> Contact<D> {
     pub fn find_couples(&mut self, u: &[f64], outlook: Outlook) {
         match &mut self.pair {
             Pair::Rigid { .. } => {}
-            Pair::Deformable(meeting) => meeting.find_couples(u, outlook),
             Pair::Segments(meeting) => meeting.find_couples(u, outlook),
         }
     }
@@ -469,7 +415,6 @@ impl<const D: usize> Contact<D> {
     pub fn couples(&self) -> Option<&Couples> {
         match &self.pair {
             Pair::Rigid { .. } => None,
-            Pair::Deformable(meeting) => Some(&meeting.couples),
             Pair::Segments(meeting) => Some(&meeting.cliques),
         }
     }
@@ -478,26 +423,20 @@ impl<const D: usize> Contact<D> {
     pub fn couples_mut(&mut self) -> Option<&mut Couples> {
         match &mut self.pair {
             Pair::Rigid { .. } => None,
-            Pair::Deformable(meeting) => Some(&mut meeting.couples),
             Pair::Segments(meeting) => Some(&mut meeting.cliques),
         }
     }
 
-    /// Adds the forces of a contact with a deformable target; whether the pattern lacks a pair.
+    /// Adds the forces of a contact with a deformable target.
     pub fn add_pair_force(
         &mut self,
         fields: &ContactFields,
         request: &ContactRequest,
         own: &mut [f64],
         remote: RemoteForce,
-    ) -> bool {
-        match &self.pair {
-            Pair::Rigid { .. } => false,
-            Pair::Deformable(meeting) => meeting.add_force(fields, request, &mut self.state, own, remote),
-            Pair::Segments(meeting) => {
-                meeting.add_force(fields, request, &mut self.state, own, remote);
-                false
-            }
+    ) {
+        if let Pair::Segments(meeting) = &self.pair {
+            meeting.add_force(fields, request, &mut self.state, own, remote);
         }
     }
 
@@ -510,7 +449,6 @@ impl<const D: usize> Contact<D> {
     ) {
         match &self.pair {
             Pair::Rigid { .. } => {}
-            Pair::Deformable(meeting) => meeting.add_stiffness(fields, request, &mut self.state, opening),
             Pair::Segments(meeting) => meeting.add_stiffness(fields, request, &mut self.state, opening),
         }
     }
@@ -519,7 +457,6 @@ impl<const D: usize> Contact<D> {
     pub fn add_normals(&self, own: &mut [f64], remote: RemoteForce) {
         match &self.pair {
             Pair::Rigid { .. } => {}
-            Pair::Deformable(meeting) => meeting.add_normals(&self.state, own, remote),
             Pair::Segments(meeting) => meeting.add_normals(&self.state, own, remote),
         }
     }
@@ -528,7 +465,6 @@ impl<const D: usize> Contact<D> {
     pub fn add_marks(&self, own: &mut [f64], remote: RemoteForce) {
         match &self.pair {
             Pair::Rigid { .. } => {}
-            Pair::Deformable(meeting) => meeting.add_marks(&self.state, own, remote),
             Pair::Segments(meeting) => meeting.add_marks(&self.state, own, remote),
         }
     }
@@ -581,38 +517,14 @@ impl<const D: usize> Contact<D> {
     pub fn iterate(&mut self) -> Changes {
         let counted = match &self.pair {
             Pair::Rigid { contact, .. } => contact.surface.representative(),
-            Pair::Deformable(meeting) => meeting.contact.surface.representative(),
             Pair::Segments(meeting) => &meeting.counted,
         };
         self.state.iterate(counted)
     }
 
-    /// The current points are those of an accepted step.
-    pub fn settle(&mut self) {
-        if let Pair::Deformable(meeting) = &mut self.pair {
-            meeting.settle(&self.state);
-        }
-    }
-
-    /// Remembers which facet each point has.
-    pub fn keep_pairs(&mut self) {
-        self.meeting_mut().into_iter().for_each(Meeting::keep_pairs);
-    }
-
-    /// Forgets what the attempts since then found.
-    pub fn take_back(&mut self) {
-        self.meeting_mut().into_iter().for_each(Meeting::take_back);
-    }
-
     /// Forgets the iterates of a step.
     pub fn begin_step(&mut self) {
         self.state.begin();
-        if let Pair::Deformable(meeting) = &mut self.pair {
-            meeting.pairing.begin_step();
-            for (point, history) in self.state.history.iter().enumerate() {
-                meeting.pairing.hold(point, history.counted < 0.0);
-            }
-        }
     }
 }
 

@@ -177,21 +177,11 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn restless_points(&mut self) -> String {
-        let meetings = self.contacts.iter().filter_map(Contact::meeting);
-        let own = meetings.map(|meeting| meeting.pairing.restless() as u64).sum::<u64>();
-        let mut restless = 0;
-        self.session.world().all_reduce_into(&own, &mut restless, SystemOperation::sum());
-        let statuses = match self.changes.changed {
+        match self.changes.changed {
             0 => String::new(),
             1 => "1 contact point still changes its status".to_owned(),
             n => format!("{n} contact points still change their status"),
-        };
-        let facets = match restless {
-            0 => String::new(),
-            1 => "1 contact point goes to and fro between two facets".to_owned(),
-            n => format!("{n} contact points go to and fro between two facets"),
-        };
-        [statuses, facets].into_iter().filter(|words| !words.is_empty()).collect::<Vec<_>>().join(", ")
+        }
     }
 
     fn recall_multipliers(&mut self) {

@@ -19,7 +19,7 @@ const ELEMENTS: u64 = 1 << 15;
 /// Sides of an element in the name of a facet, see [`TargetFacets::identity`].
 const SIDES: u64 = 16;
 /// Columns of a contact point before those of its history: facet of the target, gap.
-const OWN: [&str; 2] = ["target", "gap"];
+const OWN: [&str; 1] = ["gap"];
 const FIELDS: [&str; 5] = ["u", "v", "a", "force", "drive"];
 
 impl<const D: usize> ContactSystem<D> {
@@ -88,11 +88,6 @@ impl<const D: usize> ContactSystem<D> {
         if self.interface.is_none() {
             return Ok(());
         }
-        for meeting in self.contacts.iter_mut().filter_map(Contact::meeting_mut) {
-            if !meeting.recalls() {
-                meeting.recall(meeting.identities());
-            }
-        }
         let (u, v) = (stage.start.u.local(), stage.start.v.local());
         self.renew_all(&ContactFields { u: &u, v: &v, u_start: &u })
     }
@@ -128,14 +123,12 @@ impl<const D: usize> ContactSystem<D> {
     fn filled(&self, contact: &Contact<D>) -> Table {
         let points = self.points_of(contact, Which::Reported);
         let mut table = self.point_table(contact, &points);
-        let targets = contact.meeting().map(|meeting| meeting.identities());
         let mut columns = Vec::new();
         for (row, &(point, _)) in table.rows_mut().zip(&points) {
             columns.clear();
             contact.state.history[point].columns(&mut columns);
-            row[0] = targets.as_ref().map_or(u64::MAX, |targets| targets[point]);
-            row[1] = contact.state.current[point].gap.to_bits();
-            row[2..].iter_mut().zip(&columns).for_each(|(word, value)| *word = value.to_bits());
+            row[0] = contact.state.current[point].gap.to_bits();
+            row[OWN.len()..].iter_mut().zip(&columns).for_each(|(word, value)| *word = value.to_bits());
         }
         table
     }
@@ -152,7 +145,6 @@ enum Which {
 
 /// Gives the points of a contact the memory of a table that holds all of them in their order.
 fn recall<const D: usize>(contact: &mut Contact<D>, table: &Table) -> Result<()> {
-    let mut targets = Vec::with_capacity(table.keys.len());
     if table.keys.len() != contact.state.history.len() {
         return Err(Error::internal("a checkpoint that does not fit the points of a contact"));
     }
@@ -161,11 +153,7 @@ fn recall<const D: usize>(contact: &mut Contact<D>, table: &Table) -> Result<()>
         let history = values.get(OWN.len()..).and_then(History::from_columns);
         contact.state.history[point] =
             history.ok_or_else(|| Error::internal("a checkpoint with short rows"))?;
-        contact.state.current[point].gap = values[1];
-        targets.push(row[0]);
-    }
-    if let Some(meeting) = contact.meeting_mut() {
-        meeting.recall(targets);
+        contact.state.current[point].gap = values[0];
     }
     Ok(())
 }

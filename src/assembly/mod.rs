@@ -18,7 +18,6 @@ mod forces;
 mod interface;
 mod locking;
 mod mass;
-mod meeting;
 mod memory;
 mod passage;
 mod pattern;

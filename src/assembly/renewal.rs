@@ -8,7 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact::Contact;
 use super::interface::{Couples, Interface};
 use super::mass::{Mass, Supported};
-use super::meeting::Outlook;
+use super::segments::Outlook;
 use super::system::ContactSystem;
 use crate::contact::evaluation::ContactFields;
 use crate::dynamics::{OverStep, Stage};

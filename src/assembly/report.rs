@@ -184,17 +184,6 @@ impl<const D: usize> ContactSystem<D> {
         Ok(sums)
     }
 
-    /// Contacts of two bodies whose points lie at nodes.
-    pub fn nodal_pairs(&self) -> impl Iterator<Item = &str> {
-        let pairs = self.contacts.iter().filter(|contact| contact.meeting().is_some());
-        pairs.filter(|contact| contact.surface().is_nodal()).map(|contact| contact.name.as_str())
-    }
-
-    /// Contacts of two bodies, with how many nodes of the target lie between two contact points in a line, on average.
-    pub fn nodes_between_points(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.contacts.iter().map(|contact| (contact.name.as_str(), contact.nodes_between_points))
-    }
-
     /// Contacts, with their normal stiffness at a high pressure, a tenth of the softer modulus, over that of the elements
     /// beneath them.
     pub fn relative_stiffnesses(&self) -> impl Iterator<Item = (&str, f64)> {

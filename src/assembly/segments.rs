@@ -4,8 +4,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::interface::{Couples, Opening, PairLift, PairStiffness, RemoteForce, SegmentForces, add_forces};
-use super::meeting::Outlook;
-use super::targets::{Evaluated, Reach, Surfaces, TargetGather};
+use super::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::{CandidateRange, Candidates};
 use crate::contact::mortar::contact::{OPEN, SegmentContact};
@@ -16,6 +15,15 @@ use crate::error::Result;
 use crate::mesh::{Facet, Mesh};
 use crate::partition::{IndexMap, LocalMesh};
 use crate::tensor::Vector as Point;
+
+/// How far ahead couples are to be known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outlook {
+    /// Until the surfaces have moved so far that the target is gathered anew.
+    Now,
+    /// Twice as far: what the pattern of the matrix holds.
+    Ahead,
+}
 
 /// Lengths by which a contact by segments looks around.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -160,7 +168,7 @@ impl<const D: usize> SegmentMeeting<D> {
 
     /// Both sides: facets around the vertices of this rank, and those of the target in its share of the mesh.
     pub fn surfaces<'a>(&'a self, local: &'a LocalMesh<D>) -> Surfaces<'a, D> {
-        Surfaces { local, contactor: &self.contactor, evaluated: Evaluated::All, target: &self.target }
+        Surfaces { local, contactor: &self.contactor, target: &self.target }
     }
 
     /// Facets of the target in this rank's share of the mesh.

@@ -92,9 +92,6 @@ fn slid_and_pressed<const D: usize>(contact: &Contact<D>) -> (f64, [f64; 4]) {
     for facet in surface.facets().iter().filter(|facet| facet.mine) {
         let points = &state.current[facet.points.clone()];
         let closed = points.iter().filter(|point| point.is_closed());
-        if contact.meeting().is_some() {
-            slid = closed.clone().map(|point| point.slip_increment.norm()).fold(slid, f64::max);
-        }
         let force: f64 = closed.map(|point| point.normal_traction * point.area).sum();
         let corners = surface.reference_points(facet);
         sums[0] += force;

@@ -161,7 +161,7 @@ fn mean_facet<const D: usize>(
     local: &LocalMesh<D>,
     facets: &[Facet],
 ) -> f64 {
-    let [area, count, ..] = size_of(local, facets);
+    let [area, count] = size_of(local, facets);
     let mut sums = [0.0_f64; 2];
     world.all_reduce_into(&[area, count][..], &mut sums[..], SystemOperation::sum());
     (sums[0] / sums[1]).powf(1.0 / (D as f64 - 1.0))

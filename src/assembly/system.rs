@@ -78,7 +78,7 @@ pub struct ContactSystem<const D: usize> {
     /// What deformable contacts share.
     pub(super) interface: Option<Interface<D>>,
     /// A contact met a facet that the pattern does not know.
-    pub(super) missed: bool,
+
     /// The matrix knows the rigid-body modes.
     pub(super) has_modes: bool,
     pub(super) matrix: Matrix,
@@ -162,7 +162,6 @@ impl<const D: usize> ContactSystem<D> {
             session: session.clone(),
             elements: pattern.clone(),
             interface: None,
-            missed: false,
             has_modes: false,
             matrix: Matrix::new(session, &pattern, options.format)?,
             inertia: forces.like_if(options.inertia)?,
@@ -347,7 +346,6 @@ impl<const D: usize> ContactSystem<D> {
             }
             state.begin();
             contact.remember_multipliers();
-            contact.keep_pairs();
         }
         stage.start_forces.copy_from(&self.forces)?;
         self.rest_massless(&mut stage.start_forces);
@@ -397,8 +395,6 @@ impl<const D: usize> ContactSystem<D> {
         for contact in &mut self.contacts {
             contact.state.accept(dt);
             contact.remember_multipliers();
-            contact.settle();
-            contact.keep_pairs();
             contact.begin_step();
         }
         stage.start_forces.copy_from(&self.forces)?;
@@ -406,11 +402,5 @@ impl<const D: usize> ContactSystem<D> {
         self.calm_massless(stage)?;
         stage.accept();
         Ok(())
-    }
-
-    /// Forgets what an attempt that led nowhere found: the next one begins as if there had been none. Its iterates may be
-    /// rounding, and no choice that depends on the one before may depend on them.
-    pub fn take_back(&mut self) {
-        self.contacts.iter_mut().for_each(Contact::take_back);
     }
 }

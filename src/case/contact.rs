@@ -21,7 +21,7 @@ pub struct Contact {
     /// Friction traction as a function of normal traction and slip.
     #[serde(default)]
     pub friction: Friction,
-    /// Where on a facet contact is evaluated.
+    /// Where on a facet contact with an obstacle is evaluated. Bodies meet by segments, which have no choice.
     #[serde(default)]
     pub quadrature: At<Quadrature>,
     /// Area on which the tractions act.
@@ -142,21 +142,18 @@ pub enum Regularization {
 }
 tagged!(Regularization, "regularization");
 
-/// Points of a facet at which contact is evaluated.
+/// Points of a facet at which contact with an obstacle is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Quadrature")]
 pub enum Quadrature {
-    /// segments between meshed surfaces; against an obstacle nodal on a plane where the facet has positive nodal weights, else gauss.
+    /// nodal on a plane where the facet has positive nodal weights, else gauss.
     #[default]
     Auto,
     /// The nodes.
     Nodal,
-    /// Gauss points: 2 along a side of linear facets, 3 of quadratic ones; more where the nodes of a target lie much closer.
+    /// Gauss points: 2 along a side of linear facets, 3 of quadratic ones.
     Gauss,
-    /// Mortar segments between meshed surfaces: contact points are the corners of the contactor's facets, with gap and pressure averaged over
-    /// the segments that both surfaces share. Passes the patch test.
-    Segments,
 }
 tagged!(Quadrature, "quadrature");
 

@@ -232,17 +232,16 @@ impl Case {
                 || self.contact.values().any(curved))
     }
 
-    /// Whether this contact is by segments, which only meshed surfaces have in common.
-    pub fn is_by_segments(&self, contact: &Contact) -> bool {
+    /// Whether the target of a contact is a meshed surface.
+    fn meets_a_body(&self, contact: &Contact) -> bool {
         self.obstacles.get(&contact.target).is_none()
-            && matches!(contact.quadrature.value, Quadrature::Auto | Quadrature::Segments)
     }
 
     /// Whether contact by segments makes the matrix non-symmetric. A linear solver that needs symmetry gets its symmetric part, for more
     /// iterations of Newton's method.
     pub fn has_unsymmetric_contact(&self) -> bool {
         !self.solver.linear.needs_symmetry()
-            && self.contact.values().any(|contact| self.is_by_segments(contact))
+            && self.contact.values().any(|contact| self.meets_a_body(contact))
     }
 
     /// Whether the case has no inertia.

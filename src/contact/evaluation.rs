@@ -5,7 +5,6 @@ use super::geometry::{AreaMeasure, Geometry};
 use super::obstacle::Proximity;
 use super::point::step::{Fields, StepGeometry, StepMotion, StepResponse, respond_over_step};
 use super::point::{ContactLaw, Motion, Response, Selection, respond};
-use super::projection::Projection;
 use super::state::{Branches, ContactState, Hold};
 use super::surface::ContactSurface;
 use crate::tensor::Vector;
@@ -63,57 +62,17 @@ pub(super) enum Answer<const D: usize> {
     OverStep(StepResponse<D>),
 }
 
-/// What a point stands on.
-pub(super) enum Foot<const D: usize> {
-    /// An obstacle.
-    Obstacle(Proximity<D>),
-    /// A facet, whose nodes begin at this place among those gathered.
-    Facet(Projection<D>, usize),
-}
-
-impl<const D: usize> Foot<D> {
-    fn curvature(&self, places: &[Vector<D>]) -> Curvature<D> {
-        match self {
-            Self::Obstacle(proximity) => Curvature::of_obstacle(proximity),
-            Self::Facet(projection, first) => projection.curvature(&places[*first..]),
-        }
-    }
-}
-
 /// A node's vector out of a nodal field.
 pub(super) fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
     Vector::from_column_slice(&field[node as usize * D..][..D])
 }
 
-/// A node from which places are told: where they are in space is rounded off, what they are apart is not.
-///
-/// A gap is the difference of two places. With coordinates of a metre it would be a multiple of 2e-16 m, a fifteen
-/// millionth of a penetration of 3 nm, and Newton's method would stop at that. The undeformed places are subtracted on
-/// their own, which between flat surfaces that touch loses nothing, and so are the displacements.
-#[derive(Debug, Clone, Copy)]
-struct Origin<const D: usize> {
-    reference: Vector<D>,
-    u: Vector<D>,
-}
-
-impl<const D: usize> Origin<D> {
-    fn of_the_mesh() -> Self {
-        Self { reference: Vector::zeros(), u: Vector::zeros() }
-    }
-
-    /// Place of a node \[m\].
-    fn sees(&self, reference: &Vector<D>, u: &Vector<D>) -> Vector<D> {
-        (reference - self.reference) + (u - self.u)
-    }
-}
-
 /// Values of the nodes of a point and what it contributes; refilled for each, so that nothing is allocated anew.
 pub(super) struct Workspace<const D: usize> {
-    /// Contactor nodes, then target nodes.
+    /// Nodes of the facet.
     pub nodes: Vec<u32>,
-    /// Their places, from the origin \[m\].
+    /// Their places \[m\].
     pub current: Vec<Vector<D>>,
-    origin: Origin<D>,
     velocity: Vec<Vector<D>>,
     increment: Vec<Vector<D>>,
     pub geometry: Geometry<D>,
@@ -123,7 +82,7 @@ pub(super) struct Workspace<const D: usize> {
     pub start_gap: f64,
     pub end_geometry: Geometry<D>,
     /// What the point stands on in the middle of a step, where a stiffness over it is wanted.
-    pub foot: Option<Foot<D>>,
+    pub foot: Option<Proximity<D>>,
     pub force: Vec<f64>,
     pub stiffness: Vec<f64>,
 }
@@ -133,7 +92,6 @@ impl<const D: usize> Workspace<D> {
         Self {
             nodes: Vec::new(),
             current: Vec::new(),
-            origin: Origin::of_the_mesh(),
             velocity: Vec::new(),
             increment: Vec::new(),
             geometry: Geometry::default(),
@@ -155,17 +113,12 @@ impl<const D: usize> Workspace<D> {
         self.increment.truncate(count);
     }
 
-    /// Places are told from that of `node` from now on, until the next call.
-    pub fn look_from(&mut self, reference: &Vector<D>, node: u32, fields: &ContactFields<'_>) {
-        self.origin = Origin { reference: *reference, u: at(fields.u, node) };
-    }
-
     /// Appends the values of the nodes of a facet.
     pub fn gather(&mut self, reference: &[Vector<D>], nodes: &[u32], fields: &ContactFields<'_>) {
         self.nodes.extend_from_slice(nodes);
         for (reference, &node) in reference.iter().zip(nodes) {
             let u = at(fields.u, node);
-            self.current.push(self.origin.sees(reference, &u));
+            self.current.push(reference + u);
             self.velocity.push(at(fields.v, node));
             self.increment.push(u - at(fields.u_start, node));
         }
@@ -235,7 +188,7 @@ impl<const D: usize> Workspace<D> {
             Answer::OverStep(response) => {
                 response.add_force(&self.geometry, &mut self.force);
                 let (Some(selection), Some(foot)) = (&request.stiffness, &self.foot) else { return };
-                let curvature = foot.curvature(&self.current);
+                let curvature = Curvature::of_obstacle(foot);
                 let geometry =
                     StepGeometry { middle: &self.geometry, end: &self.end_geometry, curvature: &curvature };
                 let fields = Fields { velocity: &self.velocity, increment: &self.increment };

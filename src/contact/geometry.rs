@@ -1,11 +1,9 @@
 //! Geometry of one contact point: gap, normal and area, with their variations by every node involved.
 //!
-//! The nodes are those of the contactor facet (coefficients `N_a`), followed by those of the target facet
-//! (`-M_b`), so that the field of a point relative to its target is always `sum_a c_a field_a`. A rigid obstacle
-//! has no nodes. The point kernel sees nothing else of the geometry.
+//! The target is a rigid obstacle, which has no nodes: those of the facet, with coefficients `N_a`, are all there are. The point kernel
+//! sees nothing else of the geometry.
 
 use super::obstacle::Proximity;
-use super::projection::Projection;
 use crate::space::{area_variation, facet_normal, facet_tangents};
 use crate::tensor::{Tensor, Vector};
 
@@ -36,37 +34,17 @@ pub enum AreaMeasure {
     Reference(f64),
 }
 
-/// How gap, normal, area and projection of a point change with the position of one node.
+/// How gap, normal and area of a point change with the position of one node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NodeVariation<const D: usize> {
-    /// `c_a`: `N_a` on the contactor, `-M_b` on the target.
+    /// `c_a = N_a`.
     pub coefficient: f64,
-    /// `dc_a/dxi^k` by the coordinates of the projection; zero on the contactor.
-    pub coefficient_gradient: [f64; 2],
     /// `dg/dz_a` \[-\].
     pub gap: Vector<D>,
     /// `dn/dz_a` \[1/m\].
     pub normal: Tensor<D>,
     /// `dA/dz_a` \[-, m\].
     pub area: Vector<D>,
-    /// `dxi^k/dz_a` \[1/m\]; zero against a rigid obstacle.
-    pub coordinates: [Vector<D>; 2],
-    /// `dw/dz_a` \[1/m\] of the spin of the target about the normal; zero where there is no [`arm`](Geometry::arm).
-    pub spin: Vector<D>,
-}
-
-impl<const D: usize> NodeVariation<D> {
-    fn of(coefficient: f64) -> Self {
-        Self {
-            coefficient,
-            coefficient_gradient: [0.0; 2],
-            gap: Vector::zeros(),
-            normal: Tensor::zeros(),
-            area: Vector::zeros(),
-            coordinates: [Vector::zeros(); 2],
-            spin: Vector::zeros(),
-        }
-    }
 }
 
 /// Gap, normal and area of a point with their variations. Keep one and refill it: it does not allocate anew.
@@ -76,23 +54,15 @@ pub struct Geometry<const D: usize> {
     pub gap: f64,
     /// `n`, unit, outward from the target.
     pub normal: Vector<D>,
-    /// `n x (x - x_p)` \[m\]: what the spin of the target moves a point by that lies beyond an edge in space; else zero.
-    pub arm: Vector<D>,
     /// `A`: area that the point stands for \[m per depth in 2D, m^2\].
     pub area: f64,
-    /// Contactor nodes, then target nodes.
+    /// Nodes of the facet.
     pub nodes: Vec<NodeVariation<D>>,
 }
 
 impl<const D: usize> Default for Geometry<D> {
     fn default() -> Self {
-        Self {
-            gap: f64::INFINITY,
-            normal: Vector::zeros(),
-            arm: Vector::zeros(),
-            area: 0.0,
-            nodes: Vec::new(),
-        }
+        Self { gap: f64::INFINITY, normal: Vector::zeros(), area: 0.0, nodes: Vec::new() }
     }
 }
 
@@ -101,29 +71,13 @@ impl<const D: usize> Geometry<D> {
     pub fn against_obstacle(&mut self, point: &FacetPoint<'_>, proximity: &Proximity<D>) {
         self.gap = proximity.gap;
         self.normal = proximity.normal;
-        self.arm = Vector::zeros();
         self.nodes.clear();
         self.nodes.extend(point.shape.iter().map(|&n| NodeVariation {
             gap: proximity.normal * n,
             normal: proximity.hessian * n,
-            ..NodeVariation::of(n)
+            coefficient: n,
+            area: Vector::zeros(),
         }));
-    }
-
-    /// Fills in a point against a facet of another body.
-    pub fn against_facet(&mut self, point: &FacetPoint<'_>, target: &Projection<D>) {
-        self.gap = target.gap;
-        self.normal = target.normal;
-        self.arm = target.arm();
-        self.nodes.clear();
-        let variation = target.by_contactor();
-        self.nodes.extend(point.shape.iter().map(|&n| NodeVariation {
-            gap: variation.gap * n,
-            normal: variation.normal * n,
-            coordinates: variation.coordinates.map(|c| c * n),
-            ..NodeVariation::of(n)
-        }));
-        self.nodes.extend(target.by_target_nodes());
     }
 
     /// Fills in the area of the point, `w |x_,1 x x_,2|` or the reference one; call it after the gap.
@@ -145,15 +99,8 @@ impl<const D: usize> Geometry<D> {
         }
     }
 
-    /// `sum_a c_a field_a`: a field at the point relative to the target.
+    /// `sum_a c_a field_a`: a field at the point.
     pub fn relative(&self, field: &[Vector<D>]) -> Vector<D> {
         self.nodes.iter().zip(field).map(|(node, value)| value * node.coefficient).sum()
-    }
-
-    /// `d/dxi^k` of [`relative`](Self::relative), the change as the projection moves along the target.
-    pub fn relative_gradient(&self, field: &[Vector<D>]) -> [Vector<D>; 2] {
-        let along =
-            |k| self.nodes.iter().zip(field).map(|(node, value)| value * node.coefficient_gradient[k]).sum();
-        [along(0), along(1)]
     }
 }

@@ -106,34 +106,9 @@ impl<const D: usize> Path<D> {
         self.is_between(corners, high)
     }
 
-    /// How deep a point on this path ends behind a moving simplex on the border of a solid \[m\], where it has sunk into that
-    /// solid by more than `from` \[m\]: it is `inside` of it at the end, or was at the start or went through the simplex in the
-    /// step and ends between its corners, or `anywhere` behind it. `inside` is asked at the parts 0 and 1 of the step.
-    pub fn sinks(
-        &self,
-        corners: &[Self; D],
-        from: f64,
-        inside: impl Fn(f64) -> bool,
-        anywhere: bool,
-    ) -> Option<f64> {
-        let depth = -self.height(corners, 1.0);
-        if depth <= from || depth.is_nan() {
-            return None;
-        }
-        let between = self.is_between(corners, 1.0);
-        let was_in_front = self.height(corners, 0.0) > TOUCH * size_of(corners);
-        let entered = || if was_in_front { self.enters(corners) } else { inside(0.0) };
-        ((between && inside(1.0)) || (between || anywhere) && entered()).then_some(depth)
-    }
-
     /// Whether a point on this path ends over or below a moving simplex, no further than `within` \[m\].
     pub fn is_over(&self, corners: &[Self; D], within: f64) -> bool {
         self.height(corners, 1.0).abs() <= within && self.is_between(corners, 1.0)
-    }
-
-    /// Whether a point on this path is behind the plane of a moving simplex, or on it, at the part `t` of the step.
-    pub fn is_behind(&self, corners: &[Self; D], t: f64) -> bool {
-        self.height(corners, t) <= TOUCH * size_of(corners)
     }
 
     /// Height over the plane of a simplex, at the part `t` of the step \[m\]; 0 where it has no plane.
@@ -319,30 +294,6 @@ mod tests {
         let aslant = Cylinder::new(point, axis, 0.01, Side::Outside).expect("a cylinder");
         assert!(lies_between(&moving([-1.0; 3]), &Obstacle::Cylinder(aslant), DEEP));
         assert!(!lies_between(&moving([-0.2; 3]), &Obstacle::Cylinder(aslant), DEEP));
-    }
-
-    /// A vertex sinks into the solid behind a facet where it lies in it, and where it went through the facet, however deep; one
-    /// beside the facet, behind the solid, or only a little behind the facet, does not.
-    #[test]
-    fn a_vertex_sinks_into_a_solid() {
-        // Outward is down: the solid is above, 0.3 thick.
-        let facet = [path([0.0, 0.0], [0.0, 0.0]), path([1.0, 0.0], [1.0, 0.0])];
-        let sinks = |from: [f64; 2], to: [f64; 2], anywhere| {
-            let path = path(from, to);
-            let inside =
-                |t: f64| (0.0..=0.3).contains(&path.at(t)[1]) && (0.0..=1.0).contains(&path.at(t)[0]);
-            path.sinks(&facet, 0.1, inside, anywhere)
-        };
-        assert_eq!(sinks([0.5, 0.2], [0.5, 0.2], false), Some(0.2));
-        assert_eq!(sinks([0.5, 0.05], [0.5, 0.05], false), None, "a little behind");
-        assert_eq!(sinks([0.5, 0.4], [0.5, 0.4], false), None, "behind the solid");
-        assert_eq!(sinks([1.5, 0.2], [1.5, 0.2], false), None, "beside");
-        assert_eq!(sinks([0.5, -0.1], [0.5, 0.4], false), Some(0.4));
-        assert_eq!(sinks([0.5, 0.05], [0.5, 0.4], false), Some(0.4), "through, from a touch");
-        assert_eq!(sinks([0.5, -0.1], [0.5, 0.05], false), None);
-        assert_eq!(sinks([0.9, -0.1], [1.1, 0.4], false), None, "round the corner, perhaps");
-        assert_eq!(sinks([0.9, -0.1], [1.1, 0.4], true), Some(0.4));
-        assert_eq!(sinks([1.1, -0.1], [0.9, 0.4], true), None, "not through the facet");
     }
 
     /// Front to back counts, back to front and beside do not, and what flies along with the point is not passed.

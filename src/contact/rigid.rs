@@ -1,7 +1,7 @@
 //! A contact of a surface with a rigid obstacle: evaluates all its points, facet by facet, into a sink.
 
+use super::evaluation::Workspace;
 pub use super::evaluation::{AreaKind, ContactFields, ContactRequest};
-use super::evaluation::{Foot, Workspace};
 use super::obstacle::Obstacle;
 use super::point::ContactLaw;
 use super::state::ContactState;
@@ -68,7 +68,7 @@ impl<const D: usize> RigidContact<D> {
         work.geometry.against_obstacle(&at, &proximity);
         work.geometry.with_area(&at, &work.current, self.area.measure(&self.surface, point));
         if request.over_step {
-            work.foot = request.stiffness.is_some().then_some(Foot::Obstacle(proximity));
+            work.foot = request.stiffness.is_some().then_some(proximity);
             work.start_gap = self.obstacle.gap(&at.position(&work.start));
             let proximity = self.obstacle.proximity(&at.position(&work.end));
             work.end_geometry.against_obstacle(&at, &proximity);

@@ -55,7 +55,6 @@ pub struct ContactSurface<const D: usize> {
     reference_area: Vec<f64>,
     representative: Vec<bool>,
     quadrature: Quadrature,
-    share: f64,
 }
 
 impl<const D: usize> ContactSurface<D> {
@@ -69,16 +68,6 @@ impl<const D: usize> ContactSurface<D> {
         ownership: &Ownership<'_>,
         quadrature: Quadrature,
     ) -> Result<Self> {
-        Self::with_points(mesh, facets, ownership, quadrature, 1.0)
-    }
-
-    fn with_points(
-        mesh: &Mesh<D>,
-        facets: &[Facet],
-        ownership: &Ownership<'_>,
-        quadrature: Quadrature,
-        closer: f64,
-    ) -> Result<Self> {
         let mut surface = Self {
             facets: Vec::with_capacity(facets.len()),
             nodes: Vec::new(),
@@ -87,7 +76,6 @@ impl<const D: usize> ContactSurface<D> {
             reference_area: Vec::new(),
             representative: Vec::new(),
             quadrature,
-            share: 1.0,
         };
         let mut table_of = BTreeMap::new();
         for facet in facets {
@@ -95,7 +83,7 @@ impl<const D: usize> ContactSurface<D> {
             let table = match table_of.get(&kind) {
                 Some(table) => *table,
                 None => {
-                    surface.tables.push(tabulate(kind, quadrature, closer)?);
+                    surface.tables.push(tabulate(kind, quadrature)?);
                     *table_of.entry(kind).or_insert(surface.tables.len() - 1)
                 }
             };
@@ -105,34 +93,14 @@ impl<const D: usize> ContactSurface<D> {
         Ok(surface)
     }
 
-    /// Of local `facets` those that this rank reports: the contactor of a deformable target, each facet of which is
-    /// evaluated by one rank. There every point is counted, under nodal quadrature a node once for each facet. Gauss points
-    /// lie `closer` together by this factor at least, as the nodes of a target may ask for; 1 for the rule of the facet itself.
+    /// Of local `facets` those that this rank reports, with Gauss points.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn of_mine(
-        mesh: &Mesh<D>,
-        facets: &[Facet],
-        ownership: &Ownership<'_>,
-        quadrature: Quadrature,
-        closer: f64,
-    ) -> Result<Self> {
+    pub fn of_mine(mesh: &Mesh<D>, facets: &[Facet], ownership: &Ownership<'_>) -> Result<Self> {
         let mine = |facet: &Facet| ownership.mine[facet.element as usize];
         let facets: Vec<Facet> = facets.iter().copied().filter(mine).collect();
-        let mut surface = Self::with_points(mesh, &facets, ownership, quadrature, closer)?;
-        surface.representative.fill(true);
-        Ok(surface)
-    }
-
-    /// The surface with its points standing for `share` of their area: a half where contactor and target swap roles in
-    /// a second pass, so that both passes together carry the tractions once.
-    #[must_use]
-    pub fn with_share(mut self, share: f64) -> Self {
-        let change = share / self.share;
-        self.reference_area.iter_mut().for_each(|area| *area *= change);
-        self.share = share;
-        self
+        Self::new(mesh, &facets, ownership, Quadrature::Gauss)
     }
 
     fn push(&mut self, mesh: &Mesh<D>, facet: Facet, table: usize, mine: bool) {
@@ -201,8 +169,7 @@ impl<const D: usize> ContactSurface<D> {
 
     /// Shape functions of point `q` of a facet, counted within it.
     pub fn facet_point(&self, facet: &SurfaceFacet, q: usize) -> FacetPoint<'_> {
-        let point = row::<D>(&self.tables[facet.table], q);
-        FacetPoint { weight: point.weight * self.share, ..point }
+        row::<D>(&self.tables[facet.table], q)
     }
 
     /// Area of a point on the undeformed facet, its share of it \[m, m^2\].
@@ -213,16 +180,6 @@ impl<const D: usize> ContactSurface<D> {
     /// For each point whether this rank counts it; every node (nodal) or point (Gauss) is counted on one rank, once.
     pub fn representative(&self) -> &[bool] {
         &self.representative
-    }
-
-    /// Whether its points lie at nodes.
-    pub fn is_nodal(&self) -> bool {
-        self.quadrature == Quadrature::Nodal
-    }
-
-    /// The node on which point `q` of a facet lies, under nodal quadrature.
-    pub fn node_of(&self, facet: &SurfaceFacet, q: usize) -> Option<u32> {
-        self.is_nodal().then(|| self.facet_nodes(facet)[q])
     }
 }
 
@@ -235,16 +192,8 @@ fn row<const D: usize>(table: &Table, q: usize) -> FacetPoint<'_> {
     }
 }
 
-/// A ratio of sizes is known to this part. It is often a whole number by design, and rounding must not add a point then.
-const ROUNDING: f64 = 1e-9;
-
-fn tabulate(kind: ElementKind, quadrature: Quadrature, closer: f64) -> Result<Table> {
+fn tabulate(kind: ElementKind, quadrature: Quadrature) -> Result<Table> {
     let element = reference(kind);
-    if quadrature == Quadrature::Gauss && closer > 1.0 + ROUNDING {
-        let along = (element.gauss_contact_rule().len() as f64).powf(1.0 / kind.dimension() as f64);
-        let points = (closer * along * (1.0 - ROUNDING)).ceil() as usize;
-        return Ok(element.tabulate(&element.rule(2 * points - 1)));
-    }
     let rule = match quadrature {
         Quadrature::Gauss => Some(element.gauss_contact_rule()),
         Quadrature::Nodal => element.nodal_rule(),
@@ -254,21 +203,4 @@ fn tabulate(kind: ElementKind, quadrature: Quadrature, closer: f64) -> Result<Ta
             .hint("write `quadrature: gauss` for this contact")
     })?;
     Ok(element.tabulate(rule))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A ratio that is a whole number by design gives as many points whichever way it was rounded.
-    #[test]
-    fn rounding_adds_no_point() {
-        for kind in [ElementKind::Line2, ElementKind::Line3, ElementKind::Quad4, ElementKind::Tri3] {
-            for closer in [1.0f64, 1.5, 2.0, 4.0] {
-                let points = [closer.next_down(), closer, closer.next_up(), closer * (1.0 + 1e-12)]
-                    .map(|closer| tabulate(kind, Quadrature::Gauss, closer).unwrap().points);
-                assert_eq!(points, [points[0]; 4], "{kind:?}, {closer} times");
-            }
-        }
-    }
 }

@@ -1,15 +1,8 @@
 //! The target side of a contact with a deformable body: the facets that this rank knows of it.
 
-use std::collections::BTreeMap;
-
 use super::evaluation::at;
-use super::projection::{Place, Projection};
 use crate::mesh::ElementKind;
 use crate::tensor::Vector;
-
-/// A point further beyond the end of a target than this many of its facet's longest tangents is off it: half a percent
-/// of the length of a quadrilateral. So a node that lies right on the end does not come and go by rounding.
-const EXTENSION: f64 = 0.01;
 
 /// Facets of a target as plain arrays, one entry for each facet but in `nodes` and `offsets`.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -61,16 +54,10 @@ impl TargetFacets {
 }
 
 /// Facets of a deformable target known to this rank.
-///
-/// Where the surface ends is read off the facets known: wherever a contact point may project, their neighbours have to
-/// be known as well.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TargetSurface<const D: usize> {
     facets: TargetFacets,
     reference_points: Vec<Vector<D>>,
-    /// Bits of the edges (0 to 3) and corners (4 to 7) of each facet on which the surface ends.
-    ends: Vec<u8>,
-    by_identity: Vec<u32>,
 }
 
 impl<const D: usize> TargetSurface<D> {
@@ -78,44 +65,7 @@ impl<const D: usize> TargetSurface<D> {
     pub fn new(facets: TargetFacets, reference_points: &[[f64; D]]) -> Self {
         let point = |node: &u32| Vector::from(reference_points[*node as usize]);
         let reference_points = facets.nodes.iter().map(point).collect();
-        let mut by_identity: Vec<u32> = (0..facets.kinds.len() as u32).collect();
-        by_identity.sort_by_key(|&facet| facets.identities[facet as usize]);
-        let mut surface = Self { facets, reference_points, ends: Vec::new(), by_identity };
-        surface.find_ends();
-        surface
-    }
-
-    /// An edge of which one facet knows, and its corners, are where the surface ends.
-    fn find_ends(&mut self) {
-        let mut uses: BTreeMap<[u32; 2], u32> = BTreeMap::new();
-        for (facet, edge) in self.all_edges() {
-            *uses.entry(self.edge(facet, edge)).or_default() += 1;
-        }
-        let mut last: Vec<u32> = Vec::new();
-        for (edge, _) in uses.iter().filter(|(_, uses)| **uses == 1) {
-            last.extend(edge);
-        }
-        last.sort_unstable();
-        let mut ends = vec![0; self.len()];
-        for (facet, edge) in self.all_edges() {
-            let alone = uses.get(&self.edge(facet, edge)) == Some(&1);
-            let corner = last.binary_search(&self.nodes(facet)[edge]).is_ok();
-            ends[facet as usize] |= u8::from(alone) << edge | u8::from(corner) << (4 + edge);
-        }
-        self.ends = ends;
-    }
-
-    fn all_edges(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
-        (0..self.len() as u32)
-            .flat_map(|facet| (0..self.kind(facet).corners()).map(move |edge| (facet, edge)))
-    }
-
-    /// Ends of an edge in ascending order; in the plane a facet ends in nodes, written twice.
-    fn edge(&self, facet: u32, edge: usize) -> [u32; 2] {
-        let nodes = self.nodes(facet);
-        let first = nodes[edge];
-        let second = if D == 2 { first } else { nodes[(edge + 1) % self.kind(facet).corners()] };
-        [first.min(second), first.max(second)]
+        Self { facets, reference_points }
     }
 
     /// Number of facets.
@@ -133,22 +83,6 @@ impl<const D: usize> TargetSurface<D> {
         self.facets.kinds[facet as usize]
     }
 
-    /// Body of a facet.
-    pub fn body(&self, facet: u32) -> u16 {
-        self.facets.bodies[facet as usize]
-    }
-
-    /// Name of a facet on every rank.
-    pub fn identity(&self, facet: u32) -> u64 {
-        self.facets.identities[facet as usize]
-    }
-
-    /// The facet of that name, if the rank knows it.
-    pub fn find(&self, identity: u64) -> Option<u32> {
-        let place = self.by_identity.binary_search_by_key(&identity, |&facet| self.identity(facet));
-        place.ok().map(|place| self.by_identity[place])
-    }
-
     /// Nodes of a facet: places in the field arrays.
     pub fn nodes(&self, facet: u32) -> &[u32] {
         self.facets.nodes_of(facet as usize)
@@ -164,26 +98,5 @@ impl<const D: usize> TargetSurface<D> {
         points.clear();
         let nodes = self.reference_points(facet).iter().zip(self.nodes(facet));
         points.extend(nodes.map(|(reference, &node)| reference + at(u, node)));
-    }
-
-    /// Whether a point that projects so onto `facet` is beyond the end of the whole surface.
-    pub fn is_off_end(&self, facet: u32, projection: &Projection<D>) -> bool {
-        let bit = match projection.place {
-            Place::Interior => return false,
-            Place::Edge(edge) => edge,
-            Place::Corner(corner) => 4 + corner,
-        };
-        self.ends[facet as usize] >> bit & 1 == 1 && projection.overhang() > EXTENSION
-    }
-
-    /// The nodes at the ends of the edge, or the one of the corner, onto which a point projects; none in the interior.
-    pub fn border_nodes(&self, facet: u32, place: Place) -> impl Iterator<Item = u32> + '_ {
-        let corners = self.kind(facet).corners();
-        let (first, count) = match place {
-            Place::Interior => (0, 0),
-            Place::Edge(edge) => (usize::from(edge), 2),
-            Place::Corner(corner) => (usize::from(corner), 1),
-        };
-        (first..first + count).map(move |corner| self.nodes(facet)[corner % corners])
     }
 }

@@ -77,8 +77,6 @@ impl<const D: usize> Model<D> {
             Target::Obstacle(_) => bodies[body].young_modulus,
         };
         let (normal, penetration) = normal(&contact.normal, softer).map_err(within)?;
-        let quadrature =
-            if case.is_by_segments(contact) { case::Quadrature::Segments } else { contact.quadrature.value };
         Ok(Contact {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
@@ -89,7 +87,7 @@ impl<const D: usize> Model<D> {
             normal,
             penetration,
             friction: friction(&contact.friction).map_err(within)?,
-            quadrature,
+            quadrature: contact.quadrature.value,
             // The potential of a contact lies on the reference area: forces that conserve act on it as well.
             current_area: contact.area == case::Area::Current
                 && case.time.scheme.value != case::Scheme::Conserving,

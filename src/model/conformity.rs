@@ -4,11 +4,11 @@
 //! Nodes that are not joined lie on sides that only one element has, so that the surface is all that is searched.
 
 mod merging;
+mod nearest;
 mod seams;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use crate::contact::projection::Projection;
 use crate::error::{Error, Result};
 use crate::mesh::{Bounds, BoundsTree, DisjointSets, ElementKind, Facet, FacetIndex, Mesh, gmsh, spelled};
 use crate::space::reference;
@@ -227,7 +227,7 @@ impl<'a, const D: usize> Surface<'a, D> {
     /// How far a place is from a facet \[m\].
     fn distance(&self, place: &[f64; D], facet: usize) -> f64 {
         let kind = self.mesh.facet_kind(self.facets[facet]);
-        Projection::of(&Vector::from(*place), kind, &self.points_of(facet)).distance
+        nearest::distance(&Vector::from(*place), kind, &self.points_of(facet))
     }
 
     /// Nodes that lie on sides which do not have them.

@@ -110,21 +110,16 @@ fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Contacts that want their points at nodes and can not have them there. Facets of low order always can, those of
-/// second order on an obstacle if the rule at their nodes is positive. Between two bodies a quadratic facet meets through Gauss
-/// points.
+/// Contacts with obstacles that want their points at nodes and can not have them there, because the rule at the nodes of their facets
+/// is not positive.
 fn missing_rules<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     let mut faults = Vec::new();
     for (name, contact) in case.contact.iter().filter(|(_, contact)| is_nodal(contact)) {
         let facets = mesh.facet_sets.get(&contact.contactor.value).into_iter().flatten();
         let mut kinds = facets.map(|&facet| mesh.facet_kind(facet));
-        let meets_body = case.obstacles.get(&contact.target).is_none();
-        let lacks_rule =
-            |kind: &ElementKind| reference(*kind).nodal_rule().is_none() || (meets_body && kind.order() > 1);
-        if let Some(kind) = kinds.find(lacks_rule) {
-            let target = if meets_body { "a deformable target" } else { "an obstacle" };
+        if let Some(kind) = kinds.find(|kind| reference(*kind).nodal_rule().is_none()) {
             let (name, kind) = (&name.value, kind.name());
-            let message = format!("contact '{name}': no nodal quadrature on {kind} facets against {target}");
+            let message = format!("contact '{name}': no nodal quadrature on {kind} facets");
             faults.push(case.error(contact.quadrature.place, message).hint("write `quadrature: gauss`"));
         }
     }

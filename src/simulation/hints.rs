@@ -1,7 +1,7 @@
 //! What a user may try when a run ends early.
 
 use super::options;
-use super::remarks::nodal_cure;
+
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
 use crate::error::{Cause, Error};
@@ -31,10 +31,8 @@ pub(super) fn with_hint<const D: usize>(
             free.join("; ")
         ));
     }
-    let nodal = nodal_cure(system).filter(|_| report.trouble == Trouble::Balance);
-    let nodal = nodal.map_or_else(String::new, |nodal| format!("{nodal}, or "));
     let cure = cure(error.cause, report.trouble, case);
-    error.hint(&format!("results up to this time are kept; {nodal}{cure}"))
+    error.hint(&format!("results up to this time are kept; {cure}"))
 }
 
 /// What helps against `trouble`. No two troubles have opposite cures.

@@ -284,7 +284,6 @@ impl Attempt<'_> {
         strategy: &mut dyn Strategy,
         journal: &mut Journal<D>,
     ) -> Result<Outcome> {
-        system.take_back();
         self.scheme.prepare(stage, self.control.dt(), self.control.end_of_step())?;
         journal.attempt(stage);
         let moved = match self.scheme.has_inertia() {
@@ -302,7 +301,6 @@ impl Attempt<'_> {
                 converged => return Ok(converged),
             }
         }
-        system.take_back();
         stage.trial.u.copy_from(&stage.start.u)?;
         system.doubt_first_slip(false);
         journal.attempt(stage);

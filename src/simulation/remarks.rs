@@ -9,14 +9,6 @@ use crate::output::record::Penetration;
 use crate::output::summary::ContactStart;
 use crate::petsc::Session;
 
-/// With more nodes of the target between two contact points, each point presses a dent into the target and what lies
-/// between two dents finds no balance. Gauss points are as many as the target asks for, up to a limit; beyond it some steps are cut or
-/// a run gives up, but not with the roles swapped.
-const MOST_NODES_BETWEEN_POINTS: f64 = 2.5;
-
-/// The same where the points are nodes, further apart and now and then right on a corner: none is cut with 1.8, some are with 1.9.
-const MOST_NODES_BETWEEN_NODES: f64 = 1.85;
-
 /// A target that lies deeper between two vertices of the contactor than this part of a facet is not resolved. Shipped scenes stay below 0.06 on
 /// smooth surfaces, below 0.13 where coarse balls and corners of cubes hit.
 const SUNK: f64 = 0.2;
@@ -144,16 +136,6 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
             found.contact
         )
     }));
-    let nodal: Vec<&str> = system.nodal_pairs().collect();
-    remarks.extend(system.nodes_between_points().filter_map(|(name, nodes)| {
-        let (most, cure) = match nodal.contains(&name) {
-            true => (MOST_NODES_BETWEEN_NODES, ", or write `quadrature: gauss`"),
-            false => (MOST_NODES_BETWEEN_POINTS, ""),
-        };
-        let words = "nodes of its target lie between two of its points, between which the target bulges";
-        let swap = "swap contactor and target, the finer side should have the points";
-        (nodes > most).then(|| format!("contact '{name}': {nodes:.1} {words}: {swap}{cure}"))
-    }));
     let off = watched.iter().filter(|point| point.distance > 1e-6 * extent);
     remarks.extend(off.map(|point| {
         let Watched { name, place, distance, line, .. } = point;
@@ -164,12 +146,4 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
         )
     }));
     remarks
-}
-
-/// What to change of contacts whose points lie at nodes and meet the corners between the facets of another body.
-pub(super) fn nodal_cure<const D: usize>(system: &ContactSystem<D>) -> Option<String> {
-    let name = system.nodal_pairs().next()?;
-    Some(format!(
-        "write `quadrature: gauss` for contact '{name}', whose points at nodes may lie right on a corner between two facets"
-    ))
 }

@@ -3,7 +3,6 @@
 
 use super::hints::TOO_LARGE;
 use super::journal::Journal;
-use super::remarks::nodal_cure;
 use super::{SOLVER_PREFIXES, options};
 use crate::assembly::{ContactSystem, Span, Watched};
 use crate::case::{Case, Start};
@@ -196,7 +195,6 @@ fn approach<const D: usize>(
     course: Option<&Course>,
     journal: &mut Journal<D>,
 ) -> Result<Outcome> {
-    system.take_back();
     Scheme::Static.prepare(stage, 1.0, 0.0)?;
     let friction = stage.friction == FrictionMode::AsGiven;
     if !friction {
@@ -324,9 +322,6 @@ fn no_equilibrium<const D: usize>(
         }
         (None, _) => "use more increments, or start: { rest: {} }".to_owned(),
     };
-    if let Some(nodal) = nodal_cure(system).filter(|_| report.trouble == Trouble::Balance) {
-        cure = format!("{nodal}; or {cure}");
-    }
     if !free.is_empty() {
         cure += &format!(
             "; as no support holds {}, without friction its loads must also balance along every free direction",

@@ -1,6 +1,6 @@
 //! Does every rank see the target facets that its contactor facets may meet, and does METIS keep them together?
 
-use contact_petsc::assembly::targets::{Evaluated, ForeignNodes, Reach, Surfaces, TargetGather};
+use contact_petsc::assembly::targets::{ForeignNodes, Reach, Surfaces, TargetGather};
 use contact_petsc::mesh::{Bounds, BoxShape, ElementKind, Facet, Mesh, merge};
 use contact_petsc::partition::exchange::NodeExchange;
 use contact_petsc::partition::{Couple, LocalMesh, Plan, Quality};
@@ -61,12 +61,14 @@ fn targets_are_found<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>
     let (local, _) = deal(world, whole, plan);
     let (contactor, target) =
         (&local.mesh.facet_sets[COUPLE.contactor], &local.mesh.facet_sets[COUPLE.target]);
-    let surfaces = Surfaces { local: &local, contactor, evaluated: Evaluated::Mine, target };
+    let mine = |facet: &&Facet| local.mine[facet.element as usize];
+    let own: Vec<Facet> = contactor.iter().filter(mine).copied().collect();
+    let surfaces = Surfaces { local: &local, contactor: &own, target };
     for (shake, radius, slack) in [(0.0, 0.01, 0.0), (0.15, 0.1, 0.05), (0.05, 5.0, 1.0)] {
         let now = positions(whole, &local, shake);
         let gather = TargetGather::new(world, &surfaces, &now, Reach { radius, slack }).expect("whole");
-        let own = contactor.iter().filter(|facet| local.mine[facet.element as usize]);
         let boxes: Vec<Bounds<D>> = own
+            .iter()
             .map(|facet| Facet { element: local.input_element[facet.element as usize], side: facet.side })
             .map(|facet| around(whole, facet, shake).inflate(radius + slack))
             .collect();

@@ -30,16 +30,6 @@ fn rubber_block_to_the_last_bit_on_1_and_2_ranks() {
     goes_on_to_the_last_bit(&rubber_block(GMRES, "end: 0.015", 8), 2);
 }
 
-/// Deformable targets: facets of the points, traction histories, couplings.
-#[test]
-fn ironing_to_the_last_bit_on_1_2_and_3_ranks() {
-    let gauss = ("target: indenter.bottom", "target: indenter.bottom\n    quadrature: gauss");
-    let text = |solver| ironing(solver).replace(gauss.0, gauss.1);
-    goes_on_to_the_last_bit(&text("{ linear: auto }"), 1);
-    goes_on_to_the_last_bit(&text(GMRES), 2);
-    goes_on_to_the_last_bit(&text(GMRES), 3);
-}
-
 /// Segments: what vertices remember is all there is to save.
 #[test]
 fn segments_to_the_last_bit_on_1_2_and_3_ranks() {

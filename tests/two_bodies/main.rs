@@ -261,10 +261,10 @@ fn ironing_on_quadratic_facets() {
     }
 }
 
-/// Where the facets of the target are a quarter as long as the contactor's, there are as many more points: with two or three on each facet steps
-/// failed, since the target bulged between them. The force is the one that meshes which fit have.
+/// Where the facets of the target are a quarter as long as the contactor's, no step is cut, and the force is the one that meshes which fit
+/// have.
 #[test]
-fn points_follow_a_finer_target_on_1_3_ranks() {
+fn a_finer_target_is_ironed_on_1_3_ranks() {
     let rows = [
         ("quad9", "cells: [24, 3]", "cells: [20, 5]", 1),
         ("quad9", "cells: [24, 3]", "cells: [20, 5]", 3),

@@ -121,7 +121,8 @@ pub fn plane_cases() -> Vec<Case<2>> {
         Case {
             bed: Some(Quad4),
             current_area: false,
-            ..new("no friction on a body", Tri6, NH, None, Terms::NORMAL_GEOMETRY)
+            // Without the change of the area the matrix is taken for symmetric, which contact by segments is not.
+            ..new("no friction on a body", Tri6, NH, None, Terms::NORMAL_GEOMETRY | Terms::ZONE_CHANGE)
         },
         Case {
             obstacle: ball(),

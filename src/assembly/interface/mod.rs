@@ -19,7 +19,7 @@ use crate::petsc::{BlockPattern, BlockValues, Event, NO_SLOT, Symmetry};
 
 pub use couplings::{Couples, blocks_of};
 pub use numbering::Numbering;
-pub use sinks::{NO_ROW, PairForces, PairLift, PairStiffness, RemoteForce, SegmentForces, add_forces};
+pub use sinks::{NO_ROW, PairLift, PairStiffness, RemoteForce, SegmentForces, add_forces};
 
 /// Fields beyond the rank's own mesh, rows of other ranks, and who gets what.
 pub struct Interface<const D: usize> {
@@ -104,22 +104,6 @@ impl<const D: usize> Interface<D> {
         state.into_iter().all(|(all, owned)| all.get(..owned.len()) == Some(owned))
     }
 
-    /// Fields of the rank's nodes, ghosts included, with the values of the foreign nodes after them. Collective.
-    pub fn with_foreign<const N: usize>(
-        &mut self,
-        world: &impl CommunicatorCollectives,
-        fields: [&[f64]; N],
-    ) -> [Vec<f64>; N] {
-        let mut wanted = fields.map(|_| vec![0.0; self.foreign.len() * D]);
-        let mut travelling = Vec::with_capacity(N);
-        for (owned, wanted) in fields.into_iter().zip(&mut wanted) {
-            travelling.push(Field { width: D, owned, wanted: &mut wanted[..] });
-        }
-        self.exchange.time(|| self.bring.forward_many(world, &mut travelling));
-        let mut own = fields.into_iter();
-        wanted.map(|foreign| own.next().into_iter().flatten().copied().chain(foreign).collect())
-    }
-
     /// The fields brought last.
     pub fn fields(&self) -> ContactFields<'_> {
         ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start }
@@ -177,28 +161,26 @@ impl<const D: usize> Interface<D> {
 
     /// Lets `evaluate` collect forces, then sends those of other ranks' rows, and does `meanwhile`, which is to wait for no
     /// other rank, until those of others are there. Collective.
-    pub fn add_forces<R>(
+    pub fn add_forces(
         &mut self,
         world: &impl CommunicatorCollectives,
         own: &mut [f64],
-        evaluate: impl FnOnce(&ContactFields, &mut [f64], RemoteForce) -> R,
+        evaluate: impl FnOnce(&ContactFields, &mut [f64], RemoteForce),
         meanwhile: impl FnOnce(),
-    ) -> Option<R> {
+    ) {
         let fields = ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start };
         let Some(rows) = self.rows.as_mut() else {
-            meanwhile();
-            return None;
+            return meanwhile();
         };
         rows.force.fill(0.0);
         let remote = RemoteForce { row_of: &rows.row_of, values: &mut rows.force };
-        let answer = evaluate(&fields, own, remote);
+        evaluate(&fields, own, remote);
         let sending = self.exchange.begin();
         let _waiting = rows.give.reverse_add_while(world, D, &rows.force, own, || {
             drop(sending);
             meanwhile();
             self.exchange.begin()
         });
-        Some(answer)
     }
 
     /// Lets `evaluate` collect blocks at the fields that were brought for the forces, and columns of prescribed unknowns where there

@@ -1,7 +1,6 @@
 //! Takes what contact pairs contribute: own rows at once, rows of other ranks into buffers that are sent later.
 
 use super::couplings::{Couples, Place};
-use crate::contact::deformable::{PairContribution, PairSink};
 use crate::contact::mortar::contact::SegmentSink;
 use crate::petsc::{BlockValues, Symmetry};
 
@@ -26,25 +25,6 @@ impl RemoteForce<'_> {
     fn entries<const D: usize>(&mut self, beyond: usize) -> Option<&mut [f64]> {
         let row = self.row_of[beyond] as usize;
         self.values.get_mut(row.saturating_mul(D)..row.saturating_add(1).saturating_mul(D))
-    }
-}
-
-/// Takes forces only.
-pub struct PairForces<'a, const D: usize> {
-    /// Couples of the contact being swept.
-    pub couples: &'a Couples,
-    /// Owned rows \[N\].
-    pub own: &'a mut [f64],
-    /// The others.
-    pub remote: RemoteForce<'a>,
-    /// A pair was met that is no couple: pattern and rows of others lack it.
-    pub missed: bool,
-}
-
-impl<const D: usize> PairSink for PairForces<'_, D> {
-    fn pair(&mut self, pair: &PairContribution<'_>) {
-        self.missed |= self.couples.find(pair.contactor_facet, pair.target_facet).is_none();
-        add_forces::<D>(pair.nodes, pair.force, self.own, &mut self.remote);
     }
 }
 
@@ -116,15 +96,6 @@ pub struct PairStiffness<'a, 'm, const D: usize> {
     /// What the matrix promises: where it is symmetric, so are the pairs made. Of the terms that a symmetric matrix
     /// keeps only those of points clipped at the edge of a facet are not, by their overhang.
     pub symmetry: Symmetry,
-}
-
-impl<const D: usize> PairSink for PairStiffness<'_, '_, D> {
-    fn pair(&mut self, pair: &PairContribution<'_>) {
-        let couple = self.couples.find(pair.contactor_facet, pair.target_facet);
-        let (Some(stiffness), Some(couple)) = (pair.stiffness, couple) else { return };
-        let width = pair.nodes.len();
-        self.add(couple, pair.nodes, stiffness, |a, b| a * width + b);
-    }
 }
 
 impl<const D: usize> SegmentSink for PairStiffness<'_, '_, D> {

@@ -1,17 +1,14 @@
-//! Whether a contact was missed: a body went through its target between the ends of a step, or what it met is smaller than
-//! the spacing of its contact points.
+//! Whether a contact was missed: a body went through its target between the ends of a step, or an obstacle is smaller than the
+//! spacing of the points of its contactor.
 
 mod moving;
-mod vertices;
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::contact::{Contact, Pair};
-use super::meeting::Meeting;
 use super::segments::SegmentMeeting;
 use super::system::ContactSystem;
-use super::targets::{Evaluated, Surfaces};
 use crate::contact::obstacle::Obstacle;
 use crate::contact::passage::{Path, lies_between, normal_of};
 use crate::contact::surface::SurfaceFacet;
@@ -20,25 +17,22 @@ use crate::error::Result;
 use crate::mesh::{Bounds, BoundsTree};
 use crate::tensor::Vector as Point;
 use moving::{Ends, Moving, around, nodes_of, parts, paths};
-use vertices::Sunk;
 
 /// Surfaces that move by this many times the expected motion did not pass through a target: the balance that was found is another one.
 const RUNAWAY: f64 = 20.0;
 
-/// What was found on this rank, to be summed over all: facets around small obstacles, points that went through, of each
-/// contact; and the vertices that sank in between points.
-struct Found<const D: usize> {
+/// What was found of each contact on this rank, to be summed over all.
+struct Found {
+    /// Facets around small obstacles.
     between: Vec<u64>,
+    /// Points that went through the target.
     through: Vec<u64>,
-    sunk: Vec<Sunk<D>>,
-    /// Facets of the target of each contact, none of rigid ones.
-    targets: Vec<Moving<D>>,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Why the step of `stage` can not be accepted although it balances: a point went through a target and is open on
-    /// the other side, or a target lies between the points of a contactor. What things may have met on their way is gathered
-    /// only where something moved further than a point may unseen, or a point has no facet any more. Collective.
+    /// Why the step of `stage` can not be accepted although it balances: a surface went through a target and is open on
+    /// the other side, or an obstacle lies between the points of a contactor. What surfaces may have met on their way is gathered
+    /// only where something moved further than it may unseen. Collective.
     ///
     /// # Errors
     /// The same on all ranks, when a message is damaged.
@@ -49,29 +43,28 @@ impl<const D: usize> ContactSystem<D> {
         let (start, end) = (stage.start.u.local(), stage.trial.u.local());
         let ends = Ends { start: &start, end: &end };
         let motions = self.contacts.iter().flat_map(|contact| {
-            let [contactor, target, lost] = self.shifts(contact, ends);
-            [contactor, target, lost, f64::from(u8::from(has_a_point_at_its_obstacle(contact, ends)))]
+            let [contactor, target] = self.shifts(contact, ends);
+            [contactor, target, f64::from(u8::from(has_a_point_at_its_obstacle(contact, ends)))]
         });
         let mut motions: Vec<f64> = motions.collect();
         let own = motions.clone();
         self.session.world().all_reduce_into(&own[..], &mut motions[..], SystemOperation::max());
         let found = self.find(ends, &motions)?;
         let counts = found.between.iter().chain(&found.through).copied();
-        let own: Vec<u64> = counts.chain([found.sunk.len() as u64]).collect();
+        let own: Vec<u64> = counts.collect();
         let mut all = own.clone();
         self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
         let (between, through) = all.split_at(self.contacts.len());
         if let Some((contact, facets)) = self.contacts.iter().zip(between).find(|(_, facets)| **facets > 0) {
             return Ok(Some(tell_between(contact, *facets, &self.units.of("m"))));
         }
-        let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(4));
+        let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(3));
         if let Some(((contact, _), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
             let motion = motion[0] + motion[1];
             let expected = stage.inertia.then(|| self.expected_motion(stage));
             return Ok(Some(tell_through(&contact.name, motion, expected, &self.units.of("m"))));
         }
-        let any = through.last().is_some_and(|vertices| *vertices > 0);
-        Ok(if any { self.tell_sunk(&self.without_contact(&found.sunk, &found.targets, ends)) } else { None })
+        Ok(None)
     }
 
     /// How far the speed and the acceleration at the start take any node in the step, at most, and supports those that they
@@ -89,48 +82,23 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Looks for all of it; `motions` as [`shifts`](Self::shifts) and whether a point may meet the obstacle, of all ranks. Collective.
-    fn find(&mut self, ends: Ends<'_>, motions: &[f64]) -> Result<Found<D>> {
-        let meetings: Vec<&Meeting<D>> = self.contacts.iter().filter_map(Contact::meeting).collect();
-        let known =
-            self.interface.as_mut().map(|interface| Moving::known(&self.session, interface, &meetings, ends));
-        let mut known = known.into_iter().flatten();
-        let mut found =
-            Found { between: Vec::new(), through: Vec::new(), sunk: Vec::new(), targets: Vec::new() };
-        for (number, (contact, motion)) in self.contacts.iter().zip(motions.chunks_exact(4)).enumerate() {
-            let [motion, lost, met] = [motion[0] + motion[1], motion[2], motion[3]];
-            let (between, through, target) = match &contact.pair {
+    fn find(&self, ends: Ends<'_>, motions: &[f64]) -> Result<Found> {
+        let mut found = Found { between: Vec::new(), through: Vec::new() };
+        for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(3)) {
+            let [motion, met] = [motion[0] + motion[1], motion[2]];
+            let (between, through) = match &contact.pair {
                 Pair::Rigid { contact: rigid, .. } => {
                     let passes = |path: &Path<D>| motion > 0.0 && path.passes_obstacle(&rigid.obstacle);
-                    let through = paths(contact, ends).filter(|(path, _)| passes(path)).count();
-                    (
-                        between_points(contact, &rigid.obstacle, ends, met > 0.0),
-                        through as u64,
-                        Moving::default(),
-                    )
-                }
-                Pair::Deformable(meeting) => {
-                    let near = known.next().unwrap_or_default();
-                    let far = motion > meeting.stride() || lost > 0.0;
-                    let moving = match far {
-                        true => {
-                            let [contactor, target] = meeting.surfaces();
-                            let local = &self.local;
-                            let surfaces = Surfaces { local, contactor, evaluated: Evaluated::Mine, target };
-                            Moving::gathered(&self.session, &surfaces, ends, motion + meeting.depth())?
-                        }
-                        false => near,
-                    };
-                    found.sunk.extend(self.sunk(number, meeting, &moving, (ends, far)));
-                    (0, if far { passages(meeting, contact, ends, &moving) } else { 0 }, moving)
+                    let through = paths(contact, ends).filter(passes).count();
+                    (between_points(contact, &rigid.obstacle, ends, met > 0.0), through as u64)
                 }
                 Pair::Segments(meeting) => {
                     let far = motion > meeting.stride();
-                    (0, if far { self.swept(meeting, ends, motion)? } else { 0 }, Moving::default())
+                    (0, if far { self.swept(meeting, ends, motion)? } else { 0 })
                 }
             };
             found.between.push(between);
             found.through.push(through);
-            found.targets.push(target);
         }
         Ok(found)
     }
@@ -146,8 +114,8 @@ impl<const D: usize> ContactSystem<D> {
         Ok(crossings(&contactor, &target, depth, spacing) + crossings(&target, &contactor, depth, spacing))
     }
 
-    /// How far own nodes of contactor and target move in the step, at most \[m\]; 1 where a point has lost its facet.
-    fn shifts(&self, contact: &Contact<D>, ends: Ends<'_>) -> [f64; 3] {
+    /// How far own nodes of contactor and target move in the step, at most \[m\].
+    fn shifts(&self, contact: &Contact<D>, ends: Ends<'_>) -> [f64; 2] {
         let of_node = |node: u32| {
             let dofs = node as usize * D..node as usize * D + D;
             dofs.map(|dof| (ends.end[dof] - ends.start[dof]).powi(2)).sum::<f64>()
@@ -155,34 +123,13 @@ impl<const D: usize> ContactSystem<D> {
         let surface = contact.surface();
         let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
         let contactor = contactor.map(|&node| of_node(node)).fold(0.0, f64::max);
-        let (mut target, mut lost, mut nodes) = (0.0_f64, false, Vec::new());
+        let (mut target, mut nodes) = (0.0_f64, Vec::new());
         for &facet in contact.target_facets() {
             self.local.mesh.facet_nodes(facet, &mut nodes);
             target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
         }
-        if let Some(meeting) = contact.meeting() {
-            let knew = contact.state.history.iter().map(|history| history.normal != Point::<D>::zeros());
-            lost = knew.enumerate().any(|(point, knew)| knew && meeting.pairing.facet(point).is_none());
-        }
-        [contactor.sqrt(), target.sqrt(), f64::from(u8::from(lost))]
+        [contactor.sqrt(), target.sqrt()]
     }
-}
-
-/// Points that pass through facets of the target, which are gathered as far as anything moves.
-fn passages<const D: usize>(
-    meeting: &Meeting<D>,
-    contact: &Contact<D>,
-    ends: Ends<'_>,
-    moving: &Moving<D>,
-) -> u64 {
-    let (simplices, depth) = (moving.simplices(), meeting.depth());
-    let boxes: Vec<Bounds<D>> = simplices.iter().map(|corners| around(corners)).collect();
-    let tree = BoundsTree::new(&boxes);
-    let passes = |path: &Path<D>| {
-        tree.meeting(&around(&[*path]).inflate(depth))
-            .any(|simplex| path.passes_simplex(&simplices[simplex as usize], depth))
-    };
-    paths(contact, ends).filter(|(path, closed)| !closed && passes(path)).count() as u64
 }
 
 /// Distance of places on edges that are followed through facets, over the size of a facet: edges that cross each other meet one.
@@ -217,7 +164,7 @@ fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> S
 fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64, m: &str) -> String {
     let radius = match &contact.pair {
         Pair::Rigid { contact, .. } => contact.obstacle.outer_radius().unwrap_or(0.0),
-        Pair::Deformable(_) | Pair::Segments(_) => 0.0,
+        Pair::Segments(_) => 0.0,
     };
     format!(
         "contact '{}': the obstacle, of radius {radius:.3e} {m}, lies between the points of {facets} facets of about {:.3e} {m}, none of which \

@@ -1,10 +1,8 @@
 //! Facets of both sides of a contact as they move in a step.
 
 use super::super::contact::Contact;
-use super::super::interface::Interface;
-use super::super::meeting::Meeting;
 use super::super::targets::{Reach, Surfaces, TargetGather};
-use crate::contact::passage::{Path, normal_of};
+use crate::contact::passage::Path;
 use crate::contact::surface::{ContactSurface, SurfaceFacet};
 use crate::error::Result;
 use crate::mesh::{Bounds, ElementKind, Facet};
@@ -53,26 +51,6 @@ impl<const D: usize> Moving<D> {
         self.offsets.push(self.nodes.len());
         self.nodes.extend_from_slice(nodes);
         self.paths.extend((0..nodes.len()).map(path));
-    }
-
-    /// What the search knows: all that can be near while nothing moves further than a part of a facet. Collective.
-    pub fn known(
-        session: &Session,
-        interface: &mut Interface<D>,
-        meetings: &[&Meeting<D>],
-        ends: Ends<'_>,
-    ) -> Vec<Self> {
-        let [start, end] = interface.with_foreign(session.world(), [ends.start, ends.end]);
-        let ends = Ends { start: &start, end: &end };
-        let all = meetings.iter().map(|meeting| {
-            let (target, mut moving) = (&meeting.contact.target, Self::default());
-            for facet in 0..target.len() as u32 {
-                let (nodes, points) = (target.nodes(facet), target.reference_points(facet));
-                moving.push(target.kind(facet), nodes, |k| ends.path(&points[k], nodes[k]));
-            }
-            moving
-        });
-        all.collect()
     }
 
     /// Facets of this rank's share of the mesh.
@@ -176,44 +154,6 @@ impl<const D: usize> Moving<D> {
         }
         vertices
     }
-
-    /// Whether a facet at a vertex ends turned against an outward `normal`.
-    pub fn faces(&self, vertex: &Vertex<D>, normal: &Point<D>) -> bool {
-        let at = |nodes: &[u32]| vertex.ends.iter().all(|node| nodes.contains(node));
-        (0..self.kinds.len()).filter(|&facet| at(self.facet(facet).0)).any(|facet| {
-            let (_, paths) = self.facet(facet);
-            let mut against = false;
-            parts(self.kinds[facet], |part| {
-                against |= normal_of(&std::array::from_fn(|k| paths[part[k]].end)).dot(normal) < 0.0;
-            });
-            against
-        })
-    }
-
-    /// A box around all of it, at both ends.
-    pub fn bounds(&self) -> Bounds<D> {
-        around(&self.paths)
-    }
-}
-
-/// Whether one of the moving simplices that looks against a unit `direction` lies on the way from a point along it, no further than
-/// `within` \[m\], or behind the point, at the end of the step.
-pub(super) fn any_above<const D: usize>(
-    simplices: &[[Path<D>; D]],
-    point: &Point<D>,
-    direction: &Point<D>,
-    within: f64,
-) -> bool {
-    simplices.iter().any(|corners| {
-        let outward = normal_of(&corners.map(|corner| corner.end));
-        let against = outward.dot(direction);
-        if against >= 0.0 {
-            return false;
-        }
-        let distance = outward.dot(&(corners[0].end - point)) / against;
-        let place = point + direction * distance;
-        distance <= within && Path { start: place, end: place }.is_over(corners, f64::INFINITY)
-    })
 }
 
 /// The ways of the nodes of a contactor facet.
@@ -226,20 +166,19 @@ pub(super) fn nodes_of<const D: usize>(
     nodes.map(|(reference, &node)| ends.path(reference, node)).collect()
 }
 
-/// Paths of the points of the facets of a contact, and whether they touch at the end of the step.
+/// Paths of the points of the facets of a contact.
 pub(super) fn paths<'a, const D: usize>(
     contact: &'a Contact<D>,
     ends: Ends<'a>,
-) -> impl Iterator<Item = (Path<D>, bool)> + 'a {
+) -> impl Iterator<Item = Path<D>> + 'a {
     let surface = contact.surface();
     surface.facets().iter().flat_map(move |facet| {
         let nodes = nodes_of(surface, facet, ends);
         let [from, to]: [Vec<Point<D>>; 2] =
             [nodes.iter().map(|path| path.start).collect(), nodes.iter().map(|path| path.end).collect()];
-        facet.points.clone().enumerate().map(move |(q, point)| {
+        (0..facet.points.len()).map(move |q| {
             let place = surface.facet_point(facet, q);
-            let path = Path { start: place.position(&from), end: place.position(&to) };
-            (path, contact.state.current[point].is_closed())
+            Path { start: place.position(&from), end: place.position(&to) }
         })
     })
 }

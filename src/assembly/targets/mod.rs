@@ -28,19 +28,8 @@ pub struct Surfaces<'a, const D: usize> {
     pub local: &'a LocalMesh<D>,
     /// Local facets of the contactor.
     pub contactor: &'a [Facet],
-    /// Which of those this rank evaluates.
-    pub evaluated: Evaluated,
     /// Local facets of the target; those of other ranks' elements are passed over.
     pub target: &'a [Facet],
-}
-
-/// Which facets of a contactor a rank evaluates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Evaluated {
-    /// Those that it reports; facets of other ranks' elements are passed over.
-    Mine,
-    /// All of them.
-    All,
 }
 
 /// How far to look.
@@ -80,8 +69,10 @@ impl<const D: usize> TargetGather<D> {
         reach: Reach,
     ) -> Result<Self> {
         let local = surfaces.local;
-        let (contactor, contactor_boxes) = own(local, surfaces.contactor, surfaces.evaluated, positions);
-        let (target, target_boxes) = own(local, surfaces.target, Evaluated::Mine, positions);
+        let (contactor, contactor_boxes) = own(local, surfaces.contactor.to_vec(), positions);
+        let mine = |facet: &&Facet| local.mine[facet.element as usize];
+        let target: Vec<Facet> = surfaces.target.iter().filter(mine).copied().collect();
+        let (target, target_boxes) = own(local, target, positions);
         let inflated: Vec<Bounds<D>> =
             contactor_boxes.iter().map(|one| one.inflate(reach.radius + reach.slack)).collect();
         let places = places(world, &inflated);
@@ -180,15 +171,12 @@ impl<const D: usize> Track<D> {
     }
 }
 
-/// The rank's facets of a set with the boxes around them.
+/// Facets with the boxes around them.
 fn own<const D: usize>(
     local: &LocalMesh<D>,
-    facets: &[Facet],
-    evaluated: Evaluated,
+    own: Vec<Facet>,
     positions: &[f64],
 ) -> (Vec<Facet>, Vec<Bounds<D>>) {
-    let counts = |facet: &&Facet| evaluated == Evaluated::All || local.mine[facet.element as usize];
-    let own: Vec<Facet> = facets.iter().filter(counts).copied().collect();
     let mut nodes = Vec::new();
     let mut around = |&facet: &Facet| {
         local.mesh.facet_nodes(facet, &mut nodes);

@@ -75,22 +75,16 @@ impl Check<'_> {
         }
     }
 
-    /// Segments are common to two meshed surfaces, and an obstacle has no mesh. The facets of a surface that meets itself are contactors and
-    /// targets in turn, which only segments do.
+    /// Bodies meet by segments, whatever their facets.
     fn quadrature(&mut self, contact: &Contact) {
         let (quadrature, target) = (&contact.quadrature, &contact.target.value);
-        let is_meshed = self.case.obstacles.get(target).is_none();
-        let message = match (is_meshed, quadrature.value) {
-            (true, Quadrature::Nodal | Quadrature::Gauss) if *target == contact.contactor.value => {
-                format!("'{target}' meets itself by segments only")
-            }
-            (false, Quadrature::Segments) => {
-                format!("segments are common to two meshed surfaces, and '{target}' has no mesh")
-            }
-            _ => return,
-        };
-        self.say(quadrature.place, message);
-        self.cure("leave out `quadrature`");
+        if self.case.obstacles.get(target).is_none() && quadrature.value != Quadrature::Auto {
+            let message = format!(
+                "'{target}' is a meshed surface: contact with it is integrated over segments, not at points of a facet"
+            );
+            self.say(quadrature.place, message);
+            self.cure("leave out `quadrature`");
+        }
     }
 
     /// The tractions of two contacts of the same sides would add up.

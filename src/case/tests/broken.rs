@@ -224,7 +224,7 @@ const BROKEN: &[Broken] = &[
         "target: floor",
         "target: block.bottom",
         "19:17",
-        &["'block.bottom' meets itself by segments only", "leave out `quadrature`"],
+        &["'block.bottom' is a meshed surface", "leave out `quadrature`"],
     ),
     ("contactor: block.bottom", "contactor: blok.bottom", "15:16", &["unknown body 'blok'", "'block'"]),
     (

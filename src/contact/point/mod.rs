@@ -1,8 +1,8 @@
 //! The kernel of one contact point: force and every left-hand-side term of (3.5), each under its name.
 //!
 //! With `t = t_n n + t_T` a node of coefficient `c_a` receives `A c_a t` (3.9). Minus the variation of that is, by
-//! what varies: `A` (`K_phi`), `t_n` (`K_CN`), `n` and the projection under `t_n` (`K_CG`), `t_T` with the bound
-//! (`K_nT`) and with the slip (`K_T`, `C_mu`), and slip measure, `n` and projection under `t_T` (`K_CG`, `K_TG`).
+//! what varies: `A` (`K_phi`), `t_n` (`K_CN`), `n` under `t_n` (`K_CG`), `t_T` with the bound (`K_nT`) and with the slip
+//! (`K_T`, `C_mu`), and slip measure and `n` under `t_T` (`K_TG`).
 
 pub mod joint;
 mod state;
@@ -129,8 +129,6 @@ pub struct Response<const D: usize> {
     /// The state to report and to remember.
     pub state: PointState<D>,
     slopes: Option<Slopes<D>>,
-    /// `dt_T/dxi^k`, as the projection moves along the target.
-    by_coordinates: [Vector<D>; 2],
 }
 
 /// Evaluates the laws at a point. Pure.
@@ -149,16 +147,7 @@ pub fn respond<const D: usize>(
         history: motion.history,
     };
     let (state, slopes) = tractions(law, &relation, manner);
-    let mut by_coordinates = [Vector::zeros(); 2];
-    if let Some(slopes) = &slopes {
-        let velocities = geometry.relative_gradient(motion.velocity);
-        let increments = geometry.relative_gradient(motion.increment);
-        let by_slip = slopes.by_velocity + slopes.through_bound;
-        for (k, by) in by_coordinates.iter_mut().enumerate() {
-            *by = by_slip * velocities[k] + slopes.by_increment * increments[k];
-        }
-    }
-    Response { state, slopes, by_coordinates }
+    Response { state, slopes }
 }
 
 /// State of a point under the laws and, where it is closed, the derivatives of its tractions. Pure.

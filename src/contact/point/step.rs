@@ -2,19 +2,18 @@
 //!
 //! Let `w(g)` be the potential of the normal law, `g_0` the gap that counts at the end of the last step. Forces along the gradient
 //! `d_a = dg/dx_a` in the middle of the step have neither resultant nor moment about the places there, since the gap does not
-//! change as contactor and target move together as a rigid body; neither have the forces `(c_a 1 - g dn/dx_a - p (dw/dx_a)^T)^T t`
-//! of a tangential traction `t`, which belong by virtual work to the slip `s = P (sum_a c_a du_a) - g dn - p dw`: its last terms, the
-//! levers of the gap and, beyond an edge in space, of the arm `p` on the spin `w` of the target, take common rotations out.
-//! The work of the one is `t_n delta`, `delta = sum_a d_a . du_a`, of the other `t . s`. So momentum leaves sizes free, and the energy settles them. With `tau` the mean of the law's pressure between
+//! change as the contactor moves along the obstacle as a rigid body; neither have the forces `(c_a 1 - g dn/dx_a)^T t` of a tangential
+//! traction `t`, which belong by virtual work to the slip `s = P (sum_a c_a du_a) - g dn`: its last term, the lever of the gap,
+//! takes common rotations out. The work of the one is `t_n delta`, `delta = sum_a d_a . du_a`, of the other `t . s`. So momentum leaves sizes free, and the energy settles them. With `tau` the mean of the law's pressure between
 //! `g_0` and `g_1`,
 //!
 //! `t_n = tau (1 + c delta)`, `q = tau c s`, `g_1 = g_0 + delta + c (delta^2 + |s|^2)`
 //!
 //! do the work `tau (g_1 - g_0) = -(w(g_1) - w(g_0))`, whatever `c` is. It is chosen so that `g_1` is the gap that the
-//! geometry has at the end (`change`): on a plane `c` is zero, on a curved target and over the edges between facets it
-//! tilts the force towards the mean of the normals. Where the gap jumps by more than the point moves, as beside a corner,
-//! it can not be; `g_1` then is the gap that counts, what is left is made up for as the point moves on, and is forgotten once
-//! the point is open. No energy is made or lost on the way.
+//! geometry has at the end (`change`): on a plane `c` is zero, on a curved target it
+//! tilts the force towards the mean of the normals. Where the gap changes by more than the point moves along the surface it can not be;
+//! `g_1` then is the gap that counts, what is left is made up for as the point moves on, and is forgotten once the point is open. No
+//! energy is made or lost on the way.
 //!
 //! The work of friction is `t_T . s`, all of which is heat (less what elastic stick stores).
 
@@ -37,8 +36,7 @@ use crate::tensor::Vector;
 /// act as a spring of its own, up to `1 / (4 STILL)` times as stiff as the law.
 const STILL: f64 = 0.3;
 
-/// The same for what counts and lags behind the gap that there is, as where a facet took over from another: there is no haste to
-/// make up for it. By the law's stiffness it would be a spring along the surface, up to `1 / (4 STILL)` times as stiff, which
+/// The same for what counts and lags behind the gap that there is: there is no haste to make up for it. By the law's stiffness it would be a spring along the surface, up to `1 / (4 STILL)` times as stiff, which
 /// pushes where it should hold; a node without mass has nothing else to hold it but its element, many times softer.
 const LAGGING: f64 = 3.0;
 
@@ -56,9 +54,9 @@ pub struct Fields<'a, const D: usize> {
 pub struct StepMotion<'a, const D: usize> {
     /// In the middle of the step; its area is the reference area.
     pub middle: &'a Geometry<D>,
-    /// Gap at the end \[m\], on the facet of the middle.
+    /// Gap at the end \[m\].
     pub end: f64,
-    /// Gap at the start on that facet \[m\]; infinite where the point stays open.
+    /// Gap at the start \[m\].
     pub start: f64,
     /// How the nodes move.
     pub fields: Fields<'a, D>,
@@ -66,13 +64,11 @@ pub struct StepMotion<'a, const D: usize> {
     pub history: &'a History<D>,
 }
 
-/// A field of the nodes as the slip sees it: `sum c_a f_a - g dn - p dw`, and what its derivative needs.
+/// A field of the nodes as the slip sees it: `sum c_a f_a - g dn`, and the turn `dn`.
 #[derive(Debug, Clone, Copy)]
 struct Relative<const D: usize> {
     value: Vector<D>,
     turn: Vector<D>,
-    spin: f64,
-    along: [Vector<D>; 2],
 }
 
 /// A point evaluated over a step.
@@ -95,9 +91,8 @@ struct Slopes<const D: usize> {
     friction: FrictionTraction<D>,
     velocity: Relative<D>,
     increment: Relative<D>,
-    /// `sum_a c_a du_a` over the step and its change with the projection.
+    /// `sum_a c_a du_a` over the step.
     moved: Vector<D>,
-    moved_along: [Vector<D>; 2],
 }
 
 /// The state over a step of a point that carries nothing: what its elastic stick held is heat, as nothing takes it.
@@ -124,19 +119,14 @@ pub fn respond_over_step<const D: usize>(
     let (middle, history, fields) = (motion.middle, motion.history, &motion.fields);
     let velocity = relative(middle, fields.velocity);
     let half = relative(middle, fields.increment);
-    let increment = Relative {
-        value: half.value * 2.0,
-        turn: half.turn * 2.0,
-        spin: half.spin * 2.0,
-        along: half.along.map(|v| v * 2.0),
-    };
+    let increment = Relative { value: half.value * 2.0, turn: half.turn * 2.0 };
     let project = |field: &Vector<D>| field - middle.normal * middle.normal.dot(field);
-    // A point that was open holds no energy, so that its gap is free to be that on the facet where it is now.
+    // A point that was open holds no energy, so that its gap is free.
     let was_open = history.counted >= 0.0;
     let start = if was_open { motion.start.max(0.0) } else { history.counted };
     let along = 2.0 * fields.increment.iter().zip(&middle.nodes).map(|(u, a)| a.gap.dot(u)).sum::<f64>();
     let slipped = project(&increment.value);
-    let lag = if motion.start.is_finite() { motion.start - start } else { 0.0 };
+    let lag = motion.start - start;
     let still = [STILL, LAGGING].map(|part| part * (-start).max(0.0));
     let change = Change::new([start, lag], motion.end, [along, slipped.norm()], still);
     let closed = start < -manner.touching || motion.end <= manner.touching;
@@ -186,17 +176,14 @@ pub fn respond_over_step<const D: usize>(
         ..state
     };
     let moved = middle.relative(fields.increment) * 2.0;
-    let moved_along = middle.relative_gradient(fields.increment).map(|v| v * 2.0);
     let correction = slipped * (mean.traction * change.missed.value);
-    let slopes = Slopes { change, mean, by_pressure, friction, velocity, increment, moved, moved_along };
+    let slopes = Slopes { change, mean, by_pressure, friction, velocity, increment, moved };
     StepResponse { state, correction, slopes: Some(slopes) }
 }
 
 fn relative<const D: usize>(geometry: &Geometry<D>, field: &[Vector<D>]) -> Relative<D> {
     let turn: Vector<D> = geometry.nodes.iter().zip(field).map(|(node, value)| node.normal * value).sum();
-    let spin: f64 = geometry.nodes.iter().zip(field).map(|(node, value)| node.spin.dot(value)).sum();
-    let value = geometry.relative(field) - turn * geometry.gap - geometry.arm * spin;
-    Relative { value, turn, spin, along: geometry.relative_gradient(field) }
+    Relative { value: geometry.relative(field) - turn * geometry.gap, turn }
 }
 
 /// Bound, `dt_T/dt_n` and the traction: the bound is that of the penetration under the mean pressure.
@@ -224,16 +211,15 @@ impl<const D: usize> StepResponse<D> {
         self.slopes.is_some()
     }
 
-    /// Adds `A (t_n d_a + (c_a 1 - g dn/dx_a - p (dw/dx_a)^T)^T (q + t_T))` to `force[a * D + i]` \[N, per depth in 2D\].
+    /// Adds `A (t_n d_a + (c_a 1 - g dn/dx_a)^T (q + t_T))` to `force[a * D + i]` \[N, per depth in 2D\].
     pub fn add_force(&self, middle: &Geometry<D>, force: &mut [f64]) {
         if self.slopes.is_none() {
             return;
         }
         let (pressure, tangential) =
             (self.state.normal_traction, self.correction + self.state.friction_traction);
-        let twist = middle.arm.dot(&tangential);
         for (node, force) in middle.nodes.iter().zip(force.chunks_exact_mut(D)) {
-            let lever = node.normal.transpose() * tangential * middle.gap + node.spin * twist;
+            let lever = node.normal.transpose() * tangential * middle.gap;
             let nodal = (node.gap * pressure + tangential * node.coefficient - lever) * middle.area;
             force.iter_mut().zip(nodal.iter()).for_each(|(f, r)| *f += r);
         }

@@ -3,7 +3,7 @@
 use super::joint::Joint;
 use super::{Response, Slopes};
 use crate::contact::geometry::Geometry;
-use crate::tensor::{Tensor, Vector};
+use crate::tensor::Tensor;
 use crate::terms::Terms;
 
 /// Which terms of the matrix to add, and `dv/du` of the time integrator \[1/s\], by which damping becomes stiffness.
@@ -42,20 +42,11 @@ impl<const D: usize> Response<D> {
             let coefficients = geometry.nodes.iter().map(|node| node.coefficient);
             return joint.add_springs(&geometry.normal, geometry.area, coefficients, stiffest, stiffness);
         }
-        let terms = selection.terms;
         let count = geometry.nodes.len();
-        // What a change of the test coefficient along the target multiplies.
-        let carried = self.carried(terms) * geometry.area;
-        for (b, node) in geometry.nodes.iter().enumerate() {
+        for b in 0..count {
             let column = self.column(geometry, slopes, selection, b);
-            let moves = node.coordinates.iter().any(|c| c.amax() > 0.0);
             for (a, test) in geometry.nodes.iter().enumerate() {
-                let mut block = column * test.coefficient;
-                if moves {
-                    let [first, second] = test.coefficient_gradient;
-                    block -=
-                        carried * (node.coordinates[0] * first + node.coordinates[1] * second).transpose();
-                }
+                let block = column * test.coefficient;
                 let start = (a * count + b) * D * D;
                 for (i, row) in stiffness[start..start + D * D].chunks_exact_mut(D).enumerate() {
                     for (j, entry) in row.iter_mut().enumerate() {
@@ -64,18 +55,6 @@ impl<const D: usize> Response<D> {
                 }
             }
         }
-    }
-
-    /// Traction whose geometric terms are wanted.
-    fn carried(&self, terms: Terms) -> Vector<D> {
-        let mut carried = Vector::zeros();
-        if terms.contains(Terms::NORMAL_GEOMETRY) {
-            carried += self.state.normal * self.state.normal_traction;
-        }
-        if terms.contains(Terms::FRICTION_GEOMETRY) {
-            carried += self.state.friction_traction;
-        }
-        carried
     }
 
     /// Minus the derivative of `A t` by the position of node `b`, the chosen terms of it.
@@ -105,9 +84,6 @@ impl<const D: usize> Response<D> {
         }
         if terms.contains(Terms::FRICTION_GEOMETRY) {
             by_traction += slopes.by_normal * node.normal;
-            for (slope, coordinate) in self.by_coordinates.iter().zip(&node.coordinates) {
-                by_traction += slope * coordinate.transpose();
-            }
         }
         let mut column = by_traction * -geometry.area;
         if terms.contains(Terms::ZONE_CHANGE) {

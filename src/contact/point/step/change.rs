@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(Missed::of(0.0, 0.0, 0.0), Missed::default());
     }
 
-    /// What counts lags behind after a change of facet by a hundredth of the penetration: as the point moves on it is made up for,
+    /// What counts lags behind by a hundredth of the penetration: as the point moves on it is made up for,
     /// by a spring along the surface of a thousandth of the law's stiffness, where one of a hundredth would stem from this step.
     #[test]
     fn a_lag_is_made_up_for_without_haste() {

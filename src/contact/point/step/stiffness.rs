@@ -19,47 +19,6 @@ pub struct StepGeometry<'a, const D: usize> {
     pub curvature: &'a Curvature<D>,
 }
 
-impl<const D: usize> StepGeometry<'_, D> {
-    fn contactor(&self) -> usize {
-        self.middle.nodes.len() + 1 - self.curvature.positions
-    }
-
-    /// The position that a node moves, and by how much.
-    fn position(&self, node: usize) -> (usize, f64) {
-        let contactor = self.contactor();
-        if node < contactor { (0, self.middle.nodes[node].coefficient) } else { (node - contactor + 1, 1.0) }
-    }
-
-    /// A field at the positions.
-    fn at_positions(&self, field: &[Vector<D>]) -> Vec<Vector<D>> {
-        let contactor = self.contactor();
-        let point = self.middle.nodes[..contactor].iter().zip(field).map(|(a, f)| f * a.coefficient).sum();
-        std::iter::once(point).chain(field[contactor..].iter().copied()).collect()
-    }
-}
-
-/// What a field of the nodes changes with the positions, beside the change of its own values.
-struct Moved<const D: usize> {
-    /// `d/dz_b sum_a dn/dz_a field_a`, its tangential part.
-    turns: Vec<Tensor<D>>,
-    /// `d/dz_b sum_a dg/dz_a . field_a` beyond an edge.
-    gaps: Vec<Vector<D>>,
-    /// `d/dz_b sum_a dw/dz_a . field_a`, where there is an arm.
-    spins: Vec<Vector<D>>,
-}
-
-impl<const D: usize> Moved<D> {
-    fn new(geometry: &StepGeometry<'_, D>, field: &[Vector<D>]) -> Self {
-        let field = geometry.at_positions(field);
-        let curvature = geometry.curvature;
-        Self {
-            turns: curvature.of_turn(&field),
-            gaps: curvature.of_gap(&field),
-            spins: curvature.spins().map_or_else(Vec::new, |spins| spins.of_field(&field)),
-        }
-    }
-}
-
 /// Derivatives of the tractions by the place of one node.
 struct Column<const D: usize> {
     /// `dt_n`.
@@ -94,38 +53,27 @@ impl<const D: usize> StepResponse<D> {
             return joint.add_springs(&middle.normal, middle.area, coefficients, stiffest, stiffness);
         }
         let (middle, terms, count) = (geometry.middle, selection.terms, geometry.middle.nodes.len());
-        let [increment, velocity] = [fields.increment, fields.velocity].map(|f| Moved::new(geometry, f));
+        // `d/dx (dn/dx field)` of the field at the point.
+        let [increment, velocity] = [fields.increment, fields.velocity]
+            .map(|field| geometry.curvature.of_turn(&middle.relative(field)));
         let switch = |term| if terms.contains(term) { 1.0 } else { 0.0 };
         let geometric = [switch(Terms::NORMAL_GEOMETRY), switch(Terms::FRICTION_GEOMETRY)];
         let pressure = self.state.normal_traction * geometric[0];
         // Tangential tractions of both laws: their test functions are the same.
         let tangential = self.correction * geometric[0] + self.state.friction_traction * geometric[1];
-        let carried = middle.normal * pressure + tangential;
         for (b, node) in middle.nodes.iter().enumerate() {
             let column = self.column(geometry, [&increment, &velocity], selection, b);
             let normal = column.pressure * switch(Terms::NORMAL_CONTACT);
             let moved = column.correction + column.friction;
-            let (at_b, share_b) = geometry.position(b);
             for (a, test) in middle.nodes.iter().enumerate() {
-                let (at_a, share_a) = geometry.position(a);
-                let share = share_a * share_b;
-                let [first, second] = test.coefficient_gradient;
-                let along = node.coordinates[0] * first + node.coordinates[1] * second;
+                let share = test.coefficient * node.coefficient;
                 let lever = test.normal.transpose();
                 let mut block = test.gap * normal.transpose()
                     + node.normal * (test.coefficient * pressure)
-                    + carried * along.transpose()
                     + moved * test.coefficient
                     - lever * moved * middle.gap
                     - lever * tangential * node.gap.transpose();
-                block -= geometry.curvature.of_normal(&tangential, at_a, at_b) * (middle.gap * share);
-                block += geometry.curvature.gap_block(at_a, at_b) * (pressure * share);
-                if let Some(spins) = geometry.curvature.spins() {
-                    let twist =
-                        moved.transpose() * middle.arm + spins.arm(at_b).transpose() * tangential * share_b;
-                    block -= test.spin * twist.transpose()
-                        + spins.turn(at_a, at_b) * (middle.arm.dot(&tangential) * share);
-                }
+                block -= geometry.curvature.of_normal(&tangential) * (middle.gap * share);
                 block *= -middle.area;
                 let start = (a * count + b) * D * D;
                 for (i, row) in stiffness[start..start + D * D].chunks_exact_mut(D).enumerate() {
@@ -138,7 +86,7 @@ impl<const D: usize> StepResponse<D> {
     fn column(
         &self,
         geometry: &StepGeometry<'_, D>,
-        [increment, velocity]: [&Moved<D>; 2],
+        [increment, velocity]: [&Tensor<D>; 2],
         selection: &Selection,
         b: usize,
     ) -> Column<D> {
@@ -150,31 +98,17 @@ impl<const D: usize> StepResponse<D> {
             };
         };
         let (middle, terms, node) = (geometry.middle, selection.terms, &geometry.middle.nodes[b]);
-        let (position, share) = geometry.position(b);
-        let own = Tensor::identity() * node.coefficient
-            - node.normal * middle.gap
-            - middle.arm * node.spin.transpose();
+        let share = node.coefficient;
+        let own = Tensor::identity() * share - node.normal * middle.gap;
         // How slip and slip velocity change though the nodes' own do not.
-        let carried = |field: &Relative<D>, moved: &Moved<D>, factor: f64| {
-            let mut sum = -field.turn * node.gap.transpose();
-            for (along, coordinate) in field.along.iter().zip(&node.coordinates) {
-                sum += along * coordinate.transpose();
-            }
-            if let Some(spins) = geometry.curvature.spins() {
-                sum -= spins.arm(position) * (field.spin * share)
-                    + middle.arm * moved.spins[position].transpose() * (share * factor);
-            }
-            sum - moved.turns[position] * (middle.gap * share * factor)
+        let carried = |field: &Relative<D>, turned: &Tensor<D>, factor: f64| {
+            -field.turn * node.gap.transpose() - turned * (middle.gap * share * factor)
         };
         let of_increment = carried(&slopes.increment, increment, 2.0);
 
         // The normal law.
         let (change, mean) = (&slopes.change, &slopes.mean);
-        let mut along = node.gap * 2.0 + node.normal.transpose() * slopes.moved;
-        for (moved, coordinate) in slopes.moved_along.iter().zip(&node.coordinates) {
-            along += coordinate * middle.normal.dot(moved);
-        }
-        along += increment.gaps[position] * (2.0 * share);
+        let along = node.gap * 2.0 + node.normal.transpose() * slopes.moved;
         let outward = middle.normal.dot(&slopes.increment.value);
         let slip = tangential_projector(&middle.normal) * (own * 2.0 + of_increment)
             - middle.normal * (node.normal.transpose() * slopes.increment.value).transpose()

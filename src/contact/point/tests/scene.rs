@@ -5,7 +5,6 @@ use crate::contact::friction::Regularization;
 use crate::contact::geometry::{AreaMeasure, FacetPoint, Geometry};
 use crate::contact::history::History;
 use crate::contact::obstacle::Obstacle;
-use crate::contact::projection::Projection;
 use crate::mesh::ElementKind;
 use crate::space::{Table, reference};
 use crate::taylor::{scatter, taylor_rate};
@@ -15,17 +14,10 @@ use crate::terms::Terms;
 /// Change of a velocity with the displacement in [`Scene::moved`] \[1/s\].
 pub(super) const SHIFT: f64 = 3.0;
 
-/// What the point is pressed against.
-#[derive(Clone, Debug)]
-pub(super) enum Target<const D: usize> {
-    Rigid(Obstacle<D>),
-    Facet(ElementKind),
-}
-
-/// One point of a facet with everything that it needs; the target facet's nodes follow the contactor's.
+/// One point of a facet with everything that it needs.
 #[derive(Clone)]
 pub(super) struct Scene<const D: usize> {
-    pub target: Target<D>,
+    pub target: Obstacle<D>,
     pub table: Table,
     pub nodes: Vec<Vector<D>>,
     pub velocity: Vec<Vector<D>>,
@@ -51,18 +43,11 @@ fn facet_nodes<const D: usize>(kind: ElementKind, size: f64, seed: u32) -> Vec<V
 
 impl<const D: usize> Scene<D> {
     /// A point of the last Gauss point of `kind`, with the given gap.
-    pub fn new(kind: ElementKind, target: Target<D>, law: ContactLaw, gap: f64) -> Self {
+    pub fn new(kind: ElementKind, target: Obstacle<D>, law: ContactLaw, gap: f64) -> Self {
         let element = reference(kind);
         let table = element.tabulate(element.gauss_contact_rule());
         let offset = Vector::from_fn(|i, _| 0.41 + 0.2 * i as f64);
-        let mut nodes: Vec<_> = facet_nodes::<D>(kind, 0.2, 3).into_iter().map(|x| x + offset).collect();
-        if let Target::Facet(kind) = target {
-            // A target with its normal up (D = 3) or down (D = 2) below the point, which projects inside of it.
-            let point = Self::point_of(&table, &nodes);
-            let lowered = facet_nodes::<D>(kind, 1.3, 5);
-            let centre = lowered.iter().sum::<Vector<D>>() / lowered.len() as f64;
-            nodes.extend(lowered.into_iter().map(|y| y - centre * 0.9 + point));
-        }
+        let nodes: Vec<_> = facet_nodes::<D>(kind, 0.2, 3).into_iter().map(|x| x + offset).collect();
         let count = nodes.len();
         let mut scene = Self {
             target,
@@ -99,12 +84,7 @@ impl<const D: usize> Scene<D> {
         };
         let x = Self::point_of(&self.table, &self.nodes);
         let mut geometry = Geometry::default();
-        match &self.target {
-            Target::Rigid(obstacle) => geometry.against_obstacle(&point, &obstacle.proximity(&x)),
-            Target::Facet(kind) => {
-                geometry.against_facet(&point, &Projection::of(&x, *kind, &self.nodes[count..]))
-            }
-        }
+        geometry.against_obstacle(&point, &self.target.proximity(&x));
         geometry.with_area(&point, &self.nodes[..count], self.measure);
         geometry
     }
