@@ -10,7 +10,7 @@ use std::{env, fs, process};
 /// Every function of PETSc that this program calls: session, options, errors and log; vectors; matrices; solvers.
 const FUNCTIONS: &str = "
     PetscInitialize PetscFinalize PetscGetVersionNumber PetscPushErrorHandler PetscPopErrorHandler
-    PetscErrorMessage PetscOptionsSetValue PetscOptionsClearValue PetscOptionsHasName
+    PetscErrorMessage PetscOptionsSetValue PetscOptionsClearValue
     PetscOptionsGetAll PetscOptionsLeftGet PetscOptionsLeftRestore PetscClassIdRegister
     PetscLogEventRegister PetscObjectReference contact_log_begin contact_log_end contact_free
 

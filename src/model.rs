@@ -145,7 +145,7 @@ pub struct Contact<const D: usize> {
     pub penetration: Option<f64>,
     /// Friction; none leaves the matrix symmetric.
     pub friction: Option<Friction>,
-    /// Nodes or Gauss points.
+    /// Rule of points on an obstacle.
     pub quadrature: Quadrature,
     /// Tractions act on the deformed area.
     pub current_area: bool,

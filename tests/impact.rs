@@ -140,9 +140,7 @@ fn collisions_keep_energy_and_momentum() {
     }
 }
 
-/// Nodes without mass do not move less in a shorter step. Where the target is pressed in at one of its vertices a point may be in
-/// balance on neither of its two facets, or on either, and what counts of its gap lags behind after a change of facet: steps are
-/// solved all the same, hardly one is cut, and energy and momenta kept.
+/// Nodes without mass do not move less in a shorter step: steps are solved all the same, hardly one is cut, and energy and momenta kept.
 #[test]
 fn discs_without_mass_find_their_balance() {
     let text = shipped("collision/case.yml", &[("step: 5.0e-5", "step: 1.0e-4")]);
@@ -199,8 +197,7 @@ fn what_is_asked_of_the_laws_is_told() {
     assert!(!equal.record()["warnings"].to_string().contains("laws of contact"));
 }
 
-/// Cubes that tumble meet with faces, edges and corners, and points press beyond the edges of their facets, where a tangential force
-/// would turn about the normal: both momenta are kept to 1e-10 of what there is, with friction and without.
+/// Cubes that tumble meet with faces, edges and corners: both momenta are kept to 1e-10 of what there is, with friction and without.
 #[test]
 fn tumbling_cubes_keep_their_momentum() {
     let friction = "{ coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e9 } } }";

@@ -18,7 +18,7 @@ const NODES: u64 = 1 << 16;
 const ELEMENTS: u64 = 1 << 15;
 /// Sides of an element in the name of a facet, see [`TargetFacets::identity`].
 const SIDES: u64 = 16;
-/// Columns of a contact point before those of its history: facet of the target, gap.
+/// Columns of a contact point before those of its history.
 const OWN: [&str; 1] = ["gap"];
 const FIELDS: [&str; 5] = ["u", "v", "a", "force", "drive"];
 

@@ -85,7 +85,7 @@ impl NodalSums {
     pub const FIELDS: usize = 14;
 
     /// Gathers all points of a contact; complete at owned nodes, but for a deformable target only after
-    /// [`complete`](Self::complete). A gap is at most the distance at which targets are looked for.
+    /// [`complete`](Self::complete). A gap is at most a quarter of the largest facet.
     pub fn of<const D: usize>(contact: &Contact<D>, nodes: usize) -> Self {
         let furthest = contact.reach();
         let mut gathered = Self { sums: vec![0.0; nodes * Self::FIELDS], weights: vec![0.0; nodes] };

@@ -77,8 +77,6 @@ pub struct ContactSystem<const D: usize> {
     pub(super) elements: Rc<BlockPattern>,
     /// What deformable contacts share.
     pub(super) interface: Option<Interface<D>>,
-    /// A contact met a facet that the pattern does not know.
-
     /// The matrix knows the rigid-body modes.
     pub(super) has_modes: bool,
     pub(super) matrix: Matrix,

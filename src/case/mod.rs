@@ -252,7 +252,7 @@ impl Case {
     /// Whether `accuracy` wants the mass off the contact surfaces of this body in motion, in steps that follow their errors: in
     /// equal ones a node without mass, which friction may leave no balance, has too few ways out. Where a penetration is asked for
     /// its penalty may become stiffer; under the conserving scheme nothing damps what swings on it, faster than any step that is
-    /// worth while, but between the facets of another body nodes without mass may find no balance.
+    /// worth while, but nodes without mass that meet another body may find no balance (measured with contact at Gauss points).
     pub fn calms_contact_of(&self, body: &str) -> bool {
         let conserves = self.time.scheme.value == Scheme::Conserving;
         let asked = self

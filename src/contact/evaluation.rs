@@ -1,4 +1,4 @@
-//! What every evaluation of a contact shares, whatever its target: fields in, request, and the work on one point.
+//! What every evaluation of a contact shares: fields in, request; and the work on one point against an obstacle.
 
 use super::curvature::Curvature;
 use super::geometry::{AreaMeasure, Geometry};
@@ -105,12 +105,12 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
-    /// Forgets all nodes but the first `count`.
-    pub fn keep(&mut self, count: usize) {
-        self.nodes.truncate(count);
-        self.current.truncate(count);
-        self.velocity.truncate(count);
-        self.increment.truncate(count);
+    /// Forgets all nodes.
+    pub fn clear(&mut self) {
+        self.nodes.clear();
+        self.current.clear();
+        self.velocity.clear();
+        self.increment.clear();
     }
 
     /// Appends the values of the nodes of a facet.

@@ -19,7 +19,7 @@ pub struct FacetPoint<'a> {
 }
 
 impl FacetPoint<'_> {
-    /// Position \[m\] between contactor nodes at `nodes`; what follows them is not looked at.
+    /// Position \[m\] between nodes at `nodes`.
     pub fn position<const D: usize>(&self, nodes: &[Vector<D>]) -> Vector<D> {
         nodes.iter().zip(self.shape).map(|(x, n)| x * *n).sum()
     }

@@ -7,7 +7,6 @@ use super::point::ContactLaw;
 use super::state::ContactState;
 use super::surface::{ContactSurface, SurfaceFacet};
 use crate::rounding;
-use crate::tensor::Vector;
 
 /// Receives what the facets contribute.
 pub trait ContactSink {
@@ -42,7 +41,7 @@ impl<const D: usize> RigidContact<D> {
         for index in rounding::order(self.surface.facets().len()) {
             let facet = &self.surface.facets()[index];
             let nodes = self.surface.facet_nodes(facet);
-            work.keep(0);
+            work.clear();
             work.gather(self.surface.reference_points(facet), nodes, fields);
             work.clear_sums(request);
             if request.over_step {
@@ -73,15 +72,5 @@ impl<const D: usize> RigidContact<D> {
             let proximity = self.obstacle.proximity(&at.position(&work.end));
             work.end_geometry.against_obstacle(&at, &proximity);
         }
-    }
-
-    /// Largest initial overlap of this rank: depth \[m\] and place; None without any.
-    pub fn overclosure(&self) -> Option<(f64, Vector<D>)> {
-        let places = self.surface.facets().iter().flat_map(|facet| {
-            let nodes = self.surface.reference_points(facet);
-            (0..facet.points.len()).map(move |q| self.surface.facet_point(facet, q).position(nodes))
-        });
-        let depths = places.map(|x| (-self.obstacle.gap(&x), x)).filter(|(depth, _)| *depth > 0.0);
-        depths.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 }

@@ -69,13 +69,8 @@ impl<const D: usize> TargetSurface<D> {
     }
 
     /// Number of facets.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.facets.count()
-    }
-
-    /// Whether the rank knows no facet.
-    pub fn is_empty(&self) -> bool {
-        self.facets.count() == 0
     }
 
     /// Kind of a facet.

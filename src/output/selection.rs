@@ -49,7 +49,7 @@ pub struct SurfaceFields<'a> {
     pub contact_pressure: &'a [f64],
     /// Friction traction on the contactor \[Pa\], `D` components a node.
     pub traction_t: &'a [f64],
-    /// `g_n` \[m\], positive where open; where no target lies opposite the distance at which targets are looked for.
+    /// `g_n` \[m\], positive where open; where no target lies opposite a quarter of the largest facet.
     pub gap: &'a [f64],
     /// Length of the way slipped so far \[m\].
     pub slip: &'a [f64],

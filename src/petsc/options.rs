@@ -2,7 +2,6 @@
 
 use super::call::petsc;
 use crate::error::{Error, Result};
-use petsc_sys as sys;
 use std::collections::HashSet;
 use std::ffi::{CString, c_char};
 use std::ptr::null_mut;
@@ -121,14 +120,6 @@ pub(super) fn insert(name: &str, value: &str) -> Result<()> {
 /// Takes an option out of the database.
 pub(super) fn remove(name: &str) -> Result<()> {
     petsc!(PetscOptionsClearValue(null_mut(), dashed(name)?.as_ptr()))
-}
-
-/// Whether the database has the option, and thereby counts it as used.
-pub(super) fn is_set(name: &str) -> Result<bool> {
-    let mut set = sys::PETSC_FALSE;
-    let name = dashed(name)?;
-    petsc!(PetscOptionsHasName(null_mut(), std::ptr::null(), name.as_ptr(), &mut set))?;
-    Ok(set == sys::PETSC_TRUE)
 }
 
 /// Refuses words among the options meant for PETSc that PETSc would drop without a word.

@@ -177,14 +177,6 @@ impl Session {
         self.options.borrow().at_the_start().to_owned()
     }
 
-    /// Whether the PETSc option `name` is set; counts it as used.
-    ///
-    /// # Errors
-    /// PETSc refuses the name.
-    pub fn has_option(&self, name: &str) -> Result<bool> {
-        options::is_set(name)
-    }
-
     /// The user's PETSc options that nothing on this rank has asked for so far, each as `-name value`.
     ///
     /// # Errors

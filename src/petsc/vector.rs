@@ -101,11 +101,6 @@ impl Vector {
         self.owned
     }
 
-    /// Number of owned and ghost values.
-    pub fn local_len(&self) -> usize {
-        self.local
-    }
-
     /// The owned values.
     pub fn owned(&self) -> Values<'_> {
         // SAFETY: PETSc made the vector with this many values.

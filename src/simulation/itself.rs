@@ -21,7 +21,7 @@ pub(super) fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) ->
         let (distance, place) = narrowest(local, number)?;
         Some(format!(
             "surfaces of '{}' face each other at a distance of {distance:.3e} {m} at {}: their contact is detected only if a \
-             contact names two sets of the body as its sides",
+             contact names them, as its two sides or as one that meets itself",
             body.name,
             spelled(place.as_slice())
         ))

@@ -106,7 +106,7 @@ pub fn needs<const D: usize>(
         ("K_S (geometric stiffness)", either(t.finite, "finite kinematics", "linear kinematics")),
         ("K_CN (normal contact)", either(t.contact, "contact", "no contact")),
         (
-            "K_CG (curvature of the target)",
+            "K_CG (change of the contact normal and of where it acts)",
             match t.contact {
                 true => either(t.curved, "a curved target or one that deforms", "all targets are planes"),
                 false => (false, "no contact".to_owned()),
@@ -123,7 +123,9 @@ pub fn needs<const D: usize>(
             "zone terms (change of the contact area, non-symmetric)",
             match (t.contact, t.friction) {
                 (false, _) => (false, "no contact".to_owned()),
-                (_, false) => (false, "left out without friction: the matrix stays symmetric".to_owned()),
+                (_, false) if !case.has_unsymmetric_contact() => {
+                    (false, "left out without friction: the matrix stays symmetric".to_owned())
+                }
                 _ => either(t.area, "area: current", "area: reference"),
             },
         ),
@@ -133,7 +135,11 @@ pub fn needs<const D: usize>(
         ("accelerations", inertia()),
         (
             "symmetric matrix: half the factors, CG",
-            either(symmetric, "nothing breaks the symmetry", "friction or a following load breaks it"),
+            either(
+                symmetric,
+                "nothing breaks the symmetry",
+                "friction, a following load or contact of bodies breaks it",
+            ),
         ),
         (
             "stick memory (tractions of the last step)",

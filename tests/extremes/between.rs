@@ -1,4 +1,4 @@
-//! What is smaller than the spacing of contact points: it is seen, and what only looks like it goes on uncut.
+//! Obstacles that are smaller than the spacing of contact points are seen; bodies that are smaller than a facet are met by segments.
 
 use crate::row::{Results, Row, Verdict};
 

@@ -113,7 +113,7 @@ const DISCS: [(&str, &str); 3] = [
     ("step: 5.0e-5", "step: 1.0e-4"),
 ];
 
-/// Without friction the forces act along the line from a point to its projection: both momenta are kept to rounding.
+/// Without friction both momenta are kept to rounding.
 #[test]
 fn colliding_discs_keep_their_momentum() {
     let results = Results::of(&shipped("collision/case.yml", &DISCS), 1);

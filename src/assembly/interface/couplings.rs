@@ -1,4 +1,4 @@
-//! Which facets of contactor and target may meet, and where the blocks of their nodes go.
+//! Nodes that each vertex couples, and where their blocks go.
 //!
 //! Rows of the rank's own nodes go to the matrix. Rows of other nodes are *remote*: collected in an agreed order and
 //! sent to the ranks that own them.

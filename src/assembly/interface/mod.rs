@@ -1,7 +1,7 @@
 //! What the deformable contacts of a rank share: fields of foreign nodes, and the way of forces and blocks to the
 //! ranks that own their rows.
 //!
-//! A contactor facet is evaluated by one rank. What it contributes to rows of other ranks is collected and sent, one
+//! A vertex is evaluated by the rank that owns its node. What it contributes to rows of other ranks is collected and sent, one
 //! message a neighbour, in an order agreed when the couplings were found.
 
 mod couplings;

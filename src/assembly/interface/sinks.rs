@@ -93,8 +93,7 @@ pub struct PairStiffness<'a, 'm, const D: usize> {
     pub remote: &'a mut [f64],
     /// Right side for prescribed changes.
     pub lift: Option<PairLift<'a>>,
-    /// What the matrix promises: where it is symmetric, so are the pairs made. Of the terms that a symmetric matrix
-    /// keeps only those of points clipped at the edge of a facet are not, by their overhang.
+    /// What the matrix promises: where it is symmetric, each block is replaced by its symmetric part.
     pub symmetry: Symmetry,
 }
 

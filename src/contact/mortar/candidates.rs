@@ -115,9 +115,9 @@ impl<const D: usize> SegmentContact<D> {
     /// Facets that share a node are left out: surfaces of one body that meet at an edge do not press each other there.
     pub fn candidates(&self, u: &[f64], range: &CandidateRange) -> Candidates<D> {
         let mut couples = Vec::new();
-        let targets = 0..self.target.len() as u32;
+        let targets = 0..self.target.count() as u32;
         let mut nodes = Vec::new();
-        let mut boxes = Vec::with_capacity(self.target.len());
+        let mut boxes = Vec::with_capacity(self.target.count());
         for target in targets {
             self.target.current(target, u, &mut nodes);
             boxes.push(Bounds::of_facet(self.target.kind(target), nodes.iter().map(|&x| x.into())));

@@ -227,7 +227,7 @@ impl<const D: usize> SegmentContact<D> {
             pairs.push(ActivePair { facet, target, integrals });
         });
         let vertices = sums.iter_mut().enumerate();
-        vertices.for_each(|(vertex, sums)| sums.finish(self.surface.reference_area(vertex)));
+        vertices.for_each(|(vertex, sums)| sums.finish(&self.surface.size_of(vertex, self.share)));
         Overlap { pairs, sums }
     }
 
@@ -286,7 +286,8 @@ impl<const D: usize> SegmentContact<D> {
         let mut all = Vec::with_capacity(sums.len());
         for (vertex, sums) in sums.iter().enumerate() {
             if !sums.is_covered() {
-                state.current[vertex] = PointState::default();
+                state.current[vertex] =
+                    PointState { sunk: sums.sunk(state.adjusted(vertex)), ..PointState::default() };
                 all.push(None);
                 continue;
             }

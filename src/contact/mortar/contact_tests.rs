@@ -67,7 +67,7 @@ impl<const D: usize> Scene<D> {
         let target = target(&mesh, &["lower.top"]);
         let facets = surface.facets().len() as u32;
         let couples: Vec<(u32, u32)> =
-            (0..facets).flat_map(|f| (0..target.len() as u32).map(move |t| (f, t))).collect();
+            (0..facets).flat_map(|f| (0..target.count() as u32).map(move |t| (f, t))).collect();
         let state = ContactState::new(surface.vertices().len());
         let contact = SegmentContact {
             surface,
@@ -451,4 +451,17 @@ fn a_sliver_deeper_than_long_does_not_press() {
     }
     assert!(force(1e-3) > 0.0 && force(1e-3) < 1e-3 * stiffness);
     assert_eq!([2.1e-3, 0.1].map(force), [0.0; 2]);
+}
+
+/// Where nothing is left uncovered a vertex presses as deep as it is, also by several facets.
+#[test]
+fn what_is_covered_presses_however_deep() {
+    for sunk in [0.05, 0.1, 0.2] {
+        let upper = block(ElementKind::Quad4, [0.0, 1.0], [0.0, 1.0], 20);
+        let lower = block(ElementKind::Quad4, [-0.5, 1.5], [-1.0, sunk], 33);
+        let mut scene = Scene::<2>::new(upper, lower);
+        scene.evaluate(&ContactRequest::default());
+        let points = &scene.state.current;
+        assert!(points.iter().all(|point| (point.gap + sunk).abs() < 1e-12), "{sunk}");
+    }
 }

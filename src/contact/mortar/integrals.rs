@@ -279,7 +279,8 @@ impl<const D: usize> FacetPair<'_, D> {
     /// Hands the variation of the integrals of each vertex with each node to `add`: corner, node, change.
     ///
     /// On the way, minus the derivatives by what is `frozen` are added to `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes
-    /// \[N/m\]: of the force `sum_A (t_n V_a + t_T D_a)`, and of the gradient of `sum_A p_A W_A`.
+    /// \[N/m\]: of the force `sum_A (t_n V_a + t_T D_a)`, and of the gradient of the potential, see
+    /// [`Frozen`].
     pub fn vary(
         &self,
         fields: &PairFields<'_, D>,
@@ -410,9 +411,8 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
-    /// The Hessian of `sum_A p_A W_A`, without what is proportional to the gap or to the angle between the two sides: it vanishes where
-    /// surfaces touch. The rest is `d_a(Phi dGamma) g_b + g_a d_b(Phi dGamma) + Phi dGamma d_a d_b g`, where `d_a d_b g` has the turn
-    /// of the normal, the slide of the point over the target, and the curvature of both sides.
+    /// The Hessian of the potential, without the second derivatives of the measure and what is proportional to the angle between the two
+    /// sides: (1.11) of the theory, where its parts are named.
     fn add_potential(
         &self,
         point: &Point<D>,

@@ -57,10 +57,11 @@ pub struct VertexSums<const D: usize> {
     pub slips: [Vector<D>; 2],
     /// Minus the gap of the deepest segment point \[m\].
     pub depth: f64,
-    /// Covered area of the facets around the vertex [m, m^2].
+    /// Covered area of the facets around the vertex, and the undeformed whole of it [m, m^2].
     pub cover: f64,
+    full: f64,
     /// Length of the vertex across the plane: 1 in the plane, in space the root of its area [-, m].
-    pub width: f64,
+    width: f64,
 }
 
 impl<const D: usize> Default for VertexSums<D> {
@@ -73,6 +74,7 @@ impl<const D: usize> Default for VertexSums<D> {
             slips: [none; 2],
             depth: f64::NEG_INFINITY,
             cover: 0.0,
+            full: 0.0,
             width: 1.0,
         }
     }
@@ -86,17 +88,38 @@ const COVERED: f64 = 1e-13;
 /// unless it is a blade a hundred times thinner than a facet.
 const SLIVER: f64 = 1e-2;
 
+/// Depth over covered length from which on a vertex carries nothing.
+const ACROSS: f64 = 2.0;
+
+/// Undeformed sizes around a vertex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VertexSize {
+    /// Area that the vertex stands for [m, m^2].
+    pub vertex: f64,
+    /// Area of the facets around it [m, m^2].
+    pub facets: f64,
+    /// Part of the tractions that each side carries as the contactor.
+    pub share: f64,
+}
+
 impl<const D: usize> VertexSums<D> {
-    /// Ends the summation; `whole` is the area of the vertex [m, m^2]. Clears the sums of a vertex that is covered by rounding alone,
-    /// or by facets whose normals cancel.
-    pub fn finish(&mut self, whole: f64) {
-        self.width = if D == 2 { 1.0 } else { whole.sqrt() };
-        if !(self.area > COVERED * whole && self.normal.amax() > 0.0) {
-            *self = Self::default();
-        }
-        if self.cover < SLIVER * whole {
+    /// Ends the summation. Clears the sums of a vertex that is covered by rounding alone, by facets whose normals cancel, or by a sliver
+    /// that lies deeper than it is long; only its depth is left.
+    pub fn finish(&mut self, size: &VertexSize) {
+        self.full = size.facets * size.share;
+        self.width = if D == 2 { size.share } else { size.share * size.vertex.sqrt() };
+        if self.cover < SLIVER * size.share * size.vertex {
             self.depth = f64::NEG_INFINITY;
         }
+        let faces = self.area > COVERED * size.vertex && self.normal.amax() > 0.0;
+        if !faces || -self.mean_gap() * self.inverse_length() >= ACROSS {
+            *self = Self { depth: self.depth, ..Self::default() };
+        }
+    }
+
+    /// Inverse of the length that is covered around the vertex [1/m]; 0 where nothing is left uncovered.
+    fn inverse_length(&self) -> f64 {
+        (self.width / self.cover - self.width / self.full).max(0.0)
     }
 
     /// Mean gap `g = W / kappa` \[m\].
@@ -112,25 +135,24 @@ impl<const D: usize> VertexSums<D> {
     /// The gap that the laws see, with its derivatives by the mean gap \[-\] and by the covered area [-, 1/m].
     ///
     /// With `l` the length that is covered around the vertex, `g = -l phi(-W / (kappa l))`: `phi(s) = s` up to a half, from there it falls
-    /// to 0 at 2. Where the corner of a body penetrates a little, a sliver of it lies deep behind the side next to the corner. The
-    /// shortest way out leads across the sliver, so that side has nothing to push back.
+    /// to 0 at 2 (theory, section 1.3).
     fn limited(&self) -> (f64, f64, f64) {
-        /// Depth over covered length from which on a vertex carries nothing.
-        const ACROSS: f64 = 2.0;
         let mean = self.mean_gap();
-        let length = self.cover / self.width;
-        let s = -mean / length;
+        let inverse = self.inverse_length();
+        let s = -mean * inverse;
         if s <= 0.5 {
             return (mean, 1.0, 0.0);
         }
-        if s >= ACROSS {
-            return (0.0, 0.0, 0.0);
-        }
         let width = ACROSS - 0.5;
-        let t = (s - 0.5) / width;
+        let t = ((s - 0.5) / width).min(1.0);
         let part = 0.5 * (1.0 - t * t * (3.0 - 2.0 * t)) + width * t * (1.0 - t) * (1.0 - t);
         let slope = -3.0 * t * (1.0 - t) / width + (1.0 - t) * (1.0 - 3.0 * t);
-        (-length * part, slope, (s * slope - part) / self.width)
+        (-part / inverse, slope, (s * slope - part) * self.width / (self.cover * inverse).powi(2))
+    }
+
+    /// How much the gap that the laws see changes with the mean gap.
+    pub fn by_mean_gap(&self) -> f64 {
+        self.limited().1
     }
 
     /// Whether anything of the vertex lies opposite a target.

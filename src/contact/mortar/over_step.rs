@@ -143,8 +143,11 @@ impl<const D: usize> SegmentContact<D> {
             }
         }
         for (carried, ends) in frozen.carried.iter_mut().zip(ends) {
-            if let Some(carried) = carried {
-                carried.friction *= ends.end.area / ends.middle.area;
+            match carried {
+                Some(carried) if ends.middle.is_covered() => {
+                    carried.friction *= ends.end.area / ends.middle.area
+                }
+                _ => *carried = None,
             }
         }
         self.add_frozen(&overlap.at_middle.pairs, fields, &frozen, sink);
@@ -307,7 +310,7 @@ impl<const D: usize> VertexStep<D> {
             return Potential::default();
         }
         Potential {
-            pressure: active.change.mean_area() * active.normal.traction / middle.area,
+            pressure: active.change.mean_area() * active.normal.traction * middle.by_mean_gap() / middle.area,
             gap: middle.mean_gap(),
             energy: active.energy,
         }

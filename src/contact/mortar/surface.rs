@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::kernel::VertexSize;
 use super::shape::FacetShape;
 use super::split::linear;
 use crate::contact::surface::Ownership;
@@ -164,6 +165,13 @@ impl<const D: usize> VertexSurface<D> {
     /// Undeformed area that a vertex stands for, wherever its target ends [m, m^2].
     pub fn reference_area(&self, vertex: usize) -> f64 {
         self.reference_area[vertex]
+    }
+
+    /// Undeformed sizes around a vertex, whose contact carries this share of the tractions.
+    pub fn size_of(&self, vertex: usize, share: f64) -> VertexSize {
+        let area = |&facet: &u32| self.facets[facet as usize].size.powi(D as i32 - 1);
+        let facets = self.around(vertex).iter().map(area).sum();
+        VertexSize { vertex: self.reference_area[vertex], facets, share }
     }
 
     /// Undeformed position of a vertex \[m\].

@@ -1,4 +1,4 @@
-//! How far a place is from a facet: Newton's method over the facet, along its edges where that leaves it, and its corners.
+//! How far a place is from a facet: by Newton's method over the facet and along its edges, and at its corners.
 
 use crate::contact::mortar::shape::FacetShape;
 use crate::mesh::ElementKind;
@@ -22,10 +22,9 @@ pub(super) fn distance<const D: usize>(x: &Vector<D>, kind: ElementKind, nodes: 
         (2, 3) => xi[0] >= -SLACK && xi[1] >= -SLACK && xi[0] + xi[1] <= 1.0 + SLACK,
         _ => xi.iter().all(|c| c.abs() <= 1.0 + SLACK),
     };
-    match facet.nearest(centre, &axes[..D - 1]).filter(inside) {
-        Some(xi) => facet.offset(&xi).norm(),
-        None => facet.distance_to_border(),
-    }
+    let border = facet.distance_to_border();
+    let within = facet.nearest(centre, &axes[..D - 1]).filter(inside);
+    within.map_or(border, |xi| border.min(facet.offset(&xi).norm()))
 }
 
 /// A facet seen from a place.
@@ -42,7 +41,7 @@ impl<const D: usize> Facet<'_, D> {
         self.nodes.iter().zip(shape.value).map(|(node, n)| (self.x - node) * n).sum()
     }
 
-    /// The nearest point within the span of some directions from `xi`; none where Newton's method does not converge.
+    /// A point of stationary distance within the span of some directions from `xi`; none where Newton's method leaves the facet.
     fn nearest(&self, mut xi: [f64; 2], directions: &[[f64; 2]]) -> Option<[f64; 2]> {
         for _ in 0..STEPS {
             let shape = FacetShape::at(self.kind, xi);
