@@ -5,6 +5,7 @@ mod conformity;
 mod laws;
 mod meshes;
 mod overlap;
+mod places;
 mod sets;
 
 use crate::case::{self, PlacedFunction, Units};

@@ -240,13 +240,6 @@ const CASES: &[Broken] = &[
         2,
     ),
     (
-        BOX,
-        "box: { min: [1.0e12, 0], max: [1000000000000.4, 0.4], cells: [4, 4] }",
-        3,
-        &["coordinates of 1.0e12 m are known to 2.2e-4 m only", "hint: move all bodies"],
-        2,
-    ),
-    (
         "cells: [4, 4] }",
         "cells: [40, 4], map: { x: \"(1 + y) * cos(5 * pi * x)\", y: \"-(1 + y) * sin(5 * pi * x)\" } }",
         3,
@@ -305,6 +298,15 @@ contact:
 boundary: { low: { on: lower.SOLE, displacement: { ALL } }, up: { on: upper.TOP, displacement: { ALL } } }
 time: { end: 1, scheme: { static: { increments: 1 } } }
 ";
+
+/// Bodies and their probe where coordinates have no digits left.
+const FAR_AWAY: &[Broken] = &[(
+    BOX,
+    "box: { min: [1.0e12, 0], max: [1000000000000.4, 0.4], cells: [4, 4] }",
+    3,
+    &["coordinates of 1.0e12 m are known to 2.2e-4 m only", "hint: move all bodies"],
+    2,
+)];
 
 /// Cases on the mesh of a file, whose sets only the mesh knows.
 const ON_A_FILE: &[Broken] = &[
@@ -391,6 +393,7 @@ fn taken(folder: &Folder, base: &str, (from, to, code, words, ranks): &Broken) -
 #[test]
 fn broken_cases_are_refused_on_1_2_and_3_ranks() {
     all_refused("broken", SMALL_BLOCK, CASES);
+    all_refused("far", &SMALL_BLOCK.replace("at: [0, 0]", "at: [1.0e12, 0]"), FAR_AWAY);
 }
 
 /// A rule for points of contact is refused between two bodies, and on an obstacle where that at the nodes of its facets is not positive;
@@ -432,6 +435,30 @@ fn rules_that_do_not_exist_are_refused_on_1_and_2_ranks() {
         run(0, &["check", "case.yml"], &folder).success();
     }
 }
+
+/// What only the mesh tells is told at once: values that are not finite at nodes, probes that are nowhere near.
+#[test]
+fn faults_that_the_mesh_shows_are_told_together_on_1_and_2_ranks() {
+    let folder = Folder::new("together");
+    folder.write("case.yml", FAULTY);
+    for ranks in [0, 2] {
+        let output = run(ranks, &["case.yml", "-o", "out"], &folder);
+        let words = [
+            "case.yml:3:179: the value is not finite at t = 0, point [0, 0]",
+            "case.yml:4:56: the value is not finite at t = 0, point [0, 0]",
+            "case.yml:6:32: probe 'far' is 5.657e0 m away from the nearest node",
+        ];
+        check(&output, 3, &words).unwrap_or_else(|e| panic!("{e}"));
+    }
+}
+
+const FAULTY: &str = "dimension: 2
+bodies:
+  block: { mesh: { box: { min: [0, 0], max: [1, 1], cells: [2, 2] } }, material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }, density: 1000, initial_velocity: [1/x, 0] }
+boundary: { base: { on: block.left, displacement: { x: 1/y, y: 0 } } }
+time: { end: 1, step: 0.1 }
+output: { probes: { far: { at: [5, 5], on: block } } }
+";
 
 /// So is what only the mesh of a file can tell.
 #[test]

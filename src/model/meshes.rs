@@ -3,6 +3,7 @@
 use super::conformity::{Parts, Source, conform, require_sound_curves};
 use super::lengths;
 use super::overlap;
+use super::places::unsound_places;
 use super::sets::{missing_sets, shared_facets};
 use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
@@ -43,6 +44,7 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     let mut faults = missing_sets(case, &mesh);
     faults.extend(missing_rules(case, &mesh));
     faults.extend(shared_facets(case, &mesh));
+    faults.extend(unsound_places(case, &mesh));
     Error::together(faults)?;
     remarks.extend(overlap::remarks(case, &mesh)?);
     Ok((mesh, remarks))

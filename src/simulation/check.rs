@@ -47,7 +47,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
         start::require_supports(&system)?;
     }
     let solvers = ladder(&linear, &options::step_problem(case, &system))?;
-    let watched = start::require_probes(&system, &model, case)?;
+    let watched = system.watch(&model.probes)?;
 
     let mut text = String::new();
     let (elements, nodes): (u64, u64) = (partition.elements.iter().sum(), partition.owned.iter().sum());

@@ -95,7 +95,6 @@ impl<const D: usize> Ready<D> {
         let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
         magnitudes::require_precision(&system.precision())?;
         start::require_reach(&mut system, &model, case)?;
-        start::require_probes(&system, &model, case)?;
         pace::limit_penetration(&mut system, case);
         let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
         let strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)

@@ -4,7 +4,7 @@
 use super::hints::TOO_LARGE;
 use super::journal::Journal;
 use super::{SOLVER_PREFIXES, options};
-use crate::assembly::{ContactSystem, Span, Watched};
+use crate::assembly::{ContactSystem, Span};
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
 use crate::error::{Cause, Error, Result};
@@ -74,27 +74,6 @@ pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()>
     }
     Err(Error::case(format!("statics, and nothing holds {}", lost.join("; ")))
         .hint("give it a displacement boundary in each direction, or a dynamic scheme"))
-}
-
-/// The nodes that probes watch. Collective.
-///
-/// # Errors
-/// When one is farther from all bodies than these are long, at its place in the case.
-pub fn require_probes<const D: usize>(
-    system: &ContactSystem<D>,
-    model: &Model<D>,
-    case: &Case,
-) -> Result<Vec<Watched<D>>> {
-    let watched = system.watch(&model.probes)?;
-    for (probe, (name, given)) in watched.iter().zip(case.output.probes.iter()) {
-        if probe.distance > system.size() {
-            let (distance, m) = (probe.distance, case.units.of("m"));
-            let message = format!("probe '{}' is {distance:.3e} {m} away from the nearest node", name.value);
-            let cure = format!("give a reference position on a body, in {m}");
-            return Err(case.error(given.at.place, message).hint(&cure));
-        }
-    }
-    Ok(watched)
 }
 
 /// Whether each contact can close in the time of the case. Collective.

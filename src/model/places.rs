@@ -1,0 +1,88 @@
+//! What a case says of places that only its meshes tell: values that are not finite there, and probes that are nowhere near.
+
+use crate::case::{Action, At, Case, Varying};
+use crate::error::Error;
+use crate::mesh::Mesh;
+use crate::tensor::Vector;
+
+/// An error for each prescribed displacement and initial velocity that is not finite at a node at the start, and for each probe that is
+/// farther from all nodes than the bodies are long, at their places in the case file.
+pub fn unsound_places<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
+    let mut faults = Vec::new();
+    for (number, body) in case.bodies.values().enumerate() {
+        let Some(velocity) = &body.initial_velocity else { continue };
+        let nodes = nodes_of_body(mesh, number);
+        faults.extend(velocity.iter().filter_map(|function| unsound(case, mesh, function, &nodes)));
+    }
+    for boundary in case.boundary.values() {
+        for action in boundary.actions() {
+            let Action::Displacement(functions) = action else { continue };
+            let nodes = nodes_on(case, mesh, &boundary.on);
+            let functions = functions.into_iter().flatten();
+            faults.extend(functions.filter_map(|function| unsound(case, mesh, function, &nodes)));
+        }
+    }
+    faults.extend(far_probes(case, mesh));
+    faults
+}
+
+/// The first node at which a function of the case has no finite value at the start.
+fn unsound<const D: usize, const KG: i8, const M: i8, const S: i8>(
+    case: &Case,
+    mesh: &Mesh<D>,
+    function: &Varying<KG, M, S>,
+    nodes: &[u32],
+) -> Option<Error> {
+    let placed = case.function(function);
+    nodes.iter().find_map(|&node| {
+        let point = &mesh.points[node as usize];
+        let place = std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0));
+        placed.require_sound(&placed.motion(place, 0.0), point, 0.0).err()
+    })
+}
+
+fn far_probes<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
+    let (m, size) = (case.units.of("m"), longest_side(mesh));
+    let mut faults = Vec::new();
+    for (name, probe) in case.output.probes.iter() {
+        if probe.at.len() != D {
+            continue;
+        }
+        let at = Vector::<D>::from_fn(|i, _| probe.at[i].value);
+        let nodes = match &probe.on {
+            Some(on) => nodes_on(case, mesh, on),
+            None => (0..mesh.points.len() as u32).collect(),
+        };
+        let distance = |&node: &u32| (Vector::from(mesh.points[node as usize]) - at).norm();
+        let nearest = nodes.iter().map(distance).fold(f64::INFINITY, f64::min);
+        if nearest.is_finite() && nearest > size {
+            let message = format!("probe '{}' is {nearest:.3e} {m} away from the nearest node", name.value);
+            let cure = format!("give a reference position on a body, in {m}");
+            faults.push(case.error(probe.at.place, message).hint(&cure));
+        }
+    }
+    faults
+}
+
+/// Longest side of the box around all bodies \[m\].
+fn longest_side<const D: usize>(mesh: &Mesh<D>) -> f64 {
+    let side = |i: usize| {
+        let along = mesh.points.iter().map(|point| point[i]);
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    (0..D).map(side).fold(0.0, f64::max)
+}
+
+/// Nodes of a body or of a set of one; none where there is no such set, which is another error.
+fn nodes_on<const D: usize>(case: &Case, mesh: &Mesh<D>, on: &At<String>) -> Vec<u32> {
+    let body = case.bodies.iter().position(|(name, _)| name.value == on.value);
+    body.map_or_else(|| mesh.set_nodes(on).unwrap_or_default(), |number| nodes_of_body(mesh, number))
+}
+
+fn nodes_of_body<const D: usize>(mesh: &Mesh<D>, number: usize) -> Vec<u32> {
+    let elements = (0..mesh.element_count()).filter(|&element| usize::from(mesh.body[element]) == number);
+    let mut nodes: Vec<u32> = elements.flat_map(|element| mesh.element_nodes(element)).copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
