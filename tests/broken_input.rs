@@ -436,7 +436,7 @@ fn rules_that_do_not_exist_are_refused_on_1_and_2_ranks() {
     }
 }
 
-/// What only the mesh tells is told at once: values that are not finite at nodes, probes that are nowhere near.
+/// Errors that only the mesh shows are reported together: values that are not finite at a node, and probes far from all bodies.
 #[test]
 fn faults_that_the_mesh_shows_are_told_together_on_1_and_2_ranks() {
     let folder = Folder::new("together");

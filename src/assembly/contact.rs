@@ -515,11 +515,10 @@ impl<const D: usize> Contact<D> {
 
     /// Takes the current points as the new iterate.
     pub fn iterate(&mut self) -> Changes {
-        let counted = match &self.pair {
-            Pair::Rigid { contact, .. } => contact.surface.representative(),
-            Pair::Segments(meeting) => &meeting.counted,
-        };
-        self.state.iterate(counted)
+        match &self.pair {
+            Pair::Rigid { contact, .. } => self.state.iterate(|p| contact.surface.representative()[p]),
+            Pair::Segments(_) => self.state.iterate(|_| true),
+        }
     }
 
     /// Forgets the iterates of a step.

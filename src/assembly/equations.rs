@@ -176,7 +176,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         told(inverted).or_else(|| told(self.unsound_force()))
     }
 
-    fn restless_points(&mut self) -> String {
+    fn restless_points(&self) -> String {
         match self.changes.changed {
             0 => String::new(),
             1 => "1 contact point still changes its status".to_owned(),

@@ -101,8 +101,6 @@ pub struct SegmentMeeting<const D: usize> {
     pub outline: ContactSurface<D>,
     /// Nodes that each vertex couples, with the places of their blocks: the couples of vertex `p` are `(p, 0)`.
     pub cliques: Couples,
-    /// Every vertex is counted.
-    pub counted: Vec<bool>,
     candidates: Candidates<D>,
     radii: SearchRadii,
     /// Depth of the deepest vertex when the target was gathered \[m\].
@@ -134,12 +132,10 @@ impl<const D: usize> SegmentMeeting<D> {
         }
         nodes.sort_unstable();
         nodes.dedup();
-        let counted = vec![true; contact.surface.vertices().len()];
         Self {
             contact,
             outline,
             cliques: Couples::default(),
-            counted,
             candidates: Candidates::default(),
             radii,
             below: 0.0,

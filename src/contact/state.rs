@@ -194,18 +194,18 @@ impl<const D: usize> ContactState<D> {
     /// Compares the current points with the last iterate and takes them as the new one; a flip makes the next
     /// correction assume stick.
     ///
-    /// Call it once a Newton iteration, after the evaluation whose tangent comes next; points with `counts[p]` are counted, see
+    /// Call it once a Newton iteration, after the evaluation whose tangent comes next; the points `p` with `counts(p)` are counted, see
     /// [`super::surface::ContactSurface::representative`].
-    pub fn iterate(&mut self, counts: &[bool]) -> Changes {
+    pub fn iterate(&mut self, counts: impl Fn(usize) -> bool) -> Changes {
         let mut changes = Changes::default();
         let points = self.current.iter().zip(&self.history);
-        for ((track, (point, history)), counts) in self.track.iter_mut().zip(points).zip(counts) {
+        for (p, (track, (point, history))) in self.track.iter_mut().zip(points).enumerate() {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
             // A point whose guess was mended from stick, and that slips, has turned back.
             let [doubts, tried] = [self.doubtful, self.doubtful && track.flipped];
             let flipped = !tried && track.reversed(point) || doubts && track.is_thrown_off(history, point);
-            if *counts {
+            if counts(p) {
                 changes.closed += usize::from(point.is_closed());
                 changes.pressing += usize::from(point.presses);
                 changes.changed += usize::from(changed);
@@ -298,12 +298,12 @@ mod tests {
     fn flips_predict_stick_once() {
         let mut state = ContactState::<2>::new(1);
         state.current[0] = slipping(1.0);
-        assert_eq!(state.iterate(&[true]).flipped, 0);
+        assert_eq!(state.iterate(|_| true).flipped, 0);
         state.current[0] = slipping(-1.0);
-        assert_eq!(state.iterate(&[true]).flipped, 1);
+        assert_eq!(state.iterate(|_| true).flipped, 1);
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Stick);
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Actual).branch, Branch::Actual);
-        state.iterate(&[true]);
+        state.iterate(|_| true);
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Actual);
     }
 
@@ -317,14 +317,14 @@ mod tests {
         state.accept(1e-3);
         let guess = vec![slipping(-1.0), slipping(1.0), slipping(-1.0)];
         state.current.clone_from(&guess);
-        assert_eq!(state.iterate(&[true; 3]).flipped, 0);
+        assert_eq!(state.iterate(|_| true).flipped, 0);
         state.begin();
         state.doubt(true);
-        assert_eq!(state.iterate(&[true; 3]).flipped, 1);
+        assert_eq!(state.iterate(|_| true).flipped, 1);
         let branch = |p| state.manner(p, Hold::Nothing, Branches::Predicted).branch;
         assert_eq!([0, 1, 2].map(branch), [Branch::Stick, Branch::Actual, Branch::Actual]);
         state.current[0] = slipping(1.0);
-        assert_eq!(state.iterate(&[true; 3]).flipped, 0, "stick was tried");
+        assert_eq!(state.iterate(|_| true).flipped, 0, "stick was tried");
     }
 
     /// Points that open and close in turn are a two-cycle; points that settle are not.
@@ -333,7 +333,7 @@ mod tests {
         let mut state = ContactState::<2>::new(2);
         let mut next = |first, second| {
             state.current = vec![first, second];
-            state.iterate(&[true, true])
+            state.iterate(|_| true)
         };
         assert_eq!(next(open(), open()).changed, 0);
         let closing = next(slipping(1.0), open());
@@ -352,7 +352,7 @@ mod tests {
         let mut state = ContactState::<2>::new(1);
         let saved = state.clone();
         state.current[0] = slipping(1.0);
-        state.iterate(&[true]);
+        state.iterate(|_| true);
         state.freeze(Keep::Pressure);
         state.accept(1e-3);
         assert_ne!(state, saved);

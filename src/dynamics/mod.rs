@@ -375,8 +375,8 @@ pub trait Dynamics {
     /// Why the last residual was not finite, the same on all ranks. Collective.
     fn fault(&mut self) -> Option<Error>;
 
-    /// The contact points that changed last, as a phrase for a message; empty where there are none. Collective.
-    fn restless_points(&mut self) -> String;
+    /// The contact points that changed last, as a phrase for a message; empty where there are none.
+    fn restless_points(&self) -> String;
 
     /// Takes the multipliers that are sought as the last accepted step left them.
     fn recall_multipliers(&mut self);

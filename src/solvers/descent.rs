@@ -31,9 +31,6 @@ impl Descent {
     /// A correction that leaves more than this part of the least residual has not made it smaller. Newton's method leaves
     /// far less unless rounding, or points that change their state, keep it up.
     const FALL: f64 = 0.5;
-    /// A search that raises the residual by more than this factor is rejected. Points that close or slip may raise it a little, from
-    /// where it converges.
-    const RISE: f64 = 2.0;
     /// Searches in a row that end at the shortest length without a smaller residual: the direction is no descent. One of
     /// them may be a change of state. The residual must also become smaller beside the largest force: past a critical load
     /// both fall, the forces faster, and the balance moves away.
@@ -64,8 +61,7 @@ impl Descent {
         let fails = shortest && (after >= before || relative[1] >= relative[0]);
         self.in_a_row = if fails { self.in_a_row + 1 } else { 0 };
         self.failed += u32::from(fails);
-        let futile = self.in_a_row >= Self::IN_A_ROW || self.failed >= Self::IN_ALL;
-        futile || after > Self::RISE * before
+        self.in_a_row >= Self::IN_A_ROW || self.failed >= Self::IN_ALL
     }
 }
 
@@ -85,15 +81,6 @@ mod tests {
             before = after;
         }
         lost
-    }
-
-    /// A search that ends far above where it began is rejected at once; a moderate rise, or a whole correction, is not.
-    #[test]
-    fn a_large_rise_is_rejected() {
-        assert_eq!(judge(0.0173, &[(0.987, Some(false))]), [true]);
-        assert_eq!(judge(0.00025, &[(0.0024, Some(true))]), [true]);
-        assert_eq!(judge(0.00025, &[(0.00045, Some(true)), (0.00024, Some(true))]), [false, false]);
-        assert_eq!(judge(0.0173, &[(0.987, None)]), [false]);
     }
 
     /// A residual that rises slowly under the shortest steps is not followed, nor a circle of rises and falls; one failure

@@ -460,7 +460,7 @@ impl Monolithic {
     }
 
     /// Why the iteration ran out, with figures and the points that do not settle.
-    fn slow(&self, report: &SolveReport, system: &mut dyn Dynamics) -> String {
+    fn slow(&self, report: &SolveReport, system: &dyn Dynamics) -> String {
         let restless = system.restless_points();
         format!(
             "residual {:.1e} > {:.1e} after {} iterations{}{restless}",

@@ -17,8 +17,8 @@ fn size(results: &Path) -> u64 {
 }
 
 /// Killed at random moments so many times, going on each time: the results are those of a run that was not disturbed.
-/// Every fourth time the moment lies in the start of the process. Else it lies within `span` from the first new row on,
-/// once there is a checkpoint: however slow the machine is, the next run goes on from it.
+/// Every fourth kill comes while the process starts. The others come within `span` after the first new row, and only after
+/// the first checkpoint. So the next run can restart, however slow the machine is.
 fn survives(text: &str, ranks: usize, kills: usize, kill: impl Fn(&Running), span: Duration) {
     let folder = place(text);
     compute(&folder, ranks, "whole", &[]).success();

@@ -1,4 +1,4 @@
-//! Which facets of a target may share segments with which facets of a contactor, and what was found between them last.
+//! Candidate pairs: facets of contactor and target that may share segments, with a cache of the segments.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -26,24 +26,27 @@ impl CandidateRange {
     }
 }
 
-/// Facets that may meet. Force and stiffness at the same fields share what is found there: segments are sought once.
+/// Facets that may meet. Their segments are cached, so that force and stiffness at the same fields compute them once.
 #[derive(Debug, Clone)]
 pub struct Candidates<const D: usize> {
     /// Contactor facet and target facet, in ascending order.
     couples: Vec<(u32, u32)>,
     /// Their nodes, each once.
     nodes: Vec<u32>,
-    pub(super) overlap: Kept<Overlap<D>>,
-    pub(super) start: Kept<Overlap<D>>,
-    pub(super) step: Kept<StepOverlap<D>>,
+    /// Segments at the iterate.
+    pub(super) overlap: Cached<Overlap<D>>,
+    /// Segments at the start of a step over which forces act.
+    pub(super) start: Cached<Overlap<D>>,
+    /// Segments and gradients over such a step.
+    pub(super) step: Cached<StepOverlap<D>>,
 }
 
-/// A value with the fields for which it was found.
+/// The last value, with the nodal fields for which it was computed.
 #[derive(Debug)]
-pub(super) struct Kept<T>(RefCell<Option<(Vec<f64>, Rc<T>)>>);
+pub(super) struct Cached<T>(RefCell<Option<(Vec<f64>, Rc<T>)>>);
 
-impl<T> Kept<T> {
-    /// The value for these fields.
+impl<T> Cached<T> {
+    /// The value for these fields, computed only if they differ from the last ones.
     pub fn at(&self, fields: Vec<f64>, find: impl FnOnce() -> T) -> Rc<T> {
         if let Some((known, value)) = &*self.0.borrow()
             && *known == fields
@@ -56,14 +59,14 @@ impl<T> Kept<T> {
     }
 }
 
-impl<T> Default for Kept<T> {
+impl<T> Default for Cached<T> {
     fn default() -> Self {
         Self(RefCell::new(None))
     }
 }
 
-impl<T> Clone for Kept<T> {
-    /// Without the value, which is found again where it is needed.
+impl<T> Clone for Cached<T> {
+    /// An empty cache.
     fn clone(&self) -> Self {
         Self::default()
     }
@@ -77,8 +80,7 @@ impl<const D: usize> Default for Candidates<D> {
 
 impl<const D: usize> Candidates<D> {
     fn new(couples: Vec<(u32, u32)>, nodes: Vec<u32>) -> Self {
-        let (overlap, start, step) = (Kept::default(), Kept::default(), Kept::default());
-        Self { couples, nodes, overlap, start, step }
+        Self { couples, nodes, overlap: Cached::default(), start: Cached::default(), step: Cached::default() }
     }
 
     /// Contactor facet and target facet, in ascending order.

@@ -2,7 +2,7 @@
 
 use super::candidates::Candidates;
 use super::integrals::{
-    Carried, FacetPair, Frozen, Measure, PAIR_NODES, PairFields, PairIntegrals, PlacedFacet, Potential,
+    Carried, FacetPair, FrozenFacet, Measure, PAIR_NODES, PairFields, PairIntegrals, PlacedFacet, Potential,
     Range, Varying,
 };
 use super::kernel::{VertexNode, VertexSums, add_stiffness};
@@ -346,7 +346,7 @@ impl<const D: usize> SegmentContact<D> {
         let mut rows = self.nodes_of(&[pairs], slopes.len(), wanted);
         self.accumulate(pairs, &mut rows);
         if selection.joint.is_none() {
-            let frozen = FrozenTractions::of(&state.current, selection.terms, wanted);
+            let frozen = FrozenVertices::of(&state.current, selection.terms, wanted);
             self.vary(pairs, fields, Instant::Iterate, varying(slopes), &mut rows, Some((&frozen, sink)));
         }
         let mut block = Vec::new();
@@ -368,7 +368,7 @@ impl<const D: usize> SegmentContact<D> {
         &self,
         pairs: &[ActivePair<D>],
         fields: &ContactFields<'_>,
-        frozen: &FrozenTractions<D>,
+        frozen: &FrozenVertices<D>,
         sink: &mut impl SegmentSink,
     ) {
         let vertices = |facet: u32| &self.surface.facets()[facet as usize].vertices;
@@ -446,7 +446,7 @@ impl<const D: usize> SegmentContact<D> {
         instant: Instant,
         varying: Varying,
         rows: &mut [VertexRows<D>],
-        mut frozen: Option<(&FrozenTractions<D>, &mut dyn SegmentSink)>,
+        mut frozen: Option<(&FrozenVertices<D>, &mut dyn SegmentSink)>,
     ) {
         let active: Vec<(u32, u32)> = pairs
             .iter()
@@ -503,20 +503,20 @@ impl<const D: usize> SegmentContact<D> {
 }
 
 /// What is held fixed at every vertex while the geometry varies.
-pub(super) struct FrozenTractions<const D: usize> {
+pub(super) struct FrozenVertices<const D: usize> {
     /// Tractions \[Pa\]; none where nothing of the vertex is wanted.
     pub carried: Vec<Option<Carried<D>>>,
     /// Whether the area varies under those tractions.
     pub zone: bool,
-    /// Of the energy.
+    /// How the energy of each vertex depends on its weighted gap and its area.
     pub potential: Vec<Potential>,
 }
 
-impl<const D: usize> FrozenTractions<D> {
+impl<const D: usize> FrozenVertices<D> {
     /// The tractions of the wanted vertices, as far as `terms` ask for them.
     pub fn of(points: &[PointState<D>], terms: Terms, wanted: impl Fn(usize) -> bool) -> Self {
-        let [pressure, friction] =
-            [Terms::NORMAL_GEOMETRY, Terms::FRICTION_GEOMETRY].map(|term| terms.contains(term));
+        let pressure = terms.contains(Terms::NORMAL_GEOMETRY);
+        let friction = terms.contains(Terms::FRICTION_GEOMETRY);
         let of = |(vertex, point): (usize, &PointState<D>)| {
             (wanted(vertex) && (pressure || friction)).then(|| Carried {
                 normal: if pressure { point.normal_traction } else { 0.0 },
@@ -540,8 +540,8 @@ impl<const D: usize> FrozenTractions<D> {
         vertices.iter().flatten().map(|&vertex| vertex as usize).find(has)
     }
 
-    fn of_facet(&self, vertices: &[Option<u32>; 4]) -> Frozen<D> {
-        let mut frozen = Frozen { zone: self.zone, ..Frozen::default() };
+    fn of_facet(&self, vertices: &[Option<u32>; 4]) -> FrozenFacet<D> {
+        let mut frozen = FrozenFacet { zone: self.zone, ..FrozenFacet::default() };
         for (corner, vertex) in vertices.iter().enumerate() {
             let Some(vertex) = vertex else { continue };
             if let Some(carried) = self.carried[*vertex as usize] {
@@ -556,11 +556,10 @@ impl<const D: usize> FrozenTractions<D> {
 /// Which variations the laws of these vertices need.
 fn varying<const D: usize>(slopes: &[Option<Slopes<D>>]) -> Varying {
     let any = |of: &dyn Fn(&Slopes<D>) -> f64| slopes.iter().flatten().any(|slopes| of(slopes) != 0.0);
-    let slips = [
-        any(&|slopes| slopes.by_velocity.amax() + slopes.through_bound.amax()),
-        any(&|slopes| slopes.by_increment.amax()),
-    ];
-    Varying { normal: slips[1] || any(&|slopes| slopes.by_normal.amax()), slips }
+    let slip_velocity = any(&|slopes| slopes.by_velocity.amax() + slopes.through_bound.amax());
+    let slip_increment = any(&|slopes| slopes.by_increment.amax());
+    let normal = slip_increment || any(&|slopes| slopes.by_normal.amax());
+    Varying { normal, slip_velocity, slip_increment }
 }
 
 /// A block of zeros of so many nodes.

@@ -169,7 +169,7 @@ impl<const D: usize> Carried<D> {
 
 /// What is held fixed at the vertices of a contactor facet while the geometry varies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frozen<const D: usize> {
+pub struct FrozenFacet<const D: usize> {
     /// Tractions by the corners.
     pub carried: [Carried<D>; MOST_CORNERS],
     /// Whether the area varies under those tractions.
@@ -189,7 +189,7 @@ pub struct Potential {
     pub energy: f64,
 }
 
-impl<const D: usize> Default for Frozen<D> {
+impl<const D: usize> Default for FrozenFacet<D> {
     fn default() -> Self {
         let carried = [Carried { normal: 0.0, friction: Vector::zeros() }; MOST_CORNERS];
         Self { carried, zone: false, potential: [Potential::default(); MOST_CORNERS] }
@@ -201,8 +201,10 @@ impl<const D: usize> Default for Frozen<D> {
 pub struct Varying {
     /// `dN`.
     pub normal: bool,
-    /// `dS` of either field.
-    pub slips: [bool; 2],
+    /// `dS` of the velocities.
+    pub slip_velocity: bool,
+    /// `dS` of the displacements since the start of the step.
+    pub slip_increment: bool,
 }
 
 /// Everything of one segment point, and how it varies with the nodes.
@@ -280,12 +282,12 @@ impl<const D: usize> FacetPair<'_, D> {
     ///
     /// On the way, minus the derivatives by what is `frozen` are added to `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes
     /// \[N/m\]: of the force `sum_A (t_n V_a + t_T D_a)`, and of the gradient of the potential, see
-    /// [`Frozen`].
+    /// [`FrozenFacet`].
     pub fn vary(
         &self,
         fields: &PairFields<'_, D>,
         varying: Varying,
-        frozen: Option<(&Frozen<D>, &mut [f64])>,
+        frozen: Option<(&FrozenFacet<D>, &mut [f64])>,
         mut add: impl FnMut(usize, usize, &VertexVariation<D>),
     ) {
         let all = self.nodes();
@@ -306,7 +308,7 @@ impl<const D: usize> FacetPair<'_, D> {
     }
 
     /// The derivatives by what is frozen alone, see [`vary`](Self::vary).
-    pub fn add_frozen(&self, frozen: &Frozen<D>, stiffness: &mut [f64]) {
+    pub fn add_frozen(&self, frozen: &FrozenFacet<D>, stiffness: &mut [f64]) {
         self.sweep(Want::Variations, |point, variation| {
             self.add_frozen_point(point, variation, frozen, stiffness);
         });
@@ -321,7 +323,11 @@ impl<const D: usize> FacetPair<'_, D> {
         sums: &mut [[VertexVariation<D>; PAIR_NODES]; MOST_CORNERS],
     ) {
         let first = self.contactor.nodes.len();
-        let relative = [0, 1].map(|k| varying.slips[k].then(|| point.relative(fields.fields[k], first)));
+        let [velocities, increments] = fields.fields;
+        let relative = [
+            varying.slip_velocity.then(|| point.relative(velocities, first)),
+            varying.slip_increment.then(|| point.relative(increments, first)),
+        ];
         for b in 0..self.nodes() {
             let by_measure = variation.measure[b] + variation.stretch[b];
             let by_relative = [0, 1].map(|k| relative[k].as_ref().map(|relative| relative.by(variation, b)));
@@ -352,7 +358,7 @@ impl<const D: usize> FacetPair<'_, D> {
         &self,
         point: &Point<D>,
         variation: &Variation<D>,
-        frozen: &Frozen<D>,
+        frozen: &FrozenFacet<D>,
         stiffness: &mut [f64],
     ) {
         let corners = self.contactor.kind.corners();

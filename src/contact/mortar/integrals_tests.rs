@@ -6,7 +6,7 @@ use crate::taylor::{scatter, taylor_rate};
 const LINES: [ElementKind; 2] = [ElementKind::Line2, ElementKind::Line3];
 const FACES: [ElementKind; 5] =
     [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9];
-const ALL: Varying = Varying { normal: true, slips: [true; 2] };
+const ALL: Varying = Varying { normal: true, slip_velocity: true, slip_increment: true };
 const RANGE: Range = Range { share: 1.0, depth: 0.6, open: 0.6 };
 
 /// A contactor below and a target above it, shifted, turned a little and bent by `bend`, at about this gap \[m\].
@@ -144,7 +144,7 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool) {
         let f = |z: &[f64]| with_pair(kinds, z, undeformed, |pair| force(pair, &carried));
         let df = |z: &[f64], d: &[f64]| {
             let mut stiffness = vec![0.0; z.len() * z.len()];
-            let frozen = Frozen { carried, zone: true, ..Frozen::default() };
+            let frozen = FrozenFacet { carried, zone: true, ..FrozenFacet::default() };
             with_pair(kinds, z, undeformed, |pair| pair.add_frozen(&frozen, &mut stiffness));
             let nodes = z.len() / D;
             let entry = |row: usize, column: usize| {
@@ -249,7 +249,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
     };
     let mut stiffness = vec![0.0; size * size];
     let potential = pressures.map(|pressure| Potential { pressure, ..Potential::default() });
-    let frozen = Frozen::<D> { potential, ..Frozen::default() };
+    let frozen = FrozenFacet::<D> { potential, ..FrozenFacet::default() };
     with_pair(kinds, &z, None, |pair| pair.add_frozen(&frozen, &mut stiffness));
     let nodes = size / D;
     let step = 1e-6;

@@ -84,11 +84,8 @@ impl<const D: usize> Default for VertexSums<D> {
 /// times more or less changes nothing, because a force is that part of the pressure.
 const COVERED: f64 = 1e-13;
 
-/// The depth of a target that covers less than this part of a vertex's area is not told: it is the corner of a body beside a side of it,
-/// unless it is a blade a hundred times thinner than a facet.
-const SLIVER: f64 = 1e-2;
-
-/// Depth over covered length from which on a vertex carries nothing.
+/// Depth over covered length from which on a vertex carries nothing. With 1 and with 4 all shipped scenes of two bodies take the same
+/// Newton iterations, except for `collision/cubes`: 265 and 227 in place of 229.
 const ACROSS: f64 = 2.0;
 
 /// Undeformed sizes around a vertex.
@@ -108,9 +105,6 @@ impl<const D: usize> VertexSums<D> {
     pub fn finish(&mut self, size: &VertexSize) {
         self.full = size.facets * size.share;
         self.width = if D == 2 { size.share } else { size.share * size.vertex.sqrt() };
-        if self.cover < SLIVER * size.share * size.vertex {
-            self.depth = f64::NEG_INFINITY;
-        }
         let faces = self.area > COVERED * size.vertex && self.normal.amax() > 0.0;
         if !faces || -self.mean_gap() * self.inverse_length() >= ACROSS {
             *self = Self { depth: self.depth, ..Self::default() };

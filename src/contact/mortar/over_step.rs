@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 use super::candidates::Candidates;
 use super::contact::{
-    ActivePair, FrozenTractions, Instant, Overlap, SegmentContact, SegmentSink, VertexRows, at, clear_block,
+    ActivePair, FrozenVertices, Instant, Overlap, SegmentContact, SegmentSink, VertexRows, at, clear_block,
 };
 use super::integrals::{Potential, Varying};
 use super::kernel::VertexSums;
@@ -136,7 +136,7 @@ impl<const D: usize> SegmentContact<D> {
         let mut rows_at_end = self.nodes_of(&lists, ends.len(), wanted);
         self.vary(&overlap.at_end.pairs, fields, Instant::Beyond, Varying::default(), &mut rows_at_end, None);
         let friction = selection.terms - Terms::NORMAL_GEOMETRY;
-        let mut frozen = FrozenTractions::of(&state.current, friction, wanted);
+        let mut frozen = FrozenVertices::of(&state.current, friction, wanted);
         if selection.terms.contains(Terms::NORMAL_GEOMETRY) {
             for (row, step) in rows.iter().zip(&steps) {
                 frozen.potential[row.vertex] = step.potential();
@@ -184,7 +184,7 @@ impl<const D: usize> SegmentContact<D> {
         let mut rows = self.nodes_of(&overlap.lists(), overlap.ends.len(), |vertex| overlap.active[vertex]);
         let middle = &overlap.at_middle.pairs;
         self.accumulate(middle, &mut rows);
-        let varying = Varying { normal: true, slips: [false; 2] };
+        let varying = Varying { normal: true, ..Varying::default() };
         self.vary(middle, fields, Instant::Iterate, varying, &mut rows, None);
         for row in &mut rows {
             let middle = &overlap.ends[row.vertex].middle;

@@ -96,7 +96,7 @@ struct Slopes<const D: usize> {
 }
 
 /// The state over a step of a point that carries nothing: what its elastic stick held is heat, as nothing takes it.
-pub fn open_over_step<const D: usize>(law: &ContactLaw, history: &History<D>, area: f64) -> PointState<D> {
+fn open_over_step<const D: usize>(law: &ContactLaw, history: &History<D>, area: f64) -> PointState<D> {
     PointState {
         over_step: true,
         area,

@@ -56,7 +56,9 @@ impl<const D: usize> Facet<'_, D> {
                 };
                 offset.dot(&sum(&|a| of(shape.second[a])))
             };
-            let (mut residual, mut metric, mut hessian) = ([0.0; 2], [[0.0; 2]; 2], [[0.0; 2]; 2]);
+            let mut residual = [0.0; 2];
+            let mut metric = [[0.0; 2]; 2];
+            let mut hessian = [[0.0; 2]; 2];
             for (i, d) in directions.iter().enumerate() {
                 residual[i] = offset.dot(&along(d));
                 for (j, e) in directions.iter().enumerate() {
