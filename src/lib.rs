@@ -15,7 +15,7 @@
 //! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
 //! | 3 | [`partition`] | METIS, who owns what, distribution |
 //! | 4 | [`space`] | reference elements, quadrature, prescribed unknowns (3.1) |
-//! | 5 | [`element`]; [`contact`] | kernels: Q, K_0, K_NL, K_S, M; contact by mortar segments between bodies (`contact::mortar`, docs/theory.md) and by points on obstacles: gap, F_n, F_T and their tangents |
+//! | 5 | [`element`]; [`contact`] | kernels: Q, K_0, K_NL, K_S, M; contact at vertices, by mortar segments between bodies and over obstacles (`contact::mortar`, docs/theory.md): gap, F_n, F_T and their tangents |
 //! | 6 | [`model`]; [`dynamics`] | the checked case; what solvers and integrators see |
 //! | 7 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
 //! | 8 | [`solvers`]; [`time`] | monolithic and staggered Newton, linear solvers; Newmark and its family |

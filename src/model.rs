@@ -98,8 +98,6 @@ impl NormalChoice {
 
 /// What happens to points that penetrate before the start.
 pub use case::InitialOverclosure;
-/// Where on a facet contact is evaluated.
-pub use case::Quadrature;
 
 /// What a contactor may touch.
 #[derive(Debug, Clone)]
@@ -146,8 +144,6 @@ pub struct Contact<const D: usize> {
     pub penetration: Option<f64>,
     /// Friction; none leaves the matrix symmetric.
     pub friction: Option<Friction>,
-    /// Rule of points on an obstacle.
-    pub quadrature: Quadrature,
     /// Tractions act on the deformed area.
     pub current_area: bool,
     /// Points that penetrate before the start.

@@ -255,7 +255,6 @@ contact:
     target: floor
     normal: { penalty: { compliance: 1e-10 } }
     friction: { coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 5e9 } } }
-    quadrature: nodal
 start: { rest: {} }
 time: { end: 0.03, step: 2e-3, scheme: { generalized_alpha: { spectral_radius: 0.8 } } }
 output:

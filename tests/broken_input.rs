@@ -281,24 +281,6 @@ const CASES: &[Broken] = &[
     (BOX, "file: square.msh, region: rubbr", 4, &["square.msh", "rubbr", "rubber"], 2),
 ];
 
-/// Contact at nodes where there must be none; `ELEMENT` and `TARGET` are filled in.
-const NODAL: &str = "title: nodal
-dimension: DIMENSION
-bodies:
-  upper: { mesh: { box: { min: [0, 0, 1], max: [1, 1, 2], cells: [1, 1, 1], element: ELEMENT } }, material: MATERIAL }
-  lower: { mesh: { box: { min: [0, 0, 0], max: [1, 1, 1], cells: [1, 1, 1] } }, material: MATERIAL }
-obstacles: { floor: { plane: { point: [0, 0, 1], normal: [0, 0, 1] } } }
-contact:
-  sole:
-    contactor: upper.SOLE
-    target: TARGET
-    normal: { penalty: { compliance: 1.0e-9 } }
-    friction: none
-    quadrature: nodal
-boundary: { low: { on: lower.SOLE, displacement: { ALL } }, up: { on: upper.TOP, displacement: { ALL } } }
-time: { end: 1, scheme: { static: { increments: 1 } } }
-";
-
 /// Bodies and their probe where coordinates have no digits left.
 const FAR_AWAY: &[Broken] = &[(
     BOX,
@@ -394,46 +376,6 @@ fn taken(folder: &Folder, base: &str, (from, to, code, words, ranks): &Broken) -
 fn broken_cases_are_refused_on_1_2_and_3_ranks() {
     all_refused("broken", SMALL_BLOCK, CASES);
     all_refused("far", &SMALL_BLOCK.replace("at: [0, 0]", "at: [1.0e12, 0]"), FAR_AWAY);
-}
-
-/// A rule for points of contact is refused between two bodies, and on an obstacle where that at the nodes of its facets is not positive;
-/// elsewhere it is not.
-#[test]
-fn rules_that_do_not_exist_are_refused_on_1_and_2_ranks() {
-    let folder = Folder::new("nodal");
-    let case = |element: &str, target: &str, solid: bool| {
-        let material = "{ neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }";
-        let text = NODAL.replace("ELEMENT", element).replace("TARGET", target).replace("MATERIAL", material);
-        let (dimension, [sole, top], all) = match solid {
-            true => ("3", ["bottom", "top"], "x: 0, y: 0, z: 0"),
-            false => ("2", ["bottom", "top"], "x: 0, y: 0"),
-        };
-        let text = text.replace("SOLE", sole).replace("TOP", top).replace("ALL", all);
-        let text = text.replace("DIMENSION", dimension);
-        if solid {
-            return text;
-        }
-        let flat =
-            text.replace("[0, 0, 1], max: [1, 1, 2]", "[0, 1], max: [1, 2]").replace("[1, 1, 1]", "[1, 1]");
-        flat.replace("[0, 0, 0]", "[0, 0]").replace("[0, 0, 1]", "[0, 1]")
-    };
-    let (body, rule) = ("leave out `quadrature`", "hint: write `quadrature: gauss`");
-    let refused = [
-        ("quad4", "lower.top", "'lower.top' is a meshed surface", body),
-        ("hex27", "lower.top", "'lower.top' is a meshed surface", body),
-        ("hex20", "floor", "'sole': no nodal quadrature on quad8 facets", rule),
-        ("tet10", "floor", "'sole': no nodal quadrature on tri6 facets", rule),
-    ];
-    for (element, target, message, cure) in refused {
-        folder.write("case.yml", &case(element, target, element != "quad4"));
-        let words = [message, "case.yml:13", cure];
-        let output = run(if element == "hex27" { 2 } else { 0 }, &["check", "case.yml"], &folder);
-        check(&output, 3, &words).unwrap_or_else(|e| panic!("{element} on {target}: {e}"));
-    }
-    for (element, solid) in [("quad9", false), ("hex27", true)] {
-        folder.write("case.yml", &case(element, "floor", solid));
-        run(0, &["check", "case.yml"], &folder).success();
-    }
 }
 
 /// Errors that only the mesh shows are reported together: values that are not finite at a node, and probes far from all bodies.

@@ -185,7 +185,7 @@ fn stresses(results: &Results, step: &str) -> (usize, Vec<f64>) {
     (field.components, values.clone())
 }
 
-/// Every element and quadrature: uniform stress, pressure and force of the contact, to rounding.
+/// Every element: uniform stress, pressure and force of the contact, to rounding.
 #[test]
 fn patches_are_uniform() {
     for (case, free, width) in [("plane", 1, 0.4), ("solid", 2, 0.16)] {

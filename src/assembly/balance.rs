@@ -28,9 +28,6 @@ impl<const D: usize> ContactSystem<D> {
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
         let over_step = stage.over_step == OverStep::Middle;
         let request = ContactRequest { stiffness: None, hold: hold(stage), branches, over_step };
-        self.phases.contact.time(|| {
-            self.contacts.iter_mut().for_each(|pair| pair.add_force(&fields, &request, contact));
-        });
         let (solids, loads, phases, fault) =
             (&self.solids, &mut self.external, &self.phases, &mut self.fault);
         let mut bodies = || {
@@ -197,7 +194,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// Adds the forces of contacts with deformable targets, and does `meanwhile` while those of other ranks are on their way. Collective.
+/// Adds the forces of the contacts, and does `meanwhile` while those of other ranks are on their way. Collective.
 pub(super) fn meet<const D: usize>(
     interface: &mut Interface<D>,
     contacts: &mut [Contact<D>],
@@ -209,7 +206,7 @@ pub(super) fn meet<const D: usize>(
     let evaluate = |fields: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
         let _running = phases.contact.begin();
         for contact in contacts {
-            contact.add_pair_force(fields, request, own, remote.reborrow());
+            contact.add_force(fields, request, own, remote.reborrow());
         }
     };
     interface.add_forces(world, force, evaluate, meanwhile);

@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::{Contact, Measures, Place, facets_of};
+use super::contact::{Contact, Measures, facets_of};
 use super::external::{self, External};
 use super::pieces::Pieces;
 use super::segments::SearchRadii;
@@ -65,14 +65,11 @@ pub(super) fn contacts<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
     model: &Model<D>,
-    pattern: &BlockPattern,
-    constrained: &[bool],
 ) -> Result<Vec<Contact<D>>> {
     let mut contacts = Vec::with_capacity(model.contacts.len());
     for contact in &model.contacts {
         let measures = measures(world, local, contact)?;
-        let place = Place { local, pattern, constrained };
-        contacts.push(agree(world, Contact::new(contact, &measures, &place))?);
+        contacts.push(agree(world, Contact::new(contact, &measures, local))?);
     }
     Ok(contacts)
 }
@@ -85,17 +82,18 @@ fn measures<const D: usize>(
 ) -> Result<Measures> {
     let contactor = agree(world, facets_of(local, &contact.contactor))?;
     let mut own = size_of(local, contactor).to_vec();
-    let mut most = vec![f64::from(u8::from(!have_nodal_rule(local, contactor))), extent_of(local, contactor)];
-    let mut thickness = thickness(world, local, contact.body);
+    let mut most = vec![extent_of(local, contactor)];
+    let mut depth = f64::MAX;
     if let Target::Surface { set, body } = &contact.target {
         let target = agree(world, facets_of(local, set))?;
         own.extend(size_of(local, target));
         most.push(extent_of(local, target));
         // A body that meets itself may be folded, and is then thinner than the box around it.
-        thickness = match *body == contact.body {
+        let thinner = match *body == contact.body {
             true => height(world, local, contactor).min(height(world, local, target)),
-            false => thickness.min(self::thickness(world, local, *body)),
+            false => thickness(world, local, contact.body).min(thickness(world, local, *body)),
         };
+        depth = 0.5 * thinner;
     }
     let mut total = vec![0.0_f64; own.len()];
     world.all_reduce_into(&own[..], &mut total[..], SystemOperation::sum());
@@ -108,11 +106,11 @@ fn measures<const D: usize>(
             return Err(Error::case(message));
         }
     }
-    let facet = largest[1..].iter().copied().fold(0.0, f64::max);
-    let radii = SearchRadii { facet, depth: 0.5 * thickness };
+    let facet = largest.iter().copied().fold(0.0, f64::max);
+    let radii = SearchRadii { facet, depth };
     let length = |area: f64, count: f64| (area / count).powf(1.0 / (D as f64 - 1.0));
     let facet_size = length(total[0], total[1]);
-    Ok(Measures { facet_size, nodal: largest[0] == 0.0, radii })
+    Ok(Measures { facet_size, radii })
 }
 
 /// Shortest side of the box around a body \[m\]. Collective.
@@ -176,11 +174,6 @@ pub(super) fn farthest<const D: usize>(world: &impl CommunicatorCollectives, loc
     let mut most = 0.0;
     world.all_reduce_into(&own, &mut most, SystemOperation::max());
     most
-}
-
-/// Whether all these facets have points at their nodes.
-fn have_nodal_rule<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> bool {
-    facets.iter().all(|&facet| crate::space::reference(local.mesh.facet_kind(facet)).nodal_rule().is_some())
 }
 
 /// Of the facets that this rank reports the undeformed area and their number.

@@ -34,7 +34,7 @@ impl<const D: usize> ContactSystem<D> {
         let (mut sums, mut speeds) = (vec![0u64; 3 * count], vec![0.0f64; count]);
         for (k, (contact, of_target)) in self.contacts.iter().zip(&targets).enumerate() {
             let state = &contact.state;
-            for point in contact.reported_points() {
+            for (point, &node) in contact.vertices().iter().enumerate() {
                 let [was, is] = [state.history[point].gap, state.current[point].gap];
                 let closed = was > 0.0 && is <= 0.0;
                 sums[3 * k] += u64::from(closed);
@@ -47,10 +47,8 @@ impl<const D: usize> ContactSystem<D> {
                     speeds[k] = speeds[k].max((was - is) / stage.dt);
                 }
                 let normal = state.current[point].normal;
-                for &node in contact.nodes_of_point(point) {
-                    let own = Point::<D>::from_column_slice(&velocity[node as usize * D..][..D]);
-                    speeds[k] = speeds[k].max((of_target - own).dot(&normal));
-                }
+                let own = Point::<D>::from_column_slice(&velocity[node as usize * D..][..D]);
+                speeds[k] = speeds[k].max((of_target - own).dot(&normal));
             }
         }
         let (mut all, mut fastest) = (vec![0u64; sums.len()], vec![0.0f64; count]);

@@ -119,8 +119,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn contact_normals(&mut self, out: &mut Vector) -> Result<()> {
-        let (world, nodes) = (self.session.world(), self.local.mesh.points.len());
-        stages::contact_normals(world, &self.contacts, self.interface.as_mut(), nodes, out);
+        stages::contact_normals(self.session.world(), &self.contacts, self.interface.as_mut(), out);
         Ok(())
     }
 

@@ -42,8 +42,6 @@ pub struct SurfaceCells {
     pub nodes: Vec<u32>,
     /// VTK's number of each kind.
     pub vtk_types: Vec<u8>,
-    /// This rank reports the facet.
-    pub mine: Vec<bool>,
     /// Index of the contact.
     pub contact: Vec<u16>,
 }
@@ -73,7 +71,6 @@ impl<const D: usize> ContactSystem<D> {
                 cells.nodes.extend_from_slice(surface.facet_nodes(facet));
                 cells.offsets.push(cells.nodes.len() as u32);
                 cells.vtk_types.push(facet.kind.vtk_type());
-                cells.mine.push(facet.mine);
                 cells.contact.push(number as u16);
             }
         }

@@ -1,23 +1,17 @@
 //! What the next step needs of the last one: the tables of a checkpoint, filled and taken back.
 //!
-//! Rows are keyed by numbers of the input mesh: nodes by theirs, contact points by facet and place on it, vertices by their nodes.
+//! Rows are keyed by the nodes' numbers in the input mesh; contact points are vertices, which lie at nodes.
 
 use super::contact::Contact;
 use super::system::ContactSystem;
 use crate::checkpoint::Table;
 use crate::contact::evaluation::ContactFields;
 use crate::contact::history::History;
-use crate::contact::target::TargetFacets;
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 
-/// Keys of so many points on a facet.
-const POINTS: u64 = 64;
-/// Nodes, and elements with their facets, that are written at a time.
+/// Nodes that are written at a time.
 const NODES: u64 = 1 << 16;
-const ELEMENTS: u64 = 1 << 15;
-/// Sides of an element in the name of a facet, see [`TargetFacets::identity`].
-const SIDES: u64 = 16;
 /// Columns of a contact point before those of its history.
 const OWN: [&str; 1] = ["gap"];
 const FIELDS: [&str; 5] = ["u", "v", "a", "force", "drive"];
@@ -42,8 +36,8 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Empty tables of all that this rank wants to know again.
     pub fn wanted(&self) -> Vec<Table> {
-        let points = |contact| self.point_table(contact, &self.points_of(contact, Which::Held));
-        std::iter::once(self.node_table()).chain(self.contacts.iter().map(points)).collect()
+        let points = self.contacts.iter().map(|contact| self.point_table(contact));
+        std::iter::once(self.node_table()).chain(points).collect()
     }
 
     /// Takes back what [`memory`](Self::memory) gave; the ledger's drive \[N\]. [`forget`](Self::forget) has to follow.
@@ -98,33 +92,17 @@ impl<const D: usize> ContactSystem<D> {
         Table::keyed("nodes", names, nodes.map(|&node| u64::from(node)).collect(), NODES)
     }
 
-    /// Points of a contact with their keys.
-    fn points_of(&self, contact: &Contact<D>, which: Which) -> Vec<(usize, u64)> {
-        if let Some(vertices) = contact.vertices() {
-            let key = |&node: &u32| u64::from(self.local.input_node[node as usize]);
-            return vertices.iter().map(key).enumerate().collect();
-        }
-        let facets = contact.surface().facets().iter().filter(|facet| facet.mine || which == Which::Held);
-        let keyed = facets.flat_map(|facet| {
-            let element = self.local.input_element[facet.facet.element as usize];
-            let first = POINTS * TargetFacets::identity(element, facet.facet.side);
-            facet.points.clone().zip(first..)
-        });
-        keyed.collect()
-    }
-
-    fn point_table(&self, contact: &Contact<D>, points: &[(usize, u64)]) -> Table {
+    fn point_table(&self, contact: &Contact<D>) -> Table {
         let names = OWN.iter().map(|name| (*name).to_owned()).chain(History::<D>::names()).collect();
-        let keys = points.iter().map(|(_, key)| *key).collect();
-        let at_a_time = if contact.vertices().is_some() { NODES } else { ELEMENTS * SIDES * POINTS };
-        Table::keyed(&format!("contact {}", contact.name), names, keys, at_a_time)
+        let key = |&node: &u32| u64::from(self.local.input_node[node as usize]);
+        let keys = contact.vertices().iter().map(key).collect();
+        Table::keyed(&format!("contact {}", contact.name), names, keys, NODES)
     }
 
     fn filled(&self, contact: &Contact<D>) -> Table {
-        let points = self.points_of(contact, Which::Reported);
-        let mut table = self.point_table(contact, &points);
+        let mut table = self.point_table(contact);
         let mut columns = Vec::new();
-        for (row, &(point, _)) in table.rows_mut().zip(&points) {
+        for (point, row) in table.rows_mut().enumerate() {
             columns.clear();
             contact.state.history[point].columns(&mut columns);
             row[0] = contact.state.current[point].gap.to_bits();
@@ -132,15 +110,6 @@ impl<const D: usize> ContactSystem<D> {
         }
         table
     }
-}
-
-/// Which points of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Which {
-    /// Those that this rank reports: each is some rank's once.
-    Reported,
-    /// All that it holds.
-    Held,
 }
 
 /// Gives the points of a contact the memory of a table that holds all of them in their order.

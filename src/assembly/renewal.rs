@@ -82,7 +82,7 @@ impl<const D: usize> ContactSystem<D> {
             interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
             self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
         }
-        let places = self.contacts.iter_mut().filter_map(Contact::couples_mut);
+        let places = self.contacts.iter_mut().map(Contact::couples_mut);
         interface.locate(&self.local.index, self.matrix.pattern(), places);
         self.interface = Some(interface);
         Ok(())
@@ -121,7 +121,6 @@ impl<const D: usize> ContactSystem<D> {
         let pattern = Rc::new(pattern);
         let index = &self.local.index;
         self.solids.iter_mut().for_each(|solid| solid.map.relocate(&pattern, index));
-        self.contacts.iter_mut().for_each(|contact| contact.relocate(&pattern, index));
         self.external.relocate(&pattern, index);
         if self.mass.is_some() {
             let supported = Supported { constrained: &self.supports.dofs.constrained, index };

@@ -84,8 +84,7 @@ impl NodalSums {
     /// Values a node.
     pub const FIELDS: usize = 14;
 
-    /// Gathers all points of a contact; complete at owned nodes, but for a deformable target only after
-    /// [`complete`](Self::complete). A gap is at most a quarter of the largest facet.
+    /// Gathers all points of a contact; complete at owned nodes after [`complete`](Self::complete). A gap is at most a quarter of the largest facet.
     pub fn of<const D: usize>(contact: &Contact<D>, nodes: usize) -> Self {
         let furthest = contact.reach();
         let mut gathered = Self { sums: vec![0.0; nodes * Self::FIELDS], weights: vec![0.0; nodes] };
@@ -174,13 +173,10 @@ impl<const D: usize> ContactSystem<D> {
         probes.iter().map(|probe| self.nearest(probe, &sums)).collect()
     }
 
-    /// Nodal sums of a contact, complete at owned nodes. Collective where the target is deformable.
+    /// Nodal sums of a contact, complete at owned nodes. Collective.
     pub(super) fn nodal_sums(&self, contact: usize) -> Result<NodalSums> {
-        let contact = &self.contacts[contact];
-        let mut sums = NodalSums::of(contact, self.local.mesh.points.len());
-        if contact.is_deformable() {
-            sums.complete(&self.session, &self.local.index)?;
-        }
+        let mut sums = NodalSums::of(&self.contacts[contact], self.local.mesh.points.len());
+        sums.complete(&self.session, &self.local.index)?;
         Ok(sums)
     }
 
@@ -243,11 +239,10 @@ impl<const D: usize> ContactSystem<D> {
         let (u, v) = (u.owned(), v.owned());
         let here = |point: &Watched<D>| point.rank == world.rank();
         let mut sums: Vec<Option<NodalSums>> = Vec::with_capacity(self.contacts.len());
-        for (index, contact) in self.contacts.iter().enumerate() {
-            // All ranks take part where the target is deformable, and know of all probes.
-            let wanted =
-                |point: &Watched<D>| point.contact == Some(index) && (here(point) || contact.is_deformable());
-            sums.push(watched.iter().any(wanted).then(|| self.nodal_sums(index)).transpose()?);
+        for index in 0..self.contacts.len() {
+            // All ranks take part and know of all probes.
+            let wanted = watched.iter().any(|point| point.contact == Some(index));
+            sums.push(wanted.then(|| self.nodal_sums(index)).transpose()?);
         }
         for (point, row) in watched.iter().zip(own.chunks_mut(width)).filter(|(point, _)| here(point)) {
             let start = point.node as usize * D;

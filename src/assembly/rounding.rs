@@ -29,7 +29,7 @@ impl<const D: usize> super::contact::Contact<D> {
     /// Squares of the normal stiffnesses of the closed parts of this rank's facets, summed [N^2/m^2].
     fn squared_stiffness(&self) -> f64 {
         let law = &self.law().normal;
-        let closed = self.reported_points().map(|point| &self.state.current[point]);
+        let closed = self.state.current.iter();
         let stiffness = |gap: f64, area: f64| (area * law.evaluate(gap.min(0.0)).derivative).powi(2);
         closed.filter(|point| point.is_closed()).map(|point| stiffness(point.gap, point.area)).sum()
     }

@@ -1,4 +1,4 @@
-//! A contact with a deformable target by mortar segments on this rank: what is near, and which nodes each vertex couples.
+//! A contact on this rank: what is near, and which nodes each vertex couples.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -8,9 +8,11 @@ use super::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::{CandidateRange, Candidates};
 use crate::contact::mortar::contact::{OPEN, SegmentContact};
+use crate::contact::mortar::obstacle::is_lumped;
+use crate::contact::obstacle::Obstacle;
 use crate::contact::state::ContactState;
 use crate::contact::surface::ContactSurface;
-use crate::contact::target::{TargetFacets, TargetSurface};
+use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
 use crate::error::Result;
 use crate::mesh::{Facet, Mesh};
 use crate::partition::{IndexMap, LocalMesh};
@@ -25,12 +27,12 @@ pub enum Outlook {
     Ahead,
 }
 
-/// Lengths by which a contact by segments looks around.
+/// Lengths by which a contact looks around.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchRadii {
     /// Largest extent of a facet of either side \[m\].
     pub facet: f64,
-    /// Half the thickness of the thinner body: what is deeper than this comes from its other side \[m\].
+    /// Half the thickness of the thinner body: what is deeper than this comes from its other side \[m\]. No limit over an obstacle.
     pub depth: f64,
 }
 
@@ -93,7 +95,7 @@ impl<const D: usize> Swing<D> {
     }
 }
 
-/// The two sides of a contact by segments, and what is near.
+/// The two sides of a contact, and what is near.
 pub struct SegmentMeeting<const D: usize> {
     /// Laws, vertices, and the target as far as this rank knows it.
     pub contact: SegmentContact<D>,
@@ -147,9 +149,25 @@ impl<const D: usize> SegmentMeeting<D> {
         }
     }
 
-    /// Motion by which no vertex can pass through the target \[m\]: half a facet, and half the depth at which points count as its own.
+    /// Motion by which no vertex can pass through the target \[m\]: half a facet, and half the depth at which points count as its own. A
+    /// plane has no other side.
     pub fn stride(&self) -> f64 {
-        0.5 * self.radii.facet.min(self.radii.depth)
+        match self.contact.target.obstacle() {
+            Some(Obstacle::Plane(_)) => f64::INFINITY,
+            _ => 0.5 * self.radii.facet.min(self.radii.depth),
+        }
+    }
+
+    /// Whether each vertex couples only nodes of elements around it, with its own row alone: the pattern of the elements has all it needs.
+    fn keeps_to_itself(&self) -> bool {
+        let facets = self.contact.surface.facets();
+        let lumped = |obstacle| facets.iter().all(|facet| is_lumped(obstacle, facet.kind));
+        self.contact.target.obstacle().is_some_and(lumped)
+    }
+
+    /// The nodes that vertices couple beyond what elements couple, if there are any.
+    pub fn wider_couples(&self) -> Option<&Couples> {
+        (!self.keeps_to_itself()).then_some(&self.cliques)
     }
 
     /// Largest extent of a facet of either side \[m\].
@@ -172,9 +190,9 @@ impl<const D: usize> SegmentMeeting<D> {
         &self.target
     }
 
-    /// Distance at which surfaces have a gap \[m\].
+    /// Distance up to which gaps are known \[m\].
     pub fn reach(&self) -> f64 {
-        OPEN * self.radii.facet
+        if self.contact.target.obstacle().is_some() { f64::MAX } else { OPEN * self.radii.facet }
     }
 
     /// Gathers the target facets near by, at the current positions of the local nodes \[m\]. Collective.
@@ -189,6 +207,9 @@ impl<const D: usize> SegmentMeeting<D> {
         step: impl Fn(u32) -> Point<D>,
         state: &ContactState<D>,
     ) -> Result<()> {
+        if self.contact.target.obstacle().is_some() {
+            return Ok(());
+        }
         self.below = match self.gather {
             Some(_) => state.depth().min(self.radii.depth),
             None => self.radii.depth,
@@ -203,7 +224,8 @@ impl<const D: usize> SegmentMeeting<D> {
     pub fn adopt(&mut self, index: &IndexMap, foreign: &[i32], points: &[[f64; D]]) {
         let Some(gather) = &self.gather else { return };
         let nodes = gather.placed(index, foreign);
-        self.contact.target = TargetSurface::new(TargetFacets { nodes, ..gather.facets.clone() }, points);
+        let facets = TargetFacets { nodes, ..gather.facets.clone() };
+        self.contact.target = ContactTarget::Body(TargetSurface::new(facets, points));
     }
 
     /// Foreign nodes of the gathered facets with their reference points.
@@ -213,7 +235,7 @@ impl<const D: usize> SegmentMeeting<D> {
 
     /// Whether this rank's facets moved so far since the gathering that others may have come near.
     pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Point<D>) -> bool {
-        let Some(gather) = &self.gather else { return true };
+        let Some(gather) = &self.gather else { return self.contact.target.obstacle().is_none() };
         let [contactor, target] = gather.motion(position);
         let beyond = (2.0 * self.swing.beside(&self.nodes, step) - self.swing.relative()).max(0.0);
         !gather.holds([2.0 * contactor.max(target), beyond])

@@ -73,31 +73,17 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// Largest slip on this rank's facets that are in contact \[m\]; their normal force \[N\] and its moments about the undeformed
-/// centres of the facets \[N m\].
+/// Largest slip of this rank's points in contact \[m\]; their normal force \[N\] and its moments about the undeformed vertices \[N m\].
 fn slid_and_pressed<const D: usize>(contact: &Contact<D>) -> (f64, [f64; 4]) {
-    let (surface, state) = (contact.surface(), &contact.state);
     let (mut slid, mut sums) = (0.0_f64, [0.0; 4]);
-    if contact.vertices().is_some() {
-        for (point, (_, place)) in
-            state.current.iter().zip(contact.gaps()).filter(|(point, _)| point.is_closed())
-        {
-            let force = point.normal_traction * point.area;
+    let points = contact.state.current.iter().zip(contact.gaps());
+    for (point, (_, place)) in points.filter(|(point, _)| point.is_closed()) {
+        let force = point.normal_traction * point.area;
+        if contact.is_deformable() {
             slid = slid.max(point.slip_increment.norm());
-            sums[0] += force;
-            (0..D).for_each(|i| sums[1 + i] += force * place[i]);
         }
-        return (slid, sums);
-    }
-    for facet in surface.facets().iter().filter(|facet| facet.mine) {
-        let points = &state.current[facet.points.clone()];
-        let closed = points.iter().filter(|point| point.is_closed());
-        let force: f64 = closed.map(|point| point.normal_traction * point.area).sum();
-        let corners = surface.reference_points(facet);
         sums[0] += force;
-        for corner in corners {
-            (0..D).for_each(|i| sums[1 + i] += force * corner[i] / corners.len() as f64);
-        }
+        (0..D).for_each(|i| sums[1 + i] += force * place[i]);
     }
     (slid, sums)
 }

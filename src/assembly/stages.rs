@@ -6,7 +6,6 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact::Contact;
 use super::interface::{Interface, RemoteForce};
 use crate::contact::evaluation::ContactFields;
-use crate::contact::point::PointState;
 use crate::contact::state::{self, Hold, Keep};
 use crate::dynamics::{ForceChange, Freeze, FrictionMode, Known, Split, Stage};
 use crate::petsc::{Matrix, Vector};
@@ -56,25 +55,15 @@ pub fn force_change<const D: usize>(
     ForceChange { friction: total[0].sqrt(), normal: total[1].sqrt() }
 }
 
-/// Mean normals of the closed points at each of `nodes` local nodes, made unit vectors; the owned ones go to `out`.
-/// Collective where a target is deformable.
+/// Mean normals of the closed points at each owned node, made unit vectors, into `out`. Collective.
 pub fn contact_normals<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[Contact<D>],
     interface: Option<&mut Interface<D>>,
-    nodes: usize,
     out: &mut Vector,
 ) {
-    let (mut sums, mut weights) = (vec![0.0; nodes * D], vec![0.0; nodes]);
-    for contact in contacts.iter().filter(|contact| !contact.is_deformable()) {
-        let pressed = |_: usize, point: &PointState<D>| -> [f64; D] {
-            if point.is_closed() { point.normal.into() } else { [0.0; D] }
-        };
-        contact.surface().gather_nodal(&contact.state, pressed, (&mut sums, &mut weights));
-    }
     let mut normals = out.owned_mut();
-    let owned = normals.len();
-    normals.copy_from_slice(&sums[..owned]);
+    normals.fill(0.0);
     if let Some(interface) = interface {
         let add = |_: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
             contacts.iter().for_each(|contact| contact.add_normals(own, remote.reborrow()));
@@ -88,8 +77,7 @@ pub fn contact_normals<const D: usize>(
     }
 }
 
-/// Which of the owned nodes belong to facets with a closed point, on either side. Collective where a target is
-/// deformable.
+/// Which of the owned nodes belong to facets with a closed point, on either side. Collective.
 pub fn contact_nodes<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[Contact<D>],
@@ -97,17 +85,6 @@ pub fn contact_nodes<const D: usize>(
     owned: usize,
 ) -> Vec<bool> {
     let mut marks = vec![0.0; owned * D];
-    for contact in contacts.iter().filter(|contact| !contact.is_deformable()) {
-        let (surface, state) = (contact.surface(), &contact.state);
-        let pressed = surface.facets().iter().filter(|facet| {
-            facet.points.clone().any(|point| state.current.get(point).is_some_and(PointState::is_closed))
-        });
-        for &node in pressed.flat_map(|facet| surface.facet_nodes(facet)) {
-            if let Some(mark) = marks.get_mut(node as usize * D) {
-                *mark = 1.0;
-            }
-        }
-    }
     if let Some(interface) = interface {
         let add = |_: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
             contacts.iter().for_each(|contact| contact.add_marks(own, remote.reborrow()));

@@ -132,7 +132,7 @@ impl<const D: usize> ContactSystem<D> {
         let pattern = Rc::new(pattern_of_elements(&local));
         let constrained = &supports.dofs.constrained;
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
-        let mut contacts = contacts(world, &local, model, &pattern, constrained)?;
+        let mut contacts = contacts(world, &local, model)?;
         contacts.iter_mut().for_each(|contact| contact.state.round_gaps(known));
         let external = agree(world, loads(&local, model, &pattern, constrained))?;
         let redistribution = match options.inertia {
@@ -189,7 +189,7 @@ impl<const D: usize> ContactSystem<D> {
             phases,
         };
         system.leeway = system.leeway();
-        if system.contacts.iter().any(|contact| contact.is_deformable()) {
+        if !system.contacts.is_empty() {
             system.meet_undeformed(model)?;
         }
         Ok(system)

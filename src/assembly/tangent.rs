@@ -95,18 +95,12 @@ impl<const D: usize> ContactSystem<D> {
                         let _running = phases.contact.begin();
                         for contact in contacts.iter_mut() {
                             let request = request(contact);
-                            contact.add_pair_stiffness(fields, &request, opening);
+                            contact.add_stiffness(fields, &request, opening);
                         }
                     };
                     interface.add_stiffness((world, &fields), (values, symmetry), lift, evaluate, bodies);
                 }
             }
-            phases.contact.time(|| {
-                for pair in contacts.iter_mut() {
-                    let lift = lifted.as_mut().map(LiftTarget::reborrow);
-                    pair.add_stiffness(&fields, &request(pair), constrained, values, lift);
-                }
-            });
             inverted
         })?;
         self.fault = inverted.err();

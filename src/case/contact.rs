@@ -1,6 +1,7 @@
 //! `contact`: who may touch whom, and by which laws.
 
 use schemars::JsonSchema;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use super::place::At;
@@ -21,9 +22,10 @@ pub struct Contact {
     /// Friction traction as a function of normal traction and slip.
     #[serde(default)]
     pub friction: Friction,
-    /// Where on a facet contact with an obstacle is evaluated. Bodies meet by segments, which have no choice.
-    #[serde(default)]
-    pub quadrature: At<Quadrature>,
+    /// Not a key any more; kept to tell why.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub quadrature: Option<At<IgnoredAny>>,
     /// Area on which the tractions act.
     #[serde(default)]
     pub area: Area,
@@ -141,21 +143,6 @@ pub enum Regularization {
     StickStiffness(Stiffness),
 }
 tagged!(Regularization, "regularization");
-
-/// Points of a facet at which contact with an obstacle is evaluated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case")]
-#[schemars(rename = "Quadrature")]
-pub enum Quadrature {
-    /// nodal on a plane where the facet has positive nodal weights, else gauss.
-    #[default]
-    Auto,
-    /// The nodes.
-    Nodal,
-    /// Gauss points: 2 along a side of linear facets, 3 of quadratic ones.
-    Gauss,
-}
-tagged!(Quadrature, "quadrature");
 
 /// Area on which contact tractions act.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]

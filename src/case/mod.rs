@@ -46,7 +46,7 @@ pub use body::{
 };
 pub use boundary::{Action, Boundary, Components};
 pub use contact::{
-    Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Quadrature, Regularization,
+    Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Regularization,
 };
 pub use function::{Function, Motion, PlacedFunction, Varying};
 pub use guard::Guard;

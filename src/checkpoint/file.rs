@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::files;
 
 /// The format that this program writes, and the only one that it reads.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 const MAGIC: &[u8; 25] = b"contact-petsc checkpoint\n";
 /// Magic, format and length of the header.
@@ -277,9 +277,9 @@ mod tests {
         std::fs::write(&path, [&whole[..], b"more"].concat()).unwrap();
         assert!(verify(&path).is_err());
         let mut later = whole.clone();
-        later[MAGIC.len()] = 3;
+        later[MAGIC.len()] = 4;
         std::fs::write(&path, &later).unwrap();
-        assert!(verify(&path).unwrap_err().message.contains("format 3; this program reads format 2"));
+        assert!(verify(&path).unwrap_err().message.contains("format 4; this program reads format 3"));
     }
 
     /// What is given up before its end leaves nothing.

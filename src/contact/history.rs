@@ -18,9 +18,6 @@ pub struct History<const D: usize> {
     pub friction_work: f64,
     /// Gap at the end of the last step \[m\]; infinite where there was none.
     pub gap: f64,
-    /// Gap of the energy that the point held at the end of the last step \[m\], see [`super::point::step`]; infinite in schemes
-    /// that do not keep it.
-    pub counted: f64,
     /// `-t_T . v_T` at the end of the last step \[W/m^2\].
     pub friction_power: f64,
     /// Multiplier of the augmented normal law at the end of the last step \[Pa\]; zero where the law is not augmented.
@@ -36,7 +33,6 @@ impl<const D: usize> Default for History<D> {
             slip: 0.0,
             friction_work: 0.0,
             gap: f64::INFINITY,
-            counted: f64::INFINITY,
             friction_power: 0.0,
             multiplier: 0.0,
         }
@@ -82,7 +78,6 @@ impl<const D: usize> History<D> {
             slip: self.slip + path,
             friction_work: self.friction_work + self.work_of_step(state, dt),
             gap: state.gap,
-            counted: state.counted,
             friction_power: power,
             multiplier: self.multiplier,
         }
@@ -92,7 +87,7 @@ impl<const D: usize> History<D> {
     #[must_use]
     pub fn start(state: &PointState<D>) -> Self {
         let begun = Self::default().advance(state, 0.0);
-        Self { slip: 0.0, friction_work: 0.0, counted: state.gap, ..begun }
+        Self { slip: 0.0, friction_work: 0.0, ..begun }
     }
 }
 
@@ -105,31 +100,18 @@ impl<const D: usize> History<D> {
         let one = |name: &str| std::iter::once(name.to_owned());
         let traction = axes("friction_traction").chain(one("bound")).chain(axes("normal"));
         traction
-            .chain(
-                ["slip", "friction_work", "gap", "counted", "friction_power", "multiplier"]
-                    .into_iter()
-                    .flat_map(one),
-            )
+            .chain(["slip", "friction_work", "gap", "friction_power", "multiplier"].into_iter().flat_map(one))
             .collect()
     }
 
     /// Appends the numbers.
     pub fn columns(&self, into: &mut Vec<f64>) {
-        let Self {
-            friction_traction,
-            bound,
-            normal,
-            slip,
-            friction_work,
-            gap,
-            counted,
-            friction_power,
-            multiplier,
-        } = self;
+        let Self { friction_traction, bound, normal, slip, friction_work, gap, friction_power, multiplier } =
+            self;
         into.extend(friction_traction.iter());
         into.push(*bound);
         into.extend(normal.iter());
-        into.extend([*slip, *friction_work, *gap, *counted, *friction_power, *multiplier]);
+        into.extend([*slip, *friction_work, *gap, *friction_power, *multiplier]);
     }
 
     /// The memory that gave these numbers; `None` where they are too few.
@@ -143,18 +125,8 @@ impl<const D: usize> History<D> {
         let friction_traction = Vector::from_column_slice(take(D)?);
         let bound = take(1)?[0];
         let normal = Vector::from_column_slice(take(D)?);
-        let &[slip, friction_work, gap, counted, friction_power, multiplier] = left else { return None };
-        Some(Self {
-            friction_traction,
-            bound,
-            normal,
-            slip,
-            friction_work,
-            gap,
-            counted,
-            friction_power,
-            multiplier,
-        })
+        let &[slip, friction_work, gap, friction_power, multiplier] = left else { return None };
+        Some(Self { friction_traction, bound, normal, slip, friction_work, gap, friction_power, multiplier })
     }
 }
 
@@ -177,7 +149,6 @@ mod tests {
             slip: 8.0,
             friction_work: 9.0,
             gap: 10.0,
-            counted: 10.5,
             friction_power: 11.0,
             multiplier: 12.0,
         };

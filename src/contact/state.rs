@@ -1,7 +1,7 @@
 //! Everything that the points of one contact remember: the iterate, the history of accepted steps, and the
 //! safeguards of Newton's method. Clone it to roll back.
 
-use std::ops::{AddAssign, Range};
+use std::ops::AddAssign;
 
 use super::friction::traction::Branch;
 use super::held::Held;
@@ -194,24 +194,21 @@ impl<const D: usize> ContactState<D> {
     /// Compares the current points with the last iterate and takes them as the new one; a flip makes the next
     /// correction assume stick.
     ///
-    /// Call it once a Newton iteration, after the evaluation whose tangent comes next; the points `p` with `counts(p)` are counted, see
-    /// [`super::surface::ContactSurface::representative`].
-    pub fn iterate(&mut self, counts: impl Fn(usize) -> bool) -> Changes {
+    /// Call it once a Newton iteration, after the evaluation whose tangent comes next.
+    pub fn iterate(&mut self) -> Changes {
         let mut changes = Changes::default();
         let points = self.current.iter().zip(&self.history);
-        for (p, (track, (point, history))) in self.track.iter_mut().zip(points).enumerate() {
+        for (track, (point, history)) in self.track.iter_mut().zip(points) {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
             // A point whose guess was mended from stick, and that slips, has turned back.
             let [doubts, tried] = [self.doubtful, self.doubtful && track.flipped];
             let flipped = !tried && track.reversed(point) || doubts && track.is_thrown_off(history, point);
-            if counts(p) {
-                changes.closed += usize::from(point.is_closed());
-                changes.pressing += usize::from(point.presses);
-                changes.changed += usize::from(changed);
-                changes.alternating += usize::from(changed && before == Some(point.status));
-                changes.flipped += usize::from(flipped);
-            }
+            changes.closed += usize::from(point.is_closed());
+            changes.pressing += usize::from(point.presses);
+            changes.changed += usize::from(changed);
+            changes.alternating += usize::from(changed && before == Some(point.status));
+            changes.flipped += usize::from(flipped);
             *track = Track {
                 statuses: [Some(point.status), last],
                 friction_traction: point.friction_traction,
@@ -236,11 +233,11 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
-    /// How the forces of these points differ from the frozen ones.
-    pub fn force_change(&self, points: Range<usize>) -> ForceChange {
+    /// How the forces of the points differ from the frozen ones.
+    pub fn force_change(&self) -> ForceChange {
         let mut sum = ForceChange::default();
-        for p in points {
-            let (point, held) = (&self.current[p], self.held.get(p).copied().unwrap_or_default());
+        for (p, point) in self.current.iter().enumerate() {
+            let held = self.held.get(p).copied().unwrap_or_default();
             let change = point.friction_traction - held.friction_traction;
             sum.friction += (point.area * change).norm_squared();
             sum.normal += (point.area * point.normal_traction).powi(2);
@@ -298,12 +295,12 @@ mod tests {
     fn flips_predict_stick_once() {
         let mut state = ContactState::<2>::new(1);
         state.current[0] = slipping(1.0);
-        assert_eq!(state.iterate(|_| true).flipped, 0);
+        assert_eq!(state.iterate().flipped, 0);
         state.current[0] = slipping(-1.0);
-        assert_eq!(state.iterate(|_| true).flipped, 1);
+        assert_eq!(state.iterate().flipped, 1);
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Stick);
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Actual).branch, Branch::Actual);
-        state.iterate(|_| true);
+        state.iterate();
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Actual);
     }
 
@@ -317,14 +314,14 @@ mod tests {
         state.accept(1e-3);
         let guess = vec![slipping(-1.0), slipping(1.0), slipping(-1.0)];
         state.current.clone_from(&guess);
-        assert_eq!(state.iterate(|_| true).flipped, 0);
+        assert_eq!(state.iterate().flipped, 0);
         state.begin();
         state.doubt(true);
-        assert_eq!(state.iterate(|_| true).flipped, 1);
+        assert_eq!(state.iterate().flipped, 1);
         let branch = |p| state.manner(p, Hold::Nothing, Branches::Predicted).branch;
         assert_eq!([0, 1, 2].map(branch), [Branch::Stick, Branch::Actual, Branch::Actual]);
         state.current[0] = slipping(1.0);
-        assert_eq!(state.iterate(|_| true).flipped, 0, "stick was tried");
+        assert_eq!(state.iterate().flipped, 0, "stick was tried");
     }
 
     /// Points that open and close in turn are a two-cycle; points that settle are not.
@@ -333,7 +330,7 @@ mod tests {
         let mut state = ContactState::<2>::new(2);
         let mut next = |first, second| {
             state.current = vec![first, second];
-            state.iterate(|_| true)
+            state.iterate()
         };
         assert_eq!(next(open(), open()).changed, 0);
         let closing = next(slipping(1.0), open());
@@ -352,7 +349,7 @@ mod tests {
         let mut state = ContactState::<2>::new(1);
         let saved = state.clone();
         state.current[0] = slipping(1.0);
-        state.iterate(|_| true);
+        state.iterate();
         state.freeze(Keep::Pressure);
         state.accept(1e-3);
         assert_ne!(state, saved);
@@ -366,9 +363,9 @@ mod tests {
         let mut state = ContactState::<2>::new(1);
         state.current[0] = PointState { normal_traction: 3.0, bound: 2.0, area: 0.5, ..slipping(1.0) };
         state.freeze(Keep::Pressure);
-        assert_eq!(state.force_change(0..1), ForceChange { friction: 0.25, normal: 2.25 });
+        assert_eq!(state.force_change(), ForceChange { friction: 0.25, normal: 2.25 });
         state.freeze(Keep::Friction);
-        assert_eq!(state.force_change(0..1).friction, 0.0);
+        assert_eq!(state.force_change().friction, 0.0);
         state.current[0] = open();
         let held = |hold| state.manner(0, hold, Branches::Actual).frozen;
         assert_eq!(held(Hold::Nothing), Frozen::default());

@@ -1,6 +1,7 @@
-//! The target side of a contact with a deformable body: the facets that this rank knows of it.
+//! The target side of a contact: an obstacle, or the facets that this rank knows of a body.
 
-use super::evaluation::at;
+use super::mortar::contact::at;
+use super::obstacle::Obstacle;
 use crate::mesh::ElementKind;
 use crate::tensor::Vector;
 
@@ -93,5 +94,42 @@ impl<const D: usize> TargetSurface<D> {
         points.clear();
         let nodes = self.reference_points(facet).iter().zip(self.nodes(facet));
         points.extend(nodes.map(|(reference, &node)| reference + at(u, node)));
+    }
+}
+
+/// What a contactor meets.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ContactTarget<const D: usize> {
+    /// Facets of a deformable body.
+    Body(TargetSurface<D>),
+    /// A rigid obstacle: one target without nodes, of number 0.
+    Obstacle(Obstacle<D>),
+}
+
+impl<const D: usize> ContactTarget<D> {
+    /// The facets; none of an obstacle.
+    pub fn body(&self) -> Option<&TargetSurface<D>> {
+        match self {
+            Self::Body(surface) => Some(surface),
+            Self::Obstacle(_) => None,
+        }
+    }
+
+    /// The obstacle, if it is one.
+    pub fn obstacle(&self) -> Option<&Obstacle<D>> {
+        match self {
+            Self::Body(_) => None,
+            Self::Obstacle(obstacle) => Some(obstacle),
+        }
+    }
+
+    /// Nodes of a facet: places in the field arrays.
+    pub fn nodes(&self, facet: u32) -> &[u32] {
+        self.body().map_or(&[], |surface| surface.nodes(facet))
+    }
+
+    /// Reference positions of the nodes of a facet \[m\].
+    pub fn reference_points(&self, facet: u32) -> &[Vector<D>] {
+        self.body().map_or(&[], |surface| surface.reference_points(facet))
     }
 }

@@ -87,7 +87,6 @@ impl<const D: usize> Model<D> {
             normal,
             penetration,
             friction: friction(&contact.friction).map_err(within)?,
-            quadrature: contact.quadrature.value,
             // The potential of a contact lies on the reference area: forces that conserve act on it as well.
             current_area: contact.area == case::Area::Current
                 && case.time.scheme.value != case::Scheme::Conserving,

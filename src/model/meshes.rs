@@ -9,7 +9,6 @@ use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
 use crate::mesh::{BoxShape, ElementKind, Mesh, gmsh, merge, require_room, spelled, validate};
 use crate::rounding;
-use crate::space::reference;
 
 /// Reads or generates the meshes of all bodies and merges them; sets are named `body.set`. For one rank.
 ///
@@ -42,7 +41,6 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     let places = mesh.points.as_flattened_mut().iter_mut().enumerate();
     places.for_each(|(index, x)| *x = rounding::place(index, *x));
     let mut faults = missing_sets(case, &mesh);
-    faults.extend(missing_rules(case, &mesh));
     faults.extend(shared_facets(case, &mesh));
     faults.extend(unsound_places(case, &mesh));
     Error::together(faults)?;
@@ -110,26 +108,6 @@ fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
         .filter_map(|contact| Some((own(&contact.contactor)?, own(&contact.target)?)))
         .filter(|(contactor, target)| contactor != target)
         .collect()
-}
-
-/// Contacts with obstacles that want their points at nodes and can not have them there, because the rule at the nodes of their facets
-/// is not positive.
-fn missing_rules<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
-    let mut faults = Vec::new();
-    for (name, contact) in case.contact.iter().filter(|(_, contact)| is_nodal(contact)) {
-        let facets = mesh.facet_sets.get(&contact.contactor.value).into_iter().flatten();
-        let mut kinds = facets.map(|&facet| mesh.facet_kind(facet));
-        if let Some(kind) = kinds.find(|kind| reference(*kind).nodal_rule().is_none()) {
-            let (name, kind) = (&name.value, kind.name());
-            let message = format!("contact '{name}': no nodal quadrature on {kind} facets");
-            faults.push(case.error(contact.quadrature.place, message).hint("write `quadrature: gauss`"));
-        }
-    }
-    faults
-}
-
-fn is_nodal(contact: &case::Contact) -> bool {
-    contact.quadrature.value == case::Quadrature::Nodal
 }
 
 /// Nodes that all boxes have at least.

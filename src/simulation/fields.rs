@@ -20,14 +20,14 @@ impl<const D: usize> Journal<D> {
             mine: &local.mine,
             group: &local.mesh.body,
         };
-        let SurfaceCells { offsets, nodes, vtk_types, mine, contact } = system.surface_cells();
+        let SurfaceCells { offsets, nodes, vtk_types, contact } = system.surface_cells();
         let surface = Cells {
             points: &local.mesh.points,
             node_number: &local.input_node,
             offsets: &offsets,
             nodes: &nodes,
             vtk_types: &vtk_types,
-            mine: &mine,
+            mine: &vec![true; vtk_types.len()],
             group: &contact,
         };
         let ranks = Ranks { rank: self.session.rank() as usize, size: self.session.size() as usize };

@@ -125,7 +125,7 @@ impl<const D: usize> Journal<D> {
         self.record.unknowns = system.unknowns() as u64;
         self.record.balance.elements = partition.elements.clone();
         self.record.balance.nodes = partition.owned.clone();
-        let facets = system.surface_cells().mine.iter().filter(|&&mine| mine).count();
+        let facets = system.surface_cells().vtk_types.len();
         self.record.balance.contact_facets = super::measure::of_each_rank(&self.session, facets as u64);
         let marks = self.past.as_ref().and_then(|(past, _)| past.tables());
         let watch = |tables: &mut Tables<D>| tables.watch(&self.folder, &self.watched, marks);

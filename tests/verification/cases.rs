@@ -9,9 +9,7 @@ use contact_petsc::contact::normal::{NormalLaw, Penalty, PowerLaw as PowerNormal
 use contact_petsc::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
 use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
 use contact_petsc::mesh::{BoxShape, Facet, Mesh};
-use contact_petsc::model::{
-    Body, Contact, InitialOverclosure, LoadKind, MassChoice, NormalChoice, Quadrature, Target,
-};
+use contact_petsc::model::{Body, Contact, InitialOverclosure, LoadKind, MassChoice, NormalChoice, Target};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::tensor::Vector;
 use contact_petsc::terms::Terms;
@@ -214,7 +212,6 @@ impl<const D: usize> Case<D> {
             normal: NormalChoice::Law(self.normal),
             penetration: None,
             friction: self.friction,
-            quadrature: Quadrature::Auto,
             current_area: self.current_area,
             initial_overclosure: InitialOverclosure::Accept,
         });

@@ -27,7 +27,7 @@ pub fn all(session: &Rc<Session>) {
 /// A case of one body over a plane through `point` with this `normal`, or of none where that is empty.
 fn case(dimension: usize, mesh: &str, point: &str, normal: &str, boundary: &str) -> String {
     let contact = "contact: { sole: { contactor: block.bottom, target: floor, normal: { penalty: { compliance: 1.0e-8 } }, \
-                   friction: FRICTION, quadrature: nodal, initial_overclosure: accept } }";
+                   friction: FRICTION, initial_overclosure: accept } }";
     let (floor, contact) = match normal {
         "" => (String::new(), ""),
         _ => {

@@ -6,7 +6,7 @@ mod moving;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::{Contact, Pair};
+use super::contact::Contact;
 use super::segments::SegmentMeeting;
 use super::system::ContactSystem;
 use crate::contact::obstacle::Obstacle;
@@ -16,7 +16,7 @@ use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::mesh::{Bounds, BoundsTree};
 use crate::tensor::Vector as Point;
-use moving::{Ends, Moving, around, nodes_of, parts, paths};
+use moving::{Ends, Moving, around, nodes_of, parts, points_of};
 
 /// Surfaces that move by this many times the expected motion did not pass through a target: the balance that was found is another one.
 const RUNAWAY: f64 = 20.0;
@@ -86,15 +86,14 @@ impl<const D: usize> ContactSystem<D> {
         let mut found = Found { between: Vec::new(), through: Vec::new() };
         for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(3)) {
             let [motion, met] = [motion[0] + motion[1], motion[2]];
-            let (between, through) = match &contact.pair {
-                Pair::Rigid { contact: rigid, .. } => {
-                    let passes = |path: &Path<D>| motion > 0.0 && path.passes_obstacle(&rigid.obstacle);
-                    let through = paths(contact, ends).filter(passes).count();
-                    (between_points(contact, &rigid.obstacle, ends, met > 0.0), through as u64)
+            let (between, through) = match contact.obstacle() {
+                Some(obstacle) => {
+                    let through = if motion > 0.0 { passing(contact, obstacle, ends) } else { 0 };
+                    (between_points(contact, obstacle, ends, met > 0.0), through)
                 }
-                Pair::Segments(meeting) => {
-                    let far = motion > meeting.stride();
-                    (0, if far { self.swept(meeting, ends, motion)? } else { 0 })
+                None => {
+                    let far = motion > contact.meeting.stride();
+                    (0, if far { self.swept(&contact.meeting, ends, motion)? } else { 0 })
                 }
             };
             found.between.push(between);
@@ -162,13 +161,10 @@ fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> S
 }
 
 fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64, m: &str) -> String {
-    let radius = match &contact.pair {
-        Pair::Rigid { contact, .. } => contact.obstacle.outer_radius().unwrap_or(0.0),
-        Pair::Segments(_) => 0.0,
-    };
+    let radius = contact.obstacle().and_then(Obstacle::outer_radius).unwrap_or(0.0);
     format!(
         "contact '{}': the obstacle, of radius {radius:.3e} {m}, lies between the points of {facets} facets of about {:.3e} {m}, none of which \
-         touches it: mesh the contactor finer than the radius, or take quadrature: gauss",
+         touches it: mesh the contactor finer than the radius",
         contact.name, contact.facet_size
     )
 }
@@ -178,27 +174,37 @@ const SHALLOW: f64 = 0.02;
 
 /// Whether a point of this rank lies over a round obstacle, so that it would touch before the facet is a radius deep.
 fn has_a_point_at_its_obstacle<const D: usize>(contact: &Contact<D>, ends: Ends<'_>) -> bool {
-    let Pair::Rigid { contact: rigid, .. } = &contact.pair else { return false };
+    let Some(obstacle) = contact.obstacle() else { return false };
     // The points of a facet that is no longer than the obstacle is thick all but touch it.
-    let radius = rigid.obstacle.outer_radius().filter(|radius| *radius < 4.0 * contact.facet_size);
+    let radius = obstacle.outer_radius().filter(|radius| *radius < 4.0 * contact.facet_size);
     let Some(radius) = radius else { return true };
-    let (surface, obstacle) = (contact.surface(), &rigid.obstacle);
-    let first = |facet: &SurfaceFacet| nodes_of(surface, facet, ends)[0].end;
-    let is_near = |facet: &&SurfaceFacet| obstacle.gap(&first(facet)) <= 2.0 * contact.facet_size;
-    surface.facets().iter().filter(is_near).any(|facet| {
-        let nodes: Vec<Point<D>> = nodes_of(surface, facet, ends).iter().map(|node| node.end).collect();
-        let outward = normal_of(&std::array::from_fn(|k| nodes[k]));
+    let surface = contact.surface();
+    surface.facets().iter().any(|facet| {
+        let nodes = nodes_of(surface, facet, ends);
+        if obstacle.gap(&nodes[0].end) > 2.0 * contact.facet_size {
+            return false;
+        }
+        let outward = normal_of(&std::array::from_fn(|k| nodes[k].end));
         let Some(outward) = outward.try_normalize(0.0) else { return false };
-        facet.points.clone().enumerate().any(|(q, _)| {
-            let place = surface.facet_point(facet, q).position(&nodes);
-            let Some(away) = obstacle.offset(&place) else { return false };
+        points_of(obstacle, facet.kind, &nodes).any(|point| {
+            let Some(away) = obstacle.offset(&point.end) else { return false };
             let height = away.dot(&outward);
             height.abs() <= radius + contact.facet_size && (away - outward * height).norm() < radius
         })
     })
 }
 
-/// Facets of this rank without a closed point in which a small round obstacle lies: half of its radius deep, or at all where no
+/// Points of this rank's facets that went through an obstacle.
+fn passing<const D: usize>(contact: &Contact<D>, obstacle: &Obstacle<D>, ends: Ends<'_>) -> u64 {
+    let surface = contact.surface();
+    let of_facet = |facet: &SurfaceFacet| {
+        let nodes = nodes_of(surface, facet, ends);
+        points_of(obstacle, facet.kind, &nodes).filter(|path| path.passes_obstacle(obstacle)).count() as u64
+    };
+    surface.facets().iter().map(of_facet).sum()
+}
+
+/// Facets of this rank none of whose points touches, and in which a small round obstacle lies: half of its radius deep, or at all where no
 /// point of the contact is `met` by it however deep.
 fn between_points<const D: usize>(
     contact: &Contact<D>,
@@ -208,11 +214,11 @@ fn between_points<const D: usize>(
 ) -> u64 {
     let Some(radius) = obstacle.outer_radius() else { return 0 };
     let (surface, mut count) = (contact.surface(), 0);
-    for facet in surface.facets().iter().filter(|facet| facet.mine) {
-        if contact.state.current[facet.points.clone()].iter().any(|point| point.is_closed()) {
+    for facet in surface.facets() {
+        let corners = nodes_of(surface, facet, ends);
+        if points_of(obstacle, facet.kind, &corners).any(|point| obstacle.gap(&point.end) <= 0.0) {
             continue;
         }
-        let corners = nodes_of(surface, facet, ends);
         let around = around(&corners);
         let size = (Point::<D>::from(around.high) - Point::from(around.low)).norm();
         // A facet that is not longer than the obstacle is thick always has a point in it before it lies so deep.

@@ -1,7 +1,9 @@
 //! Facets of both sides of a contact as they move in a step.
 
-use super::super::contact::Contact;
 use super::super::targets::{Reach, Surfaces, TargetGather};
+use crate::contact::mortar::obstacle::rule_of;
+use crate::contact::mortar::shape::FacetShape;
+use crate::contact::obstacle::Obstacle;
 use crate::contact::passage::Path;
 use crate::contact::surface::{ContactSurface, SurfaceFacet};
 use crate::error::Result;
@@ -166,20 +168,17 @@ pub(super) fn nodes_of<const D: usize>(
     nodes.map(|(reference, &node)| ends.path(reference, node)).collect()
 }
 
-/// Paths of the points of the facets of a contact.
-pub(super) fn paths<'a, const D: usize>(
-    contact: &'a Contact<D>,
-    ends: Ends<'a>,
-) -> impl Iterator<Item = Path<D>> + 'a {
-    let surface = contact.surface();
-    surface.facets().iter().flat_map(move |facet| {
-        let nodes = nodes_of(surface, facet, ends);
-        let [from, to]: [Vec<Point<D>>; 2] =
-            [nodes.iter().map(|path| path.start).collect(), nodes.iter().map(|path| path.end).collect()];
-        (0..facet.points.len()).map(move |q| {
-            let place = surface.facet_point(facet, q);
-            Path { start: place.position(&from), end: place.position(&to) }
-        })
+/// The ways of the points of a contactor facet over an obstacle, given those of its nodes.
+pub(super) fn points_of<const D: usize>(
+    obstacle: &Obstacle<D>,
+    kind: ElementKind,
+    nodes: &[Path<D>],
+) -> impl Iterator<Item = Path<D>> {
+    rule_of(obstacle, kind).points.iter().map(move |&[first, second, _]| {
+        let shape = FacetShape::at(kind, [first, second]).value;
+        let between =
+            |at: fn(&Path<D>) -> Point<D>| nodes.iter().zip(shape).map(|(node, n)| at(node) * n).sum();
+        Path { start: between(|node| node.start), end: between(|node| node.end) }
     })
 }
 

@@ -3,7 +3,7 @@
 use super::super::diagnostics::Complaint;
 use super::super::place::At;
 use super::super::quantity::{Number, PowerStiffness};
-use super::super::{Coefficient, Contact, Friction, Normal, Obstacle, Quadrature, Regularization, Start};
+use super::super::{Coefficient, Contact, Friction, Normal, Obstacle, Regularization, Start};
 use super::Check;
 
 impl Check<'_> {
@@ -75,16 +75,14 @@ impl Check<'_> {
         }
     }
 
-    /// Bodies meet by segments, whatever their facets.
+    /// Contact points are the vertices of the contactor, whatever its facets.
     fn quadrature(&mut self, contact: &Contact) {
-        let (quadrature, target) = (&contact.quadrature, &contact.target.value);
-        if self.case.obstacles.get(target).is_none() && quadrature.value != Quadrature::Auto {
-            let message = format!(
-                "'{target}' is a meshed surface: contact with it is integrated over segments, not at points of a facet"
-            );
-            self.say(quadrature.place, message);
-            self.cure("leave out `quadrature`");
-        }
+        let Some(quadrature) = &contact.quadrature else { return };
+        self.say(
+            quadrature.place,
+            "`quadrature` is not a key any more: contact acts at the vertices of the contactor, each with the mean gap around it",
+        );
+        self.cure("leave it out");
     }
 
     /// The tractions of two contacts of the same sides would add up.

@@ -108,7 +108,7 @@ const BROKEN: &[Broken] = &[
     ("linear: auto", "linear: gmres_agm", "26:41", &["unknown linear solver", "'gmres_amg'"]),
     ("element: quad4", "element: quad5", "5:70", &["unknown element 'quad5'", "'quad4'"]),
     ("finite", "nonlinear", "8:17", &["unknown kinematics 'nonlinear'", "finite, linear"]),
-    ("quadrature: nodal", "quadrature: nodal\n    quadrature: gauss", "20:5", &["'quadrature' occurs twice"]),
+    ("area: current", "area: current\n    area: reference", "21:5", &["'area' occurs twice"]),
     (
         "  floor:",
         "  floor: { plane: { point: [0, 0], normal: [0, 1] } }\n  floor:",
@@ -220,12 +220,7 @@ const BROKEN: &[Broken] = &[
     ),
     ("target: floor", "target: flor", "16:13", &["unknown target 'flor'", "did you mean 'floor'?"]),
     ("target: floor", "target: block", "16:13", &["a surface", "whole body", "block.bottom"]),
-    (
-        "target: floor",
-        "target: block.bottom",
-        "19:17",
-        &["'block.bottom' is a meshed surface", "leave out `quadrature`"],
-    ),
+    ("area: current", "quadrature: nodal", "20:17", &["`quadrature` is not a key any more", "leave it out"]),
     ("contactor: block.bottom", "contactor: blok.bottom", "15:16", &["unknown body 'blok'", "'block'"]),
     (
         "contactor: block.bottom",

@@ -30,7 +30,7 @@ contact:
     target: floor
     normal: { penalty: { compliance: "1e-10 m/Pa" } }
     friction: { coulomb: { coefficient: 1.0, regularization: { stick_velocity: "1 mm/s" } } }
-    quadrature: nodal
+    # tractions act on the deformed area
     area: current
     initial_overclosure: accept
 boundary:

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::super::{
-    Case, Coefficient, Element, Friction, Mesh, Normal, Quadrature, Regularization, Scheme, Start, schema,
+    Case, Coefficient, Element, Friction, Mesh, Normal, Regularization, Scheme, Start, schema,
 };
 use super::{GOOD, with};
 
@@ -191,7 +191,6 @@ fn rubber_block_reads_as_written() {
     );
     assert_eq!(block.material.elastic().young_modulus.value, 5e6);
     let sole = case.contact.get("sole").unwrap();
-    assert_eq!(sole.quadrature.value, Quadrature::Nodal);
     let Friction::Coulomb { coefficient, regularization: Regularization::StickVelocity(velocity) } =
         &sole.friction
     else {
@@ -266,7 +265,6 @@ fn laws_have_two_spellings() {
     );
     same("{ penalty: { compliance: \"1e-10 m/Pa\" } }", "penalty", "{ penalty: {} }");
     same("coefficient: 1.0", "coefficient: 1", "coefficient: { constant: 1.0 }");
-    same("quadrature: nodal", "quadrature: auto", "quadrature: { auto: {} }");
 }
 
 /// Everything that may be written comes through the round trip, and is valid by the schema's keys.

@@ -114,15 +114,20 @@ impl<const D: usize> SegmentContact<D> {
     /// Pairs (contactor facet, target facet) that come within `range` of having a common segment at the displacements `u`.
     /// A pair without a segment contributes nothing, so too many pairs cost time only; a missing pair would change the result.
     ///
-    /// Facets that share a node are left out: surfaces of one body that meet at an edge do not press each other there.
+    /// Facets that share a node are left out: surfaces of one body that meet at an edge do not press each other there. Over an obstacle
+    /// every facet is a candidate.
     pub fn candidates(&self, u: &[f64], range: &CandidateRange) -> Candidates<D> {
+        let Some(opposite) = self.target.body() else {
+            return self
+                .candidates_of((0..self.surface.facets().len() as u32).map(|facet| (facet, 0)).collect());
+        };
         let mut couples = Vec::new();
-        let targets = 0..self.target.count() as u32;
+        let targets = 0..opposite.count() as u32;
         let mut nodes = Vec::new();
-        let mut boxes = Vec::with_capacity(self.target.count());
+        let mut boxes = Vec::with_capacity(opposite.count());
         for target in targets {
-            self.target.current(target, u, &mut nodes);
-            boxes.push(Bounds::of_facet(self.target.kind(target), nodes.iter().map(|&x| x.into())));
+            opposite.current(target, u, &mut nodes);
+            boxes.push(Bounds::of_facet(opposite.kind(target), nodes.iter().map(|&x| x.into())));
         }
         let tree = BoundsTree::new(&boxes);
         let mut positions = Vec::new();
@@ -134,11 +139,11 @@ impl<const D: usize> SegmentContact<D> {
             let around = Bounds::of_facet(facet.kind, positions.iter().map(|&x: &Vector<D>| x.into()));
             let frame = Frame::of(facet.kind, &positions);
             for target in tree.meeting(&around.inflate(range.farthest::<D>())) {
-                let others = self.target.nodes(target);
+                let others = opposite.nodes(target);
                 if own.iter().any(|node| others.contains(node)) {
                     continue;
                 }
-                self.target.current(target, u, &mut nodes);
+                opposite.current(target, u, &mut nodes);
                 if frame.as_ref().is_none_or(|frame| frame.is_near(&positions, &nodes, range)) {
                     couples.push((index as u32, target));
                 }

@@ -1,16 +1,17 @@
-//! A contact of a surface with a deformable body by segments: sums over pairs first, then the laws of the vertices.
+//! A contact of a surface with a body or an obstacle: sums over pairs first, then the laws of the vertices.
 
 use super::candidates::Candidates;
 use super::integrals::{
-    Carried, FacetPair, FrozenFacet, Measure, PAIR_NODES, PairFields, PairIntegrals, PlacedFacet, Potential,
-    Range, Varying,
+    Carried, FacetPair, FrozenFacet, Measure, Opposite, PAIR_NODES, PairFields, PairIntegrals, PlacedFacet,
+    Potential, Range, Varying,
 };
-use super::kernel::{VertexNode, VertexSums, add_stiffness};
+use super::kernel::{VertexNode, VertexSize, VertexSums, add_stiffness};
+use super::obstacle::{PlacedObstacle, is_lumped, rule_of};
 use super::surface::{VertexFacet, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::point::{ContactLaw, PointState, Selection, Slopes};
 use crate::contact::state::ContactState;
-use crate::contact::target::TargetSurface;
+use crate::contact::target::ContactTarget;
 use crate::tensor::Vector;
 use crate::terms::Terms;
 
@@ -24,18 +25,18 @@ pub trait SegmentSink {
     fn stiffness(&mut self, vertex: usize, nodes: &[u32], stiffness: &[f64]);
 }
 
-/// One contact with a deformable target by segments.
+/// One contact, evaluated at the vertices of its contactor.
 #[derive(Debug, Clone)]
 pub struct SegmentContact<const D: usize> {
     /// Contactor: the vertices of this rank.
     pub surface: VertexSurface<D>,
     /// Target.
-    pub target: TargetSurface<D>,
+    pub target: ContactTarget<D>,
     /// Laws.
     pub law: ContactLaw,
     /// Area on which the tractions act.
     pub area: AreaKind,
-    /// Points deeper than this below the target come from its other side \[m\].
+    /// Points deeper than this below the target come from its other side \[m\]; an obstacle has none.
     pub depth: f64,
     /// Part of the tractions that each side carries as the contactor: 1/2 in a contact of a surface with itself, whose facets are contactors
     /// and targets in turn, else 1.
@@ -117,13 +118,17 @@ impl<const D: usize> Gathered<D> {
         }
     }
 
-    /// Takes the nodes of a contactor facet. Positions are measured from its first node from now on: far from the origin gaps
-    /// would lose digits otherwise.
-    fn begin(&mut self, reference: &[Vector<D>], nodes: &[u32], fields: &ContactFields<'_>) {
+    /// Takes the nodes of a contactor facet.
+    fn begin(
+        &mut self,
+        origin: [&Vector<D>; 2],
+        reference: &[Vector<D>],
+        nodes: &[u32],
+        fields: &ContactFields<'_>,
+    ) {
         self.contactor = 0;
         self.keep_contactor();
-        let origin = self.displacement(nodes[0], fields);
-        self.append([&reference[0], &origin], reference, nodes, fields);
+        self.append(origin, reference, nodes, fields);
         self.contactor = nodes.len();
     }
 
@@ -167,7 +172,8 @@ impl<const D: usize> Gathered<D> {
     }
 }
 
-pub(super) fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
+/// A node's vector out of a nodal field.
+pub fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
     Vector::from_column_slice(&field[node as usize * D..][..D])
 }
 
@@ -208,6 +214,7 @@ impl<const D: usize> SegmentContact<D> {
                 return;
             }
             let Some(integrals) = pair.integrate() else { return };
+            let meets = integrals.cover > 0.0;
             for (vertex, own) in
                 self.surface.facets()[facet as usize].vertices.iter().zip(&integrals.vertices)
             {
@@ -224,11 +231,23 @@ impl<const D: usize> SegmentContact<D> {
                     }
                 }
             }
-            pairs.push(ActivePair { facet, target, integrals });
+            if meets {
+                pairs.push(ActivePair { facet, target, integrals });
+            }
         });
-        let vertices = sums.iter_mut().enumerate();
-        vertices.for_each(|(vertex, sums)| sums.finish(&self.surface.size_of(vertex, self.share)));
+        for (vertex, sums) in sums.iter_mut().enumerate() {
+            let mut size = self.surface.size_of(vertex, self.share);
+            if self.target.obstacle().is_some() {
+                size = VertexSize { facets: 0.0, ..size };
+            }
+            sums.finish(&size);
+        }
         Overlap { pairs, sums }
+    }
+
+    /// Gap of a vertex of which nothing is covered \[m\]: the distance of its facets from an obstacle; unknown of a body.
+    pub(super) fn free_gap(&self, sums: &VertexSums<D>) -> f64 {
+        self.target.obstacle().map_or(f64::INFINITY, |_| -sums.depth)
     }
 
     /// Calls `visit` with each of these couples at `fields`.
@@ -245,12 +264,16 @@ impl<const D: usize> SegmentContact<D> {
             let facet = &self.surface.facets()[index as usize];
             let nodes = self.surface.facet_nodes(facet);
             let reference = self.surface.reference_points(facet);
+            // Between bodies positions are measured from a node: far from the origin gaps would lose digits otherwise.
+            let origin = match &self.target {
+                ContactTarget::Body(_) => [reference[0], gathered.displacement(nodes[0], fields)],
+                ContactTarget::Obstacle(_) => [Vector::zeros(); 2],
+            };
+            let origin = [&origin[0], &origin[1]];
             if last != Some(index) {
-                gathered.begin(reference, nodes, fields);
+                gathered.begin(origin, reference, nodes, fields);
                 last = Some(index);
             }
-            let origin = gathered.displacement(nodes[0], fields);
-            let origin = [&reference[0], &origin];
             gathered.oppose(origin, self.target.reference_points(target), self.target.nodes(target), fields);
             let pair = self.pair(facet, target, &gathered, reference);
             visit(index, target, &gathered, &pair);
@@ -258,21 +281,33 @@ impl<const D: usize> SegmentContact<D> {
     }
 
     fn pair<'a>(
-        &self,
+        &'a self,
         facet: &VertexFacet,
         target: u32,
         gathered: &'a Gathered<D>,
         reference: &'a [Vector<D>],
     ) -> FacetPair<'a, D> {
         let (contactor, others) = gathered.positions.split_at(gathered.contactor);
+        let mut open = OPEN * facet.size;
+        let target = match &self.target {
+            ContactTarget::Body(surface) => {
+                Opposite::Facet(PlacedFacet { kind: surface.kind(target), nodes: others })
+            }
+            ContactTarget::Obstacle(obstacle) => {
+                if is_lumped(obstacle, facet.kind) {
+                    open = f64::MAX;
+                }
+                Opposite::Obstacle(PlacedObstacle { obstacle, rule: rule_of(obstacle, facet.kind) })
+            }
+        };
         FacetPair {
             contactor: PlacedFacet { kind: facet.kind, nodes: contactor },
-            target: PlacedFacet { kind: self.target.kind(target), nodes: others },
+            target,
             measure: match self.area {
                 AreaKind::Current => Measure::Current,
                 AreaKind::Reference => Measure::Reference(reference),
             },
-            range: Range { share: self.share, depth: self.depth, open: OPEN * facet.size },
+            range: Range { share: self.share, depth: self.depth, open },
         }
     }
 
@@ -286,8 +321,8 @@ impl<const D: usize> SegmentContact<D> {
         let mut all = Vec::with_capacity(sums.len());
         for (vertex, sums) in sums.iter().enumerate() {
             if !sums.is_covered() {
-                state.current[vertex] =
-                    PointState { sunk: sums.sunk(state.adjusted(vertex)), ..PointState::default() };
+                let (gap, sunk) = (self.free_gap(sums), sums.sunk(state.adjusted(vertex)));
+                state.current[vertex] = PointState { gap, sunk, ..PointState::default() };
                 all.push(None);
                 continue;
             }
@@ -577,16 +612,21 @@ impl<const D: usize> VertexRows<D> {
 
 /// Whether the boxes of the two facets come within the range of gaps. Far cheaper than to find that there is no segment.
 fn may_meet<const D: usize>(pair: &FacetPair<'_, D>) -> bool {
+    let Opposite::Facet(target) = &pair.target else { return true };
     let range = pair.range.open + pair.range.depth;
     let bounds = |nodes: &[Vector<D>]| {
         let first = nodes[0];
         nodes.iter().fold((first, first), |(low, high), x| (low.inf(x), high.sup(x)))
     };
     let (low, high) = bounds(pair.contactor.nodes);
-    let (other_low, other_high) = bounds(pair.target.nodes);
+    let (other_low, other_high) = bounds(target.nodes);
     (0..D).all(|i| low[i] - range <= other_high[i] && other_low[i] - range <= high[i])
 }
 
 #[cfg(test)]
 #[path = "contact_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "obstacle_tests.rs"]
+mod obstacle_tests;

@@ -13,7 +13,7 @@ use crate::tensor::Tensor;
 
 const OVERLAP: f64 = 0.05;
 const SHIFT: f64 = 3.0;
-const CONTACT_TERMS: [Terms; 7] = [
+pub const CONTACT_TERMS: [Terms; 7] = [
     Terms::NORMAL_CONTACT,
     Terms::NORMAL_GEOMETRY,
     Terms::FRICTION_DAMPING,
@@ -24,19 +24,19 @@ const CONTACT_TERMS: [Terms; 7] = [
 ];
 
 #[derive(Clone)]
-struct Scene<const D: usize> {
-    mesh: Mesh<D>,
-    contact: SegmentContact<D>,
-    candidates: Candidates<D>,
-    u: Vec<f64>,
-    v: Vec<f64>,
-    u_start: Vec<f64>,
-    state: ContactState<D>,
+pub struct Scene<const D: usize> {
+    pub mesh: Mesh<D>,
+    pub contact: SegmentContact<D>,
+    pub candidates: Candidates<D>,
+    pub u: Vec<f64>,
+    pub v: Vec<f64>,
+    pub u_start: Vec<f64>,
+    pub state: ContactState<D>,
 }
 
-struct Dense<const D: usize> {
-    force: Vec<f64>,
-    matrix: Vec<f64>,
+pub struct Dense<const D: usize> {
+    pub force: Vec<f64>,
+    pub matrix: Vec<f64>,
 }
 
 impl<const D: usize> SegmentSink for Dense<D> {
@@ -63,7 +63,7 @@ impl<const D: usize> Scene<D> {
         let mine = vec![true; mesh.element_count()];
         let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
-        let surface = VertexSurface::new(&mesh, &mesh.facet_sets["upper.bottom"], &ownership);
+        let surface = VertexSurface::new(&mesh, &mesh.facet_sets["upper.bottom"], &ownership, |_| false);
         let target = target(&mesh, &["lower.top"]);
         let facets = surface.facets().len() as u32;
         let couples: Vec<(u32, u32)> =
@@ -71,7 +71,7 @@ impl<const D: usize> Scene<D> {
         let state = ContactState::new(surface.vertices().len());
         let contact = SegmentContact {
             surface,
-            target,
+            target: ContactTarget::Body(target),
             law: penalty(None),
             area: AreaKind::Current,
             depth: 0.5,
@@ -112,37 +112,44 @@ impl<const D: usize> Scene<D> {
         self
     }
 
-    fn evaluate(&mut self, request: &ContactRequest) -> Dense<D> {
+    pub fn evaluate(&mut self, request: &ContactRequest) -> Dense<D> {
         let mut dense = Dense { force: vec![0.0; self.u.len()], matrix: Vec::new() };
         let fields = ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start };
         self.contact.evaluate(&self.candidates, &fields, request, &mut self.state, &mut dense);
         dense
     }
 
-    fn force_at(&self, u: &[f64]) -> Vec<f64> {
+    pub fn force_at(&self, u: &[f64], request: &ContactRequest) -> Vec<f64> {
         let mut moved = self.clone();
         // Velocities follow the displacements as an integrator has them.
         let velocities =
             moved.v.iter().zip(u.iter().zip(&self.u)).map(|(v, (new, old))| v + SHIFT * (new - old));
         moved.v = velocities.collect();
         moved.u = u.to_vec();
-        moved.evaluate(&ContactRequest::default()).force
+        moved.evaluate(request).force
     }
 
-    fn matrix(&self, terms: Terms) -> Vec<f64> {
-        let selection = Selection { terms, velocity_shift: SHIFT, joint: None };
-        let request = ContactRequest { stiffness: Some(selection), ..ContactRequest::default() };
-        self.clone().evaluate(&request).matrix
+    pub fn matrix(&self, terms: Terms) -> Vec<f64> {
+        self.selected(terms, &ContactRequest::default(), None)
     }
 
-    fn positions(&self) -> Vec<Vector<D>> {
+    /// The matrix of these terms, or of springs that are at most as stiff as `joint`, under a request for forces.
+    pub fn selected(&self, terms: Terms, request: &ContactRequest, joint: Option<f64>) -> Vec<f64> {
+        let selection = Selection { terms, velocity_shift: SHIFT, joint };
+        let mut matrix =
+            self.clone().evaluate(&ContactRequest { stiffness: Some(selection), ..*request }).matrix;
+        matrix.resize(self.u.len().pow(2), 0.0);
+        matrix
+    }
+
+    pub fn positions(&self) -> Vec<Vector<D>> {
         let nodes = self.mesh.points.iter().zip(self.u.chunks_exact(D));
         nodes.map(|(x, u)| Vector::<D>::from_row_slice(x) + Vector::<D>::from_row_slice(u)).collect()
     }
 }
 
 /// Regimes with all vertices well within stick or slip, at the penetrations of the scenes.
-fn regimes() -> [Regularization; 5] {
+pub fn regimes() -> [Regularization; 5] {
     [
         Regularization::stick_velocity(20.0).unwrap(),
         Regularization::stick_velocity(1e-4).unwrap(),
@@ -153,14 +160,19 @@ fn regimes() -> [Regularization; 5] {
 }
 
 fn is_consistent<const D: usize>(scene: &Scene<D>, what: &str) {
+    let rate = rate(scene, Terms::ALL, &ContactRequest::default());
+    assert!(rate > 1.9, "{what}: rate {rate}");
+}
+
+/// Order of the error that the matrix of these terms leaves of the change of the force.
+pub fn rate<const D: usize>(scene: &Scene<D>, terms: Terms, request: &ContactRequest) -> f64 {
     let total = scene.u.len();
-    let matrix = scene.matrix(Terms::ALL);
+    let matrix = scene.selected(terms, request, None);
     let direction: Vec<f64> = scatter(total, 31).iter().map(|d| 1e-4 * d).collect();
     let df = |_: &[f64], d: &[f64]| -> Vec<f64> {
         (0..total).map(|r| -(0..total).map(|c| matrix[r * total + c] * d[c]).sum::<f64>()).collect()
     };
-    let rate = taylor_rate(|u| scene.force_at(u), df, &scene.u, &direction);
-    assert!(rate > 1.9, "{what}: rate {rate}");
+    taylor_rate(|u| scene.force_at(u, request), df, &scene.u, &direction)
 }
 
 /// The sum of all terms is minus the derivative of the force, for every pair of facets without friction, and with friction in every
@@ -216,9 +228,6 @@ fn terms_add_up() {
     let mut sum = vec![0.0; whole.len()];
     for terms in CONTACT_TERMS {
         let part = scene.matrix(terms);
-        if part.is_empty() {
-            continue;
-        }
         sum.iter_mut().zip(&part).for_each(|(sum, part)| *sum += part);
     }
     let size = whole.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
@@ -334,7 +343,7 @@ fn forces_are_smooth_along_a_slide() {
 }
 
 /// Energy that the vertices store at the displacements `u`: area times potential.
-fn stored_energy<const D: usize>(scene: &Scene<D>, u: &[f64]) -> f64 {
+pub fn stored_energy<const D: usize>(scene: &Scene<D>, u: &[f64]) -> f64 {
     let mut at = scene.clone();
     at.u = u.to_vec();
     at.evaluate(&ContactRequest::default());
@@ -393,12 +402,16 @@ fn forces_over_a_step_conserve_energy_and_momentum() {
     }
 }
 
-/// Error of the matrix over a step times a direction, over that of the derivative of the force.
-fn error_over_step<const D: usize>(kind: ElementKind, law: ContactLaw, bend: f64, terms: Terms) -> f64 {
+fn error_of_bent<const D: usize>(kind: ElementKind, law: ContactLaw, bend: f64, terms: Terms) -> f64 {
     let mut scene = Scene::<D>::bent(kind, kind, law);
+    scene.u.iter_mut().for_each(|u| *u *= bend);
+    error_over_step(scene, terms)
+}
+
+/// Error of the matrix over a step times a direction, over that of the derivative of the force.
+pub fn error_over_step<const D: usize>(mut scene: Scene<D>, terms: Terms) -> f64 {
     scene.contact.area = AreaKind::Reference;
     scene.v.fill(0.0);
-    scene.u.iter_mut().for_each(|u| *u *= bend);
     let step = scatter(scene.u.len(), 11);
     scene.u_start = scene.u.iter().zip(&step).map(|(u, d)| u - 5e-5 * d).collect();
     let total = scene.u.len();
@@ -425,8 +438,8 @@ fn the_matrix_over_a_step_is_near_the_derivative() {
     let stick = penalty(Some(coulomb(0.4, regimes()[3])));
     for law in [penalty(None), stick] {
         for (bend, least, most) in [(0.0, 0.0, 1e-5), (1.0, 1e-4, 0.01)] {
-            let plane = |terms| error_over_step::<2>(ElementKind::Quad4, law, bend, terms);
-            let space = |terms| error_over_step::<3>(ElementKind::Hex8, law, bend, terms);
+            let plane = |terms| error_of_bent::<2>(ElementKind::Quad4, law, bend, terms);
+            let space = |terms| error_of_bent::<3>(ElementKind::Hex8, law, bend, terms);
             let found = [plane(Terms::ALL), space(Terms::ALL)];
             assert!(found.iter().all(|error| (least..most).contains(error)), "bend {bend}: {found:?}");
             let less = Terms::ALL - Terms::NORMAL_GEOMETRY;

@@ -6,8 +6,10 @@
 //!
 //! `kappa = int Phi_A`, `W = int Phi_A g`, `N = int Phi_A n`, `D_a = int Phi_A c_a`, `V_a = int Phi_A n c_a`.
 //!
-//! Everything is a function of the positions of the nodes of the two facets alone.
+//! Everything is a function of the positions of the nodes of the two facets alone. Over a rigid obstacle the points are those of a rule on
+//! the whole contactor facet; gap and normal are the obstacle's signed distance at `x` and its gradient.
 
+use super::obstacle::PlacedObstacle;
 use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want, degree, overlap};
 use super::shape::{FacetShape, MOST_NODES};
 use super::split::{MOST_CORNERS, Piece, linear, pieces};
@@ -52,7 +54,7 @@ impl Range {
     ///
     /// The gap of a vertex is a mean. Without this factor, a facet over a deep hole would open the vertex although its other facets
     /// press. The factor is continuously differentiable.
-    fn fade(&self, gap: f64) -> [f64; 3] {
+    pub(super) fn fade(&self, gap: f64) -> [f64; 3] {
         let (end, toward_open) = if gap > 0.0 { (self.open, 1.0) } else { (self.depth, -1.0) };
         let width = 0.5 * end;
         let s = (gap.abs() - (end - width)) / width;
@@ -69,13 +71,32 @@ impl Range {
     }
 }
 
-/// A contactor facet over a target facet.
+/// What lies opposite a contactor facet.
+#[derive(Debug, Clone, Copy)]
+pub enum Opposite<'a, const D: usize> {
+    /// A facet of a body: the integrals go over the common segments.
+    Facet(PlacedFacet<'a, D>),
+    /// A rigid obstacle: they go over the whole contactor facet.
+    Obstacle(PlacedObstacle<'a, D>),
+}
+
+impl<'a, const D: usize> Opposite<'a, D> {
+    /// Positions of the nodes \[m\]; an obstacle has none.
+    pub fn nodes(&self) -> &'a [Vector<D>] {
+        match self {
+            Self::Facet(facet) => facet.nodes,
+            Self::Obstacle(_) => &[],
+        }
+    }
+}
+
+/// A contactor facet over what lies opposite.
 #[derive(Debug, Clone, Copy)]
 pub struct FacetPair<'a, const D: usize> {
     /// Carries the vertices.
     pub contactor: PlacedFacet<'a, D>,
     /// The other side.
-    pub target: PlacedFacet<'a, D>,
+    pub target: Opposite<'a, D>,
     /// Measure of the contactor.
     pub measure: Measure<'a, D>,
     /// What is too far.
@@ -114,7 +135,7 @@ impl<const D: usize> Default for VertexIntegrals<D> {
 pub struct PairIntegrals<const D: usize> {
     /// By the corners of the contactor facet.
     pub vertices: [VertexIntegrals<D>; MOST_CORNERS],
-    /// Largest of `-g` over all segment points \[m\]; negative if all of them are open.
+    /// Largest of `-g` over all points \[m\]; negative if all of them are open. Over an obstacle also of those that are out of range.
     pub depth: f64,
     /// Covered area of the facet, `sum_A kappa_A` [m, m^2].
     pub cover: f64,
@@ -208,33 +229,34 @@ pub struct Varying {
 }
 
 /// Everything of one segment point, and how it varies with the nodes.
-struct Point<const D: usize> {
-    contactor: FacetShape,
-    target: FacetShape,
+pub(super) struct Point<const D: usize> {
+    pub contactor: FacetShape,
+    /// Zero over an obstacle.
+    pub target: FacetShape,
     /// `Phi_A` with its gradient.
-    weights: FacetShape,
+    pub weights: FacetShape,
     /// `dGamma` with the part that fades, and without it.
-    measure: f64,
-    whole: f64,
-    fade: [f64; 3],
-    gap: f64,
-    normal: Vector<D>,
+    pub measure: f64,
+    pub whole: f64,
+    pub fade: [f64; 3],
+    pub gap: f64,
+    pub normal: Vector<D>,
 }
 
-struct Variation<const D: usize> {
-    xi: [[Vector<D>; PAIR_NODES]; 2],
-    eta: [[Vector<D>; PAIR_NODES]; 2],
+pub(super) struct Variation<const D: usize> {
+    pub xi: [[Vector<D>; PAIR_NODES]; 2],
+    pub eta: [[Vector<D>; PAIR_NODES]; 2],
     /// Of the measure at fixed size of the facet, and by that size.
-    measure: [Vector<D>; PAIR_NODES],
-    stretch: [Vector<D>; PAIR_NODES],
+    pub measure: [Vector<D>; PAIR_NODES],
+    pub stretch: [Vector<D>; PAIR_NODES],
     /// Of the measure without the part that fades.
-    whole: [Vector<D>; PAIR_NODES],
-    gap: [Vector<D>; PAIR_NODES],
-    normal: [Tensor<D>; PAIR_NODES],
+    pub whole: [Vector<D>; PAIR_NODES],
+    pub gap: [Vector<D>; PAIR_NODES],
+    pub normal: [Tensor<D>; PAIR_NODES],
 }
 
 impl<const D: usize> Variation<D> {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let none = [Vector::zeros(); PAIR_NODES];
         Self {
             xi: [none; 2],
@@ -251,7 +273,7 @@ impl<const D: usize> Variation<D> {
 impl<const D: usize> FacetPair<'_, D> {
     /// Nodes of both facets.
     pub fn nodes(&self) -> usize {
-        self.contactor.nodes.len() + self.target.nodes.len()
+        self.contactor.nodes.len() + self.target.nodes().len()
     }
 
     /// The integrals; `None` where the facets have no common segment.
@@ -438,20 +460,27 @@ impl<const D: usize> FacetPair<'_, D> {
             second_slope += point.weights.value[vertex] * (bending * energy + 2.0 * fading * own.pressure);
             (0..D - 1).for_each(|k| along_weights[k] += point.weights.gradient[vertex][k] * by_gap);
         }
-        let along = tangents(&point.target, self.target.nodes);
-        let curvatures =
-            |shape: &FacetShape, nodes: &[Vector<D>]| bends(shape, nodes).map(|bend| bend.dot(&point.normal));
-        let below = curvatures(&point.contactor, self.contactor.nodes);
-        let above = curvatures(&point.target, self.target.nodes);
         let force = first_slope * point.whole;
         let mut by_weight = [Vector::zeros(); PAIR_NODES];
-        // `d_a(y_,k . n)` without what the point's own slide adds.
-        let mut tilts = [[Vector::zeros(); PAIR_NODES]; 2];
         for a in 0..all {
             by_weight[a] =
                 variation.whole[a] * first_slope + variation.gap[a] * (0.5 * second_slope * point.whole);
             for k in 0..D - 1 {
                 by_weight[a] += variation.xi[k][a] * (point.whole * along_weights[k]);
+            }
+        }
+        let Opposite::Facet(target) = &self.target else {
+            return add_potential_on_obstacle(point, variation, all, force, &by_weight, stiffness);
+        };
+        let along = tangents(&point.target, target.nodes);
+        let curvatures =
+            |shape: &FacetShape, nodes: &[Vector<D>]| bends(shape, nodes).map(|bend| bend.dot(&point.normal));
+        let below = curvatures(&point.contactor, self.contactor.nodes);
+        let above = curvatures(&point.target, target.nodes);
+        // `d_a(y_,k . n)` without what the point's own slide adds.
+        let mut tilts = [[Vector::zeros(); PAIR_NODES]; 2];
+        for a in 0..all {
+            for k in 0..D - 1 {
                 tilts[k][a] = variation.normal[a].transpose() * along[k];
                 if a >= first {
                     tilts[k][a] += point.normal * point.target.gradient[a - first][k];
@@ -487,19 +516,24 @@ impl<const D: usize> FacetPair<'_, D> {
 
     /// Visits the points of all segments, with their variation where it is wanted.
     fn sweep(&self, want: Want, mut visit: impl FnMut(&Point<D>, &Variation<D>)) {
-        let degree = degree(self.contactor.kind, self.target.kind);
+        let target = match &self.target {
+            Opposite::Facet(target) => target,
+            Opposite::Obstacle(obstacle) => return self.sweep_over(obstacle, want, visit),
+        };
+        let degree = degree(self.contactor.kind, target.kind);
         let mut variation = Variation::new();
         for below in pieces(self.contactor.kind) {
             let below_at = below.positions(self.contactor.kind, self.contactor.nodes);
-            for above in pieces(self.target.kind) {
-                let above_at = above.positions(self.target.kind, self.target.nodes);
+            for above in pieces(target.kind) {
+                let above_at = above.positions(target.kind, target.nodes);
                 overlap(
                     &PlacedPiece { piece: below, corners: &below_at },
                     &PlacedPiece { piece: above, corners: &above_at },
                     degree,
                     want,
                     &mut |segment, moves| {
-                        if let Some(point) = self.point([below, above], segment, moves, want, &mut variation)
+                        let pieces = [below, above];
+                        if let Some(point) = self.point(target, pieces, segment, moves, want, &mut variation)
                         {
                             visit(&point, &variation);
                         }
@@ -511,6 +545,7 @@ impl<const D: usize> FacetPair<'_, D> {
 
     fn point(
         &self,
+        opposite: &PlacedFacet<'_, D>,
         pieces: [&Piece; 2],
         segment: &SegmentPoint<D>,
         moves: &PointVariation<D>,
@@ -518,9 +553,9 @@ impl<const D: usize> FacetPair<'_, D> {
         variation: &mut Variation<D>,
     ) -> Option<Point<D>> {
         let contactor = FacetShape::at(self.contactor.kind, segment.xi);
-        let target = FacetShape::at(self.target.kind, segment.eta);
+        let target = FacetShape::at(opposite.kind, segment.eta);
         let x = interpolate(&contactor.value, self.contactor.nodes);
-        let y = interpolate(&target.value, self.target.nodes);
+        let y = interpolate(&target.value, opposite.nodes);
         let tangents = tangents(&contactor, self.contactor.nodes);
         let vector_area = facet_normal(&tangents);
         let size = vector_area.norm();
@@ -554,10 +589,10 @@ impl<const D: usize> FacetPair<'_, D> {
             return Some(point);
         }
         for k in 0..D - 1 {
-            self.spread(pieces, &moves.xi[k], &mut variation.xi[k]);
-            self.spread(pieces, &moves.eta[k], &mut variation.eta[k]);
+            self.spread(opposite.kind, pieces, &moves.xi[k], &mut variation.xi[k]);
+            self.spread(opposite.kind, pieces, &moves.eta[k], &mut variation.eta[k]);
         }
-        self.spread(pieces, &moves.weight, &mut variation.measure);
+        self.spread(opposite.kind, pieces, &moves.weight, &mut variation.measure);
         let bends = bends(&contactor, self.contactor.nodes);
         let area_slopes = area_slopes(&tangents, &bends);
         let stretch_slopes = match self.measure {
@@ -569,7 +604,7 @@ impl<const D: usize> FacetPair<'_, D> {
                 slopes.map(|slope| slope.dot(&direction))
             }
         };
-        let others = self::tangents(&target, self.target.nodes);
+        let others = self::tangents(&target, opposite.nodes);
         let projector = tangential_projector(&normal) / size;
         let first = self.contactor.nodes.len();
         for b in 0..self.nodes() {
@@ -604,13 +639,18 @@ impl<const D: usize> FacetPair<'_, D> {
     }
 
     /// Derivatives by the nodes, given those by the corners of two pieces.
-    fn spread(&self, [below, above]: [&Piece; 2], by: &ByCorners<D>, nodes: &mut [Vector<D>; PAIR_NODES]) {
+    fn spread(
+        &self,
+        target: ElementKind,
+        [below, above]: [&Piece; 2],
+        by: &ByCorners<D>,
+        nodes: &mut [Vector<D>; PAIR_NODES],
+    ) {
         nodes[..self.nodes()].fill(Vector::zeros());
         let (first, second) = nodes.split_at_mut(self.contactor.nodes.len());
-        for (piece, kind, by, nodes) in [
-            (below, self.contactor.kind, &by[..TARGET], first),
-            (above, self.target.kind, &by[TARGET..], second),
-        ] {
+        for (piece, kind, by, nodes) in
+            [(below, self.contactor.kind, &by[..TARGET], first), (above, target, &by[TARGET..], second)]
+        {
             for (corner, by) in piece.corners.iter().zip(by) {
                 match corner.node {
                     Some(node) => nodes[node] += by,
@@ -620,6 +660,25 @@ impl<const D: usize> FacetPair<'_, D> {
                     }
                 }
             }
+        }
+    }
+}
+
+/// The Hessian of the potential over an obstacle, whose gap has the second derivative `N_a N_b dn/dx` by the nodes.
+fn add_potential_on_obstacle<const D: usize>(
+    point: &Point<D>,
+    variation: &Variation<D>,
+    nodes: usize,
+    force: f64,
+    by_weight: &[Vector<D>; PAIR_NODES],
+    stiffness: &mut [f64],
+) {
+    for a in 0..nodes {
+        for b in 0..nodes {
+            let block = by_weight[a] * variation.gap[b].transpose()
+                + variation.gap[a] * by_weight[b].transpose()
+                + variation.normal[b] * (point.contactor.value[a] * force);
+            subtract_block(stiffness, a * nodes + b, &block);
         }
     }
 }
@@ -667,12 +726,12 @@ impl<const D: usize> Point<D> {
     }
 }
 
-fn interpolate<const D: usize>(shape: &[f64; MOST_NODES], nodes: &[Vector<D>]) -> Vector<D> {
+pub(super) fn interpolate<const D: usize>(shape: &[f64; MOST_NODES], nodes: &[Vector<D>]) -> Vector<D> {
     nodes.iter().zip(shape).map(|(x, n)| x * *n).sum()
 }
 
 /// `f_,k` of a field of the nodes.
-fn tangents<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) -> [Vector<D>; 2] {
+pub(super) fn tangents<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) -> [Vector<D>; 2] {
     let mut tangents = [Vector::zeros(); 2];
     for (x, gradient) in nodes.iter().zip(&shape.gradient) {
         for k in 0..D - 1 {

@@ -45,7 +45,7 @@ fn with_pair<const D: usize, R>(
     let (x, y) = all.split_at(kinds[0].nodes());
     then(&FacetPair {
         contactor: PlacedFacet { kind: kinds[0], nodes: x },
-        target: PlacedFacet { kind: kinds[1], nodes: y },
+        target: Opposite::Facet(PlacedFacet { kind: kinds[1], nodes: y }),
         measure: reference.map_or(Measure::Current, Measure::Reference),
         range: RANGE,
     })

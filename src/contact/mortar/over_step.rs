@@ -3,8 +3,9 @@
 //! With the energy `Pi = sum_A kappa_A U(g_A)` and the change `d` of the positions over the step, the force of a vertex is
 //! `-kappa_m (dU/dg) Dg - U_m Dkappa`: means `kappa_m`, `U_m` of both ends, the quotient of the changes of energy and gap, and discrete
 //! gradients `Dq = dq/dx + ((q_1 - q_0 - dq/dx . d) / |e|^2) e` of gap and area, their gradients being those in the middle. `e` is `d`
-//! without the rigid motion that is nearest to it. So `Dq . d` is the change of `q` and the work is that of the energy, whatever moves;
-//! and since neither the gradients nor `e` have a resultant or a moment, momentum is kept as well.
+//! without the motion nearest to it that changes no gap: between bodies a rigid motion, over an obstacle one that takes the obstacle
+//! into itself. So `Dq . d` is the change of `q` and the work is that of the energy, whatever moves; and since neither the gradients nor
+//! `e` have a resultant or a moment along such motions, momentum is kept as well.
 
 use std::rc::Rc;
 
@@ -22,6 +23,7 @@ use crate::contact::point::joint::Joint;
 use crate::contact::point::step::{friction, stored};
 use crate::contact::point::{PointState, Selection, Status};
 use crate::contact::state::ContactState;
+use crate::contact::target::ContactTarget;
 use crate::tensor::{Tensor, Vector};
 use crate::terms::Terms;
 
@@ -118,7 +120,7 @@ impl<const D: usize> SegmentContact<D> {
         let mut steps = Vec::with_capacity(rows.len());
         for row in rows {
             let ends = &ends[row.vertex];
-            let motion = Motion::of(row, fields);
+            let motion = Motion::of(row, fields, &self.target);
             let change = ends.change(state.adjusted(row.vertex));
             let (point, active) = self.respond_over_step(row, ends, change, &motion, request, state);
             state.current[row.vertex] = point;
@@ -201,7 +203,7 @@ impl<const D: usize> SegmentContact<D> {
         let held = ends.start.area * stored(&self.law, &state.history[vertex].friction_traction);
         let area = if ends.end.area > 0.0 { ends.end.area } else { ends.start.area };
         let covered = ends.end.is_covered();
-        let gap = if covered { ends.end.gap() - state.adjusted(vertex) } else { f64::INFINITY };
+        let gap = if covered { ends.end.gap() - state.adjusted(vertex) } else { self.free_gap(&ends.end) };
         let normal = if covered { ends.end.normal.normalize() } else { Vector::zeros() };
         let plastic_work = if held > 0.0 { held / area } else { 0.0 };
         let status = if gap <= touching { Status::Slip } else { Status::Open };
@@ -224,7 +226,7 @@ impl<const D: usize> SegmentContact<D> {
         let [before, after] = change.gaps.map(|gap| law.normal.evaluate(gap));
         let direction = ends.direction();
         let [velocity, increment] =
-            [&motion.velocities, &motion.changes].map(|field| slip(row, ends, &direction, field));
+            [&motion.velocities, motion.sliding()].map(|field| slip(row, ends, &direction, field));
         // Area that is newly covered sticks to nothing yet. Elastic stick then never stores more than it did, so that friction heats.
         let kept =
             if ends.end.area > ends.start.area { (ends.start.area / ends.end.area).sqrt() } else { 1.0 };
@@ -252,7 +254,6 @@ impl<const D: usize> SegmentContact<D> {
         };
         let state = PointState {
             gap: change.gaps[1],
-            counted: change.gaps[1],
             sunk: ends.end.sunk(state.adjusted(row.vertex)),
             presses: change.gaps.into_iter().any(|gap| gap < -manner.touching),
             normal: direction,
@@ -293,7 +294,9 @@ impl<const D: usize> VertexStep<D> {
         let mut friction: Vec<Vector<D>> = (0..row.nodes.len())
             .map(|a| test(row, ends, a).transpose() * active.friction.traction * ends.end.area)
             .collect();
-        motion.frame.remove_rigid(&motion.places, &mut friction);
+        if motion.target_moves {
+            motion.unfelt.remove(&mut friction);
+        }
         let mut force = Vec::with_capacity(row.nodes.len() * D);
         for a in 0..row.nodes.len() {
             let total = gradients.gap[a] * pressure - gradients.area[a] * active.energy + friction[a];
@@ -414,106 +417,117 @@ fn slip<const D: usize>(
     slip - direction * direction.dot(&slip)
 }
 
-/// How the nodes of a vertex move over the step, without the rigid motion that is nearest.
+/// How the nodes of a vertex move over the step.
 struct Motion<const D: usize> {
-    frame: RigidFrame<D>,
-    /// From their centre, in the middle of the step \[m\].
-    places: Vec<Vector<D>>,
+    unfelt: UnfeltMotions<D>,
+    /// Whether the target moves as well: a motion that both sides share is then no slip.
+    target_moves: bool,
     /// `d` \[m\].
     whole: Vec<Vector<D>>,
     /// `e` \[m\].
     changes: Vec<Vector<D>>,
-    /// Velocities without their rigid part \[m/s\].
+    /// Velocities, without their rigid part where the target moves \[m/s\].
     velocities: Vec<Vector<D>>,
     square: f64,
 }
 
 impl<const D: usize> Motion<D> {
-    fn of(row: &VertexRows<D>, fields: &ContactFields<'_>) -> Self {
+    fn of(row: &VertexRows<D>, fields: &ContactFields<'_>, target: &ContactTarget<D>) -> Self {
         let origin = row.reference_points[0];
         let origin_u: Vector<D> = at(fields.u, row.nodes[0].node);
         let placed = row.nodes.iter().zip(&row.reference_points);
         let mut places: Vec<Vector<D>> = placed
             .map(|(node, place)| (place - origin) + (at::<D>(fields.u, node.node) - origin_u))
             .collect();
-        let frame = RigidFrame::of(&mut places);
+        let centre = places.iter().sum::<Vector<D>>() / places.len() as f64;
+        places.iter_mut().for_each(|place| *place -= centre);
+        let unfelt = match target {
+            ContactTarget::Body(_) => UnfeltMotions::new(&places, rigid_motions),
+            ContactTarget::Obstacle(obstacle) => {
+                let centre = centre + origin + origin_u;
+                UnfeltMotions::new(&places, |x| obstacle.motions_along(&(centre + x)))
+            }
+        };
+        let target_moves = target.body().is_some();
         let whole: Vec<Vector<D>> = row
             .nodes
             .iter()
             .map(|node| (at::<D>(fields.u, node.node) - at::<D>(fields.u_start, node.node)) * 2.0)
             .collect();
         let mut changes = whole.clone();
-        frame.remove_rigid(&places, &mut changes);
+        unfelt.remove(&mut changes);
         let mut velocities: Vec<Vector<D>> = row.nodes.iter().map(|node| at(fields.v, node.node)).collect();
-        frame.remove_rigid(&places, &mut velocities);
+        if target_moves {
+            unfelt.remove(&mut velocities);
+        }
         let extent = places.iter().map(|x| x.norm()).fold(0.0, f64::max);
         let size: f64 = changes.iter().map(|e| e.norm_squared()).sum();
         let square = if size > (RIGID * extent).powi(2) { size } else { 0.0 };
-        Self { frame, places, whole, changes, velocities, square }
+        Self { unfelt, target_moves, whole, changes, velocities, square }
+    }
+
+    /// The part of `d` that may be slip \[m\].
+    fn sliding(&self) -> &Vec<Vector<D>> {
+        if self.target_moves { &self.changes } else { &self.whole }
     }
 }
 
-/// Inverse of the inertia of points of mass one about their centre.
-struct RigidFrame<const D: usize> {
-    /// In space; in the plane the first entry alone.
-    inverse: nalgebra::Matrix3<f64>,
+/// Motions of all nodes together that change neither gap nor area, as an orthonormal basis.
+struct UnfeltMotions<const D: usize> {
+    basis: Vec<Vec<Vector<D>>>,
 }
 
-impl<const D: usize> RigidFrame<D> {
-    /// Moves the points so that their centre is the origin.
-    fn of(places: &mut [Vector<D>]) -> Self {
-        let centre = places.iter().sum::<Vector<D>>() / places.len() as f64;
-        let mut inertia = nalgebra::Matrix3::zeros();
-        for place in places {
-            *place -= centre;
-            if D == 2 {
-                inertia[(0, 0)] += place.norm_squared();
-            } else {
-                for i in 0..3 {
-                    for j in 0..3 {
-                        let diagonal = if i == j { place.norm_squared() } else { 0.0 };
-                        inertia[(i, j)] += diagonal - place[i] * place[j];
-                    }
-                }
+/// Most motions that change no gap: those of a rigid body in space.
+const MOTIONS: usize = 6;
+
+/// A motion is one of those before it if this part of it is left beside them.
+const DEPENDENT: f64 = 1e-8;
+
+impl<const D: usize> UnfeltMotions<D> {
+    /// `motions` at a place: their velocities there, zero where there are fewer.
+    fn new(places: &[Vector<D>], motions: impl Fn(&Vector<D>) -> [Vector<D>; MOTIONS]) -> Self {
+        let fields: Vec<[Vector<D>; MOTIONS]> = places.iter().map(motions).collect();
+        let mut all = Self { basis: Vec::with_capacity(MOTIONS) };
+        for k in 0..MOTIONS {
+            let mut field: Vec<Vector<D>> = fields.iter().map(|at| at[k]).collect();
+            let whole = size(&field);
+            // Twice, so that what rounding leaves of the others goes as well.
+            all.remove(&mut field);
+            all.remove(&mut field);
+            let left = size(&field);
+            if left > DEPENDENT * whole {
+                field.iter_mut().for_each(|value| *value /= left);
+                all.basis.push(field);
             }
         }
-        if D == 2 {
-            inertia[(1, 1)] = 1.0;
-            inertia[(2, 2)] = 1.0;
-        }
-        Self { inverse: inertia.try_inverse().unwrap_or_else(nalgebra::Matrix3::zeros) }
+        all
     }
 
-    /// Takes the nearest rigid motion out of a field: what is left has neither sum nor moment about the centre.
-    fn remove_rigid(&self, places: &[Vector<D>], field: &mut [Vector<D>]) {
-        let mean = field.iter().sum::<Vector<D>>() / field.len() as f64;
-        let mut moment = nalgebra::Vector3::zeros();
-        for (x, f) in places.iter().zip(field.iter()) {
-            if D == 2 {
-                moment[0] += x[0] * f[1] - x[1] * f[0];
-            } else {
-                moment += cross(x, f);
-            }
-        }
-        let spin = self.inverse * moment;
-        for (x, f) in places.iter().zip(field) {
-            *f -= mean;
-            if D == 2 {
-                f[0] += spin[0] * x[1];
-                f[1] -= spin[0] * x[0];
-            } else {
-                let turned = cross(&Vector::<D>::from_fn(|i, _| spin[i]), x);
-                (0..D).for_each(|i| f[i] -= turned[i]);
-            }
+    /// Takes the nearest such motion out of a field: what is left has no resultant along any of them.
+    fn remove(&self, field: &mut [Vector<D>]) {
+        for motion in &self.basis {
+            let part: f64 = motion.iter().zip(field.iter()).map(|(m, f)| m.dot(f)).sum();
+            field.iter_mut().zip(motion).for_each(|(f, m)| *f -= m * part);
         }
     }
 }
 
-fn cross<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> nalgebra::Vector3<f64> {
-    nalgebra::Vector3::from_fn(|i, _| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j] * b[k] - a[k] * b[j]
-    })
+fn size<const D: usize>(field: &[Vector<D>]) -> f64 {
+    field.iter().map(|value| value.norm_squared()).sum::<f64>().sqrt()
+}
+
+/// Velocities of the rigid motions at a place: along the axes, and about those of turns.
+fn rigid_motions<const D: usize>(x: &Vector<D>) -> [Vector<D>; MOTIONS] {
+    let mut motions = [Vector::zeros(); MOTIONS];
+    for i in 0..D {
+        motions[i][i] = 1.0;
+    }
+    let planes: &[[usize; 2]] = if D == 2 { &[[0, 1]] } else { &[[0, 1], [1, 2], [2, 0]] };
+    for (motion, &[i, j]) in motions[D..].iter_mut().zip(planes) {
+        motion[i] = -x[j];
+        motion[j] = x[i];
+    }
+    motions
 }
 
 /// Discrete gradients of gap and area by all nodes.

@@ -8,7 +8,7 @@ use crate::mesh::ElementKind;
 pub const MOST_NODES: usize = 9;
 
 /// Shape functions of one facet at one point of its reference domain.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FacetShape {
     /// `N_a`.
     pub value: [f64; MOST_NODES],
@@ -24,11 +24,7 @@ impl FacetShape {
     /// # Panics
     /// When `kind` is no facet.
     pub fn at(kind: ElementKind, xi: [f64; 2]) -> Self {
-        let mut shape = Self {
-            value: [0.0; MOST_NODES],
-            gradient: [[0.0; 2]; MOST_NODES],
-            second: [[0.0; 3]; MOST_NODES],
-        };
+        let mut shape = Self::default();
         match kind {
             ElementKind::Line2 | ElementKind::Line3 => shape.line(kind.nodes(), xi[0]),
             ElementKind::Tri3 => shape.triangle(xi),

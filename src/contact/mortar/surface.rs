@@ -1,4 +1,4 @@
-//! The contactor of a contact by segments on this rank: its own vertices, and all facets around them.
+//! The contactor of a contact on this rank: its own vertices, and all facets around them.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -22,7 +22,7 @@ pub struct VertexFacet {
     pub vertices: [Option<u32>; 4],
     /// Size, the root of its undeformed area \[m\].
     pub size: f64,
-    /// `int Phi_A Phi_B` over the undeformed facet [m, m^2].
+    /// `int Phi_A Phi_B` over the undeformed facet [m, m^2]; where the facet is lumped `int Phi_A` on the diagonal.
     pub shares: [[f64; 4]; 4],
     nodes: Range<usize>,
 }
@@ -44,8 +44,13 @@ pub struct VertexSurface<const D: usize> {
 }
 
 impl<const D: usize> VertexSurface<D> {
-    /// The surface of local `facets`; also without any.
-    pub fn new(mesh: &Mesh<D>, facets: &[Facet], ownership: &Ownership<'_>) -> Self {
+    /// The surface of local `facets`; also without any. On kinds that are `lumped` a vertex stands for its own place alone.
+    pub fn new(
+        mesh: &Mesh<D>,
+        facets: &[Facet],
+        ownership: &Ownership<'_>,
+        lumped: impl Fn(ElementKind) -> bool,
+    ) -> Self {
         let mut sorted = facets.to_vec();
         sorted.sort_by_key(|facet| (ownership.global_element[facet.element as usize], facet.side));
         let mut nodes = Vec::new();
@@ -85,7 +90,12 @@ impl<const D: usize> VertexSurface<D> {
             surface
                 .reference_points
                 .extend(nodes.iter().map(|&node| Vector::from(mesh.points[node as usize])));
-            let (size, shares) = surface.weigh(kind, first, &vertices);
+            let (size, mut shares) = surface.weigh(kind, first, &vertices);
+            if lumped(kind) {
+                shares = std::array::from_fn(|a| {
+                    std::array::from_fn(|b| if a == b { shares[a].iter().sum() } else { 0.0 })
+                });
+            }
             let nodes = first..surface.nodes.len();
             surface.facets.push(VertexFacet { facet, kind, vertices, size, shares, nodes });
         }

@@ -103,6 +103,35 @@ impl<const D: usize> Obstacle<D> {
         }
     }
 
+    /// Velocities at `x` of the motions that take the obstacle into itself, and so change no gap: a plane slides and turns in itself, a
+    /// sphere turns, a cylinder turns and slides along its axis. Zero where there are fewer.
+    pub fn motions_along(&self, x: &Vector<D>) -> [Vector<D>; 6] {
+        let mut motions = [Vector::zeros(); 6];
+        match self {
+            Self::Plane(plane) => {
+                let [first, second] = tangents_of(&plane.normal());
+                motions[0] = first;
+                if D == 3 {
+                    motions[1] = second;
+                    motions[2] = first * second.dot(x) - second * first.dot(x);
+                }
+            }
+            Self::Sphere(sphere) => {
+                let arm = x - sphere.centre();
+                let planes: &[[usize; 2]] = if D == 2 { &[[0, 1]] } else { &[[0, 1], [1, 2], [2, 0]] };
+                for (motion, &[i, j]) in motions.iter_mut().zip(planes) {
+                    motion[i] = -arm[j];
+                    motion[j] = arm[i];
+                }
+            }
+            Self::Cylinder(cylinder) => {
+                motions[0] = cylinder.axis();
+                motions[1] = cross(&cylinder.axis(), &cylinder.offset(x));
+            }
+        }
+        motions
+    }
+
     /// The gap alone \[m\].
     pub fn gap(&self, x: &Vector<D>) -> f64 {
         match self {
@@ -111,6 +140,23 @@ impl<const D: usize> Obstacle<D> {
             Self::Cylinder(cylinder) => cylinder.gap(x),
         }
     }
+}
+
+/// Unit vectors that span the tangent plane of the unit vector `normal`; the second zero in the plane.
+fn tangents_of<const D: usize>(normal: &Vector<D>) -> [Vector<D>; 2] {
+    let axis = normal.iter().enumerate().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or(0, |(i, _)| i);
+    let mut across = Vector::<D>::zeros();
+    across[axis] = 1.0;
+    let first = (across - normal * normal[axis]).try_normalize(0.0).unwrap_or_else(Vector::zeros);
+    [first, if D == 3 { cross(normal, &first) } else { Vector::zeros() }]
+}
+
+/// `a x b` in space.
+fn cross<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> Vector<D> {
+    Vector::from_fn(|i, _| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] - a[k] * b[j]
+    })
 }
 
 /// Distance from a centre or an axis: gap, normal and Hessian of `sign (|r| - radius)` for the offset `r`.

@@ -24,6 +24,11 @@ impl<const D: usize> Plane<D> {
         Ok(Self { point, normal: direction("normal of the plane", normal)? })
     }
 
+    /// Unit normal, towards the free side.
+    pub(super) fn normal(&self) -> Vector<D> {
+        self.normal
+    }
+
     pub(super) fn gap(&self, x: &Vector<D>) -> f64 {
         (x - self.point).dot(&self.normal)
     }

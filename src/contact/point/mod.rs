@@ -1,27 +1,28 @@
-//! The kernel of one contact point: force and every left-hand-side term of (3.5), each under its name.
-//!
-//! With `t = t_n n + t_T` a node of coefficient `c_a` receives `A c_a t` (3.9). Minus the variation of that is, by
-//! what varies: `A` (`K_phi`), `t_n` (`K_CN`), `n` under `t_n` (`K_CG`), `t_T` with the bound (`K_nT`) and with the slip
-//! (`K_T`, `C_mu`), and slip measure and `n` under `t_T` (`K_TG`).
+//! The laws at one contact point: tractions and their derivatives by gap, slip and normal.
 
 pub mod joint;
 mod state;
 pub mod step;
-#[cfg(test)]
-mod step_tests;
-mod stiffness;
-#[cfg(test)]
-mod tests;
 
 pub use state::{PointState, Status};
-pub use stiffness::Selection;
 
 use super::friction::traction::{Branch, FrictionTraction, Slip};
 use super::friction::{Bound, Friction, Pressed};
-use super::geometry::Geometry;
 use super::history::History;
 use super::normal::{NormalLaw, NormalResponse};
 use crate::tensor::{Tensor, Vector};
+use crate::terms::Terms;
+
+/// Which terms of the matrix to add, and `dv/du` of the time integrator \[1/s\], by which damping becomes stiffness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Selection {
+    /// Terms wanted; those that are not contact's are ignored.
+    pub terms: Terms,
+    /// `c_v`.
+    pub velocity_shift: f64,
+    /// In the place of the terms springs no stiffer than this \[Pa/m\]: what multigrid can work with.
+    pub joint: Option<f64>,
+}
 
 /// The laws of one contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,17 +58,6 @@ impl<const D: usize> Frozen<D> {
             || self.bound.is_some_and(|b| b > 0.0)
             || self.friction_traction.is_some_and(|t| t.amax() > 0.0)
     }
-}
-
-/// How the nodes of a point move, node by node as in [`Geometry::nodes`].
-#[derive(Debug, Clone, Copy)]
-pub struct Motion<'a, const D: usize> {
-    /// Velocities \[m/s\].
-    pub velocity: &'a [Vector<D>],
-    /// Displacement since the start of the step \[m\].
-    pub increment: &'a [Vector<D>],
-    /// What the point remembers from the last accepted step.
-    pub history: &'a History<D>,
 }
 
 /// How a point is evaluated.
@@ -121,33 +111,6 @@ pub struct Relation<'a, const D: usize> {
     pub increment: Vector<D>,
     /// What the point remembers from the last accepted step.
     pub history: &'a History<D>,
-}
-
-/// A point evaluated: its state and, where it is closed, what force and stiffness need.
-#[derive(Debug, Clone, Copy)]
-pub struct Response<const D: usize> {
-    /// The state to report and to remember.
-    pub state: PointState<D>,
-    slopes: Option<Slopes<D>>,
-}
-
-/// Evaluates the laws at a point. Pure.
-pub fn respond<const D: usize>(
-    law: &ContactLaw,
-    geometry: &Geometry<D>,
-    motion: &Motion<'_, D>,
-    manner: &Manner<D>,
-) -> Response<D> {
-    let relation = Relation {
-        gap: geometry.gap,
-        normal: geometry.normal,
-        area: geometry.area,
-        velocity: geometry.relative(motion.velocity),
-        increment: geometry.relative(motion.increment),
-        history: motion.history,
-    };
-    let (state, slopes) = tractions(law, &relation, manner);
-    Response { state, slopes }
 }
 
 /// State of a point under the laws and, where it is closed, the derivatives of its tractions. Pure.

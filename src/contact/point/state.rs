@@ -19,9 +19,6 @@ pub enum Status {
 pub struct PointState<const D: usize> {
     /// `g_n` \[m\], > 0 open.
     pub gap: f64,
-    /// The gap of the potential \[m\]: over a step it may lag behind the gap where that jumped, see [`super::step`]; infinite
-    /// where it is not kept.
-    pub counted: f64,
     /// `n`, unit, outward from the target.
     pub normal: Vector<D>,
     /// `t_n >= 0`, pressure on the contactor \[Pa\].
@@ -42,7 +39,7 @@ pub struct PointState<const D: usize> {
     pub area: f64,
     /// Length of the mean of the unit normals over the area: 1 where it is flat. Times area and pressure it is the resultant.
     pub flatness: f64,
-    /// Depth of the deepest place of the target in the facets around a vertex \[m\], at least 0; 0 at any other point.
+    /// Depth of the deepest place of the target in the facets around a vertex \[m\], at least 0.
     pub sunk: f64,
     /// `w(g)` \[J/m^2\]: times the reference area, the energy stored by the normal law.
     pub potential: f64,
@@ -58,7 +55,6 @@ impl<const D: usize> Default for PointState<D> {
     fn default() -> Self {
         Self {
             gap: f64::INFINITY,
-            counted: f64::INFINITY,
             normal: Vector::zeros(),
             normal_traction: 0.0,
             friction_traction: Vector::zeros(),

@@ -1,0 +1,91 @@
+//! Integrals of a contactor facet over a rigid obstacle: points of a rule on the facet, gap and normal by the signed distance.
+
+use super::integrals::{FacetPair, Measure, Point, Variation, interpolate, tangents};
+use super::segment::Want;
+use super::shape::FacetShape;
+use super::split::linear;
+use crate::contact::obstacle::Obstacle;
+use crate::mesh::ElementKind;
+use crate::rounding;
+use crate::space::{Rule, area_variation, facet_normal, reference};
+use crate::tensor::Vector;
+
+/// An obstacle as a contactor facet sees it.
+#[derive(Debug, Clone, Copy)]
+pub struct PlacedObstacle<'a, const D: usize> {
+    /// The obstacle.
+    pub obstacle: &'a Obstacle<D>,
+    /// Points of the facet.
+    pub rule: &'a Rule,
+}
+
+/// Whether a vertex on facets of this kind has the gap of its own place alone: straight facets over a plane, whose gap is linear between
+/// corners. A facet that hangs over an edge then opens corner by corner.
+pub fn is_lumped<const D: usize>(obstacle: &Obstacle<D>, kind: ElementKind) -> bool {
+    matches!(obstacle, Obstacle::Plane(_)) && linear(kind) == kind
+}
+
+/// The points of a facet: its corners where it is lumped, else Gauss points.
+pub fn rule_of<const D: usize>(obstacle: &Obstacle<D>, kind: ElementKind) -> &'static Rule {
+    let element = reference(kind);
+    let corners = element.nodal_rule().filter(|_| is_lumped(obstacle, kind));
+    corners.unwrap_or_else(|| element.gauss_contact_rule())
+}
+
+impl<const D: usize> FacetPair<'_, D> {
+    /// Visits all points of the facet, those out of range with no measure; with their variation where it is wanted, and those out of range
+    /// not at all.
+    pub(super) fn sweep_over(
+        &self,
+        placed: &PlacedObstacle<'_, D>,
+        want: Want,
+        mut visit: impl FnMut(&Point<D>, &Variation<D>),
+    ) {
+        let mut variation = Variation::new();
+        for q in rounding::order(placed.rule.len()) {
+            let [first, second, _] = placed.rule.points[q];
+            let contactor = FacetShape::at(self.contactor.kind, [first, second]);
+            let proximity = placed.obstacle.proximity(&interpolate(&contactor.value, self.contactor.nodes));
+            let fade = self.range.fade(proximity.gap);
+            let tangents = tangents(&contactor, self.contactor.nodes);
+            let vector_area = facet_normal(&tangents);
+            let stretch = match self.measure {
+                Measure::Current => vector_area.norm(),
+                Measure::Reference(nodes) => {
+                    facet_normal(&super::integrals::tangents(&contactor, nodes)).norm()
+                }
+            };
+            let weight = placed.rule.weights[q];
+            let point = Point {
+                weights: FacetShape::at(linear(self.contactor.kind), [first, second]),
+                measure: fade[0] * weight * stretch,
+                whole: weight * stretch,
+                fade,
+                gap: proximity.gap,
+                normal: proximity.normal,
+                target: FacetShape::default(),
+                contactor,
+            };
+            if want == Want::Variations {
+                if fade[0] == 0.0 {
+                    continue;
+                }
+                for (b, gradient) in point.contactor.gradient.iter().enumerate().take(self.nodes()) {
+                    let shape = point.contactor.value[b];
+                    let by_size = match self.measure {
+                        Measure::Current if stretch > 0.0 => {
+                            area_variation(&tangents, gradient).transpose() * vector_area * (weight / stretch)
+                        }
+                        _ => Vector::zeros(),
+                    };
+                    variation.gap[b] = proximity.normal * shape;
+                    variation.normal[b] = proximity.hessian * shape;
+                    variation.measure[b] = variation.gap[b] * (fade[1] * point.whole);
+                    variation.stretch[b] = by_size * fade[0];
+                    variation.whole[b] = by_size;
+                }
+            }
+            visit(&point, &variation);
+        }
+    }
+}
