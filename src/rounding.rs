@@ -14,7 +14,10 @@ pub const VARIABLE: &str = "CONTACT_PETSC_ROUNDING";
 /// What it may name, and what that does.
 pub const WAYS: [(&str, &str); 3] = [
     ("scalar", "element kernels without AVX2 and fused multiply-add"),
-    ("points", "contact facets, and the points of a facet, are evaluated from the last to the first"),
+    (
+        "points",
+        "pairs of contact facets, and the points of a facet over an obstacle, are summed from the last to the first",
+    ),
     ("places", "about half of the coordinates of the meshes are farther from zero by a rounding error"),
 ];
 

@@ -5,8 +5,8 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::contact::{Contact, Measures, facets_of};
 use super::external::{self, External};
+use super::pair::SearchRadii;
 use super::pieces::Pieces;
-use super::segments::SearchRadii;
 use super::solid::{BodyPhysics, MassKind};
 use super::supports::Supports;
 use crate::element::Kinematics;

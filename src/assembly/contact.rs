@@ -2,10 +2,10 @@
 
 use mpi::traits::CommunicatorCollectives;
 
-use super::interface::{Couples, Opening, RemoteForce};
-use super::segments::{Outlook, SearchRadii, SegmentMeeting};
+use super::interface::{Couplings, Opening, RemoteForce};
+use super::pair::{ContactPair, Outlook, SearchRadii};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
-use crate::contact::mortar::contact::SegmentContact;
+use crate::contact::mortar::contact::VertexContact;
 use crate::contact::mortar::obstacle::is_lumped;
 use crate::contact::mortar::surface::VertexSurface;
 use crate::contact::obstacle::Obstacle;
@@ -27,7 +27,7 @@ pub struct Contact<const D: usize> {
     /// Name in the case file.
     pub name: String,
     /// Both sides and the laws. A vertex is evaluated on the rank that owns its node.
-    pub meeting: SegmentMeeting<D>,
+    pub pair: ContactPair<D>,
     /// What its points remember.
     pub state: ContactState<D>,
     /// Bodies of contactor and target; twice the same where an obstacle is the target.
@@ -86,7 +86,7 @@ impl<const D: usize> Contact<D> {
             }
         };
         let lumped = |kind| target.obstacle().is_some_and(|obstacle| is_lumped(obstacle, kind));
-        let segments = SegmentContact {
+        let segments = VertexContact {
             surface: VertexSurface::new(&local.mesh, facets, &ownership, lumped),
             target,
             law,
@@ -98,7 +98,7 @@ impl<const D: usize> Contact<D> {
         Ok(Self {
             name: contact.name.clone(),
             state: ContactState::new(segments.surface.vertices().len()),
-            meeting: SegmentMeeting::new(segments, outline, &local.mesh, opposite, measures.radii),
+            pair: ContactPair::new(segments, outline, &local.mesh, opposite, measures.radii),
             bodies: [contact.body, target_body],
             facet_size: measures.facet_size,
             beneath: contact.softer / measures.facet_size,
@@ -109,27 +109,27 @@ impl<const D: usize> Contact<D> {
 
     /// The facets of the contactor that this rank reports.
     pub fn surface(&self) -> &ContactSurface<D> {
-        &self.meeting.outline
+        &self.pair.outline
     }
 
     /// Local nodes of the vertices, which are the contact points. Each is one rank's.
     pub fn vertices(&self) -> &[u32] {
-        self.meeting.contact.surface.vertices()
+        self.pair.contact.surface.vertices()
     }
 
     /// The obstacle, if it is the target.
     pub fn obstacle(&self) -> Option<&Obstacle<D>> {
-        self.meeting.contact.target.obstacle()
+        self.pair.contact.target.obstacle()
     }
 
     /// Largest extent of a facet of either side \[m\]; on an obstacle the mean size of those of the contactor.
     pub fn largest_facet(&self) -> f64 {
-        if self.is_deformable() { self.meeting.facet() } else { self.facet_size }
+        if self.is_deformable() { self.pair.facet() } else { self.facet_size }
     }
 
     /// Facets of a deformable target in this rank's share of the mesh.
     pub fn target_facets(&self) -> &[Facet] {
-        self.meeting.target_facets()
+        self.pair.target_facets()
     }
 
     /// Whether the target is deformable.
@@ -166,7 +166,7 @@ impl<const D: usize> Contact<D> {
         value: impl Fn(usize, &PointState<D>) -> [f64; K],
         (sum, weight): (&mut [f64], &mut [f64]),
     ) {
-        let surface = &self.meeting.contact.surface;
+        let surface = &self.pair.contact.surface;
         for facet in surface.facets() {
             let own = facet.vertices.iter().zip(&facet.shares);
             for (vertex, shares) in own.filter_map(|(vertex, shares)| vertex.map(|vertex| (vertex, shares))) {
@@ -185,14 +185,14 @@ impl<const D: usize> Contact<D> {
 
     /// Undeformed places of all points with their gaps \[m\].
     pub fn gaps(&self) -> Vec<(f64, [f64; D])> {
-        let surface = &self.meeting.contact.surface;
+        let surface = &self.pair.contact.surface;
         let points = self.state.current.iter().enumerate();
         points.map(|(vertex, point)| (point.gap, surface.reference_point(vertex).into())).collect()
     }
 
     /// Its laws.
     pub fn law(&self) -> &ContactLaw {
-        &self.meeting.contact.law
+        &self.pair.contact.law
     }
 
     /// Stiffness of the springs that stand for it in the matrix of joined bodies, at most \[Pa/m\]. What slides freely has
@@ -205,17 +205,17 @@ impl<const D: usize> Contact<D> {
 
     /// Its laws, to be changed between steps.
     pub fn law_mut(&mut self) -> &mut ContactLaw {
-        &mut self.meeting.contact.law
+        &mut self.pair.contact.law
     }
 
     /// Motion that no point can pass through the target by, or by a round obstacle \[m\]; a plane has no other side.
     pub fn stride(&self) -> f64 {
-        self.meeting.stride()
+        self.pair.stride()
     }
 
     /// Distance up to which gaps are known \[m\].
     pub fn reach(&self) -> f64 {
-        self.meeting.reach()
+        self.pair.reach()
     }
 
     /// Gathers the facets of a deformable target near by, at the current positions of the local nodes \[m\], with their `step` as for
@@ -230,17 +230,17 @@ impl<const D: usize> Contact<D> {
         positions: &[f64],
         step: impl Fn(u32) -> Vector<D>,
     ) -> Result<()> {
-        self.meeting.gather(world, local, positions, step, &self.state)
+        self.pair.gather(world, local, positions, step, &self.state)
     }
 
     /// Nodes of the gathered facets that this rank does not hold, with their reference points.
     pub fn foreign(&self) -> impl Iterator<Item = (i32, [f64; D])> + '_ {
-        self.meeting.foreign()
+        self.pair.foreign()
     }
 
     /// Takes the gathered facets as the target; `points` are the reference points of all nodes of `foreign` and before.
     pub fn adopt(&mut self, index: &IndexMap, foreign: &[i32], points: &[[f64; D]]) {
-        self.meeting.adopt(index, foreign, points);
+        self.pair.adopt(index, foreign, points);
     }
 
     /// Whether this rank's facets moved so far since the gathering that others may have come near.
@@ -248,22 +248,22 @@ impl<const D: usize> Contact<D> {
     /// `position` and `step` of a local node: where it is \[m\], and how far it moves from the start of the step to its middle if forces
     /// act over the step, else zero \[m\].
     pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Vector<D>) -> bool {
-        self.meeting.is_stale(position, step)
+        self.pair.is_stale(position, step)
     }
 
     /// Finds the nodes that are coupled, at the displacements of all nodes.
-    pub fn find_couples(&mut self, u: &[f64], outlook: Outlook) {
-        self.meeting.find_couples(u, outlook);
+    pub fn find_couplings(&mut self, u: &[f64], outlook: Outlook) {
+        self.pair.find_couplings(u, outlook);
     }
 
     /// Nodes that are coupled beyond what elements couple.
-    pub fn couples(&self) -> Option<&Couples> {
-        self.meeting.wider_couples()
+    pub fn couplings(&self) -> Option<&Couplings> {
+        self.pair.wider_couplings()
     }
 
     /// All nodes that are coupled.
-    pub fn couples_mut(&mut self) -> &mut Couples {
-        &mut self.meeting.cliques
+    pub fn couplings_mut(&mut self) -> &mut Couplings {
+        &mut self.pair.couplings
     }
 
     /// Adds the forces.
@@ -274,29 +274,29 @@ impl<const D: usize> Contact<D> {
         own: &mut [f64],
         remote: RemoteForce,
     ) {
-        self.meeting.add_force(fields, request, &mut self.state, own, remote);
+        self.pair.add_force(fields, request, &mut self.state, own, remote);
     }
 
     /// Adds the wanted terms of the matrix.
     pub fn add_stiffness(&mut self, fields: &ContactFields, request: &ContactRequest, opening: &mut Opening) {
-        self.meeting.add_stiffness(fields, request, &mut self.state, opening);
+        self.pair.add_stiffness(fields, request, &mut self.state, opening);
     }
 
     /// Adds the normals of the closed points, by area, to the nodes that they couple.
     pub fn add_normals(&self, own: &mut [f64], remote: RemoteForce) {
-        self.meeting.add_normals(&self.state, own, remote);
+        self.pair.add_normals(&self.state, own, remote);
     }
 
     /// Adds one to all entries of the nodes that closed points couple.
     pub fn add_marks(&self, own: &mut [f64], remote: RemoteForce) {
-        self.meeting.add_marks(&self.state, own, remote);
+        self.pair.add_marks(&self.state, own, remote);
     }
 
     /// Whether tangents of frictionless contact on a fixed area are symmetric: over a plane, where every vertex has the gap of its own place.
     /// Elsewhere points fade with their gap, and pressures between bodies act along the normals of the contactor while gaps change with the
     /// target's slope as well.
     pub fn is_symmetric(&self) -> bool {
-        self.meeting.contact.area == AreaKind::Reference && self.couples().is_none()
+        self.pair.contact.area == AreaKind::Reference && self.couplings().is_none()
     }
 
     /// How the forces of the points differ from the frozen ones.

@@ -6,9 +6,9 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::contact::Contact;
-use super::interface::{Couples, Interface};
+use super::interface::{Couplings, Interface};
 use super::mass::{Mass, Supported};
-use super::segments::Outlook;
+use super::pair::Outlook;
 use super::system::ContactSystem;
 use crate::contact::evaluation::ContactFields;
 use crate::dynamics::{OverStep, Stage};
@@ -74,15 +74,15 @@ impl<const D: usize> ContactSystem<D> {
         interface.bring(world, fields);
         let u = interface.fields().u.to_vec();
         if known == Known::Pattern {
-            self.contacts.iter_mut().for_each(|contact| contact.find_couples(&u, Outlook::Now));
-            interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
+            self.contacts.iter_mut().for_each(|contact| contact.find_couplings(&u, Outlook::Now));
+            interface.agree_on(world, &self.local.index, couplings(&self.contacts))?;
         }
         if known == Known::Nothing || !self.pattern_holds(&interface) {
-            self.contacts.iter_mut().for_each(|contact| contact.find_couples(&u, Outlook::Ahead));
-            interface.agree_on(world, &self.local.index, couples(&self.contacts))?;
+            self.contacts.iter_mut().for_each(|contact| contact.find_couplings(&u, Outlook::Ahead));
+            interface.agree_on(world, &self.local.index, couplings(&self.contacts))?;
             self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
         }
-        let places = self.contacts.iter_mut().map(Contact::couples_mut);
+        let places = self.contacts.iter_mut().map(Contact::couplings_mut);
         interface.locate(&self.local.index, self.matrix.pattern(), places);
         self.interface = Some(interface);
         Ok(())
@@ -151,6 +151,6 @@ fn half_step<const D: usize>(
     }
 }
 
-fn couples<const D: usize>(contacts: &[Contact<D>]) -> impl Iterator<Item = &Couples> {
-    contacts.iter().filter_map(Contact::couples)
+fn couplings<const D: usize>(contacts: &[Contact<D>]) -> impl Iterator<Item = &Couplings> {
+    contacts.iter().filter_map(Contact::couplings)
 }

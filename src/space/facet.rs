@@ -52,19 +52,6 @@ pub fn area_variation<const D: usize>(tangents: &Tangents<D>, dn: &[f64]) -> Ten
     })
 }
 
-/// Second derivatives `x_,kl` of the position from `d2n[(a * (D - 1) + k) * (D - 1) + l]` \[m\]; entry `[k][l]`, zero where
-/// the facet has no such direction. Their normal part is the curvature of the facet, not scaled by its metric.
-pub fn facet_curvature<const D: usize>(x: &[Vector<D>], d2n: &[f64]) -> [[Vector<D>; 2]; 2] {
-    let dim = D - 1;
-    let mut second = [[Vector::zeros(); 2]; 2];
-    for (x, d2n) in x.iter().zip(d2n.chunks_exact(dim * dim)) {
-        for (kl, d2n) in d2n.iter().enumerate() {
-            second[kl / dim][kl % dim] += x * *d2n;
-        }
-    }
-    second
-}
-
 fn cross<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> Vector<D> {
     Vector::from_fn(|i, _| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -159,41 +146,13 @@ mod tests {
         }
     }
 
-    /// The curvature is the derivative of the tangents along the facet.
-    fn curvature_is_the_derivative_of_the_tangents<const D: usize>() {
-        for kind in facet_kinds(D) {
-            let element = reference(kind);
-            let x = bent::<D>(kind, 0.3);
-            let tangents = |xi: [f64; 2]| {
-                let mut dn = vec![0.0; x.len() * (D - 1)];
-                element.gradient(&xi, &mut dn);
-                facet_tangents(&x, &dn)
-            };
-            let mut d2n = vec![0.0; x.len() * (D - 1) * (D - 1)];
-            element.second_gradient(&[0.2, 0.3], &mut d2n);
-            let second = facet_curvature(&x, &d2n);
-            for l in 0..D - 1 {
-                // Tangents are at most quadratic along one coordinate: exact for any step.
-                let at = |step: f64| {
-                    tangents(std::array::from_fn(|k| [0.2, 0.3][k] + if k == l { step } else { 0.0 }))
-                };
-                let (plus, minus) = (at(0.5), at(-0.5));
-                for k in 0..D - 1 {
-                    assert!((plus[k] - minus[k] - second[k][l]).norm() < 1e-14, "{kind:?} {k} {l}");
-                }
-            }
-        }
-    }
-
     #[test]
-    fn variations_and_curvature_in_the_plane() {
+    fn variations_in_the_plane() {
         area_variation_is_the_derivative::<2>();
-        curvature_is_the_derivative_of_the_tangents::<2>();
     }
 
     #[test]
-    fn variations_and_curvature_in_space() {
+    fn variations_in_space() {
         area_variation_is_the_derivative::<3>();
-        curvature_is_the_derivative_of_the_tangents::<3>();
     }
 }

@@ -16,7 +16,7 @@ mod tets;
 mod triangles;
 
 pub use dofs::{Boundary, DofMap, Fields, Motion, Prescribed};
-pub use facet::{Tangents, area_variation, facet_curvature, facet_normal, facet_tangents};
+pub use facet::{Tangents, area_variation, facet_normal, facet_tangents};
 pub use locate::{Located, Nearest, locate, nearest_node, pull_back};
 pub use quadrature::Rule;
 pub use reference::{ReferenceElement, Table, reference};

@@ -10,19 +10,22 @@ use crate::petsc::{BlockPattern, NO_SLOT};
 /// Marks a place among the remote blocks.
 const REMOTE: u32 = 1 << 31;
 
-/// Couples of facets of one contact, by contactor facet.
-#[derive(Debug, Clone, Default)]
-pub struct Couples {
-    /// Couples `first[f]..first[f + 1]` belong to contactor facet `f`.
-    first: Vec<u32>,
-    /// Target facet of each couple.
-    targets: Vec<u32>,
-    /// Nodes of each couple, contactor's before target's, at `start[c]..start[c + 1]`.
+/// The nodes that each vertex of a contact couples.
+#[derive(Debug, Clone)]
+pub struct Couplings {
+    /// Those of vertex `p` are at `start[p]..start[p + 1]`.
     start: Vec<u32>,
     nodes: Vec<u32>,
-    /// Where the block of each node pair goes, row-major; those of couple `c` begin at `places_at[c]`.
+    /// Where the block of each pair of nodes goes, row-major; those of vertex `p` begin at `places_at[p]`.
     places: Vec<u32>,
     places_at: Vec<u32>,
+}
+
+impl Default for Couplings {
+    /// Those of no vertex.
+    fn default() -> Self {
+        Self::new(0, |_, _| ())
+    }
 }
 
 /// Where a block goes.
@@ -34,46 +37,32 @@ pub enum Place {
     Remote(u32),
 }
 
-impl Couples {
-    /// The couples of a contact with `facets` contactor facets; `nodes` lists the nodes of a couple.
-    pub fn new(facets: usize, couples: &[(u32, u32)], nodes: impl Fn(u32, u32, &mut Vec<u32>)) -> Self {
-        let mut sorted = couples.to_vec();
-        sorted.sort_unstable();
-        sorted.dedup();
-        let mut all = Self { first: vec![0; facets + 1], start: vec![0], ..Self::default() };
-        for (contactor, target) in sorted {
-            all.first[contactor as usize + 1] += 1;
-            all.targets.push(target);
-            nodes(contactor, target, &mut all.nodes);
+impl Couplings {
+    /// Those of `vertices` vertices; `nodes` appends the nodes of one, none where nothing is near.
+    pub fn new(vertices: usize, mut nodes: impl FnMut(usize, &mut Vec<u32>)) -> Self {
+        let mut all =
+            Self { start: vec![0], nodes: Vec::new(), places: Vec::new(), places_at: vec![0; vertices] };
+        for vertex in 0..vertices {
+            nodes(vertex, &mut all.nodes);
             all.start.push(all.nodes.len() as u32);
-        }
-        for facet in 0..facets {
-            all.first[facet + 1] += all.first[facet];
         }
         all
     }
 
-    /// Nodes of every couple in turn.
+    /// Nodes of every vertex in turn.
     pub fn node_lists(&self) -> impl Iterator<Item = &[u32]> {
         self.start.windows(2).map(|ends| &self.nodes[ends[0] as usize..ends[1] as usize])
     }
 
-    /// Nodes of a couple.
-    pub fn nodes_of(&self, couple: usize) -> &[u32] {
-        &self.nodes[self.start[couple] as usize..self.start[couple + 1] as usize]
-    }
-
-    /// The couple of a contactor and a target facet.
-    pub fn find(&self, contactor: usize, target: u32) -> Option<usize> {
-        let range = self.first[contactor] as usize..self.first[contactor + 1] as usize;
-        let found = self.targets[range.clone()].binary_search(&target).ok()?;
-        Some(range.start + found)
+    /// Nodes that a vertex couples.
+    pub fn nodes_of(&self, vertex: usize) -> &[u32] {
+        &self.nodes[self.start[vertex] as usize..self.start[vertex + 1] as usize]
     }
 
     /// Looks up the places of all blocks in a pattern that holds them.
     pub fn locate(&mut self, numbering: &Numbering, pattern: &BlockPattern, remote: &ForeignRows) {
         let mut places = Vec::new();
-        let mut places_at = Vec::with_capacity(self.targets.len() + 1);
+        let mut places_at = Vec::with_capacity(self.places_at.len());
         for nodes in self.node_lists() {
             places_at.push(places.len() as u32);
             for &row in nodes {
@@ -93,9 +82,9 @@ impl Couples {
         (self.places, self.places_at) = (places, places_at);
     }
 
-    /// Where the block of nodes `a`, `b` of a couple goes; `width` is the couple's number of nodes.
-    pub fn place(&self, couple: usize, pair: usize) -> Option<Place> {
-        match self.places[self.places_at[couple] as usize + pair] {
+    /// Where block number `pair` of a vertex goes, its nodes being rows and columns; none where no matrix has it.
+    pub fn place(&self, vertex: usize, pair: usize) -> Option<Place> {
+        match self.places[self.places_at[vertex] as usize + pair] {
             NO_SLOT => None,
             remote if remote & REMOTE != 0 => Some(Place::Remote(remote & !REMOTE)),
             slot => Some(Place::Slot(slot)),
@@ -103,13 +92,13 @@ impl Couples {
     }
 }
 
-/// Blocks that couples need: in the rank's own rows as (local row, global column), sorted, and in rows of others.
+/// Blocks that couplings need: in the rank's own rows as (local row, global column), sorted, and in rows of others.
 pub fn blocks_of<'a>(
-    couples: impl Iterator<Item = &'a Couples>,
+    couplings: impl Iterator<Item = &'a Couplings>,
     numbering: &Numbering,
 ) -> (Vec<(u32, i32)>, ForeignRows) {
     let (mut own, mut others) = (Vec::new(), Vec::new());
-    for nodes in couples.flat_map(Couples::node_lists) {
+    for nodes in couplings.flat_map(Couplings::node_lists) {
         for &row in nodes {
             let columns = nodes.iter().map(|&column| numbering.global(column));
             match numbering.is_owned(row) {
@@ -144,21 +133,21 @@ mod tests {
         let index = IndexMap { first: 4, owned: 2, ghosts: vec![1], total: 20 };
         let foreign = [9, 12];
         let numbering = Numbering { index: &index, foreign: &foreign };
-        let nodes = |contactor: u32, target: u32, into: &mut Vec<u32>| {
-            into.extend([contactor, contactor + 1]);
-            into.push(target + 2);
-        };
-        let mut couples = Couples::new(2, &[(1, 2), (0, 1), (1, 1), (1, 2)], nodes);
-        assert_eq!((couples.find(1, 2), couples.find(0, 2)), (Some(2), None));
-        let (own, remote) = blocks_of(std::iter::once(&couples), &numbering);
+        let mut couplings = Couplings::new(3, |vertex, into| {
+            if vertex != 1 {
+                into.extend([vertex as u32 / 2, vertex as u32 / 2 + 1, vertex as u32 / 2 + 3]);
+            }
+        });
+        assert!(couplings.nodes_of(1).is_empty());
+        let (own, remote) = blocks_of(std::iter::once(&couplings), &numbering);
         let wide = pattern().widened(own.iter().copied());
-        couples.locate(&numbering, &wide, &remote);
+        couplings.locate(&numbering, &wide, &remote);
         assert_eq!(remote.iter().map(|(row, _)| row).collect::<Vec<_>>(), [1, 9, 12]);
-        for (couple, nodes) in couples.node_lists().enumerate() {
+        for (vertex, nodes) in couplings.node_lists().enumerate() {
             for (a, &row) in nodes.iter().enumerate() {
                 for (b, &column) in nodes.iter().enumerate() {
                     let column = numbering.global(column);
-                    match couples.place(couple, a * nodes.len() + b) {
+                    match couplings.place(vertex, a * nodes.len() + b) {
                         Some(Place::Slot(slot)) => {
                             assert!(
                                 numbering.is_owned(row) && wide.row(row as usize).contains(&(slot as usize))

@@ -17,9 +17,9 @@ use crate::partition::IndexMap;
 use crate::partition::exchange::{Field, ForeignRows, NodeExchange, RowExchange};
 use crate::petsc::{BlockPattern, BlockValues, Event, NO_SLOT, Symmetry};
 
-pub use couplings::{Couples, blocks_of};
+pub use couplings::{Couplings, blocks_of};
 pub use numbering::Numbering;
-pub use sinks::{NO_ROW, PairLift, PairStiffness, RemoteForce, SegmentForces, add_forces};
+pub use sinks::{NO_ROW, PairLift, RemoteForce, VertexForces, VertexStiffness, add_forces};
 
 /// Fields beyond the rank's own mesh, rows of other ranks, and who gets what.
 pub struct Interface<const D: usize> {
@@ -117,9 +117,9 @@ impl<const D: usize> Interface<D> {
         &mut self,
         world: &impl CommunicatorCollectives,
         index: &IndexMap,
-        couples: impl Iterator<Item = &'a Couples>,
+        couplings: impl Iterator<Item = &'a Couplings>,
     ) -> Result<()> {
-        let (mut own, remote) = blocks_of(couples, &self.numbering(index));
+        let (mut own, remote) = blocks_of(couplings, &self.numbering(index));
         let globals: Vec<i32> = remote.iter().map(|(row, _)| row).collect();
         let give = NodeExchange::new(world, index, &globals)?;
         let blocks = RowExchange::new(world, index, &remote)?;
@@ -147,11 +147,11 @@ impl<const D: usize> Interface<D> {
         &mut self,
         index: &IndexMap,
         pattern: &BlockPattern,
-        couples: impl Iterator<Item = &'a mut Couples>,
+        couplings: impl Iterator<Item = &'a mut Couplings>,
     ) {
         let numbering = Numbering { index, foreign: &self.foreign };
         let Some(rows) = &mut self.rows else { return };
-        couples.for_each(|couples| couples.locate(&numbering, pattern, &rows.remote));
+        couplings.for_each(|couplings| couplings.locate(&numbering, pattern, &rows.remote));
         rows.received.clear();
         for (row, columns) in rows.blocks.received() {
             let slot = |&column: &i32| pattern.slot(row as usize, column).unwrap_or(NO_SLOT);

@@ -1,7 +1,7 @@
 //! Takes what contact pairs contribute: own rows at once, rows of other ranks into buffers that are sent later.
 
-use super::couplings::{Couples, Place};
-use crate::contact::mortar::contact::SegmentSink;
+use super::couplings::{Couplings, Place};
+use crate::contact::mortar::contact::ContactSink;
 use crate::petsc::{BlockValues, Symmetry};
 
 /// Stands for a node beyond the owned ones that no couple has.
@@ -48,14 +48,14 @@ pub fn add_forces<const D: usize>(
 }
 
 /// Takes forces of a contact by segments.
-pub struct SegmentForces<'a, const D: usize> {
+pub struct VertexForces<'a, const D: usize> {
     /// Owned rows \[N\].
     pub own: &'a mut [f64],
     /// The others.
     pub remote: RemoteForce<'a>,
 }
 
-impl<const D: usize> SegmentSink for SegmentForces<'_, D> {
+impl<const D: usize> ContactSink for VertexForces<'_, D> {
     fn force(&mut self, nodes: &[u32], force: &[f64]) {
         add_forces::<D>(nodes, force, self.own, &mut self.remote);
     }
@@ -82,9 +82,9 @@ impl PairLift<'_> {
 }
 
 /// Takes stiffness only; rows and columns of prescribed unknowns are left out and, where asked for, lifted.
-pub struct PairStiffness<'a, 'm, const D: usize> {
-    /// Couples of the contact being swept.
-    pub couples: &'a Couples,
+pub struct VertexStiffness<'a, 'm, const D: usize> {
+    /// Nodes that the vertices of the contact couple.
+    pub couplings: &'a Couplings,
     /// Prescribed unknowns of all nodes.
     pub constrained: &'a [bool],
     /// Matrix values of the own rows.
@@ -97,28 +97,27 @@ pub struct PairStiffness<'a, 'm, const D: usize> {
     pub symmetry: Symmetry,
 }
 
-impl<const D: usize> SegmentSink for PairStiffness<'_, '_, D> {
+impl<const D: usize> ContactSink for VertexStiffness<'_, '_, D> {
     fn force(&mut self, _: &[u32], _: &[f64]) {}
 
-    /// The couples are those of vertices with their nodes, which are in ascending order.
+    /// The nodes that a vertex couples are in ascending order.
     fn stiffness(&mut self, vertex: usize, nodes: &[u32], stiffness: &[f64]) {
-        let Some(couple) = self.couples.find(vertex, 0) else { return };
-        let known = self.couples.nodes_of(couple);
+        let known = self.couplings.nodes_of(vertex);
         let width = known.len();
         let places: Vec<usize> =
             nodes.iter().map(|node| known.binary_search(node).unwrap_or(width)).collect();
         if places.contains(&width) {
             return;
         }
-        self.add(couple, nodes, stiffness, |a, b| places[a] * width + places[b]);
+        self.add(vertex, nodes, stiffness, |a, b| places[a] * width + places[b]);
     }
 }
 
-impl<const D: usize> PairStiffness<'_, '_, D> {
-    /// Adds the blocks of `nodes`; `place(a, b)` is the number of their block in the couple.
+impl<const D: usize> VertexStiffness<'_, '_, D> {
+    /// Adds the blocks of `nodes`; `place(a, b)` is the number of their block among those of the vertex.
     fn add(
         &mut self,
-        couple: usize,
+        vertex: usize,
         nodes: &[u32],
         stiffness: &[f64],
         place: impl Fn(usize, usize) -> usize,
@@ -136,7 +135,7 @@ impl<const D: usize> PairStiffness<'_, '_, D> {
                     }
                 }
                 self.release(row, column, block);
-                match self.couples.place(couple, place(a, b)) {
+                match self.couplings.place(vertex, place(a, b)) {
                     Some(Place::Slot(slot)) => self.values.add(slot, block),
                     Some(Place::Remote(at)) => {
                         let entries = &mut self.remote[at as usize * D * D..][..D * D];

@@ -7,7 +7,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::contact::Contact;
-use super::segments::SegmentMeeting;
+use super::pair::ContactPair;
 use super::system::ContactSystem;
 use crate::contact::obstacle::Obstacle;
 use crate::contact::passage::{Path, lies_between, normal_of};
@@ -92,8 +92,8 @@ impl<const D: usize> ContactSystem<D> {
                     (between_points(contact, obstacle, ends, met > 0.0), through)
                 }
                 None => {
-                    let far = motion > contact.meeting.stride();
-                    (0, if far { self.swept(&contact.meeting, ends, motion)? } else { 0 })
+                    let far = motion > contact.pair.stride();
+                    (0, if far { self.swept(&contact.pair, ends, motion)? } else { 0 })
                 }
             };
             found.between.push(between);
@@ -104,12 +104,12 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Places of either surface of a contact by segments that went through the other one, while the surfaces moved by `motion` \[m\].
     /// Collective.
-    fn swept(&self, meeting: &SegmentMeeting<D>, ends: Ends<'_>, motion: f64) -> Result<u64> {
-        let depth = meeting.depth();
-        let surfaces = meeting.surfaces(&self.local);
+    fn swept(&self, pair: &ContactPair<D>, ends: Ends<'_>, motion: f64) -> Result<u64> {
+        let depth = pair.depth();
+        let surfaces = pair.surfaces(&self.local);
         let target = Moving::gathered(&self.session, &surfaces, ends, motion + depth)?;
         let contactor = Moving::local(&self.local, surfaces.contactor, ends);
-        let spacing = EDGE * meeting.facet();
+        let spacing = EDGE * pair.facet();
         Ok(crossings(&contactor, &target, depth, spacing) + crossings(&target, &contactor, depth, spacing))
     }
 

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use super::contact::{Overlap, SegmentContact};
+use super::contact::{Overlap, VertexContact};
 use super::over_step::StepOverlap;
 use super::shape::FacetShape;
 use crate::mesh::{Bounds, BoundsTree, ElementKind};
@@ -98,7 +98,7 @@ impl<const D: usize> Candidates<D> {
     }
 }
 
-impl<const D: usize> SegmentContact<D> {
+impl<const D: usize> VertexContact<D> {
     /// These couples of facets (contactor, target), in ascending order.
     pub fn candidates_of(&self, couples: Vec<(u32, u32)>) -> Candidates<D> {
         let mut nodes = Vec::new();

@@ -12,11 +12,12 @@ use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::point::{ContactLaw, PointState, Selection, Slopes};
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
+use crate::rounding;
 use crate::tensor::Vector;
 use crate::terms::Terms;
 
 /// Receives what a contact contributes.
-pub trait SegmentSink {
+pub trait ContactSink {
     /// `force[a * D + i]` of these nodes (places in the field arrays), to be added to the right-hand side [N, per depth in 2D].
     fn force(&mut self, nodes: &[u32], force: &[f64]);
 
@@ -27,7 +28,7 @@ pub trait SegmentSink {
 
 /// One contact, evaluated at the vertices of its contactor.
 #[derive(Debug, Clone)]
-pub struct SegmentContact<const D: usize> {
+pub struct VertexContact<const D: usize> {
     /// Contactor: the vertices of this rank.
     pub surface: VertexSurface<D>,
     /// Target.
@@ -177,7 +178,7 @@ pub fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
     Vector::from_column_slice(&field[node as usize * D..][..D])
 }
 
-impl<const D: usize> SegmentContact<D> {
+impl<const D: usize> VertexContact<D> {
     /// Evaluates all vertices at `fields`, keeps their states in `state.current` and hands what they contribute to `sink`.
     pub fn evaluate(
         &self,
@@ -185,7 +186,7 @@ impl<const D: usize> SegmentContact<D> {
         fields: &ContactFields<'_>,
         request: &ContactRequest,
         state: &mut ContactState<D>,
-        sink: &mut impl SegmentSink,
+        sink: &mut impl ContactSink,
     ) {
         if request.over_step {
             return self.evaluate_over_step(candidates, fields, request, state, sink);
@@ -209,7 +210,8 @@ impl<const D: usize> SegmentContact<D> {
     ) -> Overlap<D> {
         let mut pairs = Vec::new();
         let mut sums = vec![VertexSums::default(); self.surface.vertices().len()];
-        self.sweep(couples.iter().copied(), fields, instant, |facet, target, gathered, pair| {
+        let couples = rounding::order(couples.len()).map(|number| couples[number]);
+        self.sweep(couples, fields, instant, |facet, target, gathered, pair| {
             if !may_meet(pair) {
                 return;
             }
@@ -235,6 +237,7 @@ impl<const D: usize> SegmentContact<D> {
                 pairs.push(ActivePair { facet, target, integrals });
             }
         });
+        pairs.sort_by_key(|pair| (pair.facet, pair.target));
         for (vertex, sums) in sums.iter_mut().enumerate() {
             let mut size = self.surface.size_of(vertex, self.share);
             if self.target.obstacle().is_some() {
@@ -335,7 +338,7 @@ impl<const D: usize> SegmentContact<D> {
         all
     }
 
-    fn add_forces(&self, pairs: &[ActivePair<D>], points: &[PointState<D>], sink: &mut impl SegmentSink) {
+    fn add_forces(&self, pairs: &[ActivePair<D>], points: &[PointState<D>], sink: &mut impl ContactSink) {
         let mut force = Vec::new();
         let mut nodes = Vec::new();
         for pair in pairs {
@@ -374,7 +377,7 @@ impl<const D: usize> SegmentContact<D> {
         fields: &ContactFields<'_>,
         selection: &Selection,
         state: &ContactState<D>,
-        sink: &mut impl SegmentSink,
+        sink: &mut impl ContactSink,
     ) {
         let Overlap { pairs, sums } = overlap;
         let wanted = |vertex: usize| slopes[vertex].is_some();
@@ -404,7 +407,7 @@ impl<const D: usize> SegmentContact<D> {
         pairs: &[ActivePair<D>],
         fields: &ContactFields<'_>,
         frozen: &FrozenVertices<D>,
-        sink: &mut impl SegmentSink,
+        sink: &mut impl ContactSink,
     ) {
         let vertices = |facet: u32| &self.surface.facets()[facet as usize].vertices;
         let active = pairs.iter().filter(|pair| frozen.owner(vertices(pair.facet)).is_some());
@@ -481,7 +484,7 @@ impl<const D: usize> SegmentContact<D> {
         instant: Instant,
         varying: Varying,
         rows: &mut [VertexRows<D>],
-        mut frozen: Option<(&FrozenVertices<D>, &mut dyn SegmentSink)>,
+        mut frozen: Option<(&FrozenVertices<D>, &mut dyn ContactSink)>,
     ) {
         let active: Vec<(u32, u32)> = pairs
             .iter()

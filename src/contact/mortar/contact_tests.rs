@@ -26,7 +26,7 @@ pub const CONTACT_TERMS: [Terms; 7] = [
 #[derive(Clone)]
 pub struct Scene<const D: usize> {
     pub mesh: Mesh<D>,
-    pub contact: SegmentContact<D>,
+    pub contact: VertexContact<D>,
     pub candidates: Candidates<D>,
     pub u: Vec<f64>,
     pub v: Vec<f64>,
@@ -39,7 +39,7 @@ pub struct Dense<const D: usize> {
     pub matrix: Vec<f64>,
 }
 
-impl<const D: usize> SegmentSink for Dense<D> {
+impl<const D: usize> ContactSink for Dense<D> {
     fn force(&mut self, nodes: &[u32], force: &[f64]) {
         for (&node, force) in nodes.iter().zip(force.chunks_exact(D)) {
             self.force[node as usize * D..][..D].iter_mut().zip(force).for_each(|(sum, f)| *sum += f);
@@ -69,7 +69,7 @@ impl<const D: usize> Scene<D> {
         let couples: Vec<(u32, u32)> =
             (0..facets).flat_map(|f| (0..target.count() as u32).map(move |t| (f, t))).collect();
         let state = ContactState::new(surface.vertices().len());
-        let contact = SegmentContact {
+        let contact = VertexContact {
             surface,
             target: ContactTarget::Body(target),
             law: penalty(None),

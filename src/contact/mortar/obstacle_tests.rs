@@ -40,7 +40,7 @@ impl<const D: usize> Scene<D> {
         let facets = &mesh.facet_sets["upper.bottom"];
         let surface = VertexSurface::new(&mesh, facets, &ownership, |kind| is_lumped(&obstacle, kind));
         let state = ContactState::new(surface.vertices().len());
-        let contact = SegmentContact {
+        let contact = VertexContact {
             surface,
             target: ContactTarget::Obstacle(obstacle),
             law: penalty(None),

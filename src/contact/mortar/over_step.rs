@@ -11,7 +11,7 @@ use std::rc::Rc;
 
 use super::candidates::Candidates;
 use super::contact::{
-    ActivePair, FrozenVertices, Instant, Overlap, SegmentContact, SegmentSink, VertexRows, at, clear_block,
+    ActivePair, ContactSink, FrozenVertices, Instant, Overlap, VertexContact, VertexRows, at, clear_block,
 };
 use super::integrals::{Potential, Varying};
 use super::kernel::VertexSums;
@@ -100,7 +100,7 @@ impl<const D: usize> StepOverlap<D> {
     }
 }
 
-impl<const D: usize> SegmentContact<D> {
+impl<const D: usize> VertexContact<D> {
     /// As [`evaluate`](Self::evaluate), with forces that act over the step in whose middle the fields are.
     pub(super) fn evaluate_over_step(
         &self,
@@ -108,7 +108,7 @@ impl<const D: usize> SegmentContact<D> {
         fields: &ContactFields<'_>,
         request: &ContactRequest,
         state: &mut ContactState<D>,
-        sink: &mut impl SegmentSink,
+        sink: &mut impl ContactSink,
     ) {
         let values = candidates.values(&[fields.u, fields.u_start]);
         let overlap = candidates.step.at(values, || self.step_overlap(candidates, fields, state));
@@ -287,7 +287,7 @@ struct VertexStep<const D: usize> {
 }
 
 impl<const D: usize> VertexStep<D> {
-    fn add_force(&self, row: &VertexRows<D>, sink: &mut impl SegmentSink) {
+    fn add_force(&self, row: &VertexRows<D>, sink: &mut impl ContactSink) {
         let Self { ends, active, motion } = self;
         let gradients = Gradients::of(row, ends, active, motion);
         let pressure = active.change.mean_area() * active.normal.traction;
@@ -330,7 +330,7 @@ impl<const D: usize> VertexStep<D> {
         row: &VertexRows<D>,
         selection: &Selection,
         stiffest: f64,
-        sink: &mut impl SegmentSink,
+        sink: &mut impl ContactSink,
     ) {
         let nodes: Vec<u32> = row.nodes.iter().map(|node| node.node).collect();
         let mut block = Vec::new();
@@ -348,7 +348,7 @@ impl<const D: usize> VertexStep<D> {
         row: &VertexRows<D>,
         at_end: &VertexRows<D>,
         selection: &Selection,
-        sink: &mut impl SegmentSink,
+        sink: &mut impl ContactSink,
     ) {
         let Self { ends, active, motion } = self;
         let nodes: Vec<u32> = row.nodes.iter().map(|node| node.node).collect();

@@ -3,11 +3,13 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::interface::{Couples, Opening, PairLift, PairStiffness, RemoteForce, SegmentForces, add_forces};
+use super::interface::{
+    Couplings, Opening, PairLift, RemoteForce, VertexForces, VertexStiffness, add_forces,
+};
 use super::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::{CandidateRange, Candidates};
-use crate::contact::mortar::contact::{OPEN, SegmentContact};
+use crate::contact::mortar::contact::{OPEN, VertexContact};
 use crate::contact::mortar::obstacle::is_lumped;
 use crate::contact::obstacle::Obstacle;
 use crate::contact::state::ContactState;
@@ -96,13 +98,13 @@ impl<const D: usize> Swing<D> {
 }
 
 /// The two sides of a contact, and what is near.
-pub struct SegmentMeeting<const D: usize> {
+pub struct ContactPair<const D: usize> {
     /// Laws, vertices, and the target as far as this rank knows it.
-    pub contact: SegmentContact<D>,
+    pub contact: VertexContact<D>,
     /// The facets of the contactor that this rank reports.
     pub outline: ContactSurface<D>,
-    /// Nodes that each vertex couples, with the places of their blocks: the couples of vertex `p` are `(p, 0)`.
-    pub cliques: Couples,
+    /// Nodes that each vertex couples, with the places of their blocks.
+    pub couplings: Couplings,
     candidates: Candidates<D>,
     radii: SearchRadii,
     /// Depth of the deepest vertex when the target was gathered \[m\].
@@ -116,10 +118,10 @@ pub struct SegmentMeeting<const D: usize> {
     gather: Option<TargetGather<D>>,
 }
 
-impl<const D: usize> SegmentMeeting<D> {
+impl<const D: usize> ContactPair<D> {
     /// A contact with the local facets `target`, whose target has not been gathered yet.
     pub fn new(
-        contact: SegmentContact<D>,
+        contact: VertexContact<D>,
         outline: ContactSurface<D>,
         mesh: &Mesh<D>,
         target: &[Facet],
@@ -137,7 +139,7 @@ impl<const D: usize> SegmentMeeting<D> {
         Self {
             contact,
             outline,
-            cliques: Couples::default(),
+            couplings: Couplings::default(),
             candidates: Candidates::default(),
             radii,
             below: 0.0,
@@ -166,8 +168,8 @@ impl<const D: usize> SegmentMeeting<D> {
     }
 
     /// The nodes that vertices couple beyond what elements couple, if there are any.
-    pub fn wider_couples(&self) -> Option<&Couples> {
-        (!self.keeps_to_itself()).then_some(&self.cliques)
+    pub fn wider_couplings(&self) -> Option<&Couplings> {
+        (!self.keeps_to_itself()).then_some(&self.couplings)
     }
 
     /// Largest extent of a facet of either side \[m\].
@@ -242,16 +244,15 @@ impl<const D: usize> SegmentMeeting<D> {
     }
 
     /// Facets that may meet at the displacements of all nodes, and the nodes that vertices couple by them.
-    pub fn find_couples(&mut self, u: &[f64], outlook: Outlook) {
+    pub fn find_couplings(&mut self, u: &[f64], outlook: Outlook) {
         self.candidates =
             self.contact.candidates(u, &self.radii.range(self.below, self.swing.relative(), outlook));
         let surface = &self.contact.surface;
         let vertices = surface.vertices().len();
-        let couples: Vec<(u32, u32)> = (0..vertices as u32).map(|vertex| (vertex, 0)).collect();
         let near = self.candidates.couples();
-        self.cliques = Couples::new(vertices, &couples, |vertex, _, nodes| {
+        self.couplings = Couplings::new(vertices, |vertex, nodes| {
             let first = nodes.len();
-            for &facet in surface.around(vertex as usize) {
+            for &facet in surface.around(vertex) {
                 let opposite = near.partition_point(|couple| couple.0 < facet);
                 let opposite = near[opposite..].iter().take_while(|couple| couple.0 == facet);
                 let mut alone = true;
@@ -284,7 +285,7 @@ impl<const D: usize> SegmentMeeting<D> {
         own: &mut [f64],
         remote: RemoteForce,
     ) {
-        let mut sink = SegmentForces::<D> { own, remote };
+        let mut sink = VertexForces::<D> { own, remote };
         self.contact.evaluate(&self.candidates, fields, request, state, &mut sink);
     }
 
@@ -296,8 +297,8 @@ impl<const D: usize> SegmentMeeting<D> {
         state: &mut ContactState<D>,
         opening: &mut Opening,
     ) {
-        let mut sink = PairStiffness::<D> {
-            couples: &self.cliques,
+        let mut sink = VertexStiffness::<D> {
+            couplings: &self.couplings,
             constrained: opening.constrained,
             values: &mut *opening.values,
             remote: &mut *opening.remote,
@@ -330,8 +331,7 @@ impl<const D: usize> SegmentMeeting<D> {
         mut remote: RemoteForce,
     ) {
         for (vertex, _) in state.current.iter().enumerate().filter(|(_, point)| point.is_closed()) {
-            let Some(clique) = self.cliques.find(vertex, 0) else { continue };
-            let nodes = self.cliques.nodes_of(clique);
+            let nodes = self.couplings.nodes_of(vertex);
             let values = value(vertex).as_slice().repeat(nodes.len());
             add_forces::<D>(nodes, &values, own, &mut remote);
         }
