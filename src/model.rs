@@ -104,12 +104,12 @@ pub use case::InitialOverclosure;
 pub enum Target<const D: usize> {
     /// A rigid obstacle.
     Obstacle(Obstacle<D>),
-    /// The facets of a set `body.set`, of the body with this index.
+    /// The facets of a set.
     Surface {
-        /// Name of the set.
+        /// Name of the set, `body.set` or `all`.
         set: String,
-        /// Index of its body.
-        body: usize,
+        /// Indices of its bodies.
+        bodies: Vec<usize>,
     },
 }
 
@@ -128,10 +128,10 @@ impl<const D: usize> Target<D> {
 pub struct Contact<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// Set of facets that carry the points, `body.set`.
+    /// Set of facets that carry the points, `body.set` or `all`.
     pub contactor: String,
-    /// Index of the contactor's body.
-    pub body: usize,
+    /// Indices of the contactor's bodies.
+    pub bodies: Vec<usize>,
     /// What it may touch.
     pub target: Target<D>,
     /// Name of the target.
@@ -154,6 +154,17 @@ impl<const D: usize> Contact<D> {
     /// Whether contactor and target are one surface.
     pub fn is_with_itself(&self) -> bool {
         self.contactor == self.target_name
+    }
+
+    /// Indices of all bodies that take part, each once, in ascending order.
+    pub fn all_bodies(&self) -> Vec<usize> {
+        let mut all = self.bodies.clone();
+        if let Target::Surface { bodies, .. } = &self.target {
+            all.extend(bodies);
+        }
+        all.sort_unstable();
+        all.dedup();
+        all
     }
 }
 

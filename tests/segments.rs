@@ -416,6 +416,63 @@ fn a_surface_meets_itself() {
     }
 }
 
+/// Blocks of other meshes that stand upon each other and on a plane: every surface may meet every other one.
+const GENERAL: &str = "
+dimension: 2
+bodies:
+  upper:
+    mesh: { box: { min: [0, 0.2], max: [0.4, 0.4], cells: [5, 3] } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+  lower:
+    mesh: { box: { min: [0, 0], max: [0.4, 0.2], cells: [4, 2] } }
+    material: { neo_hookean: { young_modulus: 1.0e6, poisson_ratio: 0.3 } }
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact: all
+boundary:
+  load: { on: upper.top, pressure: '1.0e5 * t' }
+  side: { on: upper.left, displacement: { x: 0 } }
+  other: { on: lower.left, displacement: { x: 0 } }
+time: { end: 1, scheme: { static: { increments: 2 } } }
+solver: { newton: { tolerance: 1.0e-12 } }
+output: { fields: { every: 2 } }
+";
+
+/// Contact of all surfaces with all others and with the obstacle passes the patch test, on any number of ranks: stress is uniform, and both
+/// contacts carry the load. Between the blocks each side has half of it as the contactor.
+#[test]
+fn whatever_there_is_meets_whatever_else() {
+    for ranks in [1, 3] {
+        let results = Results::of(GENERAL, ranks);
+        let [stress, _] = errors(&results, 2);
+        assert!(stress < 1e-9, "{ranks} ranks: stress {stress:e}");
+        let force = 1e5 * 0.4 * stretch(1);
+        for name in ["all", "all-floor"] {
+            let found = results.table("contact.csv").only("contact", name).last("force_n");
+            assert!((found - force).abs() < 1e-9 * force, "{ranks} ranks, {name}: {found} N, not {force} N");
+        }
+    }
+}
+
+/// Blocks fall upon each other and on the floor, tip over and slide off (`meshes/pile`): energy is kept to rounding, and without friction
+/// nothing pushes them sideways; on any number of ranks alike.
+#[test]
+fn a_pile_keeps_its_energy() {
+    let mut counts = Vec::new();
+    for ranks in [1, 3] {
+        let results = Results::of(&shipped("pile/case.yml", &[("end: 0.8", "end: 0.3")]), ranks);
+        let (energy, momentum) = (results.table("energy.csv"), results.table("momentum.csv"));
+        let largest = energy.numbers("total").into_iter().fold(0.0_f64, |most, e| most.max(e.abs()));
+        let lost = energy.numbers("numerical").into_iter().fold(0.0_f64, |most, e| most.max(e.abs()));
+        assert!(largest > 300.0 && lost < 1e-9 * largest, "{ranks} ranks: {lost} J of {largest} J");
+        let sideways = momentum.numbers("linear_x").into_iter().fold(0.0_f64, |most, p| most.max(p.abs()));
+        let down = momentum.numbers("linear_y").into_iter().fold(0.0_f64, |most, p| most.max(p.abs()));
+        assert!(sideways < 1e-9 * down, "{ranks} ranks: {sideways} of {down} kg m/s");
+        let record = results.record();
+        counts.push([record["steps"].as_u64(), record["newton_iterations"].as_u64()]);
+    }
+    assert_eq!(counts[0], counts[1]);
+}
+
 /// A thin tube under pressure touches itself, and is pressed onto itself, as an inextensible ring does (`meshes/tube/elastica.py`), on
 /// any number of ranks.
 #[test]

@@ -300,8 +300,8 @@ impl<const D: usize> ContactSystem<D> {
         let flies =
             |body: &usize| masses[*body] > 0.0 && self.free_bodies.iter().any(|free| free.body == *body);
         let recoil = |contact: &Contact<D>| {
-            let bodies: BTreeSet<usize> = contact.bodies.into_iter().filter(flies).collect();
-            bodies.into_iter().map(|body| 1.0 / (masses[body] * all)).sum::<f64>().sqrt()
+            let flying = contact.bodies.iter().filter(|body| flies(body));
+            flying.map(|&body| 1.0 / (masses[body] * all)).sum::<f64>().sqrt()
         };
         self.contacts.iter().map(recoil).collect()
     }

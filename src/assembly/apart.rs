@@ -128,10 +128,7 @@ impl<const D: usize> ContactSystem<D> {
             let around = self.joined(Bounds::of(nodes.map(|&node| mesh.points[node as usize])));
             (0..D).map(|k| (around.high[k] - around.low[k]).powi(2)).sum::<f64>().sqrt()
         };
-        match contact.target {
-            Target::Surface { body, .. } => size(contact.body) + size(body),
-            Target::Obstacle(_) => size(contact.body),
-        }
+        contact.all_bodies().into_iter().map(size).sum()
     }
 
     /// Whether the motion of the contactor is prescribed as a whole, and that of the target as well. Collective.

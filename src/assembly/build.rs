@@ -84,14 +84,17 @@ fn measures<const D: usize>(
     let mut own = size_of(local, contactor).to_vec();
     let mut most = vec![extent_of(local, contactor)];
     let mut depth = f64::MAX;
-    if let Target::Surface { set, body } = &contact.target {
+    if let Target::Surface { set, bodies } = &contact.target {
         let target = agree(world, facets_of(local, set))?;
         own.extend(size_of(local, target));
         most.push(extent_of(local, target));
         // A body that meets itself may be folded, and is then thinner than the box around it.
-        let thinner = match *body == contact.body {
+        let thinner = match *bodies == contact.bodies {
             true => height(world, local, contactor).min(height(world, local, target)),
-            false => thickness(world, local, contact.body).min(thickness(world, local, *body)),
+            false => {
+                let all = contact.all_bodies().into_iter();
+                all.map(|body| thickness(world, local, body)).fold(f64::INFINITY, f64::min)
+            }
         };
         depth = 0.5 * thinner;
     }

@@ -30,8 +30,8 @@ pub struct Contact<const D: usize> {
     pub pair: ContactPair<D>,
     /// What its points remember.
     pub state: ContactState<D>,
-    /// Bodies of contactor and target; twice the same where an obstacle is the target.
-    pub bodies: [usize; 2],
+    /// Indices of the bodies that take part, each once.
+    pub bodies: Vec<usize>,
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
     /// Stiffness of an element of the softer side under the mean facet, `E / h` \[Pa/m\].
@@ -78,11 +78,11 @@ impl<const D: usize> Contact<D> {
             normal: contact.normal.law(contact.softer, measures.facet_size)?,
             friction: contact.friction,
         };
-        let (target, opposite, target_body) = match &contact.target {
-            Target::Obstacle(obstacle) => (ContactTarget::Obstacle(*obstacle), &[][..], contact.body),
-            Target::Surface { set, body } => {
+        let (target, opposite) = match &contact.target {
+            Target::Obstacle(obstacle) => (ContactTarget::Obstacle(*obstacle), &[][..]),
+            Target::Surface { set, .. } => {
                 let unknown = TargetSurface::new(TargetFacets::default(), &[]);
-                (ContactTarget::Body(unknown), facets_of(local, set)?, *body)
+                (ContactTarget::Body(unknown), facets_of(local, set)?)
             }
         };
         let lumped = |kind| target.obstacle().is_some_and(|obstacle| is_lumped(obstacle, kind));
@@ -99,7 +99,7 @@ impl<const D: usize> Contact<D> {
             name: contact.name.clone(),
             state: ContactState::new(segments.surface.vertices().len()),
             pair: ContactPair::new(segments, outline, &local.mesh, opposite, measures.radii),
-            bodies: [contact.body, target_body],
+            bodies: contact.all_bodies(),
             facet_size: measures.facet_size,
             beneath: contact.softer / measures.facet_size,
             tolerance: None,
@@ -292,11 +292,10 @@ impl<const D: usize> Contact<D> {
         self.pair.add_marks(&self.state, own, remote);
     }
 
-    /// Whether tangents of frictionless contact on a fixed area are symmetric: over a plane, where every vertex has the gap of its own place.
-    /// Elsewhere points fade with their gap, and pressures between bodies act along the normals of the contactor while gaps change with the
-    /// target's slope as well.
+    /// Whether tangents of frictionless contact on a fixed area are symmetric: over a plane. Elsewhere points fade with their gap, and
+    /// pressures between bodies act along the normals of the contactor while gaps change with the target's slope as well.
     pub fn is_symmetric(&self) -> bool {
-        self.pair.contact.area == AreaKind::Reference && self.couplings().is_none()
+        self.pair.contact.area == AreaKind::Reference && matches!(self.obstacle(), Some(Obstacle::Plane(_)))
     }
 
     /// How the forces of the points differ from the frozen ones.

@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use super::contact::facets_of;
 use super::solid::Solid;
 use crate::error::{Error, Result, agree};
+use crate::mesh::Facet;
 use crate::model::{MassChoice, Model, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::{Session, Vector};
@@ -227,12 +228,13 @@ fn touching<const D: usize>(
     let mut nodes = Vec::new();
     for contact in &model.contacts {
         let target = match &contact.target {
-            Target::Surface { set, body } => Some((set, *body)),
+            Target::Surface { set, .. } => Some(set),
             Target::Obstacle(_) => None,
         };
-        let sides = [Some((&contact.contactor, contact.body)), target];
-        for (set, _) in sides.into_iter().flatten().filter(|(_, body)| wanting.contains(body)) {
-            for &facet in facets_of(local, set)? {
+        for set in std::iter::once(&contact.contactor).chain(target) {
+            let of_wanting =
+                |facet: &&Facet| wanting.contains(&usize::from(local.mesh.body[facet.element as usize]));
+            for &facet in facets_of(local, set)?.iter().filter(of_wanting) {
                 local.mesh.facet_nodes(facet, &mut nodes);
                 for &node in &nodes {
                     if let Some(touches) = touches.get_mut(node as usize) {

@@ -175,7 +175,7 @@ fn require_free_side<const D: usize>(
     obstacle: &Obstacle<D>,
 ) -> Result<()> {
     let mesh = &local.mesh;
-    let own = (0..mesh.element_count()).filter(|&element| usize::from(mesh.body[element]) == contact.body);
+    let own = (0..mesh.element_count()).filter(|&e| contact.bodies.contains(&usize::from(mesh.body[e])));
     let points = own.flat_map(|element| mesh.element_nodes(element)).map(|&node| mesh.points[node as usize]);
     let largest = points.map(|point| obstacle.gap(&Vector::from(point))).fold(f64::NEG_INFINITY, f64::max);
     let mut all = 0.0;

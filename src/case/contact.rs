@@ -1,12 +1,16 @@
 //! `contact`: who may touch whom, and by which laws.
 
-use schemars::JsonSchema;
-use serde::de::IgnoredAny;
-use serde::{Deserialize, Serialize};
+use std::fmt;
 
-use super::place::At;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::place::{At, Named};
 use super::quantity::{Compliance, Length, Number, PowerStiffness, Pressure, Stiffness, Velocity};
 use super::tagged::tagged;
+use super::tree::CHOICE;
 
 /// A pair of surfaces that may touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -14,7 +18,8 @@ use super::tagged::tagged;
 pub struct Contact {
     /// Facets that carry the contact points, as body.set.
     pub contactor: At<String>,
-    /// An obstacle, or facets as body.set: of another body, of the same one, or the contactor itself, which then meets itself.
+    /// An obstacle, or facets as body.set: of another body, of the same one, or the contactor itself, which then meets itself. With
+    /// `contactor: all`, which is the whole surface of all bodies, an obstacle, or `all`: everything that there is.
     pub target: At<String>,
     /// Normal traction as a function of the gap.
     #[serde(default)]
@@ -32,6 +37,91 @@ pub struct Contact {
     /// What to do with contact points that penetrate before the start.
     #[serde(default)]
     pub initial_overclosure: InitialOverclosure,
+}
+
+/// In the place of `body.set`: the whole surface of all bodies.
+pub const ALL: &str = "all";
+
+impl Contact {
+    /// Between everything that there is, by the laws of this one or, if none is given, by those of the defaults.
+    fn general(target: &str, of: Option<&Self>) -> Self {
+        let (contactor, target) = (ALL.to_owned().into(), target.to_owned().into());
+        match of {
+            Some(contact) => Self { contactor, target, ..contact.clone() },
+            None => Self {
+                contactor,
+                target,
+                normal: Normal::default(),
+                friction: Friction::default(),
+                quadrature: None,
+                area: Area::default(),
+                initial_overclosure: InitialOverclosure::default(),
+            },
+        }
+    }
+
+    /// Whether the contactor, or the target, is the whole surface of all bodies.
+    pub fn is_general(&self) -> bool {
+        self.contactor.value == ALL
+    }
+
+    /// Whether a side of the contact is on that body.
+    pub fn is_on(&self, body: &str) -> bool {
+        let of_body = |side: &str| side == ALL || side.split('.').next() == Some(body);
+        of_body(&self.contactor) || of_body(&self.target)
+    }
+}
+
+/// Contacts by name, or the word `all` for one between everything that there is.
+pub(super) fn contacts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Named<Contact>, D::Error> {
+    struct Contacts;
+    impl<'de> Visitor<'de> for Contacts {
+        type Value = Named<Contact>;
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str("contacts by name, or `all`")
+        }
+        fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
+            if text != ALL {
+                return Err(E::custom(format!(
+                    "contact: '{text}' is neither `all` nor a mapping from names"
+                )));
+            }
+            Ok([(ALL.to_owned().into(), Contact::general(ALL, None))].into_iter().collect())
+        }
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+            Named::deserialize(MapAccessDeserializer::new(map))
+        }
+        // What could not be read; no YAML has bytes.
+        fn visit_bytes<E: serde::de::Error>(self, _: &[u8]) -> Result<Self::Value, E> {
+            Ok(Named::default())
+        }
+    }
+    deserializer.deserialize_newtype_struct(CHOICE, Contacts)
+}
+
+/// The contacts with obstacles that a contact of `all` with `all` stands for, of those that are not there yet.
+pub(super) fn with_obstacles<'a>(
+    contacts: &Named<Contact>,
+    obstacles: impl Iterator<Item = &'a str>,
+) -> Vec<(At<String>, Contact)> {
+    let general = contacts.iter().find(|(_, contact)| contact.is_general() && contact.target.value == ALL);
+    let Some((name, general)) = general else { return Vec::new() };
+    let known = |obstacle: &str| {
+        contacts.values().any(|contact| contact.is_general() && contact.target.value == obstacle)
+    };
+    let missing = obstacles.filter(|obstacle| !known(obstacle));
+    missing
+        .map(|obstacle| {
+            let name = At { value: format!("{}-{obstacle}", name.value), place: name.place };
+            (name, Contact::general(obstacle, Some(general)))
+        })
+        .collect()
+}
+
+/// The schema of [`contacts`].
+pub(super) fn contacts_schema(generator: &mut SchemaGenerator) -> Schema {
+    let named = generator.subschema_for::<Named<Contact>>();
+    json_schema!({ "anyOf": [named, { "const": ALL }] })
 }
 
 /// Normal law.

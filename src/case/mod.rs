@@ -46,7 +46,7 @@ pub use body::{
 };
 pub use boundary::{Action, Boundary, Components};
 pub use contact::{
-    Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Regularization,
+    ALL, Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Regularization,
 };
 pub use function::{Function, Motion, PlacedFunction, Varying};
 pub use guard::Guard;
@@ -87,8 +87,9 @@ pub struct Case {
     /// Rigid targets by name.
     #[serde(default)]
     pub obstacles: Named<Obstacle>,
-    /// Pairs of surfaces that may touch, by name.
-    #[serde(default)]
+    /// Pairs of surfaces that may touch, by name; or `all`: whatever there is may touch whatever else, without friction.
+    #[serde(default, deserialize_with = "contact::contacts")]
+    #[schemars(schema_with = "contact::contacts_schema")]
     pub contact: Named<Contact>,
     /// Supports and loads by name.
     #[serde(default)]
@@ -176,6 +177,9 @@ impl Case {
                 cuboid.element.get_or_insert(element.into());
             }
         }
+        for (name, contact) in contact::with_obstacles(&self.contact, self.obstacles.names()) {
+            self.contact.push(name, contact);
+        }
         match &self.time.scheme.value {
             Scheme::Static { increments: Some(increments) } => {
                 let step = self.time.end.value / f64::from(increments.value);
@@ -252,7 +256,7 @@ impl Case {
     /// Whether `accuracy` wants the mass off the contact surfaces of this body in motion, in steps that follow their errors: in
     /// equal ones a node without mass, which friction may leave no balance, has too few ways out. Where a penetration is asked for
     /// its penalty may become stiffer; under the conserving scheme nothing damps what swings on it, faster than any step that is
-    /// worth while, but nodes without mass that meet another body may find no balance (measured with contact at Gauss points).
+    /// worth while, but nodes without mass that meet another body may find no balance.
     pub fn calms_contact_of(&self, body: &str) -> bool {
         let conserves = self.time.scheme.value == Scheme::Conserving;
         let asked = self
@@ -260,11 +264,8 @@ impl Case {
             .as_ref()
             .is_some_and(|accuracy| accuracy.time.is_some() && (conserves || accuracy.penetration.is_some()));
         let moves = !self.is_static();
-        let is_on = |place: &str| place.split('.').next() == Some(body);
-        let has_penalty = |contact: &Contact| {
-            !matches!(contact.normal, Normal::PowerLaw { .. })
-                && (is_on(&contact.contactor) || is_on(&contact.target))
-        };
+        let has_penalty =
+            |contact: &Contact| !matches!(contact.normal, Normal::PowerLaw { .. }) && contact.is_on(body);
         let mut penalties = self.contact.values().filter(|contact| has_penalty(contact)).peekable();
         asked
             && moves

@@ -154,6 +154,11 @@ impl<T> Named<T> {
         self.0.iter().map(|(name, value)| (name, value))
     }
 
+    /// Appends an entry.
+    pub(super) fn push(&mut self, name: At<String>, value: T) {
+        self.0.push((name, value));
+    }
+
     /// Entries that may be completed.
     pub fn values_mut(&mut self) -> impl Iterator<Item = &mut T> {
         self.0.iter_mut().map(|(_, value)| value)

@@ -63,24 +63,27 @@ impl<const D: usize> Model<D> {
     }
 
     fn contact(case: &Case, bodies: &[Body], name: &str, contact: &case::Contact) -> Result<Contact<D>> {
-        let owner = contact.contactor.split('.').next().unwrap_or_default();
-        let body = body_index(bodies, owner)?;
+        let owners = owners(bodies, &contact.contactor)?;
         let within = |error: Error| error.within(&format!("contact.{name}"));
         let target = match case.obstacles.get(&contact.target) {
             Some(shape) => Target::Obstacle(obstacle(shape).map_err(within)?),
-            None => surface(bodies, &contact.target).map_err(within)?,
-        };
-        let softer = match &target {
-            Target::Surface { body: other, .. } => {
-                bodies[*other].young_modulus.min(bodies[body].young_modulus)
+            None => {
+                let set = contact.target.value.clone();
+                let bodies = self::owners(bodies, &set).map_err(within)?;
+                Target::Surface { set, bodies }
             }
-            Target::Obstacle(_) => bodies[body].young_modulus,
         };
+        let opposite = match &target {
+            Target::Surface { bodies, .. } => &bodies[..],
+            Target::Obstacle(_) => &[],
+        };
+        let both = owners.iter().chain(opposite);
+        let softer = both.map(|&body| bodies[body].young_modulus).fold(f64::INFINITY, f64::min);
         let (normal, penetration) = normal(&contact.normal, softer).map_err(within)?;
         Ok(Contact {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
-            body,
+            bodies: owners,
             target,
             target_name: contact.target.value.clone(),
             softer,
@@ -135,7 +138,10 @@ fn body_index(bodies: &[Body], name: &str) -> Result<usize> {
     found.ok_or_else(|| Error::case(format!("there is no body '{name}'")))
 }
 
-fn surface<const D: usize>(bodies: &[Body], set: &str) -> Result<Target<D>> {
-    let body = body_index(bodies, set.split('.').next().unwrap_or(set))?;
-    Ok(Target::Surface { set: set.to_owned(), body })
+/// Indices of the bodies of a surface.
+fn owners(bodies: &[Body], set: &str) -> Result<Vec<usize>> {
+    if set == case::ALL {
+        return Ok((0..bodies.len()).collect());
+    }
+    Ok(vec![body_index(bodies, set.split('.').next().unwrap_or(set))?])
 }

@@ -7,7 +7,7 @@ use super::places::unsound_places;
 use super::sets::{missing_sets, shared_facets};
 use crate::case::{self, Case, Merge};
 use crate::error::{Error, Result};
-use crate::mesh::{BoxShape, ElementKind, Mesh, gmsh, merge, require_room, spelled, validate};
+use crate::mesh::{BoxShape, ElementKind, FacetIndex, Mesh, gmsh, merge, require_room, spelled, validate};
 use crate::rounding;
 
 /// Reads or generates the meshes of all bodies and merges them; sets are named `body.set`. For one rank.
@@ -40,6 +40,10 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     let mut mesh = merge(bodies)?;
     let places = mesh.points.as_flattened_mut().iter_mut().enumerate();
     places.for_each(|(index, x)| *x = rounding::place(index, *x));
+    if case.contact.values().any(case::Contact::is_general) {
+        let surface = FacetIndex::new(&mesh).boundary();
+        mesh.facet_sets.insert(case::ALL.to_owned(), surface);
+    }
     let mut faults = missing_sets(case, &mesh);
     faults.extend(shared_facets(case, &mesh));
     faults.extend(unsound_places(case, &mesh));

@@ -84,10 +84,9 @@ fn middle<const D: usize>(obstacle: &Obstacle, near: &[f64; D]) -> Option<[f64; 
 
 /// An error where a contact between the two wants one, at the contact; else a remark.
 fn refuse_or_tell(case: &Case, pair: [&str; 2], message: String, remarks: &mut Vec<String>) -> Result<()> {
-    let owner = |set: &str| set.split('.').next().unwrap_or_default().to_owned();
     let between = case.contact.iter().filter(|(_, contact)| {
-        let sides = [owner(&contact.contactor), owner(&contact.target)];
-        (sides[0] == pair[0] && sides[1] == pair[1]) || (sides[0] == pair[1] && sides[1] == pair[0])
+        let on = |side: usize| contact.is_on(pair[side]) || contact.target.value == pair[side];
+        on(0) && on(1)
     });
     for (name, contact) in between {
         if contact.initial_overclosure == InitialOverclosure::Error {

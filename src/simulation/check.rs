@@ -16,7 +16,7 @@ use crate::contact::point::ContactLaw;
 use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::mesh::ElementKind;
-use crate::model::{Body, Contact, Model, Target};
+use crate::model::{Body, Contact, Model};
 use crate::partition::LocalMesh;
 use crate::petsc::Session;
 use crate::solvers::ladder;
@@ -192,13 +192,10 @@ fn describe_contact<const D: usize>(
     (bodies, sizes): (&[Body], &[Size]),
     case: &Case,
 ) {
-    let other = match &contact.target {
-        Target::Surface { body, .. } => *body,
-        Target::Obstacle(_) => contact.body,
-    };
-    // Between two bodies the softer one says which pressure is high and which stiffness is much.
-    let [own, its] = [contact.body, other].map(|body| (&bodies[body], &sizes[body]));
-    let (body, size) = if its.0.young_modulus < own.0.young_modulus { its } else { own };
+    // The softest body says which pressure is high and which stiffness is much.
+    let all = contact.all_bodies().into_iter().map(|body| (&bodies[body], &sizes[body]));
+    let softest = all.min_by(|a, b| a.0.young_modulus.total_cmp(&b.0.young_modulus));
+    let Some((body, size)) = softest else { return };
     let high = HIGH_PRESSURE * body.young_modulus;
     let penetration = law.normal.penetration(high);
     let stiffness = -law.normal.evaluate(-penetration).derivative;

@@ -29,7 +29,7 @@ pub struct Guard {
     scale: f64,
     /// When the unexplained energy was last below half of the limit.
     calm: Energies,
-    /// Wave speed of the contactor of each contact \[m/s\]; empty where impact is not watched, or was seen.
+    /// Largest wave speed in the contactor of each contact \[m/s\]; empty where impact is not watched, or was seen.
     speeds: Vec<f64>,
     /// What the steps left unexplained.
     unexplained: Unexplained,
@@ -41,9 +41,12 @@ impl Guard {
     /// A guard for the case that starts with these energies.
     pub fn new<const D: usize>(case: &Case, model: &Model<D>, scheme: Scheme, start: &Energies) -> Self {
         let speed = |contact: &crate::model::Contact<D>| {
-            let formulation = &model.bodies[contact.body].formulation;
-            (formulation.material.moduli.uniaxial_strain() / formulation.density.max(f64::MIN_POSITIVE))
-                .sqrt()
+            let of_body = |&body: &usize| {
+                let formulation = &model.bodies[body].formulation;
+                let stiffness = formulation.material.moduli.uniaxial_strain();
+                (stiffness / formulation.density.max(f64::MIN_POSITIVE)).sqrt()
+            };
+            contact.bodies.iter().map(of_body).fold(0.0, f64::max)
         };
         let watches = matches!(scheme, Scheme::Newmark { .. });
         let speeds = if watches { model.contacts.iter().map(speed).collect() } else { Vec::new() };

@@ -12,8 +12,9 @@ const TOUCH: f64 = 1e-9;
 /// Remarks on bodies that may touch themselves without a contact that detects it, with the distance. `local` is the whole mesh.
 pub(super) fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Vec<String> {
     let met = |body: usize| {
-        let by = |target: &Target<D>| matches!(target, Target::Surface { body: other, .. } if *other == body);
-        model.contacts.iter().any(|contact| contact.body == body && by(&contact.target))
+        let by =
+            |target: &Target<D>| matches!(target, Target::Surface { bodies, .. } if bodies.contains(&body));
+        model.contacts.iter().any(|contact| contact.bodies.contains(&body) && by(&contact.target))
     };
     let m = model.units.of("m");
     let bodies = model.bodies.iter().enumerate().filter(|(body, _)| !met(*body));

@@ -147,9 +147,7 @@ fn swinging(case: &Case) -> Option<String> {
     let conserves = case.time.scheme.value == case::Scheme::Conserving;
     case.accuracy.as_ref().and_then(|accuracy| accuracy.time.as_ref()).filter(|_| conserves)?;
     let stiff = |contact: &&case::Contact| matches!(contact.normal, case::Normal::Penalty { .. });
-    let sides = |contact: &case::Contact| [contact.contactor.to_string(), contact.target.to_string()];
-    let places: Vec<String> = case.contact.values().filter(stiff).flat_map(sides).collect();
-    let meets = |name: &str| places.iter().any(|place| place.split('.').next() == Some(name));
+    let meets = |name: &str| case.contact.values().filter(stiff).any(|contact| contact.is_on(name));
     let swings = case.bodies.iter().filter(|(name, body)| {
         let calm = body.mass == case::Mass::Redistributed
             || body.mass == case::Mass::Auto && case.calms_contact_of(&name.value);

@@ -1,7 +1,7 @@
 //! Checks of `bodies`.
 
 use super::super::place::At;
-use super::super::{Body, Boundary, BoxMesh, Contact, Element, Locking, Merge, Mesh};
+use super::super::{Body, Boundary, BoxMesh, Element, Locking, Merge, Mesh};
 use super::Check;
 
 impl Check<'_> {
@@ -64,8 +64,8 @@ impl Check<'_> {
     fn is_held(&self, body: &str) -> bool {
         let of_body = |set: &str| set.split('.').next() == Some(body);
         let supported = |boundary: &Boundary| boundary.displacement.is_some() && of_body(&boundary.on);
-        let touches = |contact: &Contact| of_body(&contact.contactor) || of_body(&contact.target);
-        self.case.boundary.values().any(supported) || self.case.contact.values().any(touches)
+        self.case.boundary.values().any(supported)
+            || self.case.contact.values().any(|contact| contact.is_on(body))
     }
 
     fn cuboid(&mut self, cuboid: &BoxMesh, locking: Locking) {

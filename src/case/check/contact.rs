@@ -1,5 +1,6 @@
 //! Checks of `obstacles` and `contact`.
 
+use super::super::contact::ALL;
 use super::super::diagnostics::Complaint;
 use super::super::place::At;
 use super::super::quantity::{Number, PowerStiffness};
@@ -42,7 +43,7 @@ impl Check<'_> {
                 format!("'{}' is an obstacle; the contactor is a body's surface", contact.contactor.value),
             );
             self.cure("exchange contactor and target");
-        } else {
+        } else if !contact.is_general() {
             self.surface("a contactor", &contact.contactor);
         }
         if self.case.obstacles.get(&contact.target).is_none() {
@@ -103,7 +104,15 @@ impl Check<'_> {
 
     fn target(&mut self, contact: &Contact) {
         let target = &contact.target;
-        if target.contains('.') || self.case.bodies.get(target).is_some() {
+        if contact.is_general() != (target.value == ALL) {
+            let message =
+                "`all` is the whole surface of all bodies, of which any other surface is a part".to_owned();
+            self.say(if contact.is_general() { target.place } else { contact.contactor.place }, message);
+            self.cure(
+                "write `all` for both sides, or for the contactor alone where the target is an obstacle",
+            );
+        } else if contact.is_general() {
+        } else if target.contains('.') || self.case.bodies.get(target).is_some() {
             self.surface("a target", target);
         } else {
             let known = self.case.obstacles.names().chain(self.case.bodies.names());

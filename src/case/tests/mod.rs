@@ -58,3 +58,32 @@ pub(super) fn message(text: &str) -> String {
         Err(error) => error.message,
     }
 }
+
+/// `contact: all` stands for a contact of all surfaces with each other and one with each obstacle; so does such a contact of the user's own,
+/// whose laws the others get, except where it is there already.
+#[test]
+fn contact_of_all_with_all_has_one_for_each_obstacle() {
+    let (before, rest) = GOOD.split_once("contact:\n").unwrap();
+    let (_, after) = rest.split_once("boundary:\n").unwrap();
+    let two = before.replace("  floor:", "  disc: { sphere: { center: [0, -9], radius: 2 } }\n  floor:");
+    let read =
+        |contact: &str| Case::parse(&format!("{two}{contact}\nboundary:\n{after}"), "case.yml").unwrap();
+    let short = read("contact: all");
+    let sides = |case: &Case| -> Vec<[String; 3]> {
+        let entry = |(name, contact): (&super::At<String>, &super::Contact)| {
+            [name.value.clone(), contact.contactor.value.clone(), contact.target.value.clone()]
+        };
+        case.contact.iter().map(entry).collect()
+    };
+    let all = [["all", "all", "all"], ["all-disc", "all", "disc"], ["all-floor", "all", "floor"]];
+    assert_eq!(sides(&short), all);
+    assert_eq!(Case::parse(&short.to_yaml().unwrap(), "again.yml").unwrap(), short);
+    let own = read(
+        "contact:\n  ground: { contactor: all, target: floor }\n  rest: { contactor: all, target: all, area: reference }",
+    );
+    assert_eq!(
+        sides(&own),
+        [["ground", "all", "floor"], ["rest", "all", "all"], ["rest-disc", "all", "disc"]]
+    );
+    assert_eq!(own.contact.get("rest-disc").unwrap().area, super::Area::Reference);
+}

@@ -2,13 +2,14 @@
 
 use super::candidates::Candidates;
 use super::integrals::{
-    Carried, FacetPair, FrozenFacet, Measure, Opposite, PAIR_NODES, PairFields, PairIntegrals, PlacedFacet,
-    Potential, Range, Varying,
+    Carried, FacetPair, FrozenChanges, FrozenFacet, Measure, Opposite, PAIR_NODES, PairFields, PairIntegrals,
+    PlacedFacet, Potential, Range, Varying,
 };
 use super::kernel::{VertexNode, VertexSize, VertexSums, add_stiffness};
-use super::obstacle::{PlacedObstacle, is_lumped, rule_of};
+use super::obstacle::{PlacedObstacle, rule_of};
 use super::surface::{VertexFacet, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
+use crate::contact::obstacle::Obstacle;
 use crate::contact::point::{ContactLaw, PointState, Selection, Slopes};
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
@@ -44,7 +45,8 @@ pub struct VertexContact<const D: usize> {
     pub share: f64,
 }
 
-/// Gap, over the size of a contactor facet, from which on a segment point has no weight.
+/// Gap, over the size of a contactor facet, from which on a point has no weight. Over a plane all points have, so that gaps are linear and
+/// tangents symmetric.
 pub const OPEN: f64 = 0.25;
 
 /// Where in a step the nodes are taken to be, the displacements being those of the iterate.
@@ -297,7 +299,7 @@ impl<const D: usize> VertexContact<D> {
                 Opposite::Facet(PlacedFacet { kind: surface.kind(target), nodes: others })
             }
             ContactTarget::Obstacle(obstacle) => {
-                if is_lumped(obstacle, facet.kind) {
+                if matches!(obstacle, Obstacle::Plane(_)) {
                     open = f64::MAX;
                 }
                 Opposite::Obstacle(PlacedObstacle { obstacle, rule: rule_of(obstacle, facet.kind) })
@@ -544,29 +546,27 @@ impl<const D: usize> VertexContact<D> {
 pub(super) struct FrozenVertices<const D: usize> {
     /// Tractions \[Pa\]; none where nothing of the vertex is wanted.
     pub carried: Vec<Option<Carried<D>>>,
-    /// Whether the area varies under those tractions.
-    pub zone: bool,
+    /// What varies under those tractions.
+    pub changes: FrozenChanges,
     /// How the energy of each vertex depends on its weighted gap and its area.
     pub potential: Vec<Potential>,
 }
 
 impl<const D: usize> FrozenVertices<D> {
-    /// The tractions of the wanted vertices, as far as `terms` ask for them.
+    /// The tractions of the wanted vertices, under which varies what `terms` ask for.
     pub fn of(points: &[PointState<D>], terms: Terms, wanted: impl Fn(usize) -> bool) -> Self {
-        let pressure = terms.contains(Terms::NORMAL_GEOMETRY);
-        let friction = terms.contains(Terms::FRICTION_GEOMETRY);
+        let changes = FrozenChanges {
+            under_pressure: terms.contains(Terms::NORMAL_GEOMETRY),
+            under_friction: terms.contains(Terms::FRICTION_GEOMETRY),
+            area: terms.contains(Terms::ZONE_CHANGE),
+        };
+        let any = changes != FrozenChanges::default();
         let of = |(vertex, point): (usize, &PointState<D>)| {
-            (wanted(vertex) && (pressure || friction)).then(|| Carried {
-                normal: if pressure { point.normal_traction } else { 0.0 },
-                friction: if friction { point.friction_traction } else { Vector::zeros() },
-            })
+            let (normal, friction) = (point.normal_traction, point.friction_traction);
+            (any && wanted(vertex)).then_some(Carried { normal, friction })
         };
         let carried = points.iter().enumerate().map(of).collect();
-        Self {
-            carried,
-            zone: terms.contains(Terms::ZONE_CHANGE),
-            potential: vec![Potential::default(); points.len()],
-        }
+        Self { carried, changes, potential: vec![Potential::default(); points.len()] }
     }
 
     /// The first of these vertices that has anything.
@@ -579,7 +579,7 @@ impl<const D: usize> FrozenVertices<D> {
     }
 
     fn of_facet(&self, vertices: &[Option<u32>; 4]) -> FrozenFacet<D> {
-        let mut frozen = FrozenFacet { zone: self.zone, ..FrozenFacet::default() };
+        let mut frozen = FrozenFacet { changes: self.changes, ..FrozenFacet::default() };
         for (corner, vertex) in vertices.iter().enumerate() {
             let Some(vertex) = vertex else { continue };
             if let Some(carried) = self.carried[*vertex as usize] {

@@ -193,10 +193,21 @@ impl<const D: usize> Carried<D> {
 pub struct FrozenFacet<const D: usize> {
     /// Tractions by the corners.
     pub carried: [Carried<D>; MOST_CORNERS],
-    /// Whether the area varies under those tractions.
-    pub zone: bool,
+    /// What varies under those tractions.
+    pub changes: FrozenChanges,
     /// Of the potential `sum_A p_A (W_A - g_A kappa_A) - u_A kappa_A` by the corners.
     pub potential: [Potential; MOST_CORNERS],
+}
+
+/// What varies under tractions that are held fixed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FrozenChanges {
+    /// Normals, and where the two sides lie opposite each other, under the pressure.
+    pub under_pressure: bool,
+    /// Where the two sides lie opposite each other, under friction.
+    pub under_friction: bool,
+    /// The area, under both.
+    pub area: bool,
 }
 
 /// How the energy of a vertex depends on its weighted gap and its area.
@@ -213,7 +224,7 @@ pub struct Potential {
 impl<const D: usize> Default for FrozenFacet<D> {
     fn default() -> Self {
         let carried = [Carried { normal: 0.0, friction: Vector::zeros() }; MOST_CORNERS];
-        Self { carried, zone: false, potential: [Potential::default(); MOST_CORNERS] }
+        Self { carried, changes: FrozenChanges::default(), potential: [Potential::default(); MOST_CORNERS] }
     }
 }
 
@@ -385,7 +396,7 @@ impl<const D: usize> FacetPair<'_, D> {
     ) {
         let corners = self.contactor.kind.corners();
         if frozen.carried[..corners].iter().any(Carried::acts) {
-            self.add_geometry(point, variation, &frozen.carried, frozen.zone, stiffness);
+            self.add_geometry(point, variation, &frozen.carried, frozen.changes, stiffness);
         }
         if frozen.potential[..corners].iter().any(|own| own.pressure != 0.0) {
             self.add_potential(point, variation, &frozen.potential, stiffness);
@@ -398,7 +409,7 @@ impl<const D: usize> FacetPair<'_, D> {
         point: &Point<D>,
         variation: &Variation<D>,
         carried: &[Carried<D>; MOST_CORNERS],
-        zone: bool,
+        changes: FrozenChanges,
         stiffness: &mut [f64],
     ) {
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
@@ -414,12 +425,21 @@ impl<const D: usize> FacetPair<'_, D> {
                 friction_slope[k] += carried.friction * point.weights.gradient[vertex][k];
             }
         }
+        let whole = point.normal * pressure + friction;
+        if !changes.under_pressure {
+            (pressure, pressure_slope) = (0.0, [0.0; 2]);
+        }
+        if !changes.under_friction {
+            (friction, friction_slope) = (Vector::zeros(), [Vector::zeros(); 2]);
+        }
         let traction = point.normal * pressure + friction;
         let force = traction * point.measure;
         for b in 0..all {
-            let by_measure =
-                if zone { variation.measure[b] + variation.stretch[b] } else { variation.measure[b] };
-            let mut by = traction * by_measure.transpose() + variation.normal[b] * (pressure * point.measure);
+            let mut by = traction * variation.measure[b].transpose()
+                + variation.normal[b] * (pressure * point.measure);
+            if changes.area {
+                by += whole * variation.stretch[b].transpose();
+            }
             for k in 0..D - 1 {
                 let along = point.normal * pressure_slope[k] + friction_slope[k];
                 by += along * (variation.xi[k][b] * point.measure).transpose();

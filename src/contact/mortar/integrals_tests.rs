@@ -144,7 +144,11 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool) {
         let f = |z: &[f64]| with_pair(kinds, z, undeformed, |pair| force(pair, &carried));
         let df = |z: &[f64], d: &[f64]| {
             let mut stiffness = vec![0.0; z.len() * z.len()];
-            let frozen = FrozenFacet { carried, zone: true, ..FrozenFacet::default() };
+            let frozen = FrozenFacet {
+                carried,
+                changes: FrozenChanges { under_pressure: true, under_friction: true, area: true },
+                ..FrozenFacet::default()
+            };
             with_pair(kinds, z, undeformed, |pair| pair.add_frozen(&frozen, &mut stiffness));
             let nodes = z.len() / D;
             let entry = |row: usize, column: usize| {

@@ -32,6 +32,17 @@ pub fn rule_of<const D: usize>(obstacle: &Obstacle<D>, kind: ElementKind) -> &'s
     corners.unwrap_or_else(|| element.gauss_contact_rule())
 }
 
+/// Cosine of the angle between the inward normal of a facet and the normal of the obstacle from which on the facet counts in full. From there
+/// its part falls to 0 where it stands upright: the side of a block does not press although its corner touches. Facets in contact are
+/// nearly parallel to the obstacle; where the limit lies is felt by those alone that are about to touch or to leave.
+const FACING: f64 = 0.5;
+
+/// The part with which a facet counts by that cosine, and its derivative.
+fn facing(cosine: f64) -> (f64, f64) {
+    let s = (cosine / FACING).clamp(0.0, 1.0);
+    (s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / FACING)
+}
+
 impl<const D: usize> FacetPair<'_, D> {
     /// Visits all points of the facet, those out of range with no measure; with their variation where it is wanted, and those out of range
     /// not at all.
@@ -49,8 +60,11 @@ impl<const D: usize> FacetPair<'_, D> {
             let fade = self.range.fade(proximity.gap);
             let tangents = tangents(&contactor, self.contactor.nodes);
             let vector_area = facet_normal(&tangents);
+            let size = vector_area.norm();
+            let cosine = if size > 0.0 { -vector_area.dot(&proximity.normal) / size } else { 0.0 };
+            let (part, by_cosine) = facing(cosine);
             let stretch = match self.measure {
-                Measure::Current => vector_area.norm(),
+                Measure::Current => size,
                 Measure::Reference(nodes) => {
                     facet_normal(&super::integrals::tangents(&contactor, nodes)).norm()
                 }
@@ -58,8 +72,8 @@ impl<const D: usize> FacetPair<'_, D> {
             let weight = placed.rule.weights[q];
             let point = Point {
                 weights: FacetShape::at(linear(self.contactor.kind), [first, second]),
-                measure: fade[0] * weight * stretch,
-                whole: weight * stretch,
+                measure: fade[0] * part * weight * stretch,
+                whole: part * weight * stretch,
                 fade,
                 gap: proximity.gap,
                 normal: proximity.normal,
@@ -67,22 +81,27 @@ impl<const D: usize> FacetPair<'_, D> {
                 contactor,
             };
             if want == Want::Variations {
-                if fade[0] == 0.0 {
+                if point.measure == 0.0 {
                     continue;
                 }
                 for (b, gradient) in point.contactor.gradient.iter().enumerate().take(self.nodes()) {
                     let shape = point.contactor.value[b];
+                    let by_area = area_variation(&tangents, gradient);
+                    let by_size = by_area.transpose() * vector_area / size;
+                    let by_angle = -(by_area.transpose() * proximity.normal
+                        + proximity.hessian * vector_area * shape
+                        + by_size * cosine)
+                        / size;
+                    let by_part = by_angle * (by_cosine * weight * stretch);
                     let by_size = match self.measure {
-                        Measure::Current if stretch > 0.0 => {
-                            area_variation(&tangents, gradient).transpose() * vector_area * (weight / stretch)
-                        }
-                        _ => Vector::zeros(),
+                        Measure::Current => by_size * (part * weight),
+                        Measure::Reference(_) => Vector::zeros(),
                     };
                     variation.gap[b] = proximity.normal * shape;
                     variation.normal[b] = proximity.hessian * shape;
-                    variation.measure[b] = variation.gap[b] * (fade[1] * point.whole);
+                    variation.measure[b] = variation.gap[b] * (fade[1] * point.whole) + by_part * fade[0];
                     variation.stretch[b] = by_size * fade[0];
-                    variation.whole[b] = by_size;
+                    variation.whole[b] = by_size + by_part;
                 }
             }
             visit(&point, &variation);

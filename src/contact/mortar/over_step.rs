@@ -146,8 +146,10 @@ impl<const D: usize> VertexContact<D> {
         }
         for (carried, ends) in frozen.carried.iter_mut().zip(ends) {
             match carried {
+                // What the pressure holds is in the potential.
                 Some(carried) if ends.middle.is_covered() => {
-                    carried.friction *= ends.end.area / ends.middle.area
+                    carried.normal = 0.0;
+                    carried.friction *= ends.end.area / ends.middle.area;
                 }
                 _ => *carried = None,
             }
