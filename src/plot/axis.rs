@@ -93,13 +93,19 @@ impl Axis {
         let values: Vec<f64> = values.into_iter().collect();
         let counts = quantity.unit.is_empty() && values.iter().all(|v| !v.is_finite() || v.fract() == 0.0);
         let [low, high] = spread(values);
-        let step = round_step((high - low) / room.clamp(2.0, 8.0));
+        // The difference of the two ends may be infinite, parts of them are not.
+        let room = room.clamp(2.0, 8.0);
+        let step = round_step(high / room - low / room);
         let step = if counts { round_step(step.max(1.0).ceil()) } else { step };
         let range = match ends {
             Ends::Data => [low, high],
-            Ends::Padded => [low - 0.04 * (high - low), high + 0.04 * (high - low)],
+            Ends::Padded => {
+                let beyond = 0.04 * high - 0.04 * low;
+                [low - beyond, high + beyond]
+            }
             Ends::Ticks => [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step],
         };
+        let range = range.map(|end| end.clamp(f64::MIN, f64::MAX));
         let [first, last] = [(range[0] / step - 1e-9).ceil(), (range[1] / step + 1e-9).floor()];
         let positions = (0..=(last - first) as usize).map(|index| (first + index as f64) * step);
         let prefix = Prefix::suiting(quantity, range[0].abs().max(range[1].abs()));
@@ -119,14 +125,15 @@ impl Axis {
         let ticks = rounds.map(|leading| decade_ticks(leading, low, high));
         let ticks = ticks.iter().find(|ticks| ticks.len() > 2).unwrap_or(&ticks[3]).clone();
         let plain = Prefix { name: "", factor: 1.0 };
-        let range = [low, high].map(|end| 10f64.powf(end));
+        let range = [low, high].map(|end| 10f64.powf(end).clamp(SMALLEST, f64::MAX));
         Self { range, ticks, label: plain.label(quantity), scale: Scale::Logarithmic }
     }
 
     /// Where a value lies: 0 at the first end, 1 at the last.
     pub fn share(&self, value: f64) -> f64 {
-        let [first, last] = self.range.map(|end| self.scale.of(end));
-        (self.scale.of(value) - first) / (last - first)
+        // By halves, whose difference is finite.
+        let [first, last, value] = [self.range[0], self.range[1], value].map(|end| 0.5 * self.scale.of(end));
+        (value - first) / (last - first)
     }
 }
 
@@ -134,7 +141,8 @@ impl Axis {
 fn decade_ticks(leading: &[u8], low: f64, high: f64) -> Vec<(f64, String)> {
     let powers = low.floor() as i32..=high.ceil() as i32;
     let all = powers.flat_map(|power| leading.iter().map(move |&figure| (figure, power)));
-    let ticks = all.map(|(figure, power)| (f64::from(figure) * 10f64.powi(power), power_text(figure, power)));
+    let ticks = all
+        .map(|(figure, power)| (f64::from(figure) * 10f64.powf(f64::from(power)), power_text(figure, power)));
     ticks.filter(|(at, _)| (low - 1e-9..=high + 1e-9).contains(&at.log10())).collect()
 }
 
@@ -216,6 +224,12 @@ impl Prefix {
     }
 }
 
+/// The smallest positive number.
+const SMALLEST: f64 = f64::from_bits(1);
+
+/// Sizes below this count as zero, so that steps and ticks keep their digits.
+const NOTHING: f64 = 1e-300;
+
 /// Smallest and largest finite value, opened where they coincide; `[0, 1]` where there is none.
 fn spread(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let finite = values.into_iter().filter(|value| value.is_finite());
@@ -225,9 +239,9 @@ fn spread(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     }
     let size = low.abs().max(high.abs());
     match high - low > 1e-9 * size {
+        _ if size < NOTHING => [-1.0, 1.0],
         true => [low, high],
-        false if size == 0.0 => [-1.0, 1.0],
-        false => [low - 0.1 * size, high + 0.1 * size],
+        false => [low - 0.1 * size, high + 0.1 * size].map(|end| end.clamp(f64::MIN, f64::MAX)),
     }
 }
 
@@ -235,7 +249,7 @@ fn spread(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
 fn round_step(rough: f64) -> f64 {
     let power = 10f64.powf(rough.log10().floor());
     let factor = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|factor| factor * power >= rough * (1.0 - 1e-9));
-    factor.unwrap_or(10.0) * power
+    (factor.unwrap_or(10.0) * power).min(f64::MAX)
 }
 
 /// A tick's number, with the decimals that its step needs and a true minus sign.
@@ -294,6 +308,7 @@ mod tests {
         assert_eq!(texts(&[0.1, 4.0]), ["0.1", "0.3", "1", "3"]);
         assert_eq!(texts(&[2e-5, 4.5e-5]), ["2·10⁻⁵", "3·10⁻⁵", "4·10⁻⁵"]);
         assert!(texts(&[7.0]).len() >= 2 && texts(&[]).len() >= 2);
+        assert!(texts(&[f64::from_bits(1), f64::MAX]).len() > 20 && texts(&[f64::MAX]).len() >= 2);
     }
 
     /// Constant, absent and tiny data give an axis all the same, and all data lie within it.
@@ -307,17 +322,33 @@ mod tests {
             &[1e-300, 2e-300],
             &[1.0, 1.0 + 1e-12],
             &[-1e20, 1e20],
+            &[-1e308, 1e308],
+            &[f64::MIN, f64::MAX],
+            &[f64::MAX],
+            &[f64::from_bits(1), f64::from_bits(2)],
         ] {
-            let (axis, texts) = axis("Pa", values, Ends::Ticks);
-            assert!(
-                axis.range[0] < axis.range[1] && texts.len() >= 2 && texts.len() < 20,
-                "{values:?}: {axis:?}"
-            );
-            assert!(
-                values.iter().all(|v| !v.is_finite() || (axis.range[0]..=axis.range[1]).contains(v)),
-                "{values:?}"
-            );
+            for ends in [Ends::Ticks, Ends::Padded, Ends::Data] {
+                let (axis, texts) = axis("Pa", values, ends);
+                let is_number = |text: &String| !text.contains("NaN") && !text.contains("inf");
+                assert!(
+                    texts.iter().all(is_number) && axis.range.iter().all(|end| end.is_finite()),
+                    "{axis:?}"
+                );
+                assert!(
+                    values.iter().all(|&v| !v.is_finite() || (0.0..=1.0).contains(&axis.share(v))),
+                    "{axis:?}"
+                );
+                assert!(
+                    axis.range[0] < axis.range[1] && texts.len() >= 2 && texts.len() < 20,
+                    "{values:?}: {axis:?}"
+                );
+                assert!(
+                    values.iter().all(|v| !v.is_finite() || (axis.range[0]..=axis.range[1]).contains(v)),
+                    "{values:?}"
+                );
+            }
         }
+        assert!(round_step(f64::MAX).is_finite());
     }
 
     /// Results in metric units are shown in SI with prefixes, whatever their units; others in those of the first.

@@ -26,8 +26,12 @@ pub fn colour(axis: &Axis, value: f64) -> RGBColor {
     if value.is_nan() {
         return RGBColor(255, 255, 255);
     }
-    let [low, high] = axis.range;
-    let place = ((value - low) / (high - low)).clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
+    of_share(axis.share(value))
+}
+
+/// The colour of a place on a scale from 0 to 1.
+fn of_share(share: f64) -> RGBColor {
+    let place = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let index = (place as usize).min(VIRIDIS.len() - 2);
     let share = place - index as f64;
     let [r, g, b] = [0, 1, 2].map(|i| {
@@ -47,11 +51,10 @@ pub fn draw_bar(canvas: &Canvas, frame: Frame, axis: &Axis) -> Result<()> {
     const STRIPES: usize = 128;
     let [left, top, _, bottom] = frame;
     let right = left + 16.0;
-    let [low, high] = axis.range;
     let height = |share: f64| bottom - share * (bottom - top);
     for stripe in 0..STRIPES {
         let from = stripe as f64 / STRIPES as f64;
-        let fill = colour(axis, low + (high - low) * (from + 0.5 / STRIPES as f64));
+        let fill = of_share(from + 0.5 / STRIPES as f64);
         // Each stripe reaches to the top and the next covers it, so that no line shows between two.
         let [y0, y1] = [height(from), top];
         canvas.polygon(&[[left, y0], [right, y0], [right, y1], [left, y1]], fill, None)?;
@@ -61,7 +64,7 @@ pub fn draw_bar(canvas: &Canvas, frame: Frame, axis: &Axis) -> Result<()> {
         Stroke::thin(INK),
     )?;
     for (at, text) in &axis.ticks {
-        let y = height((at - low) / (high - low));
+        let y = height(axis.share(*at));
         canvas.line(&[[right, y], [right + 4.0, y]], Stroke::thin(INK))?;
         canvas.text(text, [right + 7.0, y], NUMBER, Anchor::Start)?;
     }
