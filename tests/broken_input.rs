@@ -115,6 +115,16 @@ const CASES: &[Broken] = &[
         &["case.yml:5:75", "the value is not finite at t = 0, point [0, 0]"],
         1,
     ),
+    (
+        "title: Small block",
+        "accuracy: { penetration: 1e-300 }",
+        3,
+        &[
+            "case.yml:1:26: a penetration of 1.0e-300 m is below the spacing of coordinates",
+            "hint: ask for a larger",
+        ],
+        2,
+    ),
     // Words of the case file.
     ("density:", "densty:", 3, &["case.yml:7:5", "unknown key 'densty'", "did you mean 'density'?"], 2),
     ("density: 1700", "density: heavy", 3, &["case.yml:7:14", "heavy"], 0),
@@ -401,6 +411,16 @@ boundary: { base: { on: block.left, displacement: { x: 1/y, y: 0 } } }
 time: { end: 1, step: 0.1 }
 output: { probes: { far: { at: [5, 5], on: block } } }
 ";
+
+/// A penetration that coordinates resolve, if barely, is accepted.
+#[test]
+fn a_penetration_above_the_spacing_of_coordinates_is_accepted() {
+    let folder = Folder::new("penetration");
+    for asked in ["1e-16", "{ relative: 1e-12 }"] {
+        folder.write("case.yml", &format!("{SMALL_BLOCK}accuracy: {{ penetration: {asked} }}\n"));
+        run(0, &["check", "case.yml"], &folder).success();
+    }
+}
 
 /// So is what only the mesh of a file can tell.
 #[test]

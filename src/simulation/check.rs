@@ -42,7 +42,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let precision = system.precision();
     magnitudes::require_precision(&precision)?;
     start::require_reach(&mut system, &model, case)?;
-    pace::limit_penetration(&mut system, case);
+    pace::limit_penetration(&mut system, case, &precision)?;
     if case.is_static() {
         start::require_supports(&system)?;
     }

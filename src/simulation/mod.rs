@@ -93,9 +93,10 @@ impl<const D: usize> Ready<D> {
         let format = options::format(session, case, &local, &linear)?;
         let options = SystemOptions { inertia: scheme.has_inertia(), format };
         let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
-        magnitudes::require_precision(&system.precision())?;
+        let precision = system.precision();
+        magnitudes::require_precision(&precision)?;
         start::require_reach(&mut system, &model, case)?;
-        pace::limit_penetration(&mut system, case);
+        pace::limit_penetration(&mut system, case, &precision)?;
         let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
         let strategy = options::strategy(case, &system, SOLVER_PREFIXES[0])?; // (3.10), or (3.6) and (3.7)
         if strategy.wants_rigid_body_modes() {

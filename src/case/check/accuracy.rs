@@ -1,10 +1,10 @@
 //! Checks of `accuracy`.
 
 use super::super::quantity::Number;
-use super::super::{Normal, Scheme};
+use super::super::{Normal, PenetrationTolerance, Scheme};
 use super::Check;
 
-/// Smallest relative error that may be requested for slip, time and energy: rounding alone may be larger than a smaller one.
+/// Smallest relative error that may be requested: rounding alone may be larger than a smaller one.
 const FINEST: f64 = 1e-12;
 
 impl Check<'_> {
@@ -13,6 +13,9 @@ impl Check<'_> {
         if let Some(penetration) = &accuracy.penetration {
             let (value, at) = penetration.value();
             self.require(value > 0.0, at, format!("the penetration must be > 0, found {value}"));
+            if let PenetrationTolerance::Relative(part) = penetration {
+                self.above_rounding("the penetration", *part);
+            }
             let given = at.line > 0;
             let power = self.case.contact.values().any(|c| matches!(c.normal, Normal::PowerLaw { .. }));
             if given && power {
@@ -38,7 +41,11 @@ impl Check<'_> {
         let Some(value) = value else { return };
         let fits = value.value > 0.0 && value.value < 1.0;
         self.require(fits, value.place, format!("{what} must be > 0 and < 1, found {:e}", value.value));
-        if fits && value.value < FINEST {
+        self.above_rounding(what, value);
+    }
+
+    fn above_rounding(&mut self, what: &str, value: Number) {
+        if value.value > 0.0 && value.value < FINEST {
             self.say(
                 value.place,
                 format!("{what} of {:e} is below what rounding leaves of a result", value.value),

@@ -88,6 +88,7 @@ fn broken_accuracies_are_refused() {
         ("{ slip: \"1 mm\" }", "expected a pure number"),
         ("{ penetration: -1e-3 }", "the penetration must be > 0"),
         ("{ penetration: \"1 s\" }", "expected a length"),
+        ("{ penetration: { relative: 1e-300 } }", "below what rounding leaves"),
         ("{ penetration: { part: 1 } }", "unknown key 'part'"),
         ("{ penetration: {} }", "expected { relative: ... }"),
         ("{ time: 1e-3, time: 1e-3 }", "twice"),

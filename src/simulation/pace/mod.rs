@@ -7,7 +7,7 @@ mod watch;
 
 use super::journal::Journal;
 use super::options;
-use crate::assembly::{Asked, ContactSystem, Energies};
+use crate::assembly::{Asked, ContactSystem, Energies, Precision};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;
 use crate::error::Result;
@@ -27,10 +27,28 @@ pub struct Pace {
 }
 
 /// Limits the penetration where the case asks for it. To be called before any equilibrium is sought.
-pub fn limit_penetration<const D: usize>(system: &mut ContactSystem<D>, case: &Case) {
-    if let Some(asked) = penetration(case).filter(|_| !keeps_laws(case)) {
-        system.limit_penetration(asked);
+///
+/// # Errors
+/// The tolerance is below the spacing of coordinates, the same on all ranks.
+pub fn limit_penetration<const D: usize>(
+    system: &mut ContactSystem<D>,
+    case: &Case,
+    precision: &Precision,
+) -> Result<()> {
+    let Some(asked) = penetration(case).filter(|_| !keeps_laws(case)) else { return Ok(()) };
+    let Precision { farthest, spacing, unit, .. } = precision;
+    if let Some(tolerance) = system.tolerance(asked).filter(|tolerance| tolerance < spacing) {
+        let message = format!(
+            "a penetration of {tolerance:.1e} {unit} is below the spacing of coordinates: those of {farthest:.1e} {unit} are known to \
+             {spacing:.1e} {unit} only"
+        );
+        let place = case.accuracy.as_ref().and_then(|accuracy| accuracy.penetration);
+        let place = place.map_or_else(Default::default, |penetration| penetration.value().1);
+        let cure = "ask for a larger accuracy.penetration, as { relative: 1e-3 } of a facet";
+        return Err(case.error(place, message).hint(cure));
     }
+    system.limit_penetration(asked);
+    Ok(())
 }
 
 /// The penetration that the case asks for.
