@@ -13,12 +13,10 @@ use super::{At, Case, Mesh, Place};
 
 /// All that is wrong with the case, in no particular order.
 pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
-    let mut check = Check { case, dimension: case.dimension.value as usize, found: Vec::new() };
-    if !(2..=3).contains(&check.dimension) {
-        let place = case.dimension.place;
-        check.say(place, format!("the dimension is 2 or 3, not {}", case.dimension.value));
-        return check.found;
-    }
+    let At { value: dimension, place } = case.dimension;
+    let known = (2..=3).contains(&dimension).then_some(dimension as usize);
+    let mut check = Check { case, dimension: known, found: Vec::new() };
+    check.require(known.is_some(), place, format!("the dimension is 2 or 3, not {dimension}"));
     check.names();
     for (name, body) in case.bodies.iter() {
         check.body(name, body);
@@ -39,7 +37,8 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
 
 struct Check<'a> {
     case: &'a Case,
-    dimension: usize,
+    /// Nothing where it is neither 2 nor 3: what depends on it is then not checked.
+    dimension: Option<usize>,
     found: Vec<Complaint>,
 }
 
@@ -73,7 +72,8 @@ impl Check<'_> {
     }
 
     fn size<T>(&mut self, what: &str, list: &At<Vec<T>>) {
-        let (wanted, found) = (self.dimension, list.len());
+        let Some(wanted) = self.dimension else { return };
+        let found = list.len();
         let message = format!("{what} needs {wanted} entries in {wanted}D, found {found}");
         self.require(found == wanted, list.place, message);
     }
@@ -122,7 +122,7 @@ impl Check<'_> {
         };
         let Some(set) = set else { return true };
         let sets = ["left", "right", "bottom", "top", "front", "back"];
-        let sets = &sets[..2 * self.dimension];
+        let sets = &sets[..2 * self.dimension.unwrap_or(3)];
         if matches!(body.mesh, Mesh::Box(_)) && !sets.contains(&set) {
             let mut complaint = Complaint::unknown("set", set, sets.iter().copied()).at(on.place);
             complaint.message = format!("the box '{name}' has no set '{set}'");

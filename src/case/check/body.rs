@@ -1,7 +1,7 @@
 //! Checks of `bodies`.
 
 use super::super::place::At;
-use super::super::{Body, Boundary, BoxMesh, Element, Locking, Merge, Mesh};
+use super::super::{Body, Boundary, BoxMesh, Locking, Merge, Mesh};
 use super::Check;
 
 impl Check<'_> {
@@ -88,19 +88,15 @@ impl Check<'_> {
             let Some(function) = component else { continue };
             let message = "a mesh does not depend on t".to_owned();
             self.require(function.is_constant_in_time(), function.place, message);
-            self.require(axis < self.dimension, function.place, "2D has no z".to_owned());
+            self.require(axis < self.dimension.unwrap_or(3), function.place, "2D has no z".to_owned());
         }
-        let default = if self.dimension == 2 { Element::Quad4 } else { Element::Hex8 };
-        let (element, place) =
-            cuboid.element.as_ref().map_or((default, cuboid.cells.place), |e| (e.value, e.place));
-        let (name, its) = (element.name(), element.dimension());
-        self.require(
-            its == self.dimension,
-            place,
-            format!("{name} is an element of {its}D, the case has {}D", self.dimension),
-        );
-        if locking == Locking::SelectiveReduced && !element.offers_locking_cure() {
-            self.say(place, format!("{name} offers no cure for locking"));
+        let Some(element) = &cuboid.element else { return };
+        let (name, its) = (element.value.name(), element.value.dimension());
+        if let Some(dimension) = self.dimension.filter(|dimension| *dimension != its) {
+            self.say(element.place, format!("{name} is an element of {its}D, the case has {dimension}D"));
+        }
+        if locking == Locking::SelectiveReduced && !element.value.offers_locking_cure() {
+            self.say(element.place, format!("{name} offers no cure for locking"));
             self.cure("selective_reduced is for quadrilaterals and hexahedra; leave `locking` out, or change the element");
         }
     }

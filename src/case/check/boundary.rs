@@ -49,7 +49,7 @@ impl Check<'_> {
             self.say(name.place, format!("the boundary '{}' names no direction", name.value));
             self.cure("as in { x: 0, y: \"1.0 * t\" }");
         }
-        if let (2, Some(z)) = (self.dimension, components[2]) {
+        if let (Some(2), Some(z)) = (self.dimension, components[2]) {
             self.say(z.place, "a case in 2D has no z");
         }
         components.iter().flatten().for_each(|component| self.finite(component));

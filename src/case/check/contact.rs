@@ -18,14 +18,14 @@ impl Check<'_> {
                 self.size("the centre of a sphere", center);
                 self.positive("the radius", *radius);
             }
-            Obstacle::Cylinder { point, axis, radius, .. } if self.dimension == 3 => {
+            Obstacle::Cylinder { point, .. } if self.dimension == Some(2) => {
+                self.say(point.place, "a cylinder is an obstacle of 3D");
+                self.cure("in 2D a `sphere` is a disc");
+            }
+            Obstacle::Cylinder { point, axis, radius, .. } => {
                 self.size("the point of a cylinder", point);
                 self.direction("the axis of a cylinder", axis);
                 self.positive("the radius", *radius);
-            }
-            Obstacle::Cylinder { point, .. } => {
-                self.say(point.place, "a cylinder is an obstacle of 3D");
-                self.cure("in 2D a `sphere` is a disc");
             }
         }
     }

@@ -71,6 +71,7 @@ fn one_fault_is_one_error() {
         ("max: [1, 1]", "max: [\"1 kg\", 1]"),
         ("min: [0, 0]", "min: [\"1 kg\", 0]"),
         ("dimension: 2", "dimension: two"),
+        ("dimension: 2", "dimension: 5"),
         ("coulomb:", "coulumb:"),
         ("end: \"70 ms\"", "end: 5 MPa"),
         ("step: 5.0e-4", "step: soon"),
@@ -97,6 +98,20 @@ fn one_fault_is_one_error() {
     ] {
         let message = message(&with(from, to));
         assert_eq!(places(&message).len(), 1, "{to}: {message}");
+    }
+}
+
+/// A wrong dimension hides only what depends on it.
+#[test]
+fn other_faults_are_shown_beside_a_wrong_dimension() {
+    for dimension in ["5", "two"] {
+        let text = with("density: \"1700 kg/m3\"", "density: -1")
+            .replace("at: [0, 0], on: block", "at: [0], on: blok");
+        let message = message(&text.replace("dimension: 2", &format!("dimension: {dimension}")));
+        for words in ["case.yml:2:12: ", "the density must be >= 0, found -1", "unknown body 'blok'"] {
+            assert!(message.contains(words), "{words}: {message}");
+        }
+        assert_eq!(places(&message).len(), 3, "{message}");
     }
 }
 
