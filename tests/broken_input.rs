@@ -4,6 +4,7 @@
 mod common;
 
 use std::fs;
+use std::process::Command;
 use std::time::Duration;
 
 use common::{Folder, Output, SMALL_BLOCK, run};
@@ -477,17 +478,33 @@ fn a_body_that_slides_away_is_refused_on_2_ranks() {
     assert!(output.stderr.contains("no support holds 'block' along x"), "{}", output.stderr);
 }
 
-/// PETSc's options: a stray word is a usage error; a method that does not fit or does not exist is named.
+/// PETSc's options: a stray word is a usage error; a method that does not fit or does not exist is named, and so is a file of
+/// options that PETSc could not read, or would wait for.
 #[test]
 fn petsc_options_are_checked_on_1_and_2_ranks() {
     let folder = Folder::new("options");
     folder.write("case.yml", SMALL_BLOCK);
+    folder.write("case.txt", SMALL_BLOCK);
+    assert!(Command::new("mkfifo").arg(folder.join("pipe")).status().expect("mkfifo").success());
     for (options, code, words, ranks) in [
         (&["ksp_monitor"][..], 2, &["`ksp_monitor` is no PETSc option", "hint: "][..], 2),
         (&["-ksp_type", "cg"], 3, &["KSP type 'cg' needs a symmetric matrix", "hint: "], 2),
         (&["-start_ksp_type", "nonsense"], 2, &["nonsense"], 2),
         (&["-ksp_type", "nonsense"], 2, &["nonsense"], 1),
         (&["-mass_ksp_rtol", "tight"], 2, &["tight", "-mass_ksp_rtol"], 2),
+        (&["-options_file", "pipe"], 4, &["pipe: the file of PETSc's options", "a named pipe", "hint: "], 2),
+        (
+            &["-options_file", "absent"],
+            4,
+            &["absent: the file of PETSc's options", "No such file", "hint: "],
+            0,
+        ),
+        (
+            &["-options_file", "case.txt"],
+            4,
+            &["case.txt: line 1: `title: Small block` is no PETSc option"],
+            1,
+        ),
     ] {
         let line = [&["case.yml", "-o", "out", "--"], options].concat();
         check(&run(ranks, &line, &folder), code, words).unwrap_or_else(|e| panic!("{options:?}: {e}"));

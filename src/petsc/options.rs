@@ -2,8 +2,10 @@
 
 use super::call::petsc;
 use crate::error::{Error, Result};
+use crate::files;
 use std::collections::HashSet;
 use std::ffi::{CString, c_char};
+use std::path::Path;
 use std::ptr::null_mut;
 
 /// Options that PETSc reads before it counts, or only when it is finalised; they are never reported as unused.
@@ -138,6 +140,80 @@ pub fn validate(arguments: &[String]) -> Result<()> {
     Ok(())
 }
 
+/// Longest file of options \[bytes\]: some ten thousand lines. Twice as much would do no harm, half as much would still hold
+/// every file that a person writes.
+const LONGEST_FILE: u64 = 1 << 20;
+
+/// Reads the files of options that `words` name, and those that these name in turn, as PETSc will. PETSc itself would wait for
+/// ever at a pipe, read a device without end, and follow a file that names itself until the stack overflows.
+///
+/// # Errors
+/// A file cannot be read, is not a regular one, names itself, or has a line that is no option.
+pub(super) fn require_files(words: &[&str]) -> Result<()> {
+    follow(words, &mut Vec::new())
+}
+
+fn follow(words: &[&str], within: &mut Vec<String>) -> Result<()> {
+    for (index, word) in words.iter().enumerate() {
+        let is_yaml = match key(word).as_str() {
+            "options_file" => false,
+            "options_file_yaml" => true,
+            _ => continue,
+        };
+        let Some(name) = words.get(index + 1).filter(|next| !next.starts_with('-')) else {
+            let cure = format!("write the name of a file after it, as in `{word} options.txt`");
+            return Err(Error::usage(format!("the PETSc option `{word}` names no file")).hint(&cure));
+        };
+        let wrong = |what: String| {
+            let cure = "a file of options is a regular file with one option a line, as `-ksp_rtol 1e-8`";
+            Error::file(format!("{name}: {what}")).hint(cure)
+        };
+        if within.iter().any(|outer| outer == name) {
+            return Err(wrong("the file of PETSc's options names itself".into()));
+        }
+        let path = name.strip_suffix(":yaml").unwrap_or(name);
+        let text = files::read(Path::new(path), LONGEST_FILE);
+        let text =
+            text.map_err(|error| wrong(format!("the file of PETSc's options cannot be read: {error}")))?;
+        let text = String::from_utf8_lossy(&text);
+        let is_yaml = is_yaml
+            || path != *name
+            || [".yaml", ".yml", ".json"].iter().any(|ending| path.ends_with(ending))
+            || ["%YAML ", "---"].iter().any(|mark| text.starts_with(mark));
+        if is_yaml {
+            continue;
+        }
+        let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+        let mut inner = Vec::new();
+        for (number, line) in lines.enumerate() {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            if !is_line(&words, line.contains(['"', '\''])) {
+                let line = crate::error::shown(line.trim());
+                return Err(wrong(format!("line {}: `{line}` is no PETSc option", number + 1)));
+            }
+            inner.extend(words.into_iter().map(|word| word.trim_matches(['"', '\''])));
+        }
+        within.push((*name).to_owned());
+        follow(&inner, within)?;
+        within.pop();
+    }
+    Ok(())
+}
+
+/// Whether PETSc takes these words as a line of a file of options: nothing, an option with at most one value, which may be of
+/// several words in quotes, or `alias -new -old`.
+fn is_line(words: &[&str], is_quoted: bool) -> bool {
+    match words {
+        [] => true,
+        [alias, names @ ..] if alias.eq_ignore_ascii_case("alias") => {
+            names.len() == 2 && names.iter().all(|name| is_name(name))
+        }
+        [name, values @ ..] => {
+            is_name(name) && (is_quoted || values.len() <= 1 && !values.iter().any(|word| is_name(word)))
+        }
+    }
+}
+
 /// PETSc's rule: a dash or two, then a letter; `-1e-3` and `-inf` are values.
 fn is_name(word: &str) -> bool {
     let Some(rest) = word.strip_prefix('-') else { return false };
@@ -161,6 +237,56 @@ pub(super) fn text(words: &str) -> Result<CString> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A file of options that PETSc can read is accepted; another one is refused with its name, and the line where there is one.
+    #[test]
+    fn files_of_options_are_read_before_petsc_reads_them() {
+        let folder = std::env::temp_dir().join(format!("contact-petsc-{}-options", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = |name: &str| folder.join(name).display().to_string();
+        let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+        let good = format!(
+            "# all\n-ksp_rtol 1e-8 # tight\n\n  -log_view\nalias -a -b\n-t \"a b\"\n-options_file {}\n",
+            path("in")
+        );
+        write("good", &good);
+        write("in", "-ksp_type cg\n");
+        write("any.yml", "- x: [\n");
+        write("loop", &format!("-options_file {}\n", path("loop")));
+        for (name, text) in
+            [("word", "ksp_rtol 1"), ("two", "-a 1 2"), ("both", "\n-a -b"), ("alias", "alias -a")]
+        {
+            write(name, text);
+        }
+        assert!(std::process::Command::new("mkfifo").arg(path("pipe")).status().unwrap().success());
+        for name in ["good", "any.yml"] {
+            require_files(&["-a", "-options_file", &path(name), "-b"]).unwrap();
+        }
+        require_files(&[
+            "-options_file_yaml",
+            &path("word"),
+            "-Options_File",
+            &format!("{}:yaml", path("two")),
+        ])
+        .unwrap();
+        for (name, words) in [
+            ("word", "line 1: `ksp_rtol 1` is no"),
+            ("two", "line 1: `-a 1 2` is no"),
+            ("both", "line 2: `-a -b` is no"),
+            ("alias", "line 1: `alias -a` is no"),
+            ("loop", "names itself"),
+            ("absent", "No such file"),
+            ("", "directory"),
+            ("pipe", "a named pipe, not a regular file"),
+        ] {
+            let error = require_files(&["-options_file", &path(name)]).unwrap_err();
+            assert!(error.exit_code() == 4 && error.message.contains(words), "{name}: {error}");
+        }
+        let error = require_files(&["-options_file", "-log_view"]).unwrap_err();
+        assert!(error.exit_code() == 2 && error.message.contains("names no file"), "{error}");
+        assert!(require_files(&["-options_file", "/dev/zero"]).unwrap_err().message.contains("a device"));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 
     /// Stray words are refused, values of any sign are not.
     #[test]

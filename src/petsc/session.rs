@@ -58,6 +58,7 @@ impl Session {
         let universe = mpi::initialize().ok_or_else(again)?;
         std::panic::set_hook(Box::new(report_panic));
         let world = universe.world();
+        agree(&world, if world.rank() == 0 { require_files(args) } else { Ok(()) })?;
         let mut arguments = Arguments::new(args)?;
         petsc!(PetscInitialize(&mut arguments.count, &mut arguments.pointer, null(), null()))?;
         petsc!(PetscPushErrorHandler(Some(quiet_handler), null_mut()))?;
@@ -258,6 +259,17 @@ impl Arguments {
         let (count, pointer) = (texts.len() as c_int, array.as_mut_ptr());
         Ok(Self { count, pointer, _array: array, _texts: texts })
     }
+}
+
+/// Reads the files that PETSc will read its options from, which it does on rank 0 alone.
+///
+/// # Errors
+/// Such a file is no file of options.
+fn require_files(args: &[String]) -> Result<()> {
+    let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
+    let given = environment.split_whitespace().map(|word| word.trim_matches(['"', '\'']));
+    options::require_files(&given.collect::<Vec<_>>())?;
+    options::require_files(&args.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 /// An error before MPI has started, of which the other ranks can not know. Rank 0 says it elsewhere, and `mpirun` then ends the
