@@ -231,3 +231,90 @@ fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
         }
     }
 }
+
+/// Two squares of four elements that share one corner; the first has a lower and a left side.
+const HINGED: &str = "$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+1 1 \"bottom\"
+1 2 \"left\"
+$EndPhysicalNames
+$Nodes
+17
+1 0 0 0
+2 0.5 0 0
+3 1 0 0
+4 0 0.5 0
+5 0.5 0.5 0
+6 1 0.5 0
+7 0 1 0
+8 0.5 1 0
+9 1 1 0
+10 1.5 1 0
+11 2 1 0
+12 1 1.5 0
+13 1.5 1.5 0
+14 2 1.5 0
+15 1 2 0
+16 1.5 2 0
+17 2 2 0
+$EndNodes
+$Elements
+12
+1 1 2 1 1 1 2
+2 1 2 1 1 2 3
+3 1 2 2 2 1 4
+4 1 2 2 2 4 7
+5 3 2 0 1 1 2 5 4
+6 3 2 0 1 2 3 6 5
+7 3 2 0 1 4 5 8 7
+8 3 2 0 1 5 6 9 8
+9 3 2 0 1 9 10 13 12
+10 3 2 0 1 10 11 14 13
+11 3 2 0 1 12 13 16 15
+12 3 2 0 1 13 14 17 16
+$EndElements
+";
+
+const HEAVY: &str = "dimension: 2
+bodies:
+  block:
+    mesh: { file: hinged.msh }
+    material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }
+    density: 1700
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact: CONTACT
+boundary:
+  clamp: { on: block.left, displacement: { x: 0, y: 0 } }
+  weight: { on: block, gravity: [0, -9.81] }
+TIME
+";
+
+/// A piece that hangs by one node and turns under its weight is named with the hinge and a cure: in statics and in the static
+/// start, and if a contact touches the rest of its body.
+#[test]
+fn a_hinge_is_named_on_1_and_2_ranks() {
+    const SOLE: &str = "{ sole: { contactor: block.bottom, target: floor, normal: { penalty: { compliance: 1.0e-9 } }, friction: none } }";
+    const STATIC: &str = "time: { end: 1, scheme: { static: { increments: 2 } } }";
+    const START: &str =
+        "time: { end: 0.1, step: 0.01 }\nstart: { equilibrium: { friction: false, increments: 2 } }";
+    for (contact, time, ranks) in [("{}", STATIC, 0), (SOLE, STATIC, 2), (SOLE, START, 0)] {
+        let folder = Folder::new("hinge");
+        folder.write("hinged.msh", HINGED);
+        folder.write("case.yml", &HEAVY.replace("CONTACT", contact).replace("TIME", time));
+        let output = run(ranks, &["case.yml", "-q", "-o", "out"], &folder);
+        ended(
+            &output,
+            5,
+            "hint: the piece of 'block' with 4 elements around [1.5, 1.5] m is joined to the rest",
+        );
+        assert!(output.stderr.contains("share sides with the others, or support it"), "{}", output.stderr);
+        assert!(
+            !output.stderr.contains("penalty") && !output.stderr.contains("buckles"),
+            "{}",
+            output.stderr
+        );
+    }
+}

@@ -4,15 +4,69 @@ use super::options;
 
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
-use crate::error::{Cause, Error};
+use crate::dynamics::{Dynamics, MovingPart, RigidMotion, Stage};
+use crate::error::{Cause, Error, Result};
 use crate::solvers::{SolveReport, Trouble};
 
 /// The cure for values that are too large or not finite.
 pub(super) const TOO_LARGE: &str =
     "computed values are far too large: check the units of moduli, density, penalty and stick velocity";
 
-/// The error `error`, which ended the last step, with what may help. Collective.
+/// The error `error`, which ended the last step, with what may help. The trial state becomes that at the start of the step.
+/// Collective.
+///
+/// # Errors
+/// When PETSc refuses.
 pub(super) fn with_hint<const D: usize>(
+    error: Error,
+    report: &SolveReport,
+    system: &ContactSystem<D>,
+    stage: &mut Stage,
+    case: &Case,
+) -> Result<Error> {
+    let unbalanced = error.cause != Cause::Guard && report.trouble == Trouble::Balance;
+    if unbalanced
+        && !system.is_dynamic()
+        && let Some(hinge) = hinge(system, stage)?
+    {
+        let held = match case.contact.is_empty() {
+            true => "",
+            false => "; if a contact holds it, try more load steps",
+        };
+        return Ok(error.hint(&format!("{hinge}{held}")));
+    }
+    Ok(with_hint_on_supports(error, report, system, case))
+}
+
+/// A piece that hinges on the rest of its body, and what to do about it; `None` if there is no such piece. The trial state
+/// becomes that at the start of the step. Collective.
+///
+/// # Errors
+/// When PETSc refuses.
+pub(super) fn hinge<const D: usize>(system: &ContactSystem<D>, stage: &mut Stage) -> Result<Option<String>> {
+    stage.trial.copy_from(&stage.start)?;
+    let name = system.rigid_motions(stage)?.iter().find_map(turning_piece).map(str::to_owned);
+    Ok(name.map(|name| {
+        format!(
+            "{name} is joined to the rest of its body at single nodes only, and rotates about them without resistance: let its \
+             elements share sides with the others, or support it"
+        )
+    }))
+}
+
+/// The piece that turns most beside one that turns less; `None` if all pieces of the motion turn alike.
+fn turning_piece(motion: &RigidMotion) -> Option<&str> {
+    /// Part of the largest rotation below which two rotations are the same: well above rounding.
+    const SAME: f64 = 1e-6;
+    let turn = |spin: &[f64; 3]| spin.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let by_turn = |a: &&MovingPart, b: &&MovingPart| turn(&a.spin).total_cmp(&turn(&b.spin));
+    let most = motion.parts.iter().max_by(by_turn)?;
+    let least = motion.parts.iter().min_by(by_turn)?;
+    let apart = turn(&std::array::from_fn(|i| most.spin[i] - least.spin[i]));
+    (apart > SAME * turn(&most.spin)).then_some(&most.name)
+}
+
+fn with_hint_on_supports<const D: usize>(
     error: Error,
     report: &SolveReport,
     system: &ContactSystem<D>,

@@ -260,7 +260,7 @@ fn march<const D: usize>(
                 journal.failed(&report, &reason, &control);
                 if control.fail() == Retry::GiveUp {
                     let error = give_up(system, &reason, stage, &control);
-                    return Err(hints::with_hint(error, &report, system, case));
+                    return Err(hints::with_hint(error, &report, system, stage, case)?);
                 }
             }
         }

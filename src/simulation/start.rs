@@ -1,7 +1,7 @@
 //! The state at the start: static equilibrium without friction where the case wants it, then velocities and the
 //! acceleration that balances the forces (formulation, sections 6 and 7C).
 
-use super::hints::TOO_LARGE;
+use super::hints::{self, TOO_LARGE};
 use super::journal::Journal;
 use super::{SOLVER_PREFIXES, options};
 use crate::assembly::{ContactSystem, Span};
@@ -149,7 +149,8 @@ fn press<const D: usize>(
             }
             Outcome::Failed(..) if level.cut() => {}
             Outcome::Failed(report, reason) => {
-                return Err(no_equilibrium((system, journal.model()), (&report, &reason), factor));
+                let hinge = hints::hinge(system, stage)?;
+                return Err(no_equilibrium((system, journal.model()), (&report, &reason), factor, hinge));
             }
         }
     }
@@ -286,6 +287,7 @@ fn no_equilibrium<const D: usize>(
     (system, model): (&mut ContactSystem<D>, &Model<D>),
     (report, reason): (&SolveReport, &str),
     factor: f64,
+    hinge: Option<String>,
 ) -> Error {
     let free = if report.driven { system.free_bodies() } else { Vec::new() };
     let place = format!("static start at {:.0} % of the loads", 100.0 * factor);
@@ -299,7 +301,7 @@ fn no_equilibrium<const D: usize>(
         (None, Trouble::Multipliers) => {
             "ask for a larger accuracy.penetration, or use more increments".to_owned()
         }
-        (None, _) => "use more increments, or start: { rest: {} }".to_owned(),
+        (None, _) => hinge.unwrap_or_else(|| "use more increments, or start: { rest: {} }".to_owned()),
     };
     if !free.is_empty() {
         cure += &format!(
