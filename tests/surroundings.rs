@@ -251,7 +251,7 @@ fn a_limit_of_address_space_is_refused_on_1_and_2_ranks() {
     let folder = Folder::new("space");
     folder.write("case.yml", SMALL_BLOCK);
     // Enough to load the program with its libraries, and not for a buffer of the BLAS.
-    let limited = "export OPENBLAS_NUM_THREADS=1; ulimit -v 300000; exec $PROGRAM case.yml -q -o out";
+    let limited = "ulimit -v 300000; exec $PROGRAM case.yml -q -o out";
     for line in [
         format!("({limited})"),
         format!("mpirun -n 1 $PROGRAM case.yml -q -o out : -n 1 bash -c '{limited}'"),
@@ -264,6 +264,41 @@ fn a_limit_of_address_space_is_refused_on_1_and_2_ranks() {
             warned.contains("hint: the limit is 300000 kB: raise it by `ulimit -v unlimited`"),
             "{warned}"
         );
+    }
+}
+
+/// Where memory is limited OpenBLAS starts no threads before the program begins, which could wait for memory for ever, and memory
+/// has one arena, unless the user chose otherwise. A pipe as the case holds the program while its environment is looked at.
+#[test]
+fn limited_memory_makes_libraries_frugal_from_the_start() {
+    let folder = Folder::new("limited");
+    folder.write("case.yml", SMALL_BLOCK);
+    let line = "mkfifo pipe
+        for limit in 'ulimit -v 8000000' 'ulimit -d 8000000' 'ulimit -v 8000000; export OMP_NUM_THREADS=2' :; do
+          bash -c \"$limit; exec $PROGRAM check pipe >said\" & id=$!
+          exec 3>pipe; tr '\\0' '\\n' </proc/$id/environ | grep -cE '^(OPENBLAS_NUM_THREADS|MALLOC_ARENA_MAX)=1$'; cat /proc/$id/comm
+          cat case.yml >&3; exec 3>&-; wait $id; echo $?
+        done";
+    let output = shell(line, &folder);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let name = "contact-petsc";
+    let expected = [["2", name, "0"], ["2", name, "0"], ["1", name, "0"], ["0", name, "0"]].concat();
+    assert_eq!(said.lines().collect::<Vec<_>>(), expected, "{output:?}");
+}
+
+/// A limit on the size of files below what MPI needs to begin is an error of code 4, and none of commands without MPI.
+#[test]
+fn a_small_limit_on_files_is_refused_on_1_and_2_ranks() {
+    let folder = Folder::new("files");
+    folder.write("case.yml", SMALL_BLOCK);
+    for start in ["", "mpirun -n 2 "] {
+        let line =
+            format!("ulimit -f 40; $PROGRAM list >/dev/null || exit 1; {start}$PROGRAM case.yml -q -o out");
+        let output = shell(&line, &folder);
+        let warned = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{warned}");
+        assert!(warned.contains("files are limited to 40 KiB, and MPI needs 4096 KiB"), "{warned}");
+        assert!(warned.contains("hint: raise the limit") && !warned.contains("PMIX"), "{warned}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::call::{self, petsc, quiet_handler};
 use super::options::{self, Options};
-use super::{threads, usage};
+use super::{limits, threads, usage};
 use crate::error::{Error, Result, agree};
 use mpi::environment::Universe;
 use mpi::topology::SimpleCommunicator;
@@ -54,6 +54,7 @@ impl Session {
         options::validate(args)?;
         threads::one_unless_chosen();
         threads::require_buffers().map_err(say_late)?;
+        limits::require_file_size().map_err(say_late)?;
         let again = || Error::internal("MPI is started already: a process has one session");
         let universe = mpi::initialize().ok_or_else(again)?;
         std::panic::set_hook(Box::new(report_panic));

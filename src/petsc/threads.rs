@@ -7,6 +7,7 @@ use std::ffi::{CStr, c_char, c_int};
 
 use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
 
+use super::usage::give_back_what_is_free;
 use crate::error::{Error, Result};
 
 /// A BLAS with threads: its functions, and the environment variables by which a user chooses their number.
@@ -116,17 +117,24 @@ type Solve = unsafe extern "C" fn(
 );
 
 fn require_room(bytes: usize) -> Result<()> {
-    if Vec::<u8>::new().try_reserve_exact(bytes).is_ok() {
+    let fits = Vec::<u8>::new().try_reserve_exact(bytes).is_ok();
+    // The allocator may keep what was reserved for later, out of reach of libraries that ask the system.
+    give_back_what_is_free();
+    if fits {
         return Ok(());
     }
-    let limit = getrlimit(Resource::RLIMIT_AS).map_or(RLIM_INFINITY, |(limit, _)| limit);
+    let limits = [("v", Resource::RLIMIT_AS), ("d", Resource::RLIMIT_DATA)];
+    let limits = limits.into_iter().filter_map(|(option, limit)| Some((option, getrlimit(limit).ok()?.0)));
+    let lowest = limits.filter(|(_, limit)| *limit != RLIM_INFINITY).min_by_key(|(_, limit)| *limit);
     let least = bytes >> 20;
     let text = format!(
         "there is no room for the libraries, which need {least} MiB of address space beside the program"
     );
-    let cure = match limit {
-        RLIM_INFINITY => "free some memory, or take a machine with more of it".to_owned(),
-        limit => format!("the limit is {} kB: raise it by `ulimit -v unlimited`", limit >> 10),
+    let cure = match lowest {
+        None => "free some memory, or take a machine with more of it".to_owned(),
+        Some((option, limit)) => {
+            format!("the limit is {} kB: raise it by `ulimit -{option} unlimited`", limit >> 10)
+        }
     };
     Err(Error::internal(text).hint(&cure))
 }

@@ -40,7 +40,7 @@ pub(super) fn forget_peak() {
 }
 
 /// The allocator keeps for later what was freed, and what it keeps counts as held.
-fn give_back_what_is_free() {
+pub(super) fn give_back_what_is_free() {
     // SAFETY: may be called at any time; what is in use stays where it is.
     #[cfg(target_env = "gnu")]
     unsafe {
@@ -69,12 +69,6 @@ extern "C" fn look() {
 /// Whether this process was started with SIGHUP ignored, as by `nohup`.
 pub fn began_ignoring_hangup() -> bool {
     BEGAN_IGNORING_HANGUP.load(Ordering::Relaxed)
-}
-
-/// From now on a file that would grow beyond the limit of `ulimit -f` is an error of the write, not the end of the process.
-pub fn outlive_file_limits() {
-    // SAFETY: ignores a signal, for which nothing else has an action.
-    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
 }
 
 /// A number of bytes in Linux's process status; unlike `getrusage` it does not inherit the peak of the process that started us.
