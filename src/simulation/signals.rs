@@ -2,13 +2,14 @@
 
 use std::io::{self, Read};
 use std::os::unix::net::UnixStream;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::Builder;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
-use signal_hook::{flag, low_level::pipe};
+use signal_hook::flag;
+use signal_hook::low_level::{self, pipe};
 
 use crate::error::{Error, Result};
 use crate::petsc::began_ignoring_hangup;
@@ -19,8 +20,8 @@ const SIGNALS: [(i32, &str); 4] =
 /// Signals of which a later one ends the process at once, with the code that shells have for it: a process that waits inside a
 /// library looks at no flag.
 const IMPATIENT: [i32; 2] = [SIGTERM, SIGINT];
-/// How much later \[s\]. `timeout` and batch systems send the same signal to a process and to its group, one right after the
-/// other: both are one request.
+/// How much later a second one has to be. `timeout` and batch systems send the same signal to a process and to its group, one
+/// right after the other: both are one request, and a checkpoint is worth more than a second.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// What this process was asked.
@@ -30,8 +31,8 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Listens from now on; later calls return the same listener. A SIGTERM or SIGINT that comes a second or more after the
-    /// first ends the process at once.
+    /// Listens from now on; later calls return the same listener. A SIGTERM or SIGINT ends the process at once if it comes a
+    /// second or more after the first, or is the third.
     ///
     /// # Errors
     /// The system refuses.
@@ -49,12 +50,13 @@ impl Signals {
     fn register() -> Result<Self> {
         let refused = |error: io::Error| Error::internal(format!("signals: {error}"));
         let last = Arc::<AtomicUsize>::default();
-        end_on_a_later_one().map_err(refused)?;
         // Under `nohup` a terminal that goes away is none of our business.
         let heeded = |signal: i32| signal != SIGHUP || !began_ignoring_hangup();
         for (signal, _) in SIGNALS.into_iter().filter(|(signal, _)| heeded(*signal)) {
             flag::register_usize(signal, Arc::clone(&last), signal as usize).map_err(refused)?;
         }
+        // After the flags, so that the last signal is known when its thread wakes up.
+        end_on_a_later_one(&last).map_err(refused)?;
         Ok(Self { last })
     }
 
@@ -69,19 +71,25 @@ impl Signals {
     }
 }
 
-/// Lets the impatient signals end the process from [`PATIENCE`] after the first of them on. A thread waits for the first one.
-fn end_on_a_later_one() -> io::Result<()> {
-    let ends = Arc::<AtomicBool>::default();
-    let (mut first, sender) = UnixStream::pair()?;
+/// Lets the impatient signals end the process from [`PATIENCE`] after the first of them on, and from the third on in any case:
+/// no one sends the same request three times but a person who waits. A thread counts them, while others may be busy.
+fn end_on_a_later_one(last: &Arc<AtomicUsize>) -> io::Result<()> {
+    let (mut signals, sender) = UnixStream::pair()?;
     for signal in IMPATIENT {
-        flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&ends))?;
         pipe::register(signal, sender.try_clone()?)?;
     }
-    let wait = move || {
-        if first.read_exact(&mut [0]).is_ok() {
-            std::thread::sleep(PATIENCE);
-            ends.store(true, Ordering::Relaxed);
+    let last = Arc::clone(last);
+    let count = move || {
+        let mut first = None;
+        for number in 1.. {
+            if signals.read_exact(&mut [0]).is_err() {
+                return;
+            }
+            let first = *first.get_or_insert_with(Instant::now);
+            if number > 2 || first.elapsed() >= PATIENCE {
+                low_level::exit(128 + last.load(Ordering::Relaxed) as i32);
+            }
         }
     };
-    Builder::new().name("signals".into()).spawn(wait).map(drop)
+    Builder::new().name("signals".into()).spawn(count).map(drop)
 }

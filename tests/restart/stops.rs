@@ -135,14 +135,14 @@ fn mpirun_leaves_time_for_a_checkpoint() {
     compute(&folder, 2, "out", &["--restart"]).success();
 }
 
-/// A SIGINT or SIGTERM a second after the first does not wait for the end of the iteration. Two at once, as `timeout` sends them to
-/// a process and to its group, are one request.
+/// A SIGINT or SIGTERM a second after the first does not wait for the end of the iteration, nor does the third, however early. Two at
+/// once, as `timeout` sends them to a process and to its group, are one request.
 #[test]
 fn a_later_signal_ends_at_once() {
     let slow = [("cells: [48, 50]", "cells: [300, 320]"), ("end: 0.07", "end: 0.01")];
     let long = place(&shipped("rubber-block/case.yml", &slow, "{ linear: direct }", 5));
     let short = place(&rubber_block(TIGHT, "end: 0.15", 1000));
-    let twice = |folder: &Folder, rows: usize, signal: &str, apart: u64| {
+    let sent = |folder: &Folder, rows: usize, signal: &str, count: usize, apart: u64| {
         let running = Running::start_patient(0, &["case.yml", "-q", "-o", "out"], folder);
         let deadline = std::time::Instant::now() + Duration::from_secs(300);
         let written =
@@ -150,7 +150,7 @@ fn a_later_signal_ends_at_once() {
         while written() < rows && std::time::Instant::now() < deadline {
             std::thread::sleep(Duration::from_millis(5));
         }
-        for _ in 0..2 {
+        for _ in 0..count {
             assert!(send(signal, &running.id().to_string()));
             std::thread::sleep(Duration::from_millis(apart));
         }
@@ -161,9 +161,11 @@ fn a_later_signal_ends_at_once() {
     };
     for (signal, code) in [("INT", 130), ("TERM", 143)] {
         // The first iteration alone takes more than the time between the two.
-        let (found, checkpoints, text) = twice(&long, 1, signal, 1200);
-        assert_eq!((found, checkpoints), (Some(code), 0), "{text}");
-        let (found, checkpoints, text) = twice(&short, 9, signal, 0);
+        for (count, apart) in [(2, 1200), (3, 50)] {
+            let (found, checkpoints, text) = sent(&long, 1, signal, count, apart);
+            assert_eq!((found, checkpoints), (Some(code), 0), "{count} signals: {text}");
+        }
+        let (found, checkpoints, text) = sent(&short, 9, signal, 2, 0);
         assert_eq!((found, checkpoints), (Some(7), 1), "{text}");
     }
 }
