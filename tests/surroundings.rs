@@ -170,7 +170,7 @@ fn two_hosts_need_no_shared_memory_on_2_ranks() {
 }
 
 /// What a command prints into a full device is an error of code 4, on standard output as on standard error; help is no
-/// exception.
+/// exception. So is what a run or a study says, whose results are whole.
 #[test]
 fn a_full_device_is_no_place_to_print() {
     let folder = Folder::new("device");
@@ -180,14 +180,17 @@ fn a_full_device_is_no_place_to_print() {
         for words in list schema 'schema --study' 'completions bash' --help --version 'parts case.yml 2' 'check case.yml' \
           'study study.yml --dry-run' 'plot out' 'report out'; do $PROGRAM $words >/dev/full; echo $?; done
         $PROGRAM plot out 2>/dev/full >/dev/null; echo $?
+        for words in 'case.yml -o whole' 'study study.yml -o members'; do $PROGRAM $words >/dev/full; echo $?; done
+        cat whole/run.json members/members/a/run.json | grep -c '\"verdict\": \"completed\"'
         $PROGRAM schema | head -1 >/dev/null; echo ${PIPESTATUS[0]}";
     let output = shell(line, &folder);
     let said = String::from_utf8_lossy(&output.stdout);
     let codes: Vec<&str> = said.lines().collect();
-    assert_eq!(codes[..12], ["4"; 12], "{output:?}");
-    assert_eq!(codes[12..], ["0"], "{output:?}");
+    assert_eq!(codes[..14], ["4"; 14], "{output:?}");
+    assert_eq!(codes[14..], ["2", "0"], "{output:?}");
     let warned = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(warned.matches("standard output can not be written: No space").count(), 11, "{warned}");
+    assert_eq!(warned.matches("standard output can not be written: No space").count(), 13, "{warned}");
+    assert_eq!(warned.matches("hint: the results are complete").count(), 2, "{warned}");
 }
 
 /// A results folder that is moved, or a table that is deleted, emptied or changed while a run writes it, ends the run with code

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use crate::case::Case;
 use crate::cli::{self, RunArguments};
 use crate::error::{Result, agree};
-use crate::output::console::Verbosity;
+use crate::output::console::{Verbosity, require_printed};
 use crate::output::folder::default_folder;
 use crate::petsc::Session;
 use crate::simulation::{self, Begin, Place, give_options, shared_text};
@@ -17,7 +17,8 @@ use crate::simulation::{self, Begin, Place, give_options, shared_text};
 /// The same on all ranks.
 pub fn run(arguments: &RunArguments) -> Result<()> {
     let session = Session::start(&arguments.petsc)?;
-    compute(&session, arguments).map_err(|error| session.tell(&error))
+    let computed = compute(&session, arguments).and_then(|()| agree(session.world(), require_printed()));
+    computed.map_err(|error| session.tell(&error))
 }
 
 fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use crate::case::Case;
 use crate::cli::{StudyArguments, Verbosity as Wanted};
 use crate::error::{Result, agree};
-use crate::output::console::Verbosity;
+use crate::output::console::{Verbosity, require_printed};
 use crate::petsc::Session;
 use crate::simulation::shared_text;
 use crate::study::{self, Options, Planned};
@@ -17,7 +17,8 @@ use crate::study::{self, Options, Planned};
 /// The same on all ranks.
 pub fn study(arguments: &StudyArguments) -> Result<()> {
     let session = Session::start(&arguments.petsc)?;
-    compute(&session, arguments).map_err(|error| session.tell(&error))
+    let computed = compute(&session, arguments).and_then(|()| agree(session.world(), require_printed()));
+    computed.map_err(|error| session.tell(&error))
 }
 
 fn compute(session: &Rc<Session>, arguments: &StudyArguments) -> Result<()> {

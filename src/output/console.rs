@@ -1,14 +1,17 @@
 //! What a run says. Rank 0 alone speaks: the start-up report and the summary on standard output, progress on
 //! standard error.
 //!
-//! A pipe that was closed does not stop a run: failures to speak are ignored.
+//! Output that cannot be printed does not stop a run. What standard output did not take is an error at the end, except when its
+//! reader went away; progress on standard error is not missed.
 
-use std::io::{IsTerminal, Write};
+use std::io::{Error as IoError, ErrorKind, IsTerminal, Write};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::case::Units;
+use crate::error::{Error, Result};
 
 use super::iterations::IterationRow;
 use super::pace::{Pace, duration};
@@ -60,6 +63,33 @@ pub struct Attempt {
     pub attempt: u64,
 }
 
+/// The first failure to print on standard output.
+static LOST: OnceLock<IoError> = OnceLock::new();
+
+/// Prints a text on standard output; a failure is reported by [`require_printed`].
+pub fn say(text: &str) {
+    print(&mut std::io::stdout(), text);
+}
+
+fn print(out: &mut dyn Write, text: &str) {
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => drop(LOST.set(error)),
+        _ => {}
+    }
+}
+
+/// Makes sure that standard output took all that a run or a study said.
+///
+/// # Errors
+/// It did not, as on a full device.
+pub fn require_printed() -> Result<()> {
+    LOST.get().map_or(Ok(()), |error| {
+        let text = format!("standard output can not be written: {error}");
+        Err(Error::file(text)
+            .hint("the results are complete; redirect standard output to another file or device"))
+    })
+}
+
 /// The voice of a rank; mute on all but rank 0.
 pub struct Console {
     verbosity: Verbosity,
@@ -89,8 +119,7 @@ impl Console {
     /// The start-up report, and of what it says the warnings.
     pub fn start_up(&mut self, report: &StartUp, warnings: &[String]) {
         if self.verbosity > Verbosity::Warnings {
-            let _ = writeln!(self.out, "{report}");
-            let _ = self.out.flush();
+            print(&mut self.out, &report.to_string());
         } else {
             warnings.iter().for_each(|text| self.warn(text));
         }
@@ -175,8 +204,7 @@ impl Console {
             bar.finish_and_clear();
         }
         if self.verbosity > Verbosity::Warnings {
-            let _ = writeln!(self.out, "{}", summary(record));
-            let _ = self.out.flush();
+            print(&mut self.out, &summary(record));
         }
     }
 

@@ -16,7 +16,7 @@ use crate::case::diagnostics::Source;
 use crate::case::document::Document;
 use crate::case::{Case, Mesh, Units};
 use crate::error::{Cause, Error, Result, agree};
-use crate::output::console::Verbosity;
+use crate::output::console::{Verbosity, say};
 use crate::output::folder::{RECORD, ResultsFolder, record};
 use crate::output::record::{Input, check_tables};
 use crate::petsc::Session;
@@ -340,9 +340,7 @@ impl<'a> Ledger<'a> {
 
     fn say(&self, text: &str) {
         if !self.options.is_quiet {
-            use std::io::Write;
-            let mut out = std::io::stdout();
-            let _ = writeln!(out, "{text}").and_then(|()| out.flush());
+            say(text);
         }
     }
 }
