@@ -253,10 +253,12 @@ impl Case {
         matches!(self.time.scheme.value, Scheme::Static { .. })
     }
 
-    /// Whether `accuracy` wants the mass off the contact surfaces of this body in motion, in steps that follow their errors: in
-    /// equal ones a node without mass, which friction may leave no balance, has too few ways out. Where a penetration is asked for
-    /// its penalty may become stiffer; under the conserving scheme nothing damps what swings on it, faster than any step that is
-    /// worth while, but nodes without mass that meet another body may find no balance.
+    /// Whether `accuracy` takes the mass off the contact surfaces of this body in motion.
+    ///
+    /// It does in steps that follow their errors, if a penetration is requested as well: the penalty may then become stiffer.
+    /// In equal steps a node without mass that friction leaves without a balance has too few ways out. Under the conserving
+    /// scheme nothing damps oscillations on the penalty, which are faster than any reasonable step, so that an error in time is
+    /// enough. There a body that meets another one keeps its mass, because vertices without mass may find no balance.
     pub fn calms_contact_of(&self, body: &str) -> bool {
         let conserves = self.time.scheme.value == Scheme::Conserving;
         let asked = self
