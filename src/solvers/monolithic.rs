@@ -26,6 +26,11 @@ use crate::terms::Terms;
 /// is the same).
 const FAR: f64 = 0.1;
 
+/// Those of the wanted `terms` that a tangent has at this residual.
+fn terms_at(now: &Residual, terms: Terms) -> Terms {
+    if now.norm > FAR * now.scale { terms - Terms::NORMAL_GEOMETRY } else { terms }
+}
+
 /// When Newton's method ends, and how it safeguards itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewtonSettings {
@@ -310,9 +315,7 @@ impl Monolithic {
             )?;
             return Ok(solved.ok_or(UNSOLVED));
         }
-        let far = now.norm > FAR * now.scale;
-        let uncertain = if far { Terms::NORMAL_GEOMETRY } else { Terms::empty() };
-        system.jacobian(stage, self.settings.terms - uncertain, None)?;
+        system.jacobian(stage, terms_at(&now, self.settings.terms), None)?;
         if !system.matrix().norm_frobenius()?.is_finite() {
             return Ok(Err((Trouble::Numbers, "a stiffness is not finite")));
         }
