@@ -453,6 +453,24 @@ fn whatever_there_is_meets_whatever_else() {
     }
 }
 
+/// Rings of other meshes that touch on a circle, under pressure inside (`meshes/patch/rings.yml`): with the gaps of their polygons taken for
+/// none the pressure between them is Lame's, everywhere; else they do not even meet.
+#[test]
+fn polygons_on_one_circle_fit() {
+    // Of unit radius, with bores and rims at 0.5 and 1.5, under 0.001 inside: overclosure over compliances.
+    let exact = 0.91e-3 * (0.5 / 0.75) / (1.308_996_938_995_747e-3 + 0.91 * (1.25 / 0.75 + 3.25 / 1.25));
+    for ranks in [1, 3] {
+        let results = Results::of(&shipped("patch/rings.yml", &[]), ranks);
+        let (contact, probes) = (results.table("contact.csv"), results.table("probes.csv"));
+        let found = ["end.contact_pressure", "middle.contact_pressure"].map(|name| probes.last(name));
+        for pressure in found.into_iter().chain([contact.last("max_pressure")]) {
+            assert!((pressure / exact - 1.0).abs() < 5e-3, "{ranks} ranks: {pressure}, not {exact}");
+        }
+    }
+    let apart = Results::of(&shipped("patch/rings.yml", &[("conform", "adjust")]), 1);
+    assert_eq!(apart.table("contact.csv").last("points"), 0.0);
+}
+
 /// Blocks fall upon each other and on the floor, tip over and slide off (`meshes/pile`): energy is kept to rounding, and without friction
 /// nothing pushes them sideways; on any number of ranks alike.
 #[test]

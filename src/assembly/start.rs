@@ -77,15 +77,9 @@ pub fn resolve_overclosure<const D: usize>(
     });
     let mut found = worst(world, &contact.name, known, gaps);
     found.looks_away = look_away(world, local, &facets, obstacle);
-    if found.smallest_gap < 0.0 {
-        match contact.initial_overclosure {
-            InitialOverclosure::Error => return Err(refusal((contact, units), &found, "nodes")),
-            InitialOverclosure::Adjust => {
-                require_small((contact, units), &found, mean_facet(world, local, &facets))?;
-                nodes.iter().for_each(|&node| move_out(&mut local.mesh.points[node as usize], obstacle));
-            }
-            InitialOverclosure::Accept => {}
-        }
+    let facet = mean_facet(world, local, &facets);
+    if let Some(apart) = adjusted((contact, units), &found, "nodes", facet)? {
+        nodes.iter().for_each(|&node| move_onto(&mut local.mesh.points[node as usize], obstacle, apart));
     }
     Ok(found)
 }
@@ -102,17 +96,29 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     known: f64,
 ) -> Result<Overclosure<D>> {
     let found = worst(world, &given.name, known, contact.gaps().into_iter());
-    if found.smallest_gap < 0.0 {
-        match given.initial_overclosure {
-            InitialOverclosure::Error => return Err(refusal((given, units), &found, "points")),
-            InitialOverclosure::Adjust => {
-                require_small((given, units), &found, contact.facet_size)?;
-                contact.state.adjust();
-            }
-            InitialOverclosure::Accept => {}
-        }
+    if let Some(apart) = adjusted((given, units), &found, "points", contact.facet_size)? {
+        contact.state.adjust(apart);
     }
     Ok(found)
+}
+
+/// Up to which gap nodes or points are taken to touch, beside those that penetrate \[m\]; none where all gaps are taken as they are.
+fn adjusted<const D: usize>(
+    (contact, units): (&Contact<D>, Units),
+    found: &Overclosure<D>,
+    what: &str,
+    facet: f64,
+) -> Result<Option<f64>> {
+    let apart = match contact.initial_overclosure {
+        InitialOverclosure::Error if found.smallest_gap < 0.0 => {
+            return Err(refusal((contact, units), found, what));
+        }
+        InitialOverclosure::Error | InitialOverclosure::Accept => return Ok(None),
+        InitialOverclosure::Adjust => 0.0,
+        InitialOverclosure::Conform => CLOSABLE * facet,
+    };
+    require_small((contact, units), found, facet)?;
+    Ok(Some(apart))
 }
 
 fn refusal<const D: usize>(
@@ -129,12 +135,16 @@ fn refusal<const D: usize>(
         -found.smallest_gap,
         spelled(&found.place)
     ))
-    .hint("move the body, or set initial_overclosure to adjust or accept")
+    .hint("move the body, or set initial_overclosure to adjust, conform or accept")
 }
 
 /// Overclosure over the size of a facet that may be adjusted. The error of a mesh on a curved surface is `h^2 / (8 R)`, an
 /// eighth of a facet where it is as long as the radius; a body that is moved by more loses its shape.
 const ADJUSTABLE: f64 = 0.25;
+
+/// Gap over the size of a facet that is closed where surfaces are meant to touch: the same error where a facet is as long as the radius.
+/// From there on points have less weight.
+const CLOSABLE: f64 = 0.125;
 
 /// Refuses to adjust what is no small error of meshes.
 fn require_small<const D: usize>(
@@ -147,12 +157,12 @@ fn require_small<const D: usize>(
     }
     let m = units.of("m");
     Err(Error::case(format!(
-        "contact '{}': initial_overclosure: adjust would take away {:.3e} {m} at {} {m}, more than a quarter of a facet, {facet:.3e} {m}",
+        "contact '{}': initial_overclosure would take away {:.3e} {m} at {} {m}, more than a quarter of a facet, {facet:.3e} {m}",
         contact.name,
         -found.smallest_gap,
         spelled(&found.place)
     ))
-    .hint("adjust is for small errors of meshes; move the body, or set initial_overclosure to accept"))
+    .hint("adjust and conform are for small errors of meshes; move the body, or set initial_overclosure to accept"))
 }
 
 /// Mean size of the facets of a contactor \[m\]. Collective.
@@ -211,10 +221,10 @@ fn look_away<const D: usize>(
     any == 0
 }
 
-/// Moves a point onto the surface of the obstacle where it lies behind it.
-fn move_out<const D: usize>(point: &mut [f64; D], obstacle: &Obstacle<D>) {
+/// Moves a point onto the surface of the obstacle where it lies behind it, or no farther than `apart` before it \[m\].
+fn move_onto<const D: usize>(point: &mut [f64; D], obstacle: &Obstacle<D>, apart: f64) {
     let at = obstacle.proximity(&Vector::from(*point));
-    if at.gap < 0.0 {
+    if at.gap < 0.0 || at.gap <= apart {
         *point = (Vector::from(*point) - at.normal * at.gap).into();
     }
 }

@@ -258,6 +258,8 @@ pub enum InitialOverclosure {
     /// Take it away without stress: nodes behind an obstacle are moved onto it, below a body the gap is measured from the
     /// start.
     Adjust,
+    /// The surfaces are meant to touch: the same, also with gaps of up to an eighth of a facet, which polygons leave between faces that fit.
+    Conform,
     /// Take it as it is: it presses.
     Accept,
 }

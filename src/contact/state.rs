@@ -136,7 +136,7 @@ pub struct ContactState<const D: usize> {
     held: Vec<Held<D>>,
     /// Of the augmented normal law.
     pub(super) multipliers: Multipliers,
-    /// Gaps at the start that count as none \[m\], all <= 0; empty where nothing was adjusted.
+    /// Gaps at the start that count as none \[m\]; empty where nothing was adjusted.
     adjusted: Vec<f64>,
     /// Whether slip that turns in the first guess of a step is taken for an error of the guess.
     doubtful: bool,
@@ -170,9 +170,11 @@ impl<const D: usize> ContactState<D> {
         self.doubtful = doubtful;
     }
 
-    /// From now on measures the gaps of the points that penetrate at the last evaluation from there.
-    pub fn adjust(&mut self) {
-        self.adjusted = self.current.iter().map(|point| point.gap.min(0.0)).collect();
+    /// From now on measures the gaps of the points that penetrate at the last evaluation from there, and those that are no farther than
+    /// `apart` from their target \[m\].
+    pub fn adjust(&mut self, apart: f64) {
+        let counts_as_none = |gap: f64| if gap <= apart { gap } else { 0.0 };
+        self.adjusted = self.current.iter().map(|point| counts_as_none(point.gap)).collect();
     }
 
     /// The gap of point `p` at the start that counts as none \[m\].
