@@ -256,7 +256,7 @@ fn conserving_bar_on_1_2_3_4_8_ranks() {
     invariant(&shipped("bar-impact/conserving-neo-hookean.yml", &near), &RANKS);
 }
 
-/// The patches of all plane elements, ten bodies with nodal and Gauss points.
+/// The patches of all plane elements, five bodies.
 #[test]
 fn plane_patches_on_1_2_3_4_8_ranks() {
     invariant(&shipped("patch/plane.yml", &[]), &RANKS);

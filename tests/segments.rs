@@ -45,6 +45,27 @@ fn errors(results: &Results, dimension: usize) -> [f64; 2] {
     worst
 }
 
+/// The lowest and the highest contact pressure at any node of the last step [Pa].
+fn surface_pressures(results: &Results) -> [f64; 2] {
+    let mut steps: Vec<_> = std::fs::read_dir(results.0.join("out/fields"))
+        .expect("fields")
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    steps.sort();
+    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+    for entry in std::fs::read_dir(steps.pop().expect("a step")).expect("pieces") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_none_or(|extension| extension != "vtu") {
+            continue;
+        }
+        let piece = read_piece(&path).expect("a piece");
+        let Some(field) = piece.point_data.get("contact_pressure") else { continue };
+        let Values::Float64(pressure) = &field.values else { panic!("pressure is of numbers") };
+        range = pressure.iter().fold(range, |[low, high], p| [low.min(*p), high.max(*p)]);
+    }
+    range
+}
+
 const TWO_PASSES: [&str; 2] = [
     "  two_swapped: { contactor: two_lower.top, target: two_upper.bottom, normal: { penalty: { compliance: 2.0e-9 } }, friction: none }\n",
     "",
@@ -451,6 +472,50 @@ fn whatever_there_is_meets_whatever_else() {
             assert!((found - force).abs() < 1e-9 * force, "{ranks} ranks, {name}: {found} N, not {force} N");
         }
     }
+}
+
+/// A block that falls upon its corner: facets beside the corner stand at more than 60 degrees to the plane, so that all their nodes have a part in
+/// the force of the vertex.
+const ON_A_CORNER: &str = "
+dimension: 2
+bodies:
+  block:
+    mesh: { box: { min: [-1, -1], max: [1, 1], cells: [2, 2], map: { x: '0.1 * (cos(0.2) * x - sin(0.2) * y)', y: '0.1186 + 0.1 * (sin(0.2) * x + cos(0.2) * y)' } } }
+    material: { neo_hookean: { young_modulus: 1.0e5, poisson_ratio: 0.3 } }
+    density: 1000
+    initial_velocity: [0, -2]
+obstacles: { floor: { plane: { point: [0, 0], normal: [0, 1] } } }
+contact: { floor: { contactor: all, target: floor } }
+time: { end: 0.05, step: 1.0e-3, scheme: conserving }
+output: { fields: { every: 0 } }
+";
+
+/// Forces of a vertex reach the nodes of other ranks over a plane as well: energy and the momentum along the plane are kept to rounding.
+#[test]
+fn a_corner_on_a_plane_is_alike_on_1_2_3_4_ranks() {
+    for ranks in [1, 2, 3, 4] {
+        let results = Results::of(ON_A_CORNER, ranks);
+        let lost = results.table("energy.csv").last("numerical");
+        let sideways = results.table("momentum.csv").last("linear_x");
+        assert!(
+            lost.abs() < 1e-8 && sideways.abs() < 1e-10,
+            "{ranks} ranks: {lost} J of 80 J, {sideways} N s"
+        );
+        assert!(results.table("contact.csv").numbers("force_n").iter().any(|force| *force > 0.0));
+    }
+}
+
+/// A node that two contacts have, as every node of a surface under `contact: all`, has the pressure of the one that presses, in tables and
+/// in fields.
+#[test]
+fn a_node_of_two_contacts_has_their_pressure() {
+    let one =
+        GENERAL.replace("fields: { every: 2 }", "fields: { every: 2 }, probes: { foot: { at: [0, 0] } }");
+    let results = Results::of(&one, 1);
+    let found = results.table("probes.csv").last("foot.contact_pressure");
+    assert!((found - 1e5).abs() < 1e-4, "{found} Pa at the foot");
+    let [_, highest] = surface_pressures(&results);
+    assert!((highest - 1e5).abs() < 1e-3, "{highest} Pa at most in the fields");
 }
 
 /// Rings of other meshes that touch on a circle, under pressure inside (`meshes/patch/rings.yml`): with the gaps of their polygons taken for

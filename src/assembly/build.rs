@@ -122,7 +122,7 @@ fn thickness<const D: usize>(world: &impl CommunicatorCollectives, local: &Local
 }
 
 /// Height of the lowest element on one of these facets \[m\], over all ranks. Collective.
-fn height<const D: usize>(
+pub(super) fn height<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
     facets: &[Facet],

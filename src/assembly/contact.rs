@@ -256,12 +256,12 @@ impl<const D: usize> Contact<D> {
         self.pair.find_couplings(u, outlook);
     }
 
-    /// Nodes that are coupled beyond what elements couple.
+    /// Nodes that vertices couple beyond what elements couple, if there are any.
     pub fn couplings(&self) -> Option<&Couplings> {
         self.pair.wider_couplings()
     }
 
-    /// All nodes that are coupled.
+    /// All nodes that vertices couple.
     pub fn couplings_mut(&mut self) -> &mut Couplings {
         &mut self.pair.couplings
     }
@@ -292,8 +292,9 @@ impl<const D: usize> Contact<D> {
         self.pair.add_marks(&self.state, own, remote);
     }
 
-    /// Whether tangents of frictionless contact on a fixed area are symmetric: over a plane. Elsewhere points fade with their gap, and
-    /// pressures between bodies act along the normals of the contactor while gaps change with the target's slope as well.
+    /// Whether tangents of frictionless contact on a fixed area are symmetric: over a plane, but for facets that stand at more than 60 degrees
+    /// to it. Over other obstacles points fade with their gap. Between bodies pressures act along the normals of the contactor, while gaps
+    /// change with the slope of the target as well.
     pub fn is_symmetric(&self) -> bool {
         self.pair.contact.area == AreaKind::Reference && matches!(self.obstacle(), Some(Obstacle::Plane(_)))
     }

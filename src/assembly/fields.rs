@@ -77,36 +77,52 @@ impl<const D: usize> ContactSystem<D> {
         cells
     }
 
-    /// Contact at the local nodes, ghosts included. Collective.
+    /// Contact at the local nodes, ghosts included. Where several contacts have a node, tractions and work add up, the gap is the smallest,
+    /// and the node slips if it slips in any. Collective.
     ///
     /// # Errors
     /// When PETSc refuses.
     pub fn contact_fields(&self) -> Result<ContactFields> {
-        const WIDTH: usize = NodalSums::FIELDS + 1;
+        const WIDTH: usize = 12;
         let index = &self.local.index;
         let mut gathered = Vector::ghosted(&self.session, index.owned, WIDTH, &index.ghosts)?;
         for contact in 0..self.contacts.len() {
             let sums = self.nodal_sums(contact)?;
             let mut values = gathered.owned_mut();
             for (node, row) in values.chunks_exact_mut(WIDTH).enumerate() {
-                row[0] += sums.weights[node];
-                let own = &sums.sums[node * NodalSums::FIELDS..][..NodalSums::FIELDS];
-                row[1..].iter_mut().zip(own).for_each(|(total, part)| *total += part);
+                let weight = sums.weights[node];
+                if weight <= 0.0 {
+                    continue;
+                }
+                let mean = |k: usize| sums.sums[node * NodalSums::FIELDS + k] / weight;
+                let (closed, slips) = (mean(4) >= 0.5, mean(5) >= 0.5 * mean(4));
+                let status = f64::from(u8::from(closed) + u8::from(closed && slips));
+                let known = row[0] > 0.0;
+                row[0] = 1.0;
+                row[1] += mean(0);
+                row[2] = if known { row[2].min(mean(2)) } else { mean(2) };
+                row[3] = row[3].max(mean(6));
+                row[4] += mean(7);
+                row[5] = row[5].max(status);
+                for i in 0..D {
+                    row[6 + i] += mean(8 + i);
+                    if closed || !known {
+                        row[9 + i] = mean(11 + i);
+                    }
+                }
             }
         }
         gathered.update_ghosts()?;
         let values = gathered.local();
         let mut fields = ContactFields::default();
         for row in values.chunks_exact(WIDTH) {
-            let mean = |k: usize| if row[0] > 0.0 { row[1 + k] / row[0] } else { 0.0 };
-            fields.contact_pressure.push(mean(0));
-            fields.gap.push(mean(2));
-            fields.slip.push(mean(6));
-            fields.friction_work.push(mean(7));
-            fields.traction_t.extend((0..D).map(|i| mean(8 + i)));
-            fields.slip_velocity.extend((0..D).map(|i| mean(11 + i)));
-            let (closed, slips) = (mean(4), mean(5));
-            fields.status.push(if closed < 0.5 { 0 } else { 1 + u8::from(slips >= 0.5 * closed) });
+            fields.contact_pressure.push(row[1]);
+            fields.gap.push(row[2]);
+            fields.slip.push(row[3]);
+            fields.friction_work.push(row[4]);
+            fields.status.push(row[5] as u8);
+            fields.traction_t.extend_from_slice(&row[6..6 + D]);
+            fields.slip_velocity.extend_from_slice(&row[9..9 + D]);
         }
         Ok(fields)
     }

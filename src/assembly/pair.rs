@@ -7,7 +7,7 @@ use super::interface::{
     Couplings, Opening, PairLift, RemoteForce, VertexForces, VertexStiffness, add_forces,
 };
 use super::targets::{Reach, Surfaces, TargetGather};
-use crate::contact::evaluation::{ContactFields, ContactRequest};
+use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::{CandidateRange, Candidates};
 use crate::contact::mortar::contact::{OPEN, VertexContact};
 use crate::contact::mortar::obstacle::is_lumped;
@@ -160,11 +160,12 @@ impl<const D: usize> ContactPair<D> {
         }
     }
 
-    /// Whether each vertex couples only nodes of elements around it, with its own row alone: the pattern of the elements has all it needs.
+    /// Whether forces of each vertex act on its own node alone, as over a plane, so that the pattern of the elements has all blocks. Not where
+    /// forces may act over a step, always on the undeformed area: the discrete gradients of the area have all nodes around the vertex.
     fn keeps_to_itself(&self) -> bool {
         let facets = self.contact.surface.facets();
         let lumped = |obstacle| facets.iter().all(|facet| is_lumped(obstacle, facet.kind));
-        self.contact.target.obstacle().is_some_and(lumped)
+        self.contact.area == AreaKind::Current && self.contact.target.obstacle().is_some_and(lumped)
     }
 
     /// The nodes that vertices couple beyond what elements couple, if there are any.
@@ -330,8 +331,12 @@ impl<const D: usize> ContactPair<D> {
         own: &mut [f64],
         mut remote: RemoteForce,
     ) {
+        let itself = self.keeps_to_itself();
         for (vertex, _) in state.current.iter().enumerate().filter(|(_, point)| point.is_closed()) {
-            let nodes = self.couplings.nodes_of(vertex);
+            let nodes = match itself {
+                true => &self.contact.surface.vertices()[vertex..=vertex],
+                false => self.couplings.nodes_of(vertex),
+            };
             let values = value(vertex).as_slice().repeat(nodes.len());
             add_forces::<D>(nodes, &values, own, &mut remote);
         }

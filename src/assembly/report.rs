@@ -84,7 +84,7 @@ impl NodalSums {
     /// Values a node.
     pub const FIELDS: usize = 14;
 
-    /// Gathers all points of a contact; complete at owned nodes after [`complete`](Self::complete). A gap is at most a quarter of the largest facet.
+    /// Gathers all points of a contact; complete at owned nodes after [`complete`](Self::complete). Between bodies a gap is at most a quarter of the largest facet.
     pub fn of<const D: usize>(contact: &Contact<D>, nodes: usize) -> Self {
         let furthest = contact.reach();
         let mut gathered = Self { sums: vec![0.0; nodes * Self::FIELDS], weights: vec![0.0; nodes] };
@@ -238,18 +238,19 @@ impl<const D: usize> ContactSystem<D> {
         let mut own = vec![0.0; watched.len() * width];
         let (u, v) = (u.owned(), v.owned());
         let here = |point: &Watched<D>| point.rank == world.rank();
-        let mut sums: Vec<Option<NodalSums>> = Vec::with_capacity(self.contacts.len());
-        for index in 0..self.contacts.len() {
-            // All ranks take part and know of all probes.
-            let wanted = watched.iter().any(|point| point.contact == Some(index));
-            sums.push(wanted.then(|| self.nodal_sums(index)).transpose()?);
-        }
+        // All ranks take part and know of all probes.
+        let wanted = watched.iter().any(|point| point.contact.is_some());
+        let contacts = if wanted { 0..self.contacts.len() } else { 0..0 };
+        let sums = contacts.map(|index| self.nodal_sums(index)).collect::<Result<Vec<_>>>()?;
         for (point, row) in watched.iter().zip(own.chunks_mut(width)).filter(|(point, _)| here(point)) {
             let start = point.node as usize * D;
             row[..D].copy_from_slice(&u[start..start + D]);
             row[D..2 * D].copy_from_slice(&v[start..start + D]);
-            let Some(index) = point.contact else { continue };
-            if let Some((contact, _)) = sums[index].as_ref().and_then(|sums| sums.at(point.node)) {
+            // Of several contacts that have the node, the one that presses most, or comes nearest.
+            let found = sums.iter().filter_map(|sums| sums.at(point.node)).map(|(contact, _)| contact);
+            let most = found
+                .max_by(|a, b| a.normal_traction.total_cmp(&b.normal_traction).then(b.gap.total_cmp(&a.gap)));
+            if let Some(contact) = most {
                 let status = f64::from(contact.status as u8);
                 let values = [
                     contact.normal_traction,

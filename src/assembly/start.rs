@@ -1,9 +1,11 @@
 //! Points that penetrate before the start: counted, refused, or moved out.
 
+use std::collections::BTreeSet;
+
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::build::{facet_normals, size_of};
+use super::build::{facet_normals, height, size_of};
 use super::contact::facets_of;
 use crate::case::Units;
 use crate::contact::obstacle::Obstacle;
@@ -79,7 +81,12 @@ pub fn resolve_overclosure<const D: usize>(
     found.looks_away = look_away(world, local, &facets, obstacle);
     let facet = mean_facet(world, local, &facets);
     if let Some(apart) = adjusted((contact, units), &found, "nodes", facet)? {
-        nodes.iter().for_each(|&node| move_onto(&mut local.mesh.points[node as usize], obstacle, apart));
+        let facing = facing_nodes(local, &facets, obstacle);
+        let apart = apart.min(CLOSABLE * height(world, local, &facets));
+        for &node in &nodes {
+            let apart = if facing.contains(&node) { apart } else { 0.0 };
+            move_onto(&mut local.mesh.points[node as usize], obstacle, apart);
+        }
     }
     Ok(found)
 }
@@ -213,12 +220,30 @@ fn look_away<const D: usize>(
         let normal: Vector<D> = facet_normals(local, facet).iter().sum();
         let against =
             |&node: &u32| obstacle.proximity(&local.mesh.points[node as usize].into()).normal.dot(&normal);
-        nodes.iter().any(|node| against(node) <= 0.0)
+        nodes.iter().any(|node| against(node) < 0.0)
     };
     let own = u64::from(facets.iter().any(faces));
     let mut any = 0;
     world.all_reduce_into(&own, &mut any, SystemOperation::max());
     any == 0
+}
+
+/// Nodes of the facets that look towards the obstacle.
+fn facing_nodes<const D: usize>(
+    local: &LocalMesh<D>,
+    facets: &[Facet],
+    obstacle: &Obstacle<D>,
+) -> BTreeSet<u32> {
+    let (mut facing, mut nodes) = (BTreeSet::new(), Vec::new());
+    for &facet in facets {
+        local.mesh.facet_nodes(facet, &mut nodes);
+        let normal: Vector<D> = facet_normals(local, facet).iter().sum();
+        let place = Vector::from(local.mesh.points[nodes[0] as usize]);
+        if obstacle.proximity(&place).normal.dot(&normal) < -0.5 * normal.norm() {
+            facing.extend(&nodes);
+        }
+    }
+    facing
 }
 
 /// Moves a point onto the surface of the obstacle where it lies behind it, or no farther than `apart` before it \[m\].

@@ -96,6 +96,12 @@ impl Check<'_> {
                 self.cure("names consist of letters, digits, '_' and '-'");
             }
         }
+        let places =
+            case.bodies.iter().map(|(name, _)| name).chain(case.obstacles.iter().map(|(name, _)| name));
+        for name in places.filter(|name| name.value == super::ALL) {
+            self.say(name.place, "`all` is the name of the whole surface of all bodies");
+            self.cure("give another name");
+        }
         for (name, _) in case.obstacles.iter().filter(|(name, _)| case.bodies.get(name).is_some()) {
             self.say(name.place, format!("'{}' names a body and an obstacle", name.value));
         }

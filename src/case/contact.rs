@@ -27,7 +27,7 @@ pub struct Contact {
     /// Friction traction as a function of normal traction and slip.
     #[serde(default)]
     pub friction: Friction,
-    /// Not a key any more; kept to tell why.
+    /// No key of a contact: where it stands in an old case, an error says why.
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
     pub quadrature: Option<At<IgnoredAny>>,
@@ -112,8 +112,11 @@ pub(super) fn with_obstacles<'a>(
     let missing = obstacles.filter(|obstacle| !known(obstacle));
     missing
         .map(|obstacle| {
-            let name = At { value: format!("{}-{obstacle}", name.value), place: name.place };
-            (name, Contact::general(obstacle, Some(general)))
+            let mut value = format!("{}-{obstacle}", name.value);
+            while contacts.get(&value).is_some() {
+                value.push('-');
+            }
+            (At { value, place: name.place }, Contact::general(obstacle, Some(general)))
         })
         .collect()
 }
@@ -258,7 +261,8 @@ pub enum InitialOverclosure {
     /// Take it away without stress: nodes behind an obstacle are moved onto it, below a body the gap is measured from the
     /// start.
     Adjust,
-    /// The surfaces are meant to touch: the same, also with gaps of up to an eighth of a facet, which polygons leave between faces that fit.
+    /// For surfaces that are meant to touch: takes away overclosure as `adjust` does, and closes gaps of up to an eighth of a facet, which
+    /// meshes leave between curved faces.
     Conform,
     /// Take it as it is: it presses.
     Accept,

@@ -87,7 +87,7 @@ pub struct Case {
     /// Rigid targets by name.
     #[serde(default)]
     pub obstacles: Named<Obstacle>,
-    /// Pairs of surfaces that may touch, by name; or `all`: whatever there is may touch whatever else, without friction.
+    /// Pairs of surfaces that may touch, by name. `all` in their place: all surfaces may touch each other and all obstacles, without friction.
     #[serde(default, deserialize_with = "contact::contacts")]
     #[schemars(schema_with = "contact::contacts_schema")]
     pub contact: Named<Contact>,

@@ -8,7 +8,7 @@ use crate::tensor::Vector;
 /// Sums and extremes over the closed points of a zone. Forces act on the contactor, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZoneSummary<const D: usize> {
-    /// Closed points, each node once under nodal quadrature.
+    /// Closed points.
     pub points: usize,
     /// Of these the points that do more than touch.
     pub pressing: usize,
@@ -57,7 +57,7 @@ impl<const D: usize> Default for ZoneSummary<D> {
 }
 
 impl<const D: usize> ZoneSummary<D> {
-    /// Adds the forces of a point; open ones add nothing. Call it for the points of this rank's facets.
+    /// Adds the forces of a point; open ones add nothing. Call it for the points of this rank.
     pub fn add_forces(&mut self, point: &PointState<D>) {
         self.sunk = self.sunk.max(point.sunk);
         if !point.is_closed() {
@@ -74,7 +74,7 @@ impl<const D: usize> ZoneSummary<D> {
         self.friction_power += point.friction_power() * point.area;
     }
 
-    /// Counts a point. Call it for the representative points.
+    /// Counts a point.
     pub fn count(&mut self, point: &PointState<D>) {
         match point.status {
             Status::Open => return,

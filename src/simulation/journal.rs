@@ -321,7 +321,9 @@ impl<const D: usize> Journal<D> {
         // Of a run that failed before its first row nobody knows which contacts closed.
         let known = outcome.is_ok() || self.record.totals.steps > 0;
         let contacts = self.record.penetrations.iter().filter(|_| known);
-        let contacts = contacts.filter_map(|contact| warning(contact, self.record.units));
+        let is_general = |name: &str| self.record.case["contact"][name]["target"] == crate::case::ALL;
+        let contacts =
+            contacts.filter_map(|contact| warning(contact, is_general(&contact.contact), self.record.units));
         let blurred = magnitudes::blurred(&self.record.penetrations, self.spacing, self.record.units);
         let last_words = std::mem::take(&mut self.last_words);
         let contacts = contacts.chain(missed).chain(blurred).chain(last_words).collect::<Vec<_>>();

@@ -24,18 +24,23 @@ pub(super) fn untouched<const D: usize>(contact: &Contact<D>) -> Penetration {
     }
 }
 
-/// What a user should know of a contact that did not do what it was meant for.
-pub(super) fn warning(contact: &Penetration, units: Units) -> Option<String> {
+/// What a user should know of a contact that did not do what it was meant for. One between all surfaces may well stay open.
+pub(super) fn warning(contact: &Penetration, is_general: bool, units: Units) -> Option<String> {
     let name = &contact.contact;
     let [between, facets] = contact.between;
     if facets > SUNK && between > 2.0 * contact.deepest {
         let m = units.of("m");
+        let cure = if is_general {
+            "mesh the bodies finer there"
+        } else {
+            "mesh the contactor finer there, or exchange contactor and target"
+        };
         return Some(format!(
             "warning: contact '{name}': the target lay up to {between:.3e} {m} inside the contactor between two vertices, {facets:.2} facets\n\
-             hint: mesh the contactor finer there, or exchange contactor and target"
+             hint: {cure}"
         ));
     }
-    if !contact.has_closed() {
+    if !contact.has_closed() && !is_general {
         return Some(format!("warning: contact '{name}' never closed: its surfaces did not meet"));
     }
     let asked = contact.asked.filter(|asked| contact.deepest > *asked)?;
@@ -132,7 +137,7 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
     let away = system.overclosures().iter().filter(|found| found.looks_away);
     remarks.extend(away.map(|found| {
         format!(
-            "contact '{}': all facets of its contactor look away from the target: is it the right side?",
+            "contact '{}': all facets of its contactor look away from the target or stand upright on it: is it the right side?",
             found.contact
         )
     }));

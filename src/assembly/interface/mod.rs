@@ -1,4 +1,4 @@
-//! What the deformable contacts of a rank share: fields of foreign nodes, and the way of forces and blocks to the
+//! What the contacts of a rank share: fields of foreign nodes, and the way of forces and blocks to the
 //! ranks that own their rows.
 //!
 //! A vertex is evaluated by the rank that owns its node. What it contributes to rows of other ranks is collected and sent, one

@@ -1,8 +1,8 @@
-//! Nodes as deformable contacts see them: the rank's own, its ghosts, then *foreign* nodes of targets on other ranks.
+//! Nodes as contacts see them: the rank's own, its ghosts, then *foreign* nodes of targets on other ranks.
 
 use crate::partition::IndexMap;
 
-/// Numbers of the nodes that field arrays of deformable contacts hold.
+/// Numbers of the nodes that field arrays of contacts hold.
 #[derive(Debug, Clone, Copy)]
 pub struct Numbering<'a> {
     /// Owned nodes and ghosts.

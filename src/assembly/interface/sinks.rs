@@ -47,7 +47,7 @@ pub fn add_forces<const D: usize>(
     }
 }
 
-/// Takes forces of a contact by segments.
+/// Takes the forces of a contact.
 pub struct VertexForces<'a, const D: usize> {
     /// Owned rows \[N\].
     pub own: &'a mut [f64],

@@ -105,7 +105,8 @@ impl<const D: usize> ContactSystem<D> {
     /// Places of either surface of a contact by segments that went through the other one, while the surfaces moved by `motion` \[m\].
     /// Collective.
     fn swept(&self, pair: &ContactPair<D>, ends: Ends<'_>, motion: f64) -> Result<u64> {
-        let depth = pair.depth();
+        // From here on points have less weight: what comes so deep in one step may not be pushed back.
+        let depth = 0.5 * pair.depth();
         let surfaces = pair.surfaces(&self.local);
         let target = Moving::gathered(&self.session, &surfaces, ends, motion + depth)?;
         let contactor = Moving::local(&self.local, surfaces.contactor, ends);

@@ -81,7 +81,7 @@ impl Check<'_> {
         let Some(quadrature) = &contact.quadrature else { return };
         self.say(
             quadrature.place,
-            "`quadrature` is not a key any more: contact acts at the vertices of the contactor, each with the mean gap around it",
+            "`quadrature` is not a key of a contact: contact acts at the vertices of the contactor, each with the mean gap around it",
         );
         self.cure("leave it out");
     }
@@ -100,19 +100,39 @@ impl Check<'_> {
             }
             before.push((&name.value, contact));
         }
+        self.parts_of_general_contacts();
+    }
+
+    /// Between `all` and `all`, and between `all` and an obstacle, no other contact has anything left to do.
+    fn parts_of_general_contacts(&mut self) {
+        let case = self.case;
+        let covers = |general: &Contact, other: &Contact| {
+            general.is_general()
+                && !other.is_general()
+                && (general.target.value == ALL || general.target.value == other.target.value)
+        };
+        for (name, contact) in case.contact.iter() {
+            let Some((general, _)) = case.contact.iter().find(|(_, general)| covers(general, contact)) else {
+                continue;
+            };
+            let message = format!("contact '{}' acts where '{}' acts as well", name.value, general.value);
+            self.say(contact.contactor.place, message);
+            self.cure("their tractions would add up: keep one of them");
+        }
     }
 
     fn target(&mut self, contact: &Contact) {
         let target = &contact.target;
-        if contact.is_general() != (target.value == ALL) {
-            let message =
-                "`all` is the whole surface of all bodies, of which any other surface is a part".to_owned();
+        let of_bodies = target.contains('.') || self.case.bodies.get(target).is_some();
+        if (target.value == ALL && !contact.is_general()) || (contact.is_general() && of_bodies) {
+            let message = "`all` is the whole surface of all bodies, of which any other surface is a part";
             self.say(if contact.is_general() { target.place } else { contact.contactor.place }, message);
             self.cure(
                 "write `all` for both sides, or for the contactor alone where the target is an obstacle",
             );
-        } else if contact.is_general() {
-        } else if target.contains('.') || self.case.bodies.get(target).is_some() {
+        } else if target.value == ALL {
+            // Whatever there is.
+        } else if of_bodies {
             self.surface("a target", target);
         } else {
             let known = self.case.obstacles.names().chain(self.case.bodies.names());

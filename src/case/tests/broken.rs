@@ -221,7 +221,13 @@ const BROKEN: &[Broken] = &[
     ("target: floor", "target: flor", "16:13", &["unknown target 'flor'", "did you mean 'floor'?"]),
     ("target: floor", "target: block", "16:13", &["a surface", "whole body", "block.bottom"]),
     ("target: floor", "target: all", "15:16", &["`all` is the whole surface of all bodies", "both sides"]),
-    ("area: current", "quadrature: nodal", "20:17", &["`quadrature` is not a key any more", "leave it out"]),
+    ("  floor:", "  all:", "12:3", &["`all` is the name of the whole surface", "another name"]),
+    (
+        "area: current",
+        "quadrature: nodal",
+        "20:17",
+        &["`quadrature` is not a key of a contact", "leave it out"],
+    ),
     ("contactor: block.bottom", "contactor: blok.bottom", "15:16", &["unknown body 'blok'", "'block'"]),
     (
         "contactor: block.bottom",

@@ -228,7 +228,7 @@ impl<const D: usize> VertexContact<D> {
                 sum.cover += integrals.cover;
                 sum.gap += own.gap;
                 sum.normal += own.normal;
-                sum.depth = sum.depth.max(integrals.depth);
+                sum.depth = sum.depth.max(own.depth);
                 for (slip, field) in sum.slips.iter_mut().zip([&gathered.velocities, &gathered.increments]) {
                     for (value, coefficient) in field.iter().zip(own.coefficients) {
                         *slip += value * coefficient;
@@ -250,7 +250,7 @@ impl<const D: usize> VertexContact<D> {
         Overlap { pairs, sums }
     }
 
-    /// Gap of a vertex of which nothing is covered \[m\]: the distance of its facets from an obstacle; unknown of a body.
+    /// Gap of a vertex of which nothing is covered \[m\]: the distance of the places around it from an obstacle; unknown of a body.
     pub(super) fn free_gap(&self, sums: &VertexSums<D>) -> f64 {
         self.target.obstacle().map_or(f64::INFINITY, |_| -sums.depth)
     }

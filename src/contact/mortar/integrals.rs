@@ -116,6 +116,8 @@ pub struct VertexIntegrals<const D: usize> {
     pub coefficients: [f64; PAIR_NODES],
     /// `V_a` [m, m^2].
     pub pushes: [Vector<D>; PAIR_NODES],
+    /// Largest of `-g` \[m\]: over all points; over an obstacle over those around the vertex, in range or not.
+    pub depth: f64,
 }
 
 impl<const D: usize> Default for VertexIntegrals<D> {
@@ -126,6 +128,7 @@ impl<const D: usize> Default for VertexIntegrals<D> {
             normal: Vector::zeros(),
             coefficients: [0.0; PAIR_NODES],
             pushes: [Vector::zeros(); PAIR_NODES],
+            depth: f64::NEG_INFINITY,
         }
     }
 }
@@ -135,8 +138,6 @@ impl<const D: usize> Default for VertexIntegrals<D> {
 pub struct PairIntegrals<const D: usize> {
     /// By the corners of the contactor facet.
     pub vertices: [VertexIntegrals<D>; MOST_CORNERS],
-    /// Largest of `-g` over all points \[m\]; negative if all of them are open. Over an obstacle also of those that are out of range.
-    pub depth: f64,
     /// Covered area of the facet, `sum_A kappa_A` [m, m^2].
     pub cover: f64,
 }
@@ -290,13 +291,17 @@ impl<const D: usize> FacetPair<'_, D> {
     /// The integrals; `None` where the facets have no common segment.
     pub fn integrate(&self) -> Option<PairIntegrals<D>> {
         let vertices = [VertexIntegrals::default(); MOST_CORNERS];
-        let mut sums = PairIntegrals { vertices, depth: f64::NEG_INFINITY, cover: 0.0 };
+        let mut sums = PairIntegrals { vertices, cover: 0.0 };
+        let (mut found, everywhere) = (false, matches!(self.target, Opposite::Facet(_)));
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let corners = self.contactor.kind.corners();
         self.sweep(Want::Points, |point, _| {
-            sums.depth = sums.depth.max(-point.gap);
+            found = true;
             sums.cover += point.measure;
             for (vertex, weight) in sums.vertices.iter_mut().zip(point.weights.value).take(corners) {
+                if everywhere || weight * corners as f64 >= 1.0 {
+                    vertex.depth = vertex.depth.max(-point.gap);
+                }
                 let share = weight * point.measure;
                 vertex.area += share;
                 vertex.gap += share * point.gap;
@@ -308,7 +313,7 @@ impl<const D: usize> FacetPair<'_, D> {
                 }
             }
         });
-        (sums.depth > f64::NEG_INFINITY).then_some(sums)
+        found.then_some(sums)
     }
 
     /// Hands the variation of the integrals of each vertex with each node to `add`: corner, node, change.

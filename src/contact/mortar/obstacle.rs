@@ -32,9 +32,9 @@ pub fn rule_of<const D: usize>(obstacle: &Obstacle<D>, kind: ElementKind) -> &'s
     corners.unwrap_or_else(|| element.gauss_contact_rule())
 }
 
-/// Cosine of the angle between the inward normal of a facet and the normal of the obstacle from which on the facet counts in full. From there
-/// its part falls to 0 where it stands upright: the side of a block does not press although its corner touches. Facets in contact are
-/// nearly parallel to the obstacle; where the limit lies is felt by those alone that are about to touch or to leave.
+/// Cosine of the angle between the inward normal of a facet and the normal of the obstacle from which on the facet counts in full, at 60
+/// degrees. Below it the part falls to 0, which it reaches where the facet stands upright: the side of a block does not press although its
+/// corner touches. Facets in contact are nearly parallel to the obstacle, and count in full with half and with nearly twice the value.
 const FACING: f64 = 0.5;
 
 /// The part with which a facet counts by that cosine, and its derivative.

@@ -1,4 +1,4 @@
-//! Forces of segments over a step: the discrete gradient of the contact energy, vertex by vertex (theory, section 1.8).
+//! Forces over a step: the discrete gradient of the contact energy, vertex by vertex (theory, section 1.8).
 //!
 //! With the energy `Pi = sum_A kappa_A U(g_A)` and the change `d` of the positions over the step, the force of a vertex is
 //! `-kappa_m (dU/dg) Dg - U_m Dkappa`: means `kappa_m`, `U_m` of both ends, the quotient of the changes of energy and gap, and discrete

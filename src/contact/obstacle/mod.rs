@@ -113,7 +113,8 @@ impl<const D: usize> Obstacle<D> {
                 motions[0] = first;
                 if D == 3 {
                     motions[1] = second;
-                    motions[2] = first * second.dot(x) - second * first.dot(x);
+                    let arm = x - plane.point();
+                    motions[2] = first * second.dot(&arm) - second * first.dot(&arm);
                 }
             }
             Self::Sphere(sphere) => {

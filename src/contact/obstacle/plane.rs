@@ -24,6 +24,11 @@ impl<const D: usize> Plane<D> {
         Ok(Self { point, normal: direction("normal of the plane", normal)? })
     }
 
+    /// A point on it \[m\].
+    pub(super) fn point(&self) -> Vector<D> {
+        self.point
+    }
+
     /// Unit normal, towards the free side.
     pub(super) fn normal(&self) -> Vector<D> {
         self.normal
