@@ -9,6 +9,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::contact::Contact;
 use super::pair::ContactPair;
 use super::system::ContactSystem;
+use crate::contact::history::History;
 use crate::contact::obstacle::Obstacle;
 use crate::contact::passage::{Path, lies_between, normal_of};
 use crate::contact::surface::SurfaceFacet;
@@ -44,7 +45,12 @@ impl<const D: usize> ContactSystem<D> {
         let ends = Ends { start: &start, end: &end };
         let motions = self.contacts.iter().flat_map(|contact| {
             let [contactor, target] = self.shifts(contact, ends);
-            [contactor, target, f64::from(u8::from(has_a_point_at_its_obstacle(contact, ends)))]
+            let near = if contact.is_deformable() {
+                is_deep(contact)
+            } else {
+                has_a_point_at_its_obstacle(contact, ends)
+            };
+            [contactor, target, f64::from(u8::from(near))]
         });
         let mut motions: Vec<f64> = motions.collect();
         let own = motions.clone();
@@ -81,7 +87,7 @@ impl<const D: usize> ContactSystem<D> {
         all[0] * stage.dt + 0.5 * all[1] * stage.dt.powi(2) + all[2]
     }
 
-    /// Looks for all of it; `motions` as [`shifts`](Self::shifts) and whether a point may meet the obstacle, of all ranks. Collective.
+    /// Looks for all of it; `motions` as [`shifts`](Self::shifts) and whether a point may meet the obstacle or lies deep, of all ranks. Collective.
     fn find(&self, ends: Ends<'_>, motions: &[f64]) -> Result<Found> {
         let mut found = Found { between: Vec::new(), through: Vec::new() };
         for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(3)) {
@@ -92,8 +98,17 @@ impl<const D: usize> ContactSystem<D> {
                     (between_points(contact, obstacle, ends, met > 0.0), through)
                 }
                 None => {
-                    let far = motion > contact.pair.stride();
-                    (0, if far { self.swept(&contact.pair, ends, motion)? } else { 0 })
+                    // From half the depth on points have less weight: what comes so deep in one long step may not be pushed back, and what
+                    // was there before may go on.
+                    let depth = contact.pair.depth();
+                    let mut through = 0;
+                    if motion > contact.pair.stride() {
+                        through += self.swept(&contact.pair, ends, motion, 0.5 * depth)?;
+                    }
+                    if met > 0.0 {
+                        through += self.swept(&contact.pair, ends, motion, depth)?;
+                    }
+                    (0, through)
                 }
             };
             found.between.push(between);
@@ -102,11 +117,10 @@ impl<const D: usize> ContactSystem<D> {
         Ok(found)
     }
 
-    /// Places of either surface of a contact by segments that went through the other one, while the surfaces moved by `motion` \[m\].
+    /// Places of either surface of a contact by segments that went deeper than `depth` behind the other one, while the surfaces moved by
+    /// `motion` \[m\].
     /// Collective.
-    fn swept(&self, pair: &ContactPair<D>, ends: Ends<'_>, motion: f64) -> Result<u64> {
-        // From here on points have less weight: what comes so deep in one step may not be pushed back.
-        let depth = 0.5 * pair.depth();
+    fn swept(&self, pair: &ContactPair<D>, ends: Ends<'_>, motion: f64, depth: f64) -> Result<u64> {
         let surfaces = pair.surfaces(&self.local);
         let target = Moving::gathered(&self.session, &surfaces, ends, motion + depth)?;
         let contactor = Moving::local(&self.local, surfaces.contactor, ends);
@@ -168,6 +182,12 @@ fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64, m: &str) -> S
          touches it: mesh the contactor finer than the radius",
         contact.name, contact.facet_size
     )
+}
+
+/// Whether a vertex of this rank lay so deep in its target at the start of the step that points around it have lost weight.
+fn is_deep<const D: usize>(contact: &Contact<D>) -> bool {
+    let gap = |(vertex, history): (usize, &History<D>)| history.gap + contact.state.adjusted(vertex);
+    contact.state.history.iter().enumerate().map(gap).any(|gap| gap < -0.5 * contact.pair.depth())
 }
 
 /// A round obstacle none of the points can meet has sunk in from this part of a facet's length on.
