@@ -41,9 +41,37 @@ pub fn tangential_projector<const D: usize>(normal: &Vector<D>) -> Tensor<D> {
     Tensor::identity() - normal * normal.transpose()
 }
 
+/// `a x b` in space.
+pub fn cross<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> Vector<D> {
+    Vector::from_fn(|i, _| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] - a[k] * b[j]
+    })
+}
+
+/// Velocities at `arm` from a centre of the rotations about it by one radian a second: one in the plane, three in space; the others zero.
+pub fn rotations<const D: usize>(arm: &Vector<D>) -> [Vector<D>; 3] {
+    let planes: &[[usize; 2]] = if D == 2 { &[[0, 1]] } else { &[[0, 1], [1, 2], [2, 0]] };
+    let mut motions = [Vector::zeros(); 3];
+    for (motion, &[i, j]) in motions.iter_mut().zip(planes) {
+        motion[i] = -arm[j];
+        motion[j] = arm[i];
+    }
+    motions
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Rotations are cross products with the axes z, x and y.
+    #[test]
+    fn rotations_are_cross_products() {
+        let arm = Vector::<3>::new(1.0, 2.0, 3.0);
+        let axes = [Vector::<3>::z(), Vector::<3>::x(), Vector::<3>::y()];
+        assert_eq!(rotations(&arm), axes.map(|axis| cross(&axis, &arm)));
+        assert_eq!(rotations(&Vector::<2>::new(1.0, 2.0))[0], Vector::<2>::new(-2.0, 1.0));
+    }
 
     /// The cancellation-free strain and determinant agree with their definitions where those are exact enough.
     #[test]

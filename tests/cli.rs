@@ -202,6 +202,25 @@ fn units_that_slipped_are_remarked() {
     }
 }
 
+/// Multipliers on both sides of surfaces that meet themselves are remarked, and those of two surfaces are not.
+#[test]
+fn multipliers_of_a_surface_that_meets_itself_are_remarked() {
+    let folder = Folder::new("multipliers");
+    let enforced =
+        "accuracy: { penetration: { relative: 1e-4 }, time: none, slip: none, energy: none }\noutput:\n";
+    let damped = "scheme: { generalized_alpha: { spectral_radius: 0.8 } }";
+    for (contact, told) in [("all", true), ("{ a: { contactor: left.bottom, target: low.top } }", false)] {
+        let changes = [
+            ("contact: all", &format!("contact: {contact}")[..]),
+            ("scheme: conserving", damped),
+            ("output:\n", enforced),
+        ];
+        folder.write("case.yml", &shipped("pile/case.yml", &changes));
+        let text = run(0, &["check", "case.yml"], &folder).success().stdout;
+        assert_eq!(text.contains("both sides have multipliers"), told, "{contact}: {text}");
+    }
+}
+
 /// With an error in time asked of the conserving scheme, bodies whose contact nodes have mass are remarked, and no others.
 #[test]
 fn contact_nodes_that_swing_are_remarked() {

@@ -73,7 +73,7 @@ impl<const D: usize> ContactSystem<D> {
         for (contact, sums) in self.contacts.iter().zip(own.chunks_exact_mut(D + 1)) {
             // A facet that several ranks hold counts once.
             let mine = |facet: &&Facet| self.local.mine[facet.element as usize];
-            for &facet in contact.target_facets().iter().filter(mine) {
+            for &facet in contact.pair.target_facets().iter().filter(mine) {
                 self.local.mesh.facet_nodes(facet, &mut nodes);
                 for &node in &nodes {
                     sums[D] += 1.0;

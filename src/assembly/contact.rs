@@ -2,8 +2,8 @@
 
 use mpi::traits::CommunicatorCollectives;
 
-use super::interface::{Couplings, Opening, RemoteForce};
-use super::pair::{ContactPair, Outlook, SearchRadii};
+use super::interface::{Opening, RemoteForce};
+use super::pair::{ContactPair, SearchRadii};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::contact::VertexContact;
 use crate::contact::mortar::obstacle::is_lumped;
@@ -19,7 +19,7 @@ use crate::dynamics::FrictionMode;
 use crate::error::{Error, Result};
 use crate::mesh::Facet;
 use crate::model::{self, Target};
-use crate::partition::{IndexMap, LocalMesh};
+use crate::partition::LocalMesh;
 use crate::tensor::Vector;
 
 /// One contact of the case on this rank.
@@ -86,7 +86,7 @@ impl<const D: usize> Contact<D> {
             }
         };
         let lumped = |kind| target.obstacle().is_some_and(|obstacle| is_lumped(obstacle, kind));
-        let segments = VertexContact {
+        let vertices = VertexContact {
             surface: VertexSurface::new(&local.mesh, facets, &ownership, lumped),
             target,
             law,
@@ -97,8 +97,8 @@ impl<const D: usize> Contact<D> {
         let outline = ContactSurface::new(&local.mesh, facets, &ownership);
         Ok(Self {
             name: contact.name.clone(),
-            state: ContactState::new(segments.surface.vertices().len()),
-            pair: ContactPair::new(segments, outline, &local.mesh, opposite, measures.radii),
+            state: ContactState::new(vertices.surface.vertices().len()),
+            pair: ContactPair::new(vertices, outline, &local.mesh, opposite, measures.radii),
             bodies: contact.all_bodies(),
             facet_size: measures.facet_size,
             beneath: contact.softer / measures.facet_size,
@@ -125,11 +125,6 @@ impl<const D: usize> Contact<D> {
     /// Largest extent of a facet of either side \[m\]; on an obstacle the mean size of those of the contactor.
     pub fn largest_facet(&self) -> f64 {
         if self.is_deformable() { self.pair.facet() } else { self.facet_size }
-    }
-
-    /// Facets of a deformable target in this rank's share of the mesh.
-    pub fn target_facets(&self) -> &[Facet] {
-        self.pair.target_facets()
     }
 
     /// Whether the target is deformable.
@@ -208,18 +203,8 @@ impl<const D: usize> Contact<D> {
         &mut self.pair.contact.law
     }
 
-    /// Motion that no point can pass through the target by, or by a round obstacle \[m\]; a plane has no other side.
-    pub fn stride(&self) -> f64 {
-        self.pair.stride()
-    }
-
-    /// Distance up to which gaps are known \[m\].
-    pub fn reach(&self) -> f64 {
-        self.pair.reach()
-    }
-
     /// Gathers the facets of a deformable target near by, at the current positions of the local nodes \[m\], with their `step` as for
-    /// [`is_stale`](Self::is_stale). Collective.
+    /// [`ContactPair::is_stale`]. Collective.
     ///
     /// # Errors
     /// The same on all ranks.
@@ -231,39 +216,6 @@ impl<const D: usize> Contact<D> {
         step: impl Fn(u32) -> Vector<D>,
     ) -> Result<()> {
         self.pair.gather(world, local, positions, step, &self.state)
-    }
-
-    /// Nodes of the gathered facets that this rank does not hold, with their reference points.
-    pub fn foreign(&self) -> impl Iterator<Item = (i32, [f64; D])> + '_ {
-        self.pair.foreign()
-    }
-
-    /// Takes the gathered facets as the target; `points` are the reference points of all nodes of `foreign` and before.
-    pub fn adopt(&mut self, index: &IndexMap, foreign: &[i32], points: &[[f64; D]]) {
-        self.pair.adopt(index, foreign, points);
-    }
-
-    /// Whether this rank's facets moved so far since the gathering that others may have come near.
-    ///
-    /// `position` and `step` of a local node: where it is \[m\], and how far it moves from the start of the step to its middle if forces
-    /// act over the step, else zero \[m\].
-    pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Vector<D>) -> bool {
-        self.pair.is_stale(position, step)
-    }
-
-    /// Finds the nodes that are coupled, at the displacements of all nodes.
-    pub fn find_couplings(&mut self, u: &[f64], outlook: Outlook) {
-        self.pair.find_couplings(u, outlook);
-    }
-
-    /// Nodes that vertices couple beyond what elements couple, if there are any.
-    pub fn couplings(&self) -> Option<&Couplings> {
-        self.pair.wider_couplings()
-    }
-
-    /// All nodes that vertices couple.
-    pub fn couplings_mut(&mut self) -> &mut Couplings {
-        &mut self.pair.couplings
     }
 
     /// Adds the forces.

@@ -161,7 +161,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn stride(&self) -> f64 {
-        self.contacts.iter().map(Contact::stride).fold(f64::INFINITY, f64::min)
+        self.contacts.iter().map(|contact| contact.pair.stride()).fold(f64::INFINITY, f64::min)
     }
 
     fn rewind(&mut self) {

@@ -160,9 +160,9 @@ impl<const D: usize> ContactPair<D> {
         }
     }
 
-    /// Whether forces of each vertex act on its own node alone, as over a plane, so that the pattern of the elements has all blocks. Not where
-    /// forces may act over a step, always on the undeformed area: the discrete gradients of the area have all nodes around the vertex.
-    fn keeps_to_itself(&self) -> bool {
+    /// Whether each vertex has a force on its own node alone, as over a plane, so that the pattern of the elements has all blocks. Forces over
+    /// a step, which act on the undeformed area, have parts at all nodes around the vertex: discrete gradients of the area.
+    fn acts_on_own_node(&self) -> bool {
         let facets = self.contact.surface.facets();
         let lumped = |obstacle| facets.iter().all(|facet| is_lumped(obstacle, facet.kind));
         self.contact.area == AreaKind::Current && self.contact.target.obstacle().is_some_and(lumped)
@@ -170,7 +170,7 @@ impl<const D: usize> ContactPair<D> {
 
     /// The nodes that vertices couple beyond what elements couple, if there are any.
     pub fn wider_couplings(&self) -> Option<&Couplings> {
-        (!self.keeps_to_itself()).then_some(&self.couplings)
+        (!self.acts_on_own_node()).then_some(&self.couplings)
     }
 
     /// Largest extent of a facet of either side \[m\].
@@ -237,6 +237,9 @@ impl<const D: usize> ContactPair<D> {
     }
 
     /// Whether this rank's facets moved so far since the gathering that others may have come near.
+    ///
+    /// `position` and `step` of a local node: where it is \[m\], and how far it moves from the start of the step to its middle if forces
+    /// act over the step, else zero \[m\].
     pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Point<D>) -> bool {
         let Some(gather) = &self.gather else { return self.contact.target.obstacle().is_none() };
         let [contactor, target] = gather.motion(position);
@@ -331,9 +334,9 @@ impl<const D: usize> ContactPair<D> {
         own: &mut [f64],
         mut remote: RemoteForce,
     ) {
-        let itself = self.keeps_to_itself();
+        let own_node = self.acts_on_own_node();
         for (vertex, _) in state.current.iter().enumerate().filter(|(_, point)| point.is_closed()) {
-            let nodes = match itself {
+            let nodes = match own_node {
                 true => &self.contact.surface.vertices()[vertex..=vertex],
                 false => self.couplings.nodes_of(vertex),
             };

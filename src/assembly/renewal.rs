@@ -35,7 +35,7 @@ impl<const D: usize> ContactSystem<D> {
             let node = node as usize;
             std::array::from_fn(|i| points[node][i] + u[node * D + i])
         };
-        self.contacts.iter().any(|contact| contact.is_stale(position, &step))
+        self.contacts.iter().any(|contact| contact.pair.is_stale(position, &step))
     }
 
     /// Gathers target facets at these fields and finds the couples; the pattern grows where it lacks one. Collective.
@@ -74,15 +74,15 @@ impl<const D: usize> ContactSystem<D> {
         interface.bring(world, fields);
         let u = interface.fields().u.to_vec();
         if known == Known::Pattern {
-            self.contacts.iter_mut().for_each(|contact| contact.find_couplings(&u, Outlook::Now));
+            self.contacts.iter_mut().for_each(|contact| contact.pair.find_couplings(&u, Outlook::Now));
             interface.agree_on(world, &self.local.index, couplings(&self.contacts))?;
         }
         if known == Known::Nothing || !self.pattern_holds(&interface) {
-            self.contacts.iter_mut().for_each(|contact| contact.find_couplings(&u, Outlook::Ahead));
+            self.contacts.iter_mut().for_each(|contact| contact.pair.find_couplings(&u, Outlook::Ahead));
             interface.agree_on(world, &self.local.index, couplings(&self.contacts))?;
             self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
         }
-        let places = self.contacts.iter_mut().map(Contact::couplings_mut);
+        let places = self.contacts.iter_mut().map(|contact| &mut contact.pair.couplings);
         interface.locate(&self.local.index, self.matrix.pattern(), places);
         self.interface = Some(interface);
         Ok(())
@@ -90,13 +90,14 @@ impl<const D: usize> ContactSystem<D> {
 
     /// One numbering of the foreign nodes of all contacts. Collective.
     fn meet(&mut self) -> Result<Interface<D>> {
-        let mut foreign: Vec<(i32, [f64; D])> = self.contacts.iter().flat_map(Contact::foreign).collect();
+        let mut foreign: Vec<(i32, [f64; D])> =
+            self.contacts.iter().flat_map(|contact| contact.pair.foreign()).collect();
         foreign.sort_unstable_by_key(|(global, _)| *global);
         foreign.dedup_by_key(|(global, _)| *global);
         let (globals, points): (Vec<i32>, Vec<[f64; D]>) = foreign.into_iter().unzip();
         let all: Vec<[f64; D]> = self.local.mesh.points.iter().copied().chain(points).collect();
         let index = &self.local.index;
-        self.contacts.iter_mut().for_each(|contact| contact.adopt(index, &globals, &all));
+        self.contacts.iter_mut().for_each(|contact| contact.pair.adopt(index, &globals, &all));
         Interface::new(
             self.session.world(),
             index,
@@ -152,5 +153,5 @@ fn half_step<const D: usize>(
 }
 
 fn couplings<const D: usize>(contacts: &[Contact<D>]) -> impl Iterator<Item = &Couplings> {
-    contacts.iter().filter_map(Contact::couplings)
+    contacts.iter().filter_map(|contact| contact.pair.wider_couplings())
 }

@@ -86,7 +86,7 @@ impl NodalSums {
 
     /// Gathers all points of a contact; complete at owned nodes after [`complete`](Self::complete). Between bodies a gap is at most a quarter of the largest facet.
     pub fn of<const D: usize>(contact: &Contact<D>, nodes: usize) -> Self {
-        let furthest = contact.reach();
+        let furthest = contact.pair.reach();
         let mut gathered = Self { sums: vec![0.0; nodes * Self::FIELDS], weights: vec![0.0; nodes] };
         let history = &contact.state.history;
         let value = |p: usize, point: &PointState<D>| {

@@ -65,7 +65,7 @@ impl<const D: usize> ContactSystem<D> {
         let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
         let mut most = contactor.map(|&node| moved(node)).fold(0.0, f64::max);
         let mut nodes = Vec::new();
-        for &facet in contact.target_facets() {
+        for &facet in contact.pair.target_facets() {
             self.local.mesh.facet_nodes(facet, &mut nodes);
             most = nodes.iter().map(|&node| moved(node)).fold(most, f64::max);
         }

@@ -8,6 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 use super::build::{facet_normals, height, size_of};
 use super::contact::facets_of;
 use crate::case::Units;
+use crate::contact::mortar::contact::OPEN;
 use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Facet, spelled};
@@ -109,7 +110,7 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     Ok(found)
 }
 
-/// Up to which gap nodes or points are taken to touch, beside those that penetrate \[m\]; none where all gaps are taken as they are.
+/// Largest gap at which nodes or points are treated as touching, in addition to those that penetrate \[m\]; `None` if all gaps are kept.
 fn adjusted<const D: usize>(
     (contact, units): (&Contact<D>, Units),
     found: &Overclosure<D>,
@@ -149,9 +150,8 @@ fn refusal<const D: usize>(
 /// eighth of a facet where it is as long as the radius; a body that is moved by more loses its shape.
 const ADJUSTABLE: f64 = 0.25;
 
-/// Gap over the size of a facet that is closed where surfaces are meant to touch: the same error where a facet is as long as the radius.
-/// From there on points have less weight.
-const CLOSABLE: f64 = 0.125;
+/// Gap over the size of a facet that is closed where surfaces are meant to touch: up to the gap from which on points have less weight.
+const CLOSABLE: f64 = 0.5 * OPEN;
 
 /// Refuses to adjust what is no small error of meshes.
 fn require_small<const D: usize>(

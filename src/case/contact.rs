@@ -19,7 +19,7 @@ pub struct Contact {
     /// Facets that carry the contact points, as body.set.
     pub contactor: At<String>,
     /// An obstacle, or facets as body.set: of another body, of the same one, or the contactor itself, which then meets itself. With
-    /// `contactor: all`, which is the whole surface of all bodies, an obstacle, or `all`: everything that there is.
+    /// `contactor: all`, the whole surface of all bodies: an obstacle, or `all` for all surfaces and all obstacles.
     pub target: At<String>,
     /// Normal traction as a function of the gap.
     #[serde(default)]
@@ -27,7 +27,7 @@ pub struct Contact {
     /// Friction traction as a function of normal traction and slip.
     #[serde(default)]
     pub friction: Friction,
-    /// No key of a contact: where it stands in an old case, an error says why.
+    /// Was a key until bodies met obstacles at vertices. It is read so that the error can say why.
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
     pub quadrature: Option<At<IgnoredAny>>,
@@ -43,7 +43,7 @@ pub struct Contact {
 pub const ALL: &str = "all";
 
 impl Contact {
-    /// Between everything that there is, by the laws of this one or, if none is given, by those of the defaults.
+    /// A contact of all surfaces with this target, with the laws of a given contact or the default ones.
     fn general(target: &str, of: Option<&Self>) -> Self {
         let (contactor, target) = (ALL.to_owned().into(), target.to_owned().into());
         match of {
@@ -72,7 +72,7 @@ impl Contact {
     }
 }
 
-/// Contacts by name, or the word `all` for one between everything that there is.
+/// Contacts by name, or the word `all`.
 pub(super) fn contacts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Named<Contact>, D::Error> {
     struct Contacts;
     impl<'de> Visitor<'de> for Contacts {

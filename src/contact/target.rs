@@ -107,7 +107,7 @@ pub enum ContactTarget<const D: usize> {
 }
 
 impl<const D: usize> ContactTarget<D> {
-    /// The facets; none of an obstacle.
+    /// The facets; `None` for an obstacle.
     pub fn body(&self) -> Option<&TargetSurface<D>> {
         match self {
             Self::Body(surface) => Some(surface),
@@ -115,7 +115,7 @@ impl<const D: usize> ContactTarget<D> {
         }
     }
 
-    /// The obstacle, if it is one.
+    /// The obstacle; `None` for a body.
     pub fn obstacle(&self) -> Option<&Obstacle<D>> {
         match self {
             Self::Body(_) => None,

@@ -375,7 +375,7 @@ pub trait Dynamics {
     /// Why the last residual was not finite, the same on all ranks. Collective.
     fn fault(&mut self) -> Option<Error>;
 
-    /// The contact points that changed last, as a phrase for a message; empty where there are none.
+    /// The contact points that changed last, as a phrase for a message; empty if no point changed.
     fn restless_points(&self) -> String;
 
     /// Takes the multipliers that are sought as the last accepted step left them.

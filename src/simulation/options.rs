@@ -104,6 +104,7 @@ pub fn remarks(case: &Case) -> Vec<String> {
         .chain(swinging(case))
         .chain(loose(case))
         .chain(kept(case))
+        .chain(doubled(case))
         .collect()
 }
 
@@ -122,6 +123,23 @@ fn loose(case: &Case) -> impl Iterator<Item = String> {
             "solver.{name}: {{ tolerance: {tolerance} }} leaves {what} by up to {:.2} % of {of}, which limits the accuracy of the results: \
              write {LOOSEST_NEWTON:e} or less",
             100.0 * tolerance
+        )
+    })
+}
+
+/// Remark on multipliers where a surface meets itself: both of its sides have them.
+fn doubled(case: &Case) -> Option<String> {
+    let enforced = case.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some());
+    let itself = |contact: &&case::Contact| contact.contactor.value == contact.target.value;
+    let found = case
+        .contact
+        .iter()
+        .find(|(_, contact)| enforced && itself(contact) && !super::pace::keeps_laws(case));
+    found.map(|(name, _)| {
+        format!(
+            "contact '{}': where a surface meets itself, both sides have multipliers for accuracy.penetration, and a small penetration may \
+             not be reached; name the two surfaces if they are known, or ask for a relative penetration of 1e-3 or more",
+            name.value
         )
     })
 }

@@ -3,7 +3,7 @@
 //! The one place that knows which way out is: in the plane the tangent turned clockwise, in space the product of the two
 //! tangents. [`ElementKind::sides`](crate::mesh::ElementKind::sides) orders the nodes of a facet to suit.
 
-use crate::tensor::{Tensor, Vector};
+use crate::tensor::{Tensor, Vector, cross};
 
 /// Derivatives `x_,k` of the position with respect to the facet's `D - 1` reference coordinates \[m\]; in the plane
 /// the second entry is zero.
@@ -49,13 +49,6 @@ pub fn area_variation<const D: usize>(tangents: &Tangents<D>, dn: &[f64]) -> Ten
         1 => -axis[3 - i - j],
         2 => axis[3 - i - j],
         _ => 0.0,
-    })
-}
-
-fn cross<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> Vector<D> {
-    Vector::from_fn(|i, _| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j] * b[k] - a[k] * b[j]
     })
 }
 

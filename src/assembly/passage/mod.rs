@@ -87,7 +87,8 @@ impl<const D: usize> ContactSystem<D> {
         all[0] * stage.dt + 0.5 * all[1] * stage.dt.powi(2) + all[2]
     }
 
-    /// Looks for all of it; `motions` as [`shifts`](Self::shifts) and whether a point may meet the obstacle or lies deep, of all ranks. Collective.
+    /// Looks for all of it. `motions` has for each contact those of [`shifts`](Self::shifts), and whether a point may meet the obstacle or lies
+    /// deep in a body; of all ranks. Collective.
     fn find(&self, ends: Ends<'_>, motions: &[f64]) -> Result<Found> {
         let mut found = Found { between: Vec::new(), through: Vec::new() };
         for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(3)) {
@@ -98,8 +99,8 @@ impl<const D: usize> ContactSystem<D> {
                     (between_points(contact, obstacle, ends, met > 0.0), through)
                 }
                 None => {
-                    // From half the depth on points have less weight: what comes so deep in one long step may not be pushed back, and what
-                    // was there before may go on.
+                    // Points deeper than half the depth have less weight. A place that gets there in one long step may not be pushed
+                    // back, and one that was there at the start of the step may get deeper.
                     let depth = contact.pair.depth();
                     let mut through = 0;
                     if motion > contact.pair.stride() {
@@ -117,9 +118,7 @@ impl<const D: usize> ContactSystem<D> {
         Ok(found)
     }
 
-    /// Places of either surface of a contact by segments that went deeper than `depth` behind the other one, while the surfaces moved by
-    /// `motion` \[m\].
-    /// Collective.
+    /// Places of either surface that went deeper than `depth` behind the other one, while the surfaces moved by `motion` \[m\]. Collective.
     fn swept(&self, pair: &ContactPair<D>, ends: Ends<'_>, motion: f64, depth: f64) -> Result<u64> {
         let surfaces = pair.surfaces(&self.local);
         let target = Moving::gathered(&self.session, &surfaces, ends, motion + depth)?;
@@ -138,7 +137,7 @@ impl<const D: usize> ContactSystem<D> {
         let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
         let contactor = contactor.map(|&node| of_node(node)).fold(0.0, f64::max);
         let (mut target, mut nodes) = (0.0_f64, Vec::new());
-        for &facet in contact.target_facets() {
+        for &facet in contact.pair.target_facets() {
             self.local.mesh.facet_nodes(facet, &mut nodes);
             target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
         }

@@ -130,11 +130,9 @@ impl Check<'_> {
             self.cure(
                 "write `all` for both sides, or for the contactor alone where the target is an obstacle",
             );
-        } else if target.value == ALL {
-            // Whatever there is.
         } else if of_bodies {
             self.surface("a target", target);
-        } else {
+        } else if target.value != ALL {
             let known = self.case.obstacles.names().chain(self.case.bodies.names());
             let complaint = Complaint::unknown("target", target, known);
             self.found.push(complaint.at(target.place));

@@ -38,7 +38,7 @@ pub struct VertexContact<const D: usize> {
     pub law: ContactLaw,
     /// Area on which the tractions act.
     pub area: AreaKind,
-    /// Points deeper than this below the target come from its other side \[m\]; an obstacle has none.
+    /// Points deeper than this below the target come from its other side \[m\]. An obstacle has no other side: `f64::MAX`.
     pub depth: f64,
     /// Part of the tractions that each side carries as the contactor: 1/2 in a contact of a surface with itself, whose facets are contactors
     /// and targets in turn, else 1.

@@ -81,7 +81,7 @@ pub enum Opposite<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Opposite<'a, D> {
-    /// Positions of the nodes \[m\]; an obstacle has none.
+    /// Positions of the nodes \[m\]; empty for an obstacle.
     pub fn nodes(&self) -> &'a [Vector<D>] {
         match self {
             Self::Facet(facet) => facet.nodes,

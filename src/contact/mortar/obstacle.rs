@@ -34,7 +34,8 @@ pub fn rule_of<const D: usize>(obstacle: &Obstacle<D>, kind: ElementKind) -> &'s
 
 /// Cosine of the angle between the inward normal of a facet and the normal of the obstacle from which on the facet counts in full, at 60
 /// degrees. Below it the part falls to 0, which it reaches where the facet stands upright: the side of a block does not press although its
-/// corner touches. Facets in contact are nearly parallel to the obstacle, and count in full with half and with nearly twice the value.
+/// corner touches. Facets in contact are nearly parallel to the obstacle: with 0.25 and with 0.9 the scenes `rubber-cube`, `rubber-block` and
+/// `incline` have the same forces and iterations. `pile`, where blocks tumble, takes 5348 and 5729 Newton iterations in place of 4346.
 const FACING: f64 = 0.5;
 
 /// The part with which a facet counts by that cosine, and its derivative.

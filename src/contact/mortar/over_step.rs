@@ -24,7 +24,7 @@ use crate::contact::point::step::{friction, stored};
 use crate::contact::point::{PointState, Selection, Status};
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
-use crate::tensor::{Tensor, Vector};
+use crate::tensor::{Tensor, Vector, rotations};
 use crate::terms::Terms;
 
 /// A motion whose non-rigid part is smaller than this, over the extent of the vertex, is taken for rigid. What the gradients in the middle lack
@@ -524,11 +524,8 @@ fn rigid_motions<const D: usize>(x: &Vector<D>) -> [Vector<D>; MOTIONS] {
     for i in 0..D {
         motions[i][i] = 1.0;
     }
-    let planes: &[[usize; 2]] = if D == 2 { &[[0, 1]] } else { &[[0, 1], [1, 2], [2, 0]] };
-    for (motion, &[i, j]) in motions[D..].iter_mut().zip(planes) {
-        motion[i] = -x[j];
-        motion[j] = x[i];
-    }
+    let turns = rotations(x);
+    motions[D..].iter_mut().zip(turns).for_each(|(motion, turn)| *motion = turn);
     motions
 }
 

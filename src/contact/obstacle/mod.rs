@@ -12,7 +12,7 @@ pub use plane::Plane;
 pub use sphere::Sphere;
 
 use crate::error::Result;
-use crate::tensor::{Tensor, Vector};
+use crate::tensor::{Tensor, Vector, cross, rotations};
 
 /// Which side of a closed surface is free.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -118,12 +118,7 @@ impl<const D: usize> Obstacle<D> {
                 }
             }
             Self::Sphere(sphere) => {
-                let arm = x - sphere.centre();
-                let planes: &[[usize; 2]] = if D == 2 { &[[0, 1]] } else { &[[0, 1], [1, 2], [2, 0]] };
-                for (motion, &[i, j]) in motions.iter_mut().zip(planes) {
-                    motion[i] = -arm[j];
-                    motion[j] = arm[i];
-                }
+                motions[..3].copy_from_slice(&rotations(&(x - sphere.centre())));
             }
             Self::Cylinder(cylinder) => {
                 motions[0] = cylinder.axis();
@@ -150,14 +145,6 @@ fn tangents_of<const D: usize>(normal: &Vector<D>) -> [Vector<D>; 2] {
     across[axis] = 1.0;
     let first = (across - normal * normal[axis]).try_normalize(0.0).unwrap_or_else(Vector::zeros);
     [first, if D == 3 { cross(normal, &first) } else { Vector::zeros() }]
-}
-
-/// `a x b` in space.
-fn cross<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> Vector<D> {
-    Vector::from_fn(|i, _| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j] * b[k] - a[k] * b[j]
-    })
 }
 
 /// Distance from a centre or an axis: gap, normal and Hessian of `sign (|r| - radius)` for the offset `r`.
