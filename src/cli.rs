@@ -8,9 +8,9 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 
-use crate::case::diagnostics::nearest;
 use crate::error::{Error, Result};
 use crate::output::pace::wall_time;
+use crate::reader::complaint::nearest;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -11,18 +11,19 @@
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
 //! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; the terms of (3.5) |
-//! | 1 | [`case`]; [`petsc`]; [`checkpoint`] | what the user writes; owners of PETSc's objects; files from which a run goes on |
+//! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects; files from which a run goes on |
 //! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
-//! | 3 | [`partition`] | METIS, who owns what, distribution |
-//! | 4 | [`space`] | reference elements, quadrature, prescribed unknowns (3.1) |
-//! | 5 | [`element`]; [`contact`] | kernels: Q, K_0, K_NL, K_S, M; contact at vertices, by mortar segments between bodies and over obstacles (`contact::mortar`, docs/theory.md): gap, F_n, F_T and their tangents |
-//! | 6 | [`model`]; [`dynamics`] | the checked case; what solvers and integrators see |
-//! | 7 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
-//! | 8 | [`solvers`]; [`time`] | monolithic and staggered Newton, linear solvers; Newmark and its family |
-//! | 9 | [`output`], [`plot`] | tables, fields, record, console; figures |
-//! | 10 | [`simulation`]; [`report`] | the run, in the order of the paper's section 3; a page about results |
-//! | 11 | [`study`] | many runs: errors against costs, advice |
-//! | 12 | [`commands`], [`cli`] | the command line |
+//! | 3 | [`case`] | what the user writes |
+//! | 4 | [`partition`] | METIS, who owns what, distribution |
+//! | 5 | [`space`] | reference elements, quadrature, prescribed unknowns (3.1) |
+//! | 6 | [`element`]; [`contact`] | kernels: Q, K_0, K_NL, K_S, M; contact at vertices, by mortar segments between bodies and over obstacles (`contact::mortar`, docs/theory.md): gap, F_n, F_T and their tangents |
+//! | 7 | [`model`]; [`dynamics`] | the checked case; what solvers and integrators see |
+//! | 8 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
+//! | 9 | [`solvers`]; [`time`] | monolithic and staggered Newton, linear solvers; Newmark and its family |
+//! | 10 | [`output`], [`plot`] | tables, fields, record, console; figures |
+//! | 11 | [`simulation`]; [`report`] | the run, in the order of the paper's section 3; a page about results |
+//! | 12 | [`study`] | many runs: errors against costs, advice |
+//! | 13 | [`commands`], [`cli`] | the command line |
 //!
 //! # From the paper's symbols to names
 //!
@@ -63,6 +64,7 @@ pub mod output;
 pub mod partition;
 pub mod petsc;
 pub mod plot;
+pub mod reader;
 pub mod report;
 pub mod rounding;
 pub mod simulation;

@@ -253,6 +253,6 @@ impl<const D: usize> Model<D> {
 }
 
 /// Lengths as numbers \[m\]; those that are missing are 0.
-fn lengths<const D: usize>(values: &[case::quantity::Length]) -> [f64; D] {
+fn lengths<const D: usize>(values: &[crate::reader::quantity::Length]) -> [f64; D] {
     std::array::from_fn(|i| values.get(i).map_or(0.0, |value| value.value))
 }

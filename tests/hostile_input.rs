@@ -185,7 +185,7 @@ fn inputs() -> Vec<Entry> {
 
 /// Reads an input, which must be refused.
 fn refuse(input: &Input, folder: &Path) -> Result<(), Error> {
-    let text = |complaint: contact_petsc::case::diagnostics::Complaint| Error::case(complaint.to_string());
+    let text = |complaint: contact_petsc::reader::complaint::Complaint| Error::case(complaint.to_string());
     match input {
         Input::Case(text) => Case::parse(text, "case.yml").map(drop),
         Input::Box(text) => read_mesh::<2>(&Case::parse(text, "case.yml")?).map(drop),

@@ -17,8 +17,9 @@ const NEVER: &[(&str, &[&str])] = &[
 ];
 
 /// Modules that may not name the crate `mpi` or PETSc's bindings.
-const SERIAL: &[&str] =
-    &["tensor", "square", "lanes", "terms", "case", "mesh", "material", "space", "element", "contact"];
+const SERIAL: &[&str] = &[
+    "tensor", "square", "lanes", "terms", "reader", "case", "mesh", "material", "space", "element", "contact",
+];
 
 /// Modules that help tests only.
 const HELPERS: &[&str] = &["taylor"];

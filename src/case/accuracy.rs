@@ -9,10 +9,11 @@ use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::diagnostics::Complaint;
-use super::place::{At, Place};
-use super::quantity::{Length, Number, Scalar};
-use super::tree::CHOICE;
+use crate::reader::at::At;
+use crate::reader::complaint::Complaint;
+use crate::reader::context::CHOICE;
+use crate::reader::place::Place;
+use crate::reader::quantity::{Length, Number, Scalar};
 
 /// Tolerances of the answer. A part that is `none` is not controlled: the rest of the case determines it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,11 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::diagnostics::Complaint;
-use super::function::{VaryingLength, VaryingVelocity};
-use super::place::At;
-use super::quantity::{Density, Length, Number, Pressure};
-use super::tagged::tagged;
+use crate::reader::at::At;
+use crate::reader::complaint::Complaint;
+use crate::reader::function::{VaryingLength, VaryingVelocity};
+use crate::reader::quantity::{Density, Length, Number, Pressure};
+use crate::reader::tagged::tagged;
 
 /// A deformable body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::function::{Varying, VaryingAcceleration, VaryingLength, VaryingPressure};
-use super::place::At;
+use crate::reader::at::At;
+use crate::reader::function::{Varying, VaryingAcceleration, VaryingLength, VaryingPressure};
 
 /// A support or a load: `on` and one of the other keys.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -6,10 +6,10 @@ mod boundary;
 mod contact;
 mod run;
 
-use super::diagnostics::Complaint;
-use super::function::{Function, Varying};
-use super::quantity::Quantity;
 use super::{At, Case, Mesh, Place};
+use crate::reader::complaint::Complaint;
+use crate::reader::function::{Function, Varying};
+use crate::reader::quantity::Quantity;
 
 /// All that is wrong with the case, in no particular order.
 pub(super) fn complaints(case: &Case) -> Vec<Complaint> {

@@ -7,10 +7,10 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::place::{At, Named};
-use super::quantity::{Compliance, Length, Number, PowerStiffness, Pressure, Stiffness, Velocity};
-use super::tagged::tagged;
-use super::tree::CHOICE;
+use crate::reader::at::{At, Named};
+use crate::reader::context::CHOICE;
+use crate::reader::quantity::{Compliance, Length, Number, PowerStiffness, Pressure, Stiffness, Velocity};
+use crate::reader::tagged::tagged;
 
 /// A pair of surfaces that may touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

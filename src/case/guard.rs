@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::quantity::Number;
+use crate::reader::quantity::Number;
 
 /// Limits of what a run may do: energy without a cause ends it with exit code 6, its results are kept; a step in which
 /// surfaces in contact move too far is cut.

@@ -8,28 +8,13 @@ mod body;
 mod boundary;
 mod check;
 mod contact;
-pub mod diagnostics;
-pub mod document;
-mod dual;
-mod expression;
-pub mod function;
 mod guard;
 mod obstacle;
 mod output;
-mod path;
 mod petsc;
-pub mod place;
-pub mod quantity;
-mod recovery;
-mod schema;
 mod solver;
-mod stand_in;
 mod start;
-pub(crate) mod tagged;
 mod time;
-mod tree;
-pub mod unit;
-mod units;
 
 use std::fs::File;
 use std::io::Read;
@@ -48,21 +33,24 @@ pub use boundary::{Action, Boundary, Components};
 pub use contact::{
     ALL, Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Regularization,
 };
-pub use function::{Function, Motion, PlacedFunction, Varying};
 pub use guard::Guard;
 pub use obstacle::{Obstacle, Side};
 pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
-pub use place::{At, Named, Place};
-pub use schema::{schema, schema_of};
 pub use solver::{Inner, Krylov, Linear, Newton, Passes, Second, Solver, Strategy, Variant};
 pub use start::Start;
 pub use time::{Scheme, Time};
-pub use units::Units;
 
 use crate::error::{Error, Result};
-use diagnostics::{Complaint, Source};
-use document::Document;
+pub use crate::reader::at::{At, Named};
+use crate::reader::complaint::Complaint;
+use crate::reader::document::{self, Document};
+pub use crate::reader::function::{Function, Motion, PlacedFunction, Varying};
+pub use crate::reader::place::Place;
+use crate::reader::quantity;
+use crate::reader::schema::schema_of;
+use crate::reader::source::Source;
+pub use crate::reader::units::Units;
 
 /// Longest case file \[bytes\]: 2 MiB.
 ///
@@ -117,6 +105,11 @@ pub struct Case {
     /// The text, for errors that later checks find.
     #[serde(skip)]
     source: Rc<Source>,
+}
+
+/// Draft-07 schema of a case file.
+pub fn schema() -> serde_json::Value {
+    schema_of::<Case>()
 }
 
 impl Case {
@@ -206,7 +199,7 @@ impl Case {
         known: impl Iterator<Item = &'a str>,
     ) -> Error {
         let complaint = Complaint::unknown("name", name, known).at(name.place);
-        self.source.error(&Complaint { message, ..complaint })
+        self.source.error(&complaint.saying(message))
     }
 
     /// A function that knows where in the case it is written.

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::place::At;
-use super::quantity::{Length, Number};
-use super::tagged::tagged;
+use crate::reader::at::At;
+use crate::reader::quantity::{Length, Number};
+use crate::reader::tagged::tagged;
 
 /// A rigid body at rest that others touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::place::{At, Named};
-use super::quantity::{Duration, Length};
+use crate::reader::at::{At, Named};
+use crate::reader::quantity::{Duration, Length};
 
 /// What is written beside the histories, which are always written every step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -29,7 +29,10 @@ pub struct Checkpoint {
     pub keep: At<u32>,
     /// Wall time of this process \[s\] in every system of units, > 0: the run stops before it with a checkpoint and exit code 7.
     /// `--wall-time` wins.
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::quantity::wall_time")]
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::reader::quantity::wall_time"
+    )]
     pub wall_time: Option<Duration>,
 }
 

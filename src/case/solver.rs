@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::place::At;
-use super::quantity::Number;
-use super::tagged::tagged;
+use crate::reader::at::At;
+use crate::reader::quantity::Number;
+use crate::reader::tagged::tagged;
 
 /// How the equations of a step are solved.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::place::At;
-use super::quantity::{Duration, Number};
-use super::tagged::tagged;
+use crate::reader::at::At;
+use crate::reader::quantity::{Duration, Number};
+use crate::reader::tagged::tagged;
 
 /// Time and its discretisation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -14,7 +14,7 @@ use crate::tensor::Vector;
 const REFERENCE_PRESSURE: f64 = 0.1;
 
 fn vector<const D: usize, const KG: i8, const M: i8, const S: i8>(
-    values: &[case::quantity::Quantity<KG, M, S>],
+    values: &[crate::reader::quantity::Quantity<KG, M, S>],
 ) -> Vector<D> {
     Vector::from_fn(|i, _| values.get(i).map_or(0.0, |value| value.value))
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::case::{quantity, unit};
+use crate::reader::{quantity, unit};
 
 /// A length of time as one reads it: `0.53 s`, `12.3 s`, `3 min 20 s`, `2 h 05 min`.
 pub fn duration(length: Duration) -> String {

@@ -4,12 +4,14 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::table::COLUMNS;
-use crate::case::diagnostics::{Complaint, Source};
-use crate::case::document::{Document, Node, Tree, read_as};
-use crate::case::quantity::{Duration, Number};
-use crate::case::tagged::tagged;
 use crate::case::{At, Named, Place, Units};
 use crate::error::{Error, Result};
+use crate::reader::complaint::Complaint;
+use crate::reader::document::{Document, read_as};
+use crate::reader::node::{Node, Tree};
+use crate::reader::quantity::{Duration, Number};
+use crate::reader::source::Source;
+use crate::reader::tagged::tagged;
 
 /// A study as written in `study.yml`.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]

@@ -26,7 +26,7 @@ pub use run::{Options, Planned, run};
 
 /// The JSON schema (draft-07) of a study file.
 pub fn schema() -> serde_json::Value {
-    crate::case::schema_of::<Study>()
+    crate::reader::schema::schema_of::<Study>()
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! The members of a study: every combination of its axes, those that have a name of their own, and the reference.
 
-use crate::case::document::{Document, Node, Tree};
 use crate::case::{At, Case, Named};
 use crate::error::Result;
+use crate::reader::document::Document;
+use crate::reader::node::{Node, Tree};
 use crate::study::file::{Axis, Reference, Study};
 
 /// More members than this are taken for a mistake.

@@ -12,14 +12,14 @@ use super::file::Study;
 use super::folder::{self, Papers, StudyFolder};
 use super::plan::{self, Member};
 use super::row::{References, Row, State};
-use crate::case::diagnostics::Source;
-use crate::case::document::Document;
 use crate::case::{Case, Mesh, Units};
 use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::{Verbosity, say};
 use crate::output::folder::{RECORD, ResultsFolder, record};
 use crate::output::record::{Input, check_tables};
 use crate::petsc::Session;
+use crate::reader::document::Document;
+use crate::reader::source::Source;
 use crate::simulation::{Place, Ready, Signals, WALL_TIME_IS_OVER, give_options, refuse, take_back_options};
 
 /// How a study is run.

@@ -41,7 +41,7 @@ impl Series {
         let Some(csv) = Csv::read(path)? else { return Ok(None) };
         let absent = |column: &str| {
             let known: Vec<&str> = csv.columns().iter().map(String::as_str).collect();
-            let near = crate::case::diagnostics::nearest(column, &known);
+            let near = crate::reader::complaint::nearest(column, &known);
             let near = near.map_or(String::new(), |near| format!("; did you mean '{near}'?"));
             Error::case(format!("{}: there is no column '{column}'", path.display()))
                 .hint(&format!("there are: {}{near}", known.join(", ")))
@@ -142,8 +142,8 @@ fn square_integral(points: &[[f64; 2]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::quantity::Duration;
     use crate::output::folder::tests::Scratch;
+    use crate::reader::quantity::Duration;
 
     fn line(slope: f64, times: &[f64]) -> Series {
         Series::new(times.iter().map(|&time| [time, slope * time]))

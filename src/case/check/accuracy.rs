@@ -1,8 +1,8 @@
 //! Checks of `accuracy`.
 
-use super::super::quantity::Number;
 use super::super::{Normal, PenetrationTolerance, Scheme};
 use super::Check;
+use crate::reader::quantity::Number;
 
 /// Smallest relative error that may be requested: rounding alone may be larger than a smaller one.
 const FINEST: f64 = 1e-12;

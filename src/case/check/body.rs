@@ -1,8 +1,8 @@
 //! Checks of `bodies`.
 
-use super::super::place::At;
 use super::super::{Body, Boundary, BoxMesh, Locking, Merge, Mesh};
 use super::Check;
+use crate::reader::at::At;
 
 impl Check<'_> {
     pub(super) fn body(&mut self, name: &At<String>, body: &Body) {

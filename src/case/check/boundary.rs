@@ -1,9 +1,9 @@
 //! Checks of `boundary`.
 
-use super::super::function::{Function, Varying};
-use super::super::place::At;
 use super::super::{Action, Boundary};
 use super::Check;
+use crate::reader::at::At;
+use crate::reader::function::{Function, Varying};
 
 impl Check<'_> {
     pub(super) fn boundary(&mut self, name: &At<String>, boundary: &Boundary) {

@@ -1,11 +1,11 @@
 //! Checks of `obstacles` and `contact`.
 
 use super::super::contact::ALL;
-use super::super::diagnostics::Complaint;
-use super::super::place::At;
-use super::super::quantity::{Number, PowerStiffness};
 use super::super::{Coefficient, Contact, Friction, Normal, Obstacle, Regularization, Start};
 use super::Check;
+use crate::reader::at::At;
+use crate::reader::complaint::Complaint;
+use crate::reader::quantity::{Number, PowerStiffness};
 
 impl Check<'_> {
     pub(super) fn obstacle(&mut self, obstacle: &Obstacle) {

@@ -1,9 +1,9 @@
 //! Checks of `time`, `start`, `solver` and `output`.
 
-use super::super::place::At;
-use super::super::quantity::Number;
 use super::super::{Contact, Friction, Linear, Scheme, Start, Strategy};
 use super::Check;
+use crate::reader::at::At;
+use crate::reader::quantity::Number;
 
 /// More steps than that are a slip of the pen: at a million a day they take three years.
 const MOST_STEPS: f64 = 1e9;

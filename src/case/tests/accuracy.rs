@@ -12,7 +12,7 @@ fn case(accuracy: &str) -> Case {
 
 fn values(accuracy: &str) -> [Option<f64>; 4] {
     let read = case(accuracy).accuracy.unwrap().value;
-    let number = |part: Option<super::super::quantity::Number>| part.map(|part| part.value);
+    let number = |part: Option<crate::reader::quantity::Number>| part.map(|part| part.value);
     [
         read.penetration.map(|penetration| penetration.value().0),
         number(read.slip),

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use super::super::diagnostics::Source;
-use super::super::document::{Document, Node, read_as};
 use super::super::{Case, Named};
 use crate::error::Result;
+use crate::reader::document::{Document, read_as};
+use crate::reader::node::Node;
+use crate::reader::source::Source;
 
 const CASE: &str = "dimension: 2\nbodies:\n  block:\n    mesh: { box: { min: [0, 0], max: [1, 1], cells: [2, 2] } }\n    \
     material: { neo_hookean: { young_modulus: \"5 MPa\", poisson_ratio: 0.3 } }\n    density: 1.7e3\nboundary:\n  \
@@ -83,7 +84,7 @@ fn errors_point_into_the_right_file() {
 /// What serde asks a tree for, and what it is told where the tree has something else: with the place, and never a panic.
 #[test]
 fn trees_are_read_as_typed_data() {
-    #[derive(serde::Deserialize, Debug, PartialEq)]
+    #[derive(serde::Deserialize, schemars::JsonSchema, Debug, PartialEq)]
     #[serde(deny_unknown_fields)]
     struct Data {
         word: String,
@@ -94,7 +95,7 @@ fn trees_are_read_as_typed_data() {
         nothing: Option<f64>,
         choice: Choice,
     }
-    #[derive(serde::Deserialize, Debug, PartialEq)]
+    #[derive(serde::Deserialize, schemars::JsonSchema, Debug, PartialEq)]
     #[serde(rename_all = "snake_case")]
     enum Choice {
         Plain,

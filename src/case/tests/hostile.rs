@@ -72,6 +72,6 @@ proptest! {
     #[test]
     fn arbitrary_expressions_and_units_never_panic(text in "[-+*/^().,<>=!a-z0-9 µ€]{0,40}") {
         let _ = crate::case::Function::expression(&text).map(|function| function.motion([0.1, 0.2, 0.3], 0.4));
-        let _ = crate::case::unit::parse(&text);
+        let _ = crate::reader::unit::parse(&text);
     }
 }

@@ -1,8 +1,8 @@
 //! Units and quantities.
 
-use super::super::unit::{Dimension, parse};
 use super::super::{Case, Units};
 use super::with;
+use crate::reader::unit::{Dimension, parse};
 
 /// Units, prefixes and exponents come out in SI.
 #[test]

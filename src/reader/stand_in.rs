@@ -8,8 +8,9 @@ use serde::de::{
 };
 use serde::forward_to_deserialize_any;
 
+use super::context::CHOICE;
+use super::context::{PLACED, set_place};
 use super::place::Place;
-use super::tree::{CHOICE, PLACED, set_place};
 
 /// Stands for anything.
 pub(super) struct StandIn<E> {

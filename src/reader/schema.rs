@@ -1,16 +1,9 @@
-//! The JSON schema of a case file, for editors; made from the types, so it can not lag behind them.
+//! JSON schemas of our files, for editors; made from the types, so they cannot lag behind them.
 
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value, json};
-
-use super::Case;
-
-/// Draft-07 schema of a case file.
-pub fn schema() -> Value {
-    schema_of::<Case>()
-}
 
 /// Draft-07 schema of a file of ours.
 pub fn schema_of<T: JsonSchema>() -> Value {
@@ -63,11 +56,11 @@ fn only_property(variant: &Value) -> Option<(&String, &Value)> {
     properties.iter().next().filter(|_| properties.len() == 1)
 }
 
-/// Blocks and laws in which a key is known, for the hint to a key that stands in the wrong place.
-pub(super) fn owners_of(key: &str) -> Vec<String> {
+/// Blocks and laws of a schema in which a key is known, for the hint to a key that is in the wrong place.
+pub(super) fn owners_of(schema: &Value, key: &str) -> Vec<String> {
     let mut owners = Vec::new();
-    if let Value::Object(root) = schema() {
-        collect(&root, key, "the case", &mut owners);
+    if let Value::Object(root) = schema {
+        collect(root, key, "the case", &mut owners);
         if let Some(Value::Object(definitions)) = root.get("definitions") {
             for (name, definition) in definitions {
                 let Value::Object(definition) = definition else { continue };

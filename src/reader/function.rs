@@ -10,11 +10,13 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 
-use super::diagnostics::{Complaint, Source};
+use super::at::At;
+use super::complaint::Complaint;
 pub use super::dual::Motion;
 use super::expression::Expression;
-use super::place::{At, Place};
+use super::place::Place;
 use super::quantity::{Quantity, Scalar};
+use super::source::Source;
 use super::unit::{self, Dimension};
 
 /// A function of the reference point and of time, in the units of the case.
@@ -202,7 +204,8 @@ pub struct PlacedFunction {
 }
 
 impl PlacedFunction {
-    pub(super) fn new<const KG: i8, const M: i8, const S: i8>(
+    /// The function, with the file that errors of its values point into.
+    pub fn new<const KG: i8, const M: i8, const S: i8>(
         varying: &Varying<KG, M, S>,
         source: &Rc<Source>,
     ) -> Self {

@@ -1,44 +1,14 @@
 //! serde reads data from a tree of nodes: every error that has no place of its own gets that of the innermost node.
 
-use std::cell::Cell;
-
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::forward_to_deserialize_any;
 
-use super::diagnostics::Complaint;
-use super::document::{Node, Tree};
-use super::place::{At, Place};
+use super::at::At;
+use super::complaint::Complaint;
+use super::context::{CHOICE, NODE, PLACED, set_place};
+use super::node::{Node, Tree, keep_node};
 use super::stand_in::StandIn;
-
-/// Name of the type under which serde asks for a value with its place, see [`At`].
-pub(super) const PLACED: &str = "place and value";
-/// Name under which a law asks for its name or mapping, see [`super::tagged`].
-pub(super) const CHOICE: &str = "choice";
-/// Name under which it asks for the node itself.
-pub(super) const NODE: &str = "node";
-
-thread_local! {
-    /// serde's data model has no places: that of the value which is read next goes by this way.
-    static PLACE: Cell<Option<Place>> = const { Cell::new(None) };
-    /// And so does a node that is kept as it is.
-    static KEPT: Cell<Option<Node>> = const { Cell::new(None) };
-}
-
-/// The place of the value that follows, if it is read from a tree.
-pub(super) fn place_of_next() -> Place {
-    PLACE.take().unwrap_or_default()
-}
-
-/// Says where the value is written that is read next.
-pub(super) fn set_place(place: Place) {
-    PLACE.set(Some(place));
-}
-
-/// The node that was asked for by [`NODE`].
-pub(super) fn kept_node() -> Option<Node> {
-    KEPT.take()
-}
 
 /// Characters of a text that an error repeats.
 const SHORT: usize = 60;
@@ -191,7 +161,7 @@ impl<'de> Deserializer<'de> for &'de Node {
             PLACED => set_place(self.place),
             CHOICE if self.stand_in().is_none() => return self.deserialize_any(visitor),
             CHOICE => return self.placed(visitor.visit_bytes(&[])),
-            NODE => KEPT.set(Some(self.clone())),
+            NODE => keep_node(self),
             _ => {}
         }
         visitor.visit_newtype_struct(self)
@@ -308,7 +278,7 @@ impl<'de> Deserializer<'de> for Key<'de> {
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Read<V::Value> {
         if name == PLACED {
-            PLACE.set(Some(self.0.place));
+            set_place(self.0.place);
         }
         visitor.visit_newtype_struct(self)
     }

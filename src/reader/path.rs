@@ -1,8 +1,9 @@
 //! Paths into a case, as `contact.sole.normal.penalty.compliance` or `bodies.block.mesh.box.cells[0]`.
 
-use super::diagnostics::Complaint;
-use super::document::{Node, Tree};
-use super::place::{At, Place};
+use super::at::At;
+use super::complaint::Complaint;
+use super::node::{Node, Tree};
+use super::place::Place;
 
 /// Mappings whose keys are names that the user chose: a path may not make an entry by the way.
 const NAMES: [&str; 5] = ["bodies", "obstacles", "contact", "boundary", "output.probes"];

@@ -1,4 +1,4 @@
-//! Values that remember where they stand in the case file.
+//! Values that know where they are written.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -9,51 +9,11 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserializer, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
-use serde_saphyr::Location;
 
-use super::diagnostics::Complaint;
-use super::tree::{PLACED, place_of_next};
+use super::complaint::Complaint;
+use super::context::{PLACED, place_of_next};
+use super::place::Place;
 use crate::error::shown;
-
-/// Line and column (both from 1, in characters) and length of a piece of a file; zeros where unknown.
-///
-/// Two places are always equal: where a value stands does not distinguish two cases.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Place {
-    /// 0: the case or the study that is read; 1: the study that changes keys of the case.
-    pub file: usize,
-    /// Line, from 1.
-    pub line: usize,
-    /// Column, from 1.
-    pub column: usize,
-    /// Number of characters.
-    pub length: usize,
-}
-
-impl Place {
-    /// Whether this is the same piece of the same file.
-    pub(super) fn is(self, other: Self) -> bool {
-        let all = |place: Self| (place.file, place.line, place.column, place.length);
-        all(self) == all(other)
-    }
-}
-
-impl PartialEq for Place {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl From<Location> for Place {
-    fn from(location: Location) -> Self {
-        Self {
-            file: 0,
-            line: location.line() as usize,
-            column: location.column() as usize,
-            length: location.span().len() as usize,
-        }
-    }
-}
 
 /// A value and its place; reads, writes and behaves as the value.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -155,7 +115,7 @@ impl<T> Named<T> {
     }
 
     /// Appends an entry.
-    pub(super) fn push(&mut self, name: At<String>, value: T) {
+    pub fn push(&mut self, name: At<String>, value: T) {
         self.0.push((name, value));
     }
 

@@ -1,6 +1,6 @@
 //! Recursive descent: comparison < sum < product < sign < power < atom.
 
-use super::super::diagnostics::Complaint;
+use super::super::complaint::Complaint;
 use super::super::unit::number_length;
 use super::{FUNCTIONS, Node, Operator, VARIABLES};
 

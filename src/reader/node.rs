@@ -1,27 +1,27 @@
-//! A file of YAML as a tree whose every piece knows its place: what cases and studies are read from, and what a study
-//! changes keys in before its case is read.
+//! A file of YAML as a tree whose every piece knows its place.
 
 use std::cell::Cell;
 use std::fmt;
-use std::path::Path;
-use std::rc::Rc;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
-use serde::de::{DeserializeOwned, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_saphyr::{Location, Spanned};
 
-use super::diagnostics::{Complaint, Source};
-use super::path::put;
-use super::place::{At, Named, Place};
-use super::recovery::{read_checked, units_of};
-use super::tree::{NODE, kept_node};
-use super::units::Units;
-use crate::error::Result;
+use super::at::At;
+use super::context::NODE;
+use super::place::Place;
 
 thread_local! {
     /// The file that is being read; a YAML reader does not carry it.
     static FILE: Cell<usize> = const { Cell::new(0) };
+    /// A node that is kept as it is, on its way through serde.
+    static KEPT: Cell<Option<Node>> = const { Cell::new(None) };
+}
+
+/// Hands a node to the value that asked for it by [`NODE`].
+pub(super) fn keep_node(node: &Node) {
+    KEPT.set(Some(node.clone()));
 }
 
 /// A piece of YAML and where it is written.
@@ -84,7 +84,7 @@ impl<'de> Deserialize<'de> for Node {
                 f.write_str("a value")
             }
             fn visit_newtype_struct<D: Deserializer<'de>>(self, _: D) -> std::result::Result<Node, D::Error> {
-                kept_node().ok_or_else(|| D::Error::custom("a node is read from a tree alone"))
+                KEPT.take().ok_or_else(|| D::Error::custom("a node is read from a tree alone"))
             }
         }
         deserializer.deserialize_newtype_struct(NODE, Kept)
@@ -172,82 +172,14 @@ impl<'de> Visitor<'de> for AnyTree {
     }
 }
 
-/// The tree of a file that has that number among the files of a document.
-fn tree_of(file: usize, source: &Source) -> Result<Node> {
-    FILE.set(file);
-    let options = serde_saphyr::options! { strict_booleans: true };
-    let read = serde_saphyr::from_str_with_options(&source.text, options);
-    FILE.set(0);
-    let Written(root) = read.map_err(|error| source.yaml_error(&error))?;
-    if root.tree == Tree::Null { Err(source.nothing()) } else { Ok(root) }
-}
-
-/// Reads YAML whose nodes belong to the file of that number and whose plain numbers are in `units`, or in those that it
-/// names, and checks it.
+/// The tree of a text that has that number among the files of a document.
 ///
 /// # Errors
-/// All that is wrong, as [`read_checked`].
-pub(crate) fn read_as<T: DeserializeOwned>(
-    file: usize,
-    source: &Source,
-    units: Option<Units>,
-    check: impl Fn(&T) -> Vec<Complaint>,
-) -> Result<T> {
-    let root = tree_of(file, source)?;
-    read_checked(&root, source, units.unwrap_or_else(|| units_of(&root)), check)
-}
-
-/// The case that a study starts from, before it is read as a case.
-#[derive(Debug, Clone)]
-pub struct Document {
-    root: Node,
-    source: Source,
-}
-
-impl Document {
-    /// Reads the text of a case as a tree; `overrides` is the file whose values are put in later.
-    ///
-    /// # Errors
-    /// The text is no YAML.
-    pub fn read(text: &str, path: &Path, overrides: Source) -> Result<Self> {
-        let source = Source { overrides: Some(Rc::new(overrides)), ..Source::new(text, path) };
-        Ok(Self { root: tree_of(0, &source)?, source })
-    }
-
-    /// Whether there is such a key at the top.
-    pub fn has(&self, key: &str) -> bool {
-        matches!(&self.root.tree, Tree::Map(entries) if entries.iter().any(|(name, _)| name.value == key))
-    }
-
-    /// Puts values at paths such as `contact.sole.normal.penalty.compliance` or `bodies.block.mesh.box.cells[0]`; `null`
-    /// takes a key away.
-    ///
-    /// # Errors
-    /// A path leads through what is no mapping or list, or by a name that the case has not; told with its place.
-    pub fn put(&mut self, overrides: &Named<Node>) -> Result<()> {
-        for (path, value) in overrides.iter() {
-            if path.split(['.', '[']).next() == Some("units") {
-                let complaint = Complaint::new("members of a study have the units of its case".into());
-                let complaint = complaint.at(path.place).hint("write other units into the case itself");
-                return Err(self.source.error(&complaint));
-            }
-            put(&mut self.root, path, value).map_err(|complaint| self.source.error(&complaint))?;
-        }
-        Ok(())
-    }
-
-    /// The document as what it means, checked.
-    pub(super) fn read_as<T: DeserializeOwned>(&self, check: impl Fn(&T) -> Vec<Complaint>) -> Result<T> {
-        read_checked(&self.root, &self.source, self.units(), check)
-    }
-
-    /// The units of the case.
-    pub fn units(&self) -> Units {
-        units_of(&self.root)
-    }
-
-    /// Its files.
-    pub(super) fn source(&self) -> &Source {
-        &self.source
-    }
+/// The text is no YAML.
+pub(super) fn parse(file: usize, text: &str) -> std::result::Result<Node, serde_saphyr::Error> {
+    FILE.set(file);
+    let options = serde_saphyr::options! { strict_booleans: true };
+    let read = serde_saphyr::from_str_with_options(text, options);
+    FILE.set(0);
+    read.map(|Written(root)| root)
 }

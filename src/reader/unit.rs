@@ -1,6 +1,6 @@
 //! Units: what `"5 MPa"` or `"1e-10 m/Pa"` means in SI.
 
-use super::diagnostics::Complaint;
+use super::complaint::Complaint;
 
 /// Exponents of kg, m and s; fractions occur in power laws.
 #[derive(Debug, Clone, Copy)]

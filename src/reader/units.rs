@@ -12,8 +12,8 @@ use serde::de::{Deserializer, Error};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 
-use super::diagnostics::Complaint;
-use super::place::At;
+use super::at::At;
+use super::complaint::Complaint;
 use super::unit::{self, Dimension};
 
 /// A unit of length, mass or time.

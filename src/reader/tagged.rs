@@ -12,11 +12,11 @@ use serde::de::{
 };
 use serde::forward_to_deserialize_any;
 
-use super::diagnostics::Complaint;
-use super::place::At;
+use super::at::At;
+use super::complaint::Complaint;
+use super::context::CHOICE;
 use super::quantity::Scalar;
 use super::stand_in::AnyOf;
-use super::tree::CHOICE;
 use super::unit::Dimension;
 
 /// Makes a `#[serde(remote = "Self")]` enum readable in both spellings; the noun is what errors call it. With
@@ -25,12 +25,12 @@ macro_rules! tagged {
     (read $law:ty, $noun:literal) => {
         impl<'de> serde::Deserialize<'de> for $law {
             fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-                <$law>::deserialize($crate::case::tagged::Tagged { inner: deserializer, noun: $noun })
+                <$law>::deserialize($crate::reader::tagged::Tagged { inner: deserializer, noun: $noun })
             }
         }
     };
     ($law:ty, $noun:literal) => {
-        $crate::case::tagged::tagged!(read $law, $noun);
+        $crate::reader::tagged::tagged!(read $law, $noun);
         impl serde::Serialize for $law {
             fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
                 <$law>::serialize(self, serializer)

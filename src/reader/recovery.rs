@@ -1,10 +1,14 @@
 //! All errors of a file at once: a value that can not be read is replaced by a stand-in, and the file is read again.
 
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
-use super::diagnostics::{Complaint, MOST_SHOWN, Repair, Source};
-use super::document::{Node, Tree};
-use super::place::{At, Place};
+use super::at::At;
+use super::complaint::{Complaint, Repair};
+use super::node::{Node, Tree};
+use super::place::Place;
+use super::schema::{owners_of, schema_of};
+use super::source::{MOST_SHOWN, Source};
 use super::units::{Units, reading_in};
 use crate::error::Result;
 
@@ -26,7 +30,7 @@ const STAND_IN: f64 = 1e30;
 ///
 /// # Errors
 /// All that is wrong, in the order of the file.
-pub(super) fn read_checked<T: DeserializeOwned>(
+pub(super) fn read_checked<T: DeserializeOwned + JsonSchema>(
     root: &Node,
     source: &Source,
     units: Units,
@@ -43,7 +47,20 @@ pub(super) fn read_checked<T: DeserializeOwned>(
             if is_long { vec![first] } else { reading_in(units, || all(root, first, check)) }
         }
     };
-    Err(source.errors(found))
+    Err(source.errors(name_owners::<T>(found)))
+}
+
+/// Says of keys that are in the wrong place which blocks know them.
+fn name_owners<T: JsonSchema>(mut found: Vec<Complaint>) -> Vec<Complaint> {
+    let mut schema = None;
+    for complaint in &mut found {
+        let Some(key) = &complaint.stray else { continue };
+        let owners = owners_of(schema.get_or_insert_with(schema_of::<T>), key);
+        if !owners.is_empty() {
+            complaint.hint.push_str(&format!("; '{key}' belongs to {}", owners.join(", ")));
+        }
+    }
+    found
 }
 
 /// The units of a case, before it is read; SI where they can not be read, which reading it reports.

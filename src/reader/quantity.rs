@@ -8,8 +8,9 @@ use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use super::diagnostics::Complaint;
-use super::place::{At, Place};
+use super::at::At;
+use super::complaint::Complaint;
+use super::place::Place;
 use super::unit::{self, Dimension};
 use super::units::{self, Units};
 
@@ -79,7 +80,7 @@ impl<const KG: i8, const M: i8, const S: i8> JsonSchema for Quantity<KG, M, S> {
 }
 
 /// Reads a time on the clock of the machine, whose plain numbers are seconds in every system of units.
-pub(super) fn wall_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Duration>, D::Error> {
+pub fn wall_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Duration>, D::Error> {
     units::reading_in(Units::SI, || Option::deserialize(deserializer))
 }
 
@@ -140,15 +141,18 @@ impl JsonSchema for PowerStiffness {
 
 /// What stands where a number is expected.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Scalar {
+pub enum Scalar {
+    /// A number.
     Number(f64),
+    /// A text, perhaps a number with a unit.
     Text(String),
+    /// What is neither, in words.
     Other(&'static str),
 }
 
 impl Scalar {
     /// The value in the units of the case, if this is a number or a string with a unit of that dimension.
-    pub(super) fn in_dimension(&self, dimension: Dimension) -> Result<f64, Complaint> {
+    pub fn in_dimension(&self, dimension: Dimension) -> Result<f64, Complaint> {
         let units = units::reading();
         let (expected, examples) = (units.describe(dimension), || units.examples(dimension));
         let (text, found) = match self {

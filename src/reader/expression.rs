@@ -2,7 +2,7 @@
 
 mod parser;
 
-use super::diagnostics::Complaint;
+use super::complaint::Complaint;
 use super::dual::{Motion, Scalar};
 
 /// Parsed expression; bounded in depth and size, so that neither parsing nor evaluation can exhaust the stack.
