@@ -10,10 +10,9 @@ mod sets;
 
 use crate::case::{self, PlacedFunction, Units};
 use crate::contact::friction::Friction;
-use crate::contact::normal::{NormalLaw, Penalty};
+use crate::contact::normal::NormalLaw;
 use crate::contact::obstacle::Obstacle;
 use crate::element::{Formulation, Kinematics};
-use crate::error::Result;
 
 pub use meshes::{read_mesh, read_meshes};
 
@@ -69,33 +68,6 @@ impl MassChoice {
     }
 }
 
-/// Where the normal law comes from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum NormalChoice {
-    /// Given.
-    Law(NormalLaw),
-    /// Penalty from the modulus and the facet size: `1 / eps = STIFFNESS_RATIO E / h`.
-    FromStiffness,
-}
-
-impl NormalChoice {
-    /// Stiffness of the derived penalty over that of a layer of elements: 5 % of h at a pressure of E.
-    const STIFFNESS_RATIO: f64 = 20.0;
-
-    /// The law, for facets of size `facet_size` \[m\] on a body of modulus `young_modulus` \[Pa\].
-    ///
-    /// # Errors
-    /// When modulus and size give no positive compliance.
-    pub fn law(self, young_modulus: f64, facet_size: f64) -> Result<NormalLaw> {
-        match self {
-            Self::Law(law) => Ok(law),
-            Self::FromStiffness => {
-                Ok(NormalLaw::Penalty(Penalty::new(facet_size / (Self::STIFFNESS_RATIO * young_modulus))?))
-            }
-        }
-    }
-}
-
 /// What happens to points that penetrate before the start.
 pub use case::InitialOverclosure;
 
@@ -138,8 +110,8 @@ pub struct Contact<const D: usize> {
     pub target_name: String,
     /// Young's modulus of the softer side \[Pa\], to which penalties are compared.
     pub softer: f64,
-    /// Normal law.
-    pub normal: NormalChoice,
+    /// Normal law, which the size of the facets may complete.
+    pub normal: NormalLaw,
     /// Penetration that the user asked for \[m\].
     pub penetration: Option<f64>,
     /// Friction; none leaves the matrix symmetric.

@@ -10,7 +10,6 @@ use super::redistribution::Redistribution;
 use super::system::ContactSystem;
 use crate::contact::friction::Regularization;
 use crate::contact::multipliers::Augmentation;
-use crate::contact::normal::{NormalLaw, Penalty};
 use crate::contact::point::Status;
 use crate::dynamics::{Dynamics, Shortfall};
 use crate::error::Result;
@@ -27,10 +26,11 @@ pub enum Asked {
 impl Asked {
     /// What is asked of this contact \[m\]. The penetration of a power law is that of its surface.
     fn of<const D: usize>(self, contact: &Contact<D>) -> Option<f64> {
-        matches!(contact.law().normal, NormalLaw::Penalty(_)).then(|| match self {
+        let length = match self {
             Self::Length(length) => length,
             Self::Relative(part) => part * contact.facet_size,
-        })
+        };
+        contact.law().normal.is_penalty().then_some(length)
     }
 }
 
@@ -58,8 +58,8 @@ impl<const D: usize> Contact<D> {
 
     /// Those that the next step begins with.
     pub fn remember_multipliers(&mut self) {
-        if let NormalLaw::Penalty(law) = self.law().normal {
-            self.state.remember_multipliers(1.0 / law.normal_compliance());
+        if let Some(compliance) = self.law().normal.law().linear_compliance() {
+            self.state.remember_multipliers(1.0 / compliance);
         }
     }
 
@@ -68,9 +68,8 @@ impl<const D: usize> Contact<D> {
         /// Beyond it rounding takes over.
         const MOST: f64 = 65536.0;
         let factor = factor.min(MOST / self.stiffening);
-        let NormalLaw::Penalty(law) = self.law().normal else { return 1.0 };
-        let Ok(stiffer) = Penalty::new(law.normal_compliance() / factor) else { return 1.0 };
-        self.law_mut().normal = NormalLaw::Penalty(stiffer);
+        let Some(stiffer) = self.law().normal.law().stiffened(factor) else { return 1.0 };
+        self.law_mut().normal = stiffer;
         self.stiffening *= factor;
         factor
     }
@@ -140,7 +139,7 @@ impl<const D: usize> ContactSystem<D> {
     /// How far the closed points of contacts with a penalty are from touching exactly \[m\]. Collective.
     pub fn depth(&self) -> f64 {
         let depths = depths(self.session.world(), &self.contacts).into_iter().zip(&self.contacts);
-        let penalties = depths.filter(|(_, contact)| matches!(contact.law().normal, NormalLaw::Penalty(_)));
+        let penalties = depths.filter(|(_, contact)| contact.law().normal.is_penalty());
         penalties.map(|(depth, _)| depth).fold(0.0, f64::max)
     }
 
@@ -230,8 +229,8 @@ impl<const D: usize> ContactSystem<D> {
         let contacts = self.contacts.iter_mut().zip(stiffenings);
         for (contact, factor) in contacts {
             contact.stiffen(factor / contact.stiffening);
-            if let NormalLaw::Penalty(law) = contact.law().normal {
-                contact.state.resume_multipliers(1.0 / law.normal_compliance());
+            if let Some(compliance) = contact.law().normal.law().linear_compliance() {
+                contact.state.resume_multipliers(1.0 / compliance);
             }
         }
     }
@@ -261,20 +260,17 @@ impl<const D: usize> ContactSystem<D> {
             let mut bound = 0.0;
             self.session.world().all_reduce_into(&own, &mut bound, SystemOperation::max());
             let wanted = bound / slip;
-            let normal = match contact.law().normal {
-                NormalLaw::Penalty(law) => 1.0 / law.normal_compliance(),
-                // The power law is softest where nothing presses: what is wanted first sets the scale.
-                _ => 0.0,
-            };
-            let base = match given {
-                Regularization::StickStiffness { stiffness } => stiffness.max(normal),
+            // The power law is softest where nothing presses: what is wanted first sets the scale.
+            let normal = contact.law().normal.law().linear_compliance().map_or(0.0, f64::recip);
+            let base = match given.stiffness() {
+                Some(stiffness) => stiffness.value.max(normal),
                 _ if normal > 0.0 => normal,
                 // Without a stiffness to begin with the law stays until something presses.
                 _ if wanted == 0.0 => continue,
                 _ => wanted.log2().ceil().exp2(),
             };
             let factor = (wanted / base).clamp(1.0, MOST).log2().ceil().exp2();
-            let stiff = Regularization::StickStiffness { stiffness: base * factor };
+            let stiff = Regularization::stick_stiffness(base * factor);
             if let Some(friction) = &mut contact.law_mut().friction {
                 changed |= friction.regularization != stiff;
                 friction.regularization = stiff;
@@ -349,11 +345,11 @@ impl<const D: usize> ContactSystem<D> {
         for contact in &self.contacts {
             let Some(friction) = contact.law().friction else { continue };
             for point in contact.state.current.iter().filter(|point| point.status == Status::Stick) {
-                match friction.regularization {
-                    Regularization::StickStiffness { stiffness } => {
-                        own[1] = own[1].max(point.friction_traction.norm() / stiffness);
+                match friction.regularization.stiffness() {
+                    Some(stiffness) => {
+                        own[1] = own[1].max(point.friction_traction.norm() / stiffness.value);
                     }
-                    _ => own[0] = own[0].max(point.slip_velocity.norm()),
+                    None => own[0] = own[0].max(point.slip_velocity.norm()),
                 }
             }
         }

@@ -8,6 +8,7 @@ use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::contact::VertexContact;
 use crate::contact::mortar::obstacle::is_lumped;
 use crate::contact::mortar::surface::VertexSurface;
+use crate::contact::normal::PressedSide;
 use crate::contact::obstacle::Obstacle;
 use crate::contact::point::{ContactLaw, PointState};
 use crate::contact::state::{Changes, ContactState, ForceChange};
@@ -75,7 +76,9 @@ impl<const D: usize> Contact<D> {
         };
         let facets = facets_of(local, &contact.contactor)?;
         let law = ContactLaw {
-            normal: contact.normal.law(contact.softer, measures.facet_size)?,
+            normal: contact
+                .normal
+                .completed(&PressedSide { young_modulus: contact.softer, facet_size: measures.facet_size }),
             friction: contact.friction,
         };
         let (target, opposite) = match &contact.target {

@@ -6,17 +6,17 @@ mod boundary;
 mod contact;
 mod run;
 
-use super::{At, Case, Mesh, Place};
+use super::{At, Case, Mesh};
 use crate::reader::complaint::Complaint;
+use crate::reader::findings::Findings;
 use crate::reader::function::{Function, Varying};
-use crate::reader::quantity::Quantity;
 
 /// All that is wrong with the case, in no particular order.
 pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     let At { value: dimension, place } = case.dimension;
     let known = (2..=3).contains(&dimension).then_some(dimension as usize);
-    let mut check = Check { case, dimension: known, found: Vec::new() };
-    check.require(known.is_some(), place, format!("the dimension is 2 or 3, not {dimension}"));
+    let mut check = Check { case, dimension: known, found: Findings::new(case.units) };
+    check.found.require(known.is_some(), place, format!("the dimension is 2 or 3, not {dimension}"));
     check.names();
     for (name, body) in case.bodies.iter() {
         check.body(name, body);
@@ -32,56 +32,32 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     check.accuracy();
     check.guard();
     check.output();
-    check.found
+    check.found.into_complaints()
 }
 
 struct Check<'a> {
     case: &'a Case,
     /// Nothing where it is neither 2 nor 3: what depends on it is then not checked.
     dimension: Option<usize>,
-    found: Vec<Complaint>,
+    found: Findings,
 }
 
 impl Check<'_> {
-    fn say(&mut self, place: Place, message: impl Into<String>) {
-        self.found.push(Complaint::new(message.into()).at(place));
-    }
-
-    fn require(&mut self, holds: bool, place: Place, message: impl Into<String>) {
-        if !holds {
-            self.say(place, message);
-        }
-    }
-
-    fn cure(&mut self, hint: &str) {
-        if let Some(complaint) = self.found.last_mut() {
-            complaint.hint = hint.to_string();
-        }
-    }
-
-    fn positive<const KG: i8, const M: i8, const S: i8>(&mut self, what: &str, value: Quantity<KG, M, S>) {
-        self.require(value.value > 0.0, value.place, format!("{what} must be > 0, found {}", value.value));
-    }
-
-    fn not_negative(&mut self, what: &str, value: f64, place: Place) {
-        self.require(value >= 0.0, place, format!("{what} must be >= 0, found {value}"));
-    }
-
     fn at_least_one(&mut self, what: &str, value: &At<u32>) {
-        self.require(value.value >= 1, value.place, format!("{what} must be >= 1, found 0"));
+        self.found.require(value.value >= 1, value.place, format!("{what} must be >= 1, found 0"));
     }
 
     fn size<T>(&mut self, what: &str, list: &At<Vec<T>>) {
         let Some(wanted) = self.dimension else { return };
         let found = list.len();
         let message = format!("{what} needs {wanted} entries in {wanted}D, found {found}");
-        self.require(found == wanted, list.place, message);
+        self.found.require(found == wanted, list.place, message);
     }
 
     fn names(&mut self) {
         let case = self.case;
         if case.bodies.is_empty() {
-            self.say(case.bodies.place, "a case needs at least one body");
+            self.found.say(case.bodies.place, "a case needs at least one body");
         }
         let mut all: Vec<(&str, &At<String>)> = Vec::new();
         all.extend(case.bodies.iter().map(|(name, _)| ("bodies", name)));
@@ -92,24 +68,24 @@ impl Check<'_> {
         for (block, name) in all {
             let fits = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || !name.chars().all(fits) {
-                self.say(name.place, format!("'{}' can not be a name in `{block}`", name.value));
-                self.cure("names consist of letters, digits, '_' and '-'");
+                self.found.say(name.place, format!("'{}' can not be a name in `{block}`", name.value));
+                self.found.cure("names consist of letters, digits, '_' and '-'");
             }
         }
         let places =
             case.bodies.iter().map(|(name, _)| name).chain(case.obstacles.iter().map(|(name, _)| name));
         for name in places.filter(|name| name.value == super::ALL) {
-            self.say(name.place, "`all` is the name of the whole surface of all bodies");
-            self.cure("give another name");
+            self.found.say(name.place, "`all` is the name of the whole surface of all bodies");
+            self.found.cure("give another name");
         }
         for (name, _) in case.obstacles.iter().filter(|(name, _)| case.bodies.get(name).is_some()) {
-            self.say(name.place, format!("'{}' names a body and an obstacle", name.value));
+            self.found.say(name.place, format!("'{}' names a body and an obstacle", name.value));
         }
         for (name, _) in case.petsc.iter() {
             let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || name.starts_with('-') || !name.chars().all(fits) {
-                self.say(name.place, format!("'{}' can not be a PETSc option", name.value));
-                self.cure("write the name without the leading dash, as in ksp_monitor");
+                self.found.say(name.place, format!("'{}' can not be a PETSc option", name.value));
+                self.found.cure("write the name without the leading dash, as in ksp_monitor");
             }
         }
     }
@@ -146,7 +122,7 @@ impl Check<'_> {
         for t in [0.0, self.case.time.end.value] {
             let motion = function.motion([0.0; 3], t);
             if let Some(words) = motion.trouble() {
-                self.say(varying.place, format!("{words} at t = {t}"));
+                self.found.say(varying.place, format!("{words} at t = {t}"));
                 return;
             }
         }

@@ -7,9 +7,10 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::contact::friction::FrictionLaw;
+use crate::contact::normal::NormalLaw;
 use crate::reader::at::{At, Named};
 use crate::reader::context::CHOICE;
-use crate::reader::quantity::{Compliance, Length, Number, PowerStiffness, Pressure, Stiffness, Velocity};
 use crate::reader::tagged::tagged;
 
 /// A pair of surfaces that may touch.
@@ -23,10 +24,10 @@ pub struct Contact {
     pub target: At<String>,
     /// Normal traction as a function of the gap.
     #[serde(default)]
-    pub normal: Normal,
+    pub normal: NormalLaw,
     /// Friction traction as a function of normal traction and slip.
     #[serde(default)]
-    pub friction: Friction,
+    pub friction: FrictionLaw,
     /// Was a key until bodies met obstacles at vertices. It is read so that the error can say why.
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
@@ -51,8 +52,8 @@ impl Contact {
             None => Self {
                 contactor,
                 target,
-                normal: Normal::default(),
-                friction: Friction::default(),
+                normal: NormalLaw::default(),
+                friction: FrictionLaw::default(),
                 quadrature: None,
                 area: Area::default(),
                 initial_overclosure: InitialOverclosure::default(),
@@ -126,116 +127,6 @@ pub(super) fn contacts_schema(generator: &mut SchemaGenerator) -> Schema {
     let named = generator.subschema_for::<Named<Contact>>();
     json_schema!({ "anyOf": [named, { "const": ALL }] })
 }
-
-/// Normal law.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(rename = "Normal")]
-pub enum Normal {
-    /// t_n = penetration / compliance. With neither key the stiffness follows from the softer side's modulus and edge length.
-    Penalty(Penalty),
-    /// t_n = stiffness * penetration^exponent, (2.9).
-    PowerLaw {
-        /// c_N [Pa/m^exponent], > 0.
-        stiffness: PowerStiffness,
-        /// m_N, > 0.
-        exponent: Number,
-    },
-}
-tagged!(Normal, "normal law");
-
-impl Default for Normal {
-    fn default() -> Self {
-        Self::Penalty(Penalty::default())
-    }
-}
-
-/// Penalty: one of the keys, or none.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Penalty {
-    /// Normal compliance [m/Pa], > 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub compliance: Option<Compliance>,
-    /// Largest penetration that is acceptable \[m\], > 0; the compliance is derived from it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub penetration: Option<Length>,
-}
-
-/// Friction law.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(rename = "Friction")]
-pub enum Friction {
-    /// Frictionless.
-    #[default]
-    None,
-    /// The bound is coefficient * t_n.
-    Coulomb {
-        /// Coefficient of friction, >= 0: a number, or a law of normal traction or slip speed.
-        coefficient: At<Coefficient>,
-        /// How stick is approximated.
-        regularization: Regularization,
-    },
-    /// The bound is stiffness * penetration^exponent, (2.9).
-    PowerLaw {
-        /// c_T [Pa/m^exponent], > 0.
-        stiffness: PowerStiffness,
-        /// m_T, > 0.
-        exponent: Number,
-        /// How stick is approximated.
-        regularization: Regularization,
-    },
-}
-tagged!(Friction, "friction law");
-
-/// Coefficient of friction.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(rename = "Coefficient")]
-pub enum Coefficient {
-    /// The same everywhere, >= 0.
-    Constant(f64),
-    /// reference * (t_n / modulus)^exponent.
-    GroschSchallamach {
-        /// mu_0, >= 0: the coefficient at t_n = modulus.
-        reference: Number,
-        /// Normal traction at which the coefficient is the reference \[Pa\], > 0.
-        modulus: Pressure,
-        /// Between -1 and 1, -1 excluded. -1/9 unless given; the paper prints +1/9, against its own constants and measurement.
-        #[serde(default = "grosch_schallamach_exponent")]
-        exponent: Number,
-    },
-    /// kinetic + (static - kinetic) exp(-(slip speed / decay_velocity)).
-    Stribeck {
-        /// Coefficient at rest, >= 0.
-        #[serde(rename = "static")]
-        rest: Number,
-        /// Coefficient at high speed, >= 0.
-        kinetic: Number,
-        /// Speed over which the coefficient falls \[m/s\], > 0.
-        decay_velocity: Velocity,
-    },
-}
-tagged!(Coefficient, "coefficient of friction");
-
-fn grosch_schallamach_exponent() -> Number {
-    Number::new(-1.0 / 9.0)
-}
-
-/// How stick is approximated.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(rename = "Regularization")]
-pub enum Regularization {
-    /// Slip speed below which friction is proportional to it \[m/s\], > 0: a stuck point creeps at most that fast.
-    StickVelocity(Velocity),
-    /// The same with a smooth bend \[m/s\], > 0: friction reaches its bound only at speeds well above this.
-    SmoothStickVelocity(Velocity),
-    /// Tangential stiffness of stick \[Pa/m\], > 0: return map, no creep.
-    StickStiffness(Stiffness),
-}
-tagged!(Regularization, "regularization");
 
 /// Area on which contact tractions act.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]

@@ -30,9 +30,7 @@ pub use body::{
     Body, BoxMap, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Merge, Mesh,
 };
 pub use boundary::{Action, Boundary, Components};
-pub use contact::{
-    ALL, Area, Coefficient, Contact, Friction, InitialOverclosure, Normal, Penalty, Regularization,
-};
+pub use contact::{ALL, Area, Contact, InitialOverclosure};
 pub use guard::Guard;
 pub use obstacle::{Obstacle, Side};
 pub use output::{Checkpoint, Fields, Output, Probe};
@@ -259,8 +257,7 @@ impl Case {
             .as_ref()
             .is_some_and(|accuracy| accuracy.time.is_some() && (conserves || accuracy.penetration.is_some()));
         let moves = !self.is_static();
-        let has_penalty =
-            |contact: &Contact| !matches!(contact.normal, Normal::PowerLaw { .. }) && contact.is_on(body);
+        let has_penalty = |contact: &Contact| contact.normal.is_penalty() && contact.is_on(body);
         let mut penalties = self.contact.values().filter(|contact| has_penalty(contact)).peekable();
         asked
             && moves

@@ -10,14 +10,6 @@ pub(crate) fn positive(what: &str, value: f64) -> Result<f64> {
     Err(Error::case(format!("{what} must be positive and finite, but is {value}")))
 }
 
-/// `value`, if it is not negative and finite.
-pub(crate) fn not_negative(what: &str, value: f64) -> Result<f64> {
-    if value >= 0.0 && value.is_finite() {
-        return Ok(value);
-    }
-    Err(Error::case(format!("{what} must not be negative, but is {value}")))
-}
-
 /// `value`, if it is finite.
 pub(crate) fn finite(what: &str, value: f64) -> Result<f64> {
     if value.is_finite() {

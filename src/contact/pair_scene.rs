@@ -1,8 +1,8 @@
 //! Blocks and laws for the tests of contact between bodies.
 
-use super::friction::coefficient::{Coefficient, Constant};
-use super::friction::{Coulomb, Friction, FrictionLaw, Regularization};
-use super::normal::{NormalLaw, Penalty};
+use super::friction::coefficient::Constant;
+use super::friction::{Coulomb, Friction, Regularization};
+use super::normal::NormalLaw;
 use super::point::ContactLaw;
 use super::target::{TargetFacets, TargetSurface};
 use crate::mesh::{BoxShape, ElementKind, Mesh};
@@ -10,12 +10,11 @@ use crate::mesh::{BoxShape, ElementKind, Mesh};
 pub const COMPLIANCE: f64 = 1e-8;
 
 pub fn coulomb(mu: f64, regularization: Regularization) -> Friction {
-    let coefficient = Coefficient::Constant(Constant::new(mu).unwrap());
-    Friction { law: FrictionLaw::Coulomb(Coulomb { coefficient }), regularization }
+    Friction { law: Coulomb::of(Constant(mu), regularization).into(), regularization }
 }
 
 pub fn penalty(friction: Option<Friction>) -> ContactLaw {
-    ContactLaw { normal: NormalLaw::Penalty(Penalty::new(COMPLIANCE).unwrap()), friction }
+    ContactLaw { normal: NormalLaw::penalty(COMPLIANCE), friction }
 }
 
 /// A box whose lateral extent is `across` in each direction, its height `up`.

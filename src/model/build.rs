@@ -1,6 +1,6 @@
 //! From the case to the model: names resolved, bodies, boundaries, probes and contacts in the order of the file.
 
-use super::laws::{friction, normal, obstacle};
+use super::laws::obstacle;
 use super::{Body, Contact, Load, LoadKind, MassChoice, Model, Probe, Support, Target, lengths};
 use crate::case::{self, Action, Case, Function, PlacedFunction};
 use crate::element::{Formulation, Kinematics, Locking};
@@ -79,7 +79,6 @@ impl<const D: usize> Model<D> {
         };
         let both = owners.iter().chain(opposite);
         let softer = both.map(|&body| bodies[body].young_modulus).fold(f64::INFINITY, f64::min);
-        let (normal, penetration) = normal(&contact.normal, softer).map_err(within)?;
         Ok(Contact {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
@@ -87,9 +86,9 @@ impl<const D: usize> Model<D> {
             target,
             target_name: contact.target.value.clone(),
             softer,
-            normal,
-            penetration,
-            friction: friction(&contact.friction).map_err(within)?,
+            normal: contact.normal,
+            penetration: contact.normal.law().accepted_penetration(),
+            friction: contact.friction.friction(),
             // The potential of a contact lies on the reference area: forces that conserve act on it as well.
             current_area: contact.area == case::Area::Current
                 && case.time.scheme.value != case::Scheme::Conserving,

@@ -16,7 +16,7 @@ use super::place::Place;
 use crate::error::shown;
 
 /// A value and its place; reads, writes and behaves as the value.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct At<T> {
     /// What is written.
     pub value: T,

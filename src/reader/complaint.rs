@@ -20,8 +20,6 @@ pub struct Complaint {
     pub hint: String,
     /// How reading can go on behind it.
     pub(super) repair: Repair,
-    /// A key that is unknown here, if none of the known ones resembles it: another block may know it.
-    pub(super) stray: Option<String>,
 }
 
 /// What lets the rest of a file be read although something in it is wrong.
@@ -32,6 +30,8 @@ pub(super) enum Repair {
     Replace,
     /// The key at the place goes.
     Remove,
+    /// This key at the place goes. None of the keys that are known there resembles it, but another block may know it.
+    RemoveStray(String),
     /// The key or the word at the place was meant to be this one.
     Rename(String),
     /// The mapping at the place has this key as well.
@@ -110,14 +110,7 @@ impl Complaint {
         let place = Place { file, line, column, length };
         let repair = parts.get(8).filter(|name| !name.is_empty());
         let repair = repair.map_or(Repair::Replace, |name| Repair::Rename((*name).to_owned()));
-        Some(Self {
-            place,
-            offset: number(offset)?,
-            message: message.into(),
-            hint: hint.into(),
-            repair,
-            stray: None,
-        })
+        Some(Self { place, offset: number(offset)?, message: message.into(), hint: hint.into(), repair })
     }
 }
 
@@ -189,8 +182,7 @@ pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
 fn unknown_key(key: &str, known: &[&'static str]) -> Complaint {
     let mut complaint = Complaint::unknown("key", key, known.iter().copied());
     if complaint.repair == Repair::Replace {
-        complaint.repair = Repair::Remove;
+        complaint.repair = Repair::RemoveStray(key.to_owned());
     }
-    complaint.stray = nearest(key, known).is_none().then(|| key.to_owned());
     complaint
 }

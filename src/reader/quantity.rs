@@ -84,61 +84,6 @@ pub fn wall_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Du
     units::reading_in(Units::SI, || Option::deserialize(deserializer))
 }
 
-/// Constant of a power law, whose unit depends on the exponent of the law: Pa/m^exponent.
-///
-/// Its dimension is checked once the exponent is known, see [`PowerStiffness::dimension_for`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PowerStiffness {
-    /// Value [Pa/m^exponent] in the units of the case.
-    pub value: f64,
-    /// Dimension of the unit, if one was written.
-    pub dimension: Option<Dimension>,
-    /// Where it is written.
-    pub place: Place,
-}
-
-impl PowerStiffness {
-    /// Pa/m^exponent.
-    pub fn dimension_for(exponent: f64) -> Dimension {
-        Dimension([1.0, -1.0 - exponent, -2.0])
-    }
-}
-
-impl<'de> Deserialize<'de> for PowerStiffness {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let raw = At::<Scalar>::deserialize(deserializer)?;
-        let place = raw.place;
-        let read = match &raw.value {
-            Scalar::Number(value) => Ok((*value, None)),
-            Scalar::Text(text) => unit::parse(text)
-                .map(|(si, dimension)| (units::reading().number(si, dimension), Some(dimension))),
-            Scalar::Other(found) => {
-                Err(Complaint::new(format!("expected a stiffness, pressure/length^exponent, found {found}")))
-            }
-        };
-        let (value, dimension) = read.map_err(|c| D::Error::custom(c.at(place)))?;
-        Ok(Self { value, dimension, place })
-    }
-}
-
-impl Serialize for PowerStiffness {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_f64(self.value)
-    }
-}
-
-impl JsonSchema for PowerStiffness {
-    fn inline_schema() -> bool {
-        true
-    }
-    fn schema_name() -> Cow<'static, str> {
-        "PowerStiffness".into()
-    }
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        schemars::json_schema!({ "type": ["number", "string"] })
-    }
-}
-
 /// What stands where a number is expected.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Scalar {

@@ -54,7 +54,7 @@ pub(super) fn read_checked<T: DeserializeOwned + JsonSchema>(
 fn name_owners<T: JsonSchema>(mut found: Vec<Complaint>) -> Vec<Complaint> {
     let mut schema = None;
     for complaint in &mut found {
-        let Some(key) = &complaint.stray else { continue };
+        let Repair::RemoveStray(key) = &complaint.repair else { continue };
         let owners = owners_of(schema.get_or_insert_with(schema_of::<T>), key);
         if !owners.is_empty() {
             complaint.hint.push_str(&format!("; '{key}' belongs to {}", owners.join(", ")));
@@ -152,7 +152,7 @@ impl Node {
                 let rename = |node: &mut Self| node.tree = Tree::Text(name.clone());
                 self.rename_key(place, Some(name)) || self.at_value(place, false, &rename)
             }
-            Repair::Remove => self.rename_key(place, None),
+            Repair::Remove | Repair::RemoveStray(_) => self.rename_key(place, None),
             Repair::Replace => {
                 let replace = |node: &mut Self| node.tree = Tree::Anything(STAND_IN);
                 self.at_value(place, false, &replace)

@@ -11,7 +11,6 @@ use super::remarks::{contact_starts, remarks};
 use super::{Share, itself, magnitudes, needs, options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
-use crate::contact::friction::Regularization;
 use crate::contact::point::ContactLaw;
 use crate::dynamics::Stage;
 use crate::error::Result;
@@ -219,17 +218,12 @@ fn describe_contact<const D: usize>(
         let _ = writeln!(text, "  stick: by the return map, as stiff as accuracy.slip asks for");
         return;
     }
-    match friction.regularization {
-        Regularization::StickVelocity { velocity } | Regularization::SmoothStickVelocity { velocity } => {
-            let creep = velocity * case.time.end.value;
-            let _ = writeln!(text, "  stick: a stuck point creeps by {creep:.3e} {m} at most until the end");
-        }
-        Regularization::StickStiffness { stiffness } => {
-            let _ = writeln!(
-                text,
-                "  stick: elastic, {:.3e} {m} at a friction traction of {high:.3e} {pa}",
-                high / stiffness
-            );
-        }
+    if let Some(velocity) = friction.regularization.slip_velocity() {
+        let creep = velocity.value * case.time.end.value;
+        let _ = writeln!(text, "  stick: a stuck point creeps by {creep:.3e} {m} at most until the end");
+    }
+    if let Some(stiffness) = friction.regularization.stiffness() {
+        let slip = high / stiffness.value;
+        let _ = writeln!(text, "  stick: elastic, {slip:.3e} {m} at a friction traction of {high:.3e} {pa}");
     }
 }

@@ -9,8 +9,6 @@ use super::options;
 use super::pace::limits_slip;
 use crate::assembly::ContactSystem;
 use crate::case::Case;
-use crate::contact::friction::coefficient::Coefficient;
-use crate::contact::friction::{FrictionLaw, Regularization};
 use crate::contact::obstacle::Obstacle;
 use crate::dynamics::Dynamics;
 use crate::element::Kinematics;
@@ -49,11 +47,6 @@ impl Traits {
     fn new<const D: usize>(case: &Case, model: &Model<D>, system: &ContactSystem<D>) -> Self {
         let contacts = &model.contacts;
         let frictions = || contacts.iter().filter_map(|contact| contact.friction);
-        let coulomb = |wanted: fn(&Coefficient) -> bool| {
-            frictions().any(
-                |friction| matches!(&friction.law, FrictionLaw::Coulomb(law) if wanted(&law.coefficient)),
-            )
-        };
         Self {
             dynamic: !case.is_static(),
             finite: model.bodies.iter().any(|body| body.formulation.kinematics == Kinematics::Finite),
@@ -63,11 +56,10 @@ impl Traits {
                 .any(|contact| !matches!(contact.target, Target::Obstacle(Obstacle::Plane(_)))),
             deformable: contacts.iter().any(|contact| matches!(contact.target, Target::Surface { .. })),
             friction: frictions().next().is_some(),
-            pressure: coulomb(|coefficient| matches!(coefficient, Coefficient::GroschSchallamach(_))),
-            speed: coulomb(|coefficient| matches!(coefficient, Coefficient::Stribeck(_))),
-            memory: frictions().any(|friction| {
-                matches!(friction.regularization, Regularization::StickStiffness { .. }) || limits_slip(case)
-            }),
+            pressure: frictions().any(|friction| friction.law.law().coefficient_depends_on_pressure()),
+            speed: frictions().any(|friction| friction.law.law().depends_on_speed()),
+            memory: frictions()
+                .any(|friction| friction.regularization.stiffness().is_some() || limits_slip(case)),
             area: contacts.iter().any(|contact| contact.current_area),
             follows: system.has_following_loads(),
             staggered: options::staggered(case).is_some(),

@@ -69,7 +69,7 @@ pub fn linear(case: &Case) -> LinearChoice {
 }
 
 fn has_friction(case: &Case) -> bool {
-    case.contact.values().any(|contact| contact.friction != case::Friction::None)
+    case.contact.values().any(|contact| contact.friction.rubs())
 }
 
 /// The settings of the staggered strategy; `None` for the monolithic one, and if there is no friction.
@@ -147,7 +147,7 @@ fn doubled(case: &Case) -> Option<String> {
 /// Remarks on parts of `accuracy` without effect: under the conserving scheme the laws of contact stay as they are.
 fn kept(case: &Case) -> Option<String> {
     let accuracy = case.accuracy.as_ref().filter(|_| super::pace::keeps_laws(case))?;
-    let stiff = case.contact.values().any(|contact| matches!(contact.normal, case::Normal::Penalty { .. }));
+    let stiff = case.contact.values().any(|contact| contact.normal.is_penalty());
     let penetration = (accuracy.penetration.is_some() && stiff).then_some("penetration");
     let slip = (accuracy.slip.is_some() && has_friction(case)).then_some("slip");
     let parts: Vec<&str> = penetration.into_iter().chain(slip).collect();
@@ -164,7 +164,7 @@ fn kept(case: &Case) -> Option<String> {
 fn swinging(case: &Case) -> Option<String> {
     let conserves = case.time.scheme.value == case::Scheme::Conserving;
     case.accuracy.as_ref().and_then(|accuracy| accuracy.time.as_ref()).filter(|_| conserves)?;
-    let stiff = |contact: &&case::Contact| matches!(contact.normal, case::Normal::Penalty { .. });
+    let stiff = |contact: &&case::Contact| contact.normal.is_penalty();
     let meets = |name: &str| case.contact.values().filter(stiff).any(|contact| contact.is_on(name));
     let swings = case.bodies.iter().filter(|(name, body)| {
         let calm = body.mass == case::Mass::Redistributed

@@ -4,12 +4,12 @@ use std::rc::Rc;
 
 use contact_petsc::assembly::SystemOptions;
 use contact_petsc::contact::friction::coefficient::{Coefficient, Constant, Stribeck};
-use contact_petsc::contact::friction::{Coulomb, Friction, FrictionLaw, PowerLaw, Regularization};
-use contact_petsc::contact::normal::{NormalLaw, Penalty, PowerLaw as PowerNormal};
+use contact_petsc::contact::friction::{Coulomb, Friction, FrictionPowerLaw, Regularization};
+use contact_petsc::contact::normal::{NormalLaw, NormalPowerLaw};
 use contact_petsc::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
 use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
 use contact_petsc::mesh::{BoxShape, Facet, Mesh};
-use contact_petsc::model::{Body, Contact, InitialOverclosure, LoadKind, MassChoice, NormalChoice, Target};
+use contact_petsc::model::{Body, Contact, InitialOverclosure, LoadKind, MassChoice, Target};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::tensor::Vector;
 use contact_petsc::terms::Terms;
@@ -37,20 +37,20 @@ const CURVED: Terms = Terms::NORMAL_GEOMETRY.union(Terms::FRICTION_GEOMETRY);
 const RUBBING: Terms = Terms::FRICTION_NORMAL_COUPLING.union(Terms::ZONE_CHANGE);
 
 fn coulomb(coefficient: Coefficient, regularization: Regularization) -> Option<Friction> {
-    Some(Friction { law: FrictionLaw::Coulomb(Coulomb { coefficient }), regularization })
+    Some(Friction { law: Coulomb::of(coefficient, regularization).into(), regularization })
 }
 
 fn constant() -> Coefficient {
-    Coefficient::Constant(Constant::new(0.6).expect("positive"))
+    Constant(0.6).into()
 }
 
 /// Points stick below this slip velocity [m/s], and slip above.
 fn velocity(limit: f64) -> Regularization {
-    Regularization::stick_velocity(limit).expect("positive")
+    Regularization::stick_velocity(limit)
 }
 
 fn penalty() -> NormalLaw {
-    NormalLaw::Penalty(Penalty::new(0.05).expect("positive"))
+    NormalLaw::penalty(0.05)
 }
 
 fn floor<const D: usize>() -> Obstacle<D> {
@@ -68,12 +68,12 @@ fn ball<const D: usize>() -> Obstacle<D> {
 
 pub fn plane_cases() -> Vec<Case<2>> {
     let power = Friction {
-        law: FrictionLaw::PowerLaw(PowerLaw::new(8.0, 1.5).expect("positive")),
+        law: FrictionPowerLaw::of(8.0, 1.5, velocity(1e-3)).into(),
         regularization: velocity(1e-3),
     };
-    let stribeck = Coefficient::Stribeck(Stribeck::new(0.9, 0.4, 3.0).expect("positive"));
-    let stick = Regularization::stick_stiffness(20.0).expect("positive");
-    let slip = Regularization::stick_stiffness(1e4).expect("positive");
+    let stribeck = Coefficient::from(Stribeck::of(0.9, 0.4, 3.0));
+    let stick = Regularization::stick_stiffness(20.0);
+    let slip = Regularization::stick_stiffness(1e4);
     let damped = RUBBING | Terms::FRICTION_DAMPING;
     vec![
         new("stick by velocity", Quad4, NH, coulomb(constant(), velocity(8.0)), damped),
@@ -105,7 +105,7 @@ pub fn plane_cases() -> Vec<Case<2>> {
         },
         new("slip by stiffness", Quad4, SVK, coulomb(constant(), slip), RUBBING),
         Case {
-            normal: NormalLaw::PowerLaw(PowerNormal::new(40.0, 2.0).expect("positive")),
+            normal: NormalPowerLaw::of(40.0, 2.0).into(),
             ..new("power laws", Quad4, NH, Some(power), RUBBING)
         },
         Case { current_area: false, ..new("no friction", Quad4, NH, None, Terms::empty()) },
@@ -131,10 +131,10 @@ pub fn plane_cases() -> Vec<Case<2>> {
 }
 
 pub fn solid_cases() -> Vec<Case<3>> {
-    let stribeck = Coefficient::Stribeck(Stribeck::new(0.9, 0.4, 3.0).expect("positive"));
+    let stribeck = Coefficient::from(Stribeck::of(0.9, 0.4, 3.0));
     let cylinder =
         Cylinder::new(Vector::from([0.4, 0.0, -2.0]), Vector::from([0.1, 1.0, 0.0]), 2.3, Side::Outside);
-    let slip = Regularization::stick_stiffness(1e4).expect("positive");
+    let slip = Regularization::stick_stiffness(1e4);
     // In space a slipping point turns: its slip has a tangent.
     let damped = RUBBING | Terms::FRICTION_DAMPING;
     vec![
@@ -210,7 +210,7 @@ impl<const D: usize> Case<D> {
             },
             target_name: "foundation".to_owned(),
             softer: 5.0e6,
-            normal: NormalChoice::Law(self.normal),
+            normal: self.normal,
             penetration: None,
             friction: self.friction,
             current_area: self.current_area,

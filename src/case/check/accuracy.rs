@@ -1,6 +1,6 @@
 //! Checks of `accuracy`.
 
-use super::super::{Normal, PenetrationTolerance, Scheme};
+use super::super::{PenetrationTolerance, Scheme};
 use super::Check;
 use crate::reader::quantity::Number;
 
@@ -12,15 +12,15 @@ impl Check<'_> {
         let Some(accuracy) = &self.case.accuracy else { return };
         if let Some(penetration) = &accuracy.penetration {
             let (value, at) = penetration.value();
-            self.require(value > 0.0, at, format!("the penetration must be > 0, found {value}"));
+            self.found.require(value > 0.0, at, format!("the penetration must be > 0, found {value}"));
             if let PenetrationTolerance::Relative(part) = penetration {
                 self.above_rounding("the penetration", *part);
             }
             let given = at.line > 0;
-            let power = self.case.contact.values().any(|c| matches!(c.normal, Normal::PowerLaw { .. }));
+            let power = self.case.contact.values().any(|c| !c.normal.is_penalty());
             if given && power {
-                self.say(at, "a contact has a power law, whose penetration is that of its roughness: no multiplier can remove it");
-                self.cure("write `penetration: none`, or `normal: penalty`");
+                self.found.say(at, "a contact has a power law, whose penetration is that of its roughness: no multiplier can remove it");
+                self.found.cure("write `penetration: none`, or `normal: penalty`");
             }
         }
         self.part("the slip", accuracy.slip);
@@ -29,28 +29,28 @@ impl Check<'_> {
         let massless = matches!(self.case.time.scheme.value, Scheme::Static { .. });
         let timed = accuracy.time.filter(|time| massless && time.place.line > 0);
         if let Some(time) = timed {
-            self.say(
+            self.found.say(
                 time.place,
                 "statics has no error in time: its steps follow the effort of Newton's method",
             );
-            self.cure("leave out `time`, or write `time: none` for equal steps");
+            self.found.cure("leave out `time`, or write `time: none` for equal steps");
         }
     }
 
     fn part(&mut self, what: &str, value: Option<Number>) {
         let Some(value) = value else { return };
         let fits = value.value > 0.0 && value.value < 1.0;
-        self.require(fits, value.place, format!("{what} must be > 0 and < 1, found {:e}", value.value));
+        self.found.require(fits, value.place, format!("{what} must be > 0 and < 1, found {:e}", value.value));
         self.above_rounding(what, value);
     }
 
     fn above_rounding(&mut self, what: &str, value: Number) {
         if value.value > 0.0 && value.value < FINEST {
-            self.say(
+            self.found.say(
                 value.place,
                 format!("{what} of {:e} is below what rounding leaves of a result", value.value),
             );
-            self.cure(&format!("ask for {FINEST:e} or more"));
+            self.found.cure(&format!("ask for {FINEST:e} or more"));
         }
     }
 }

@@ -9,7 +9,7 @@ impl Check<'_> {
         match &body.mesh {
             Mesh::Box(cuboid) => self.cuboid(cuboid, body.locking),
             Mesh::File(mesh) => {
-                self.require(!mesh.file.is_empty(), mesh.file.place, "the mesh file has no name")
+                self.found.require(!mesh.file.is_empty(), mesh.file.place, "the mesh file has no name")
             }
         }
         let merge = match &body.mesh {
@@ -17,34 +17,39 @@ impl Check<'_> {
             Mesh::File(mesh) => mesh.merge.as_ref(),
         };
         if let Some(&Merge::Tolerance(tolerance)) = merge.map(|merge| &merge.value) {
-            self.positive("merge.tolerance", tolerance);
+            self.found.positive("merge.tolerance", tolerance);
         }
         let elastic = body.material.elastic();
-        self.positive("Young's modulus", elastic.young_modulus);
+        self.found.positive("Young's modulus", elastic.young_modulus);
         let ratio = elastic.poisson_ratio;
         if !(ratio.value > -1.0 && ratio.value < 0.5) {
-            self.say(ratio.place, format!("Poisson's ratio must be > -1 and < 0.5, found {}", ratio.value));
-            self.cure("an almost incompressible solid is written as 0.49 or 0.499");
+            self.found
+                .say(ratio.place, format!("Poisson's ratio must be > -1 and < 0.5, found {}", ratio.value));
+            self.found.cure("an almost incompressible solid is written as 0.49 or 0.499");
         }
         match body.density {
-            Some(density) => self.not_negative("the density", density.value, density.place),
+            Some(density) => self.found.not_negative("the density", density.value, density.place),
             None => self.missing_density(name),
         }
         if let Some(velocity) = &body.initial_velocity {
             self.size("an initial velocity", velocity);
             for component in velocity.iter() {
                 let constant = component.is_constant_in_time();
-                self.require(constant, component.place, "an initial velocity can not depend on t");
+                self.found.require(constant, component.place, "an initial velocity can not depend on t");
                 self.finite(component);
             }
             let moves = !self.case.is_static();
-            self.require(moves, velocity.place, "an initial velocity has no meaning with the static scheme");
+            self.found.require(
+                moves,
+                velocity.place,
+                "an initial velocity has no meaning with the static scheme",
+            );
         }
         let massless = body.density.is_some_and(|density| density.value == 0.0);
         if (self.case.is_static() || massless) && !self.is_held(name) {
             let why = if massless { "it has no mass" } else { "the static scheme has no inertia" };
-            self.say(name.place, format!("nothing holds the body '{}', and {why}", name.value));
-            self.cure(match massless {
+            self.found.say(name.place, format!("nothing holds the body '{}', and {why}", name.value));
+            self.found.cure(match massless {
                 true => "add a displacement boundary or a contact, or give it a density",
                 false => "add a displacement boundary or a contact, or use a dynamic scheme",
             });
@@ -55,9 +60,9 @@ impl Check<'_> {
         let weighs =
             |(_, boundary): (_, &Boundary)| boundary.gravity.is_some() && boundary.on.value == name.value;
         if !self.case.is_static() || self.case.boundary.iter().any(weighs) {
-            self.say(name.place, format!("the body '{}' needs a density", name.value));
+            self.found.say(name.place, format!("the body '{}' needs a density", name.value));
             let unit = self.case.units.of("kg/m3");
-            self.cure(&format!("add `density:` in {unit}; only statics without gravity does without"));
+            self.found.cure(&format!("add `density:` in {unit}; only statics without gravity does without"));
         }
     }
 
@@ -75,11 +80,11 @@ impl Check<'_> {
         for (axis, (min, max)) in ["x", "y", "z"].iter().zip(cuboid.min.iter().zip(cuboid.max.iter())) {
             let message =
                 format!("the box has no extent along {axis}: max {} <= min {}", max.value, min.value);
-            self.require(max.value > min.value, max.place, message);
+            self.found.require(max.value > min.value, max.place, message);
         }
         let cells = cuboid.cells.iter().map(|count| u64::from(*count)).fold(1u64, u64::saturating_mul);
-        self.require(cells > 0, cuboid.cells.place, "a box needs at least one cell in each direction");
-        self.require(
+        self.found.require(cells > 0, cuboid.cells.place, "a box needs at least one cell in each direction");
+        self.found.require(
             cells < 1 << 27,
             cuboid.cells.place,
             format!("{cells} cells are more than a box can have"),
@@ -87,17 +92,18 @@ impl Check<'_> {
         for (axis, component) in cuboid.map.iter().flat_map(|map| map.functions().into_iter().enumerate()) {
             let Some(function) = component else { continue };
             let message = "a mesh does not depend on t".to_owned();
-            self.require(function.is_constant_in_time(), function.place, message);
-            self.require(axis < self.dimension.unwrap_or(3), function.place, "2D has no z".to_owned());
+            self.found.require(function.is_constant_in_time(), function.place, message);
+            self.found.require(axis < self.dimension.unwrap_or(3), function.place, "2D has no z".to_owned());
         }
         let Some(element) = &cuboid.element else { return };
         let (name, its) = (element.value.name(), element.value.dimension());
         if let Some(dimension) = self.dimension.filter(|dimension| *dimension != its) {
-            self.say(element.place, format!("{name} is an element of {its}D, the case has {dimension}D"));
+            self.found
+                .say(element.place, format!("{name} is an element of {its}D, the case has {dimension}D"));
         }
         if locking == Locking::SelectiveReduced && !element.value.offers_locking_cure() {
-            self.say(element.place, format!("{name} offers no cure for locking"));
-            self.cure("selective_reduced is for quadrilaterals and hexahedra; leave `locking` out, or change the element");
+            self.found.say(element.place, format!("{name} offers no cure for locking"));
+            self.found.cure("selective_reduced is for quadrilaterals and hexahedra; leave `locking` out, or change the element");
         }
     }
 }

@@ -12,8 +12,8 @@ impl Check<'_> {
         let actions: Vec<Action> = boundary.actions().collect();
         if actions.len() != 1 {
             let does = if actions.is_empty() { "does nothing" } else { "does more than one thing" };
-            self.say(name.place, format!("the boundary '{}' {does}", name.value));
-            self.cure("give it one of displacement, gravity, traction, pressure");
+            self.found.say(name.place, format!("the boundary '{}' {does}", name.value));
+            self.found.cure("give it one of displacement, gravity, traction, pressure");
         }
         let whole = !on.contains('.');
         for action in &actions {
@@ -22,7 +22,7 @@ impl Check<'_> {
                 Action::Gravity(components) => {
                     components.iter().for_each(|component| self.finite(component));
                     boundary.gravity.iter().for_each(|gravity| self.size("gravity", gravity));
-                    self.require(
+                    self.found.require(
                         whole || !known,
                         on.place,
                         "gravity acts on a whole body, not on a set of it",
@@ -30,11 +30,19 @@ impl Check<'_> {
                 }
                 Action::Traction(components) => {
                     self.components(name, components);
-                    self.require(!whole || !known, on.place, "a traction acts on a surface, as body.set");
+                    self.found.require(
+                        !whole || !known,
+                        on.place,
+                        "a traction acts on a surface, as body.set",
+                    );
                 }
                 Action::Pressure(pressure) => {
                     self.finite(pressure);
-                    self.require(!whole || !known, on.place, "a pressure acts on a surface, as body.set");
+                    self.found.require(
+                        !whole || !known,
+                        on.place,
+                        "a pressure acts on a surface, as body.set",
+                    );
                 }
             }
         }
@@ -46,11 +54,11 @@ impl Check<'_> {
         components: &[Option<&Varying<KG, M, S>>; 3],
     ) {
         if components.iter().all(Option::is_none) {
-            self.say(name.place, format!("the boundary '{}' names no direction", name.value));
-            self.cure("as in { x: 0, y: \"1.0 * t\" }");
+            self.found.say(name.place, format!("the boundary '{}' names no direction", name.value));
+            self.found.cure("as in { x: 0, y: \"1.0 * t\" }");
         }
         if let (Some(2), Some(z)) = (self.dimension, components[2]) {
-            self.say(z.place, "a case in 2D has no z");
+            self.found.say(z.place, "a case in 2D has no z");
         }
         components.iter().flatten().for_each(|component| self.finite(component));
     }
@@ -68,7 +76,7 @@ impl Check<'_> {
                     let on = entry.0;
                     let message =
                         format!("the displacement {axis} of '{on}' is prescribed twice, and differently");
-                    self.say(component.place, message);
+                    self.found.say(component.place, message);
                 }
                 seen.push((entry, function));
             }

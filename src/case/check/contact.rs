@@ -1,11 +1,12 @@
 //! Checks of `obstacles` and `contact`.
 
 use super::super::contact::ALL;
-use super::super::{Coefficient, Contact, Friction, Normal, Obstacle, Regularization, Start};
+use super::super::{Contact, Obstacle, Start};
 use super::Check;
+use crate::contact::friction::Regularization;
 use crate::reader::at::At;
 use crate::reader::complaint::Complaint;
-use crate::reader::quantity::{Number, PowerStiffness};
+use crate::reader::quantity::Number;
 
 impl Check<'_> {
     pub(super) fn obstacle(&mut self, obstacle: &Obstacle) {
@@ -16,16 +17,16 @@ impl Check<'_> {
             }
             Obstacle::Sphere { center, radius, .. } => {
                 self.size("the centre of a sphere", center);
-                self.positive("the radius", *radius);
+                self.found.positive("the radius", *radius);
             }
             Obstacle::Cylinder { point, .. } if self.dimension == Some(2) => {
-                self.say(point.place, "a cylinder is an obstacle of 3D");
-                self.cure("in 2D a `sphere` is a disc");
+                self.found.say(point.place, "a cylinder is an obstacle of 3D");
+                self.found.cure("in 2D a `sphere` is a disc");
             }
             Obstacle::Cylinder { point, axis, radius, .. } => {
                 self.size("the point of a cylinder", point);
                 self.direction("the axis of a cylinder", axis);
-                self.positive("the radius", *radius);
+                self.found.positive("the radius", *radius);
             }
         }
     }
@@ -33,16 +34,16 @@ impl Check<'_> {
     fn direction(&mut self, what: &str, direction: &At<Vec<Number>>) {
         self.size(what, direction);
         let length = direction.iter().map(|component| component.value.powi(2)).sum::<f64>();
-        self.require(length > 0.0, direction.place, format!("{what} is zero"));
+        self.found.require(length > 0.0, direction.place, format!("{what} is zero"));
     }
 
     pub(super) fn contact(&mut self, contact: &Contact) {
         if self.case.obstacles.get(&contact.contactor).is_some() {
-            self.say(
+            self.found.say(
                 contact.contactor.place,
                 format!("'{}' is an obstacle; the contactor is a body's surface", contact.contactor.value),
             );
-            self.cure("exchange contactor and target");
+            self.found.cure("exchange contactor and target");
         } else if !contact.is_general() {
             self.surface("a contactor", &contact.contactor);
         }
@@ -50,40 +51,22 @@ impl Check<'_> {
             self.target(contact);
         }
         self.quadrature(contact);
-        match &contact.normal {
-            Normal::Penalty(penalty) => {
-                if let (Some(_), Some(penetration)) = (&penalty.compliance, &penalty.penetration) {
-                    self.say(
-                        penetration.place,
-                        "a penalty is given by its compliance or by a penetration, not by both",
-                    );
-                }
-                penalty.compliance.into_iter().for_each(|value| self.positive("the compliance", value));
-                penalty.penetration.into_iter().for_each(|value| self.positive("the penetration", value));
-            }
-            Normal::PowerLaw { stiffness, exponent } => self.power_law(stiffness, *exponent),
-        }
-        match &contact.friction {
-            Friction::None => {}
-            Friction::Coulomb { coefficient, regularization } => {
-                self.coefficient(coefficient);
-                self.regularization(regularization);
-            }
-            Friction::PowerLaw { stiffness, exponent, regularization } => {
-                self.power_law(stiffness, *exponent);
-                self.regularization(regularization);
-            }
+        contact.normal.law().check(&mut self.found);
+        contact.friction.law().check(&mut self.found);
+        if let Some(regularization) = contact.friction.law().regularization() {
+            regularization.check(&mut self.found);
+            self.slip_velocity(&regularization);
         }
     }
 
     /// Contact points are the vertices of the contactor, whatever its facets.
     fn quadrature(&mut self, contact: &Contact) {
         let Some(quadrature) = &contact.quadrature else { return };
-        self.say(
+        self.found.say(
             quadrature.place,
             "`quadrature` is not a key of a contact: contact acts at the vertices of the contactor, each with the mean gap around it",
         );
-        self.cure("leave it out");
+        self.found.cure("leave it out");
     }
 
     /// The tractions of two contacts of the same sides would add up.
@@ -95,8 +78,8 @@ impl Check<'_> {
             };
             if let Some((first, _)) = before.iter().find(same) {
                 let message = format!("contacts '{first}' and '{}' have the same two sides", name.value);
-                self.say(contact.contactor.place, message);
-                self.cure("their tractions would add up: keep one of them");
+                self.found.say(contact.contactor.place, message);
+                self.found.cure("their tractions would add up: keep one of them");
             }
             before.push((&name.value, contact));
         }
@@ -116,8 +99,8 @@ impl Check<'_> {
                 continue;
             };
             let message = format!("contact '{}' acts where '{}' acts as well", name.value, general.value);
-            self.say(contact.contactor.place, message);
-            self.cure("their tractions would add up: keep one of them");
+            self.found.say(contact.contactor.place, message);
+            self.found.cure("their tractions would add up: keep one of them");
         }
     }
 
@@ -126,8 +109,9 @@ impl Check<'_> {
         let of_bodies = target.contains('.') || self.case.bodies.get(target).is_some();
         if (target.value == ALL && !contact.is_general()) || (contact.is_general() && of_bodies) {
             let message = "`all` is the whole surface of all bodies, of which any other surface is a part";
-            self.say(if contact.is_general() { target.place } else { contact.contactor.place }, message);
-            self.cure(
+            self.found
+                .say(if contact.is_general() { target.place } else { contact.contactor.place }, message);
+            self.found.cure(
                 "write `all` for both sides, or for the contactor alone where the target is an obstacle",
             );
         } else if of_bodies {
@@ -139,65 +123,23 @@ impl Check<'_> {
         }
     }
 
-    fn power_law(&mut self, stiffness: &PowerStiffness, exponent: Number) {
-        self.require(
-            stiffness.value > 0.0,
-            stiffness.place,
-            format!("the stiffness must be > 0, found {}", stiffness.value),
-        );
-        self.positive("the exponent", exponent);
-        let expected = PowerStiffness::dimension_for(exponent.value);
-        if let Some(found) = stiffness.dimension.filter(|found| *found != expected) {
-            let units = &self.case.units;
-            let (found, unit) = (units.describe(found), units.symbol(expected));
-            self.say(stiffness.place, format!("the stiffness is {found}; expected one in {unit}"));
-            self.cure(&format!("write a number in {unit}, or as in \"1 {unit}\""));
-        }
-    }
-
-    fn coefficient(&mut self, coefficient: &At<Coefficient>) {
-        match &coefficient.value {
-            Coefficient::Constant(value) => {
-                self.not_negative("the coefficient of friction", *value, coefficient.place);
-            }
-            Coefficient::GroschSchallamach { reference, modulus, exponent } => {
-                self.not_negative("the reference coefficient", reference.value, reference.place);
-                self.positive("the modulus", *modulus);
-                let fits = exponent.value > -1.0 && exponent.value <= 1.0;
-                let message = format!("the exponent must be > -1 and <= 1, found {}", exponent.value);
-                self.require(fits, exponent.place, message);
-            }
-            Coefficient::Stribeck { rest, kinetic, decay_velocity } => {
-                self.not_negative("the static coefficient", rest.value, rest.place);
-                self.not_negative("the kinetic coefficient", kinetic.value, kinetic.place);
-                self.positive("the decay velocity", *decay_velocity);
-            }
-        }
-    }
-
-    fn regularization(&mut self, regularization: &Regularization) {
-        match regularization {
-            Regularization::StickStiffness(stiffness) => self.positive("the stick stiffness", *stiffness),
-            Regularization::StickVelocity(velocity) | Regularization::SmoothStickVelocity(velocity) => {
-                self.positive("the stick velocity", *velocity);
-                let sought = self.case.start.as_ref().map(|start| &start.value);
-                let in_start = matches!(sought, Some(Start::Equilibrium { friction: true, .. }));
-                if self.case.is_static() || in_start {
-                    self.say(
-                        velocity.place,
-                        "statics knows no slip velocity, so a stick velocity would be no friction",
-                    );
-                    self.cure("use `stick_stiffness`");
-                }
-            }
+    /// Statics has no velocities.
+    fn slip_velocity(&mut self, regularization: &Regularization) {
+        let Some(velocity) = regularization.slip_velocity() else { return };
+        let sought = self.case.start.as_ref().map(|start| &start.value);
+        let in_start = matches!(sought, Some(Start::Equilibrium { friction: true, .. }));
+        if self.case.is_static() || in_start {
+            let message = "statics knows no slip velocity, so a stick velocity would be no friction";
+            self.found.say(velocity.place, message);
+            self.found.cure("use `stick_stiffness`");
         }
     }
 
     /// `body.set`; for a box the sets are known.
     fn surface(&mut self, what: &str, on: &At<String>) {
         if self.body_of(on) && !on.contains('.') {
-            self.say(on.place, format!("{what} is a surface, '{}' is a whole body", on.value));
-            self.cure(&format!("name a set of it, as in {}.bottom", on.value));
+            self.found.say(on.place, format!("{what} is a surface, '{}' is a whole body", on.value));
+            self.found.cure(&format!("name a set of it, as in {}.bottom", on.value));
         }
     }
 }

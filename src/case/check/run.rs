@@ -1,6 +1,6 @@
 //! Checks of `time`, `start`, `solver` and `output`.
 
-use super::super::{Contact, Friction, Linear, Scheme, Start, Strategy};
+use super::super::{Contact, Linear, Scheme, Start, Strategy};
 use super::Check;
 use crate::reader::at::At;
 use crate::reader::quantity::Number;
@@ -14,20 +14,20 @@ const MOST_INCREMENTS: u32 = 1_000_000;
 impl Check<'_> {
     pub(super) fn time(&mut self) {
         let time = &self.case.time;
-        self.positive("the end", time.end);
+        self.found.positive("the end", time.end);
         if let Some(step) = time.step {
-            self.positive("the step", step);
+            self.found.positive("the step", step);
             let message = format!("the step {} is longer than the whole time {}", step.value, time.end.value);
-            self.require(step.value <= time.end.value || time.end.value <= 0.0, step.place, message);
+            self.found.require(step.value <= time.end.value || time.end.value <= 0.0, step.place, message);
             let steps = time.end.value / step.value;
             let endless = step.value > 0.0 && steps > MOST_STEPS;
-            self.require(
+            self.found.require(
                 !endless,
                 step.place,
                 format!("the run would take {steps:.1e} steps, more than {MOST_STEPS:e}"),
             );
         }
-        self.require(
+        self.found.require(
             time.cuts.value <= 30,
             time.cuts.place,
             format!("a step can be halved 30 times at most, not {}", time.cuts.value),
@@ -35,7 +35,7 @@ impl Check<'_> {
         match &time.scheme.value {
             Scheme::Newmark { beta, gamma } => {
                 self.within("beta", beta, [0.0, 0.5]);
-                self.require(
+                self.found.require(
                     beta.value != 0.0,
                     beta.place,
                     "beta = 0 is an explicit scheme, which this program has not",
@@ -52,7 +52,7 @@ impl Check<'_> {
             Scheme::Static { increments } => self.increments(increments.as_ref()),
         }
         if time.step.is_none() && !self.case.is_static() {
-            self.say(time.end.place, "the key 'step' is missing beside 'end'");
+            self.found.say(time.end.place, "the key 'step' is missing beside 'end'");
         }
     }
 
@@ -60,11 +60,12 @@ impl Check<'_> {
         let time = &self.case.time;
         match (time.step, increments) {
             (Some(_), Some(increments)) => {
-                self.say(increments.place, "statics takes 'step' or 'increments', not both")
+                self.found.say(increments.place, "statics takes 'step' or 'increments', not both")
             }
             (None, None) => {
-                self.say(time.scheme.place, "the static scheme needs 'increments', or a 'step' beside 'end'");
-                self.cure("as in scheme: { static: { increments: 4 } }");
+                self.found
+                    .say(time.scheme.place, "the static scheme needs 'increments', or a 'step' beside 'end'");
+                self.found.cure("as in scheme: { static: { increments: 4 } }");
             }
             (None, Some(increments)) => {
                 self.at_least_one("'increments'", increments);
@@ -76,22 +77,23 @@ impl Check<'_> {
 
     fn at_most(&mut self, what: &str, count: &At<u32>) {
         let message = format!("{what} must be at most {MOST_INCREMENTS}, found {}", count.value);
-        self.require(count.value <= MOST_INCREMENTS, count.place, message);
+        self.found.require(count.value <= MOST_INCREMENTS, count.place, message);
     }
 
     fn within(&mut self, what: &str, value: &Number, [low, high]: [f64; 2]) {
         let message = format!("{what} must be between {low} and {high}, found {}", value.value);
-        self.require((low..=high).contains(&value.value), value.place, message);
+        self.found.require((low..=high).contains(&value.value), value.place, message);
     }
 
     pub(super) fn start(&mut self) {
         let Some(start) = &self.case.start else { return };
         if self.case.is_static() {
-            self.say(start.place, "a static case has no start: it begins undeformed and seeks equilibrium");
-            self.cure("leave out `start`");
+            self.found
+                .say(start.place, "a static case has no start: it begins undeformed and seeks equilibrium");
+            self.found.cure("leave out `start`");
         }
         if let Start::Equilibrium { increments, .. } = start.value {
-            self.require(increments > 0, start.place, "the equilibrium needs at least one increment");
+            self.found.require(increments > 0, start.place, "the equilibrium needs at least one increment");
             self.at_most("increments", &At { value: increments, place: start.place });
         }
     }
@@ -101,33 +103,33 @@ impl Check<'_> {
         for (what, tolerance) in [("Newton", newton.tolerance), ("Krylov", krylov.tolerance)] {
             let fits = tolerance.value > 0.0 && tolerance.value < 1.0;
             let message = format!("the {what} tolerance must be > 0 and < 1, found {}", tolerance.value);
-            self.require(fits, tolerance.place, message);
+            self.found.require(fits, tolerance.place, message);
         }
         self.at_least_one("'max_iterations'", &newton.max_iterations);
         self.strategy();
         self.conserving();
         let linear = &self.case.solver.linear;
-        let rubs = |contact: &Contact| contact.friction != Friction::None;
+        let rubs = |contact: &Contact| contact.friction.rubs();
         let friction = self.case.contact.values().any(rubs);
         let in_turn = self.case.solver.strategy.value != Strategy::Monolithic;
         if matches!(linear.value, Linear::TwoStage { .. }) {
             if in_turn {
-                self.say(
+                self.found.say(
                     linear.place,
                     "two_stage is for the monolithic strategy: the stages of staggered are symmetric",
                 );
-                self.cure("write `linear: auto`, cg_icc or cholesky");
+                self.found.cure("write `linear: auto`, cg_icc or cholesky");
             } else if !friction {
-                self.say(linear.place, "two_stage splits friction off, and no contact has friction");
-                self.cure("write `linear: auto`");
+                self.found.say(linear.place, "two_stage splits friction off, and no contact has friction");
+                self.found.cure("write `linear: auto`");
             }
         }
         if linear.needs_symmetry() && friction && !in_turn {
-            self.say(
+            self.found.say(
                 linear.place,
                 "this linear solver needs a symmetric matrix, and friction makes it non-symmetric",
             );
-            self.cure("write `linear: auto`, or a GMRES preset, or direct, or `strategy: staggered`");
+            self.found.cure("write `linear: auto`, or a GMRES preset, or direct, or `strategy: staggered`");
         }
     }
 
@@ -136,33 +138,33 @@ impl Check<'_> {
         let solver = &self.case.solver;
         if self.case.time.scheme.value == Scheme::Conserving && solver.strategy.value != Strategy::Monolithic
         {
-            self.say(
+            self.found.say(
                 solver.strategy.place,
                 "the conserving scheme balances a step as a whole, friction included",
             );
-            self.cure("leave out `strategy`, it is monolithic");
+            self.found.cure("leave out `strategy`, it is monolithic");
         } else if solver.linear.needs_symmetry() && self.case.has_unsymmetric_steps() {
-            self.say(
+            self.found.say(
                 solver.linear.place,
                 "this linear solver needs a symmetric matrix, and that of the conserving scheme is not",
             );
-            self.cure("write `linear: auto`, a GMRES preset, or direct");
+            self.found.cure("write `linear: auto`, a GMRES preset, or direct");
         }
     }
 
     pub(super) fn guard(&mut self) {
         if let Some(motion) = self.case.guard.motion {
-            self.positive("the motion guard", motion);
+            self.found.positive("the motion guard", motion);
         }
         if let Some(energy) = self.case.guard.energy {
-            self.require(
+            self.found.require(
                 energy.value > 0.0 && energy.value.is_finite(),
                 energy.place,
                 format!("the energy guard must be > 0, found {}", energy.value),
             );
             if self.case.is_static() {
-                self.say(energy.place, "the energy guard watches motion, and a static case has none");
-                self.cure("leave out `energy`");
+                self.found.say(energy.place, "the energy guard watches motion, and a static case has none");
+                self.found.cure("leave out `energy`");
             }
         }
     }
@@ -173,7 +175,7 @@ impl Check<'_> {
         };
         let fits = tolerance.value > 0.0 && tolerance.value < 1.0;
         let message = format!("the tolerance of the sweeps must be > 0 and < 1, found {}", tolerance.value);
-        self.require(fits, tolerance.place, message);
+        self.found.require(fits, tolerance.place, message);
         self.at_least_one("'max_sweeps'", max_sweeps);
     }
 
@@ -182,13 +184,13 @@ impl Check<'_> {
         if let Some(checkpoint) = &output.checkpoint {
             self.at_least_one("'every'", &checkpoint.every);
             self.at_least_one("'keep'", &checkpoint.keep);
-            checkpoint.wall_time.into_iter().for_each(|limit| self.positive("the wall time", limit));
+            checkpoint.wall_time.into_iter().for_each(|limit| self.found.positive("the wall time", limit));
         }
         for probe in output.probes.values() {
             self.size("the position of a probe", &probe.at);
             let Some(on) = &probe.on else { continue };
             if self.body_of(on) {
-                self.require(!on.contains('.'), on.place, "a probe lies on a body, not on a set of it");
+                self.found.require(!on.contains('.'), on.place, "a probe lies on a body, not on a set of it");
             }
         }
     }

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::super::{
-    Case, Coefficient, Element, Friction, Mesh, Normal, Regularization, Scheme, Start, schema,
-};
+use super::super::{Case, Element, Mesh, Scheme, Start, schema};
 use super::{GOOD, with};
+use crate::contact::friction::coefficient::Constant;
+use crate::contact::friction::{Coulomb, FrictionLaw, FrictionPowerLaw, Regularization};
+use crate::contact::normal::{NormalLaw, NormalPowerLaw};
 
 fn shipped() -> Vec<PathBuf> {
     let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes");
@@ -191,12 +192,8 @@ fn rubber_block_reads_as_written() {
     );
     assert_eq!(block.material.elastic().young_modulus.value, 5e6);
     let sole = case.contact.get("sole").unwrap();
-    let Friction::Coulomb { coefficient, regularization: Regularization::StickVelocity(velocity) } =
-        &sole.friction
-    else {
-        panic!("{:?}", sole.friction)
-    };
-    assert_eq!((&coefficient.value, velocity.value), (&Coefficient::Constant(1.0), 1e-3));
+    let expected = Coulomb::of(Constant(1.0), Regularization::stick_velocity(1e-3));
+    assert_eq!(sole.friction, expected.into());
     assert_eq!(case.start.as_ref().unwrap().value, Start::Equilibrium { friction: false, increments: 4 });
     assert_eq!(case.time.step(), 5e-4);
     assert_eq!(case.output.probes.names().collect::<Vec<_>>(), ["node_50", "node_98"]);
@@ -205,16 +202,19 @@ fn rubber_block_reads_as_written() {
 
 /// The constants of the power laws follow from E and c_N, in both readings of its unit.
 #[test]
-fn power_laws_follow_the_formulation() {
+fn power_laws_follow_the_theory() {
     for exponent in [1.0, 2.0, 3.0] {
         for (suffix, unit) in [("", 1e6), ("-kn", 1e3)] {
             let file = format!("meshes/rubber-block/power-law-{exponent}{suffix}.yml");
             let case = Case::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap();
             let sole = case.contact.get("sole").unwrap();
-            let Normal::PowerLaw { stiffness: c_n, exponent: m_n } = &sole.normal else {
+            let NormalLaw::NormalPowerLaw(NormalPowerLaw { stiffness: c_n, exponent: m_n }) = &sole.normal
+            else {
                 panic!("no power law")
             };
-            let Friction::PowerLaw { stiffness: c_t, exponent: m_t, .. } = &sole.friction else {
+            let FrictionLaw::FrictionPowerLaw(FrictionPowerLaw { stiffness: c_t, exponent: m_t, .. }) =
+                &sole.friction
+            else {
                 panic!("no power law")
             };
             let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;

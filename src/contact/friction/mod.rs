@@ -1,17 +1,15 @@
-//! Friction: a bound on the tangential traction (one file each, one line in [`FRICTION_LAWS`]), a coefficient
+//! Friction: a bound on the tangential traction (one file each, one line in the table below), a coefficient
 //! inside it where the law has one, a regularisation around it.
 
 pub mod coefficient;
-mod coulomb;
-mod power_law;
 pub mod regularization;
 pub mod traction;
 #[cfg(test)]
 mod traction_tests;
 
 use super::normal::NormalResponse;
-pub use coulomb::Coulomb;
-pub use power_law::PowerLaw;
+use crate::reader::findings::Findings;
+use crate::reader::laws::laws;
 pub use regularization::Regularization;
 
 /// What a friction bound may depend on.
@@ -36,13 +34,40 @@ pub struct Bound {
     pub by_speed: f64,
 }
 
+laws! {
+    /// Friction law: the bound on the friction traction as a function of normal traction and slip.
+    FrictionLaw ("friction law", schema "Friction", table FRICTION_LAWS) implements FrictionBound:
+    "none": none::Frictionless,
+    "coulomb": coulomb::Coulomb,
+    "power_law": power_law::FrictionPowerLaw,
+}
+
+impl Default for FrictionLaw {
+    fn default() -> Self {
+        Self::Frictionless(Frictionless {})
+    }
+}
+
 /// A law for the friction bound.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FrictionLaw {
-    /// See [`Coulomb`].
-    Coulomb(Coulomb),
-    /// See [`PowerLaw`].
-    PowerLaw(PowerLaw),
+pub trait FrictionBound {
+    /// Bound and slopes where something presses.
+    fn bound(&self, at: Pressed) -> Bound;
+
+    /// How stick is approximated below the bound; `None` without friction.
+    fn regularization(&self) -> Option<Regularization>;
+
+    /// Says what is wrong with the parameters; that of the regularization is checked elsewhere.
+    fn check(&self, findings: &mut Findings);
+
+    /// Whether the bound depends on the slip speed, so that `C_mu` exists.
+    fn depends_on_speed(&self) -> bool {
+        false
+    }
+
+    /// Whether the bound over the normal traction depends on the normal traction.
+    fn coefficient_depends_on_pressure(&self) -> bool {
+        false
+    }
 }
 
 /// Slopes beyond this are infinite for every purpose; held here, a product with a zero stays zero.
@@ -54,16 +79,18 @@ impl FrictionLaw {
         if at.normal.traction <= 0.0 {
             return Bound::default();
         }
-        let bound = match self {
-            Self::Coulomb(law) => law.bound(at),
-            Self::PowerLaw(law) => law.bound(at),
-        };
+        let bound = self.law().bound(at);
         Bound { by_gap: bound.by_gap.clamp(-STEEPEST, STEEPEST), ..bound }
     }
 
-    /// Whether the bound depends on the slip speed, so that `C_mu` exists.
-    pub fn depends_on_speed(&self) -> bool {
-        matches!(self, Self::Coulomb(law) if law.coefficient.depends_on_speed())
+    /// Whether there is any friction.
+    pub fn rubs(&self) -> bool {
+        self.law().regularization().is_some()
+    }
+
+    /// The friction of a contact; `None` where there is none.
+    pub fn friction(&self) -> Option<Friction> {
+        self.law().regularization().map(|regularization| Friction { law: *self, regularization })
     }
 }
 
@@ -72,50 +99,15 @@ impl FrictionLaw {
 pub struct Friction {
     /// The bound.
     pub law: FrictionLaw,
-    /// Stick below it.
+    /// Stick below it: that of the law, or a stiffer one.
     pub regularization: Regularization,
 }
 
-/// A row of [`FRICTION_LAWS`].
-pub struct FrictionEntry {
-    /// Name in the case file.
-    pub name: &'static str,
-    /// One line for `contact-petsc list`.
-    pub summary: &'static str,
-    /// Instances on which every test of derivatives runs.
-    pub samples: fn() -> Vec<FrictionLaw>,
-}
-
-/// Every friction law there is: feeds `list`, the hints in errors and the tests.
-pub const FRICTION_LAWS: &[FrictionEntry] = &[
-    FrictionEntry { name: "none", summary: "no friction: symmetric matrix", samples: Vec::new },
-    FrictionEntry {
-        name: "coulomb",
-        summary: "|t_T| <= mu t_n, (2.7)",
-        samples: || {
-            let coefficients = coefficient::COEFFICIENTS.iter().flat_map(|entry| (entry.samples)());
-            coefficients.map(|coefficient| FrictionLaw::Coulomb(Coulomb { coefficient })).collect()
-        },
-    },
-    FrictionEntry {
-        name: "power_law",
-        summary: "|t_T| <= stiffness <-g>^exponent, (2.9)",
-        samples: || {
-            let pairs = [(3e9, 8.0 / 9.0), (1e15, 16.0 / 9.0)];
-            pairs
-                .into_iter()
-                .filter_map(|(c, m)| PowerLaw::new(c, m).ok())
-                .map(FrictionLaw::PowerLaw)
-                .collect()
-        },
-    },
-];
-
 #[cfg(test)]
 mod tests {
-    use super::coefficient::{Coefficient, GroschSchallamach};
+    use super::coefficient::{Constant, GroschSchallamach};
     use super::*;
-    use crate::contact::normal::{NORMAL_LAWS, NormalLaw, Penalty, PowerLaw as NormalPowerLaw};
+    use crate::contact::normal::{NORMAL_LAWS, NormalLaw, NormalPowerLaw};
     use crate::taylor::taylor_rate;
 
     fn all() -> Vec<FrictionLaw> {
@@ -145,12 +137,13 @@ mod tests {
     #[test]
     fn power_law_is_grosch_schallamach() {
         let (modulus, stiffness) = (5e6, 1e10);
-        let grosch = GroschSchallamach::new(1.0, modulus, GroschSchallamach::EXPONENT).unwrap();
-        let coulomb = FrictionLaw::Coulomb(Coulomb { coefficient: Coefficient::GroschSchallamach(grosch) });
+        let grosch = GroschSchallamach::of(1.0, modulus, GroschSchallamach::EXPONENT);
+        let stick = Regularization::stick_stiffness(1e9);
+        let coulomb = FrictionLaw::from(Coulomb::of(grosch, stick));
         let tangential = f64::powf(stiffness, 8.0 / 9.0) * f64::powf(modulus, 1.0 / 9.0);
-        let power = FrictionLaw::PowerLaw(PowerLaw::new(tangential, 8.0 / 9.0).unwrap());
-        let penalty = NormalLaw::Penalty(Penalty::new(1.0 / stiffness).unwrap());
-        let linear = NormalLaw::PowerLaw(NormalPowerLaw::new(stiffness, 1.0).unwrap());
+        let power = FrictionLaw::from(FrictionPowerLaw::of(tangential, 8.0 / 9.0, stick));
+        let penalty = NormalLaw::penalty(1.0 / stiffness);
+        let linear = NormalLaw::from(NormalPowerLaw::of(stiffness, 1.0));
         for gap in [-1e-9, -1e-6, -7e-5, -1e-3] {
             let (a, b) = (bound(&coulomb, &penalty, gap, 0.1), bound(&power, &linear, gap, 0.1));
             assert!((a.value / b.value - 1.0).abs() < 1e-12);
@@ -182,10 +175,10 @@ mod tests {
     /// A bound that ignored its parameter would pass every derivative test: it must scale with it.
     #[test]
     fn bound_notices_the_coefficient() {
-        let normal = NormalLaw::Penalty(Penalty::new(1e-10).unwrap());
+        let normal = NormalLaw::penalty(1e-10);
         let of = |mu| {
-            let coefficient = Coefficient::Constant(coefficient::Constant::new(mu).unwrap());
-            bound(&FrictionLaw::Coulomb(Coulomb { coefficient }), &normal, -1e-5, 0.0).value
+            let law = Coulomb::of(Constant(mu), Regularization::stick_stiffness(1e9));
+            bound(&law.into(), &normal, -1e-5, 0.0).value
         };
         assert!((of(0.3) - 0.3e5).abs() < 1e-9);
         assert!((of(0.6) / of(0.3) - 2.0).abs() < 1e-14);

@@ -1,27 +1,26 @@
 //! How the set-valued law of friction becomes a function: a stick velocity (2.8), or a stick stiffness.
 
-use crate::contact::check::positive;
-use crate::error::Result;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// Regularisation of the stick branch.
-#[derive(Debug, Clone, Copy, PartialEq)]
+use crate::reader::findings::Findings;
+use crate::reader::quantity::{Stiffness, Velocity};
+use crate::reader::tagged::tagged;
+
+/// How stick is approximated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(rename = "Regularization")]
 pub enum Regularization {
-    /// The paper's `phi_eps`: linear in the slip velocity below `velocity` \[m/s\], on the bound above. Creeps.
-    StickVelocity {
-        /// `eps` of phi \[m/s\].
-        velocity: f64,
-    },
-    /// The smooth `phi = 1 / sqrt(|v_T|^2 + velocity^2)`. Creeps, and approaches the bound only at speed.
-    SmoothStickVelocity {
-        /// `eps` of phi \[m/s\].
-        velocity: f64,
-    },
-    /// Return map: elastic stick of this stiffness, slip on the bound. Does not creep.
-    StickStiffness {
-        /// `k_T` \[Pa/m\].
-        stiffness: f64,
-    },
+    /// Slip speed below which friction is proportional to it \[m/s\], > 0: a stuck point creeps at most that fast. t_T = -b v_T /
+    /// max(|v_T|, stick_velocity), (2.8).
+    StickVelocity(Velocity),
+    /// The same with a smooth bend \[m/s\], > 0: friction reaches its bound only at speeds well above this.
+    SmoothStickVelocity(Velocity),
+    /// Tangential stiffness of stick \[Pa/m\], > 0: return map, no creep.
+    StickStiffness(Stiffness),
 }
+tagged!(Regularization, "regularization");
 
 /// `phi` and its slope, so that `t_T = -b phi v_T`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,28 +32,41 @@ pub struct InverseSlipSpeed {
 }
 
 impl Regularization {
-    /// The paper's regularisation.
-    ///
-    /// # Errors
-    /// When `velocity` \[m/s\] is not positive and finite.
-    pub fn stick_velocity(velocity: f64) -> Result<Self> {
-        Ok(Self::StickVelocity { velocity: positive("the stick velocity", velocity)? })
+    /// The paper's regularisation, with a stick velocity \[m/s\].
+    pub fn stick_velocity(velocity: f64) -> Self {
+        Self::StickVelocity(Velocity::new(velocity))
     }
 
-    /// The smooth variant of the paper's regularisation.
-    ///
-    /// # Errors
-    /// When `velocity` \[m/s\] is not positive and finite.
-    pub fn smooth_stick_velocity(velocity: f64) -> Result<Self> {
-        Ok(Self::SmoothStickVelocity { velocity: positive("the stick velocity", velocity)? })
+    /// The smooth variant, with a stick velocity \[m/s\].
+    pub fn smooth_stick_velocity(velocity: f64) -> Self {
+        Self::SmoothStickVelocity(Velocity::new(velocity))
     }
 
-    /// The return map.
-    ///
-    /// # Errors
-    /// When `stiffness` \[Pa/m\] is not positive and finite.
-    pub fn stick_stiffness(stiffness: f64) -> Result<Self> {
-        Ok(Self::StickStiffness { stiffness: positive("the stick stiffness", stiffness)? })
+    /// The return map, with a stick stiffness \[Pa/m\].
+    pub fn stick_stiffness(stiffness: f64) -> Self {
+        Self::StickStiffness(Stiffness::new(stiffness))
+    }
+
+    /// The slip velocity below which points stick, where that is the approximation.
+    pub fn slip_velocity(&self) -> Option<Velocity> {
+        match *self {
+            Self::StickVelocity(velocity) | Self::SmoothStickVelocity(velocity) => Some(velocity),
+            Self::StickStiffness(_) => None,
+        }
+    }
+
+    /// The stiffness of stick, where that is the approximation.
+    pub fn stiffness(&self) -> Option<Stiffness> {
+        match *self {
+            Self::StickStiffness(stiffness) => Some(stiffness),
+            Self::StickVelocity(_) | Self::SmoothStickVelocity(_) => None,
+        }
+    }
+
+    /// Says what is wrong with it.
+    pub fn check(&self, findings: &mut Findings) {
+        self.stiffness().into_iter().for_each(|value| findings.positive("the stick stiffness", value));
+        self.slip_velocity().into_iter().for_each(|value| findings.positive("the stick velocity", value));
     }
 }
 
@@ -74,31 +86,37 @@ pub fn smooth_inverse_slip_speed(speed: f64, stick_velocity: f64) -> InverseSlip
 }
 
 /// A row of [`REGULARIZATIONS`].
+#[derive(Debug)]
 pub struct RegularizationEntry {
     /// Name in the case file.
     pub name: &'static str,
     /// One line for `contact-petsc list`.
-    pub summary: &'static str,
-    /// Instances on which every test of derivatives runs.
-    pub samples: fn() -> Vec<Regularization>,
+    pub about: &'static str,
+    /// The regularisation with this parameter.
+    pub of: fn(f64) -> Regularization,
+    /// A parameter on which every test of derivatives runs.
+    pub sample: f64,
 }
 
-/// Every regularisation there is: feeds `list`, the hints in errors and the tests.
+/// Every regularisation there is: feeds `list` and the tests.
 pub const REGULARIZATIONS: &[RegularizationEntry] = &[
     RegularizationEntry {
         name: "stick_velocity",
-        summary: "t_T = -b v_T / max(|v_T|, stick_velocity), (2.8); creeps",
-        samples: || Regularization::stick_velocity(1e-2).into_iter().collect(),
+        about: "t_T = -b v_T / max(|v_T|, stick_velocity), (2.8); creeps",
+        of: Regularization::stick_velocity,
+        sample: 1e-2,
     },
     RegularizationEntry {
         name: "smooth_stick_velocity",
-        summary: "t_T = -b v_T / sqrt(|v_T|^2 + smooth_stick_velocity^2); creeps",
-        samples: || Regularization::smooth_stick_velocity(1e-2).into_iter().collect(),
+        about: "t_T = -b v_T / sqrt(|v_T|^2 + smooth_stick_velocity^2); creeps",
+        of: Regularization::smooth_stick_velocity,
+        sample: 1e-2,
     },
     RegularizationEntry {
         name: "stick_stiffness",
-        summary: "return map with elastic stick; does not creep",
-        samples: || Regularization::stick_stiffness(1e9).into_iter().collect(),
+        about: "return map with elastic stick; does not creep",
+        of: Regularization::stick_stiffness,
+        sample: 1e9,
     },
 ];
 
@@ -125,10 +143,11 @@ mod tests {
     #[test]
     fn refuses_zero() {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(Regularization::stick_velocity(bad).is_err());
-            assert!(Regularization::smooth_stick_velocity(bad).is_err());
-            assert!(Regularization::stick_stiffness(bad).is_err());
+            for entry in REGULARIZATIONS {
+                let mut findings = Findings::new(crate::reader::units::Units::SI);
+                (entry.of)(bad).check(&mut findings);
+                assert!(!findings.is_empty(), "{} {bad}", entry.name);
+            }
         }
-        assert!(REGULARIZATIONS.iter().all(|entry| !(entry.samples)().is_empty()));
     }
 }

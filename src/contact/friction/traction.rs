@@ -6,6 +6,7 @@
 
 use super::regularization::{InverseSlipSpeed, inverse_slip_speed, smooth_inverse_slip_speed};
 use super::{Bound, Regularization};
+use crate::reader::quantity::Velocity;
 use crate::tensor::{Tensor, Vector, tangential_projector};
 
 /// A trial traction this close to the bound, relative to it, is on it. A point that slid in the last step starts the
@@ -86,32 +87,29 @@ impl Regularization {
     ) -> FrictionTraction<D> {
         let speed = slip.direction().0;
         match *self {
-            Self::StickVelocity { velocity } | Self::SmoothStickVelocity { velocity }
+            Self::StickVelocity(velocity) | Self::SmoothStickVelocity(velocity)
                 if branch == Branch::Stick =>
             {
                 // The correction ends about where the slip vanishes, and there the bound has no say.
                 FrictionTraction {
                     by_bound: Vector::zeros(),
                     by_velocity_through_bound: Tensor::zeros(),
-                    ..velocity_form(bound, slip, inverse_slip_speed(0.0, velocity), false)
+                    ..velocity_form(bound, slip, inverse_slip_speed(0.0, velocity.value), false)
                 }
             }
-            Self::StickVelocity { velocity } => {
-                velocity_form(bound, slip, inverse_slip_speed(speed, velocity), speed > velocity)
+            Self::StickVelocity(Velocity { value: limit, .. }) => {
+                velocity_form(bound, slip, inverse_slip_speed(speed, limit), speed > limit)
             }
-            Self::SmoothStickVelocity { velocity } => {
-                velocity_form(bound, slip, smooth_inverse_slip_speed(speed, velocity), speed > velocity)
+            Self::SmoothStickVelocity(Velocity { value: limit, .. }) => {
+                velocity_form(bound, slip, smooth_inverse_slip_speed(speed, limit), speed > limit)
             }
-            Self::StickStiffness { stiffness } => return_map(bound, slip, stiffness, branch),
+            Self::StickStiffness(stiffness) => return_map(bound, slip, stiffness.value, branch),
         }
     }
 
     /// Energy per area that elastic stick stores and gives back \[J/m^2\]; zero in the velocity form.
     pub fn recoverable_energy<const D: usize>(&self, traction: &Vector<D>) -> f64 {
-        match self {
-            Self::StickStiffness { stiffness } => 0.5 * traction.norm_squared() / stiffness,
-            _ => 0.0,
-        }
+        self.stiffness().map_or(0.0, |stiffness| 0.5 * traction.norm_squared() / stiffness.value)
     }
 }
 

@@ -151,11 +151,11 @@ impl<const D: usize> Scene<D> {
 /// Regimes with all vertices well within stick or slip, at the penetrations of the scenes.
 pub fn regimes() -> [Regularization; 5] {
     [
-        Regularization::stick_velocity(20.0).unwrap(),
-        Regularization::stick_velocity(1e-4).unwrap(),
-        Regularization::SmoothStickVelocity { velocity: 0.3 },
-        Regularization::stick_stiffness(1e3).unwrap(),
-        Regularization::stick_stiffness(1e12).unwrap(),
+        Regularization::stick_velocity(20.0),
+        Regularization::stick_velocity(1e-4),
+        Regularization::smooth_stick_velocity(0.3),
+        Regularization::stick_stiffness(1e3),
+        Regularization::stick_stiffness(1e12),
     ]
 }
 

@@ -1,10 +1,7 @@
-//! Normal contact laws: gap -> normal traction. One file each, one line in [`NORMAL_LAWS`].
+//! Normal contact laws: gap -> normal traction. One file each, one line in the table below.
 
-mod penalty;
-mod power_law;
-
-pub use penalty::Penalty;
-pub use power_law::PowerLaw;
+use crate::reader::findings::Findings;
+use crate::reader::laws::laws;
 
 /// What a normal law says at one gap.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -17,25 +14,85 @@ pub struct NormalResponse {
     pub potential: f64,
 }
 
-/// A normal contact law, (2.8) or (2.9).
+laws! {
+    /// Normal law: normal traction as a function of the gap.
+    NormalLaw ("normal law", schema "Normal", table NORMAL_LAWS) implements NormalContact:
+    "penalty": penalty::Penalty,
+    "power_law": power_law::NormalPowerLaw,
+}
+
+impl Default for NormalLaw {
+    fn default() -> Self {
+        Self::Penalty(Penalty::default())
+    }
+}
+
+/// What a contact presses against.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum NormalLaw {
-    /// See [`Penalty`].
-    Penalty(Penalty),
-    /// See [`PowerLaw`].
-    PowerLaw(PowerLaw),
+pub struct PressedSide {
+    /// Young's modulus of the softer side \[Pa\].
+    pub young_modulus: f64,
+    /// Mean size of the contactor's facets \[m\].
+    pub facet_size: f64,
+}
+
+/// A law of the normal traction.
+pub trait NormalContact {
+    /// Traction, its slope and the potential at this penetration >= 0 \[m\].
+    fn closed(&self, penetration: f64) -> NormalResponse;
+
+    /// The penetration \[m\] at which the traction is `pressure` \[Pa\], >= 0: the inverse of the law.
+    fn penetration(&self, pressure: f64) -> f64;
+
+    /// Says what is wrong with the parameters.
+    fn check(&self, findings: &mut Findings);
+
+    /// The law with what the case leaves to the surfaces; `None` if nothing is left.
+    fn completed(&self, _side: &PressedSide) -> Option<NormalLaw> {
+        None
+    }
+
+    /// The penetration that the case accepts, if the law follows from it \[m\].
+    fn accepted_penetration(&self) -> Option<f64> {
+        None
+    }
+
+    /// Penetration over traction, of a law in which it is constant [m/Pa].
+    fn linear_compliance(&self) -> Option<f64> {
+        None
+    }
+
+    /// The law made stiffer by a factor; `None` of a law whose penetration is physical.
+    fn stiffened(&self, _factor: f64) -> Option<NormalLaw> {
+        None
+    }
 }
 
 impl NormalLaw {
+    /// The penalty of this compliance [m/Pa].
+    pub fn penalty(compliance: f64) -> Self {
+        Self::Penalty(Penalty::of(compliance))
+    }
+
+    /// Whether this is a penalty, which stands for contact without penetration.
+    pub fn is_penalty(&self) -> bool {
+        self.law().linear_compliance().is_some()
+    }
+
+    /// The penetration \[m\] at which the traction is `pressure` \[Pa\], >= 0: the inverse of the law.
+    pub fn penetration(&self, pressure: f64) -> f64 {
+        self.law().penetration(pressure)
+    }
+
+    /// The law with what the case leaves to the surfaces.
+    #[must_use]
+    pub fn completed(self, side: &PressedSide) -> Self {
+        self.law().completed(side).unwrap_or(self)
+    }
+
     /// Traction, its slope and the potential at `gap` \[m\] (> 0 open).
     pub fn evaluate(&self, gap: f64) -> NormalResponse {
-        if gap > 0.0 {
-            return NormalResponse::default();
-        }
-        match self {
-            Self::Penalty(law) => law.closed(-gap),
-            Self::PowerLaw(law) => law.closed(-gap),
-        }
+        if gap > 0.0 { NormalResponse::default() } else { self.law().closed(-gap) }
     }
 
     /// The mean of the traction between two gaps \[m\], `-(w(g_1) - w(g_0)) / (g_1 - g_0)`, and its derivative by the
@@ -67,14 +124,6 @@ impl NormalLaw {
         }
         sum
     }
-
-    /// The penetration \[m\] at which the traction is `pressure` \[Pa\], >= 0: the inverse of the law.
-    pub fn penetration(&self, pressure: f64) -> f64 {
-        match self {
-            Self::Penalty(law) => law.penetration(pressure),
-            Self::PowerLaw(law) => law.penetration(pressure),
-        }
-    }
 }
 
 /// Where the smaller of two depths is this part of the larger, their quotient has all its digits.
@@ -87,38 +136,10 @@ const GAUSS: [(f64, f64); 3] = [
     (0.932_469_514_203_152, 0.171_324_492_379_170_36),
 ];
 
-/// A row of [`NORMAL_LAWS`].
-pub struct NormalEntry {
-    /// Name in the case file.
-    pub name: &'static str,
-    /// One line for `contact-petsc list`.
-    pub summary: &'static str,
-    /// Instances on which every test of derivatives runs.
-    pub samples: fn() -> Vec<NormalLaw>,
-}
-
-/// Every normal law there is: feeds `list`, the hints in errors and the tests.
-pub const NORMAL_LAWS: &[NormalEntry] = &[
-    NormalEntry {
-        name: "penalty",
-        summary: "t_n = <-g> / compliance, (2.8)",
-        samples: || {
-            [1e-10, 1e-2].into_iter().filter_map(|c| Penalty::new(c).ok()).map(NormalLaw::Penalty).collect()
-        },
-    },
-    NormalEntry {
-        name: "power_law",
-        summary: "t_n = stiffness <-g>^exponent, (2.9)",
-        samples: || {
-            let pairs = [(1e10, 1.0), (1e14, 2.0), (1e18, 3.0), (1e3, 1.5)];
-            pairs.into_iter().filter_map(|(c, m)| PowerLaw::new(c, m).ok()).map(NormalLaw::PowerLaw).collect()
-        },
-    },
-];
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reader::units::Units;
     use crate::taylor::taylor_rate;
 
     fn all() -> Vec<NormalLaw> {
@@ -202,7 +223,7 @@ mod tests {
     /// The power law with exponent 1 is the penalty with the inverse compliance.
     #[test]
     fn power_law_of_exponent_one_is_the_penalty() {
-        let (penalty, power) = (Penalty::new(1e-10).unwrap(), PowerLaw::new(1e10, 1.0).unwrap());
+        let (penalty, power) = (Penalty::of(1e-10), NormalPowerLaw::of(1e10, 1.0));
         for penetration in [1e-9, 1e-5, 1e-2] {
             let (a, b) = (penalty.closed(penetration), power.closed(penetration));
             assert!((a.traction / b.traction - 1.0).abs() < 1e-14);
@@ -214,11 +235,20 @@ mod tests {
     /// A law that could not push back is refused.
     #[test]
     fn refuses_what_is_not_a_law() {
+        let refused = |law: NormalLaw| {
+            let mut findings = Findings::new(Units::SI);
+            law.law().check(&mut findings);
+            !findings.is_empty()
+        };
+        assert!(all().into_iter().all(|law| !refused(law)));
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(Penalty::new(bad).is_err());
-            assert!(PowerLaw::new(bad, 1.0).is_err());
-            assert!(PowerLaw::new(1e10, bad).is_err());
+            assert!(refused(Penalty::of(bad).into()));
+            assert!(refused(NormalPowerLaw::of(bad, 1.0).into()));
+            assert!(refused(NormalPowerLaw::of(1e10, bad).into()));
         }
-        assert!(PowerLaw::new(1e10, 0.9).is_err(), "an exponent below 1 has an infinite slope at g = 0");
+        assert!(
+            refused(NormalPowerLaw::of(1e10, 0.9).into()),
+            "an exponent below 1 has an infinite slope at g = 0"
+        );
     }
 }

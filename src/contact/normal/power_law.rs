@@ -1,43 +1,55 @@
 //! Power law of Oden and Martins, `t_n = c_N <-g>^m_N` (2.9).
 
-use super::NormalResponse;
-use crate::contact::check::positive;
-use crate::error::{Error, Result};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// Compliance of a rough surface, (2.9).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PowerLaw {
-    normal_stiffness: f64,
-    normal_exponent: f64,
+use super::{NormalContact, NormalResponse};
+use crate::reader::findings::Findings;
+use crate::reader::power_stiffness::PowerStiffness;
+use crate::reader::quantity::Number;
+
+/// t_n = stiffness * penetration^exponent, (2.9).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NormalPowerLaw {
+    /// c_N [Pa/m^exponent], > 0.
+    pub stiffness: PowerStiffness,
+    /// m_N, >= 1.
+    pub exponent: Number,
 }
 
-impl PowerLaw {
-    /// From `c_N` \[Pa/m^m_N\] and `m_N >= 1` \[-\].
-    ///
-    /// # Errors
-    /// When `c_N` is not positive and finite, or `m_N` lies below 1 (infinite slope at first touch).
-    pub fn new(normal_stiffness: f64, normal_exponent: f64) -> Result<Self> {
-        let normal_stiffness = positive("stiffness", normal_stiffness)?;
-        let normal_exponent = positive("exponent", normal_exponent)?;
-        if normal_exponent < 1.0 {
-            let message = format!("the normal exponent {normal_exponent} is below 1");
-            return Err(Error::case(message)
-                .hint("below 1 the contact is infinitely stiff at first touch; use 1 to 3"));
-        }
-        Ok(Self { normal_stiffness, normal_exponent })
+impl NormalPowerLaw {
+    /// From `c_N` \[Pa/m^m_N\] and `m_N` \[-\].
+    pub fn of(stiffness: f64, exponent: f64) -> Self {
+        Self { stiffness: PowerStiffness::new(stiffness), exponent: Number::new(exponent) }
     }
 
-    pub(super) fn penetration(&self, pressure: f64) -> f64 {
-        (pressure / self.normal_stiffness).powf(1.0 / self.normal_exponent)
+    pub(super) fn samples() -> Vec<Self> {
+        vec![Self::of(1e10, 1.0), Self::of(1e14, 2.0), Self::of(1e18, 3.0), Self::of(1e3, 1.5)]
     }
+}
 
-    pub(super) fn closed(&self, penetration: f64) -> NormalResponse {
-        let (c, m) = (self.normal_stiffness, self.normal_exponent);
+impl NormalContact for NormalPowerLaw {
+    fn closed(&self, penetration: f64) -> NormalResponse {
+        let (c, m) = (self.stiffness.value, self.exponent.value);
         let traction = c * penetration.powf(m);
         NormalResponse {
             traction,
             derivative: -m * c * penetration.powf(m - 1.0),
             potential: traction * penetration / (m + 1.0),
+        }
+    }
+
+    fn penetration(&self, pressure: f64) -> f64 {
+        (pressure / self.stiffness.value).powf(1.0 / self.exponent.value)
+    }
+
+    fn check(&self, findings: &mut Findings) {
+        self.stiffness.check(self.exponent, findings);
+        let exponent = self.exponent.value;
+        if exponent > 0.0 && exponent < 1.0 {
+            findings.say(self.exponent.place, format!("the normal exponent must be >= 1, found {exponent}"));
+            findings.cure("below 1 the contact is infinitely stiff at first touch; use 1 to 3");
         }
     }
 }

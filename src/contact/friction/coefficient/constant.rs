@@ -1,25 +1,29 @@
 //! A coefficient that is a number.
 
-use super::CoefficientValue;
-use crate::contact::check::not_negative;
-use crate::error::Result;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// `mu`, constant.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Constant {
-    coefficient: f64,
-}
+use super::{CoefficientOfFriction, CoefficientValue};
+use crate::reader::findings::Findings;
+use crate::reader::place::Place;
+
+/// The same everywhere, >= 0: a bare number in the case file.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Constant(pub f64);
 
 impl Constant {
-    /// From `mu >= 0` \[-\].
-    ///
-    /// # Errors
-    /// When it is negative or not finite.
-    pub fn new(coefficient: f64) -> Result<Self> {
-        Ok(Self { coefficient: not_negative("the friction coefficient", coefficient)? })
+    pub(super) fn samples() -> Vec<Self> {
+        vec![Self(0.3), Self(1e3)]
+    }
+}
+
+impl CoefficientOfFriction for Constant {
+    fn evaluate(&self, _normal_traction: f64, _speed: f64) -> CoefficientValue {
+        CoefficientValue { value: self.0, by_traction: 0.0, by_speed: 0.0 }
     }
 
-    pub(super) fn evaluate(&self) -> CoefficientValue {
-        CoefficientValue { value: self.coefficient, by_traction: 0.0, by_speed: 0.0 }
+    fn check(&self, place: Place, findings: &mut Findings) {
+        findings.not_negative("the coefficient of friction", self.0, place);
     }
 }

@@ -1,12 +1,8 @@
-//! Coefficients of friction `mu(t_n, |v_T|)`. One file each, one line in [`COEFFICIENTS`].
+//! Coefficients of friction `mu(t_n, |v_T|)`. One file each, one line in the table below.
 
-mod constant;
-mod grosch_schallamach;
-mod stribeck;
-
-pub use constant::Constant;
-pub use grosch_schallamach::GroschSchallamach;
-pub use stribeck::Stribeck;
+use crate::reader::findings::Findings;
+use crate::reader::laws::laws;
+use crate::reader::place::Place;
 
 /// A coefficient at one state, with its slopes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -19,90 +15,50 @@ pub struct CoefficientValue {
     pub by_speed: f64,
 }
 
-/// A coefficient of friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Coefficient {
-    /// See [`Constant`].
-    Constant(Constant),
-    /// See [`GroschSchallamach`].
-    GroschSchallamach(GroschSchallamach),
-    /// See [`Stribeck`].
-    Stribeck(Stribeck),
+laws! {
+    /// Coefficient of friction.
+    Coefficient ("coefficient of friction", schema "Coefficient", table COEFFICIENTS) implements CoefficientOfFriction:
+    "constant": constant::Constant,
+    "grosch_schallamach": grosch_schallamach::GroschSchallamach,
+    "stribeck": stribeck::Stribeck,
+}
+
+/// A law of the coefficient of friction.
+pub trait CoefficientOfFriction {
+    /// Coefficient and slopes at `normal_traction` > 0 \[Pa\] and `speed` >= 0 \[m/s\].
+    fn evaluate(&self, normal_traction: f64, speed: f64) -> CoefficientValue;
+
+    /// Whether the coefficient depends on the slip speed, so that `C_mu` exists.
+    fn depends_on_speed(&self) -> bool {
+        false
+    }
+
+    /// Whether it depends on the normal traction.
+    fn depends_on_pressure(&self) -> bool {
+        false
+    }
+
+    /// Says what is wrong with the parameters; the place is that of the whole coefficient.
+    fn check(&self, place: Place, findings: &mut Findings);
 }
 
 impl Coefficient {
-    /// Coefficient and slopes at `normal_traction > 0` \[Pa\] and `speed >= 0` \[m/s\].
+    /// Coefficient and slopes at `normal_traction` > 0 \[Pa\] and `speed` >= 0 \[m/s\].
     pub fn evaluate(&self, normal_traction: f64, speed: f64) -> CoefficientValue {
-        match self {
-            Self::Constant(law) => law.evaluate(),
-            Self::GroschSchallamach(law) => law.evaluate(normal_traction),
-            Self::Stribeck(law) => law.evaluate(speed),
-        }
-    }
-
-    /// Whether the coefficient depends on the slip speed, so that `C_mu` exists.
-    pub fn depends_on_speed(&self) -> bool {
-        matches!(self, Self::Stribeck(_))
+        self.law().evaluate(normal_traction, speed)
     }
 }
-
-/// A row of [`COEFFICIENTS`].
-pub struct CoefficientEntry {
-    /// Name in the case file; a bare number is the constant one.
-    pub name: &'static str,
-    /// One line for `contact-petsc list`.
-    pub summary: &'static str,
-    /// Instances on which every test of derivatives runs.
-    pub samples: fn() -> Vec<Coefficient>,
-}
-
-/// Every coefficient there is: feeds `list`, the hints in errors and the tests.
-pub const COEFFICIENTS: &[CoefficientEntry] = &[
-    CoefficientEntry {
-        name: "constant",
-        summary: "mu (a bare number in the case file)",
-        samples: || {
-            [0.3, 1e3]
-                .into_iter()
-                .filter_map(|mu| Constant::new(mu).ok())
-                .map(Coefficient::Constant)
-                .collect()
-        },
-    },
-    CoefficientEntry {
-        name: "grosch_schallamach",
-        summary: "mu = reference (t_n / modulus)^exponent, exponent -1/9 by default",
-        samples: || {
-            let rubber = |e| GroschSchallamach::new(1.0, 5e6, e).ok();
-            [-1.0 / 9.0, 1.0 / 9.0, -0.5]
-                .into_iter()
-                .filter_map(rubber)
-                .map(Coefficient::GroschSchallamach)
-                .collect()
-        },
-    },
-    CoefficientEntry {
-        name: "stribeck",
-        summary: "mu = kinetic + (static - kinetic) exp(-|v_T| / decay_velocity)",
-        samples: || {
-            let sets = [(1.2, 0.8, 0.1), (0.5, 0.9, 1e-3)];
-            sets.into_iter()
-                .filter_map(|(s, k, v)| Stribeck::new(s, k, v).ok())
-                .map(Coefficient::Stribeck)
-                .collect()
-        },
-    },
-];
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reader::units::Units;
     use crate::taylor::taylor_rate;
 
     fn all() -> impl Iterator<Item = Coefficient> {
         COEFFICIENTS.iter().flat_map(|entry| {
             let samples = (entry.samples)();
-            assert!(samples.len() >= 2, "{} brings samples that its constructor accepts", entry.name);
+            assert!(samples.len() >= 2, "{} brings samples", entry.name);
             samples
         })
     }
@@ -118,7 +74,8 @@ mod tests {
                 assert!(taylor_rate(f, df, &[t, s], &[0.3 * t, -0.4 * s]) > 1.9, "{law:?}");
                 let by_speed = |_: &[f64], d: &[f64]| vec![at.by_speed * d[1]];
                 assert!(taylor_rate(f, by_speed, &[t, s], &[0.0, -0.4 * s]) > 1.9, "{law:?}");
-                assert_eq!(at.by_speed != 0.0, law.depends_on_speed());
+                assert_eq!(at.by_speed != 0.0, law.law().depends_on_speed());
+                assert_eq!(at.by_traction != 0.0, law.law().depends_on_pressure());
             }
         }
     }
@@ -140,7 +97,7 @@ mod tests {
     /// The numbers of the formulation, section 2: mu(0.14 E) is 1.24 with exponent -1/9 and 0.80 with the printed +1/9.
     #[test]
     fn grosch_schallamach_has_the_published_values() {
-        let mu = |e| GroschSchallamach::new(1.0, 5e6, e).unwrap().evaluate(0.14 * 5e6).value;
+        let mu = |e| GroschSchallamach::of(1.0, 5e6, e).evaluate(0.14 * 5e6, 0.0).value;
         assert!((mu(-1.0 / 9.0) - 1.24).abs() < 5e-3);
         assert!((mu(1.0 / 9.0) - 0.80).abs() < 5e-3);
         assert_eq!(GroschSchallamach::EXPONENT, -1.0 / 9.0);
@@ -149,27 +106,33 @@ mod tests {
     /// Stribeck's coefficient falls from the static to the kinetic value.
     #[test]
     fn stribeck_runs_from_static_to_kinetic() {
-        let law = Stribeck::new(1.2, 0.8, 0.1).unwrap();
-        assert_eq!(law.evaluate(0.0).value, 1.2);
-        assert!((law.evaluate(100.0).value - 0.8).abs() < 1e-15);
-        assert!(law.evaluate(0.05).by_speed < 0.0);
+        let law = Coefficient::from(Stribeck::of(1.2, 0.8, 0.1));
+        assert_eq!(law.evaluate(1e5, 0.0).value, 1.2);
+        assert!((law.evaluate(1e5, 100.0).value - 0.8).abs() < 1e-15);
+        assert!(law.evaluate(1e5, 0.05).by_speed < 0.0);
     }
 
     /// Numbers that are no coefficient are refused.
     #[test]
     fn refuses_what_is_not_a_coefficient() {
+        let refused = |law: Coefficient| {
+            let mut findings = Findings::new(Units::SI);
+            law.law().check(Place::default(), &mut findings);
+            !findings.is_empty()
+        };
+        assert!(all().all(|law| !refused(law)));
         for bad in [-0.1, f64::NAN, f64::INFINITY] {
-            assert!(Constant::new(bad).is_err());
-            assert!(GroschSchallamach::new(bad, 5e6, -0.1).is_err());
-            assert!(GroschSchallamach::new(1.0, bad, -0.1).is_err());
-            assert!(Stribeck::new(bad, 0.8, 0.1).is_err());
-            assert!(Stribeck::new(1.2, bad, 0.1).is_err());
-            assert!(Stribeck::new(1.2, 0.8, bad).is_err());
+            assert!(refused(Constant(bad).into()));
+            assert!(refused(GroschSchallamach::of(bad, 5e6, -0.1).into()));
+            assert!(refused(GroschSchallamach::of(1.0, bad, -0.1).into()));
+            assert!(refused(Stribeck::of(bad, 0.8, 0.1).into()));
+            assert!(refused(Stribeck::of(1.2, bad, 0.1).into()));
+            assert!(refused(Stribeck::of(1.2, 0.8, bad).into()));
         }
         assert!(
-            GroschSchallamach::new(1.0, 5e6, -1.0).is_err(),
+            refused(GroschSchallamach::of(1.0, 5e6, -1.0).into()),
             "the bound would not vanish with the pressure"
         );
-        assert!(Stribeck::new(1.2, 0.8, 0.0).is_err());
+        assert!(refused(Stribeck::of(1.2, 0.8, 0.0).into()));
     }
 }
