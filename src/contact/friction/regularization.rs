@@ -11,7 +11,7 @@ pub enum Regularization {
         /// `eps` of phi \[m/s\].
         velocity: f64,
     },
-    /// The smooth `phi = 1 / sqrt(|v_T|^2 + velocity^2)`. Creeps, and approaches the bound only at speed.
+    /// The smooth `phi = 1 / sqrt(|v_T|^2 + velocity^2)` (2.29). Creeps, and approaches the bound only at speed.
     SmoothStickVelocity {
         /// `eps` of phi \[m/s\].
         velocity: f64,
