@@ -1,7 +1,7 @@
 //! Parallel implicit finite elements for dynamic, large-deformation, frictional contact, on PETSc.
 //!
 //! After G. Szefer and D. Jasinska, *Dynamic analysis of large deformation contact of elastic bodies* (2001). This page
-//! is the map of the program; equation numbers are the paper's.
+//! is the map of the program. Equation numbers are those of docs/theory.md, which keeps the paper's numbers.
 //!
 //! # Modules in the order of their dependencies
 //!

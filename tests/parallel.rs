@@ -139,7 +139,7 @@ fn two_elements_on_1_4_7_ranks() {
     invariant(&solved_by(&text, INEXACT), &[4, 7]);
 }
 
-/// The other laws of section 4.1: a coefficient that hangs on the pressure, power laws of gap and friction; the same law with
+/// The other laws of section 4.1 of the paper: a coefficient that hangs on the pressure, power laws of gap and friction; the same law with
 /// another motion. Dragged ten times as fast as shipped and pressed less, until points slip.
 #[test]
 fn rubber_block_by_every_law_on_1_2_3_4_8_ranks() {

@@ -1,4 +1,5 @@
-//! The energy ledger: where energy is, where it went, and what the integration leaves over; and the momentum.
+//! The energy ledger (4.12): where energy is, where it went, and what the integration leaves over; and the
+//! momentum.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;

@@ -1,4 +1,5 @@
-//! Mass without the nodes that may touch (mass redistribution: Khenous, Laborde, Renard 2008; Doyen, Ern, Piperno 2011).
+//! Mass without the nodes that may touch (mass redistribution: Khenous, Laborde, Renard 2008; Doyen, Ern,
+//! Piperno 2011; theory, section 4.6).
 //!
 //! An element that has nodes on a contact surface keeps its mass on its other nodes: without the rows and columns of the
 //! former, scaled to the mass of the element. The mass is the mean of the consistent and the lumped one, whose errors of the

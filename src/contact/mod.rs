@@ -1,4 +1,4 @@
-//! Contact: obstacles (2.2), normal and friction laws (2.8, 2.9), every term of (3.5) under its name, and what contact points remember.
+//! Contact: obstacles (2.2), normal and friction laws (2.8), (2.9), every term of (3.5) under its name, and what contact points remember.
 //!
 //! A contact is a contactor surface against a rigid obstacle or the facets of a deformable body. Its points are the vertices of the
 //! contactor ([`mortar`]).

@@ -1,4 +1,5 @@
-//! Kinematics of an element: how far it may deform, how it is kept from locking, and gradients on it.
+//! Kinematics of an element: how far it may deform, how it is kept from locking, and gradients on it
+//! (theory, section 3.8).
 
 use crate::error::{Error, Result};
 use crate::lanes::Real;

@@ -116,7 +116,7 @@ impl<const D: usize> LoadedSurface<D> {
         }
     }
 
-    /// `F_ext = -int p N^T n ds` of each facet \[N\] for a pressure `p` \[Pa\], positive against the outward normal, given at
+    /// `F_ext = -int p N^T n ds` (3.16) of each facet \[N\] for a pressure `p` \[Pa\], positive against the outward normal, given at
     /// a reference point \[m\]; with the stiffness `-dF_ext/du` \[N/m\] in the current configuration (non-symmetric at
     /// the rim of the surface).
     pub fn pressure(

@@ -31,7 +31,7 @@ impl<const D: usize> ElementGroup<D> {
         }
     }
 
-    /// Lumped mass of each element, `receive(index, m)` with `m[a]` \[kg\].
+    /// Lumped mass of each element (3.17), `receive(index, m)` with `m[a]` \[kg\].
     ///
     /// The diagonal of the consistent mass scaled to the element's mass (Hinton, Rock, Zienkiewicz 1976): positive for every
     /// kind, where sums of rows are negative at the corners of quad8, hex20 and tet10.

@@ -1,9 +1,9 @@
 //! The solid kernel: internal force `Q`, `K_0 + K_NL` and `K_S` of a group, four elements a time.
 //!
-//! With a tangent `C = lam m (x) m + 2 q I_m`, reference gradients `g_a` of the shape functions and `h_a = F m g_a`
+//! With a tangent `C = lam m (x) m + 2 q I_m` (2.20), reference gradients `g_a` of the shape functions and `h_a = F m g_a`
 //! the strain operator drops out of `int B*^T C B* + K_S`:
 //!
-//! `K_ab = int lam h_a h_b^T + q h_b h_a^T + q (g_a . m g_b) F m F^T + (g_a . S g_b) 1`,
+//! `K_ab = int lam h_a h_b^T + q h_b h_a^T + q (g_a . m g_b) F m F^T + (g_a . S g_b) 1` (3.13),
 //!
 //! a third of the work of the textbook product. Only blocks `b >= a` are summed; the others are mirrored.
 

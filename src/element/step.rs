@@ -1,4 +1,5 @@
-//! The solid kernel over a step: forces that change the energy of a group by the work they do (formulation, section 13).
+//! The solid kernel over a step: forces that change the energy of a group by the work they do
+//! (theory, section 4.5).
 //!
 //! `Q_a = int F_middle S g_a dV` with the stress `S` of [`StepLaw`]; its derivative by the displacement in the middle of
 //! the step, `int (g_a . S g_b) 1 + F_middle dS_b g_a dV`, is not symmetric, as the strain changes at the end of the step by

@@ -120,7 +120,7 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
     }
 
     /// Adds `P_ab = weight h_a h_b^T` and, scaled by `1 / (lambda + mu)`, the terms symmetric in `i, j`: with constant moduli
-    /// the stiffness is `lambda P + mu P^T`, and a third of the work at the points is gone.
+    /// the stiffness is `lambda P + mu P^T` (3.14), and a third of the work at the points is gone.
     #[inline(always)]
     pub fn add_factored(&mut self, slopes: &[Row<L, D>], tangent: &Tangent<L, D>, weight: L, metric: Metric) {
         for (mapped, slope) in self.mapped.iter_mut().zip(slopes) {

@@ -1,4 +1,5 @@
-//! Laws over a step: the stress whose work is the change of the strain energy, whatever the step (formulation, section 13).
+//! Laws over a step: the stress whose work is the change of the strain energy, whatever the step
+//! (theory, section 4.5).
 //!
 //! With the displacement gradient linear in the unknown, `dF : P = dE : S` holds exactly for `P = F_middle S`, since
 //! `dE = sym(F_middle^T dF)`. So all that a law has to bring is a second Piola stress `S(E_start, E_end)`, symmetric, with

@@ -12,8 +12,9 @@ use std::ptr::null_mut;
 pub enum Format {
     /// Scalar rows: every preconditioner works, algebraic multigrid among them.
     Aij,
-    /// Blocks: products and ILU take about half the time. Multigrid and MUMPS's Cholesky refuse it, and ICC crashes on a
-    /// rank without rows (3.18); ILU(0), which is symmetric for a symmetric matrix, stands in for ICC.
+    /// Blocks: products and ILU take about half the time. Multigrid and MUMPS's Cholesky refuse it, and ICC
+    /// of PETSc 3.18 crashes on a rank without rows. ILU(0), which is symmetric for a symmetric matrix,
+    /// replaces ICC.
     Baij,
 }
 

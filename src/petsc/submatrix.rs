@@ -50,7 +50,8 @@ impl SubMatrix {
     /// # Errors
     /// The pattern is another one.
     pub fn extract(&mut self, whole: &Matrix) -> Result<()> {
-        // By way of another one: distributed BAIJ (3.18) does not know its own part again where a rank has no rows in it.
+        // By way of another one: the distributed BAIJ of PETSc 3.18 does not recognise its own part if a rank has
+        // no rows in it.
         let (mut present, initial) = (null_mut(), sys::MAT_INITIAL_MATRIX);
         petsc!(MatCreateSubMatrix(whole.raw(), self.rows, self.rows, initial, &mut present))?;
         let copied = petsc!(MatCopy(present, self.raw, sys::SAME_NONZERO_PATTERN));

@@ -1,5 +1,5 @@
 //! The state at the start: static equilibrium without friction where the case wants it, then velocities and the
-//! acceleration that balances the forces (formulation, sections 6 and 7C).
+//! acceleration that balances the forces (theory, section 5.6, and theory, section 4.3).
 
 use super::hints::{self, TOO_LARGE};
 use super::journal::Journal;

@@ -1,6 +1,6 @@
 //! Augmented Lagrange: the penetration that is asked for, by multipliers in place of an ever stiffer penalty.
 //!
-//! `t_n = <lambda - g / eps_n>` is solved with `lambda` held; the pressure found is the next `lambda` (Uzawa), until what
+//! `t_n = <lambda - g / eps_n>` (2.24) is solved with `lambda` held; the pressure found is the next `lambda` (Uzawa), until what
 //! is left of the gap at closed points is small enough. Each update reduces it by about the stiffness of the
 //! bodies over that of the penalty. The multipliers of the last step are where the next one begins.
 

@@ -1,4 +1,4 @@
-//! What an iteration did, and how a solve ended.
+//! What an iteration did, and how a solve ended (theory, section 5.1).
 
 use super::held::Held;
 use crate::dynamics::ContactCounts;

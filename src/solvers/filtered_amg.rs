@@ -1,4 +1,5 @@
-//! Multigrid that sees contact as soft joints, and a factorisation that sees it as it is (formulation, section 12).
+//! Multigrid that sees contact as soft joints, and a factorisation that sees it as it is
+//! (theory, section 6.4).
 //!
 //! Penalty couples a thin layer with entries far above those of the bulk, on which aggregation breaks. So let W be the
 //! nodes of facets in contact and of some element layers around them. One application to `r`, with the residual of the
@@ -145,7 +146,7 @@ impl Bulk {
         if std::mem::take(&mut self.poor) {
             system.jacobian_into(stage, Terms::BODIES, &mut self.matrix)?;
             self.hold_floating(system, &inertia)?;
-            // Resetting is not enough: PETSc's (3.18) levels keep their sizes.
+            // Resetting is not enough: the levels of PETSc 3.18 keep their sizes.
             self.krylov.configure(&Self::OPTIONS)?;
             self.set_up()?;
         }

@@ -1,4 +1,5 @@
-//! Forcing terms of the inexact Newton method (Eisenstat and Walker 1996), tight enough to leave no trace.
+//! Forcing terms of the inexact Newton method (Eisenstat and Walker 1996), tight enough to leave no trace
+//! (theory, section 6.5).
 //!
 //! A linear solve that stops early leaves an error that depends on the preconditioner, and so on the number of
 //! ranks. Each tolerance therefore stays a margin below the reduction that Newton's method is expected to

@@ -5,7 +5,7 @@
 //! shall stay where it is. So the rigid motions that supports leave are reduced to those that the present tangent, contact
 //! included, does not resist; where nothing drives them they are taken out of both sides of
 //!
-//! `K x = b`: `b - M n (n . b)` is solved for, and `x - n (n . M x)` is taken, `n . M n = 1`,
+//! `K x = b`: `b - M n (n . b)` is solved for, and `x - n (n . M x)` is taken, `n . M n = 1` (5.4),
 //!
 //! which moves neither the centre of mass nor the mean angle along `n`. The weak spring of
 //! [`Stage::holding`](crate::dynamics::Stage) makes the factorisation regular and has no part in the answer.

@@ -1,6 +1,6 @@
 //! Newton's method on the full, non-symmetric system (3.10), with the safeguards that contact needs.
 //!
-//! Three things go wrong in contact and each has its answer (formulation, section 7): points that open and
+//! Three things go wrong in contact and each has its answer (theory, section 5.2): points that open and
 //! close in turn (line search for the smallest residual), a whole interface that reverses its slip in turn
 //! (the correction assumes stick there, see
 //! [`Dynamics::predicts`]), and trial states with det F <= 0 (the

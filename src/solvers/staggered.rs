@@ -1,5 +1,5 @@
 //! The two-stage scheme (3.6), (3.7): normal contact under known friction, then friction under known pressure, in
-//! turn until both agree (formulation, section 7B).
+//! turn until both agree (theory, section 5.4).
 //!
 //! Either stage drops one coupling from the residual and every non-symmetric term from the matrix, so that both are
 //! solved by methods for symmetric matrices. The scheme contracts by a factor proportional to the coefficient

@@ -1,4 +1,4 @@
-//! The two-stage scheme as preconditioner of the monolithic system (formulation, section 12).
+//! The two-stage scheme as preconditioner of the monolithic system (theory, section 6.3).
 //!
 //! With the symmetric operator `A_I` of stage I and the full `K`, one application to `r` is
 //! `z_1 = A_I^-1 r`, then `z = z_1 + A^-1 (r - K z_1)`. Where `A = A_I` and the inner solves are exact this is

@@ -1,4 +1,4 @@
-//! What a step adds to the error of the displacement, from displacements alone.
+//! What a step adds to the error of the displacement, from displacements alone (4.13).
 //!
 //! A scheme of second order turns each mode by a wrong angle, `(omega dt)^3 c` a step, one of first order damps it, by
 //! `(omega dt)^2 c`: displacements err by `c dt^3 u'''` and `c dt^2 u''`. The derivatives are divided differences of the last

@@ -1,4 +1,4 @@
-//! How often the error of a mode counts, at most.
+//! How often the error of a mode counts, at most (4.14).
 //!
 //! A step turns or damps a mode of frequency `w` by `c (w dt)^p`, and the sum of it over time grows without end. The error does
 //! not: a mode whose phase is lost errs by its own size, once. So the estimates pass a filter that takes from them what

@@ -1,4 +1,4 @@
-//! Newmark, HHT, generalised-alpha, midpoint, backward Euler and statics as one family (formulation, sections 6, 13).
+//! Newmark, HHT, generalised-alpha, midpoint, backward Euler and statics as one family (theory, chapter 4).
 
 use crate::dynamics::{Balance, OverStep, Shifts, Stage};
 use crate::error::Result;

@@ -1,4 +1,4 @@
-//! Is what the program solves the system of the formulation? Manufactured solutions, tangents, balances.
+//! Does the program solve the system of `docs/theory.md`? Manufactured solutions, tangents, balances.
 //!
 //! Run as a test this program starts itself again, alone or by `mpirun`, once for each line of `RUNS`; with a check's
 //! name in the environment it is one of the ranks and makes that check. `-- NAME` picks checks, `-- --nocapture` shows

@@ -15,7 +15,7 @@ pub enum Regularization {
     /// Slip speed below which friction is proportional to it \[m/s\], > 0: a stuck point creeps at most that fast. t_T = -b v_T /
     /// max(|v_T|, stick_velocity), (2.8).
     StickVelocity(Velocity),
-    /// The same with a smooth bend \[m/s\], > 0: friction reaches its bound only at speeds well above this.
+    /// The same with a smooth bend, (2.29) \[m/s\], > 0: friction reaches its bound only at speeds well above this.
     SmoothStickVelocity(Velocity),
     /// Tangential stiffness of stick \[Pa/m\], > 0: return map, no creep.
     StickStiffness(Stiffness),

@@ -1,4 +1,5 @@
-//! Friction traction of one point with its derivatives: velocity form (2.8), or return map with history.
+//! Friction traction of one point with its derivatives: velocity form (2.8), (2.30), or return map with
+//! history (2.32).
 //!
 //! `w` is the relative velocity and `d` the relative displacement since the start of the step (contactor minus
 //! target, not projected); the slip velocity is `v_T = P w`. Returned derivatives are plain derivatives of the

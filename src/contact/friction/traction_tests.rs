@@ -164,7 +164,7 @@ fn rotated_history_keeps_its_length() {
     assert!((quarter - Vector::<2>::new(0.0, -3.0)).norm() < 1e-15, "tangents turn with their normals");
 }
 
-/// The laws of section 11 written once more, over dual numbers.
+/// The laws of theory, section 2.9, written once more over dual numbers.
 fn oracle(law: &Regularization, b: f64, w: [Dual64; 3], old: [f64; 3]) -> [Dual64; 3] {
     let size = |v: &[Dual64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     let bound = Dual64::from(b);

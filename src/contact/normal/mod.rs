@@ -10,7 +10,7 @@ pub struct NormalResponse {
     pub traction: f64,
     /// `dt_n/dg <= 0` \[Pa/m\]; 0 at an open point.
     pub derivative: f64,
-    /// `w(g) >= 0` with `t_n = -dw/dg`: energy stored per reference area \[J/m^2\].
+    /// `w(g) >= 0` with `t_n = -dw/dg` (2.23): energy stored per reference area \[J/m^2\].
     pub potential: f64,
 }
 

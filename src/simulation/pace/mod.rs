@@ -1,4 +1,5 @@
-//! The pace of a run whose accuracy is an input: is a step good enough, and what does the next one have to keep.
+//! The pace of a run whose accuracy is an input: is a step good enough, and what does the next one have to
+//! keep (theory, section 4.8).
 
 mod past;
 mod recoil;

@@ -1,6 +1,6 @@
-//! Rubber after Grosch and Schallamach, `mu = mu_0 (t_n / E)^e`.
+//! Rubber after Grosch and Schallamach, `mu = mu_0 (t_n / E)^e` (2.26).
 //!
-//! The paper prints `e = +1/9`, which contradicts its own compliance parameters and the measured fall of
+//! The paper prints `e = +1/9`, which contradicts its own compliance parameters (2.28) and the measured fall of
 //! rubber friction with pressure; `-1/9` is the law that agrees with both.
 
 use schemars::JsonSchema;

@@ -94,7 +94,8 @@ mod tests {
         }
     }
 
-    /// The numbers of the formulation, section 2: mu(0.14 E) is 1.24 with exponent -1/9 and 0.80 with the printed +1/9.
+    /// At `t_n = 0.14 E` the coefficient is 1.24 with the exponent -1/9, and 0.80 with the printed +1/9
+    /// (theory, section 2.8).
     #[test]
     fn grosch_schallamach_has_the_published_values() {
         let mu = |e| GroschSchallamach::of(1.0, 5e6, e).evaluate(0.14 * 5e6, 0.0).value;

@@ -1,4 +1,4 @@
-//! A coefficient that decays with the slip speed, `mu = mu_k + (mu_s - mu_k) exp(-|v_T| / v_d)`.
+//! A coefficient that decays with the slip speed, `mu = mu_k + (mu_s - mu_k) exp(-|v_T| / v_d)` (2.27).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
