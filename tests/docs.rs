@@ -137,9 +137,11 @@ fn broken(page: &Path, text: &str) -> Vec<String> {
             if target.contains("://") || target.starts_with("mailto:") {
                 continue;
             }
-            let (file, anchor) = target.split_once('#').map_or((target.as_str(), None), |(f, a)| (f, Some(a)));
+            let (file, anchor) =
+                target.split_once('#').map_or((target.as_str(), None), |(f, a)| (f, Some(a)));
             let place = format!("{}:{number}: ({target})", page.display());
-            let Some(path) = (if file.is_empty() { Some(page.to_owned()) } else { resolve(page, file) }) else {
+            let Some(path) = (if file.is_empty() { Some(page.to_owned()) } else { resolve(page, file) })
+            else {
                 broken.push(format!("{place} leaves the repository"));
                 continue;
             };
@@ -161,8 +163,7 @@ fn broken(page: &Path, text: &str) -> Vec<String> {
 fn every_link_leads_somewhere() {
     let pages = pages();
     assert!(pages.len() > 30, "{pages:?}");
-    let broken: Vec<String> =
-        pages.iter().flat_map(|page| broken(page, &read(&root().join(page)))).collect();
+    let broken: Vec<String> = pages.iter().flat_map(|page| broken(page, &read(&root().join(page)))).collect();
     assert!(broken.is_empty(), "\n{}", broken.join("\n"));
 }
 
@@ -191,7 +192,8 @@ fn every_page_is_in_the_table_of_contents() {
     }
     let unique: BTreeSet<&PathBuf> = listed.iter().collect();
     assert_eq!(unique.len(), listed.len(), "a page is listed twice");
-    let is_book = |page: &&PathBuf| (page.starts_with("docs") || page.starts_with("meshes")) && *page != summary;
+    let is_book =
+        |page: &&PathBuf| (page.starts_with("docs") || page.starts_with("meshes")) && *page != summary;
     let missing: Vec<PathBuf> =
         pages().iter().filter(is_book).filter(|page| !unique.contains(page)).cloned().collect();
     assert!(missing.is_empty(), "not in docs/SUMMARY.md: {missing:?}");

@@ -83,7 +83,10 @@ fn the_tutorial_is_true_on_2_ranks() {
     for figure in ["deformed_von_mises", "contact_stresses_lowest"] {
         let drawn = fs::read(results.join(format!("figures/{figure}.svg"))).expect("a figure");
         let shown = fs::read(root().join(format!("docs/tutorial/{figure}.svg"))).expect("a figure");
-        assert!(drawn.len().abs_diff(shown.len()) < shown.len() / 5, "{figure} is not the figure of the page");
+        assert!(
+            drawn.len().abs_diff(shown.len()) < shown.len() / 5,
+            "{figure} is not the figure of the page"
+        );
     }
 }
 

@@ -60,9 +60,13 @@ pub fn study_reference(schema: &Value) -> String {
     page(schema, STUDY_HEAD)
 }
 
+/// Written twice: the first time to learn where each definition is described, so that links may point forward.
 fn page(schema: &Value, head: &str) -> String {
-    let mut page = Page { schema, text: head.to_owned(), described: Vec::new() };
-    page.text.push_str("\n## Top level\n\n");
+    let mut page = Page { schema, text: String::new(), described: Vec::new(), known: Vec::new() };
+    page.mapping("", schema, 1);
+    let known = std::mem::take(&mut page.described);
+    let text = format!("{head}\n## Top level\n\n");
+    let mut page = Page { schema, text, described: Vec::new(), known };
     page.mapping("", schema, 1);
     page.text.trim_end().to_owned() + "\n"
 }
@@ -70,8 +74,10 @@ fn page(schema: &Value, head: &str) -> String {
 struct Page<'a> {
     schema: &'a Value,
     text: String,
-    /// Names of definitions, and the paths at which they are described.
+    /// Names of the definitions that are described so far, and the paths at which they are.
     described: Vec<(String, String)>,
+    /// All of them, from an earlier writing of the page.
+    known: Vec<(String, String)>,
 }
 
 /// What a schema stands for, once references and alternatives with `null` are resolved.
@@ -91,7 +97,10 @@ impl<'a> Page<'a> {
         self.text.push_str("| Key | Type | Unit | Default | Meaning |\n|---|---|---|---|---|\n");
         for (key, value) in properties {
             let at = join(path, key);
-            let (meaning, unit) = meaning_and_unit(description(value));
+            let (meaning, unit) = match has_section(self.resolve(value).schema) {
+                true => (cell(description(value)), String::new()),
+                false => meaning_and_unit(description(value)),
+            };
             let default = if required.contains(&key.as_str()) {
                 "required".to_owned()
             } else {
@@ -187,9 +196,9 @@ impl<'a> Page<'a> {
         format!("[{word}](#{link})")
     }
 
-    /// Where a definition is described: at the path at which it was met first, or is met now.
+    /// Where a definition is described: at the path at which it was met first.
     fn anchor_of(&self, name: &str, path: &str) -> String {
-        let known = self.described.iter().find(|(known, _)| known == name);
+        let known = self.known.iter().find(|(known, _)| known == name);
         anchor(known.map_or(path, |(_, at)| at))
     }
 
@@ -280,6 +289,10 @@ fn plain_kind(schema: &Value) -> String {
         Some(Value::Array(several)) => several.iter().filter_map(Value::as_str).collect(),
         _ => Vec::new(),
     };
+    if let Some(Value::Array(words)) = schema.get("enum") {
+        let words: Vec<String> = words.iter().map(|word| format!("`{}`", flow(word))).collect();
+        return words.join(", ");
+    }
     if types.contains(&"array") {
         return match schema.get("items").map(plain_kind).as_deref() {
             Some("any") | None => "list".to_owned(),
@@ -315,9 +328,14 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// A description for a cell of a table.
+fn cell(text: &str) -> String {
+    one_line(text).replace('|', "\\|")
+}
+
 /// A description for a cell of a table, and the unit that it names first in brackets.
 fn meaning_and_unit(text: &str) -> (String, String) {
-    let text = one_line(text).replace('|', "\\|");
+    let text = cell(text);
     let unit = text.find('[').and_then(|start| {
         let end = start + text[start..].find(']')?;
         let inside = &text[start + 1..end];
@@ -327,7 +345,7 @@ fn meaning_and_unit(text: &str) -> (String, String) {
     let before = text[..start].trim_end();
     let after = &text[end + 1..];
     let meaning = format!("{before}{after}");
-    (if meaning.trim().is_empty() { "a value".to_owned() } else { meaning }, unit)
+    (meaning, unit)
 }
 
 /// A default for a cell of a table; of a mapping with a table of its own that table tells.
