@@ -41,7 +41,7 @@ const TYPES: &str = "\
 |---|---|
 | number | A number, or text with a unit: `5e6`, `\"5 MPa\"`, `\"0.5 mm\"`. Plain numbers are in the units of the case (m, kg, s unless `units` says otherwise) |
 | function | A number, an expression in `x, y, z, t`, or a table. An expression is text: `\"1.0 * t\"`. A table is linear between its rows: `{ table: [[0, 0], [0.01, 8.0e4], [0.02, 0]] }` |
-| choice | One of several laws or options. With parameters it is a mapping of one key, `{ coulomb: { ... } }`; without, its name alone will do |
+| choice | One of several laws or options. With parameters it is a mapping of one key, `{ coulomb: { ... } }`; without, its name alone will do. For `constant` the number itself will do |
 | mapping | Keys with values; a key that is unknown, repeated or does not apply is an error with line and column |
 | mapping by name | Entries under names of your own, written NAME in the headings below |
 | list | Values in brackets: `[0, 0.5]` |
