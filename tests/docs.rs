@@ -1,5 +1,5 @@
-//! The book: every link of every page leads somewhere, every page is in the table of contents, and what is generated is
-//! current.
+//! The book: every link of every page resolves, every page is in the table of contents, and generated
+//! pages are current.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -1,5 +1,5 @@
-//! What the first pages tell a newcomer is true: every command of the tutorial runs and prints what the page says, and the
-//! case of README.md is one.
+//! The first pages are true: every command of the tutorial runs and prints what the page says, and
+//! every case of the book is valid.
 
 mod common;
 
@@ -45,7 +45,8 @@ fn has_gmsh() -> bool {
     Command::new("gmsh").arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// Every block `sh` of the tutorial runs in one shell, in order; every line of a block `text` is in the output of the command before it.
+/// Every block `sh` of the tutorial runs in one shell, in order. Every line of a block `text` is in the
+/// output of the block `sh` before it.
 #[test]
 fn the_tutorial_is_true_on_2_ranks() {
     const MARK: &str = "=== block of the page";
@@ -100,13 +101,22 @@ fn the_tutorial_shows_its_files() {
     }
 }
 
-/// The first page has one case, and the program takes it.
+/// Every whole case that the first pages and the how-to pages show is valid.
 #[test]
-fn the_case_of_the_first_page_is_one() {
-    let blocks = blocks("README.md");
-    let cases: Vec<&Block> = of(&blocks, "yaml").collect();
-    assert_eq!(cases.len(), 1);
-    let folder = Folder::new("first-page");
-    folder.write("case.yml", &cases[0].text);
-    run(0, &["check", "case.yml"], &folder).success();
+fn the_cases_of_the_book_are_valid() {
+    let mut pages: Vec<String> = ["README.md", "docs/getting-started.md"].map(str::to_owned).into();
+    for entry in fs::read_dir(root().join("docs/how-to")).expect("the how-to pages").flatten() {
+        pages.push(format!("docs/how-to/{}", entry.file_name().to_string_lossy()));
+    }
+    let mut cases = 0;
+    for page in pages {
+        for block in of(&blocks(&page), "yaml").filter(|block| block.text.starts_with("title:")) {
+            let folder = Folder::new("book");
+            folder.write("case.yml", &block.text);
+            let output = run(0, &["check", "case.yml"], &folder);
+            assert_eq!(output.code, Some(0), "{page}: {}", output.text());
+            cases += 1;
+        }
+    }
+    assert!(cases >= 4, "{cases} cases");
 }

@@ -1,7 +1,7 @@
 //! The reference pages of the book: a JSON schema of ours as Markdown.
 //!
-//! One section for each mapping and each choice, headed by its path in the file. A definition that occurs at several
-//! paths is described at the first one; the others link to it.
+//! One section for each mapping and each choice, headed by its path in the file. A definition that
+//! occurs at several paths is described at the first one; the others link to it.
 
 use serde_json::{Map, Value};
 
@@ -14,23 +14,25 @@ const DEEPEST: usize = 5;
 const CASE_HEAD: &str = "\
 # Case reference
 
-Every key of a case file, with its type, unit, default and meaning. `contact-petsc schema --markdown` prints this page from the
-types that read the file, so it cannot differ from the program. `contact-petsc list` prints the names of all laws, elements,
-schemes and solvers. An editor that knows JSON schemas completes and checks keys if the first line of the case is
+Every key of a case file, with its type, unit, default and meaning. The page is made from the types
+that read the file (`contact-petsc schema --markdown`), so it agrees with the program.
+`contact-petsc list` prints the names of all laws, elements, schemes and solvers. An editor that
+knows JSON schemas completes and checks keys if the first line of the case is
 
 ```yaml
 # yaml-language-server: $schema=PATH/case.schema.json
 ```
 
-with the output of `contact-petsc schema` saved as `case.schema.json`.
+with the path of `meshes/case.schema.json`, or of a file with the output of `contact-petsc schema`.
 ";
 
 /// The head of the page of a study.
 const STUDY_HEAD: &str = "\
 # Study reference
 
-Every key of a study file, with its type, unit, default and meaning. `contact-petsc schema --study --markdown` prints this page
-from the types that read the file. [Studies](how-to/studies.md) explains how to use them.
+Every key of a study file, with its type, unit, default and meaning. The page is made from the types
+that read the file (`contact-petsc schema --study --markdown`), so it agrees with the program.
+[Studies](how-to/studies.md) explains how to use them.
 ";
 
 /// What the column of types means.
@@ -41,13 +43,13 @@ const TYPES: &str = "\
 |---|---|
 | number | A number, or text with a unit: `5e6`, `\"5 MPa\"`, `\"0.5 mm\"`. Plain numbers are in the units of the case (m, kg, s unless `units` says otherwise) |
 | function | A number, an expression in `x, y, z, t`, or a table. An expression is text: `\"1.0 * t\"`. A table is linear between its rows: `{ table: [[0, 0], [0.01, 8.0e4], [0.02, 0]] }` |
-| choice | One of several laws or options. With parameters it is a mapping of one key, `{ coulomb: { ... } }`; without, its name alone will do. For `constant` the number itself will do |
-| mapping | Keys with values; a key that is unknown, repeated or does not apply is an error with line and column |
+| choice | One of several laws or options. With parameters it is a mapping of one key, `{ coulomb: { ... } }`; without parameters its name is enough. For `constant` the number itself is enough |
+| mapping | Keys with values. A key that is unknown, repeated or does not apply is an error with line and column |
 | mapping by name | Entries under names of your own, written NAME in the headings below |
 | list | Values in brackets: `[0, 0.5]` |
 
-Expressions know `+ - * / ^`, `sin`, `cos`, `exp`, `log`, `sqrt`, `abs`, `min`, `max`, `pi`, comparisons and `if(condition, a, b)`.
-Physical constants have no default.
+Expressions know `+ - * / ^`, `sin`, `cos`, `exp`, `log`, `sqrt`, `abs`, `min`, `max`, `pi`,
+comparisons and `if(condition, a, b)`. Physical constants have no default.
 ";
 
 /// The page of the keys of a case file.
@@ -60,7 +62,8 @@ pub fn study_reference(schema: &Value) -> String {
     page(schema, STUDY_HEAD)
 }
 
-/// Written twice: the first time to learn where each definition is described, so that links may point forward.
+/// Written twice: the first pass finds where each definition is described, so that links may point
+/// forward.
 fn page(schema: &Value, head: &str) -> String {
     let mut page = Page { schema, text: String::new(), described: Vec::new(), known: Vec::new() };
     page.mapping("", schema, 1);
@@ -132,7 +135,7 @@ impl<'a> Page<'a> {
         self.heading(&path, level);
         let text = description(inner);
         if !text.is_empty() {
-            self.text.push_str(&format!("{}\n\n", one_line(text)));
+            self.text.push_str(&format!("{}\n\n", wrapped(text)));
         }
         match variants(inner) {
             Some(variants) => self.choice(&path, variants, level),
@@ -238,8 +241,8 @@ fn has_section(schema: &Value) -> bool {
         || variants(schema).is_some()
 }
 
-/// The described variants of a choice: of `oneOf`, or of `anyOf` with an enumeration. What has no description is another
-/// spelling of a variant.
+/// The described variants of a choice: of `oneOf`, or of `anyOf` with an enumeration. A variant
+/// without a description is another spelling of one that has it.
 fn variants(schema: &Value) -> Option<&[Value]> {
     if let Some(Value::Array(variants)) = schema.get("oneOf") {
         return Some(variants).filter(|all| all.iter().any(|one| !description(one).is_empty())).map(|all| {
@@ -328,6 +331,22 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// A paragraph in lines of at most 100 characters.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last().map_or(0, |line| line.chars().count());
+        if line > 0 && line + 1 + word.chars().count() > 100 {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(if line.is_empty() { "" } else { " " });
+            line.push_str(word);
+        }
+    }
+    lines.join("\n")
+}
+
 /// A description for a cell of a table.
 fn cell(text: &str) -> String {
     one_line(text).replace('|', "\\|")
@@ -348,7 +367,7 @@ fn meaning_and_unit(text: &str) -> (String, String) {
     (meaning, unit)
 }
 
-/// A default for a cell of a table; of a mapping with a table of its own that table tells.
+/// A default for a cell of a table. Defaults of a mapping are in its own table.
 fn default(value: &Value) -> String {
     match value {
         Value::Null => String::new(),

@@ -126,7 +126,8 @@ impl Running {
         Self::of(command, ranks)
     }
 
-    /// Starts a shell script in `folder`, in which `contact-petsc` is the program under test and at most `ranks` ranks run at once.
+    /// Starts a shell script in `folder`, in which `contact-petsc` is the program under test. At most
+    /// `ranks` ranks run at once.
     pub fn script(ranks: usize, script: &str, folder: &Path) -> Self {
         let mut command = on_ranks(0, "bash");
         let programs = Path::new(PROGRAM).parent().expect("a folder of programs").to_owned();
