@@ -199,6 +199,39 @@ fn every_page_is_in_the_table_of_contents() {
     assert!(missing.is_empty(), "not in docs/SUMMARY.md: {missing:?}");
 }
 
+/// Files of the repository that the text of a line names in code spans.
+fn named_files(line: &str) -> Vec<String> {
+    const FOLDERS: &[&str] =
+        &["src/", "tests/", "scripts/", "docs/", "meshes/", "petsc-sys/", "benches/", "fuzz/"];
+    let spans = line.split('`').skip(1).step_by(2);
+    let words = spans.filter_map(|span| span.split_whitespace().next());
+    let is_path = |word: &&str| FOLDERS.iter().any(|folder| word.starts_with(folder));
+    // A part in capitals stands for a name.
+    let is_name = |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_uppercase());
+    let is_plain = |word: &&str| {
+        word.chars().all(|c| c.is_alphanumeric() || matches!(c, '/' | '.' | '-' | '_'))
+            && !word.split('/').any(is_name)
+    };
+    words.filter(is_path).filter(is_plain).map(str::to_owned).collect()
+}
+
+/// A page names no file of the repository that has gone. The changelog may.
+#[test]
+fn files_that_pages_name_exist() {
+    assert_eq!(
+        named_files("`src/lib.rs` and `scripts/bench ladder`, `src/*/x` and src/y"),
+        ["src/lib.rs", "scripts/bench"]
+    );
+    let mut gone = Vec::new();
+    for page in pages().iter().filter(|page| *page != Path::new("CHANGELOG.md")) {
+        for (number, line) in prose(&read(&root().join(page))) {
+            let missing = named_files(line).into_iter().filter(|file| !root().join(file).exists());
+            gone.extend(missing.map(|file| format!("{}:{number}: there is no {file}", page.display())));
+        }
+    }
+    assert!(gone.is_empty(), "\n{}", gone.join("\n"));
+}
+
 #[test]
 fn the_references_are_current() {
     let case = contact_petsc::case::case_reference();
