@@ -251,3 +251,11 @@ fn the_first_page_is_short() {
     let bytes = read(&root().join("README.md")).len();
     assert!(bytes <= 6144, "README.md has {bytes} bytes: move what only some readers need into the book");
 }
+
+/// Whoever cites the program names the version that it has.
+#[test]
+fn the_citation_names_the_version() {
+    let citation = read(&root().join("CITATION.cff"));
+    let version = format!("\nversion: {}\n", env!("CARGO_PKG_VERSION"));
+    assert!(citation.contains(&version), "CITATION.cff has another version than Cargo.toml");
+}
