@@ -5,7 +5,7 @@ One scene and no more: unit-thickness plane strain on n by n bilinear quadrilate
 integration, penalty contact with the plane y = 0 at the nodes of the base, weighted by the current area, Coulomb friction regularised
 by a velocity (the smooth law, which Newton's method bears better), Newmark's average acceleration, the static start without friction in
 four increments. UFL derives residual and tangent; Newton's method (SNES with backtracking) factorises every tangent with MUMPS. Serial.
-Debian's package python3-dolfinx-real has what it needs; docs/against-a-script.md has what it measures.
+Debian's package python3-dolfinx-real has what it needs; docs/performance/against-a-script.md has what it measures.
 
 usage: peer.py N FORCES.csv [STEPS]   writes t and the forces of the plane on the block; prints counts and CPU seconds as JSON
 """

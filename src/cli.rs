@@ -53,11 +53,14 @@ enum Sub {
     },
     /// List what a case can name: elements, materials, laws, schemes, solvers
     List,
-    /// Print the JSON schema (draft-07) of a case file, for editors
+    /// Print the JSON schema (draft-07) of a case file, for editors, or its reference page
     Schema {
         /// That of a study file instead
         #[arg(long)]
         study: bool,
+        /// The reference page (Markdown) instead of the JSON schema
+        #[arg(long)]
+        markdown: bool,
     },
     /// Run a study: a case with keys varied, errors against costs, advice; goes on where it was left
     Study(StudyArguments),
@@ -250,6 +253,8 @@ pub enum Command {
     Schema {
         /// Of a study file.
         study: bool,
+        /// As a Markdown page.
+        markdown: bool,
     },
     /// Run a study.
     Study(StudyArguments),
@@ -317,7 +322,7 @@ where
         (None, Some(run)) | (Some(Sub::Run(run)), _) => Ok(Command::Run(run)),
         (Some(Sub::Check { case, petsc }), _) => Ok(Command::Check { case, petsc }),
         (Some(Sub::List), _) => Ok(Command::List),
-        (Some(Sub::Schema { study }), _) => Ok(Command::Schema { study }),
+        (Some(Sub::Schema { study, markdown }), _) => Ok(Command::Schema { study, markdown }),
         (Some(Sub::Study(study)), _) => Ok(Command::Study(study)),
         (Some(Sub::Plot { results, output }), _) => Ok(Command::Plot { results, output }),
         (Some(Sub::Report { results, at, output }), _) => Ok(Command::Report { results, at, output }),

@@ -82,13 +82,13 @@ tagged!(Merge, "way to merge nodes");
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxMap {
-    /// \[m\]
+    /// New x \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub x: Option<VaryingLength>,
-    /// \[m\]
+    /// New y \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub y: Option<VaryingLength>,
-    /// \[m\], in 3D
+    /// New z \[m\], in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub z: Option<VaryingLength>,
 }

@@ -96,7 +96,7 @@ fn commands_are_read() {
     let petsc = vec!["-info".to_string()];
     assert_eq!(read("check case.yml -- -info").unwrap(), Command::Check { case: "case.yml".into(), petsc });
     assert_eq!(read("list").unwrap(), Command::List);
-    assert_eq!(read("schema").unwrap(), Command::Schema { study: false });
+    assert_eq!(read("schema").unwrap(), Command::Schema { study: false, markdown: false });
     let results = vec![PathBuf::from("a"), PathBuf::from("b")];
     assert_eq!(read("plot a b -o c").unwrap(), Command::Plot { results, output: Some("c".into()) });
     assert_eq!(
@@ -113,7 +113,8 @@ fn commands_are_read() {
     };
     assert!(study.rerun_failed && !study.dry_run && study.petsc == ["-ksp_monitor"]);
     assert_eq!((study.verbosity(), study.output), (Verbosity::Newton, Some("a".into())));
-    assert_eq!(read("schema --study").unwrap(), Command::Schema { study: true });
+    assert_eq!(read("schema --study").unwrap(), Command::Schema { study: true, markdown: false });
+    assert_eq!(read("schema --markdown").unwrap(), Command::Schema { study: false, markdown: true });
     let chart = match read("chart a.csv --x m --y s --by k --where v=a,b --where c=0 --log x -o a.svg") {
         Ok(Command::Chart(chart)) => chart,
         other => panic!("{other:?}"),

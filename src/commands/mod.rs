@@ -21,7 +21,12 @@ use crate::plot;
 pub fn execute(command: Command) -> Result<()> {
     match command {
         Command::Run(arguments) => run::run(&arguments),
-        Command::Schema { study } => {
+        Command::Schema { study, markdown: true } => {
+            let page =
+                if study { case::study_reference(&crate::study::schema()) } else { case::case_reference() };
+            print(page.trim_end())
+        }
+        Command::Schema { study, markdown: false } => {
             let schema = if study { crate::study::schema() } else { case::schema() };
             print(&serde_json::to_string_pretty(&schema).map_err(fault)?)
         }

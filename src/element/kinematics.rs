@@ -37,7 +37,7 @@ pub enum Locking {
 /// Poisson's ratio from which on full integration locks.
 ///
 /// A pad of 12 by 6 quad4 pressed between a clamp and a plane is too stiff by 3 % at 0.45, by 12 % at 0.49 and by 77 % at
-/// 0.499 (docs/extremes.md); at 0.4 the error is that of the mesh.
+/// 0.499 (docs/validation/extremes.md); at 0.4 the error is that of the mesh.
 pub const LOCKS: f64 = 0.45;
 
 /// Rounding of a Poisson's ratio that is computed back from moduli.

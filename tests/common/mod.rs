@@ -126,6 +126,18 @@ impl Running {
         Self::of(command, ranks)
     }
 
+    /// Starts a shell script in `folder`, in which `contact-petsc` is the program under test. At most
+    /// `ranks` ranks run at once.
+    pub fn script(ranks: usize, script: &str, folder: &Path) -> Self {
+        let mut command = on_ranks(0, "bash");
+        let programs = Path::new(PROGRAM).parent().expect("a folder of programs").to_owned();
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        let paths = std::iter::once(programs).chain(std::env::split_paths(&path));
+        command.env("PATH", std::env::join_paths(paths).expect("folders without a colon"));
+        command.args(["-c", script]).current_dir(folder);
+        Self::of(command, ranks)
+    }
+
     fn of(mut command: Command, ranks: usize) -> Self {
         let cores = Share::of(ranks);
         let log = Folder::new("log");

@@ -1,6 +1,6 @@
 //! Parameters at their extremes: each row of the table converges with a checked answer, or ends with the reason.
 //!
-//! The quick rows run with every test; `scripts/extremes` runs all of them and writes the table of `docs/extremes.md`.
+//! The quick rows run with every test; `scripts/extremes` runs all of them and writes the table of `docs/validation/extremes.md`.
 
 mod between;
 #[path = "../common/mod.rs"]

@@ -87,7 +87,7 @@ impl Watch {
     /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
     const SAFETY: f64 = 1.85;
     /// And by this factor more while a body that landed is in contact that its steps do not resolve: what it errs by there it
-    /// carries along when it takes off. Measured over ten scenes (docs/accuracy.md).
+    /// carries along when it takes off. Measured over ten scenes (docs/validation/accuracy.md).
     const CARRIED: f64 = 2.4;
     /// Part of what another event may add that a landing may: a body that strikes late strikes too deep, and what that sets
     /// swinging has the contact open and close for long.
