@@ -25,6 +25,7 @@ fn plain_brackets(schema: &mut Schema) {
 /// Adds the spellings of a law that `tagged` takes beside the one that serde describes.
 fn both_spellings(schema: &mut Schema, definitions: &Value) {
     let Some(Value::Array(variants)) = schema.get_mut("oneOf") else { return };
+    variants.iter_mut().for_each(|variant| describe(variant, definitions));
     let mut further = Vec::new();
     for variant in variants.iter() {
         if let Some(name) = variant.get("const").and_then(Value::as_str) {
@@ -44,10 +45,29 @@ fn both_spellings(schema: &mut Schema, definitions: &Value) {
     variants.append(&mut further);
 }
 
-fn may_be_empty(parameters: &Value, definitions: &Value) -> bool {
-    let reference = parameters.get("$ref").and_then(Value::as_str);
+/// Gives a variant the description of its parameters: the documentation of a law is at its struct.
+fn describe(variant: &mut Value, definitions: &Value) {
+    if variant.get("description").is_some() {
+        return;
+    }
+    let parameters = only_property(variant).map(|(_, parameters)| resolved(parameters, definitions));
+    let Some(description) = parameters.and_then(|parameters| parameters.get("description")).cloned() else {
+        return;
+    };
+    if let Value::Object(variant) = variant {
+        variant.insert("description".to_owned(), description);
+    }
+}
+
+/// A schema, or the definition that it refers to.
+fn resolved<'a>(schema: &'a Value, definitions: &'a Value) -> &'a Value {
+    let reference = schema.get("$ref").and_then(Value::as_str);
     let name = reference.and_then(|path| path.strip_prefix("#/definitions/"));
-    let parameters = name.and_then(|name| definitions.get(name)).unwrap_or(parameters);
+    name.and_then(|name| definitions.get(name)).unwrap_or(schema)
+}
+
+fn may_be_empty(parameters: &Value, definitions: &Value) -> bool {
+    let parameters = resolved(parameters, definitions);
     parameters.get("type") == Some(&json!("object")) && parameters.get("required").is_none()
 }
 
