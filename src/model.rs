@@ -2,16 +2,17 @@
 
 mod build;
 mod conformity;
-mod laws;
 mod meshes;
 mod overlap;
 mod places;
 mod sets;
 
+use std::rc::Rc;
+
 use crate::case::{self, PlacedFunction, Units};
 use crate::contact::friction::Friction;
 use crate::contact::normal::NormalLaw;
-use crate::contact::obstacle::Obstacle;
+use crate::contact::obstacle::Shape;
 use crate::element::{Formulation, Kinematics};
 
 pub use meshes::{read_mesh, read_meshes};
@@ -75,7 +76,7 @@ pub use case::InitialOverclosure;
 #[derive(Debug, Clone)]
 pub enum Target<const D: usize> {
     /// A rigid obstacle.
-    Obstacle(Obstacle<D>),
+    Obstacle(Rc<dyn Shape<D>>),
     /// The facets of a set.
     Surface {
         /// Name of the set, `body.set` or `all`.
@@ -87,9 +88,9 @@ pub enum Target<const D: usize> {
 
 impl<const D: usize> Target<D> {
     /// The obstacle, where it is one.
-    pub fn obstacle(&self) -> Option<&Obstacle<D>> {
+    pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
         match self {
-            Self::Obstacle(obstacle) => Some(obstacle),
+            Self::Obstacle(shape) => Some(&**shape),
             Self::Surface { .. } => None,
         }
     }
@@ -126,6 +127,16 @@ impl<const D: usize> Contact<D> {
     /// Whether contactor and target are one surface.
     pub fn is_with_itself(&self) -> bool {
         self.contactor == self.target_name
+    }
+
+    /// The contact with an obstacle that is described from where it is nearest to `near` \[m\].
+    #[must_use]
+    pub fn anchored(&self, near: &crate::tensor::Vector<D>) -> Self {
+        let mut contact = self.clone();
+        if let Target::Obstacle(shape) = &mut contact.target {
+            *shape = shape.anchored(near).into();
+        }
+        contact
     }
 
     /// Indices of all bodies that take part, each once, in ascending order.
@@ -212,7 +223,7 @@ impl<const D: usize> Model<D> {
     /// Whether forces that conserve over a step have a symmetric matrix: all kinematics linear, all targets flat.
     pub fn has_symmetric_steps(&self) -> bool {
         let linear = |body: &Body| body.formulation.kinematics == Kinematics::Linear;
-        let flat = |contact: &Contact<D>| matches!(contact.target, Target::Obstacle(Obstacle::Plane(_)));
+        let flat = |contact: &Contact<D>| contact.target.obstacle().is_some_and(Shape::is_plane);
         self.bodies.iter().all(linear) && self.contacts.iter().all(flat)
     }
 

@@ -305,3 +305,42 @@ fn a_belt_converges_to_rounding_on_1_2_3_and_4_ranks() {
         assert!((found / alone - 1.0).abs() < 1e-7, "{ranks} ranks: {found:e} N, not {alone:e} N");
     }
 }
+
+/// A block on a disc of a radius of 1 km, and on a slope through a point 10 000 km away: gaps lose no digits to the size or the place of an
+/// obstacle, so Newton's method converges as on a plane, without a cut step.
+#[test]
+fn obstacles_may_be_large_and_far_on_1_2_and_3_ranks() {
+    let text = |obstacle: &str| {
+        format!(
+            "title: Block on something large\ndimension: 2\nbodies:\n  b:\n    \
+             mesh: {{ box: {{ min: [0, 0], max: [0.4, 0.4], cells: [4, 4] }} }}\n    \
+             material: {{ neo_hookean: {{ young_modulus: 5.0e6, poisson_ratio: 0.3 }} }}\n\
+             obstacles:\n  floor: {obstacle}\n\
+             contact:\n  sole: {{ contactor: b.bottom, target: floor, normal: {{ penalty: {{ compliance: 1.0e-11 }} }}, \
+             initial_overclosure: accept }}\n\
+             boundary:\n  side: {{ on: b.left, displacement: {{ x: 0 }} }}\n  press: {{ on: b.top, displacement: {{ y: -0.01 }} }}\n\
+             time: {{ end: 1, cuts: 0, scheme: {{ static: {{ increments: 2 }} }} }}\n"
+        )
+    };
+    let flat = Results::of(&text("{ plane: { point: [0, 0], normal: [0, 1] } }"), 1);
+    let force = |results: &Results| results.table("contact.csv").last("force_n");
+    let iterations = |results: &Results| results.record()["newton_iterations"].as_u64().expect("a count");
+    for obstacle in [
+        "{ sphere: { center: [0.2, -1000], radius: 1000 } }",
+        "{ sphere: { center: [0.2, -1.0e6], radius: 1.0e6 } }",
+        "{ plane: { point: [1.0e7, 0], normal: [0, 1] } }",
+    ] {
+        for ranks in [1, 2, 3] {
+            let results = Results::of(&text(obstacle), ranks);
+            for count in ["steps", "newton_iterations"] {
+                assert_eq!(
+                    results.record()[count],
+                    flat.record()[count],
+                    "{count}, {obstacle} on {ranks} ranks"
+                );
+            }
+            let found = force(&results) / force(&flat);
+            assert!((found - 1.0).abs() < 0.01, "{obstacle} on {ranks} ranks: {found}");
+        }
+    }
+}

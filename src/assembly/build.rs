@@ -12,7 +12,7 @@ use super::supports::Supports;
 use crate::element::Kinematics;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Bounds, Facet};
-use crate::model::{MassChoice, Model, Target};
+use crate::model::{self, MassChoice, Model, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 use crate::space::{Boundary, DofMap};
@@ -64,10 +64,10 @@ pub(super) fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -
 pub(super) fn contacts<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
-    model: &Model<D>,
+    wanted: &[model::Contact<D>],
 ) -> Result<Vec<Contact<D>>> {
-    let mut contacts = Vec::with_capacity(model.contacts.len());
-    for contact in &model.contacts {
+    let mut contacts = Vec::with_capacity(wanted.len());
+    for contact in wanted {
         let measures = measures(world, local, contact)?;
         contacts.push(agree(world, Contact::new(contact, &measures, local))?);
     }
@@ -159,6 +159,15 @@ fn box_around<const D: usize>(
     world: &impl CommunicatorCollectives,
     points: impl Iterator<Item = [f64; D]>,
 ) -> [f64; D] {
+    let all = bounds_of(world, points);
+    std::array::from_fn(|i| all[i] + all[i + 3])
+}
+
+/// Largest coordinates of points of all ranks, then the largest of their negatives from the fourth place on \[m\]. Collective.
+fn bounds_of<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    points: impl Iterator<Item = [f64; D]>,
+) -> [f64; 6] {
     let mut bounds = [f64::NEG_INFINITY; 6];
     for point in points {
         for i in 0..D {
@@ -168,7 +177,16 @@ fn box_around<const D: usize>(
     }
     let mut all = [0.0; 6];
     world.all_reduce_into(&bounds[..], &mut all[..], SystemOperation::max());
-    std::array::from_fn(|i| all[i] + all[i + 3])
+    all
+}
+
+/// The middle of the box around all bodies \[m\]. Collective.
+pub(super) fn middle_of<const D: usize>(
+    world: &impl CommunicatorCollectives,
+    local: &LocalMesh<D>,
+) -> Vector<D> {
+    let all = bounds_of(world, local.mesh.points.iter().copied());
+    Vector::from_fn(|i, _| 0.5 * (all[i] - all[i + 3]))
 }
 
 /// Largest coordinate of all ranks \[m\]: its rounding is that of every place. Collective.

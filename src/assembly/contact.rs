@@ -9,7 +9,7 @@ use crate::contact::mortar::contact::VertexContact;
 use crate::contact::mortar::obstacle::is_lumped;
 use crate::contact::mortar::surface::VertexSurface;
 use crate::contact::normal::PressedSide;
-use crate::contact::obstacle::Obstacle;
+use crate::contact::obstacle::Shape;
 use crate::contact::point::{ContactLaw, PointState};
 use crate::contact::state::{Changes, ContactState, ForceChange};
 use crate::contact::surface::{ContactSurface, Ownership};
@@ -82,7 +82,7 @@ impl<const D: usize> Contact<D> {
             friction: contact.friction,
         };
         let (target, opposite) = match &contact.target {
-            Target::Obstacle(obstacle) => (ContactTarget::Obstacle(*obstacle), &[][..]),
+            Target::Obstacle(shape) => (ContactTarget::Obstacle(shape.clone()), &[][..]),
             Target::Surface { set, .. } => {
                 let unknown = TargetSurface::new(TargetFacets::default(), &[]);
                 (ContactTarget::Body(unknown), facets_of(local, set)?)
@@ -121,7 +121,7 @@ impl<const D: usize> Contact<D> {
     }
 
     /// The obstacle, if it is the target.
-    pub fn obstacle(&self) -> Option<&Obstacle<D>> {
+    pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
         self.pair.contact.target.obstacle()
     }
 
@@ -251,7 +251,7 @@ impl<const D: usize> Contact<D> {
     /// to it. Over other obstacles points fade with their gap. Between bodies pressures act along the normals of the contactor, while gaps
     /// change with the slope of the target as well.
     pub fn is_symmetric(&self) -> bool {
-        self.pair.contact.area == AreaKind::Reference && matches!(self.obstacle(), Some(Obstacle::Plane(_)))
+        self.pair.contact.area == AreaKind::Reference && self.obstacle().is_some_and(Shape::is_plane)
     }
 
     /// How the forces of the points differ from the frozen ones.

@@ -11,7 +11,6 @@ use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::mortar::candidates::{CandidateRange, Candidates};
 use crate::contact::mortar::contact::{OPEN, VertexContact};
 use crate::contact::mortar::obstacle::is_lumped;
-use crate::contact::obstacle::Obstacle;
 use crate::contact::state::ContactState;
 use crate::contact::surface::ContactSurface;
 use crate::contact::target::{ContactTarget, TargetFacets, TargetSurface};
@@ -155,7 +154,7 @@ impl<const D: usize> ContactPair<D> {
     /// plane has no other side.
     pub fn stride(&self) -> f64 {
         match self.contact.target.obstacle() {
-            Some(Obstacle::Plane(_)) => f64::INFINITY,
+            Some(obstacle) if obstacle.is_plane() => f64::INFINITY,
             _ => 0.5 * self.radii.facet.min(self.radii.depth),
         }
     }

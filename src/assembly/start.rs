@@ -9,7 +9,7 @@ use super::build::{facet_normals, height, size_of};
 use super::contact::facets_of;
 use crate::case::Units;
 use crate::contact::mortar::contact::OPEN;
-use crate::contact::obstacle::Obstacle;
+use crate::contact::obstacle::Shape;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Facet, spelled};
 use crate::model::{Contact, InitialOverclosure};
@@ -60,7 +60,7 @@ pub fn resolve_overclosure<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &mut LocalMesh<D>,
     (contact, units): (&Contact<D>, Units),
-    obstacle: &Obstacle<D>,
+    obstacle: &dyn Shape<D>,
     known: f64,
 ) -> Result<Overclosure<D>> {
     let facets = agree(world, facets_of(local, &contact.contactor).map(<[Facet]>::to_vec))?;
@@ -189,7 +189,7 @@ fn require_free_side<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
     contact: &Contact<D>,
-    obstacle: &Obstacle<D>,
+    obstacle: &dyn Shape<D>,
 ) -> Result<()> {
     let mesh = &local.mesh;
     let own = (0..mesh.element_count()).filter(|&e| contact.bodies.contains(&usize::from(mesh.body[e])));
@@ -212,7 +212,7 @@ fn look_away<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
     facets: &[Facet],
-    obstacle: &Obstacle<D>,
+    obstacle: &dyn Shape<D>,
 ) -> bool {
     let mut nodes = Vec::new();
     let faces = |&facet: &Facet| {
@@ -232,7 +232,7 @@ fn look_away<const D: usize>(
 fn facing_nodes<const D: usize>(
     local: &LocalMesh<D>,
     facets: &[Facet],
-    obstacle: &Obstacle<D>,
+    obstacle: &dyn Shape<D>,
 ) -> BTreeSet<u32> {
     let (mut facing, mut nodes) = (BTreeSet::new(), Vec::new());
     for &facet in facets {
@@ -247,7 +247,7 @@ fn facing_nodes<const D: usize>(
 }
 
 /// Moves a point onto the surface of the obstacle where it lies behind it, or no farther than `apart` before it \[m\].
-fn move_onto<const D: usize>(point: &mut [f64; D], obstacle: &Obstacle<D>, apart: f64) {
+fn move_onto<const D: usize>(point: &mut [f64; D], obstacle: &dyn Shape<D>, apart: f64) {
     let at = obstacle.proximity(&Vector::from(*point));
     if at.gap < 0.0 || at.gap <= apart {
         *point = (Vector::from(*point) - at.normal * at.gap).into();

@@ -6,7 +6,9 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::balance::meet;
-use super::build::{FreeBody, contacts, extent, farthest, free_bodies, loads, physics, supports, unit};
+use super::build::{
+    FreeBody, contacts, extent, farthest, free_bodies, loads, middle_of, physics, supports, unit,
+};
 use super::contact::Contact;
 use super::external::External;
 use super::interface::Interface;
@@ -117,7 +119,9 @@ impl<const D: usize> ContactSystem<D> {
         let span = extent.max(farthest(world, &local));
         let known = known(extent, span);
         let mut overclosures = Vec::with_capacity(model.contacts.len());
-        for contact in &model.contacts {
+        let middle = middle_of(world, &local);
+        let anchored: Vec<_> = model.contacts.iter().map(|contact| contact.anchored(&middle)).collect();
+        for contact in &anchored {
             if let Some(obstacle) = contact.target.obstacle() {
                 overclosures.push(resolve_overclosure(
                     world,
@@ -132,7 +136,7 @@ impl<const D: usize> ContactSystem<D> {
         let pattern = Rc::new(pattern_of_elements(&local));
         let constrained = &supports.dofs.constrained;
         let solids = agree(world, solids(&local, &physics(model), &pattern, constrained))?;
-        let mut contacts = contacts(world, &local, model)?;
+        let mut contacts = contacts(world, &local, &anchored)?;
         contacts.iter_mut().for_each(|contact| contact.state.round_gaps(known));
         let external = agree(world, loads(&local, model, &pattern, constrained))?;
         let redistribution = match options.inertia {

@@ -21,7 +21,7 @@ pub(super) fn complaints(case: &Case) -> Vec<Complaint> {
     for (name, body) in case.bodies.iter() {
         check.body(name, body);
     }
-    case.obstacles.iter().for_each(|(_, obstacle)| check.obstacle(obstacle));
+    case.obstacles.values().for_each(|obstacle| check.obstacle(obstacle));
     case.contact.iter().for_each(|(_, contact)| check.contact(contact));
     check.pairs();
     case.boundary.iter().for_each(|(name, boundary)| check.boundary(name, boundary));
@@ -49,9 +49,7 @@ impl Check<'_> {
 
     fn size<T>(&mut self, what: &str, list: &At<Vec<T>>) {
         let Some(wanted) = self.dimension else { return };
-        let found = list.len();
-        let message = format!("{what} needs {wanted} entries in {wanted}D, found {found}");
-        self.found.require(found == wanted, list.place, message);
+        self.found.entries(what, list, wanted);
     }
 
     fn names(&mut self) {

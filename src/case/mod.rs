@@ -9,7 +9,6 @@ mod boundary;
 mod check;
 mod contact;
 mod guard;
-mod obstacle;
 mod output;
 mod petsc;
 mod reference;
@@ -33,7 +32,6 @@ pub use body::{
 pub use boundary::{Action, Boundary, Components};
 pub use contact::{ALL, Area, Contact, InitialOverclosure};
 pub use guard::Guard;
-pub use obstacle::{Obstacle, Side};
 pub use output::{Checkpoint, Fields, Output, Probe};
 pub use petsc::PetscValue;
 pub use reference::{case_reference, study_reference};
@@ -41,6 +39,7 @@ pub use solver::{Inner, Krylov, Linear, Newton, Passes, Second, Solver, Strategy
 pub use start::Start;
 pub use time::{Scheme, Time};
 
+use crate::contact::obstacle::Obstacle;
 use crate::error::{Error, Result};
 pub use crate::reader::at::{At, Named};
 use crate::reader::complaint::Complaint;
@@ -222,8 +221,7 @@ impl Case {
 
     /// Whether the scheme conserves over steps that are not linear: its matrix is then not symmetric.
     pub fn has_unsymmetric_steps(&self) -> bool {
-        let curved =
-            |contact: &Contact| !matches!(self.obstacles.get(&contact.target), Some(Obstacle::Plane { .. }));
+        let curved = |contact: &Contact| !self.obstacles.get(&contact.target).is_some_and(Obstacle::is_plane);
         self.time.scheme.value == Scheme::Conserving
             && (self.bodies.values().any(|body| body.kinematics == Kinematics::Finite)
                 || self.contact.values().any(curved))

@@ -30,7 +30,7 @@ fn groups() -> Vec<Group> {
         ("Elements", "bodies: mesh: box: element", ElementKind::SOLIDS.iter().map(element).collect()),
         ("Materials", "bodies: material", MATERIALS.iter().map(|e| own(e.name, e.about)).collect()),
         ("Locking cures", "bodies: locking", Locking::ALL.iter().map(|e| own(e.1, e.2)).collect()),
-        ("Obstacles", "obstacles", OBSTACLES.iter().map(|e| own(e.name, e.summary)).collect()),
+        ("Obstacles", "obstacles", OBSTACLES.iter().map(|e| (e.name, e.about())).collect()),
         ("Normal laws", "contact: normal", NORMAL_LAWS.iter().map(|e| (e.name, e.about())).collect()),
         ("Friction laws", "contact: friction", FRICTION_LAWS.iter().map(|e| (e.name, e.about())).collect()),
         (

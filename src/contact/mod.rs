@@ -5,7 +5,6 @@
 //!
 //! Pure: no PETSc, no MPI, no case.
 
-mod check;
 pub mod evaluation;
 pub mod friction;
 mod held;

@@ -3,7 +3,7 @@
 //! Only the ends of a step are balanced. Between them points and target facets are taken to move on straight lines at
 //! constant speed, and a point that is open at both ends must not have met the target on its way.
 
-use super::obstacle::{Cylinder, Obstacle};
+use super::obstacle::{Core, Shape, is_flat_along};
 use crate::space::facet_normal;
 use crate::tensor::Vector;
 
@@ -41,12 +41,12 @@ impl<const D: usize> Path<D> {
 
     /// Whether the surface of `obstacle` turns by more than a little between where this path goes in and where it ends or
     /// comes out again: what is nearest then is another side.
-    pub fn passes_obstacle(&self, obstacle: &Obstacle<D>) -> bool {
+    pub fn passes_obstacle(&self, obstacle: &dyn Shape<D>) -> bool {
         let gap = |t: f64| obstacle.gap(&self.at(t));
         let ends = [gap(0.0), gap(1.0)];
         // No gap changes faster than the place.
         let length = self.length();
-        if ends[0] + ends[1] >= length || obstacle.is_flat_along(length, ends[0].min(ends[1])) {
+        if ends[0] + ends[1] >= length || is_flat_along(obstacle, length, ends[0].min(ends[1])) {
             return false;
         }
         // Outside of round obstacles the gap is convex along a line, and inside of hollow ones no line leaves.
@@ -130,28 +130,26 @@ fn size_of<const D: usize>(corners: &[Path<D>; D]) -> f64 {
 
 /// Whether a round obstacle lies in a simplex, or went through it in a step, though none of the points of the facet that it
 /// is part of touches: the simplex ends `deep` \[m\] in the obstacle, or swept over its centre or axis.
-pub fn lies_between<const D: usize>(corners: &[Path<D>; D], obstacle: &Obstacle<D>, deep: f64) -> bool {
-    let Some(radius) = obstacle.outer_radius() else { return false };
+pub fn lies_between<const D: usize>(corners: &[Path<D>; D], obstacle: &dyn Shape<D>, deep: f64) -> bool {
+    let Some(core) = obstacle.core() else { return false };
     let ends = corners.map(|corner| corner.end);
-    let swept = match obstacle {
-        Obstacle::Cylinder(cylinder) => sweeps_axis(corners, cylinder),
-        _ => obstacle
-            .centre()
-            .is_some_and(|centre| Path { start: centre, end: centre }.passes_simplex(corners, radius)),
+    let swept = match core.axis {
+        Some(axis) => sweeps_axis(corners, &core, &axis),
+        None => Path { start: core.point, end: core.point }.passes_simplex(corners, core.radius),
     };
     swept || deepest(&ends, obstacle) < -deep
 }
 
-/// Whether an edge of a moving simplex meets the axis of a cylinder at some time in the step. A simplex that has the axis in
+/// Whether an edge of a moving simplex meets an axis at some time in the step. A simplex that has the axis in
 /// it without that has it at the end.
-fn sweeps_axis<const D: usize>(corners: &[Path<D>; D], cylinder: &Cylinder<D>) -> bool {
-    let across = corners
-        .map(|corner| Path { start: cylinder.offset(&corner.start), end: cylinder.offset(&corner.end) });
+fn sweeps_axis<const D: usize>(corners: &[Path<D>; D], core: &Core<D>, axis: &Vector<D>) -> bool {
+    let across =
+        corners.map(|corner| Path { start: core.offset(&corner.start), end: core.offset(&corner.end) });
     (0..D).any(|k| {
         let [a, b] = [across[k], across[(k + 1) % D]];
         let [da, db] = [a, b].map(|path| path.end - path.start);
         let turn = |a: &Vector<D>, b: &Vector<D>| {
-            cylinder.axis().dot(&facet_normal(&std::array::from_fn(|k| if k == 0 { *a } else { *b })))
+            axis.dot(&facet_normal(&std::array::from_fn(|k| if k == 0 { *a } else { *b })))
         };
         // Seen along the axis: `turn(a, b)` is quadratic in time, zero where the line through both meets the axis.
         let polynomial =
@@ -169,7 +167,7 @@ fn roots([c0, c1, c2]: [f64; 3]) -> [f64; 2] {
 }
 
 /// The smallest gap on a simplex \[m\]; gaps of round obstacles are convex.
-fn deepest<const D: usize>(corners: &[Vector<D>; D], obstacle: &Obstacle<D>) -> f64 {
+fn deepest<const D: usize>(corners: &[Vector<D>; D], obstacle: &dyn Shape<D>) -> f64 {
     let along = |from: &Vector<D>, to: &Vector<D>| smallest(|t| obstacle.gap(&(from + (to - from) * t)));
     match D {
         2 => along(&corners[0], &corners[1]),
@@ -228,7 +226,7 @@ mod tests {
     /// Through a disc, past it, along it, into it and off a plane: only the first passes.
     #[test]
     fn only_a_chord_passes_an_obstacle() {
-        let disc = Obstacle::Sphere(Sphere::new(Vector::<2>::zeros(), 0.1, Side::Outside).expect("a disc"));
+        let disc = Sphere::new(Vector::<2>::zeros(), 0.1, Side::Outside);
         assert!(path([0.0, 1.0], [0.02, -1.0]).passes_obstacle(&disc));
         assert!(path([0.0, 1.0], [0.0, -0.05]).passes_obstacle(&disc), "closed, but beyond the middle");
         assert!(path([0.05, 1.0], [0.05, 0.0]).passes_obstacle(&disc), "closed, and pushed aside");
@@ -237,17 +235,15 @@ mod tests {
         assert!(!path([0.2, 1.0], [0.2, -1.0]).passes_obstacle(&disc));
         assert!(!path([0.0, 0.1001], [0.01, 0.1001]).passes_obstacle(&disc));
         assert!(!path([0.0, 1.0], [0.0, 0.05]).passes_obstacle(&disc));
-        let plane = Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0)).expect("a plane");
-        assert!(!path([0.0, 1.0], [5.0, 1e-3]).passes_obstacle(&Obstacle::Plane(plane)));
+        let plane = Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0));
+        assert!(!path([0.0, 1.0], [5.0, 1e-3]).passes_obstacle(&plane));
     }
 
     /// A disc or ball between the corners of a facet, or swept over by it, is seen; one beside it, in front of it or larger than
     /// what it is cut by is not.
     #[test]
     fn small_obstacles_between_points_are_seen() {
-        let disc = |y: f64, radius: f64| {
-            Obstacle::Sphere(Sphere::new(Vector::<2>::new(0.5, y), radius, Side::Outside).expect("a disc"))
-        };
+        let disc = |y: f64, radius: f64| Sphere::new(Vector::<2>::new(0.5, y), radius, Side::Outside);
         // Outward is down: the disc comes from below.
         let facet = |y: f64| [path([0.0, 0.0], [0.0, y]), path([1.0, 0.0], [1.0, y])];
         assert!(lies_between(&facet(-0.1), &disc(-0.14, 0.1), DEEP));
@@ -256,11 +252,11 @@ mod tests {
         assert!(!lies_between(&facet(-0.1), &disc(-0.3, 0.1), DEEP));
         assert!(lies_between(&facet(-1.0), &disc(-0.5, 0.01), DEEP), "swept over");
         assert!(!lies_between(&facet(-1.0), &disc(0.5, 0.01), DEEP), "on the other side all the while");
-        let beside = Sphere::new(Vector::<2>::new(1.2, -0.1), 0.1, Side::Outside).expect("a disc");
-        assert!(!lies_between(&facet(-0.1), &Obstacle::Sphere(beside), DEEP));
+        let beside = Sphere::new(Vector::<2>::new(1.2, -0.1), 0.1, Side::Outside);
+        assert!(!lies_between(&facet(-0.1), &beside, DEEP));
         let corners =
             [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|x| still(Vector::<3>::from(x)));
-        let ball = |x: [f64; 3]| Obstacle::Sphere(Sphere::new(x.into(), 0.1, Side::Outside).expect("a ball"));
+        let ball = |x: [f64; 3]| Sphere::new(x.into(), 0.1, Side::Outside);
         assert!(lies_between(&corners, &ball([0.3, 0.3, 0.04]), DEEP));
         assert!(!lies_between(&corners, &ball([0.3, 0.3, 0.06]), DEEP));
         assert!(!lies_between(&corners, &ball([0.7, 0.7, 0.0]), DEEP));
@@ -272,7 +268,7 @@ mod tests {
     fn a_cylinder_swept_over_is_seen() {
         let cylinder = |x: f64, y: f64| {
             let (point, axis) = (Vector::<3>::new(x, y, 0.0), Vector::<3>::new(0.0, 0.0, 1.0));
-            Obstacle::Cylinder(Cylinder::new(point, axis, 0.01, Side::Outside).expect("a cylinder"))
+            Cylinder::new(point, axis, 0.01, Side::Outside)
         };
         // In the plane y = 0, moving down; seen along the axis a line from x = 0 to 1.
         let moving = |dy: [f64; 3]| {
@@ -291,9 +287,9 @@ mod tests {
         assert!(lies_between(&moving([0.0, -2.0, -0.6]), &cylinder(0.5, -0.5), DEEP), "turns");
         assert!(!lies_between(&moving([0.0, -2.0, -0.6]), &cylinder(0.5, -1.2), DEEP), "turns");
         let [point, axis] = [[0.4, -0.5, 0.3], [0.3, 0.2, 1.0]].map(Vector::<3>::from);
-        let aslant = Cylinder::new(point, axis, 0.01, Side::Outside).expect("a cylinder");
-        assert!(lies_between(&moving([-1.0; 3]), &Obstacle::Cylinder(aslant), DEEP));
-        assert!(!lies_between(&moving([-0.2; 3]), &Obstacle::Cylinder(aslant), DEEP));
+        let aslant = Cylinder::new(point, axis, 0.01, Side::Outside);
+        assert!(lies_between(&moving([-1.0; 3]), &aslant, DEEP));
+        assert!(!lies_between(&moving([-0.2; 3]), &aslant, DEEP));
     }
 
     /// Front to back counts, back to front and beside do not, and what flies along with the point is not passed.

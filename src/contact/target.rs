@@ -1,7 +1,9 @@
 //! The target side of a contact: an obstacle, or the facets that this rank knows of a body.
 
+use std::rc::Rc;
+
 use super::mortar::contact::at;
-use super::obstacle::Obstacle;
+use super::obstacle::Shape;
 use crate::mesh::ElementKind;
 use crate::tensor::Vector;
 
@@ -98,12 +100,12 @@ impl<const D: usize> TargetSurface<D> {
 }
 
 /// What a contactor meets.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum ContactTarget<const D: usize> {
     /// Facets of a deformable body.
     Body(TargetSurface<D>),
     /// A rigid obstacle: one target without nodes, of number 0.
-    Obstacle(Obstacle<D>),
+    Obstacle(Rc<dyn Shape<D>>),
 }
 
 impl<const D: usize> ContactTarget<D> {
@@ -116,10 +118,10 @@ impl<const D: usize> ContactTarget<D> {
     }
 
     /// The obstacle; `None` for a body.
-    pub fn obstacle(&self) -> Option<&Obstacle<D>> {
+    pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
         match self {
             Self::Body(_) => None,
-            Self::Obstacle(obstacle) => Some(obstacle),
+            Self::Obstacle(shape) => Some(&**shape),
         }
     }
 

@@ -1,6 +1,5 @@
 //! From the case to the model: names resolved, bodies, boundaries, probes and contacts in the order of the file.
 
-use super::laws::obstacle;
 use super::{Body, Contact, Load, LoadKind, MassChoice, Model, Probe, Support, Target, lengths};
 use crate::case::{self, Action, Case, Function, PlacedFunction};
 use crate::element::{Formulation, Kinematics, Locking};
@@ -66,7 +65,7 @@ impl<const D: usize> Model<D> {
         let owners = owners(bodies, &contact.contactor)?;
         let within = |error: Error| error.within(&format!("contact.{name}"));
         let target = match case.obstacles.get(&contact.target) {
-            Some(shape) => Target::Obstacle(obstacle(shape).map_err(within)?),
+            Some(obstacle) => Target::Obstacle(obstacle.shape()),
             None => {
                 let set = contact.target.value.clone();
                 let bodies = self::owners(bodies, &set).map_err(within)?;

@@ -1,8 +1,7 @@
 //! Bodies that lie in each other at the start. A contact sees surfaces that face each other within a short distance; that
 //! one body contains another, or has the same place, is found here, whatever way their surfaces look.
 
-use super::lengths;
-use crate::case::{Case, InitialOverclosure, Obstacle, Side};
+use crate::case::{Case, InitialOverclosure};
 use crate::error::{Error, Result};
 use crate::mesh::{Bounds, BoundsTree, Mesh, spelled};
 use crate::space::locate;
@@ -49,7 +48,8 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
     }
     for (name, obstacle) in case.obstacles.iter() {
         for body in 0..names.len() {
-            let Some(centre) = middle(obstacle, &around[body].centre()) else { continue };
+            let Some(core) = obstacle.shape::<D>().core() else { continue };
+            let centre: [f64; D] = core.nearest(&Vector::from(around[body].centre())).into();
             let at = Bounds::of([centre]);
             if !around[body].meets(&at) {
                 continue;
@@ -67,19 +67,6 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
         }
     }
     Ok(remarks)
-}
-
-/// The centre of an obstacle that is solid inside; of a cylinder the point of the axis nearest to `near` \[m\].
-fn middle<const D: usize>(obstacle: &Obstacle, near: &[f64; D]) -> Option<[f64; D]> {
-    match obstacle {
-        Obstacle::Sphere { center, side: Side::Outside, .. } => Some(lengths(center)),
-        Obstacle::Cylinder { point, axis, side: Side::Outside, .. } => {
-            let point = Vector::<D>::from(lengths(point));
-            let axis = Vector::<D>::from_fn(|i, _| axis.get(i).map_or(0.0, |entry| entry.value)).normalize();
-            Some((point + axis * axis.dot(&(Vector::from(*near) - point))).into())
-        }
-        Obstacle::Plane { .. } | Obstacle::Sphere { .. } | Obstacle::Cylinder { .. } => None,
-    }
 }
 
 /// An error where a contact between the two wants one, at the contact; else a remark.

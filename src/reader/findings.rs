@@ -1,5 +1,6 @@
 //! What is wrong with values that were read, collected so that all of it is shown at once.
 
+use super::at::At;
 use super::complaint::Complaint;
 use super::place::Place;
 use super::quantity::Quantity;
@@ -62,6 +63,13 @@ impl Findings {
         let value = quantity.value;
         let fits = value > 0.0 && value.is_finite();
         self.require(fits, quantity.place, format!("{what} must be > 0, found {value}"));
+    }
+
+    /// Requires a list of so many entries.
+    pub fn entries<T>(&mut self, what: &str, list: &At<Vec<T>>, wanted: usize) {
+        let found = list.len();
+        let message = format!("{what} needs {wanted} entries in {wanted}D, found {found}");
+        self.require(found == wanted, list.place, message);
     }
 
     /// Requires a finite value that is not negative.

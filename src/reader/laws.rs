@@ -28,21 +28,21 @@ impl<F> LawEntry<F> {
     }
 }
 
-/// Makes the enum of a family of laws, its table, and `law()`, which gives the interface of whichever law it is.
+/// Makes the enum of a family of laws and its table.
 ///
 /// A law is a file with a struct and one line: its name in cases, its file, its struct. The struct carries what is read (serde and the
-/// schema), its checks and its physics (the interface of the family, with `samples()` for the tests).
-macro_rules! laws {
+/// schema), its checks and its physics, and `samples()` for the tests.
+macro_rules! family {
     (
         $(#[$about:meta])*
-        $family:ident ($noun:literal, schema $title:literal, table $table:ident) implements $interface:ident:
+        $family:ident ($noun:literal, schema $title:literal, table $table:ident):
         $($name:literal: $file:ident::$law:ident),+ $(,)?
     ) => {
         $(mod $file;)+
         $(pub use $file::$law;)+
 
         $(#[$about])*
-        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(remote = "Self", deny_unknown_fields)]
         #[schemars(rename = $title)]
         #[expect(missing_docs, reason = "each law documents itself")]
@@ -63,6 +63,30 @@ macro_rules! laws {
             },
         )+];
 
+        $(impl From<$law> for $family {
+            fn from(law: $law) -> Self {
+                Self::$law(law)
+            }
+        })+
+    };
+}
+pub(crate) use family;
+
+/// Makes the enum of a family of laws, its table (see [`family`]), and `law()`, which gives the interface of whichever law it is.
+macro_rules! laws {
+    (
+        $(#[$about:meta])*
+        $family:ident ($noun:literal, schema $title:literal, table $table:ident) implements $interface:ident:
+        $($name:literal: $file:ident::$law:ident),+ $(,)?
+    ) => {
+        $crate::reader::laws::family! {
+            $(#[$about])*
+            $family ($noun, schema $title, table $table):
+            $($name: $file::$law),+
+        }
+
+        impl Copy for $family {}
+
         impl $family {
             /// The interface of the law.
             pub fn law(&self) -> &dyn $interface {
@@ -71,12 +95,6 @@ macro_rules! laws {
                 }
             }
         }
-
-        $(impl From<$law> for $family {
-            fn from(law: $law) -> Self {
-                Self::$law(law)
-            }
-        })+
     };
 }
 pub(crate) use laws;

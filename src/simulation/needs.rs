@@ -9,7 +9,7 @@ use super::options;
 use super::pace::limits_slip;
 use crate::assembly::ContactSystem;
 use crate::case::Case;
-use crate::contact::obstacle::Obstacle;
+use crate::contact::obstacle::Shape;
 use crate::dynamics::Dynamics;
 use crate::element::Kinematics;
 use crate::model::{Model, Target};
@@ -51,9 +51,7 @@ impl Traits {
             dynamic: !case.is_static(),
             finite: model.bodies.iter().any(|body| body.formulation.kinematics == Kinematics::Finite),
             contact: !contacts.is_empty(),
-            curved: contacts
-                .iter()
-                .any(|contact| !matches!(contact.target, Target::Obstacle(Obstacle::Plane(_)))),
+            curved: contacts.iter().any(|contact| !contact.target.obstacle().is_some_and(Shape::is_plane)),
             deformable: contacts.iter().any(|contact| matches!(contact.target, Target::Surface { .. })),
             friction: frictions().next().is_some(),
             pressure: frictions().any(|friction| friction.law.law().coefficient_depends_on_pressure()),

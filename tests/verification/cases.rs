@@ -6,7 +6,7 @@ use contact_petsc::assembly::SystemOptions;
 use contact_petsc::contact::friction::coefficient::{Coefficient, Constant, Stribeck};
 use contact_petsc::contact::friction::{Coulomb, Friction, FrictionPowerLaw, Regularization};
 use contact_petsc::contact::normal::{NormalLaw, NormalPowerLaw};
-use contact_petsc::contact::obstacle::{Cylinder, Obstacle, Plane, Side, Sphere};
+use contact_petsc::contact::obstacle::{Cylinder, Plane, Shape, Side, Sphere};
 use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
 use contact_petsc::mesh::{BoxShape, Facet, Mesh};
 use contact_petsc::model::{Body, Contact, InitialOverclosure, LoadKind, MassChoice, Target};
@@ -24,7 +24,7 @@ pub struct Case<const D: usize> {
     pub name: &'static str,
     solid: Solid,
     lumped: bool,
-    obstacle: Obstacle<D>,
+    obstacle: Rc<dyn Shape<D>>,
     /// Elements of a second body that takes the place of the obstacle.
     bed: Option<ElementKind>,
     normal: NormalLaw,
@@ -53,17 +53,15 @@ fn penalty() -> NormalLaw {
     NormalLaw::penalty(0.05)
 }
 
-fn floor<const D: usize>() -> Obstacle<D> {
+fn floor<const D: usize>() -> Rc<dyn Shape<D>> {
     let up = Vector::from_fn(|i, _| if i + 1 == D { 1.0 } else { 0.1 });
-    Obstacle::Plane(
-        Plane::new(Vector::from_fn(|i, _| if i + 1 == D { 0.2 } else { 0.5 }), up).expect("a plane"),
-    )
+    Rc::new(Plane::new(Vector::from_fn(|i, _| if i + 1 == D { 0.2 } else { 0.5 }), up))
 }
 
 /// A ball from below, into which the whole bottom has sunk.
-fn ball<const D: usize>() -> Obstacle<D> {
+fn ball<const D: usize>() -> Rc<dyn Shape<D>> {
     let centre = Vector::from_fn(|i, _| if i + 1 == D { -2.0 } else { 0.45 });
-    Obstacle::Sphere(Sphere::new(centre, 2.3, Side::Outside).expect("a ball"))
+    Rc::new(Sphere::new(centre, 2.3, Side::Outside))
 }
 
 pub fn plane_cases() -> Vec<Case<2>> {
@@ -140,7 +138,7 @@ pub fn solid_cases() -> Vec<Case<3>> {
     vec![
         new("slip in space", Hex8, NH, coulomb(constant(), velocity(1e-3)), damped),
         Case {
-            obstacle: Obstacle::Cylinder(cylinder.expect("a cylinder")),
+            obstacle: Rc::new(cylinder),
             ..new("stick on a cylinder", Tet10, SVK, coulomb(constant(), velocity(8.0)), damped | CURVED)
         },
         Case {
@@ -205,7 +203,7 @@ impl<const D: usize> Case<D> {
             contactor: "block.bottom".to_owned(),
             bodies: vec![0],
             target: match self.bed {
-                None => Target::Obstacle(self.obstacle),
+                None => Target::Obstacle(self.obstacle.clone()),
                 Some(_) => Target::Surface { set: "bed.top".to_owned(), bodies: vec![1] },
             },
             target_name: "foundation".to_owned(),

@@ -10,7 +10,7 @@ use super::contact::Contact;
 use super::pair::ContactPair;
 use super::system::ContactSystem;
 use crate::contact::history::History;
-use crate::contact::obstacle::Obstacle;
+use crate::contact::obstacle::{Core, Shape};
 use crate::contact::passage::{Path, lies_between, normal_of};
 use crate::contact::surface::SurfaceFacet;
 use crate::dynamics::Stage;
@@ -175,7 +175,7 @@ fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> S
 }
 
 fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64, m: &str) -> String {
-    let radius = contact.obstacle().and_then(Obstacle::outer_radius).unwrap_or(0.0);
+    let radius = contact.obstacle().and_then(Shape::core).map_or(0.0, |core| core.radius);
     format!(
         "contact '{}': the obstacle, of radius {radius:.3e} {m}, lies between the points of {facets} facets of about {:.3e} {m}, none of which \
          touches it: mesh the contactor finer than the radius",
@@ -196,8 +196,8 @@ const SHALLOW: f64 = 0.02;
 fn has_a_point_at_its_obstacle<const D: usize>(contact: &Contact<D>, ends: Ends<'_>) -> bool {
     let Some(obstacle) = contact.obstacle() else { return false };
     // The points of a facet that is no longer than the obstacle is thick all but touch it.
-    let radius = obstacle.outer_radius().filter(|radius| *radius < 4.0 * contact.facet_size);
-    let Some(radius) = radius else { return true };
+    let core = obstacle.core().filter(|core| core.radius < 4.0 * contact.facet_size);
+    let Some(core) = core else { return true };
     let surface = contact.surface();
     surface.facets().iter().any(|facet| {
         let nodes = nodes_of(surface, facet, ends);
@@ -207,15 +207,15 @@ fn has_a_point_at_its_obstacle<const D: usize>(contact: &Contact<D>, ends: Ends<
         let outward = normal_of(&std::array::from_fn(|k| nodes[k].end));
         let Some(outward) = outward.try_normalize(0.0) else { return false };
         points_of(obstacle, facet.kind, &nodes).any(|point| {
-            let Some(away) = obstacle.offset(&point.end) else { return false };
+            let away = core.offset(&point.end);
             let height = away.dot(&outward);
-            height.abs() <= radius + contact.facet_size && (away - outward * height).norm() < radius
+            height.abs() <= core.radius + contact.facet_size && (away - outward * height).norm() < core.radius
         })
     })
 }
 
 /// Points of this rank's facets that went through an obstacle.
-fn passing<const D: usize>(contact: &Contact<D>, obstacle: &Obstacle<D>, ends: Ends<'_>) -> u64 {
+fn passing<const D: usize>(contact: &Contact<D>, obstacle: &dyn Shape<D>, ends: Ends<'_>) -> u64 {
     let surface = contact.surface();
     let of_facet = |facet: &SurfaceFacet| {
         let nodes = nodes_of(surface, facet, ends);
@@ -228,11 +228,11 @@ fn passing<const D: usize>(contact: &Contact<D>, obstacle: &Obstacle<D>, ends: E
 /// point of the contact is `met` by it however deep.
 fn between_points<const D: usize>(
     contact: &Contact<D>,
-    obstacle: &Obstacle<D>,
+    obstacle: &dyn Shape<D>,
     ends: Ends<'_>,
     met: bool,
 ) -> u64 {
-    let Some(radius) = obstacle.outer_radius() else { return 0 };
+    let Some(Core { radius, .. }) = obstacle.core() else { return 0 };
     let (surface, mut count) = (contact.surface(), 0);
     for facet in surface.facets() {
         let corners = nodes_of(surface, facet, ends);

@@ -3,7 +3,7 @@
 use super::super::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::mortar::obstacle::rule_of;
 use crate::contact::mortar::shape::FacetShape;
-use crate::contact::obstacle::Obstacle;
+use crate::contact::obstacle::Shape;
 use crate::contact::passage::Path;
 use crate::contact::surface::{ContactSurface, SurfaceFacet};
 use crate::error::Result;
@@ -170,7 +170,7 @@ pub(super) fn nodes_of<const D: usize>(
 
 /// The ways of the points of a contactor facet over an obstacle, given those of its nodes.
 pub(super) fn points_of<const D: usize>(
-    obstacle: &Obstacle<D>,
+    obstacle: &dyn Shape<D>,
     kind: ElementKind,
     nodes: &[Path<D>],
 ) -> impl Iterator<Item = Path<D>> {

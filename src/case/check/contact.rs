@@ -1,40 +1,18 @@
 //! Checks of `obstacles` and `contact`.
 
 use super::super::contact::ALL;
-use super::super::{Contact, Obstacle, Start};
+use super::super::{Contact, Start};
 use super::Check;
 use crate::contact::friction::Regularization;
+use crate::contact::obstacle::Obstacle;
 use crate::reader::at::At;
 use crate::reader::complaint::Complaint;
-use crate::reader::quantity::Number;
 
 impl Check<'_> {
     pub(super) fn obstacle(&mut self, obstacle: &Obstacle) {
-        match obstacle {
-            Obstacle::Plane { point, normal } => {
-                self.size("the point of a plane", point);
-                self.direction("the normal of a plane", normal);
-            }
-            Obstacle::Sphere { center, radius, .. } => {
-                self.size("the centre of a sphere", center);
-                self.found.positive("the radius", *radius);
-            }
-            Obstacle::Cylinder { point, .. } if self.dimension == Some(2) => {
-                self.found.say(point.place, "a cylinder is an obstacle of 3D");
-                self.found.cure("in 2D a `sphere` is a disc");
-            }
-            Obstacle::Cylinder { point, axis, radius, .. } => {
-                self.size("the point of a cylinder", point);
-                self.direction("the axis of a cylinder", axis);
-                self.found.positive("the radius", *radius);
-            }
+        if let Some(dimension) = self.dimension {
+            obstacle.check(dimension, &mut self.found);
         }
-    }
-
-    fn direction(&mut self, what: &str, direction: &At<Vec<Number>>) {
-        self.size(what, direction);
-        let length = direction.iter().map(|component| component.value.powi(2)).sum::<f64>();
-        self.found.require(length > 0.0, direction.place, format!("{what} is zero"));
     }
 
     pub(super) fn contact(&mut self, contact: &Contact) {

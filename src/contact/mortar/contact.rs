@@ -9,7 +9,6 @@ use super::kernel::{VertexNode, VertexSize, VertexSums, add_stiffness};
 use super::obstacle::{PlacedObstacle, rule_of};
 use super::surface::{VertexFacet, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
-use crate::contact::obstacle::Obstacle;
 use crate::contact::point::{ContactLaw, PointState, Selection, Slopes};
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
@@ -299,10 +298,13 @@ impl<const D: usize> VertexContact<D> {
                 Opposite::Facet(PlacedFacet { kind: surface.kind(target), nodes: others })
             }
             ContactTarget::Obstacle(obstacle) => {
-                if matches!(obstacle, Obstacle::Plane(_)) {
+                if obstacle.is_plane() {
                     open = f64::MAX;
                 }
-                Opposite::Obstacle(PlacedObstacle { obstacle, rule: rule_of(obstacle, facet.kind) })
+                Opposite::Obstacle(PlacedObstacle {
+                    obstacle: &**obstacle,
+                    rule: rule_of(&**obstacle, facet.kind),
+                })
             }
         };
         FacetPair {

@@ -4,7 +4,7 @@ use super::integrals::{FacetPair, Measure, Point, Variation, interpolate, tangen
 use super::segment::Want;
 use super::shape::FacetShape;
 use super::split::linear;
-use crate::contact::obstacle::Obstacle;
+use crate::contact::obstacle::Shape;
 use crate::mesh::ElementKind;
 use crate::rounding;
 use crate::space::{Rule, area_variation, facet_normal, reference};
@@ -14,19 +14,19 @@ use crate::tensor::Vector;
 #[derive(Debug, Clone, Copy)]
 pub struct PlacedObstacle<'a, const D: usize> {
     /// The obstacle.
-    pub obstacle: &'a Obstacle<D>,
+    pub obstacle: &'a dyn Shape<D>,
     /// Points of the facet.
     pub rule: &'a Rule,
 }
 
 /// Whether a vertex on facets of this kind has the gap of its own place alone: straight facets over a plane, whose gap is linear between
 /// corners. A facet that hangs over an edge then opens corner by corner.
-pub fn is_lumped<const D: usize>(obstacle: &Obstacle<D>, kind: ElementKind) -> bool {
-    matches!(obstacle, Obstacle::Plane(_)) && linear(kind) == kind
+pub fn is_lumped<const D: usize>(obstacle: &dyn Shape<D>, kind: ElementKind) -> bool {
+    obstacle.is_plane() && linear(kind) == kind
 }
 
 /// The points of a facet: its corners where it is lumped, else Gauss points.
-pub fn rule_of<const D: usize>(obstacle: &Obstacle<D>, kind: ElementKind) -> &'static Rule {
+pub fn rule_of<const D: usize>(obstacle: &dyn Shape<D>, kind: ElementKind) -> &'static Rule {
     let element = reference(kind);
     let corners = element.nodal_rule().filter(|_| is_lumped(obstacle, kind));
     corners.unwrap_or_else(|| element.gauss_contact_rule())

@@ -1,11 +1,13 @@
 //! A block on every obstacle: tangents term by term, stages, steps that conserve, and vertices that keep to themselves.
 
+use std::rc::Rc;
+
 use super::super::obstacle::is_lumped;
 use super::tests::{CONTACT_TERMS, Dense, Scene, error_over_step, rate, regimes, stored_energy};
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction};
 use crate::contact::normal::NORMAL_LAWS;
-use crate::contact::obstacle::{OBSTACLES, Plane};
+use crate::contact::obstacle::{Plane, Shape, sample_shapes};
 use crate::contact::pair_scene::{block, coulomb, penalty};
 use crate::contact::point::step::stored;
 use crate::contact::state::{Hold, Keep};
@@ -24,13 +26,13 @@ const SPACE_KINDS: [ElementKind; 5] =
 
 impl<const D: usize> Scene<D> {
     /// The bottom of a block sunk into an obstacle that it faces, at rest.
-    fn over(obstacle: Obstacle<D>, kind: ElementKind) -> Self {
-        let middle = Self::middle(&obstacle);
+    fn over(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind) -> Self {
+        let middle = Self::middle(&**obstacle);
         Self::standing(obstacle, kind, obstacle.proximity(&middle).normal)
     }
 
     /// A place below the surface of an obstacle.
-    fn middle(obstacle: &Obstacle<D>) -> Vector<D> {
+    fn middle(obstacle: &dyn Shape<D>) -> Vector<D> {
         let mut middle = Vector::<D>::from_fn(|i, _| 0.41 + 0.1 * i as f64);
         for _ in 0..4 {
             let at = obstacle.proximity(&middle);
@@ -40,12 +42,12 @@ impl<const D: usize> Scene<D> {
     }
 
     /// A block whose upward direction is `up`.
-    fn standing(obstacle: Obstacle<D>, kind: ElementKind, up: Vector<D>) -> Self {
+    fn standing(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, up: Vector<D>) -> Self {
         let mut mesh = block::<D>(kind, [-0.5 * WIDTH, 0.5 * WIDTH], [0.0, WIDTH], 2);
         let axis = Vector::<D>::from_fn(|i, _| f64::from(u8::from(i + 1 == D)));
         let turn = up * axis.transpose() - axis * up.transpose();
         let rotation = Tensor::identity() + turn + turn * turn / (1.0 + axis.dot(&up));
-        let middle = Self::middle(&obstacle);
+        let middle = Self::middle(&**obstacle);
         for point in &mut mesh.points {
             *point = (middle + rotation * Vector::from(*point)).into();
         }
@@ -54,11 +56,11 @@ impl<const D: usize> Scene<D> {
         let global: Vec<u32> = (0..mesh.element_count() as u32).collect();
         let ownership = Ownership { owned_nodes: mesh.points.len(), mine: &mine, global_element: &global };
         let facets = &mesh.facet_sets["upper.bottom"];
-        let surface = VertexSurface::new(&mesh, facets, &ownership, |kind| is_lumped(&obstacle, kind));
+        let surface = VertexSurface::new(&mesh, facets, &ownership, |kind| is_lumped(&**obstacle, kind));
         let state = ContactState::new(surface.vertices().len());
         let contact = VertexContact {
             surface,
-            target: ContactTarget::Obstacle(obstacle),
+            target: ContactTarget::Obstacle(obstacle.clone()),
             law: penalty(None),
             area: AreaKind::Current,
             depth: f64::MAX,
@@ -70,7 +72,7 @@ impl<const D: usize> Scene<D> {
     }
 
     /// The same, bent and in motion, with tractions from a step before.
-    fn bent_over(obstacle: Obstacle<D>, kind: ElementKind, law: ContactLaw) -> Self {
+    fn bent_over(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, law: ContactLaw) -> Self {
         Self::over(obstacle, kind).bend(law)
     }
 
@@ -86,16 +88,6 @@ impl<const D: usize> Scene<D> {
         scene.u = scatter(size, 9).iter().map(|u| u * 0.002).collect();
         scene
     }
-}
-
-fn flat<const D: usize>(obstacle: &Obstacle<D>) -> bool {
-    matches!(obstacle, Obstacle::Plane(_))
-}
-
-fn samples<const D: usize>(
-    of: fn(&crate::contact::obstacle::ObstacleEntry) -> Vec<Obstacle<D>>,
-) -> Vec<Obstacle<D>> {
-    OBSTACLES.iter().flat_map(of).collect()
 }
 
 fn size(values: &[f64]) -> f64 {
@@ -122,9 +114,9 @@ fn check<const D: usize>(scene: &Scene<D>, request: &ContactRequest, what: &str)
     seen
 }
 
-fn every_law<const D: usize>(targets: &[Obstacle<D>], kind: ElementKind) -> Terms {
+fn every_law<const D: usize>(targets: &[Rc<dyn Shape<D>>], kind: ElementKind) -> Terms {
     let mut seen = Terms::empty();
-    for &target in targets {
+    for target in targets {
         for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
             let law = ContactLaw { normal, friction: None };
             seen |= check(&Scene::bent_over(target, kind, law), &ContactRequest::default(), "frictionless");
@@ -143,15 +135,15 @@ fn every_law<const D: usize>(targets: &[Obstacle<D>], kind: ElementKind) -> Term
 #[test]
 fn the_tangent_over_an_obstacle_is_the_derivative() {
     let all: Terms = CONTACT_TERMS.into_iter().collect();
-    assert_eq!(every_law::<2>(&samples(|entry| (entry.samples_2d)()), ElementKind::Quad4), all);
-    let spheres = samples::<3>(|entry| (entry.samples_3d)());
+    assert_eq!(every_law::<2>(&sample_shapes(), ElementKind::Quad4), all);
+    let spheres = sample_shapes::<3>();
     every_law::<3>(&spheres[2..3], ElementKind::Tet4);
 }
 
 /// So it has on every kind of facet, with the current and with the undeformed area; on the latter no area changes.
 #[test]
 fn so_is_that_of_every_facet() {
-    fn facets<const D: usize>(obstacle: Obstacle<D>, kinds: &[ElementKind]) {
+    fn facets<const D: usize>(obstacle: &Rc<dyn Shape<D>>, kinds: &[ElementKind]) {
         for &kind in kinds {
             for regularization in [regimes()[1], regimes()[3]] {
                 let law = penalty(Some(coulomb(0.7, regularization)));
@@ -162,13 +154,8 @@ fn so_is_that_of_every_facet() {
             }
         }
     }
-    samples::<2>(|entry| (entry.samples_2d)())
-        .into_iter()
-        .for_each(|obstacle| facets(obstacle, &PLANE_KINDS));
-    samples::<3>(|entry| (entry.samples_3d)())
-        .into_iter()
-        .step_by(2)
-        .for_each(|obstacle| facets(obstacle, &SPACE_KINDS));
+    sample_shapes::<2>().into_iter().for_each(|obstacle| facets(&obstacle, &PLANE_KINDS));
+    sample_shapes::<3>().into_iter().step_by(2).for_each(|obstacle| facets(&obstacle, &SPACE_KINDS));
 }
 
 /// A facet counts less the more upright it stands, and not at all where it looks away; the tangent knows it.
@@ -176,12 +163,11 @@ fn so_is_that_of_every_facet() {
 fn upright_facets_do_not_press() {
     let force = |degrees: f64, kind: ElementKind| {
         let (sine, cosine) = degrees.to_radians().sin_cos();
-        let plane = Plane::new(Vector::<2>::zeros(), Vector::<2>::new(sine, cosine)).unwrap();
-        let mut scene = Scene::standing(Obstacle::Plane(plane), kind, Vector::<2>::y());
+        let plane: Rc<dyn Shape<2>> = Rc::new(Plane::new(Vector::zeros(), Vector::<2>::new(sine, cosine)));
+        let mut scene = Scene::standing(&plane, kind, Vector::<2>::y());
         let still = size(&scene.evaluate(&ContactRequest::default()).force);
         if still > 0.0 {
-            let bent =
-                Scene::bent_over(Obstacle::Plane(plane), kind, penalty(Some(coulomb(0.7, regimes()[1]))));
+            let bent = Scene::bent_over(&plane, kind, penalty(Some(coulomb(0.7, regimes()[1]))));
             let found = rate(&bent, Terms::ALL, &ContactRequest::default());
             assert!(found > 1.9, "{kind} at {degrees} degrees: order {found}");
         }
@@ -197,9 +183,9 @@ fn upright_facets_do_not_press() {
 /// Without friction and on the undeformed area the tangent over a plane is symmetric.
 #[test]
 fn the_tangent_over_a_plane_is_symmetric() {
-    for obstacle in samples::<3>(|entry| (entry.samples_3d)()).into_iter().filter(flat) {
+    for obstacle in sample_shapes::<3>().into_iter().filter(|obstacle| obstacle.is_plane()) {
         for kind in SPACE_KINDS {
-            let mut scene = Scene::bent_over(obstacle, kind, penalty(None));
+            let mut scene = Scene::bent_over(&obstacle, kind, penalty(None));
             scene.contact.area = AreaKind::Reference;
             let (matrix, total) = (scene.matrix(Terms::ALL), scene.u.len());
             let skew = (0..total * total).map(|i| (matrix[i] - matrix[i % total * total + i / total]).abs());
@@ -212,13 +198,13 @@ fn the_tangent_over_a_plane_is_symmetric() {
 /// gets a force.
 #[test]
 fn a_corner_on_a_plane_keeps_to_itself() {
-    let plane = Plane::new(Vector::<3>::zeros(), Vector::<3>::new(0.3, 0.0, 1.0)).unwrap();
-    let mut scene = Scene::standing(Obstacle::Plane(plane), ElementKind::Hex8, Vector::<3>::z());
+    let plane: Rc<dyn Shape<3>> = Rc::new(Plane::new(Vector::zeros(), Vector::<3>::new(0.3, 0.0, 1.0)));
+    let mut scene = Scene::standing(&plane, ElementKind::Hex8, Vector::<3>::z());
     let Dense { force, .. } = scene.evaluate(&ContactRequest::default());
     let mut open = 0;
     for (vertex, point) in scene.state.current.iter().enumerate() {
         let node = scene.contact.surface.vertices()[vertex] as usize;
-        let gap = Obstacle::Plane(plane).gap(&scene.mesh.points[node].into());
+        let gap = plane.gap(&scene.mesh.points[node].into());
         assert!((point.gap - gap).abs() < 1e-16);
         let pushed = Vector::<3>::from_row_slice(&force[3 * node..][..3]);
         assert!(
@@ -233,10 +219,10 @@ fn a_corner_on_a_plane_keeps_to_itself() {
 /// A vertex far from a round obstacle knows how far its facets are.
 #[test]
 fn gaps_are_known_at_any_distance() {
-    for obstacle in samples::<2>(|entry| (entry.samples_2d)()) {
-        let mut scene = Scene::<2>::over(obstacle, ElementKind::Quad4);
-        let normal = obstacle.proximity(&Scene::middle(&obstacle)).normal;
-        let away = if flat(&obstacle) { 5.0 } else { 0.1 };
+    for obstacle in sample_shapes::<2>() {
+        let mut scene = Scene::<2>::over(&obstacle, ElementKind::Quad4);
+        let normal = obstacle.proximity(&Scene::middle(&*obstacle)).normal;
+        let away = if obstacle.is_plane() { 5.0 } else { 0.1 };
         scene
             .u
             .chunks_exact_mut(2)
@@ -256,8 +242,8 @@ fn gaps_are_known_at_any_distance() {
 #[test]
 fn stages_have_consistent_tangents() {
     let law = penalty(Some(coulomb(0.7, regimes()[0])));
-    for obstacle in samples::<2>(|entry| (entry.samples_2d)()) {
-        let mut scene = Scene::bent_over(obstacle, ElementKind::Quad4, law);
+    for obstacle in sample_shapes::<2>() {
+        let mut scene = Scene::bent_over(&obstacle, ElementKind::Quad4, law);
         scene.evaluate(&ContactRequest::default());
         let live = scene.evaluate(&ContactRequest::default()).force;
         scene.state.freeze(Keep::Pressure);
@@ -282,7 +268,7 @@ fn stages_have_consistent_tangents() {
     }
 }
 
-fn conserves<const D: usize>(obstacle: Obstacle<D>, kind: ElementKind, law: ContactLaw, motion: f64) {
+fn conserves<const D: usize>(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, law: ContactLaw, motion: f64) {
     let what = format!("{kind} on {obstacle:?}, motion {motion}");
     let mut scene = Scene::<D>::bent_over(obstacle, kind, law);
     scene.contact.area = AreaKind::Reference;
@@ -327,11 +313,11 @@ fn forces_over_a_step_conserve_on_obstacles() {
     let friction = penalty(Some(coulomb(0.4, regimes()[3])));
     for motion in [1e-6, 1e-3, 2e-2] {
         for law in [penalty(None), friction] {
-            for obstacle in samples::<2>(|entry| (entry.samples_2d)()) {
-                PLANE_KINDS.iter().for_each(|&kind| conserves::<2>(obstacle, kind, law, motion));
+            for obstacle in sample_shapes::<2>() {
+                PLANE_KINDS.iter().for_each(|&kind| conserves::<2>(&obstacle, kind, law, motion));
             }
-            for obstacle in samples::<3>(|entry| (entry.samples_3d)()) {
-                SPACE_KINDS[..3].iter().for_each(|&kind| conserves::<3>(obstacle, kind, law, motion));
+            for obstacle in sample_shapes::<3>() {
+                SPACE_KINDS[..3].iter().for_each(|&kind| conserves::<3>(&obstacle, kind, law, motion));
             }
         }
     }
@@ -342,14 +328,15 @@ fn forces_over_a_step_conserve_on_obstacles() {
 fn the_matrix_over_a_step_on_obstacles_is_near_the_derivative() {
     for law in [penalty(None), penalty(Some(coulomb(0.4, regimes()[3])))] {
         let mut worst = [0.0_f64; 2];
-        for obstacle in samples::<2>(|entry| (entry.samples_2d)()) {
-            let error = error_over_step(Scene::<2>::bent_over(obstacle, ElementKind::Quad4, law), Terms::ALL);
-            let round = usize::from(!flat(&obstacle));
+        for obstacle in sample_shapes::<2>() {
+            let error =
+                error_over_step(Scene::<2>::bent_over(&obstacle, ElementKind::Quad4, law), Terms::ALL);
+            let round = usize::from(!obstacle.is_plane());
             worst[round] = worst[round].max(error);
         }
-        for obstacle in samples::<3>(|entry| (entry.samples_3d)()) {
-            let error = error_over_step(Scene::<3>::bent_over(obstacle, ElementKind::Hex8, law), Terms::ALL);
-            let round = usize::from(!flat(&obstacle));
+        for obstacle in sample_shapes::<3>() {
+            let error = error_over_step(Scene::<3>::bent_over(&obstacle, ElementKind::Hex8, law), Terms::ALL);
+            let round = usize::from(!obstacle.is_plane());
             worst[round] = worst[round].max(error);
         }
         assert!(worst[0] < 1e-5 && worst[1] < 1e-2, "{worst:?}");
@@ -360,10 +347,10 @@ fn the_matrix_over_a_step_on_obstacles_is_near_the_derivative() {
 #[test]
 fn springs_on_a_plane_are_the_terms() {
     let stick = penalty(Some(coulomb(0.4, regimes()[3])));
-    for obstacle in samples::<3>(|entry| (entry.samples_3d)()).into_iter().filter(flat) {
+    for obstacle in sample_shapes::<3>().into_iter().filter(|obstacle| obstacle.is_plane()) {
         for (law, over_step) in [(penalty(None), false), (stick, false), (penalty(None), true), (stick, true)]
         {
-            let mut scene = Scene::<3>::bent_over(obstacle, ElementKind::Hex8, law);
+            let mut scene = Scene::<3>::bent_over(&obstacle, ElementKind::Hex8, law);
             scene.contact.area = AreaKind::Reference;
             scene.u_start.clone_from(&scene.u);
             let request = ContactRequest { over_step, ..ContactRequest::default() };

@@ -1,141 +1,67 @@
-//! Rigid obstacles as signed distances, in the plane and in space. One file each, one line in [`OBSTACLES`].
+//! Rigid obstacles as signed distances, in the plane and in space. One file each, one line in the table below.
 //!
 //! With a signed distance `g(x)` the normal is its gradient and the curvature its Hessian, so nothing of the
 //! geometry is lost in the tangent.
 
-mod cylinder;
-mod plane;
-mod sphere;
+mod check;
+mod shape;
+mod side;
 
 pub use cylinder::Cylinder;
 pub use plane::Plane;
+pub use shape::{Core, Proximity, Shape, is_flat_along};
+pub use side::Side;
 pub use sphere::Sphere;
 
-use crate::error::Result;
-use crate::tensor::{Tensor, Vector, cross, rotations};
+use std::rc::Rc;
 
-/// Which side of a closed surface is free.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Side {
-    /// The contactor is outside of the obstacle.
-    #[default]
-    Outside,
-    /// The contactor is inside of a hollow obstacle.
-    Inside,
-}
+use crate::reader::findings::Findings;
+use crate::reader::laws::family;
+use crate::reader::quantity::Quantity;
+use crate::tensor::{Vector, cross};
 
-impl Side {
-    fn sign(self) -> f64 {
-        match self {
-            Self::Outside => 1.0,
-            Self::Inside => -1.0,
+/// Makes the enum of the obstacles, its table, and the ways to their checks and shapes.
+macro_rules! obstacles {
+    ($($name:literal: $file:ident::$obstacle:ident),+ $(,)?) => {
+        family! {
+            /// A rigid body at rest that others touch.
+            Obstacle ("obstacle", schema "Obstacle", table OBSTACLES):
+            $($name: $file::$obstacle),+
         }
-    }
-}
 
-/// Where a point stands to an obstacle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Proximity<const D: usize> {
-    /// `g_n`, signed distance \[m\], > 0 where the point is free (2.2).
-    pub gap: f64,
-    /// `n = dg/dx`, unit normal outward from the obstacle, towards the free side.
-    pub normal: Vector<D>,
-    /// `dn/dx`, symmetric \[1/m\]. Zero on a plane.
-    pub hessian: Tensor<D>,
-}
-
-/// A rigid obstacle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Obstacle<const D: usize> {
-    /// See [`Plane`].
-    Plane(Plane<D>),
-    /// See [`Sphere`].
-    Sphere(Sphere<D>),
-    /// See [`Cylinder`].
-    Cylinder(Cylinder<D>),
-}
-
-impl<const D: usize> Obstacle<D> {
-    /// Gap, normal and curvature at the current point `x` \[m\].
-    pub fn proximity(&self, x: &Vector<D>) -> Proximity<D> {
-        match self {
-            Self::Plane(plane) => plane.proximity(x),
-            Self::Sphere(sphere) => sphere.proximity(x),
-            Self::Cylinder(cylinder) => cylinder.proximity(x),
-        }
-    }
-
-    /// Radius \[m\] of an obstacle that is round and may slip between the points of a contactor; none of planes and hollows.
-    pub fn outer_radius(&self) -> Option<f64> {
-        match self {
-            Self::Plane(_) => None,
-            Self::Sphere(sphere) => sphere.outer_radius(),
-            Self::Cylinder(cylinder) => cylinder.outer_radius(),
-        }
-    }
-
-    /// Whether the normal turns by less than 0.2 between any two points of a path of this length \[m\], at the ends of which the
-    /// gap is `least` \[m\] or more. A hollow says no, whatever it does.
-    pub fn is_flat_along(&self, length: f64, least: f64) -> bool {
-        /// Length over the distance from the centre; seen from there it is an angle of 0.19.
-        const CHORD: f64 = 0.19;
-        match self {
-            Self::Plane(_) => true,
-            // No gap changes faster than the place.
-            _ => self.outer_radius().is_some_and(|radius| length <= CHORD * (radius + least - 0.5 * length)),
-        }
-    }
-
-    /// Centre \[m\] of a sphere or disc.
-    pub fn centre(&self) -> Option<Vector<D>> {
-        match self {
-            Self::Sphere(sphere) => Some(sphere.centre()),
-            Self::Plane(_) | Self::Cylinder(_) => None,
-        }
-    }
-
-    /// From the centre of a sphere or disc, or square from the axis of a cylinder, to `x` \[m\].
-    pub fn offset(&self, x: &Vector<D>) -> Option<Vector<D>> {
-        match self {
-            Self::Plane(_) => None,
-            Self::Sphere(sphere) => Some(x - sphere.centre()),
-            Self::Cylinder(cylinder) => Some(cylinder.offset(x)),
-        }
-    }
-
-    /// Velocities at `x` of the motions that take the obstacle into itself, and so change no gap: a plane slides and turns in itself, a
-    /// sphere turns, a cylinder turns and slides along its axis. Zero where there are fewer.
-    pub fn motions_along(&self, x: &Vector<D>) -> [Vector<D>; 6] {
-        let mut motions = [Vector::zeros(); 6];
-        match self {
-            Self::Plane(plane) => {
-                let [first, second] = tangents_of(&plane.normal());
-                motions[0] = first;
-                if D == 3 {
-                    motions[1] = second;
-                    let arm = x - plane.point();
-                    motions[2] = first * second.dot(&arm) - second * first.dot(&arm);
+        impl Obstacle {
+            /// Says what is wrong with it in a case of this dimension.
+            pub fn check(&self, dimension: usize, findings: &mut Findings) {
+                match self {
+                    $(Self::$obstacle(obstacle) => obstacle.check(dimension, findings),)+
                 }
             }
-            Self::Sphere(sphere) => {
-                motions[..3].copy_from_slice(&rotations(&(x - sphere.centre())));
-            }
-            Self::Cylinder(cylinder) => {
-                motions[0] = cylinder.axis();
-                motions[1] = cross(&cylinder.axis(), &cylinder.offset(x));
-            }
-        }
-        motions
-    }
 
-    /// The gap alone \[m\].
-    pub fn gap(&self, x: &Vector<D>) -> f64 {
-        match self {
-            Self::Plane(plane) => plane.gap(x),
-            Self::Sphere(sphere) => sphere.gap(x),
-            Self::Cylinder(cylinder) => cylinder.gap(x),
+            /// Whether its surface is a plane.
+            pub fn is_plane(&self) -> bool {
+                self.shape::<3>().is_plane()
+            }
+
+            /// Its shape.
+            pub fn shape<const D: usize>(&self) -> Rc<dyn Shape<D>> {
+                match self {
+                    $(Self::$obstacle(obstacle) => Rc::new(obstacle.shape::<D>()),)+
+                }
+            }
         }
-    }
+    };
+}
+obstacles! {
+    "plane": plane::PlaneObstacle,
+    "sphere": sphere::SphereObstacle,
+    "cylinder": cylinder::CylinderObstacle,
+}
+
+/// Entries as numbers; those that are missing are 0.
+fn numbers<const D: usize, const KG: i8, const M: i8, const S: i8>(
+    values: &[Quantity<KG, M, S>],
+) -> Vector<D> {
+    Vector::from_fn(|i, _| values.get(i).map_or(0.0, |value| value.value))
 }
 
 /// Unit vectors that span the tangent plane of the unit vector `normal`; the second zero in the plane.
@@ -147,108 +73,25 @@ fn tangents_of<const D: usize>(normal: &Vector<D>) -> [Vector<D>; 2] {
     [first, if D == 3 { cross(normal, &first) } else { Vector::zeros() }]
 }
 
-/// Distance from a centre or an axis: gap, normal and Hessian of `sign (|r| - radius)` for the offset `r`.
-///
-/// `transverse` projects onto the directions in which the surface is round. At the centre every direction is
-/// as near as the others: the last round one is taken, without curvature.
-fn round<const D: usize>(
-    offset: &Vector<D>,
-    transverse: &Tensor<D>,
-    radius: f64,
-    side: Side,
-) -> Proximity<D> {
-    let distance = offset.norm();
-    let (sign, gap) = (side.sign(), side.sign() * (distance - radius));
-    if distance <= CENTRE * radius {
-        let column = (0..D)
-            .rev()
-            .map(|k| transverse.column(k).into_owned())
-            .max_by(|a, b| a.norm().total_cmp(&b.norm()));
-        let axis = column.unwrap_or_else(Vector::zeros).normalize();
-        return Proximity { gap, normal: axis * sign, hessian: Tensor::zeros() };
-    }
-    let radial = offset / distance;
-    let hessian = (transverse - radial * radial.transpose()) * (sign / distance);
-    Proximity { gap, normal: radial * sign, hessian }
-}
-
-/// Nearer to the centre than this fraction of the radius a direction is rounding noise.
-const CENTRE: f64 = 1e-12;
-
-/// A row of [`OBSTACLES`].
-pub struct ObstacleEntry {
-    /// Name in the case file.
-    pub name: &'static str,
-    /// One line for `contact-petsc list`.
-    pub summary: &'static str,
-    /// Instances in the plane on which every test of derivatives runs.
-    pub samples_2d: fn() -> Vec<Obstacle<2>>,
-    /// Instances in space.
-    pub samples_3d: fn() -> Vec<Obstacle<3>>,
-}
-
-fn planes<const D: usize>() -> Vec<Obstacle<D>> {
-    let point = Vector::from_fn(|i, _| 0.1 * i as f64);
-    let normals =
-        [Vector::from_fn(|i, _| f64::from(i + 1 == D)), Vector::from_fn(|i, _| 1.0 - 1.7 * i as f64)];
-    normals.into_iter().filter_map(|normal| Plane::new(point, normal).ok()).map(Obstacle::Plane).collect()
-}
-
-fn spheres<const D: usize>() -> Vec<Obstacle<D>> {
-    let centre = Vector::from_fn(|i, _| 0.2 - 0.3 * i as f64);
-    let sides = [Side::Outside, Side::Inside];
-    sides.into_iter().filter_map(|side| Sphere::new(centre, 0.7, side).ok()).map(Obstacle::Sphere).collect()
-}
-
-fn cylinders() -> Vec<Obstacle<3>> {
-    let (point, axis) = (Vector::<3>::new(0.1, -0.2, 0.3), Vector::<3>::new(1.0, 2.0, -0.5));
-    let sides = [Side::Outside, Side::Inside];
-    sides
-        .into_iter()
-        .filter_map(|side| Cylinder::new(point, axis, 0.6, side).ok())
-        .map(Obstacle::Cylinder)
-        .collect()
-}
-
-/// Every obstacle there is: feeds `list`, the hints in errors and the tests.
-pub const OBSTACLES: &[ObstacleEntry] = &[
-    ObstacleEntry {
-        name: "plane",
-        summary: "half space, free where the normal points",
-        samples_2d: planes,
-        samples_3d: planes,
-    },
-    ObstacleEntry {
-        name: "sphere",
-        summary: "sphere, in 2D a disc; side: outside or inside",
-        samples_2d: spheres,
-        samples_3d: spheres,
-    },
-    ObstacleEntry {
-        name: "cylinder",
-        summary: "endless cylinder, 3D only; side: outside or inside",
-        samples_2d: Vec::new,
-        samples_3d: cylinders,
-    },
-];
-
-/// A direction of unit length.
-fn direction<const D: usize>(what: &str, vector: Vector<D>) -> Result<Vector<D>> {
-    let length = vector.norm();
-    if length > 0.0 && length.is_finite() {
-        return Ok(vector / length);
-    }
-    let shown: Vec<f64> = vector.iter().copied().collect();
-    let message = format!("the {what} {shown:?} has no direction");
-    Err(crate::error::Error::case(message).hint("give a vector of any length but zero"))
+/// The shapes of all samples of this dimension.
+#[cfg(test)]
+pub(super) fn sample_shapes<const D: usize>() -> Vec<Rc<dyn Shape<D>>> {
+    let fits = |obstacle: &Obstacle| {
+        let mut findings = Findings::new(crate::reader::units::Units::SI);
+        obstacle.check(D, &mut findings);
+        findings.is_empty()
+    };
+    let all = OBSTACLES.iter().flat_map(|entry| (entry.samples)()).filter(fits);
+    all.map(|obstacle| obstacle.shape()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reader::units::Units;
     use crate::taylor::taylor_rate;
 
-    fn taylor<const D: usize>(obstacle: &Obstacle<D>) {
+    fn taylor<const D: usize>(obstacle: &dyn Shape<D>) {
         let x = Vector::<D>::from_fn(|i, _| 0.45 + 0.21 * i as f64);
         let d = Vector::<D>::from_fn(|i, _| 0.05 - 0.08 * i as f64);
         let at = |x: &[f64]| obstacle.proximity(&Vector::from_column_slice(x));
@@ -268,26 +111,29 @@ mod tests {
     /// In 2D and 3D, of every obstacle the normal is the gradient of the gap and the Hessian that of the normal.
     #[test]
     fn derivatives_have_taylor_order_two() {
-        for entry in OBSTACLES {
-            (entry.samples_2d)().iter().for_each(taylor);
-            (entry.samples_3d)().iter().for_each(taylor);
-            assert!((entry.samples_3d)().len() >= 2, "{}", entry.name);
+        assert!(sample_shapes::<2>().len() >= 4 && sample_shapes::<3>().len() >= 2 * OBSTACLES.len());
+        for shape in sample_shapes::<2>() {
+            taylor(&*shape);
+            taylor(&*shape.anchored(&Vector::<2>::new(0.4, 0.6)));
+        }
+        for shape in sample_shapes::<3>() {
+            taylor(&*shape);
+            taylor(&*shape.anchored(&Vector::<3>::new(0.4, 0.6, 0.8)));
         }
     }
 
     /// Gaps are distances with the free side positive.
     #[test]
     fn gaps_are_signed_distances() {
-        let floor = Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 2.0)).unwrap();
+        let floor = Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 2.0));
         assert_eq!(floor.gap(&Vector::<2>::new(7.0, 0.25)), 0.25);
-        let disc = |side| Obstacle::Sphere(Sphere::new(Vector::<2>::zeros(), 2.0, side).unwrap());
+        let disc = |side| Sphere::new(Vector::<2>::zeros(), 2.0, side);
         let point = Vector::<2>::new(0.0, 3.0);
         assert_eq!(disc(Side::Outside).gap(&point), 1.0);
         assert_eq!(disc(Side::Inside).gap(&point), -1.0);
         assert_eq!(disc(Side::Inside).proximity(&point).normal, Vector::<2>::new(0.0, -1.0));
-        let rod =
-            Cylinder::new(Vector::<3>::zeros(), Vector::<3>::new(0.0, 0.0, 9.0), 1.0, Side::Outside).unwrap();
-        assert_eq!(rod.gap(&Vector::<3>::new(3.0, 4.0, 100.0)), 4.0);
+        let rod = Cylinder::new(Vector::<3>::zeros(), Vector::<3>::new(0.0, 0.0, 9.0), 1.0, Side::Outside);
+        assert!((rod.gap(&Vector::<3>::new(3.0, 4.0, 100.0)) - 4.0).abs() < 1e-15);
     }
 
     /// A point on the centre or the axis gets a unit normal across the axis and no NaN.
@@ -296,11 +142,12 @@ mod tests {
         for side in [Side::Outside, Side::Inside] {
             let centre = Vector::<3>::new(1.0, 2.0, 3.0);
             let axis = Vector::<3>::new(0.0, 0.0, 1.0);
-            let sphere = Obstacle::Sphere(Sphere::new(centre, 0.5, side).unwrap());
-            let rod = Obstacle::Cylinder(Cylinder::new(centre, axis, 0.5, side).unwrap());
-            let disc = Sphere::new(Vector::<2>::zeros(), 1e-3, side).unwrap().proximity(&Vector::zeros());
+            let sphere = Sphere::new(centre, 0.5, side);
+            let rod = Cylinder::new(centre, axis, 0.5, side);
+            let disc = Sphere::new(Vector::<2>::zeros(), 1e-3, side).proximity(&Vector::zeros());
+            let both: [(&dyn Shape<3>, f64); 2] = [(&sphere, 0.0), (&rod, 5.0)];
             for offset in [0.0, 1e-300, 1e-15] {
-                for (obstacle, along) in [(sphere, 0.0), (rod, 5.0)] {
+                for (obstacle, along) in both {
                     let p = obstacle.proximity(&(centre + Vector::<3>::new(offset, 0.0, along)));
                     assert!((p.normal.norm() - 1.0).abs() < 1e-14 && p.hessian.iter().all(|c| c.is_finite()));
                     assert!(along == 0.0 || p.normal.dot(&axis).abs() < 1e-14);
@@ -311,20 +158,41 @@ mod tests {
         }
     }
 
-    /// What is no obstacle is refused: zero normal or axis, radius not positive, numbers that are none, a cylinder in 2D.
+    /// What is no obstacle is refused: zero normal or axis, radius not positive, a wrong number of coordinates, a cylinder in 2D.
     #[test]
     fn refuses_degenerate_obstacles() {
-        let origin = Vector::<3>::zeros();
-        assert!(Plane::new(origin, origin).is_err());
-        assert!(Plane::new(origin, Vector::<3>::new(f64::NAN, 0.0, 1.0)).is_err());
-        assert!(Plane::new(Vector::<3>::new(f64::NAN, 0.0, 1.0), Vector::<3>::new(0.0, 0.0, 1.0)).is_err());
+        let refused = |obstacle: Obstacle, dimension: usize| {
+            let mut findings = Findings::new(Units::SI);
+            obstacle.check(dimension, &mut findings);
+            !findings.is_empty()
+        };
+        let up = [0.0, 0.0, 1.0];
+        assert!(!refused(PlaneObstacle::of(&[0.0; 3], &up).into(), 3));
+        assert!(refused(PlaneObstacle::of(&[0.0; 3], &[0.0; 3]).into(), 3));
+        assert!(refused(PlaneObstacle::of(&[0.0; 3], &[f64::NAN, 0.0, 1.0]).into(), 3));
+        assert!(refused(PlaneObstacle::of(&[0.0; 2], &up).into(), 3));
         for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(Sphere::new(origin, radius, Side::Outside).is_err());
-            assert!(Cylinder::new(origin, Vector::<3>::new(0.0, 0.0, 1.0), radius, Side::Outside).is_err());
+            assert!(refused(SphereObstacle::of(&[0.0; 3], radius, Side::Outside).into(), 3));
+            assert!(refused(CylinderObstacle::of([0.0; 3], up, radius, Side::Outside).into(), 3));
         }
-        assert!(Cylinder::new(origin, origin, 1.0, Side::Outside).is_err());
-        let flat = Cylinder::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 1.0), 1.0, Side::Outside);
-        assert!(flat.unwrap_err().message.contains("sphere"));
+        assert!(refused(CylinderObstacle::of([0.0; 3], [0.0; 3], 1.0, Side::Outside).into(), 3));
+        assert!(refused(CylinderObstacle::of([0.0; 3], up, 1.0, Side::Outside).into(), 2));
+    }
+
+    /// Near the anchor, gaps of a shape with a large radius, or given by a far point, have all their digits.
+    #[test]
+    fn gaps_near_the_anchor_lose_no_digits() {
+        let near = Vector::<2>::new(0.2, 0.0);
+        let disc = Sphere::new(Vector::<2>::new(0.2, -1e9), 1e9, Side::Outside).anchored(&near);
+        let slope = Vector::<2>::new(-0.6, 0.8);
+        let plane = Plane::new(Vector::<2>::new(0.8e10, 0.6e10), slope).anchored(&near);
+        let start = [disc.gap(&near), plane.gap(&near)];
+        for step in [1e-3, 1e-9, 1e-12] {
+            let up = disc.gap(&(near + Vector::<2>::new(0.0, step))) - start[0];
+            assert!((up / step - 1.0).abs() < 1e-3, "{step}: {up}");
+            let away = plane.gap(&(near + slope * step)) - start[1];
+            assert!((away / step - 1.0).abs() < 1e-3, "{step}: {away}");
+        }
     }
 
     /// Between any two points of a path that is told flat the normal turns by less than 0.2; a plane is flat, a chord as long as
@@ -332,16 +200,16 @@ mod tests {
     #[test]
     fn what_is_flat_turns_by_little() {
         let mut flat = 0;
-        for obstacle in OBSTACLES.iter().flat_map(|entry| (entry.samples_3d)()) {
+        for obstacle in sample_shapes::<3>() {
             for ends in crate::taylor::scatter(6 * 2000, 5).chunks_exact(6) {
                 let (from, way) = ends.split_at(3);
                 let from = Vector::<3>::from_column_slice(from);
                 let to = from + Vector::<3>::from_column_slice(way) * 0.2;
                 let least = obstacle.gap(&from).min(obstacle.gap(&to));
-                if !obstacle.is_flat_along((to - from).norm(), least) {
+                if !is_flat_along(&*obstacle, (to - from).norm(), least) {
                     continue;
                 }
-                flat += usize::from(obstacle.outer_radius().is_some());
+                flat += usize::from(obstacle.core().is_some());
                 let normal = |t: f64| obstacle.proximity(&(from + (to - from) * t)).normal;
                 assert!(
                     (0..=8).all(|k| normal(0.0).dot(&normal(0.125 * f64::from(k))) >= 0.98),
@@ -350,14 +218,10 @@ mod tests {
             }
         }
         assert!(flat > 100, "{flat}");
-        let disc = Obstacle::Sphere(Sphere::new(Vector::<2>::zeros(), 0.1, Side::Outside).expect("a disc"));
-        assert!(
-            disc.is_flat_along(0.015, 0.0)
-                && !disc.is_flat_along(0.1, 0.0)
-                && !disc.is_flat_along(0.015, -0.05)
-        );
-        let hollow =
-            Obstacle::Sphere(Sphere::new(Vector::<2>::zeros(), 0.1, Side::Inside).expect("a hollow"));
-        assert!(!hollow.is_flat_along(1e-3, 0.0));
+        let disc = Sphere::new(Vector::<2>::zeros(), 0.1, Side::Outside);
+        assert!(is_flat_along(&disc, 0.015, 0.0));
+        assert!(!is_flat_along(&disc, 0.1, 0.0) && !is_flat_along(&disc, 0.015, -0.05));
+        let hollow = Sphere::new(Vector::<2>::zeros(), 0.1, Side::Inside);
+        assert!(!is_flat_along(&hollow, 1e-3, 0.0));
     }
 }

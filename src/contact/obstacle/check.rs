@@ -1,0 +1,22 @@
+//! Checks of places and directions.
+
+use crate::reader::at::At;
+use crate::reader::findings::Findings;
+use crate::reader::quantity::{Length, Number};
+
+/// Requires as many coordinates as the case has dimensions.
+pub(super) fn check_place(what: &str, place: &At<Vec<Length>>, dimension: usize, findings: &mut Findings) {
+    findings.entries(what, place, dimension);
+}
+
+/// Requires a vector of any length but zero.
+pub(super) fn check_direction(
+    what: &str,
+    direction: &At<Vec<Number>>,
+    dimension: usize,
+    findings: &mut Findings,
+) {
+    findings.entries(what, direction, dimension);
+    let square: f64 = direction.iter().map(|component| component.value.powi(2)).sum();
+    findings.require(square > 0.0, direction.place, format!("{what} is zero"));
+}
