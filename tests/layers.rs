@@ -174,3 +174,173 @@ fn unsafe_stays_with_petsc() {
         assert!(own.starts_with("petsc/") || own == "partition/metis.rs", "unsafe in {own}");
     }
 }
+
+/// The modules of the crate by their paths, such as `contact::mortar::clip`, with their code.
+fn modules() -> BTreeMap<String, String> {
+    let mut sources = Vec::new();
+    files(&source(), &mut sources);
+    let mut modules = BTreeMap::new();
+    for path in &sources {
+        let own = path.strip_prefix(source()).unwrap().with_extension("");
+        let parts: Vec<&str> = own.iter().filter_map(|part| part.to_str()).collect();
+        let parts = if parts.last() == Some(&"mod") { &parts[..parts.len() - 1] } else { &parts[..] };
+        modules.insert(parts.join("::"), code(path));
+    }
+    modules
+}
+
+/// The paths that a `use` names, its braces opened: `a::{b, c::d}` gives `a::b` and `a::c::d`.
+fn opened(path: &str) -> Vec<String> {
+    let path: String = path.split_whitespace().collect::<Vec<_>>().join(" ");
+    let Some((head, rest)) = path.split_once('{') else {
+        let name = path.split(" as ").next().unwrap_or_default();
+        return vec![name.trim().trim_end_matches("::self").to_owned()];
+    };
+    let inner = rest.trim_end().trim_end_matches('}');
+    let (mut depth, mut part, mut parts) = (0, String::new(), Vec::new());
+    for c in inner.chars() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            _ => {}
+        }
+        if c == ',' && depth == 0 {
+            parts.push(std::mem::take(&mut part));
+        } else {
+            part.push(c);
+        }
+    }
+    parts.push(part);
+    let parts = parts.iter().filter(|part| !part.trim().is_empty());
+    parts.flat_map(|part| opened(&format!("{}{}", head.trim(), part.trim()))).collect()
+}
+
+/// The `use` items of a text, without their visibility: whether it hands on, and the path.
+fn uses(text: &str) -> Vec<(bool, String)> {
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices("use ") {
+        let line = text[..at].rsplit('\n').next().unwrap_or_default().trim();
+        let hands_on = line.starts_with("pub");
+        if !(line.is_empty() || hands_on) {
+            continue;
+        }
+        let path = text[at + 4..].split(';').next().unwrap_or_default();
+        found.extend(opened(path).into_iter().map(|path| (hands_on, path)));
+    }
+    found
+}
+
+/// An absolute path for one that a module names, if it leads into the crate.
+fn absolute(own: &str, path: &str, modules: &BTreeMap<String, String>) -> Option<String> {
+    let mut base: Vec<&str> = own.split("::").collect();
+    let mut parts = path.split("::").peekable();
+    match *parts.peek()? {
+        "crate" => {
+            parts.next();
+            base.clear();
+        }
+        "self" => drop(parts.next()),
+        "super" => {
+            while parts.peek() == Some(&"super") {
+                parts.next();
+                base.pop();
+            }
+        }
+        first if modules.contains_key(&format!("{own}::{first}")) => {}
+        _ => return None,
+    }
+    base.extend(parts);
+    Some(base.join("::"))
+}
+
+/// The module in which a path ends, through the names that modules hand on.
+fn home(path: &str, modules: &BTreeMap<String, String>) -> Option<String> {
+    let parts: Vec<&str> = path.split("::").collect();
+    let known = (1..=parts.len()).rev().find(|&length| modules.contains_key(&parts[..length].join("::")))?;
+    let module = parts[..known].join("::");
+    let Some(name) = parts.get(known) else { return Some(module) };
+    let handed = uses(&modules[&module]).into_iter().filter(|(hands_on, _)| *hands_on);
+    for (_, path) in handed {
+        if path.rsplit("::").next() == Some(*name)
+            && let Some(path) = absolute(&module, &path, modules)
+        {
+            return home(&path, modules);
+        }
+    }
+    Some(module)
+}
+
+/// For each module those that it imports, without those inside of it and around it.
+fn arrows(modules: &BTreeMap<String, String>) -> BTreeMap<String, Vec<String>> {
+    let inside = |inner: &str, outer: &str| inner == outer || inner.starts_with(&format!("{outer}::"));
+    let mut arrows = BTreeMap::new();
+    for (own, text) in modules.iter().filter(|(own, _)| !["lib", "main"].contains(&own.as_str())) {
+        let paths = uses(text).into_iter().filter_map(|(_, path)| absolute(own, &path, modules));
+        let mut homes: Vec<String> = paths.filter_map(|path| home(&path, modules)).collect();
+        homes.retain(|other| !inside(own, other) && !inside(other, own));
+        homes.sort();
+        homes.dedup();
+        arrows.insert(own.clone(), homes);
+    }
+    arrows
+}
+
+/// The arrows of modules that must be read together because each leads to the other, circle by circle.
+fn circles(modules: &BTreeMap<String, String>) -> Vec<Vec<String>> {
+    let arrows = arrows(modules);
+    let reached = |from: &str| {
+        let (mut seen, mut open) = (Vec::<String>::new(), vec![from.to_owned()]);
+        while let Some(next) = open.pop() {
+            for other in arrows.get(next.as_str()).into_iter().flatten() {
+                if !seen.contains(other) {
+                    seen.push(other.clone());
+                    open.push(other.clone());
+                }
+            }
+        }
+        seen
+    };
+    let all: BTreeMap<&String, Vec<String>> = arrows.keys().map(|own| (own, reached(own))).collect();
+    let mut circles: Vec<Vec<String>> = Vec::new();
+    let mut known: Vec<&String> = Vec::new();
+    for (own, seen) in all.iter().filter(|(own, seen)| seen.contains(own)) {
+        if known.contains(own) {
+            continue;
+        }
+        let mates: Vec<&String> = seen.iter().filter(|other| all[other].contains(own)).collect();
+        let arrow = |from: &&String| {
+            let to = arrows[*from].iter().filter(|to| mates.contains(to));
+            to.map(|to| format!("{from} -> {to}")).collect::<Vec<_>>()
+        };
+        circles.push(mates.iter().flat_map(arrow).collect());
+        known.extend(mates);
+    }
+    circles
+}
+
+/// No two files of a room need each other, if neither is inside the other: each can be read after those that it imports.
+#[test]
+fn files_do_not_import_each_other_in_circles() {
+    let modules = modules();
+    assert!(modules.len() > 300, "{} modules", modules.len());
+    let circles = circles(&modules);
+    let text: Vec<String> = circles.iter().map(|circle| circle.join("\n  ")).collect();
+    assert!(circles.is_empty(), "{} circles:\n{}", circles.len(), text.join("\n\n"));
+}
+
+/// The search finds a circle, also through a name that a module hands on.
+#[test]
+fn circles_are_found() {
+    let text = |text: &str| text.to_owned();
+    let modules: BTreeMap<String, String> = [
+        (text("room"), text("mod a;\nmod b;\npub use b::{Other, Thing};\n")),
+        (text("room::a"), text("use super::Thing;\n")),
+        (
+            text("room::b"),
+            text("use std::rc::Rc;\nuse crate::room::a::{\n    First,\n    inner::Second,\n};\n"),
+        ),
+        (text("room::c"), text("use super::a::First;\n")),
+    ]
+    .into();
+    assert_eq!(circles(&modules), [["room::b -> room::a", "room::a -> room::b"]]);
+}

@@ -3,12 +3,11 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::Contact;
+use super::contact_forces::add_contact_forces;
 use super::external::Moment;
 use super::forces::At;
-use super::interface::{Interface, RemoteForce};
 use super::stages::hold;
-use super::system::{ContactSystem, Parts, Phases};
+use super::system::{ContactSystem, Parts};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::Branches;
 use crate::dynamics::{Dynamics, OverStep, Residual, Stage};
@@ -52,7 +51,7 @@ impl<const D: usize> ContactSystem<D> {
             interface.bring(world, &fields);
         }
         // Contact first, so that its forces are there by the time that the elements are done.
-        meet(interface, &mut self.contacts, (world, phases), &request, contact, bodies);
+        add_contact_forces(interface, &mut self.contacts, world, phases, &request, contact, bodies);
     }
 
     /// `M (w_0 a_start + w_1 a_end)` into `work`, and nothing where there is no inertia.
@@ -192,22 +191,4 @@ impl<const D: usize> ContactSystem<D> {
         }
         out.axpy(1.0, &self.forces)
     }
-}
-
-/// Adds the forces of the contacts, and does `meanwhile` while those of other ranks are on their way. Collective.
-pub(super) fn meet<const D: usize>(
-    interface: &mut Interface<D>,
-    contacts: &mut [Contact<D>],
-    (world, phases): (&impl CommunicatorCollectives, &Phases),
-    request: &ContactRequest,
-    force: &mut [f64],
-    meanwhile: impl FnOnce(),
-) {
-    let evaluate = |fields: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
-        let _running = phases.contact.begin();
-        for contact in contacts {
-            contact.add_force(fields, request, own, remote.reborrow());
-        }
-    };
-    interface.add_forces(world, force, evaluate, meanwhile);
 }

@@ -12,30 +12,7 @@ use super::system::ContactSystem;
 use crate::dynamics::{MovingPart, RigidMotion, Stage};
 use crate::element::Kinematics;
 use crate::error::Result;
-use crate::model::Model;
 use crate::petsc::Vector;
-
-/// What a body is called and how it moves.
-pub(super) struct Named {
-    name: String,
-    kinematics: Kinematics,
-}
-
-impl Named {
-    /// Name in the case file.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-}
-
-/// Names and kinematics of the bodies of the model.
-pub(super) fn named<const D: usize>(model: &Model<D>) -> Vec<Named> {
-    let named = |body: &crate::model::Body| Named {
-        name: body.name.clone(),
-        kinematics: body.formulation.kinematics,
-    };
-    model.bodies.iter().map(named).collect()
-}
 
 /// A combination that a support feels by less than this part of its square is not held by it; rounding is below.
 const UNFELT: f64 = 1e-12;

@@ -5,18 +5,19 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::balance::meet;
+use super::bodies::{NamedBody, named_bodies};
 use super::build::{
     FreeBody, contacts, extent, farthest, free_bodies, loads, middle_of, physics, supports, unit,
 };
 use super::contact::Contact;
+use super::contact_forces::add_contact_forces;
 use super::external::External;
 use super::interface::Interface;
 use super::mass::{Mass, Supported};
 use super::pattern::pattern_of_elements;
+use super::phases::Phases;
 use super::pieces::Pieces;
 use super::redistribution::Redistribution;
-use super::rigid::{Named, named};
 use super::solid::{Solid, solids};
 use super::start::{Overclosure, known, resolve_overclosure, resolve_overclosure_of_points};
 use super::supports::{Supports, in_space};
@@ -29,7 +30,7 @@ use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
 use crate::model::Model;
 use crate::partition::LocalMesh;
-use crate::petsc::{BlockPattern, Event, Format, Matrix, Session, Vector};
+use crate::petsc::{BlockPattern, Format, Matrix, Session, Vector};
 
 /// What the system is built for.
 #[derive(Debug, Clone, Copy)]
@@ -46,15 +47,6 @@ pub(super) struct Parts {
     pub internal: Vec<f64>,
     pub contact: Vec<f64>,
     pub external: Vec<f64>,
-}
-
-/// Phases whose time is recorded.
-pub(super) struct Phases {
-    pub contact: Event,
-    pub forces: Event,
-    pub tangent: Event,
-    pub search: Event,
-    pub exchange: Event,
 }
 
 /// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
@@ -94,7 +86,7 @@ pub struct ContactSystem<const D: usize> {
     /// Forces that conserve over a step have a symmetric matrix: everything is linear, and targets are flat.
     pub(super) symmetric_steps: bool,
     pub(super) free_bodies: Vec<FreeBody>,
-    pub(super) bodies: Vec<Named>,
+    pub(super) bodies: Vec<NamedBody>,
     pub(super) pieces: Pieces<D>,
     /// For each group of pieces how many motions without strain supports leave it, if only to turn about a point.
     leeway: Vec<usize>,
@@ -152,13 +144,7 @@ impl<const D: usize> ContactSystem<D> {
         let forces = Vector::ghosted(session, local.index.owned, D, &local.index.ghosts)?;
         let rows = local.index.owned * D;
         let parts = Parts { internal: vec![0.0; rows], contact: vec![0.0; rows], external: vec![0.0; rows] };
-        let phases = Phases {
-            contact: Event::register(session, "Contact")?,
-            forces: Event::register(session, "ElementForces")?,
-            tangent: Event::register(session, "Tangent")?,
-            search: Event::register(session, "ContactSearch")?,
-            exchange: Event::register(session, "ContactExchange")?,
-        };
+        let phases = Phases::register(session)?;
         let pieces = Pieces::new(world, &local, model);
         let mut system = Self {
             session: session.clone(),
@@ -174,7 +160,7 @@ impl<const D: usize> ContactSystem<D> {
             units: model.units,
             symmetric_steps: model.has_symmetric_steps(),
             free_bodies: free_bodies(world, &local, &pieces, &supports),
-            bodies: named(model),
+            bodies: named_bodies(model),
             pieces,
             leeway: Vec::new(),
             unit: unit(model, extent, &local),
@@ -207,8 +193,8 @@ impl<const D: usize> ContactSystem<D> {
         let request = ContactRequest { hold: Hold::Frictionless, ..ContactRequest::default() };
         let mut force = vec![0.0; self.local.index.owned * D];
         if let Some(interface) = &mut self.interface {
-            let around = (session.world(), &self.phases);
-            meet(interface, &mut self.contacts, around, &request, &mut force, || ());
+            let (world, phases) = (session.world(), &self.phases);
+            add_contact_forces(interface, &mut self.contacts, world, phases, &request, &mut force, || ());
         }
         let known = known(self.size, self.extent);
         for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {

@@ -5,12 +5,14 @@
 //!
 //! Pure: no PETSc, no MPI, no case.
 
+mod augmentation;
 pub mod evaluation;
 pub mod friction;
 mod held;
 pub mod history;
 pub mod mortar;
 pub mod multipliers;
+pub mod nodal;
 pub mod normal;
 pub mod obstacle;
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::mortar::contact::at;
+use super::nodal::at;
 use super::obstacle::Shape;
 use crate::mesh::ElementKind;
 use crate::tensor::Vector;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-use super::folder::trouble;
+use super::io_error::trouble;
 
 /// A file or folder that is held open while its path is in use.
 ///

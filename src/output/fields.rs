@@ -21,7 +21,7 @@ use crate::error::Result;
 pub use super::selection::{Cells, SurfaceFields, VolumeFields};
 
 use super::anchor::Anchor;
-use super::folder::unwritable;
+use super::io_error::unwritable;
 use super::pvd::{Entry, Series};
 use super::pvtu::{self, Schema};
 use super::selection::Selection;

@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::files;
 
 use super::anchor::is_same;
-use super::folder::{trouble, unwritable};
+use super::io_error::{trouble, unwritable};
 use super::process::host;
 
 /// Name of the file in the folder.

@@ -18,6 +18,7 @@ pub mod contact;
 pub mod energy;
 pub mod fields;
 pub mod folder;
+pub mod io_error;
 pub mod iterations;
 pub mod lock;
 pub mod momentum;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::files;
 
-use super::folder::{trouble, write_whole};
+use super::folder::write_whole;
+use super::io_error::trouble;
 use super::pvtu;
 use super::xml::{escaped, tags};
 

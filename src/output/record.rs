@@ -13,7 +13,8 @@ use crate::error::{Cause, Error, Result};
 use crate::files;
 
 use super::accuracy::AccuracyRecord;
-use super::folder::{PROGRAM, RECORD, trouble, write_whole};
+use super::folder::{PROGRAM, RECORD, write_whole};
+use super::io_error::trouble;
 use super::process;
 use super::table::{Marks, hex};
 use super::timestamp::timestamp;

@@ -13,7 +13,8 @@ use crate::error::{Error, Result};
 use crate::files;
 
 use super::anchor::require_same;
-use super::folder::{trouble, unwritable, write_whole};
+use super::folder::write_whole;
+use super::io_error::{trouble, unwritable};
 
 /// What a user can do about a result that is not finite.
 const NOT_FINITE: &str =

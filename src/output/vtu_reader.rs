@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::files;
 
-use super::folder::trouble;
+use super::io_error::trouble;
 use super::vtu::Values;
 use super::xml::{Tag, tags};
 

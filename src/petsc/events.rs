@@ -1,36 +1,20 @@
 //! Phases of the run: PETSc log events (`-log_view`) that also keep their own wall time.
 
 use super::call::petsc;
+use super::event_totals::EventTotals;
 use super::options::text;
 use super::session::Session;
 use crate::error::Result;
 use petsc_sys as sys;
 use std::cell::Cell;
 use std::rc::Rc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// A named phase. Cheap to clone: all clones count together.
 #[derive(Clone)]
 pub struct Event {
-    shared: Rc<Shared>,
+    shared: Rc<EventTotals>,
     _session: Rc<Session>,
-}
-
-/// What all events of one name count together; the session keeps them.
-pub(super) struct Shared {
-    name: String,
-    id: sys::PetscLogEvent,
-    seconds: Cell<Duration>,
-    calls: Cell<u64>,
-    depth: Cell<u32>,
-}
-
-impl Shared {
-    /// Begins to count anew.
-    pub(super) fn forget(&self) {
-        self.seconds.set(Duration::ZERO);
-        self.calls.set(0);
-    }
 }
 
 impl Event {
@@ -39,14 +23,14 @@ impl Event {
     /// # Errors
     /// PETSc can not register it.
     pub fn register(session: &Rc<Session>, name: &str) -> Result<Self> {
-        let own = |shared: &Rc<Shared>| Self { shared: Rc::clone(shared), _session: Rc::clone(session) };
+        let own = |shared: &Rc<EventTotals>| Self { shared: Rc::clone(shared), _session: Rc::clone(session) };
         if let Some(known) = session.events().borrow().iter().find(|shared| shared.name == name) {
             return Ok(own(known));
         }
         let (mut class, mut id) = (0, 0);
         petsc!(PetscClassIdRegister(c"contact-petsc".as_ptr(), &mut class))?;
         petsc!(PetscLogEventRegister(text(name)?.as_ptr(), class, &mut id))?;
-        let shared = Shared {
+        let shared = EventTotals {
             name: name.to_owned(),
             id,
             seconds: Cell::default(),
@@ -99,7 +83,7 @@ impl Event {
 
 /// A phase that is going on.
 pub struct Running {
-    shared: Rc<Shared>,
+    shared: Rc<EventTotals>,
     since: Instant,
 }
 

@@ -6,6 +6,7 @@
 
 mod call;
 mod census;
+mod event_totals;
 mod events;
 mod krylov;
 mod limits;

@@ -16,7 +16,7 @@ use std::ptr::{null, null_mut};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use super::events::Shared;
+use super::event_totals::EventTotals;
 
 /// Exit code of a fault of the program itself.
 const FAULT: i32 = 70;
@@ -32,7 +32,7 @@ pub struct Session {
     /// For [`Session::meet`] alone, so that what other ranks are waiting for does not answer.
     ending: SimpleCommunicator,
     options: RefCell<Options>,
-    events: RefCell<Vec<Rc<Shared>>>,
+    events: RefCell<Vec<Rc<EventTotals>>>,
     /// Processor time at which the run began that is measured \[s\].
     began: Cell<f64>,
     /// Whether this process was asked to stop; see [`Session::listen`].
@@ -86,7 +86,7 @@ impl Session {
     }
 
     /// Phases that count their time.
-    pub(super) fn events(&self) -> &RefCell<Vec<Rc<Shared>>> {
+    pub(super) fn events(&self) -> &RefCell<Vec<Rc<EventTotals>>> {
         &self.events
     }
 

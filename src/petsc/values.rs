@@ -2,7 +2,6 @@
 
 use super::call::petsc;
 use super::session::fault;
-use super::vector::Vector;
 use petsc_sys as sys;
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
@@ -15,16 +14,16 @@ pub struct Values<'a> {
     vector: sys::Vec,
     pointer: *const f64,
     length: usize,
-    life: PhantomData<&'a Vector>,
+    life: PhantomData<&'a ()>,
 }
 
-impl<'a> Values<'a> {
+impl Values<'_> {
     /// # Safety
-    /// `length` is at most that of the owned and ghost values.
-    pub(super) unsafe fn new(vector: &'a Vector, length: usize) -> Self {
+    /// The vector is borrowed as long as the values live, and `length` is at most that of its owned and ghost values.
+    pub(super) unsafe fn new(vector: sys::Vec, length: usize) -> Self {
         let mut pointer = std::ptr::null();
-        petsc!(VecGetArrayRead(vector.raw(), &mut pointer)).unwrap_or_else(|error| fault(&error));
-        Self { vector: vector.raw(), pointer, length, life: PhantomData }
+        petsc!(VecGetArrayRead(vector, &mut pointer)).unwrap_or_else(|error| fault(&error));
+        Self { vector, pointer, length, life: PhantomData }
     }
 }
 
@@ -51,16 +50,16 @@ pub struct ValuesMut<'a> {
     vector: sys::Vec,
     pointer: *mut f64,
     length: usize,
-    life: PhantomData<&'a mut Vector>,
+    life: PhantomData<&'a mut ()>,
 }
 
-impl<'a> ValuesMut<'a> {
+impl ValuesMut<'_> {
     /// # Safety
-    /// `length` is at most that of the owned and ghost values.
-    pub(super) unsafe fn new(vector: &'a mut Vector, length: usize) -> Self {
+    /// The vector is borrowed as long as the values live, and `length` is at most that of its owned and ghost values.
+    pub(super) unsafe fn new(vector: sys::Vec, length: usize) -> Self {
         let mut pointer = null_mut();
-        petsc!(VecGetArray(vector.raw(), &mut pointer)).unwrap_or_else(|error| fault(&error));
-        Self { vector: vector.raw(), pointer, length, life: PhantomData }
+        petsc!(VecGetArray(vector, &mut pointer)).unwrap_or_else(|error| fault(&error));
+        Self { vector, pointer, length, life: PhantomData }
     }
 }
 

@@ -104,25 +104,25 @@ impl Vector {
     /// The owned values.
     pub fn owned(&self) -> Values<'_> {
         // SAFETY: PETSc made the vector with this many values.
-        unsafe { Values::new(self, self.owned) }
+        unsafe { Values::new(self.raw(), self.owned) }
     }
 
     /// The owned and then the ghost values.
     pub fn local(&self) -> Values<'_> {
         // SAFETY: PETSc made the vector with this many values.
-        unsafe { Values::new(self, self.local) }
+        unsafe { Values::new(self.raw(), self.local) }
     }
 
     /// The owned values, to be changed.
     pub fn owned_mut(&mut self) -> ValuesMut<'_> {
         // SAFETY: PETSc made the vector with this many values.
-        unsafe { ValuesMut::new(self, self.owned) }
+        unsafe { ValuesMut::new(self.raw(), self.owned) }
     }
 
     /// The owned and then the ghost values, to be changed.
     pub fn local_mut(&mut self) -> ValuesMut<'_> {
         // SAFETY: PETSc made the vector with this many values.
-        unsafe { ValuesMut::new(self, self.local) }
+        unsafe { ValuesMut::new(self.raw(), self.local) }
     }
 
     /// Gives every ghost the value of its owner. Collective.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result, shown};
 use crate::files;
-use crate::output::folder::trouble;
+use crate::output::io_error::trouble;
 
 /// A table as it was read.
 #[derive(Debug, Clone, PartialEq)]

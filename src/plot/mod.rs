@@ -29,7 +29,8 @@ mod table;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::output::folder::{unwritable, write_whole};
+use crate::output::folder::write_whole;
+use crate::output::io_error::unwritable;
 
 use results::{Run, distinguish};
 use scene::Shown;

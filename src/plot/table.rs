@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::output::folder::{unwritable, write_whole};
+use crate::output::folder::write_whole;
+use crate::output::io_error::unwritable;
 
 use super::axis::{Quantity, Scale};
 use super::chart::{Curve, Figure, Panel};

@@ -1,5 +1,6 @@
 //! The journal of the solves: which is at work, its iterations, and how it ended.
 
+use super::current_solve::CurrentSolve;
 use super::journal::Journal;
 use super::tables::Tables;
 use crate::dynamics::Stage;
@@ -9,19 +10,10 @@ use crate::output::record::{Holding, Resultant};
 use crate::solvers::{Driven, Fallback, Held, IterationReport, SolveReport};
 use crate::time::StepControl;
 
-/// Which solve the iterations belong to.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct At {
-    time: f64,
-    dt: f64,
-    attempt: u64,
-    starting: bool,
-}
-
 impl<const D: usize> Journal<D> {
     /// A load level of the static start begins.
     pub fn start_attempt(&mut self, factor: f64) {
-        self.now = At { time: 0.0, dt: 0.0, attempt: 1, starting: true };
+        self.now = CurrentSolve { time: 0.0, dt: 0.0, attempt: 1, starting: true };
         self.console.start_header(factor);
     }
 
@@ -75,7 +67,7 @@ impl<const D: usize> Journal<D> {
     /// A solve of the next step begins.
     pub fn attempt(&mut self, stage: &Stage) {
         let (step, time, dt, attempt) = (self.step + 1, stage.trial.time, stage.dt, self.now.attempt + 1);
-        self.now = At { time, dt, attempt, starting: false };
+        self.now = CurrentSolve { time, dt, attempt, starting: false };
         self.console.newton_header(&Attempt { step, time, dt, attempt });
     }
 

@@ -8,6 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::pace::{self, limits_slip};
 use super::remarks::{contact_starts, remarks};
+use super::unit_note::unit_note;
 use super::{Share, itself, magnitudes, needs, options, share_out, start};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
@@ -61,7 +62,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let _ = writeln!(text, "strategy: {strategy}");
     let _ = writeln!(text, "linear solver: {}", names.join(", then "));
     let _ = writeln!(text, "{}", steps(case));
-    if let Some(units) = told_units(case) {
+    if let Some(units) = unit_note(case) {
         let _ = writeln!(text, "{units}");
     }
     for ((body, size), cures) in model.bodies.iter().zip(&sizes).zip(system.cures(&model)) {
@@ -136,17 +137,6 @@ fn smallest_edge<const D: usize>(local: &LocalMesh<D>, element: usize) -> f64 {
     };
     let pairs = corners.iter().enumerate().flat_map(|(k, &a)| corners[k + 1..].iter().map(move |&b| (a, b)));
     pairs.map(|(a, b)| distance(a, b)).fold(f64::INFINITY, f64::min)
-}
-
-/// The units of a case that is not in SI, with the thickness that forces and energies are for in the plane.
-pub(super) fn told_units(case: &Case) -> Option<String> {
-    let units = case.units;
-    let plane = match case.dimension.value {
-        2 => format!("; plane strain is 1 {} thick", units.of("m")),
-        _ => String::new(),
-    };
-    let derived = ["N", "Pa", "J"].map(|unit| units.of(unit)).join(", ");
-    (!units.is_si()).then(|| format!("units: {}, hence {derived}{plane}", units.bases()))
 }
 
 fn steps(case: &Case) -> String {

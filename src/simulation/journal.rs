@@ -4,14 +4,13 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Instant, SystemTime};
 
-use super::attempts::At;
-use super::check::told_units;
+use super::current_solve::CurrentSolve;
+use super::earlier_run::EarlierRun;
 use super::magnitudes;
 use super::place::{Place, prepare, shared_folder, versions};
 use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
-use super::restart::Saved;
-use super::resume::Past;
 use super::tables::Tables;
+use super::unit_note::unit_note;
 use crate::assembly::{ContactSystem, Energies, EnergyLedger, Watched};
 use crate::case::Case;
 use crate::dynamics::Stage;
@@ -53,10 +52,10 @@ pub struct Journal<const D: usize> {
     last_words: Vec<String>,
     pub(super) record: Record,
     /// What was done before this process, with the instant \[s\] at which it began.
-    past: Option<(Past, f64)>,
+    past: Option<(EarlierRun, f64)>,
     began: Instant,
     pub(super) step: u64,
-    pub(super) now: At,
+    pub(super) now: CurrentSolve,
     output: Event,
 }
 
@@ -69,10 +68,9 @@ impl<const D: usize> Journal<D> {
         session: &Rc<Session>,
         (case, model): (&Case, &Model<D>),
         place: &Place,
-        saved: Option<&Saved>,
+        past: Option<(EarlierRun, f64)>,
     ) -> Result<Self> {
         let rank = session.rank() as usize;
-        let past = saved.map(|saved| (saved.state.past.clone(), saved.state.time));
         let marks = past.as_ref().and_then(|(past, _)| past.tables());
         let own = if rank == 0 { prepare::<D>(case, place, marks) } else { Ok((None, Vec::new())) };
         let (tables, inputs) = agree(session.world(), own)?;
@@ -93,7 +91,7 @@ impl<const D: usize> Journal<D> {
             end: case.time.end.value,
             model: model.clone(),
             remarks: super::options::remarks(case),
-            units: told_units(case),
+            units: unit_note(case),
             watched: Vec::new(),
             spacing: 0.0,
             last_words: Vec::new(),
@@ -101,7 +99,7 @@ impl<const D: usize> Journal<D> {
             past,
             began: Instant::now(),
             step: 0,
-            now: At::default(),
+            now: CurrentSolve::default(),
             output: Event::register(session, "Output")?,
         })
     }
@@ -211,7 +209,7 @@ impl<const D: usize> Journal<D> {
         ledger: &EnergyLedger,
         control: &StepControl,
     ) -> Result<()> {
-        self.now = At::default();
+        self.now = CurrentSolve::default();
         self.console.begin(control.time(), control.end());
         self.rows(system, stage, (ledger, ledger.now()), 0.0)?;
         self.write_fields(system, stage)?;
@@ -253,7 +251,7 @@ impl<const D: usize> Journal<D> {
             stick: report.contact.stick,
             slip: report.contact.slip,
         });
-        self.now = At::default();
+        self.now = CurrentSolve::default();
         Ok(())
     }
 

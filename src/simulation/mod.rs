@@ -1,8 +1,11 @@
 //! A run from the case to its results, in the order of the paper's section 3.
 
 mod attempts;
+mod begin;
 mod check;
 mod checkpoint;
+mod current_solve;
+mod earlier_run;
 mod fields;
 mod guard;
 mod hints;
@@ -25,6 +28,7 @@ mod signals;
 mod start;
 mod tables;
 mod unexplained;
+mod unit_note;
 
 use std::rc::Rc;
 
@@ -38,6 +42,7 @@ use crate::petsc::Session;
 use crate::solvers::{Outcome, SolveReport, Strategy, Trouble};
 use crate::time::{Retry, Scheme, StepControl};
 
+pub use begin::Begin;
 pub use check::check;
 pub use checkpoint::WALL_TIME_IS_OVER;
 pub use input::{give_options, shared_text, take_back_options};
@@ -47,7 +52,6 @@ pub use pace::{Memory, Pace};
 pub use parts::parts;
 pub use place::Place;
 pub use refusal::refuse;
-pub use restart::Begin;
 pub use signals::Signals;
 
 use checkpoint::{Keeper, Moment};
@@ -112,7 +116,8 @@ impl<const D: usize> Ready<D> {
     /// The same on all ranks; what was computed before is kept.
     pub fn run(self, session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
         let Self { mut keeper, model, saved, partition, remarks, mut system, mut stage, mut strategy } = self;
-        let mut journal = Journal::open(session, (case, &model), place, saved.as_ref())?;
+        let past = saved.as_ref().map(|saved| (saved.state.past.clone(), saved.state.time));
+        let mut journal = Journal::open(session, (case, &model), place, past)?;
         journal.remark(remarks);
         let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
             let watch = match &saved {

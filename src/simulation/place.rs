@@ -7,13 +7,14 @@ use std::rc::Rc;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use super::begin::Begin;
 use super::input::{shared_bytes, shared_text};
-use super::restart::Begin;
 use super::tables::Tables;
 use crate::case::{Case, Mesh};
 use crate::error::{Error, Result, agree};
 use crate::output::console::Verbosity;
-use crate::output::folder::{ResultsFolder, trouble};
+use crate::output::folder::ResultsFolder;
+use crate::output::io_error::trouble;
 use crate::output::lock::Lock;
 use crate::output::process::{self, claim};
 use crate::output::record::Input;

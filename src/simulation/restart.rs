@@ -6,12 +6,13 @@ use std::rc::Rc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::begin::Begin;
+use super::earlier_run::EarlierRun;
 use super::guard::Guard;
 use super::input::shared_text;
 use super::journal::Journal;
 use super::pace::{self, Pace};
 use super::place::{Place, inputs, quoted};
-use super::resume::Past;
 use super::{Watch, agree, start};
 use crate::assembly::{Balances, ContactSystem, EnergyLedger};
 use crate::case::{Case, Units};
@@ -24,20 +25,6 @@ use crate::output::process::{self, claim};
 use crate::output::record::Input;
 use crate::petsc::Session;
 use crate::time::StepControl;
-
-/// How a run begins.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Begin {
-    /// From the start of the case; an older result is replaced.
-    #[default]
-    Anew,
-    /// The same, but not where the older result is one of this case that stopped and could go on.
-    Fresh,
-    /// From the newest checkpoint of the results folder.
-    Newest,
-    /// From this checkpoint: in the folder that has its rows, or as a branch in a new one.
-    From(PathBuf),
-}
 
 /// What a run says of itself in the header of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,7 +46,7 @@ pub struct State {
     guard: Guard,
     pace: Option<pace::Memory>,
     /// What was done so far.
-    pub past: Past,
+    pub past: EarlierRun,
 }
 
 impl State {
@@ -71,7 +58,7 @@ impl State {
         case: &Case,
         inputs: &[Input],
         (control, time): (&StepControl, f64),
-        (balances, guard, pace, past): (Balances, &Guard, &Pace, Past),
+        (balances, guard, pace, past): (Balances, &Guard, &Pace, EarlierRun),
     ) -> Result<Self> {
         Ok(Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),

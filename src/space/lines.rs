@@ -1,6 +1,6 @@
 //! Lines on `[-1, 1]`: ends, then the middle.
 
-use super::reference::{Layout, Rules};
+use super::layout::{Layout, Rules};
 use super::shape::Family;
 
 pub(super) const LINE2: Layout = Layout {

@@ -6,6 +6,7 @@
 mod dofs;
 mod facet;
 mod hexes;
+mod layout;
 mod lines;
 mod locate;
 mod quadrature;

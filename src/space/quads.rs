@@ -1,6 +1,6 @@
 //! Quadrilaterals on `[-1, 1]^2`: corners anticlockwise, middles of edges 01, 12, 23, 30, centre.
 
-use super::reference::{Layout, Rules};
+use super::layout::{Layout, Rules};
 use super::shape::Family;
 
 const NODES: [[f64; 3]; 9] = [

@@ -2,32 +2,11 @@
 
 use std::sync::LazyLock;
 
+use super::layout::Layout;
 use super::quadrature::Rule;
 use super::shape::{Family, Product, functions};
 use super::{hexes, lines, quads, tets, triangles};
 use crate::mesh::ElementKind;
-
-/// What a family's file writes down of an element; the rest follows.
-pub(super) struct Layout {
-    /// How the shape functions follow from the nodes.
-    pub family: Family,
-    /// Node coordinates in VTK's order.
-    pub nodes: &'static [[f64; 3]],
-    /// Degrees of the rules.
-    pub rules: Rules,
-}
-
-/// Polynomial degrees of the rules of an element (in each direction on lines, quads and hexes).
-pub(super) struct Rules {
-    /// Stiffness.
-    pub full: usize,
-    /// Mass: products of shape functions.
-    pub mass: usize,
-    /// Contact integrated by Gauss points.
-    pub contact: usize,
-    /// What the nodal rule, if there is one, integrates exactly.
-    pub nodal: usize,
-}
 
 /// An element on its reference domain: `[-1, 1]^d` (lines, quads, hexes) or the unit simplex (triangles, tets).
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! Tetrahedra on the unit simplex: corners, then the middles of edges 01, 12, 20, 03, 13, 23.
 
-use super::reference::{Layout, Rules};
+use super::layout::{Layout, Rules};
 use super::shape::Family;
 
 const NODES: [[f64; 3]; 10] = [

@@ -1,6 +1,6 @@
 //! Triangles on the unit simplex: corners, then the middles of edges 01, 12, 20.
 
-use super::reference::{Layout, Rules};
+use super::layout::{Layout, Rules};
 use super::shape::Family;
 
 pub(super) const TRI3: Layout = Layout {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::table::COLUMNS;
+use super::columns::COLUMNS;
 use crate::case::{At, Named, Place, Units};
 use crate::error::{Error, Result};
 use crate::reader::complaint::Complaint;

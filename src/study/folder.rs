@@ -11,7 +11,8 @@ use super::row::State;
 use super::table;
 use crate::error::{Error, Result};
 use crate::output::anchor::Anchor;
-use crate::output::folder::{PROGRAM, default_folder, json_of, trouble, unwritable, write_whole};
+use crate::output::folder::{PROGRAM, default_folder, json_of, write_whole};
+use crate::output::io_error::{trouble, unwritable};
 use crate::output::lock::{LOCK, Lock};
 use crate::output::timestamp::timestamp;
 

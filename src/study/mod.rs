@@ -10,6 +10,7 @@
 //! | [`front`], [`advice`], [`figures`], [`table`], [`folder`] | what the study comes to, and where it is written |
 
 pub mod advice;
+mod columns;
 pub mod figures;
 pub mod file;
 pub mod folder;

@@ -1,29 +1,12 @@
 //! `study.csv`: a row a member.
 
+use super::columns::COLUMNS;
 use super::row::{Row, State};
 use crate::error::Result;
 use crate::output::table::{Cell, whole};
 
 /// Name of the table in the folder of a study.
 pub const FILE: &str = "study.csv";
-
-/// Columns that every study has, so that no axis or quantity may be called so.
-pub const COLUMNS: [&str; 14] = [
-    "member",
-    "verdict",
-    "cpu [s]",
-    "wall [s]",
-    "newton",
-    "krylov",
-    "steps",
-    "cut steps",
-    "unknowns",
-    "peak memory [MiB]",
-    "energy drift",
-    "ranks",
-    "front of",
-    "reason",
-];
 
 /// The whole table. `fronts` are the members on the front of each quantity.
 ///

@@ -9,7 +9,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::step_control::Retry;
+use super::retry::Retry;
 
 /// What a step that could be solved did.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::step_control::Retry;
+use super::retry::Retry;
 
 /// Walks from start to end in steps of the nominal length, each of which may split into halves, recursively.
 ///

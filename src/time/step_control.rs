@@ -4,15 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::adaptive::{Adaptive, Judgement};
 use super::halving::Halving;
-
-/// What to do after a failed attempt.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Retry {
-    /// Try the smaller step that the control now offers.
-    Cut,
-    /// The step can not be cut further.
-    GiveUp,
-}
+use super::retry::Retry;
 
 /// The steps of a run. What it holds is all that it needs to go on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -3,12 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use super::contact::{Overlap, VertexContact};
-use super::over_step::StepOverlap;
-use super::shape::FacetShape;
-use crate::mesh::{Bounds, BoundsTree, ElementKind};
-use crate::space::facet_normal;
-use crate::tensor::Vector;
+use super::overlap::{Overlap, StepOverlap};
 
 /// How far apart facets may be to be candidates \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +16,7 @@ pub struct CandidateRange {
 
 impl CandidateRange {
     /// Largest distance along a coordinate axis \[m\], whichever way the facet is turned.
-    fn farthest<const D: usize>(&self) -> f64 {
+    pub(super) fn farthest<const D: usize>(&self) -> f64 {
         (self.across.powi(2) + (D as f64 - 1.0) * self.along.powi(2)).sqrt()
     }
 }
@@ -79,7 +74,7 @@ impl<const D: usize> Default for Candidates<D> {
 }
 
 impl<const D: usize> Candidates<D> {
-    fn new(couples: Vec<(u32, u32)>, nodes: Vec<u32>) -> Self {
+    pub(super) fn new(couples: Vec<(u32, u32)>, nodes: Vec<u32>) -> Self {
         Self { couples, nodes, overlap: Cached::default(), start: Cached::default(), step: Cached::default() }
     }
 
@@ -95,96 +90,5 @@ impl<const D: usize> Candidates<D> {
             self.nodes.iter().for_each(|&node| values.extend_from_slice(&field[node as usize * D..][..D]));
         }
         values
-    }
-}
-
-impl<const D: usize> VertexContact<D> {
-    /// These couples of facets (contactor, target), in ascending order.
-    pub fn candidates_of(&self, couples: Vec<(u32, u32)>) -> Candidates<D> {
-        let mut nodes = Vec::new();
-        for &(facet, target) in &couples {
-            nodes.extend_from_slice(self.surface.facet_nodes(&self.surface.facets()[facet as usize]));
-            nodes.extend_from_slice(self.target.nodes(target));
-        }
-        nodes.sort_unstable();
-        nodes.dedup();
-        Candidates::new(couples, nodes)
-    }
-
-    /// Pairs (contactor facet, target facet) that come within `range` of having a common segment at the displacements `u`.
-    /// A pair without a segment contributes nothing, so too many pairs cost time only; a missing pair would change the result.
-    ///
-    /// Facets that share a node are left out: surfaces of one body that meet at an edge do not press each other there. Over an obstacle
-    /// every facet is a candidate.
-    pub fn candidates(&self, u: &[f64], range: &CandidateRange) -> Candidates<D> {
-        let Some(opposite) = self.target.body() else {
-            return self
-                .candidates_of((0..self.surface.facets().len() as u32).map(|facet| (facet, 0)).collect());
-        };
-        let mut couples = Vec::new();
-        let targets = 0..opposite.count() as u32;
-        let mut nodes = Vec::new();
-        let mut boxes = Vec::with_capacity(opposite.count());
-        for target in targets {
-            opposite.current(target, u, &mut nodes);
-            boxes.push(Bounds::of_facet(opposite.kind(target), nodes.iter().map(|&x| x.into())));
-        }
-        let tree = BoundsTree::new(&boxes);
-        let mut positions = Vec::new();
-        for (index, facet) in self.surface.facets().iter().enumerate() {
-            let own = self.surface.facet_nodes(facet);
-            positions.clear();
-            let placed = self.surface.reference_points(facet).iter().zip(own);
-            positions.extend(placed.map(|(x, &n)| x + Vector::from_column_slice(&u[n as usize * D..][..D])));
-            let around = Bounds::of_facet(facet.kind, positions.iter().map(|&x: &Vector<D>| x.into()));
-            let frame = Frame::of(facet.kind, &positions);
-            for target in tree.meeting(&around.inflate(range.farthest::<D>())) {
-                let others = opposite.nodes(target);
-                if own.iter().any(|node| others.contains(node)) {
-                    continue;
-                }
-                opposite.current(target, u, &mut nodes);
-                if frame.as_ref().is_none_or(|frame| frame.is_near(&positions, &nodes, range)) {
-                    couples.push((index as u32, target));
-                }
-            }
-        }
-        couples.sort_unstable();
-        self.candidates_of(couples)
-    }
-}
-
-/// Directions along a facet and across it.
-struct Frame<const D: usize> {
-    along: Vec<Vector<D>>,
-    across: Vector<D>,
-}
-
-impl<const D: usize> Frame<D> {
-    fn of(kind: ElementKind, nodes: &[Vector<D>]) -> Option<Self> {
-        let centre = if kind.corners() == 3 { [1.0 / 3.0; 2] } else { [0.0; 2] };
-        let shape = FacetShape::at(kind, centre);
-        let tangent = |k: usize| nodes.iter().zip(shape.gradient).map(|(x, g)| x * g[k]).sum::<Vector<D>>();
-        let first = tangent(0).try_normalize(0.0)?;
-        if D == 2 {
-            return Some(Self { along: vec![first], across: facet_normal(&[first, Vector::zeros()]) });
-        }
-        let across = facet_normal(&[first, tangent(1)]).try_normalize(0.0)?;
-        Some(Self { along: vec![first, facet_normal(&[across, first])], across })
-    }
-
-    /// Whether the extents of two facets in these directions come within `range` of each other.
-    fn is_near(&self, nodes: &[Vector<D>], others: &[Vector<D>], range: &CandidateRange) -> bool {
-        let extent = |nodes: &[Vector<D>], axis: &Vector<D>| {
-            nodes
-                .iter()
-                .map(|x| x.dot(axis))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
-        };
-        let meets = |axis: &Vector<D>, by: f64| {
-            let ((low, high), (other_low, other_high)) = (extent(nodes, axis), extent(others, axis));
-            low - by <= other_high && other_low - by <= high
-        };
-        meets(&self.across, range.across) && self.along.iter().all(|axis| meets(axis, range.along))
     }
 }

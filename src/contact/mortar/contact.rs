@@ -2,13 +2,15 @@
 
 use super::candidates::Candidates;
 use super::integrals::{
-    Carried, FacetPair, FrozenChanges, FrozenFacet, Measure, Opposite, PAIR_NODES, PairFields, PairIntegrals,
-    PlacedFacet, Potential, Range, Varying,
+    Carried, FacetPair, FrozenChanges, FrozenFacet, Measure, Opposite, PAIR_NODES, PairFields, PlacedFacet,
+    Potential, Range, Varying,
 };
-use super::kernel::{VertexNode, VertexSize, VertexSums, add_stiffness};
+use super::kernel::{VertexNode, VertexRows, VertexSums, add_stiffness};
 use super::obstacle::{PlacedObstacle, rule_of};
-use super::surface::{VertexFacet, VertexSurface};
+use super::overlap::{ActivePair, Overlap};
+use super::surface::{VertexFacet, VertexSize, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
+use crate::contact::nodal::at;
 use crate::contact::point::{ContactLaw, PointState, Selection, Slopes};
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
@@ -68,34 +70,6 @@ impl Instant {
             Self::Beyond => iterate + (iterate - start),
         }
     }
-}
-
-/// A pair of facets with common segments.
-#[derive(Debug)]
-pub(super) struct ActivePair<const D: usize> {
-    pub facet: u32,
-    pub target: u32,
-    pub integrals: PairIntegrals<D>,
-}
-
-/// All pairs with common segments, and the sums over them of all vertices.
-#[derive(Debug)]
-pub(super) struct Overlap<const D: usize> {
-    /// In the order of the couples.
-    pub pairs: Vec<ActivePair<D>>,
-    pub sums: Vec<VertexSums<D>>,
-}
-
-/// A vertex with the nodes that it depends on.
-#[derive(Debug)]
-pub(super) struct VertexRows<const D: usize> {
-    pub vertex: usize,
-    pub nodes: Vec<VertexNode<D>>,
-    /// Undeformed positions of the nodes \[m\].
-    pub reference_points: Vec<Vector<D>>,
-    /// Derivatives of `kappa` and of the covered area of the facets around [-, m].
-    pub by_area: Vec<Vector<D>>,
-    pub by_cover: Vec<Vector<D>>,
 }
 
 /// Positions and fields of the nodes of a pair; refilled for each, so that nothing is allocated anew.
@@ -172,11 +146,6 @@ impl<const D: usize> Gathered<D> {
     fn displacement(&self, node: u32, fields: &ContactFields<'_>) -> Vector<D> {
         self.instant.displacement(at(fields.u_start, node), at(fields.u, node))
     }
-}
-
-/// A node's vector out of a nodal field.
-pub fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
-    Vector::from_column_slice(&field[node as usize * D..][..D])
 }
 
 impl<const D: usize> VertexContact<D> {
@@ -606,13 +575,6 @@ fn varying<const D: usize>(slopes: &[Option<Slopes<D>>]) -> Varying {
 pub(super) fn clear_block<const D: usize>(block: &mut Vec<f64>, nodes: usize) {
     block.clear();
     block.resize(nodes * nodes * D * D, 0.0);
-}
-
-impl<const D: usize> VertexRows<D> {
-    /// The place of a node, which is one of the vertex.
-    pub fn place(&self, node: u32) -> usize {
-        self.nodes.iter().position(|known| known.node == node).unwrap_or(0)
-    }
 }
 
 /// Whether the boxes of the two facets come within the range of gaps. Far cheaper than to find that there is no segment.

@@ -9,8 +9,9 @@
 //! Everything is a function of the positions of the nodes of the two facets alone. Over a rigid obstacle the points are those of a rule on
 //! the whole contactor facet; gap and normal are the obstacle's signed distance at `x` and its gradient.
 
+use super::intersection::{degree, overlap};
 use super::obstacle::PlacedObstacle;
-use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want, degree, overlap};
+use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
 use super::shape::{FacetShape, MOST_NODES};
 use super::split::{MOST_CORNERS, Piece, linear, pieces};
 use crate::mesh::ElementKind;

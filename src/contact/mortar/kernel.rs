@@ -6,7 +6,7 @@
 //! `t_n` (`K_CN`), `t_T` with the bound (`K_nT`) and with the slip (`K_T`, `C_mu`), slip measure and normal (`K_TG`), all of which are
 //! here, and `v_a`, `c_a` and `kappa`, which [`super::integrals::FacetPair::vary`] has.
 
-use super::contact::VertexRows;
+use super::surface::VertexSize;
 use crate::contact::history::History;
 use crate::contact::point::joint::Joint;
 use crate::contact::point::{ContactLaw, Manner, PointState, Relation, Selection, Slopes, tractions};
@@ -87,17 +87,6 @@ const COVERED: f64 = 1e-13;
 /// Depth over covered length from which on a vertex carries nothing. With 1 and with 4 all shipped scenes of two bodies take the same
 /// Newton iterations, except for `collision/cubes`: 265 and 227 in place of 229.
 const ACROSS: f64 = 2.0;
-
-/// Undeformed sizes around a vertex.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct VertexSize {
-    /// Area that the vertex stands for [m, m^2].
-    pub vertex: f64,
-    /// Area of the facets around it [m, m^2].
-    pub facets: f64,
-    /// Part of the tractions that each side carries as the contactor.
-    pub share: f64,
-}
 
 impl<const D: usize> VertexSums<D> {
     /// Ends the summation. Clears the sums of a vertex that is covered by rounding alone, by facets whose normals cancel, or by a sliver
@@ -263,5 +252,24 @@ pub fn add_stiffness<const D: usize>(
                 }
             }
         }
+    }
+}
+
+/// A vertex with the nodes that it depends on.
+#[derive(Debug)]
+pub(super) struct VertexRows<const D: usize> {
+    pub vertex: usize,
+    pub nodes: Vec<VertexNode<D>>,
+    /// Undeformed positions of the nodes \[m\].
+    pub reference_points: Vec<Vector<D>>,
+    /// Derivatives of `kappa` and of the covered area of the facets around [-, m].
+    pub by_area: Vec<Vector<D>>,
+    pub by_cover: Vec<Vector<D>>,
+}
+
+impl<const D: usize> VertexRows<D> {
+    /// The place of a node, which is one of the vertex.
+    pub fn place(&self, node: u32) -> usize {
+        self.nodes.iter().position(|known| known.node == node).unwrap_or(0)
     }
 }

@@ -22,7 +22,7 @@ fn clamped(s: f64) -> f64 {
     }
 }
 
-/// See [`super::segment::overlap`].
+/// See [`super::intersection::overlap`].
 pub(super) fn overlap<const D: usize>(
     contactor: &PlacedPiece<'_, D>,
     target: &PlacedPiece<'_, D>,

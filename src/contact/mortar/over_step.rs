@@ -7,17 +7,15 @@
 //! into itself. So `Dq . d` is the change of `q` and the work is that of the energy, whatever moves; and since neither the gradients nor
 //! `e` have a resultant or a moment along such motions, momentum is kept as well.
 
-use std::rc::Rc;
-
 use super::candidates::Candidates;
-use super::contact::{
-    ActivePair, ContactSink, FrozenVertices, Instant, Overlap, VertexContact, VertexRows, at, clear_block,
-};
+use super::contact::{ContactSink, FrozenVertices, Instant, VertexContact, clear_block};
 use super::integrals::{Potential, Varying};
-use super::kernel::VertexSums;
+use super::kernel::{VertexRows, VertexSums};
+use super::overlap::{Ends, StepOverlap};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::friction::traction::{FrictionTraction, Slip};
 use crate::contact::history::History;
+use crate::contact::nodal::at;
 use crate::contact::normal::NormalResponse;
 use crate::contact::point::joint::Joint;
 use crate::contact::point::step::{friction, stored};
@@ -30,14 +28,6 @@ use crate::terms::Terms;
 /// A motion whose non-rigid part is smaller than this, over the extent of the vertex, is taken for rigid. What the gradients in the middle lack
 /// of the change of gap and area is of third order in that part, hence below rounding, and would be divided by its square.
 const RIGID: f64 = 1e-7;
-
-/// The sums of a vertex at the ends of a step and in its middle.
-#[derive(Debug, Clone, Copy)]
-struct Ends<const D: usize> {
-    start: VertexSums<D>,
-    middle: VertexSums<D>,
-    end: VertexSums<D>,
-}
 
 /// Gap and area of a vertex at both ends; where it has no target at one end its gap is that at the other.
 #[derive(Clone, Copy)]
@@ -78,25 +68,6 @@ impl<const D: usize> Ends<D> {
 impl Change {
     fn mean_area(&self) -> f64 {
         0.5 * (self.areas[0] + self.areas[1])
-    }
-}
-
-/// What a step has of all vertices by its geometry alone.
-#[derive(Debug)]
-pub(super) struct StepOverlap<const D: usize> {
-    at_start: Rc<Overlap<D>>,
-    at_middle: Overlap<D>,
-    at_end: Overlap<D>,
-    ends: Vec<Ends<D>>,
-    /// Vertices that press at one of the ends.
-    active: Vec<bool>,
-    /// Of the active ones, with gradients in the middle.
-    rows: Vec<VertexRows<D>>,
-}
-
-impl<const D: usize> StepOverlap<D> {
-    fn lists(&self) -> [&[ActivePair<D>]; 3] {
-        [&self.at_middle.pairs, &self.at_start.pairs, &self.at_end.pairs]
     }
 }
 

@@ -14,7 +14,7 @@ use super::split::MOST_CORNERS;
 use crate::space::{Rule, area_variation, facet_normal};
 use crate::tensor::{Tensor, Vector, tangential_projector};
 
-/// See [`super::segment::overlap`].
+/// See [`super::intersection::overlap`].
 pub(super) fn overlap<const D: usize>(
     contactor: &PlacedPiece<'_, D>,
     target: &PlacedPiece<'_, D>,

@@ -3,13 +3,23 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::kernel::VertexSize;
 use super::shape::FacetShape;
 use super::split::linear;
 use crate::contact::surface::Ownership;
 use crate::mesh::{ElementKind, Facet, Mesh};
 use crate::space::{facet_normal, facet_tangents, reference};
 use crate::tensor::Vector;
+
+/// Undeformed sizes around a vertex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VertexSize {
+    /// Area that the vertex stands for [m, m^2].
+    pub vertex: f64,
+    /// Area of the facets around it [m, m^2].
+    pub facets: f64,
+    /// Part of the tractions that each side carries as the contactor.
+    pub share: f64,
+}
 
 /// A facet with a vertex of this rank.
 #[derive(Debug, Clone, PartialEq)]

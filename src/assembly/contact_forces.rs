@@ -1,0 +1,27 @@
+//! The forces of all contacts, with those of other ranks on their way meanwhile.
+
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::Contact;
+use super::interface::{Interface, RemoteForce};
+use super::phases::Phases;
+use crate::contact::evaluation::{ContactFields, ContactRequest};
+
+/// Adds the forces of the contacts, and does `meanwhile` while those of other ranks are on their way. Collective.
+pub(super) fn add_contact_forces<const D: usize>(
+    interface: &mut Interface<D>,
+    contacts: &mut [Contact<D>],
+    world: &impl CommunicatorCollectives,
+    phases: &Phases,
+    request: &ContactRequest,
+    force: &mut [f64],
+    meanwhile: impl FnOnce(),
+) {
+    let evaluate = |fields: &ContactFields, own: &mut [f64], mut remote: RemoteForce| {
+        let _running = phases.contact.begin();
+        for contact in contacts {
+            contact.add_force(fields, request, own, remote.reborrow());
+        }
+    };
+    interface.add_forces(world, force, evaluate, meanwhile);
+}

@@ -1,0 +1,129 @@
+//! The augmented normal law: its multipliers are sought by Uzawa's method, or carried where a penalty became stiffer.
+
+use super::multipliers::Augmentation;
+use super::state::ContactState;
+
+impl<const D: usize> ContactState<D> {
+    /// The normal law is augmented from now on, in this way.
+    pub fn augment(&mut self, way: Augmentation) {
+        self.multipliers.offsets = vec![0.0; self.current.len()];
+        self.multipliers.gaps = vec![f64::INFINITY; self.current.len()];
+        self.multipliers.way = way;
+    }
+
+    /// Memory of the multipliers \[bytes\]; 0 where the law is not augmented.
+    pub fn multiplier_bytes(&self) -> usize {
+        size_of_val(&self.multipliers.offsets[..]) + size_of_val(&self.multipliers.gaps[..])
+    }
+
+    /// Whether multipliers are sought by Uzawa's method.
+    pub fn seeks_multipliers(&self) -> bool {
+        !self.multipliers.offsets.is_empty() && self.multipliers.way == Augmentation::Sought
+    }
+
+    /// Takes the multipliers of the last accepted step; `penetration` is the inverse of the normal law.
+    pub fn recall_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
+        for (offset, history) in self.multipliers.offsets.iter_mut().zip(&self.history) {
+            *offset = penetration(history.multiplier);
+        }
+    }
+
+    /// Takes the current pressures as multipliers (Uzawa): at the same gap they are then met at no penetration.
+    pub fn take_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
+        for (offset, point) in self.multipliers.offsets.iter_mut().zip(&self.current) {
+            *offset = penetration(point.normal_traction);
+        }
+    }
+
+    /// Takes carried multipliers back from the memory of the points; `stiffness` of the penalty \[Pa/m\].
+    pub fn resume_multipliers(&mut self, stiffness: f64) {
+        if self.multipliers.way == Augmentation::Carried {
+            for (offset, history) in self.multipliers.offsets.iter_mut().zip(&self.history) {
+                *offset = history.multiplier / stiffness;
+            }
+        }
+    }
+
+    /// Takes note of the gaps of a step that is accepted.
+    pub fn note_gaps(&mut self) {
+        self.multipliers.gaps.iter_mut().zip(&self.current).for_each(|(gap, point)| *gap = point.gap);
+    }
+
+    /// The penalty becomes stiffer by `factor`: points that were closed at the end of the last accepted step keep the
+    /// tractions that they had there.
+    pub fn stiffen(&mut self, factor: f64) {
+        for (offset, gap) in self
+            .multipliers
+            .offsets
+            .iter_mut()
+            .zip(&self.multipliers.gaps)
+            .filter(|(offset, gap)| **gap < **offset)
+        {
+            *offset = gap + (*offset - gap) / factor;
+        }
+    }
+
+    /// Keeps the multipliers that the next step begins with: sought ones are the current pressures, carried ones end
+    /// where a point has truly opened. `stiffness` of the penalty \[Pa/m\].
+    pub fn remember_multipliers(&mut self, stiffness: f64) {
+        self.note_gaps();
+        let points = self.multipliers.offsets.iter_mut().zip(&self.current).zip(&mut self.history);
+        for ((offset, point), history) in points {
+            history.multiplier = match self.multipliers.way {
+                Augmentation::Sought => point.normal_traction,
+                Augmentation::Carried => {
+                    let multiplier = if point.gap > 0.0 { 0.0 } else { *offset * stiffness };
+                    // As a run that is resumed has it, to the last bit.
+                    *offset = multiplier / stiffness;
+                    multiplier
+                }
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::point::{PointState, Status};
+    use crate::contact::state::{Branches, Hold};
+
+    fn closed(gap: f64) -> PointState<2> {
+        PointState { status: Status::Slip, gap, ..PointState::default() }
+    }
+
+    /// Sought multipliers are the pressures, and the next step begins with them.
+    #[test]
+    fn sought_multipliers_are_warm() {
+        let mut state = ContactState::<2>::new(1);
+        state.augment(Augmentation::Sought);
+        state.current[0] = PointState { normal_traction: 3.0, ..closed(-0.3) };
+        state.take_multipliers(|pressure| 0.1 * pressure);
+        assert!((state.manner(0, Hold::Nothing, Branches::Actual).offset - 0.3).abs() < 1e-15);
+        state.remember_multipliers(10.0);
+        state.current[0] = PointState::default();
+        state.take_multipliers(|pressure| 0.1 * pressure);
+        assert_eq!(state.manner(0, Hold::Nothing, Branches::Actual).offset, 0.0);
+        state.recall_multipliers(|pressure| 0.1 * pressure);
+        assert!((state.manner(0, Hold::Nothing, Branches::Actual).offset - 0.3).abs() < 1e-15);
+    }
+
+    /// A penalty that becomes stiffer in mid-run keeps the traction of a closed point; once open the point forgets.
+    #[test]
+    fn stiffening_leaves_tractions() {
+        let mut state = ContactState::<2>::new(2);
+        state.augment(Augmentation::Carried);
+        state.current[0] = closed(-0.4);
+        state.remember_multipliers(10.0);
+        state.stiffen(4.0);
+        let offset = |state: &ContactState<2>, p| state.manner(p, Hold::Nothing, Branches::Actual).offset;
+        let traction = |stiffness: f64, offset: f64| stiffness * (offset + 0.4);
+        assert!((traction(40.0, offset(&state, 0)) - traction(10.0, 0.0)).abs() < 1e-12);
+        assert_eq!(offset(&state, 1), 0.0);
+        state.remember_multipliers(40.0);
+        assert!((state.history[0].multiplier - 40.0 * offset(&state, 0)).abs() < 1e-12);
+        state.current[0] = PointState { gap: 0.1, ..PointState::default() };
+        state.remember_multipliers(40.0);
+        assert_eq!((offset(&state, 0), state.history[0].multiplier), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,88 @@
+//! Integrals of a contactor facet over a rigid obstacle: points of a rule on the facet, gap and normal by the signed distance.
+
+use super::integrals::{FacetPair, Measure, Point, Variation, interpolate, tangents};
+use super::obstacle::PlacedObstacle;
+use super::segment::Want;
+use super::shape::FacetShape;
+use super::split::linear;
+use crate::rounding;
+use crate::space::{area_variation, facet_normal};
+use crate::tensor::Vector;
+
+/// Cosine of the angle between the inward normal of a facet and the normal of the obstacle from which on the facet counts in full, at 60
+/// degrees. Below it the part falls to 0, which it reaches where the facet stands upright: the side of a block does not press although its
+/// corner touches. Facets in contact are nearly parallel to the obstacle: with 0.25 and with 0.9 the scenes `rubber-cube`, `rubber-block` and
+/// `incline` have the same forces and iterations. `pile`, where blocks tumble, takes 5348 and 5729 Newton iterations in place of 4346.
+const FACING: f64 = 0.5;
+
+/// The part with which a facet counts by that cosine, and its derivative.
+fn facing(cosine: f64) -> (f64, f64) {
+    let s = (cosine / FACING).clamp(0.0, 1.0);
+    (s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / FACING)
+}
+
+impl<const D: usize> FacetPair<'_, D> {
+    /// Visits all points of the facet, those out of range with no measure; with their variation where it is wanted, and those out of range
+    /// not at all.
+    pub(super) fn sweep_over(
+        &self,
+        placed: &PlacedObstacle<'_, D>,
+        want: Want,
+        mut visit: impl FnMut(&Point<D>, &Variation<D>),
+    ) {
+        let mut variation = Variation::new();
+        for q in rounding::order(placed.rule.len()) {
+            let [first, second, _] = placed.rule.points[q];
+            let contactor = FacetShape::at(self.contactor.kind, [first, second]);
+            let proximity = placed.obstacle.proximity(&interpolate(&contactor.value, self.contactor.nodes));
+            let fade = self.range.fade(proximity.gap);
+            let tangents = tangents(&contactor, self.contactor.nodes);
+            let vector_area = facet_normal(&tangents);
+            let size = vector_area.norm();
+            let cosine = if size > 0.0 { -vector_area.dot(&proximity.normal) / size } else { 0.0 };
+            let (part, by_cosine) = facing(cosine);
+            let stretch = match self.measure {
+                Measure::Current => size,
+                Measure::Reference(nodes) => {
+                    facet_normal(&super::integrals::tangents(&contactor, nodes)).norm()
+                }
+            };
+            let weight = placed.rule.weights[q];
+            let point = Point {
+                weights: FacetShape::at(linear(self.contactor.kind), [first, second]),
+                measure: fade[0] * part * weight * stretch,
+                whole: part * weight * stretch,
+                fade,
+                gap: proximity.gap,
+                normal: proximity.normal,
+                target: FacetShape::default(),
+                contactor,
+            };
+            if want == Want::Variations {
+                if point.measure == 0.0 {
+                    continue;
+                }
+                for (b, gradient) in point.contactor.gradient.iter().enumerate().take(self.nodes()) {
+                    let shape = point.contactor.value[b];
+                    let by_area = area_variation(&tangents, gradient);
+                    let by_size = by_area.transpose() * vector_area / size;
+                    let by_angle = -(by_area.transpose() * proximity.normal
+                        + proximity.hessian * vector_area * shape
+                        + by_size * cosine)
+                        / size;
+                    let by_part = by_angle * (by_cosine * weight * stretch);
+                    let by_size = match self.measure {
+                        Measure::Current => by_size * (part * weight),
+                        Measure::Reference(_) => Vector::zeros(),
+                    };
+                    variation.gap[b] = proximity.normal * shape;
+                    variation.normal[b] = proximity.hessian * shape;
+                    variation.measure[b] = variation.gap[b] * (fade[1] * point.whole) + by_part * fade[0];
+                    variation.stretch[b] = by_size * fade[0];
+                    variation.whole[b] = by_size + by_part;
+                }
+            }
+            visit(&point, &variation);
+        }
+    }
+}

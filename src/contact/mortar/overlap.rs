@@ -1,0 +1,49 @@
+//! Where two surfaces lie opposite each other: pairs of facets with common segments, and the sums over them of all vertices.
+
+use std::rc::Rc;
+
+use super::integrals::PairIntegrals;
+use super::kernel::{VertexRows, VertexSums};
+
+/// A pair of facets with common segments.
+#[derive(Debug)]
+pub(super) struct ActivePair<const D: usize> {
+    pub facet: u32,
+    pub target: u32,
+    pub integrals: PairIntegrals<D>,
+}
+
+/// All pairs with common segments, and the sums over them of all vertices.
+#[derive(Debug)]
+pub(super) struct Overlap<const D: usize> {
+    /// In the order of the couples.
+    pub pairs: Vec<ActivePair<D>>,
+    pub sums: Vec<VertexSums<D>>,
+}
+
+/// The sums of a vertex at the ends of a step and in its middle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ends<const D: usize> {
+    pub start: VertexSums<D>,
+    pub middle: VertexSums<D>,
+    pub end: VertexSums<D>,
+}
+
+/// What a step has of all vertices by its geometry alone.
+#[derive(Debug)]
+pub(super) struct StepOverlap<const D: usize> {
+    pub at_start: Rc<Overlap<D>>,
+    pub at_middle: Overlap<D>,
+    pub at_end: Overlap<D>,
+    pub ends: Vec<Ends<D>>,
+    /// Vertices that press at one of the ends.
+    pub active: Vec<bool>,
+    /// Of the active ones, with gradients in the middle.
+    pub rows: Vec<VertexRows<D>>,
+}
+
+impl<const D: usize> StepOverlap<D> {
+    pub fn lists(&self) -> [&[ActivePair<D>]; 3] {
+        [&self.at_middle.pairs, &self.at_start.pairs, &self.at_end.pairs]
+    }
+}

@@ -1,0 +1,14 @@
+//! The units of a case in one line.
+
+use crate::case::Case;
+
+/// The units of a case that is not in SI, with the thickness that forces and energies are for in the plane.
+pub(super) fn unit_note(case: &Case) -> Option<String> {
+    let units = case.units;
+    let plane = match case.dimension.value {
+        2 => format!("; plane strain is 1 {} thick", units.of("m")),
+        _ => String::new(),
+    };
+    let derived = ["N", "Pa", "J"].map(|unit| units.of(unit)).join(", ");
+    (!units.is_si()).then(|| format!("units: {}, hence {derived}{plane}", units.bases()))
+}
