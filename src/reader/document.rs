@@ -25,7 +25,7 @@ fn tree_of(file: usize, source: &Source) -> Result<Node> {
 /// names, and checks it.
 ///
 /// # Errors
-/// All that is wrong, as [`read_checked`].
+/// All that is wrong, in the order of the file.
 pub fn read_as<T: DeserializeOwned + JsonSchema>(
     file: usize,
     source: &Source,
