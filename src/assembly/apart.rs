@@ -60,7 +60,8 @@ impl<const D: usize> ContactSystem<D> {
         let mut motion = None;
         for (at, contact) in model.contacts.iter().enumerate() {
             let gap = self.overclosures()[at].smallest_gap;
-            let (sizes, held) = (self.sizes(contact), self.is_prescribed(contact)?);
+            let sizes = self.sizes(contact);
+            let held = self.is_prescribed(contact)?;
             if gap <= if held { 0.0 } else { sizes } {
                 continue;
             }
@@ -163,7 +164,8 @@ impl<const D: usize> ContactSystem<D> {
         let part = self.load(model, &kinks);
         let lightest = self.masses(model.bodies.len()).into_iter().fold(f64::INFINITY, f64::min);
         let world = self.session.world();
-        let (mut most, mut load) = ([0.0; 2], 0.0);
+        let mut most = [0.0; 2];
+        let mut load = 0.0;
         world.all_reduce_into(&[travel, speed][..], &mut most[..], SystemOperation::max());
         world.all_reduce_into(&part, &mut load, SystemOperation::sum());
         let [travel, speed] = most;

@@ -27,8 +27,10 @@ impl<const D: usize> ContactSystem<D> {
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
         let over_step = stage.over_step == OverStep::Middle;
         let request = ContactRequest { stiffness: None, hold: hold(stage), branches, over_step };
-        let (solids, loads, phases, fault) =
-            (&self.solids, &mut self.external, &self.phases, &mut self.fault);
+        let solids = &self.solids;
+        let loads = &mut self.external;
+        let phases = &self.phases;
+        let fault = &mut self.fault;
         let mut bodies = || {
             // Predicted branches change the contact alone, and come after the residual of the same state.
             if branches == Branches::Predicted {

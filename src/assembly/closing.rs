@@ -31,7 +31,8 @@ impl<const D: usize> ContactSystem<D> {
         let count = self.contacts.len();
         let targets = self.target_velocities(stage);
         let velocity = stage.start.v.local();
-        let (mut sums, mut speeds) = (vec![0u64; 3 * count], vec![0.0f64; count]);
+        let mut sums = vec![0u64; 3 * count];
+        let mut speeds = vec![0.0f64; count];
         for (k, (contact, of_target)) in self.contacts.iter().zip(&targets).enumerate() {
             let state = &contact.state;
             for (point, &node) in contact.vertices().iter().enumerate() {
@@ -51,7 +52,8 @@ impl<const D: usize> ContactSystem<D> {
                 speeds[k] = speeds[k].max((of_target - own).dot(&normal));
             }
         }
-        let (mut all, mut fastest) = (vec![0u64; sums.len()], vec![0.0f64; count]);
+        let mut all = vec![0u64; sums.len()];
+        let mut fastest = vec![0.0f64; count];
         let world = self.session.world();
         world.all_reduce_into(&sums[..], &mut all[..], SystemOperation::sum());
         world.all_reduce_into(&speeds[..], &mut fastest[..], SystemOperation::max());

@@ -18,7 +18,8 @@ impl<const D: usize> ContactSystem<D> {
             let body = model.bodies.iter().position(|body| body.name == name)?;
             support.components.iter().enumerate().find_map(|(i, component)| {
                 let moved = component.as_ref()?.value([0.0; 3], 0.0).abs();
-                let (axis, side) = (["x", "y", "z"][i], sides[body][i]);
+                let axis = ["x", "y", "z"][i];
+                let side = sides[body][i];
                 (moved >= PART * side).then(|| {
                     format!(
                         "'{}' moves '{}' by {moved:.3e} {m} along {axis}, where '{name}' is {side:.3e} {m} long: press it by less",

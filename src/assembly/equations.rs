@@ -129,7 +129,8 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn floating_nodes(&self) -> Vec<bool> {
-        let (mesh, mut floats) = (&self.local.mesh, vec![false; self.local.index.owned]);
+        let mesh = &self.local.mesh;
+        let mut floats = vec![false; self.local.index.owned];
         for element in 0..mesh.element_count() {
             let body = usize::from(mesh.body[element]);
             if !self.free_bodies.iter().any(|free| free.body == body) {

@@ -95,7 +95,8 @@ impl<const D: usize> ContactSystem<D> {
                     continue;
                 }
                 let mean = |k: usize| sums.sums[node * NodalSums::FIELDS + k] / weight;
-                let (closed, slips) = (mean(4) >= 0.5, mean(5) >= 0.5 * mean(4));
+                let closed = mean(4) >= 0.5;
+                let slips = mean(5) >= 0.5 * mean(4);
                 let status = f64::from(u8::from(closed) + u8::from(closed && slips));
                 let known = row[0] > 0.0;
                 row[0] = 1.0;

@@ -150,7 +150,8 @@ impl Redistribution {
         let frame = Frame::around(session.world(), local, &nodes);
         let all = frame.monomials(&[0.0; D]).len();
         let [matrix, right] = self.moments(session.world(), local, (body, &frame), solids);
-        let (matrix, right) = (DMatrix::from_row_slice(all, all, &matrix), DVector::from_vec(right));
+        let matrix = DMatrix::from_row_slice(all, all, &matrix);
+        let right = DVector::from_vec(right);
         for count in [all, D + 1] {
             let part = (matrix.view((0, 0), (count, count)).into_owned(), right.rows(0, count).into_owned());
             let Some(polynomial) = solve(&part) else { continue };

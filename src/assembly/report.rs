@@ -184,7 +184,8 @@ impl<const D: usize> ContactSystem<D> {
     /// beneath them.
     pub fn relative_stiffnesses(&self) -> impl Iterator<Item = (&str, f64)> {
         self.contacts.iter().map(|contact| {
-            let (law, modulus) = (contact.law().normal, contact.beneath * contact.facet_size);
+            let law = contact.law().normal;
+            let modulus = contact.beneath * contact.facet_size;
             let stiffness = -law.evaluate(-law.penetration(0.1 * modulus)).derivative;
             (contact.name.as_str(), stiffness / contact.beneath)
         })
@@ -281,7 +282,8 @@ impl<const D: usize> ContactSystem<D> {
             sums.extend(own.force.iter().chain(own.friction_force.iter()));
             sums.extend([own.points, own.stick, own.slip, own.pressing].map(|n| n as f64));
             let peaks = [own.max_penetration, own.max_pressure, own.sunk];
-            let (mut total, mut top) = (vec![0.0; sums.len()], [0.0; 3]);
+            let mut total = vec![0.0; sums.len()];
+            let mut top = [0.0; 3];
             world.all_reduce_into(&sums[..], &mut total[..], SystemOperation::sum());
             world.all_reduce_into(&peaks[..], &mut top[..], SystemOperation::max());
             let count = |k: usize| total[4 + 2 * D + k] as usize;

@@ -92,7 +92,8 @@ impl<const D: usize> ContactSystem<D> {
                     let mut spin = [0.0; 3];
                     let axes = if D == 2 { 2..3 } else { 0..3 };
                     spin[axes].copy_from_slice(&factors[D..]);
-                    let (name, nodes) = (self.pieces.name(piece), centres[piece].nodes);
+                    let name = self.pieces.name(piece);
+                    let nodes = centres[piece].nodes;
                     MovingPart { name, nodes, spread: left.spreads[member], shift, spin }
                 };
                 let parts = pieces.iter().enumerate().map(part).collect();
@@ -153,7 +154,8 @@ impl<const D: usize> ContactSystem<D> {
     /// For each group the combinations of the motions of its pieces that are orthonormal as fields, vanish at prescribed
     /// unknowns, and agree at nodes that pieces share. Collective.
     fn combinations(&self, places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
-        let (count, held) = (motions(D), &self.supports.dofs.constrained);
+        let count = motions(D);
+        let held = &self.supports.dofs.constrained;
         // Rotations by the extent, so that all are of one size.
         let scale = |k: usize| if k < D { 1.0 } else { 1.0 / self.size };
         let widths: Vec<usize> = self.pieces.groups.iter().map(|pieces| pieces.len() * count).collect();
@@ -206,7 +208,8 @@ impl<const D: usize> ContactSystem<D> {
             let (group, begin) = first(pieces[0]);
             let one = moved(node, pieces[0]);
             for &piece in &pieces[1..] {
-                let (other, start) = (moved(node, piece), first(piece).1);
+                let other = moved(node, piece);
+                let start = first(piece).1;
                 for i in 0..D {
                     let apart = (0..count).map(|k| (begin + k, one[k][i]));
                     let terms: Vec<_> = apart.chain((0..count).map(|k| (start + k, -other[k][i]))).collect();

@@ -127,10 +127,12 @@ impl<const D: usize> ElementSink for MatrixSink<'_, '_, D> {
 impl<const D: usize> MatrixSink<'_, '_, D> {
     /// Zeroes rows and columns of prescribed unknowns in the copy.
     fn clear_prescribed(&mut self, index: usize) {
-        let (nodes, width) = (self.map.nodes(index), self.map.width);
+        let nodes = self.map.nodes(index);
+        let width = self.map.width;
         let fixed = |a: usize, i: usize| self.constrained[nodes[a] as usize * D + i];
         for (pair, block) in self.scratch.chunks_exact_mut(D * D).enumerate() {
-            let (a, b) = (pair / width, pair % width);
+            let a = pair / width;
+            let b = pair % width;
             for (ij, entry) in block.iter_mut().enumerate() {
                 if fixed(a, ij / D) || fixed(b, ij % D) {
                     *entry = 0.0;
@@ -141,7 +143,8 @@ impl<const D: usize> MatrixSink<'_, '_, D> {
 
     /// Moves the columns of prescribed unknowns to the right side.
     fn lift_columns(&mut self, index: usize, stiffness: &[f64]) {
-        let (nodes, width) = (self.map.nodes(index), self.map.width);
+        let nodes = self.map.nodes(index);
+        let width = self.map.width;
         let Some(lift) = self.lift.as_mut() else { return };
         for (pair, block) in stiffness.chunks_exact(D * D).enumerate() {
             let row = nodes[pair / width] as usize * D;

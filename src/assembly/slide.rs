@@ -75,7 +75,8 @@ impl<const D: usize> ContactSystem<D> {
 
 /// Largest slip of this rank's points in contact \[m\]; their normal force \[N\] and its moments about the undeformed vertices \[N m\].
 fn slid_and_pressed<const D: usize>(contact: &Contact<D>) -> (f64, [f64; 4]) {
-    let (mut slid, mut sums) = (0.0_f64, [0.0; 4]);
+    let mut slid = 0.0_f64;
+    let mut sums = [0.0; 4];
     let points = contact.state.current.iter().zip(contact.gaps());
     for (point, (_, place)) in points.filter(|(point, _)| point.is_closed()) {
         let force = point.normal_traction * point.area;

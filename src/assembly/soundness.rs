@@ -56,7 +56,8 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     fn unsound(&self, what: &str, dof: usize, value: f64) -> Error {
-        let (node, component) = (dof / D, dof % D);
+        let node = dof / D;
+        let component = dof % D;
         Error::not_converged(format!(
             "the {what} at node {}, {} {}, on rank {}, is not finite or too large: {} = {value:e}",
             self.local.input_node[node],

@@ -193,7 +193,8 @@ impl<const D: usize> ContactSystem<D> {
         let request = ContactRequest { hold: Hold::Frictionless, ..ContactRequest::default() };
         let mut force = vec![0.0; self.local.index.owned * D];
         if let Some(interface) = &mut self.interface {
-            let (world, phases) = (session.world(), &self.phases);
+            let world = session.world();
+            let phases = &self.phases;
             add_contact_forces(interface, &mut self.contacts, world, phases, &request, &mut force, || ());
         }
         let known = known(self.size, self.extent);

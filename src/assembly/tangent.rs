@@ -33,10 +33,17 @@ impl<const D: usize> ContactSystem<D> {
         };
         let mut lifted = change.as_ref().zip(rhs.as_mut()).map(|(change, rhs)| LiftTarget { change, rhs });
         let constrained = &self.supports.dofs.constrained;
-        let (solids, contacts, external) = (&self.solids, &mut self.contacts, &self.external);
-        let (shifts, weight, unit) = (stage.shifts, stage.balance.mass[1], self.unit);
-        let (rows, holding) = (self.local.index.owned * D, stage.holding);
-        let (phases, interface, world) = (&self.phases, self.interface.as_mut(), self.session.world());
+        let solids = &self.solids;
+        let contacts = &mut self.contacts;
+        let external = &self.external;
+        let shifts = stage.shifts;
+        let weight = stage.balance.mass[1];
+        let unit = self.unit;
+        let rows = self.local.index.owned * D;
+        let holding = stage.holding;
+        let phases = &self.phases;
+        let interface = self.interface.as_mut();
+        let world = self.session.world();
         let symmetric = symmetric(contacts, external, stage, terms)
             && (stage.over_step == OverStep::No || self.symmetric_steps);
         let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };
@@ -67,7 +74,8 @@ impl<const D: usize> ContactSystem<D> {
             let mut bodies = |values: &mut BlockValues, mut lift: Option<LiftTarget>| {
                 let _running = phases.tangent.begin();
                 for solid in solids {
-                    let (at, lift) = (At::of(stage, &u, &u_start), lift.as_mut().map(LiftTarget::reborrow));
+                    let at = At::of(stage, &u, &u_start);
+                    let lift = lift.as_mut().map(LiftTarget::reborrow);
                     let done = solid.add_stiffness(&at, terms, constrained, values, lift);
                     inverted = inverted.and(done);
                 }

@@ -161,7 +161,9 @@ pub fn examine(path: &Path, file: &mut (impl Read + Seek), length: u64) -> Resul
         return Err(Error::file(text));
     }
     file.seek(SeekFrom::Start(0)).map_err(|error| unreadable(path, &error))?;
-    let (mut hash, mut left, mut piece) = (Sha256::new(), length - HASH, vec![0; 1 << 16]);
+    let mut hash = Sha256::new();
+    let mut left = length - HASH;
+    let mut piece = vec![0; 1 << 16];
     while left > 0 {
         let most = piece.len().min(usize::try_from(left).unwrap_or(usize::MAX));
         file.read_exact(&mut piece[..most]).map_err(|error| unreadable(path, &error))?;

@@ -54,8 +54,12 @@ fn collect(
     let own_end = order.last().map_or(0, |&row| table.keys[row] + 1);
     let mut end = 0;
     world.all_reduce_into(&own_end, &mut end, SystemOperation::max());
-    let (width, mut given, mut outcome) = (table.columns.len(), 0, Ok(()));
-    let (mut start, mut words, mut sorted) = (0u64, Vec::new(), Vec::new());
+    let width = table.columns.len();
+    let mut given = 0;
+    let mut outcome = Ok(());
+    let mut start = 0u64;
+    let mut words = Vec::new();
+    let mut sorted = Vec::new();
     while start < end {
         let stop = start.saturating_add(table.span);
         words.clear();
@@ -160,7 +164,10 @@ fn spread(
 ) -> Result<usize> {
     let (order, width) = (table.order(), table.columns.len());
     let most = (PIECE / (width + 1)).max(1) as u64;
-    let (mut left, mut taken, mut found, mut outcome) = (rows, 0, 0, Ok(()));
+    let mut left = rows;
+    let mut taken = 0;
+    let mut found = 0;
+    let mut outcome = Ok(());
     let mut words = Vec::new();
     while left > 0 {
         let count = left.min(most);

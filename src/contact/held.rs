@@ -32,7 +32,8 @@ pub struct Held<const D: usize> {
 
 impl<const D: usize> Default for Held<D> {
     fn default() -> Self {
-        let (bound, friction_traction) = (0.0, Vector::zeros());
+        let bound = 0.0;
+        let friction_traction = Vector::zeros();
         Self { normal_traction: 0.0, bound, friction_traction, before: (bound, friction_traction) }
     }
 }

@@ -46,7 +46,8 @@ impl<const D: usize> ContactSurface<D> {
             surface
                 .reference_points
                 .extend(nodes.iter().map(|&node| Vector::from(mesh.points[node as usize])));
-            let (kind, nodes) = (mesh.facet_kind(facet), first..surface.nodes.len());
+            let kind = mesh.facet_kind(facet);
+            let nodes = first..surface.nodes.len();
             surface.facets.push(SurfaceFacet { facet, kind, nodes });
         }
         surface

@@ -157,7 +157,8 @@ impl<const D: usize> ElementGroup<D> {
             {
                 let det = super::kinematics::reference_gradients(&points, pass.dn(q), &mut gradients);
                 if det <= 0.0 || det.is_nan() {
-                    let (kind, centre) = (self.kind, centre(&points));
+                    let kind = self.kind;
+                    let centre = centre(&points);
                     return Err(Error::file(format!(
                         "{kind} element {element} around {} is inverted or flat: Jacobian {det:.3e} is not positive",
                         spelled(&centre)

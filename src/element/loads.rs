@@ -12,7 +12,8 @@ impl<const D: usize> ElementGroup<D> {
     pub fn body_force(&self, per_mass: impl Fn(&[f64; D]) -> [f64; D], sink: &mut dyn ElementSink) {
         let element = reference(self.kind);
         let table = element.tabulate(element.mass_rule());
-        let (n, size) = (table.nodes, table.nodes * D);
+        let n = table.nodes;
+        let size = table.nodes * D;
         let mut points = Vec::new();
         let mut gradients = vec![[0.0; D]; n];
         let mut force = vec![0.0; size];

@@ -10,7 +10,8 @@ impl<const D: usize> ElementGroup<D> {
     pub fn mass(&self, mut receive: impl FnMut(usize, &[f64])) {
         let element = reference(self.kind);
         let table = element.tabulate(element.mass_rule());
-        let (n, size) = (table.nodes, table.nodes * D);
+        let n = table.nodes;
+        let size = table.nodes * D;
         let mut points = Vec::new();
         let mut gradients = vec![[0.0; D]; n];
         let mut mass = vec![0.0; n * n];

@@ -169,7 +169,8 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         if stiffness {
             self.blocks.spread();
         }
-        let (forces, blocks) = (n * D, n * n * D * D);
+        let forces = n * D;
+        let blocks = n * n * D * D;
         for lane in 0..count {
             let matrix = &self.blocks.out[lane * blocks..(lane + 1) * blocks];
             let force = &self.force_out[lane * forces..(lane + 1) * forces];

@@ -153,7 +153,8 @@ impl<const D: usize> Element<D> {
         match pass.sampling {
             Sampling::Points => self.gradient_at(pass, q),
             Sampling::Mean => {
-                let (mut mean, mut volume) = ([[0.0; D]; D], 0.0);
+                let mut mean = [[0.0; D]; D];
+                let mut volume = 0.0;
                 for q in 0..pass.table.points {
                     let (grad_u, weight) = self.gradient_at(pass, q);
                     volume += weight;

@@ -314,8 +314,9 @@ mod tests {
             assert!((slope - (1.0 / (1.0 + x) - x.ln_1p() / x) / x).abs() < 1e-13);
         }
         for x in [-0.0625_f64, -1e-3, 0.0, 1e-9, 0.04, 0.0625] {
-            let ([low, _], [value, slope], [high, _]) =
-                (ln_1p_ratio(x - 1e-4), ln_1p_ratio(x), ln_1p_ratio(x + 1e-4));
+            let [low, _] = ln_1p_ratio(x - 1e-4);
+            let [value, slope] = ln_1p_ratio(x);
+            let [high, _] = ln_1p_ratio(x + 1e-4);
             assert!((0.5 * (high - low) / 1e-4 - slope).abs() < 1e-8, "{x}");
             assert!((value + 0.5 * x - x * x / 3.0).abs() <= 0.3 * x.abs().powi(3) + 1e-17, "{x}");
         }

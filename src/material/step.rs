@@ -120,7 +120,8 @@ impl StepLaw for NeoHookean {
     ) -> StepResponse<T, D> {
         let constant = |x: f64| moduli.mu.constant(x);
         let (f_middle, f_end, end) = motion(start, middle);
-        let (strain_start, strain_end) = (green_strain(start), green_strain(&end));
+        let strain_start = green_strain(start);
+        let strain_end = green_strain(&end);
         // dE = sym(F_middle^T dF) keeps the digits that E_end - E_start would lose.
         let moved = scale_all(&sum(middle, &scale_all(start, constant(-1.0))), constant(2.0));
         let half_work = scale_all(&product(&transpose(&f_middle), &moved), constant(0.5));

@@ -92,7 +92,8 @@ impl<const D: usize> Bounds<D> {
         if most < 2 || all.len() < 2 {
             return vec![whole];
         }
-        let (axis, middle) = (whole.axis(), all.len() / 2);
+        let axis = whole.axis();
+        let middle = all.len() / 2;
         all.select_nth_unstable_by(middle, |a, b| a.centre()[axis].total_cmp(&b.centre()[axis]));
         let (one, other) = all.split_at_mut(middle);
         let mut clusters = Self::clusters(one, most / 2);
@@ -136,7 +137,8 @@ mod tests {
     fn curved_facets_stay_in_their_boxes() {
         use ElementKind::*;
         for kind in [Line2, Line3, Tri3, Tri6, Quad4, Quad8, Quad9] {
-            let (mut n, mut most) = (vec![0.0; kind.nodes()], 0.0_f64);
+            let mut n = vec![0.0; kind.nodes()];
+            let mut most = 0.0_f64;
             let triangle = matches!(kind, Tri3 | Tri6);
             for (i, j) in (0..=60).flat_map(|i| (0..=60).map(move |j| (i, j))) {
                 let (mut xi, mut eta) = (f64::from(i) / 30.0 - 1.0, f64::from(j) / 30.0 - 1.0);

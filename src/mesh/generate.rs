@@ -65,7 +65,9 @@ impl<const D: usize> BoxShape<D> {
             return Err(Error::case(message).hint(&format!("known: {known}")));
         }
         for axis in 0..D {
-            let (low, high, name) = (self.min[axis], self.max[axis], ["x", "y", "z"][axis]);
+            let low = self.min[axis];
+            let high = self.max[axis];
+            let name = ["x", "y", "z"][axis];
             let step = (high - low) / f64::from(self.cells[axis]);
             if self.cells[axis] == 0 {
                 let message = format!("the box has no cells in {name}");

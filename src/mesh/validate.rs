@@ -42,7 +42,9 @@ pub fn first_bad_element<const D: usize>(mesh: &Mesh<D>) -> Option<BadElement<D>
 fn judge<const D: usize>(mesh: &Mesh<D>, element: usize) -> Option<BadElement<D>> {
     let nodes = mesh.element_nodes(element);
     let point = |local: usize| mesh.points[nodes[local] as usize];
-    let (mut worst, mut best, mut at) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+    let mut worst = f64::INFINITY;
+    let mut best = f64::NEG_INFINITY;
+    let mut at = 0;
     for (corner, next) in neighbours(mesh.kinds[element]).iter().enumerate() {
         let from = point(corner);
         let mut edges = [[0.0; D]; D];

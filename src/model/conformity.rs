@@ -58,7 +58,8 @@ impl Source<'_> {
         match self {
             Self::File(source) => source.error_at_element(mesh, element, message),
             Self::Box(body, m) => {
-                let (kind, place) = (mesh.kinds[element], spelled(&mesh.element_centre(element)));
+                let kind = mesh.kinds[element];
+                let place = spelled(&mesh.element_centre(element));
                 Error::case(format!("body '{body}': the {kind} element at {place} {m} {message}"))
             }
         }
@@ -195,7 +196,9 @@ struct Surface<'a, const D: usize> {
 
 impl<'a, const D: usize> Surface<'a, D> {
     fn new(mesh: &'a Mesh<D>, facets: &'a [Facet]) -> Self {
-        let (mut starts, mut nodes, mut sizes) = (vec![0], Vec::new(), Vec::new());
+        let mut starts = vec![0];
+        let mut nodes = Vec::new();
+        let mut sizes = Vec::new();
         let mut boxes = Vec::with_capacity(facets.len());
         let mut own = Vec::new();
         for &facet in facets {

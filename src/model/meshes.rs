@@ -24,7 +24,8 @@ pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
 /// Those of [`read_mesh`].
 pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)> {
     require_room(box_nodes(case))?;
-    let (mut bodies, mut faults) = (Vec::with_capacity(case.bodies.len()), Vec::new());
+    let mut bodies = Vec::with_capacity(case.bodies.len());
+    let mut faults = Vec::new();
     let mut remarks = Vec::new();
     for (name, body) in case.bodies.iter() {
         let mesh = match &body.mesh {

@@ -357,7 +357,8 @@ mod tests {
     #[test]
     fn a_folder_that_is_gone_stays_so() {
         let scratch = Scratch::new("fields-moved");
-        let (folder, mine) = (scratch.0.join("out"), [true, true]);
+        let folder = scratch.0.join("out");
+        let mine = [true, true];
         std::fs::create_dir(&folder).unwrap();
         let ranks = Ranks { rank: 0, size: 1 };
         let mut writer = FieldWriter::new(&folder, ranks, two_quads(&mine), None).unwrap();

@@ -99,7 +99,9 @@ impl Lock {
             stop: Arc::default(),
             heart: None,
         };
-        let (path, file, token) = (lock.path.clone(), Arc::clone(&lock.file), lock.token.clone());
+        let path = lock.path.clone();
+        let file = Arc::clone(&lock.file);
+        let token = lock.token.clone();
         let (lost, stop) = (Arc::clone(&lock.lost), Arc::clone(&lock.stop));
         let beat = move || {
             let (mutex, bell) = &*stop;
@@ -246,7 +248,8 @@ mod tests {
         std::fs::write(&path, foreign(0)).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let other = std::thread::spawn({
-            let (path, stop) = (path.clone(), Arc::clone(&stop));
+            let path = path.clone();
+            let stop = Arc::clone(&stop);
             move || {
                 for beat in 1.. {
                     if stop.load(Ordering::Relaxed) {

@@ -78,7 +78,8 @@ impl Selection {
             (0..mesh.vtk_types.len() as u32).filter(|&cell| mesh.mine[cell as usize]).collect();
         let mut place = vec![None; mesh.points.len()];
         let mut nodes = Vec::new();
-        let (mut connectivity, mut offsets) = (Vec::new(), Vec::with_capacity(cells.len()));
+        let mut connectivity = Vec::new();
+        let mut offsets = Vec::with_capacity(cells.len());
         for &cell in &cells {
             let [start, end] = [cell, cell + 1].map(|at| mesh.offsets[at as usize] as usize);
             for &node in &mesh.nodes[start..end] {

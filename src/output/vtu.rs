@@ -144,7 +144,8 @@ pub struct Piece {
 
 impl Piece {
     fn check(&self) -> Result<(usize, usize)> {
-        let (points, cells) = (self.points.values.len() / 3, self.types.len());
+        let points = self.points.values.len() / 3;
+        let cells = self.types.len();
         let fits = |array: &Array, count: usize| array.values.len() == count * array.components;
         let wrong = |array: &&Array, count| !fits(array, count);
         let misfit = self

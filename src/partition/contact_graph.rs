@@ -194,7 +194,8 @@ mod tests {
     /// Far fewer contact pairs lie across ranks than where METIS does not see contact, and all stays balanced.
     #[test]
     fn parts_keep_pairs_together() {
-        let (flat, solid) = (stacked([40, 20], [48, 16]), stacked([12, 12, 8], [10, 10, 9]));
+        let flat = stacked([40, 20], [48, 16]);
+        let solid = stacked([12, 12, 8], [10, 10, 9]);
         let (for_flat, for_solid) = (plan(&flat, COUPLE), plan(&solid, COUPLE));
         for parts in [2, 3, 4, 8] {
             let aware = [

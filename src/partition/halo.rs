@@ -158,7 +158,8 @@ mod tests {
     /// What is counted without ranks is what ranks would get.
     #[test]
     fn counts_are_those_of_the_pieces() {
-        let (mesh, plan) = (stacked(), Plan::default());
+        let mesh = stacked();
+        let plan = Plan::default();
         let meets = vec![false; mesh.points.len()];
         for parts in [1, 2, 3, 7] {
             let (halo, quality) = Halo::of_plan(&mesh, &plan, &meets, parts).expect("a cut");

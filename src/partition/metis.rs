@@ -110,7 +110,8 @@ mod tests {
             let mut graph =
                 Graph { offsets: vec![0], neighbours: vec![], edge_weights: vec![], vertex_weights: None };
             for v in 0..64 {
-                let (shift, own) = (v / 32 * 32, (v % 32) as usize);
+                let shift = v / 32 * 32;
+                let own = (v % 32) as usize;
                 for &w in &body.neighbours[body.offsets[own] as usize..body.offsets[own + 1] as usize] {
                     graph.neighbours.push(w + shift);
                     graph.edge_weights.push(1);

@@ -124,7 +124,9 @@ impl Krylov {
             return Ok(Outcome { iterations: 0, reason: Reason::PreconditionerFailed, residual: f64::NAN });
         }
         check("KSPSolve", code)?;
-        let (mut iterations, mut residual, mut reason) = (0, 0.0, sys::KSPConvergedReason(0));
+        let mut iterations = 0;
+        let mut residual = 0.0;
+        let mut reason = sys::KSPConvergedReason(0);
         petsc!(KSPGetIterationNumber(self.raw, &mut iterations))?;
         petsc!(KSPGetResidualNorm(self.raw, &mut residual))?;
         petsc!(KSPGetConvergedReason(self.raw, &mut reason))?;

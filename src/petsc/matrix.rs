@@ -141,7 +141,8 @@ impl Matrix {
     }
 
     fn allocate(&mut self) -> Result<()> {
-        let (raw, size) = (self.raw, self.block_size as i32);
+        let raw = self.raw;
+        let size = self.block_size as i32;
         let rows = self.pattern.rows() as i32 * size;
         petsc!(MatSetSizes(raw, rows, rows, sys::DETERMINE, sys::DETERMINE))?;
         petsc!(MatSetBlockSize(raw, size))?;
@@ -288,7 +289,8 @@ impl Matrix {
     pub fn asymmetry(&self) -> Result<f64> {
         let mut worst = 0.0_f64;
         for pair in 0..3 {
-            let (x, y) = (self.irregular(2 * pair)?, self.irregular(2 * pair + 1)?);
+            let x = self.irregular(2 * pair)?;
+            let y = self.irregular(2 * pair + 1)?;
             let (mut ax, mut ay) = (x.like()?, x.like()?);
             self.multiply(&x, &mut ax)?;
             self.multiply(&y, &mut ay)?;

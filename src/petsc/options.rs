@@ -84,7 +84,9 @@ impl Options {
 
     /// The user's options that nothing has asked for so far, each as `-name value`.
     pub(super) fn unused(&self) -> Result<Vec<String>> {
-        let (mut count, mut names, mut values) = (0, null_mut(), null_mut());
+        let mut count = 0;
+        let mut names = null_mut();
+        let mut values = null_mut();
         petsc!(PetscOptionsLeftGet(null_mut(), &mut count, &mut names, &mut values))?;
         // SAFETY: PETSc returns `count` names and values, which live until they are given back below.
         let pair = |i| unsafe { (super::call::string(*names.add(i)), super::call::string(*values.add(i))) };

@@ -213,14 +213,16 @@ impl BlockValues<'_> {
 
     /// Adds to the diagonal entry of the owned unknown `dof` (= owned node * D + component).
     pub fn add_diagonal(&mut self, dof: usize, value: f64) {
-        let (row, i) = (dof / self.scatter.block_size, dof % self.scatter.block_size);
+        let row = dof / self.scatter.block_size;
+        let i = dof % self.scatter.block_size;
         let (part, at) = self.scatter.entry(self.scatter.diagonal[row], i, i);
         self.parts[part][at] += value;
     }
 
     /// The row of the owned unknown `dof` becomes zero but for `value` on the diagonal.
     pub fn set_identity_row(&mut self, dof: usize, value: f64) {
-        let (row, i) = (dof / self.scatter.block_size, dof % self.scatter.block_size);
+        let row = dof / self.scatter.block_size;
+        let i = dof % self.scatter.block_size;
         for slot in self.pattern.row(row) {
             self.mask(slot as u32, 1 << i, 0);
         }

@@ -36,7 +36,8 @@ impl Sends {
             let Some(request) = self.flying.last_mut() else { return };
             // SAFETY: the buffer is private to this type, which waits before it changes or frees it.
             unsafe {
-                let (from, count) = (part.as_ptr().cast(), part.len() as i32);
+                let from = part.as_ptr().cast();
+                let count = part.len() as i32;
                 ffi::MPI_Isend(from, count, kind.as_raw(), rank, 0, world.as_raw(), request);
             }
         }

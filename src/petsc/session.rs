@@ -257,7 +257,8 @@ impl Arguments {
         let texts = words.map(options::text).collect::<Result<Vec<_>>>()?;
         let mut array: Vec<*mut c_char> = texts.iter().map(|text| text.as_ptr().cast_mut()).collect();
         array.push(null_mut());
-        let (count, pointer) = (texts.len() as c_int, array.as_mut_ptr());
+        let count = texts.len() as c_int;
+        let pointer = array.as_mut_ptr();
         Ok(Self { count, pointer, _array: array, _texts: texts })
     }
 }

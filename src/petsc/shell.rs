@@ -91,7 +91,8 @@ impl ShellOperator {
     ) -> Result<Self> {
         let rows = (like.pattern().rows() * like.block_size()) as i32;
         let mut raw = null_mut();
-        let (comm, total) = (session.comm(), sys::DETERMINE);
+        let comm = session.comm();
+        let total = sys::DETERMINE;
         petsc!(MatCreateShell(comm, rows, rows, total, total, null_mut(), &mut raw))?;
         let shell = Self { _session: Rc::clone(session), raw };
         petsc!(MatSetBlockSize(raw, like.block_size() as i32))?;

@@ -26,11 +26,13 @@ impl SubMatrix {
     /// # Errors
     /// No memory.
     pub fn new(session: &Rc<Session>, whole: &Matrix, nodes: Vec<u32>) -> Result<Self> {
-        let (size, first) = (whole.block_size(), whole.pattern().first_row);
+        let size = whole.block_size();
+        let first = whole.pattern().first_row;
         let globals: Vec<i32> = nodes.iter().map(|&node| first + node as i32).collect();
         let mut part =
             Self { session: Rc::clone(session), raw: null_mut(), rows: null_mut(), nodes, block_size: size };
-        let (comm, count) = (session.comm(), globals.len() as i32);
+        let comm = session.comm();
+        let count = globals.len() as i32;
         petsc!(ISCreateBlock(
             comm,
             size as i32,
@@ -39,7 +41,8 @@ impl SubMatrix {
             sys::PETSC_COPY_VALUES,
             &mut part.rows
         ))?;
-        let (rows, initial) = (part.rows, sys::MAT_INITIAL_MATRIX);
+        let rows = part.rows;
+        let initial = sys::MAT_INITIAL_MATRIX;
         petsc!(MatCreateSubMatrix(whole.raw(), rows, rows, initial, &mut part.raw))?;
         Ok(part)
     }
@@ -52,7 +55,8 @@ impl SubMatrix {
     pub fn extract(&mut self, whole: &Matrix) -> Result<()> {
         // By way of another one: the distributed BAIJ of PETSc 3.18 does not recognise its own part if a rank has
         // no rows in it.
-        let (mut present, initial) = (null_mut(), sys::MAT_INITIAL_MATRIX);
+        let mut present = null_mut();
+        let initial = sys::MAT_INITIAL_MATRIX;
         petsc!(MatCreateSubMatrix(whole.raw(), self.rows, self.rows, initial, &mut present))?;
         let copied = petsc!(MatCopy(present, self.raw, sys::SAME_NONZERO_PATTERN));
         petsc!(MatDestroy(&mut present))?;

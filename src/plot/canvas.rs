@@ -126,7 +126,8 @@ fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
 fn dashes(points: &[[f64; 2]], pattern: &[f64]) -> Vec<Vec<[f64; 2]>> {
     let mut parts = Vec::new();
     let Some(&first) = points.first() else { return parts };
-    let (mut phase, mut left) = (0, pattern[0]);
+    let mut phase = 0;
+    let mut left = pattern[0];
     let mut part = vec![first];
     for ends in points.windows(2) {
         let [mut from, to] = [ends[0], ends[1]];

@@ -140,7 +140,9 @@ impl std::error::Error for Complaint {}
 impl fmt::Display for Complaint {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Place { file, line, column, length } = self.place;
-        let (offset, message, hint) = (self.offset, &self.message, &self.hint);
+        let offset = self.offset;
+        let message = &self.message;
+        let hint = &self.hint;
         let meant = if let Repair::Rename(name) = &self.repair { name } else { "" };
         write!(
             f,

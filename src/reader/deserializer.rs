@@ -56,7 +56,8 @@ impl Node {
         match left.len() {
             0 => Ok(value),
             more => {
-                let (count, wanted) = (entries.len(), entries.len() - more);
+                let count = entries.len();
+                let wanted = entries.len() - more;
                 let message = format!("expected {wanted} entries, found {count}");
                 Err(Complaint::new(message).at(self.place))
             }

@@ -134,7 +134,8 @@ fn interpolate(rows: &[[f64; 2]], t: f64) -> Motion {
         let value = rows[after.saturating_sub(1)][1];
         return Motion { value, rate: 0.0, second: 0.0 };
     }
-    let ([t0, v0], [t1, v1]) = (rows[after - 1], rows[after]);
+    let [t0, v0] = rows[after - 1];
+    let [t1, v1] = rows[after];
     let rate = (v1 - v0) / (t1 - t0);
     Motion { value: v0 + rate * (t - t0), rate, second: 0.0 }
 }

@@ -99,7 +99,8 @@ impl Scalar {
     /// The value in the units of the case, if this is a number or a string with a unit of that dimension.
     pub fn in_dimension(&self, dimension: Dimension) -> Result<f64, Complaint> {
         let units = units::reading();
-        let (expected, examples) = (units.describe(dimension), || units.examples(dimension));
+        let expected = units.describe(dimension);
+        let examples = || units.examples(dimension);
         let (text, found) = match self {
             Self::Number(value) => return Ok(*value),
             Self::Text(text) => (text, unit::parse(text)),

@@ -108,7 +108,8 @@ fn all<T: DeserializeOwned>(
         tree.fill(number);
         T::deserialize(&tree).map_or_else(|_| Vec::new(), |data| check(&data))
     };
-    let (low, high) = (with(-STAND_IN), with(STAND_IN));
+    let low = with(-STAND_IN);
+    let high = with(STAND_IN);
     let is_in = |all: &[Complaint], one: &Complaint| {
         all.iter().any(|other| other.place.is(one.place) && other.message == one.message)
     };

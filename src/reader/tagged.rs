@@ -149,7 +149,8 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
             return Err(A::Error::custom(empty));
         };
         self.known(&name).map_err(|complaint| A::Error::custom(complaint.at(name.place)))?;
-        let (noun, first) = (self.noun, name.value.clone());
+        let noun = self.noun;
+        let first = name.value.clone();
         let value = self.visitor.visit_enum(NameAndParameters { name: name.value, map: &mut map })?;
         if let Some(second) = map.next_key::<At<String>>()? {
             let both =

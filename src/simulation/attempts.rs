@@ -66,7 +66,10 @@ impl<const D: usize> Journal<D> {
 
     /// A solve of the next step begins.
     pub fn attempt(&mut self, stage: &Stage) {
-        let (step, time, dt, attempt) = (self.step + 1, stage.trial.time, stage.dt, self.now.attempt + 1);
+        let step = self.step + 1;
+        let time = stage.trial.time;
+        let dt = stage.dt;
+        let attempt = self.now.attempt + 1;
         self.now = CurrentSolve { time, dt, attempt, starting: false };
         self.console.newton_header(&Attempt { step, time, dt, attempt });
     }

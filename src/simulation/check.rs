@@ -112,13 +112,15 @@ fn sizes<const D: usize>(
     bodies: usize,
 ) -> Vec<Size> {
     let kinds = ElementKind::ALL.len();
-    let (mut counts, mut edges) = (vec![0u64; bodies * kinds], vec![f64::INFINITY; bodies]);
+    let mut counts = vec![0u64; bodies * kinds];
+    let mut edges = vec![f64::INFINITY; bodies];
     for element in (0..local.mesh.element_count()).filter(|&element| local.mine[element]) {
         let body = usize::from(local.mesh.body[element]);
         counts[body * kinds + local.mesh.kinds[element] as usize] += 1;
         edges[body] = edges[body].min(smallest_edge(local, element));
     }
-    let (mut totals, mut least) = (vec![0; counts.len()], vec![0.0; bodies]);
+    let mut totals = vec![0; counts.len()];
+    let mut least = vec![0.0; bodies];
     world.all_reduce_into(&counts[..], &mut totals[..], SystemOperation::sum());
     world.all_reduce_into(&edges[..], &mut least[..], SystemOperation::min());
     let size = |(counts, &smallest_edge): (&[u64], &f64)| Size {
@@ -140,10 +142,13 @@ fn smallest_edge<const D: usize>(local: &LocalMesh<D>, element: usize) -> f64 {
 }
 
 fn steps(case: &Case) -> String {
-    let (end, step) = (case.time.end.value, case.time.step());
+    let end = case.time.end.value;
+    let step = case.time.step();
     let count = (end / step * (1.0 - 1e-12)).ceil().max(1.0);
     let kind = if case.is_static() { "load increments" } else { "steps" };
-    let (step, s, cuts) = (end / count, case.units.of("s"), case.time.cuts.value);
+    let step = end / count;
+    let s = case.units.of("s");
+    let cuts = case.time.cuts.value;
     format!("time: {count} {kind} of {step:.4e} {s}, each cut at most {cuts} times")
 }
 
@@ -164,8 +169,8 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
         return;
     }
     let moduli = body.formulation.material.moduli;
-    let (pressure_wave, shear_wave) =
-        ((moduli.uniaxial_strain() / density).sqrt(), (moduli.mu / density).sqrt());
+    let pressure_wave = (moduli.uniaxial_strain() / density).sqrt();
+    let shear_wave = (moduli.mu / density).sqrt();
     let _ = writeln!(text, "  wave speeds: c_p {pressure_wave:.4e} {speed}, c_s {shear_wave:.4e} {speed}");
     if case.is_static() {
         return;

@@ -77,7 +77,9 @@ impl Keeper {
         let limit = wanted.and_then(|checkpoint| checkpoint.wall_time).map(|limit| limit.value);
         let (every, keep) = wanted.map_or((None, 2), |c| (Some(u64::from(c.every.value)), c.keep.value));
         let limit = place.wall_time.map(|limit| limit.as_secs_f64()).or(limit);
-        let (signals, began, reserve) = (Signals::listen()?, Instant::now(), Rc::<Cell<_>>::default());
+        let signals = Signals::listen()?;
+        let began = Instant::now();
+        let reserve = Rc::<Cell<_>>::default();
         let (heard, kept): (Signals, Rc<Cell<Option<f64>>>) = (signals.clone(), Rc::clone(&reserve));
         session.listen(move || {
             let over = |reserve, limit| began.elapsed().as_secs_f64() + reserve >= limit;
@@ -171,7 +173,8 @@ impl Keeper {
         (control, ledger, guard, pace): (&StepControl, &EnergyLedger, &Guard, &Pace),
         journal: &mut Journal<D>,
     ) -> Result<PathBuf> {
-        let (began, output) = (Instant::now(), self.output.clone());
+        let began = Instant::now();
+        let output = self.output.clone();
         let world = self.session.world();
         let past = journal.past()?;
         let _running = output.begin();

@@ -184,7 +184,8 @@ mod tests {
     }
 
     fn guard(limit: f64) -> Guard {
-        let (unexplained, motion) = (Unexplained::default(), MotionWatch::new(None));
+        let unexplained = Unexplained::default();
+        let motion = MotionWatch::new(None);
         let calm = energies(100.0, 0.0, 0.0);
         Guard { limit: Some(limit), scale: 0.0, calm, speeds: Vec::new(), unexplained, motion }.with(&calm)
     }

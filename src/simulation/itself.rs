@@ -50,7 +50,8 @@ fn narrowest<const D: usize>(local: &LocalMesh<D>, body: usize) -> Option<(f64, 
     }
     let around = |corners: &[Path<D>; D]| Bounds::of(corners.iter().map(|corner| corner.end.into()));
     let boxes: Vec<Bounds<D>> = simplices.iter().map(around).collect();
-    let (tree, all) = (BoundsTree::new(&boxes), boxes.iter().fold(*boxes.first()?, |a, b| a.join(b)));
+    let tree = BoundsTree::new(&boxes);
+    let all = boxes.iter().fold(*boxes.first()?, |a, b| a.join(b));
     let size = all.extent();
     let mut found: Option<(f64, Point<D>)> = None;
     for corners in &simplices {

@@ -211,7 +211,8 @@ fn march<const D: usize>(
         }
         pace.prepare(system);
         let attempt = Attempt { scheme, control: &control, pace: &pace };
-        let (before, saved) = (*ledger.now(), ledger.save());
+        let before = *ledger.now();
+        let saved = ledger.save();
         journal.try_step();
         let outcome = match attempt.solve(system, stage, &mut **strategy, journal) {
             Err(error) if error.cause == Cause::Stopped => {

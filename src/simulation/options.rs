@@ -191,7 +191,8 @@ pub fn strategy<const D: usize>(
     prefix: &str,
 ) -> Result<Box<dyn Strategy>> {
     let pattern = system.pattern_vector();
-    let (linear, problem) = (linear(case), step_problem(case, system));
+    let linear = linear(case);
+    let problem = step_problem(case, system);
     let solver = || LinearSolver::new(pattern, prefix, &linear, &problem);
     let newton = newton(case, terms(case, system), system.unknowns());
     Ok(augmented(

@@ -44,7 +44,8 @@ pub(super) fn warning(contact: &Penetration, is_general: bool, units: Units) -> 
         return Some(format!("warning: contact '{name}' never closed: its surfaces did not meet"));
     }
     let asked = contact.asked.filter(|asked| contact.deepest > *asked)?;
-    let (deepest, m) = (contact.deepest, units.of("m"));
+    let deepest = contact.deepest;
+    let m = units.of("m");
     Some(format!(
         "warning: contact '{name}' went {deepest:.3e} {m} deep, {asked:.3e} {m} was requested\n\
          hint: request {:.1e} {m}, or give normal: {{ penalty: {{ compliance: ... }} }}",
@@ -126,7 +127,8 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
             short.join(", ")
         ));
     }
-    let (extent, m) = (system.extent(), system.units().of("m"));
+    let extent = system.extent();
+    let m = system.units().of("m");
     let far = system.overclosures().iter().filter(|found| is_near(found) && found.smallest_gap > extent);
     remarks.extend(far.map(|found| {
         format!(

@@ -38,7 +38,8 @@ impl Strategy for Augmented {
     ) -> Result<Outcome> {
         system.recall_multipliers();
         let mut report = SolveReport::default();
-        let (mut least, mut idle) = (f64::INFINITY, 0);
+        let mut least = f64::INFINITY;
+        let mut idle = 0;
         for update in 1.. {
             let outcome = self.inner.solve(system, stage, watch)?;
             let (Outcome::Converged(solved) | Outcome::Failed(solved, _)) = &outcome;

@@ -90,7 +90,8 @@ mod tests {
     #[test]
     fn what_converges_is_no_cycle() {
         for factor in [0.99, 0.5, 1e-4] {
-            let (mut cycle, mut norm) = (Cycle::of(Split::Monolithic), 1.0);
+            let mut cycle = Cycle::of(Split::Monolithic);
+            let mut norm = 1.0;
             for _ in 0..40 {
                 assert!(!cycle.closes(norm));
                 norm *= factor;

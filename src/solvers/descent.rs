@@ -71,7 +71,8 @@ mod tests {
 
     /// Whether the solve is given up at each of the searches; a residual, then length 1/512 or not.
     fn judge(start: f64, steps: &[(f64, Option<bool>)]) -> Vec<bool> {
-        let (mut descent, mut before) = (Descent::default(), start);
+        let mut descent = Descent::default();
+        let mut before = start;
         let mut lost = Vec::new();
         for &(after, searched) in steps {
             descent.reach(before);

@@ -37,7 +37,8 @@ impl Fatigue {
     }
 
     pub fn record(&mut self, renewed: bool, iterations: u32, tolerance: f64) {
-        let (before, chosen) = (self.last, self.fresh > 0.0);
+        let before = self.last;
+        let chosen = self.fresh > 0.0;
         self.last = -tolerance.log10() / f64::from(iterations.max(1));
         let helped = chosen && before <= Self::WORTH * self.last || !self.is_poor();
         self.best = self.best.max(self.last);

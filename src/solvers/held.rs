@@ -80,7 +80,9 @@ pub(super) fn describe(
     let parts = own().next().map_or(0, |((motion, _), _)| motion.parts.len());
     let square = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
     let moves = |part: usize| {
-        let (mut shift, mut spin, mut name) = ([0.0; 3], [0.0; 3], "");
+        let mut shift = [0.0; 3];
+        let mut spin = [0.0; 3];
+        let mut name = "";
         let (mut nodes, mut spread) = (0.0, 0.0);
         for ((motion, factor), _) in own() {
             let part = &motion.parts[part];

@@ -86,7 +86,8 @@ impl<const D: usize> Incomplete<D> {
         };
         let lower = Triangle::new((0..count).map(|row| part(row, false)), false);
         let upper = Triangle::new((0..count).rev().map(|row| part(row, true)), true);
-        let (inverses, places) = (vec![[[0.0; D]; D]; count], vec![NOWHERE; count]);
+        let inverses = vec![[[0.0; D]; D]; count];
+        let places = vec![NOWHERE; count];
         Self { lower, upper, inverses, rows, places, work: Vec::new() }
     }
 
@@ -101,7 +102,8 @@ impl<const D: usize> Incomplete<D> {
             (0..).zip(columns).for_each(|(at, &column)| self.places[column as usize] = at);
             let below = self.lower.row(row);
             for (at, to) in below.clone().enumerate() {
-                let (factor, pivot) = (self.work[at], columns[at] as usize);
+                let factor = self.work[at];
+                let pivot = columns[at] as usize;
                 for k in self.upper.row(count - 1 - pivot) {
                     let place = self.places[self.upper.columns[k] as usize];
                     if place != NOWHERE {
@@ -186,7 +188,8 @@ fn subtract<const D: usize>(from: &mut Block<D>, a: &Block<D>, b: &Block<D>) {
 /// The inverse, by elimination with the largest pivot of each column; a pivot of zero is replaced by a tiny one.
 fn inverse<const D: usize>(block: Block<D>) -> Block<D> {
     // Rows of the transpose are the columns, and the inverse of the transpose is the transpose of the inverse.
-    let (mut a, mut out) = (block, [[0.0; D]; D]);
+    let mut a = block;
+    let mut out = [[0.0; D]; D];
     (0..D).for_each(|i| out[i][i] = 1.0);
     for k in 0..D {
         let largest = (k..D).fold(k, |best, i| if a[i][k].abs() > a[best][k].abs() { i } else { best });
@@ -214,7 +217,8 @@ mod tests {
 
     /// A matrix of blocks on a lattice of `n` by `n` nodes, each coupled with the eight around it, rows of unlike sizes.
     fn lattice<const D: usize>(n: i32) -> (Rows, Vec<Block<D>>) {
-        let (mut rows, mut blocks) = (Rows { offsets: vec![0], columns: vec![] }, vec![]);
+        let mut rows = Rows { offsets: vec![0], columns: vec![] };
+        let mut blocks = vec![];
         for node in 0..n * n {
             for (x, y) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (node % n + dx, node / n + dy))) {
                 if !(0..n).contains(&x) || !(0..n).contains(&y) {

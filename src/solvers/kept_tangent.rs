@@ -75,7 +75,9 @@ mod tests {
     use super::*;
 
     fn pattern() -> Rc<BlockPattern> {
-        let (row_offsets, columns, places) = (vec![0], Vec::new(), Vec::new());
+        let row_offsets = vec![0];
+        let columns = Vec::new();
+        let places = Vec::new();
         Rc::new(BlockPattern { block_size: 2, first_row: 0, row_offsets, columns, places })
     }
 
@@ -86,7 +88,8 @@ mod tests {
     /// What is kept serves the same step and pattern, for as long as it ages by less than the residual has to fall.
     #[test]
     fn a_tangent_serves_until_it_is_too_old() {
-        let (mut kept, here) = (KeptTangent::default(), pattern());
+        let mut kept = KeptTangent::default();
+        let here = pattern();
         assert!(!kept.serves(shifts(1.0), &here, [3, 3], 2.0), "there is none");
         kept.made(shifts(1.0), &here, [3, 3]);
         assert!(!kept.serves(shifts(0.5), &here, [3, 3], 2.0));
@@ -123,7 +126,8 @@ mod tests {
     /// One that failed is no longer used, and the next ones not until that is half forgotten often enough.
     #[test]
     fn a_failure_is_remembered_for_a_while() {
-        let (mut kept, here) = (KeptTangent::default(), pattern());
+        let mut kept = KeptTangent::default();
+        let here = pattern();
         kept.made(shifts(1.0), &here, [3, 3]);
         kept.used([100.0, f64::NAN]);
         assert!(!kept.serves(shifts(1.0), &here, [3, 3], 1e-3));

@@ -86,7 +86,8 @@ impl LinearSolver {
     /// # Errors
     /// When the choice, or a method that the user's options name, does not fit the problem.
     pub fn new(pattern: &Vector, prefix: &str, choice: &LinearChoice, problem: &Problem) -> Result<Self> {
-        let (session, ladder) = (pattern.session(), ladder(choice, problem)?);
+        let session = pattern.session();
+        let ladder = ladder(choice, problem)?;
         let mut solver = Self {
             session: session.clone(),
             prefix: prefix.to_owned(),
@@ -145,7 +146,8 @@ impl LinearSolver {
 
     /// Whether the first preset factorises on all of several ranks, where MUMPS rounds differently each time.
     pub fn factorises_together(&self) -> bool {
-        let (preset, chosen) = (self.ladder[0], self.session.is_given(&format!("{}pc_type", self.prefix)));
+        let preset = self.ladder[0];
+        let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
         let inner = self.stages.inner.and_then(Preset::named).filter(|_| preset.is_two_stage());
         let factorises = inner.map_or(preset.is_own() || !preset.iterative, |inner| !inner.iterative);
         self.session.size() > 1 && factorises && !chosen
@@ -237,7 +239,8 @@ impl LinearSolver {
             iterations += tried.iterations;
             inner += self.own.borrow_mut().as_mut().map_or(0, |own| own.take_iterations());
             if tried.is_good() {
-                let (residual, preset) = (tried.residual, self.preset().name);
+                let residual = tried.residual;
+                let preset = self.preset().name;
                 return Ok(Some(Solved { iterations, inner, residual, preset }));
             }
             if self.rung + 1 == self.ladder.len() {
@@ -368,7 +371,8 @@ impl LinearSolver {
             let mut krylov = Krylov::new(&self.session, &self.prefix)?;
             let options = self.ladder[self.rung].options_on(self.session.size() as usize);
             let given = |name: &str| self.session.is_given(&format!("{}{name}", self.prefix));
-            let (options, ranks) = (beside_the_users(options, given), self.session.size().to_string());
+            let options = beside_the_users(options, given);
+            let ranks = self.session.size().to_string();
             let alone = self.alone && ranks != "1" && !self.ladder[self.rung].iterative;
             krylov.configure(&if alone { on_one_rank(&options, &ranks) } else { options })?;
             let own = !self.session.is_given(&format!("{}pc_type", self.prefix));

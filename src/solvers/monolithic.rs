@@ -416,7 +416,8 @@ impl Monolithic {
         if stage.holding == 0.0 {
             return Ok(1.0);
         }
-        let (limit, motion) = (system.stride(), self.correction.max_norm()?);
+        let limit = system.stride();
+        let motion = self.correction.max_norm()?;
         Ok(if motion > limit { limit / motion } else { 1.0 })
     }
 

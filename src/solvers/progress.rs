@@ -28,7 +28,8 @@ impl Factor {
     /// Of the differences `d` and `last` of two sweeps in a row, `product` their scalar product, where the stages told each
     /// other the part `part` of their way: `d - (1 - part) last = part J last` with the matrix `J` of a whole sweep.
     fn new(part: f64, d: f64, last: f64, product: f64) -> Self {
-        let (left, cosine) = (1.0 - part, product / (d * last).max(f64::MIN_POSITIVE));
+        let left = 1.0 - part;
+        let cosine = product / (d * last).max(f64::MIN_POSITIVE);
         let ratio = d / last;
         let square = ratio * ratio + left * (left - 2.0 * ratio * cosine);
         let contraction = if part == 1.0 { ratio } else { square.max(0.0).sqrt() / part };
@@ -180,8 +181,10 @@ mod tests {
 
     /// Sweeps with the eigenvalues `modes`, each beginning at 1: their contractions, and the distance that is left.
     fn sweeps(modes: &[f64], count: usize) -> (Vec<f64>, f64) {
-        let (mut errors, mut progress) = (vec![1.0; modes.len()], Progress::default());
-        let (mut last, mut contractions) = (vec![0.0; modes.len()], Vec::new());
+        let mut errors = vec![1.0; modes.len()];
+        let mut progress = Progress::default();
+        let mut last = vec![0.0; modes.len()];
+        let mut contractions = Vec::new();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         for _ in 0..count {
             let apart: Vec<f64> =

@@ -179,7 +179,8 @@ struct Overlapping<const D: usize> {
 
 impl<const D: usize> Overlapping<D> {
     fn new(pattern: &Rc<BlockPattern>, grown: Grown) -> Self {
-        let (owned, count) = (pattern.rows(), pattern.rows() + grown.ghosts.len());
+        let owned = pattern.rows();
+        let count = pattern.rows() + grown.ghosts.len();
         let place = |node: u32| match (node as usize).checked_sub(owned) {
             None => pattern.places[node as usize],
             Some(ghost) => grown.place(ghost),

@@ -95,7 +95,8 @@ impl Zone {
             Some(solver) => solver.changed(matrix)?,
             None => false,
         };
-        let (mut total, own) = ([0u64; 3], [count, u64::from(left), u64::from(changed)]);
+        let mut total = [0u64; 3];
+        let own = [count, u64::from(left), u64::from(changed)];
         self.session.world().all_reduce_into(&own, &mut total, SystemOperation::sum());
         let [count, left, changed] = total;
         let anew = left > 0 || count * Self::SHRUNK < self.chosen_for;

@@ -62,7 +62,8 @@ pub fn locate<const D: usize>(
 pub fn pull_back<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D]) -> Option<[f64; 3]> {
     let nodes = mesh.element_nodes(element as usize);
     let kind = reference(mesh.kinds[element as usize]);
-    let (mut n, mut dn) = (vec![0.0; nodes.len()], vec![0.0; nodes.len() * D]);
+    let mut n = vec![0.0; nodes.len()];
+    let mut dn = vec![0.0; nodes.len() * D];
     let mut xi = kind.reduced_rule().points[0];
     for _ in 0..STEPS {
         kind.shape(&xi, &mut n);

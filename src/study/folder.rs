@@ -170,7 +170,9 @@ impl Papers<'_> {
             for (number, &row) in front.iter().enumerate() {
                 let row = &rows[row];
                 let error = row.errors[index].map_or(String::new(), percent);
-                let (member, time, cost) = (self.findings.described(row), seconds(row.cost.cpu), &row.cost);
+                let member = self.findings.described(row);
+                let time = seconds(row.cost.cpu);
+                let cost = &row.cost;
                 let number = number + 1;
                 text.push_str(&format!(
                     "| {number} | {member} | {error} | {time} | {} | {} |\n",

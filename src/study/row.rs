@@ -269,7 +269,8 @@ impl References {
 }
 
 fn error(row: &Row, index: usize, quantity: &Quantity, standard: &Standard) -> Option<f64> {
-    let (measure, interval) = (quantity.measure.value, interval(quantity));
+    let measure = quantity.measure.value;
+    let interval = interval(quantity);
     let scale = quantity.scale.map(|scale| scale.value);
     let target = match standard {
         Standard::Value(value) => *value,

@@ -181,7 +181,8 @@ fn ran_out_of_time(record: &Value) -> bool {
 /// What is missing or damaged.
 fn check_results(member: &Member, record: &Value, folder: &Path) -> Result<()> {
     check_tables(record, folder)?;
-    let (end, s) = (member.case.time.end.value, member.case.units.of("s"));
+    let end = member.case.time.end.value;
+    let s = member.case.units.of("s");
     let reached = record["simulated_time"].as_f64().unwrap_or(0.0);
     if record["verdict"] == "completed" && reached < end * (1.0 - 1e-9) {
         let text =

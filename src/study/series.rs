@@ -47,7 +47,8 @@ impl Series {
                 .hint(&format!("there are: {}{near}", known.join(", ")))
         };
         let numbers = |column: &str| csv.numbers(column)?.ok_or_else(|| absent(column));
-        let (times, values) = (numbers(&units.heading("time [s]"))?, numbers(column)?);
+        let times = numbers(&units.heading("time [s]"))?;
+        let values = numbers(column)?;
         let mut is_meant = vec![true; times.len()];
         for (column, word) in only {
             let words = csv.words(column).ok_or_else(|| absent(column))?;
@@ -167,7 +168,8 @@ mod tests {
     /// t against 2 t over [0, 3] is a half.
     #[test]
     fn norms_are_exact_for_lines() {
-        let (coarse, fine) = (line(1.0, &[0.0, 3.0]), line(2.0, &[0.0, 0.1, 0.7, 2.0, 3.0]));
+        let coarse = line(1.0, &[0.0, 3.0]);
+        let fine = line(2.0, &[0.0, 0.1, 0.7, 2.0, 3.0]);
         assert!((coarse.distance(&fine, None, None).unwrap() - 0.5).abs() < 1e-15);
         assert!(line(2.0, &[0.0, 3.0]).distance(&fine, None, None).unwrap() < 1e-15);
         // Root mean square of t over [0, 3] is the square root of 3.

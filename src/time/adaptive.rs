@@ -250,7 +250,8 @@ mod tests {
     /// The error of an oscillation comes and goes within eight steps; the steps hardly follow it, and use what they aim at.
     #[test]
     fn an_error_that_comes_and_goes_leaves_the_step() {
-        let (mut control, scale) = (Adaptive::new([0.0, 1.0], 0.05, &[], 5), 1e-3);
+        let mut control = Adaptive::new([0.0, 1.0], 0.05, &[], 5);
+        let scale = 1e-3;
         let (mut longest, mut shortest, mut used, mut steps) = (0.0f64, 1.0f64, 0.0, 0);
         while !control.finished() {
             let ratio = (control.dt() / scale).powi(2)

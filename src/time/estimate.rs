@@ -88,12 +88,16 @@ mod tests {
         let (omega, end) = (5.0f64, 2.0);
         let dts: Vec<f64> = (0..steps).map(|k| 1.0 + 0.2 * (k as f64 * 0.7).sin()).collect();
         let total: f64 = dts.iter().sum();
-        let (mut t, mut u, mut v, mut a) = (0.0, 1.0, 0.0, -omega * omega);
+        let mut t = 0.0;
+        let mut u = 1.0;
+        let mut v = 0.0;
+        let mut a = -omega * omega;
         let (mut older, mut times) = ([0.0; 2], [0.0; 2]);
         let (mut sum, mut worst) = (0.0, 0.0f64);
         for (k, part) in dts.iter().enumerate() {
             let dt = part / total * end;
-            let (shifts, balance) = (scheme.shifts(dt), scheme.balance());
+            let shifts = scheme.shifts(dt);
+            let balance = scheme.balance();
             let (v_base, a_base) = match scheme {
                 Scheme::Newmark { beta, gamma, .. } => {
                     let base = -v / (beta * dt) - (0.5 / beta - 1.0) * a;

@@ -96,7 +96,8 @@ mod tests {
     /// A slow mode passes whole; a fast one counts a few times over the span, whatever its frequency.
     #[test]
     fn lost_modes_count_a_few_times() {
-        let (scheme, span) = (Scheme::Midpoint, 1.0);
+        let scheme = Scheme::Midpoint;
+        let span = 1.0;
         let dt = 1e-5;
         let section = scheme.saturation(dt, span);
         let rate = |w: f64| w.powi(3) * dt * dt / 12.0;
@@ -117,7 +118,8 @@ mod tests {
     #[test]
     fn constants_pass() {
         let section = Scheme::Midpoint.saturation(1e-2, 1.0);
-        let (mut passed, mut states) = (Passed::default(), [0.0; SECTIONS]);
+        let mut passed = Passed::default();
+        let mut states = [0.0; SECTIONS];
         for _ in 0..7 {
             let before = [states[0], states[1], states[2], 1.0];
             for (last, state) in states.iter_mut().enumerate() {

@@ -199,8 +199,11 @@ mod tests {
     fn oscillate(scheme: Scheme, steps: usize, end: f64) -> f64 {
         let (m, k) = (2.0, 18.0);
         let dt = end / steps as f64;
-        let (shifts, balance) = (scheme.shifts(dt), scheme.balance());
-        let (mut u, mut v, mut a) = (1.0, 0.5, -k / m);
+        let shifts = scheme.shifts(dt);
+        let balance = scheme.balance();
+        let mut u = 1.0;
+        let mut v = 0.5;
+        let mut a = -k / m;
         for _ in 0..steps {
             let (v_base, a_base) = match scheme {
                 Scheme::Newmark { beta, gamma, .. } => {

@@ -131,7 +131,8 @@ impl<const D: usize> Interface<D> {
         let beyond = index.owned as u32..self.numbering(index).count() as u32;
         let row = |node| globals.binary_search(&self.numbering(index).global(node));
         let row_of = beyond.map(|node| row(node).map_or(NO_ROW, |row| row as u32)).collect();
-        let (force, values) = (vec![0.0; globals.len() * D], vec![0.0; remote.blocks() * D * D]);
+        let force = vec![0.0; globals.len() * D];
+        let values = vec![0.0; remote.blocks() * D * D];
         let (received, slots) = (Vec::new(), Vec::new());
         self.rows = Some(Rows { give, blocks, remote, row_of, own, received, slots, force, values });
         Ok(())

@@ -136,7 +136,8 @@ impl<const D: usize> ContactSystem<D> {
         let surface = contact.surface();
         let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
         let contactor = contactor.map(|&node| of_node(node)).fold(0.0, f64::max);
-        let (mut target, mut nodes) = (0.0_f64, Vec::new());
+        let mut target = 0.0_f64;
+        let mut nodes = Vec::new();
         for &facet in contact.pair.target_facets() {
             self.local.mesh.facet_nodes(facet, &mut nodes);
             target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
@@ -233,7 +234,8 @@ fn between_points<const D: usize>(
     met: bool,
 ) -> u64 {
     let Some(Core { radius, .. }) = obstacle.core() else { return 0 };
-    let (surface, mut count) = (contact.surface(), 0);
+    let surface = contact.surface();
+    let mut count = 0;
     for facet in surface.facets() {
         let corners = nodes_of(surface, facet, ends);
         if points_of(obstacle, facet.kind, &corners).any(|point| obstacle.gap(&point.end) <= 0.0) {

@@ -76,7 +76,8 @@ impl<const D: usize> Moving<D> {
         ends: Ends<'_>,
         radius: f64,
     ) -> Result<Self> {
-        let (world, local) = (session.world(), surfaces.local);
+        let world = session.world();
+        let local = surfaces.local;
         let positions: Vec<f64> =
             local.mesh.points.as_flattened().iter().zip(ends.start).map(|(x, u)| x + u).collect();
         let reach = Reach { radius, slack: 0.0 };

@@ -47,7 +47,8 @@ impl<'a, const D: usize> Gathered<'a, D> {
 
     /// Adds one of the rank's own facets.
     pub fn push_own(&mut self, facet: Facet) {
-        let (mesh, element) = (&self.local.mesh, facet.element as usize);
+        let mesh = &self.local.mesh;
+        let element = facet.element as usize;
         let mut nodes = Vec::new();
         mesh.facet_nodes(facet, &mut nodes);
         self.facets.push(Entry {

@@ -145,7 +145,9 @@ struct Track<const D: usize> {
 
 impl<const D: usize> Track<D> {
     fn new(local: &LocalMesh<D>, facets: &[Facet], positions: &[f64]) -> Self {
-        let (mut nodes, mut list, mut most) = (Vec::new(), Vec::new(), 1.0_f64);
+        let mut nodes = Vec::new();
+        let mut list = Vec::new();
+        let mut most = 1.0_f64;
         for &facet in facets {
             local.mesh.facet_nodes(facet, &mut list);
             nodes.extend_from_slice(&list);

@@ -38,10 +38,12 @@ impl Parcel<'_> {
             let (mut integers, mut reals) = (Vec::new(), Vec::new());
             let meets = |one: &Bounds<D>| places.iter().any(|place| place.meets(one));
             for (&facet, one) in facets.iter().zip(boxes).filter(|(_, one)| meets(one)) {
-                let (local, mesh) = (surfaces.local, &surfaces.local.mesh);
+                let local = surfaces.local;
+                let mesh = &surfaces.local.mesh;
                 let element = facet.element as usize;
                 mesh.facet_nodes(facet, &mut nodes);
-                let (kind, body) = (mesh.facet_kind(facet), mesh.body[element]);
+                let kind = mesh.facet_kind(facet);
+                let body = mesh.body[element];
                 integers.extend([kind as u32, body.into(), local.input_element[element], facet.side.into()]);
                 integers.extend(nodes.iter().map(|&node| local.index.global(node) as u32));
                 reals.extend(one.low.iter().chain(&one.high));

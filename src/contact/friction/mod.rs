@@ -123,7 +123,8 @@ mod tests {
     fn bounds_have_taylor_order_two() {
         for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
             for law in all() {
-                let (gap, speed) = (-2e-4, 0.03);
+                let gap = -2e-4;
+                let speed = 0.03;
                 let f = |x: &[f64]| vec![bound(&law, &normal, x[0], x[1]).value];
                 let at = bound(&law, &normal, gap, speed);
                 let df = |_: &[f64], d: &[f64]| vec![at.by_gap * d[0] + at.by_speed * d[1]];

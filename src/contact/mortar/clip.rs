@@ -97,7 +97,8 @@ impl Polygon {
         let ends = [i, next].map(|corner| corner as u8);
         let mut kept = Self { count: 0, ..*self };
         for k in 0..self.count {
-            let (this, that) = (&self.vertices[k], &self.vertices[(k + 1) % self.count]);
+            let this = &self.vertices[k];
+            let that = &self.vertices[(k + 1) % self.count];
             let (here, there) = (side(this), side(that));
             let (inside, goes_in) = (here >= -tolerance, there >= -tolerance);
             let crossing = |edge| {

@@ -297,7 +297,8 @@ impl<const D: usize> VertexContact<D> {
         let mut all = Vec::with_capacity(sums.len());
         for (vertex, sums) in sums.iter().enumerate() {
             if !sums.is_covered() {
-                let (gap, sunk) = (self.free_gap(sums), sums.sunk(state.adjusted(vertex)));
+                let gap = self.free_gap(sums);
+                let sunk = sums.sunk(state.adjusted(vertex));
                 state.current[vertex] = PointState { gap, sunk, ..PointState::default() };
                 all.push(None);
                 continue;
@@ -484,7 +485,8 @@ impl<const D: usize> VertexContact<D> {
             pair.vary(&both, varying, held_here, |corner, a, by| {
                 by_cover[a] += by.area;
                 let Some(number) = numbers[corner] else { return };
-                let (row, place) = (&mut rows[number], places[corner][a]);
+                let row = &mut rows[number];
+                let place = places[corner][a];
                 row.by_area[place] += by.area;
                 let entry = &mut row.nodes[place];
                 entry.gap += by.gap;

@@ -293,7 +293,8 @@ impl<const D: usize> FacetPair<'_, D> {
     pub fn integrate(&self) -> Option<PairIntegrals<D>> {
         let vertices = [VertexIntegrals::default(); MOST_CORNERS];
         let mut sums = PairIntegrals { vertices, cover: 0.0 };
-        let (mut found, everywhere) = (false, matches!(self.target, Opposite::Facet(_)));
+        let mut found = false;
+        let everywhere = matches!(self.target, Opposite::Facet(_));
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let corners = self.contactor.kind.corners();
         self.sweep(Want::Points, |point, _| {
@@ -523,7 +524,8 @@ impl<const D: usize> FacetPair<'_, D> {
                     + variation.normal[a].transpose()
                         * (Tensor::identity() * other - variation.normal[b] * (point.gap * force));
                 for k in 0..D - 1 {
-                    let (mut over, mut under) = (tilts[k][b], Vector::zeros());
+                    let mut over = tilts[k][b];
+                    let mut under = Vector::zeros();
                     for l in 0..D - 1 {
                         over += variation.eta[l][b] * above[k + l];
                         under += variation.xi[l][b] * below[k + l];

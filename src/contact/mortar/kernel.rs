@@ -171,7 +171,8 @@ impl<const D: usize> VertexSums<D> {
             history,
         };
         let (state, slopes) = tractions(law, &relation, manner);
-        let (flatness, sunk) = (self.normal.norm() / self.area, self.sunk(adjusted));
+        let flatness = self.normal.norm() / self.area;
+        let sunk = self.sunk(adjusted);
         (PointState { flatness, sunk, ..state }, slopes)
     }
 

@@ -193,7 +193,8 @@ impl<const D: usize> VertexContact<D> {
         request: &ContactRequest,
         state: &ContactState<D>,
     ) -> (PointState<D>, Active<D>) {
-        let (law, history) = (&self.law, &state.history[row.vertex]);
+        let law = &self.law;
+        let history = &state.history[row.vertex];
         let manner = state.manner(row.vertex, request.hold, request.branches);
         let normal = law.normal.between(change.gaps);
         let [before, after] = change.gaps.map(|gap| law.normal.evaluate(gap));

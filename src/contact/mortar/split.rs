@@ -114,7 +114,8 @@ mod tests {
             let area = |piece: &Piece| {
                 let n = piece.corners.len();
                 let cross = |i: usize| {
-                    let (a, b) = (piece.corners[i].at, piece.corners[(i + 1) % n].at);
+                    let a = piece.corners[i].at;
+                    let b = piece.corners[(i + 1) % n].at;
                     a[0] * b[1] - a[1] * b[0]
                 };
                 0.5 * (0..n).map(cross).sum::<f64>()

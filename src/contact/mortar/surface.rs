@@ -125,7 +125,8 @@ impl<const D: usize> VertexSurface<D> {
         let rule = element.rule(5);
         let table = element.tabulate(&rule);
         let width = table.nodes * (D - 1);
-        let (mut total, mut shares) = (0.0, [[0.0; 4]; 4]);
+        let mut total = 0.0;
+        let mut shares = [[0.0; 4]; 4];
         for (q, at) in rule.points.iter().enumerate() {
             let tangents = facet_tangents(points, &table.dn[q * width..(q + 1) * width]);
             let area = table.weights[q] * facet_normal(&tangents).norm();

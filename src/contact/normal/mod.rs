@@ -98,7 +98,8 @@ impl NormalLaw {
     /// The mean of the traction between two gaps \[m\], `-(w(g_1) - w(g_0)) / (g_1 - g_0)`, and its derivative by the
     /// second; at equal gaps the traction there, and half of its slope.
     pub fn between(&self, [start, end]: [f64; 2]) -> NormalResponse {
-        let (depth, potential) = ([-start, -end], self.evaluate(end).potential);
+        let depth = [-start, -end];
+        let potential = self.evaluate(end).potential;
         let (deeper, shallower) = (depth[0].max(depth[1]), depth[0].min(depth[1]));
         if deeper <= 0.0 {
             return NormalResponse::default();
@@ -182,7 +183,8 @@ mod tests {
                     assert!(
                         mean.potential == after.potential && mean.traction >= 0.0 && mean.derivative <= 0.0
                     );
-                    let (f, slope) = (|x: &[f64]| vec![law.between([start, x[0]]).traction], mean.derivative);
+                    let f = |x: &[f64]| vec![law.between([start, x[0]]).traction];
+                    let slope = mean.derivative;
                     let h = 1e-7;
                     let rise = (f(&[end + h])[0] - f(&[end - h])[0]) / (2.0 * h);
                     let scale = law.evaluate(-1.1e-3).derivative.abs();
@@ -223,7 +225,8 @@ mod tests {
     /// The power law with exponent 1 is the penalty with the inverse compliance.
     #[test]
     fn power_law_of_exponent_one_is_the_penalty() {
-        let (penalty, power) = (Penalty::of(1e-10), NormalPowerLaw::of(1e10, 1.0));
+        let penalty = Penalty::of(1e-10);
+        let power = NormalPowerLaw::of(1e10, 1.0);
         for penetration in [1e-9, 1e-5, 1e-2] {
             let (a, b) = (penalty.closed(penetration), power.closed(penetration));
             assert!((a.traction / b.traction - 1.0).abs() < 1e-14);

@@ -121,7 +121,8 @@ impl<const D: usize> RoundSurface<D> {
     /// Gap, normal and Hessian. At the centre every direction is as near as the others: the last round one is taken, without curvature.
     pub fn proximity(&self, x: &Vector<D>, transverse: &Tensor<D>) -> Proximity<D> {
         let offset = self.offset(x, transverse);
-        let (distance, gap) = (offset.norm(), self.gap(x, transverse));
+        let distance = offset.norm();
+        let gap = self.gap(x, transverse);
         if distance <= CENTRE * self.radius {
             let columns = (0..D).rev().map(|k| transverse.column(k).into_owned());
             let axis = columns.max_by(|a, b| a.norm().total_cmp(&b.norm()));

@@ -162,7 +162,8 @@ fn check_plane<const D: usize>(input: &Input, raw: &Raw, mesh: &Mesh<D>) -> Resu
     let used = || mesh.nodes.iter().map(|&node| node as usize);
     let size = used().flat_map(|node| raw.points[node]).fold(0.0, |size: f64, x| size.max(x.abs()));
     let Some(node) = used().find(|&node| raw.points[node][2].abs() > PLANE * size) else { return Ok(()) };
-    let (id, place) = (raw.node_ids[node], coordinates(&raw.points[node]));
+    let id = raw.node_ids[node];
+    let place = coordinates(&raw.points[node]);
     let message = format!("node {id} at {place} is out of the plane: |z| > {:e}", PLANE * size);
     Err(input
         .error_at(raw.node_places[node], message)
@@ -173,7 +174,8 @@ fn check_plane<const D: usize>(input: &Input, raw: &Raw, mesh: &Mesh<D>) -> Resu
 fn check_shape<const D: usize>(input: &Input, raw: &Raw, solids: &Solids<D>) -> Result<()> {
     let mesh = &solids.mesh;
     if let Some(bad) = validate::first_bad_element(mesh) {
-        let (id, place) = (raw.node_ids[bad.node as usize], coordinates(&mesh.points[bad.node as usize]));
+        let id = raw.node_ids[bad.node as usize];
+        let place = coordinates(&mesh.points[bad.node as usize]);
         let centre = coordinates(&mesh.element_centre(bad.element));
         let (reason, cure) = if bad.reversed {
             let cure = if D == 2 {

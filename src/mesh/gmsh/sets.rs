@@ -91,7 +91,8 @@ fn matching_sides<const D: usize>(
     let mut found = nodes.to_vec();
     found.sort_unstable();
     if expected != found {
-        let (side, kind) = (mesh.facet_kind(first), mesh.kinds[first.element as usize]);
+        let side = mesh.facet_kind(first);
+        let kind = mesh.kinds[first.element as usize];
         return Err(format!("has other nodes than the {side} side of the {kind} element that it bounds"));
     }
     Ok(sides)
@@ -112,7 +113,8 @@ pub(super) fn points<const D: usize>(
         let Some(&first) = groups.first() else { continue };
         let nodes = raw.resolve(input, element)?;
         if let Some(&alone) = nodes.iter().find(|&&node| !used[node as usize] && !region_chosen) {
-            let (set, id) = (label(raw, element.dimension(), first), raw.node_ids[alone as usize]);
+            let set = label(raw, element.dimension(), first);
+            let id = raw.node_ids[alone as usize];
             let message =
                 format!("of set '{set}' uses node {id}, which belongs to no element of dimension {D}");
             return Err(raw

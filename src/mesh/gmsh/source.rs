@@ -49,7 +49,8 @@ impl Source {
     /// An error that begins with file, line, number, kind and middle of an element.
     pub fn error_at_element<const D: usize>(&self, mesh: &Mesh<D>, element: usize, message: &str) -> Error {
         let label = self.labels.elements[element];
-        let (kind, place) = (mesh.kinds[element], coordinates(&mesh.element_centre(element)));
+        let kind = mesh.kinds[element];
+        let place = coordinates(&mesh.element_centre(element));
         self.error(label, &format!("element {} ({kind}) at {place} {message}", label.id))
     }
 

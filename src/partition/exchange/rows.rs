@@ -41,7 +41,8 @@ impl ForeignRows {
     /// Number of the block of a pair of global nodes; `None` where it is not among them.
     pub fn slot(&self, row: i32, column: i32) -> Option<u32> {
         let row = self.rows.binary_search(&row).ok()?;
-        let (from, to) = (self.offsets[row], self.offsets[row + 1]);
+        let from = self.offsets[row];
+        let to = self.offsets[row + 1];
         let at = self.columns[from as usize..to as usize].binary_search(&column).ok()?;
         Some(from + at as u32)
     }

@@ -206,7 +206,8 @@ impl Watch {
         report: &SolveReport,
     ) -> Result<bool> {
         self.observe_size(system, &stage.trial)?;
-        let (share, left) = (stage.dt / self.end, 1.0 - stage.start.time / self.end);
+        let share = stage.dt / self.end;
+        let left = 1.0 - stage.start.time / self.end;
         let jumps = report.contact.pressing != self.memory.pressing;
         let lenient = jumps || self.memory.unsettled > 0;
         let mut ratio = 0.0f64;
@@ -350,7 +351,8 @@ impl Watch {
         let section = if system.rattles() { Section::WHOLE } else { self.scheme.saturation(stage.dt, span) };
         self.section = Some(section);
         let rate = system.mean_size(past.smooth_rate(&section)?, self.weight)?;
-        let (passed, before) = (self.memory.passed.after(&section).part(&section), self.memory.rate[1]);
+        let passed = self.memory.passed.after(&section).part(&section);
+        let before = self.memory.rate[1];
         self.smooth = if before > 0.0 { rate + (1.0 - passed) * before } else { rate / passed };
         Ok(power * self.smooth)
     }
