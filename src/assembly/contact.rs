@@ -162,7 +162,8 @@ impl<const D: usize> Contact<D> {
     pub fn gather_nodal<const K: usize>(
         &self,
         value: impl Fn(usize, &PointState<D>) -> [f64; K],
-        (sum, weight): (&mut [f64], &mut [f64]),
+        sum: &mut [f64],
+        weight: &mut [f64],
     ) {
         let surface = &self.pair.contact.surface;
         for facet in surface.facets() {

@@ -149,7 +149,7 @@ impl Redistribution {
         nodes.dedup();
         let frame = Frame::around(session.world(), local, &nodes);
         let all = frame.monomials(&[0.0; D]).len();
-        let [matrix, right] = self.moments(session.world(), local, (body, &frame), solids);
+        let [matrix, right] = self.moments(session.world(), local, body, &frame, solids);
         let matrix = DMatrix::from_row_slice(all, all, &matrix);
         let right = DVector::from_vec(right);
         for count in [all, D + 1] {
@@ -177,7 +177,8 @@ impl Redistribution {
         &self,
         world: &impl CommunicatorCollectives,
         local: &LocalMesh<D>,
-        (body, frame): (usize, &Frame<D>),
+        body: usize,
+        frame: &Frame<D>,
         solids: &[Solid<D>],
     ) -> [Vec<f64>; 2] {
         let count = frame.monomials(&[0.0; D]).len();

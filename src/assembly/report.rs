@@ -111,7 +111,7 @@ impl NodalSums {
                 component(v, 2),
             ]
         };
-        contact.gather_nodal(value, (&mut gathered.sums, &mut gathered.weights));
+        contact.gather_nodal(value, &mut gathered.sums, &mut gathered.weights);
         gathered
     }
 

@@ -59,7 +59,8 @@ pub fn known(extent: f64, farthest: f64) -> f64 {
 pub fn resolve_overclosure<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &mut LocalMesh<D>,
-    (contact, units): (&Contact<D>, Units),
+    contact: &Contact<D>,
+    units: Units,
     obstacle: &dyn Shape<D>,
     known: f64,
 ) -> Result<Overclosure<D>> {
@@ -81,7 +82,7 @@ pub fn resolve_overclosure<const D: usize>(
     let mut found = worst(world, &contact.name, known, gaps);
     found.looks_away = look_away(world, local, &facets, obstacle);
     let facet = mean_facet(world, local, &facets);
-    if let Some(apart) = adjusted((contact, units), &found, "nodes", facet)? {
+    if let Some(apart) = adjusted(contact, units, &found, "nodes", facet)? {
         let facing = facing_nodes(local, &facets, obstacle);
         let apart = apart.min(CLOSABLE * height(world, local, &facets));
         for &node in &nodes {
@@ -99,12 +100,13 @@ pub fn resolve_overclosure<const D: usize>(
 /// When the case wants an overclosure to be an error.
 pub fn resolve_overclosure_of_points<const D: usize>(
     world: &impl CommunicatorCollectives,
-    (given, units): (&Contact<D>, Units),
+    given: &Contact<D>,
+    units: Units,
     contact: &mut super::contact::Contact<D>,
     known: f64,
 ) -> Result<Overclosure<D>> {
     let found = worst(world, &given.name, known, contact.gaps().into_iter());
-    if let Some(apart) = adjusted((given, units), &found, "points", contact.facet_size)? {
+    if let Some(apart) = adjusted(given, units, &found, "points", contact.facet_size)? {
         contact.state.adjust(apart);
     }
     Ok(found)
@@ -112,28 +114,25 @@ pub fn resolve_overclosure_of_points<const D: usize>(
 
 /// Largest gap at which nodes or points are treated as touching, in addition to those that penetrate \[m\]; `None` if all gaps are kept.
 fn adjusted<const D: usize>(
-    (contact, units): (&Contact<D>, Units),
+    contact: &Contact<D>,
+    units: Units,
     found: &Overclosure<D>,
     what: &str,
     facet: f64,
 ) -> Result<Option<f64>> {
     let apart = match contact.initial_overclosure {
         InitialOverclosure::Error if found.smallest_gap < 0.0 => {
-            return Err(refusal((contact, units), found, what));
+            return Err(refusal(contact, units, found, what));
         }
         InitialOverclosure::Error | InitialOverclosure::Accept => return Ok(None),
         InitialOverclosure::Adjust => 0.0,
         InitialOverclosure::Conform => CLOSABLE * facet,
     };
-    require_small((contact, units), found, facet)?;
+    require_small(contact, units, found, facet)?;
     Ok(Some(apart))
 }
 
-fn refusal<const D: usize>(
-    (contact, units): (&Contact<D>, Units),
-    found: &Overclosure<D>,
-    what: &str,
-) -> Error {
+fn refusal<const D: usize>(contact: &Contact<D>, units: Units, found: &Overclosure<D>, what: &str) -> Error {
     let m = units.of("m");
     Error::case(format!(
         "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} {m} at {} {m}",
@@ -155,7 +154,8 @@ const CLOSABLE: f64 = 0.5 * OPEN;
 
 /// Refuses to adjust what is no small error of meshes.
 fn require_small<const D: usize>(
-    (contact, units): (&Contact<D>, Units),
+    contact: &Contact<D>,
+    units: Units,
     found: &Overclosure<D>,
     facet: f64,
 ) -> Result<()> {

@@ -118,7 +118,8 @@ impl<const D: usize> ContactSystem<D> {
                 overclosures.push(resolve_overclosure(
                     world,
                     &mut local,
-                    (contact, model.units),
+                    contact,
+                    model.units,
                     obstacle,
                     known,
                 )?);
@@ -202,7 +203,7 @@ impl<const D: usize> ContactSystem<D> {
             if contact.is_deformable() {
                 self.overclosures.insert(
                     at,
-                    resolve_overclosure_of_points(session.world(), (given, self.units), contact, known)?,
+                    resolve_overclosure_of_points(session.world(), given, self.units, contact, known)?,
                 );
             }
         }

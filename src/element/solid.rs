@@ -140,7 +140,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
             *force = apply_add(&flux, slope, force);
         }
         if let Some(wanted) = wanted {
-            let tangent = Tangent::new::<P>(&response, (&sample.map, sample.volume), wanted);
+            let tangent = Tangent::new::<P>(&response, &sample.map, sample.volume, wanted);
             let slopes = &self.batch.slopes;
             match form {
                 Form::Sum => self.blocks.add(slopes, &tangent, P::METRIC),

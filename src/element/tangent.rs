@@ -58,11 +58,7 @@ pub(super) struct Tangent<L, const D: usize> {
 impl<L: Lane, const D: usize> Tangent<L, D> {
     /// Of a response at a sample with the map from slopes to reference gradients and the volume.
     #[inline(always)]
-    pub fn new<P: Law>(
-        response: &Response<L, D>,
-        (map, volume): (&Square<L, D>, L),
-        wanted: Wanted<L>,
-    ) -> Self {
+    pub fn new<P: Law>(response: &Response<L, D>, map: &Square<L, D>, volume: L, wanted: Wanted<L>) -> Self {
         let material = volume * wanted.material;
         let (lam, q) = (response.lam * material, response.q * material);
         let stress = scale_all(&response.second_piola, volume * wanted.geometric);

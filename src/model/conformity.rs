@@ -102,14 +102,15 @@ pub(super) enum Parts {
 /// Sides that do not match or are not joined, with their place.
 pub(super) fn conform<const D: usize>(
     mesh: &mut Mesh<D>,
-    (name, m): (&str, &str),
+    name: &str,
+    m: &str,
     source: &Source,
     parts: Parts,
     meets: &[(String, String)],
 ) -> Result<Vec<String>> {
     let mut remarks = Vec::new();
     if let Parts::Merged(tolerance) = parts {
-        let Merged { joined, apart } = merge_nodes(mesh, (tolerance, m), source, &Seams::new(mesh, meets))?;
+        let Merged { joined, apart } = merge_nodes(mesh, tolerance, m, source, &Seams::new(mesh, meets))?;
         remarks.push(match (joined, apart) {
             (0, 0) => format!("merge: no two nodes of '{name}' are closer than {tolerance:.1e} {m}"),
             _ => format!(
@@ -132,7 +133,7 @@ pub(super) fn conform<const D: usize>(
     if parts != Parts::Apart {
         require_joined(mesh, &boundary, source, meets)?;
     }
-    remarks.extend(find_pieces(mesh, &mut index, (name, m), source)?);
+    remarks.extend(find_pieces(mesh, &mut index, name, m, source)?);
     Ok(remarks)
 }
 
@@ -426,7 +427,8 @@ fn refusal<const D: usize>(mesh: &Mesh<D>, source: &Source, first: Touch, count:
 fn find_pieces<const D: usize>(
     mesh: &mut Mesh<D>,
     index: &mut FacetIndex,
-    (name, m): (&str, &str),
+    name: &str,
+    m: &str,
     source: &Source,
 ) -> Result<Vec<String>> {
     let mut sets = DisjointSets::new(mesh.element_count());

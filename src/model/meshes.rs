@@ -67,7 +67,8 @@ fn box_body<const D: usize>(
         require_sound_curves(&mesh, &source)?;
         remarks.extend(conform(
             &mut mesh,
-            (name, m),
+            name,
+            m,
             &source,
             parts(shape.merge.as_ref()),
             &meets(case, name),
@@ -89,7 +90,7 @@ fn file_body<const D: usize>(
     let (mut mesh, source) = gmsh::read_with_source(&case.resolve(&file.file.value), region)?;
     let source = Source::File(&source);
     require_sound_curves(&mesh, &source)?;
-    remarks.extend(conform(&mut mesh, (name, m), &source, parts(file.merge.as_ref()), &meets(case, name))?);
+    remarks.extend(conform(&mut mesh, name, m, &source, parts(file.merge.as_ref()), &meets(case, name))?);
     mesh.drop_unused_points();
     Ok(mesh)
 }

@@ -115,7 +115,7 @@ fn vertical_motion(runs: &[Run], probes: &[String], display: &Display) -> Result
     };
     let axis = if has("u_z") { "u_z" } else { "u_y" };
     let name = ["Vertical motion", "vertical displacement", "m"];
-    together(runs, probes, display, (&format!("{axis} [m]"), name)).map(|figure| {
+    together(runs, probes, display, &format!("{axis} [m]"), name).map(|figure| {
         figure.map(|mut figure| {
             figure.panels.iter_mut().for_each(|panel| panel.at_least.clear());
             ("vertical_motion".into(), figure)
@@ -126,7 +126,7 @@ fn vertical_motion(runs: &[Run], probes: &[String], display: &Display) -> Result
 /// Normal contact stress of all probes (Fig. 12).
 fn normal_stresses(runs: &[Run], probes: &[String], display: &Display) -> Result<Option<Named>> {
     let name = ["Normal contact stresses at the nodes of the probes", "normal stress", "Pa"];
-    let figure = together(runs, probes, display, ("contact_pressure [Pa]", name))?;
+    let figure = together(runs, probes, display, "contact_pressure [Pa]", name)?;
     Ok(figure.map(|figure| ("normal_stresses".into(), figure)))
 }
 
@@ -135,7 +135,8 @@ fn together(
     runs: &[Run],
     probes: &[String],
     display: &Display,
-    (column, [title, name, unit]): (&str, [&'static str; 3]),
+    column: &str,
+    [title, name, unit]: [&'static str; 3],
 ) -> Result<Option<Figure>> {
     let mut shown = Vec::new();
     for probe in probes {

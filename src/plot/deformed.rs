@@ -59,7 +59,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown, display: &Display) -> Resu
         for (index, (caption, scene)) in scenes.iter().enumerate() {
             let left = 8.0 + (index % columns) as f64 * width;
             let top = HEAD + (index / columns) as f64 * height;
-            draw_panel(canvas, [left, top, left + width, top + height], caption, (scene, &scale, display))?;
+            draw_panel(canvas, [left, top, left + width, top + height], caption, scene, &scale, display)?;
         }
         let left = WIDTH - bar_width(&scale) - 4.0;
         draw_bar(canvas, [left, HEAD + 30.0, WIDTH, (HEAD + height - 48.0).min(HEAD + 430.0)], &scale)
@@ -120,7 +120,9 @@ fn draw_panel(
     canvas: &Canvas,
     [left, top, right, bottom]: Frame,
     caption: &[String],
-    (scene, scale, display): (&Scene, &Axis, &Display),
+    scene: &Scene,
+    scale: &Axis,
+    display: &Display,
 ) -> Result<()> {
     for (number, line) in caption.iter().enumerate() {
         let at = [(left + right) / 2.0 + 20.0, top + 10.0 + LINE * number as f64];
@@ -143,16 +145,16 @@ fn draw_panel(
         canvas.line(&ends.map(|point| place_in(frame, [&x, &y], point)), Stroke::thin(INK))?;
     }
     let place = |point| place_in(frame, [&x, &y], point);
-    scene.faces.iter().try_for_each(|face| draw_face(canvas, face, place, (scale, rim)))
+    scene.faces.iter().try_for_each(|face| draw_face(canvas, face, place, scale, rim))
 }
 
 fn draw_face(
     canvas: &Canvas,
     face: &Face,
     place: impl Fn([f64; 2]) -> [f64; 2],
-    style: (&Axis, Option<Stroke>),
+    scale: &Axis,
+    rim: Option<Stroke>,
 ) -> Result<()> {
-    let (scale, rim) = style;
     let corners: Vec<_> = face.corners.iter().map(|&point| place(point)).collect();
     let fill = face.value.map_or(PALE, |value| colour(scale, value));
     if face.is_line {

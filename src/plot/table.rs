@@ -101,8 +101,8 @@ fn figure(wanted: &TableFigure, csv: &Csv) -> Result<Figure> {
         let curves = curves.iter().enumerate();
         let curves = curves.map(|(index, curve)| Curve { points: of(curve), stroke: stroke(index) });
         let across = if panel.is_empty() { wanted.x.clone() } else { format!("{panel}: {}", wanted.x) };
-        let [x, y] =
-            [(across, wanted.logarithmic[0]), (wanted.y.clone(), wanted.logarithmic[1])].map(quantity);
+        let x = quantity(across, wanted.logarithmic[0]);
+        let y = quantity(wanted.y.clone(), wanted.logarithmic[1]);
         Panel { x, y, curves: curves.collect(), at_least: Vec::new(), labels: Vec::new() }
     });
     let panels: Vec<Panel> = panels.collect();
@@ -111,7 +111,7 @@ fn figure(wanted: &TableFigure, csv: &Csv) -> Result<Figure> {
     Ok(Figure { title: wanted.title.clone(), legend, panels, columns })
 }
 
-fn quantity((name, logarithmic): (String, bool)) -> Quantity {
+fn quantity(name: String, logarithmic: bool) -> Quantity {
     let scale = if logarithmic { Scale::Logarithmic } else { Scale::Linear };
     Quantity { scale, ..Quantity::new(name, "") }
 }

@@ -77,11 +77,11 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let starts = contact_starts(&system);
     for ((contact, law), start) in model.contacts.iter().zip(system.contact_laws()).zip(&starts) {
         let _ = writeln!(text, "contact {start}");
-        describe_contact(&mut text, (contact, law), (&model.bodies, &sizes), case);
+        describe_contact(&mut text, contact, law, &model.bodies, &sizes, case);
     }
     let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
     let past = pace::kept(case, system.pattern_vector())?;
-    let needs = needs::needs(case, &model, (&system, &solvers), past.is_some());
+    let needs = needs::needs(case, &model, &system, &solvers, past.is_some());
     text.push_str(&needs::table(&needs));
     text.push_str(&needs::held(world, &system));
     drop((stage, past));
@@ -182,8 +182,10 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
 
 fn describe_contact<const D: usize>(
     text: &mut String,
-    (contact, law): (&Contact<D>, &ContactLaw),
-    (bodies, sizes): (&[Body], &[Size]),
+    contact: &Contact<D>,
+    law: &ContactLaw,
+    bodies: &[Body],
+    sizes: &[Size],
     case: &Case,
 ) {
     // The softest body says which pressure is high and which stiffness is much.

@@ -8,21 +8,18 @@ use std::time::Instant;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::guard::Guard;
 use super::journal::Journal;
-use super::pace::Pace;
 use super::place::Place;
 use super::restart::State;
 use super::signals::Signals;
-use super::{SOLVER_PREFIXES, options};
-use crate::assembly::{ContactSystem, EnergyLedger};
+use super::{SOLVER_PREFIXES, Watch, options};
+use crate::assembly::ContactSystem;
 use crate::case::{Case, Units};
 use crate::checkpoint::{self, Store};
 use crate::dynamics::Stage;
 use crate::error::{Cause, Error, Result, agree};
 use crate::petsc::{Event, Session};
 use crate::solvers::Strategy;
-use crate::time::StepControl;
 
 /// Code of the wall-time limit among the numbers of signals, none of which it is.
 const WALL_TIME: i32 = 1000;
@@ -31,7 +28,7 @@ const WALL_TIME: i32 = 1000;
 pub const WALL_TIME_IS_OVER: &str = "the wall time is over";
 
 /// The run at the end of a step that was accepted.
-pub struct Moment<'a, const D: usize> {
+pub struct RunView<'a, const D: usize> {
     /// The bodies.
     pub system: &'a mut ContactSystem<D>,
     /// At the start of the next step.
@@ -39,7 +36,7 @@ pub struct Moment<'a, const D: usize> {
     /// What solved the step.
     pub strategy: &'a mut Box<dyn Strategy>,
     /// Where in time the run is, the energies, and what watches them.
-    pub watch: (&'a StepControl, &'a mut EnergyLedger, &'a Guard, &'a mut Pace),
+    pub watch: &'a mut Watch,
     /// The results.
     pub journal: &'a mut Journal<D>,
 }
@@ -107,22 +104,22 @@ impl Keeper {
     ///
     /// # Errors
     /// The same on all ranks: the checkpoint can not be written, or [`Cause::Stopped`].
-    pub fn step_done<const D: usize>(&mut self, run: Moment<'_, D>, case: &Case) -> Result<()> {
-        let finished = run.watch.0.finished();
+    pub fn step_done<const D: usize>(&mut self, run: RunView<'_, D>, case: &Case) -> Result<()> {
+        let finished = run.watch.control.finished();
         let asked = if finished { 0 } else { self.asked() };
         let due = self.every.is_some_and(|every| finished || run.journal.step().is_multiple_of(every));
         if !due && asked == 0 {
             return Ok(());
         }
-        let Moment { system, stage, strategy, watch: (control, ledger, guard, pace), journal } = run;
-        let path = self.write(case, (system, stage), (control, ledger, guard, pace), journal)?;
+        let RunView { system, stage, strategy, watch, journal } = run;
+        let path = self.write(case, system, stage, watch, journal)?;
         if asked != 0 {
             return Err(self.stopped(asked, stage.start.time, case.units, &path));
         }
         if !finished {
             system.forget(stage)?;
-            ledger.forget();
-            pace.forget(system);
+            watch.ledger.forget();
+            watch.pace.forget(system);
             *strategy = options::strategy(case, system, SOLVER_PREFIXES[0])?;
         }
         self.last = Some(Instant::now());
@@ -134,10 +131,10 @@ impl Keeper {
     ///
     /// # Errors
     /// The same on all ranks: the checkpoint can not be written.
-    pub fn within_a_step<const D: usize>(&mut self, run: Moment<'_, D>, case: &Case) -> Result<Error> {
+    pub fn within_a_step<const D: usize>(&mut self, run: RunView<'_, D>, case: &Case) -> Result<Error> {
         let asked = self.asked();
-        let Moment { system, stage, watch: (control, ledger, guard, pace), journal, .. } = run;
-        let path = self.write(case, (system, stage), (control, ledger, guard, pace), journal)?;
+        let RunView { system, stage, watch, journal, .. } = run;
+        let path = self.write(case, system, stage, watch, journal)?;
         Ok(self.stopped(asked, stage.start.time, case.units, &path))
     }
 
@@ -169,8 +166,9 @@ impl Keeper {
     fn write<const D: usize>(
         &mut self,
         case: &Case,
-        (system, stage): (&ContactSystem<D>, &Stage),
-        (control, ledger, guard, pace): (&StepControl, &EnergyLedger, &Guard, &Pace),
+        system: &ContactSystem<D>,
+        stage: &Stage,
+        watch: &Watch,
         journal: &mut Journal<D>,
     ) -> Result<PathBuf> {
         let began = Instant::now();
@@ -179,13 +177,8 @@ impl Keeper {
         let past = journal.past()?;
         let _running = output.begin();
         let path = self.store.path(journal.step());
-        let tables = system.memory(stage, ledger.drive());
-        let state = State::new::<D>(
-            case,
-            journal.inputs(),
-            (control, stage.start.time),
-            (ledger.balances(), guard, pace, past),
-        );
+        let tables = system.memory(stage, watch.ledger.drive());
+        let state = State::new::<D>(case, journal.inputs(), stage.start.time, watch, past);
         let state = agree(world, state.and_then(|state| state.to_json()))?;
         checkpoint::write(world, &path, state, &tables).map_err(|error| self.with_older(error))?;
         if self.session.rank() == 0 {

@@ -118,8 +118,8 @@ impl Guard {
     }
 
     /// What a user should know at the end of a run by a scheme, with contact or without.
-    pub fn warnings(&self, run: (Scheme, bool), units: Units) -> Vec<String> {
-        let unexplained = self.unexplained.warning(run, self.scale, units);
+    pub fn warnings(&self, scheme: Scheme, contact: bool, units: Units) -> Vec<String> {
+        let unexplained = self.unexplained.warning(scheme, contact, self.scale, units);
         unexplained.into_iter().chain(self.motion.warning(units)).collect()
     }
 

@@ -66,7 +66,8 @@ impl<const D: usize> Journal<D> {
     /// When it can not be made, or holds what another program wrote.
     pub fn open(
         session: &Rc<Session>,
-        (case, model): (&Case, &Model<D>),
+        case: &Case,
+        model: &Model<D>,
         place: &Place,
         past: Option<(EarlierRun, f64)>,
     ) -> Result<Self> {
@@ -211,7 +212,7 @@ impl<const D: usize> Journal<D> {
     ) -> Result<()> {
         self.now = CurrentSolve::default();
         self.console.begin(control.time(), control.end());
-        self.rows(system, stage, (ledger, ledger.now()), 0.0)?;
+        self.rows(system, stage, ledger, ledger.now(), 0.0)?;
         self.write_fields(system, stage)?;
         self.measure();
         self.record.start_phases.clone_from(&self.record.phases);
@@ -226,7 +227,8 @@ impl<const D: usize> Journal<D> {
         &mut self,
         system: &ContactSystem<D>,
         stage: &Stage,
-        energy: (&EnergyLedger, &Energies),
+        ledger: &EnergyLedger,
+        energies: &Energies,
         report: &SolveReport,
     ) -> Result<()> {
         let output = self.output.clone();
@@ -235,7 +237,7 @@ impl<const D: usize> Journal<D> {
         self.count(report);
         self.stepped(report, || system.free_bodies());
         self.record.totals.steps = self.step;
-        self.rows(system, stage, energy, stage.dt)?;
+        self.rows(system, stage, ledger, energies, stage.dt)?;
         let last = stage.trial.time >= self.end * (1.0 - 1e-12);
         if last || self.step.is_multiple_of(self.every) {
             self.write_fields(system, stage)?;
@@ -259,7 +261,8 @@ impl<const D: usize> Journal<D> {
         &mut self,
         system: &ContactSystem<D>,
         stage: &Stage,
-        (ledger, energies): (&EnergyLedger, &Energies),
+        ledger: &EnergyLedger,
+        energies: &Energies,
         dt: f64,
     ) -> Result<()> {
         let points = system.points(&self.watched, &stage.trial.u, &stage.trial.v)?;

@@ -54,7 +54,7 @@ pub use place::Place;
 pub use refusal::refuse;
 pub use signals::Signals;
 
-use checkpoint::{Keeper, Moment};
+use checkpoint::{Keeper, RunView};
 use guard::Guard;
 use restart::Saved;
 
@@ -117,15 +117,15 @@ impl<const D: usize> Ready<D> {
     pub fn run(self, session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
         let Self { mut keeper, model, saved, partition, remarks, mut system, mut stage, mut strategy } = self;
         let past = saved.as_ref().map(|saved| (saved.state.past.clone(), saved.state.time));
-        let mut journal = Journal::open(session, (case, &model), place, past)?;
+        let mut journal = Journal::open(session, case, &model, place, past)?;
         journal.remark(remarks);
         let outcome = journal.start_up(&system, &partition, &*strategy).and_then(|()| {
             let watch = match &saved {
-                None => begin(&mut system, &mut stage, (case, &model), &mut journal) // B_0
+                None => begin(&mut system, &mut stage, case, &model, &mut journal) // B_0
                     .map_err(|error| keeper.within_the_start(error))?,
-                Some(saved) => saved.resume(&mut system, &mut stage, (case, &model), &mut journal)?,
+                Some(saved) => saved.resume(&mut system, &mut stage, case, &model, &mut journal)?,
             };
-            march((&mut system, &mut stage), &mut strategy, case, &mut journal, (watch, &mut keeper))
+            march(&mut system, &mut stage, &mut strategy, case, &mut journal, watch, &mut keeper)
         });
         let outcome = outcome.map_err(|error| keeper.offered(error));
         if let Err(error) = &outcome {
@@ -181,7 +181,8 @@ pub struct Watch {
 fn begin<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
-    (case, model): (&Case, &Model<D>),
+    case: &Case,
+    model: &Model<D>,
     journal: &mut Journal<D>,
 ) -> Result<Watch> {
     start::at_equilibrium(system, stage, case, model, journal)?;
@@ -195,32 +196,33 @@ fn begin<const D: usize>(
 
 /// From configuration to configuration until the end.
 fn march<const D: usize>(
-    (system, stage): (&mut ContactSystem<D>, &mut Stage),
+    system: &mut ContactSystem<D>,
+    stage: &mut Stage,
     strategy: &mut Box<dyn Strategy>,
     case: &Case,
     journal: &mut Journal<D>,
-    (watch, keeper): (Watch, &mut Keeper),
+    mut watch: Watch,
+    keeper: &mut Keeper,
 ) -> Result<()> {
     let scheme = options::scheme(&case.time);
-    let Watch { mut control, mut ledger, mut guard, mut pace } = watch;
-    while !control.finished() {
+    while !watch.control.finished() {
+        let Watch { control, ledger, guard, pace } = &mut watch;
         if guard.motion.foresees(control.dt()) && control.can_cut() {
             journal.shortened();
             control.fail();
             continue;
         }
         pace.prepare(system);
-        let attempt = Attempt { scheme, control: &control, pace: &pace };
+        let attempt = Attempt { scheme, control, pace };
         let before = *ledger.now();
         let saved = ledger.save();
         journal.try_step();
         let outcome = match attempt.solve(system, stage, &mut **strategy, journal) {
             Err(error) if error.cause == Cause::Stopped => {
-                let watch = (&control, &mut ledger, &guard, &mut pace);
-                let moment = Moment { system, stage, strategy, watch, journal };
-                return Err(keeper.within_a_step(moment, case)?);
+                let view = RunView { system, stage, strategy, watch: &mut watch, journal };
+                return Err(keeper.within_a_step(view, case)?);
             }
-            outcome => attempt.finish(system, stage, &mut ledger, outcome?)?,
+            outcome => attempt.finish(system, stage, ledger, outcome?)?,
         };
         journal.tried();
         journal.fallbacks(&strategy.take_fallbacks());
@@ -232,40 +234,32 @@ fn march<const D: usize>(
                     control.can_cut().then(|| guard.motion.objection(&slides, case.units)).flatten()
                 {
                     ledger.restore(saved);
-                    journal.failed(&report, &reason, &control);
+                    journal.failed(&report, &reason, control);
                     control.fail();
                     continue;
                 }
-                if !pace.accepts((system, stage), &mut control, [&before, &energies], &report)? {
+                if !pace.accepts(system, stage, control, [&before, &energies], &report)? {
                     ledger.restore(saved);
-                    journal.repeated(&report, &control);
+                    journal.repeated(&report, control);
                     continue;
                 }
-                pace.advance(system, stage, &control, journal)?;
-                journal.record(system, stage, (&ledger, &energies), &report)?;
+                pace.advance(system, stage, control, journal)?;
+                journal.record(system, stage, ledger, &energies, &report)?;
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
-                guard.record(system, stage, journal.step(), &ledger)?;
+                guard.record(system, stage, journal.step(), ledger)?;
                 guard.motion.accept(&slides, journal.step(), stage.dt);
-                journal.at_the_end(guard.warnings((scheme, !case.contact.is_empty()), case.units));
-                guard.energy(&ledger, stage.trial.time, case.units)?;
+                journal.at_the_end(guard.warnings(scheme, !case.contact.is_empty(), case.units));
+                guard.energy(ledger, stage.trial.time, case.units)?;
                 system.accept(stage)?; // B_N -> B_N+1
                 control.succeed();
-                keeper.step_done(
-                    Moment {
-                        system,
-                        stage,
-                        strategy,
-                        watch: (&control, &mut ledger, &guard, &mut pace),
-                        journal,
-                    },
-                    case,
-                )?;
+                let view = RunView { system, stage, strategy, watch: &mut watch, journal };
+                keeper.step_done(view, case)?;
             }
             Outcome::Failed(report, reason) => {
                 ledger.restore(saved);
-                journal.failed(&report, &reason, &control);
+                journal.failed(&report, &reason, control);
                 if control.fail() == Retry::GiveUp {
-                    let error = give_up(system, &reason, stage, &control);
+                    let error = give_up(system, &reason, stage, control);
                     return Err(hints::with_hint(error, &report, system, stage, case)?);
                 }
             }

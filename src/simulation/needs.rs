@@ -69,7 +69,8 @@ impl Traits {
 pub fn needs<const D: usize>(
     case: &Case,
     model: &Model<D>,
-    (system, solvers): (&ContactSystem<D>, &[&Preset]),
+    system: &ContactSystem<D>,
+    solvers: &[&Preset],
     estimates: bool,
 ) -> Vec<Need> {
     let t = Traits::new(case, model, system);

@@ -32,17 +32,12 @@ pub fn parts<const D: usize>(case: &Case, counts: &[u32]) -> Result<String> {
     for &count in counts {
         let (halo, quality) = Halo::of_plan(&mesh, &plan, &meets, count as usize)?;
         let plain = Quality::of_plain(&mesh, &plan, count as usize)?;
-        row(&mut text, (mesh.points.len() * D, mesh.element_count()), &halo, [&quality, &plain]);
+        row(&mut text, mesh.points.len() * D, mesh.element_count(), &halo, [&quality, &plain]);
     }
     Ok(text)
 }
 
-fn row(
-    text: &mut String,
-    (unknowns, elements): (usize, usize),
-    halo: &Halo,
-    [quality, plain]: [&Quality; 2],
-) {
+fn row(text: &mut String, unknowns: usize, elements: usize, halo: &Halo, [quality, plain]: [&Quality; 2]) {
     let most = |counts: &[u64]| counts.iter().max().copied().unwrap_or(0);
     let mean = |counts: &[u64]| counts.iter().sum::<u64>() as f64 / counts.len() as f64;
     let _ = write!(text, "{},{unknowns},{elements},", halo.owned.len());

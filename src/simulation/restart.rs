@@ -57,8 +57,9 @@ impl State {
     pub fn new<const D: usize>(
         case: &Case,
         inputs: &[Input],
-        (control, time): (&StepControl, f64),
-        (balances, guard, pace, past): (Balances, &Guard, &Pace, EarlierRun),
+        time: f64,
+        watch: &Watch,
+        past: EarlierRun,
     ) -> Result<Self> {
         Ok(Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -67,10 +68,10 @@ impl State {
             end: case.time.end.value,
             case: fixed(case)?,
             meshes: meshes(inputs),
-            control: control.clone(),
-            balances,
-            guard: guard.clone(),
-            pace: pace.memory().cloned(),
+            control: watch.control.clone(),
+            balances: watch.ledger.balances(),
+            guard: watch.guard.clone(),
+            pace: watch.pace.memory().cloned(),
             past,
         })
     }
@@ -165,7 +166,8 @@ impl Saved {
         &self,
         system: &mut ContactSystem<D>,
         stage: &mut Stage,
-        (case, model): (&Case, &Model<D>),
+        case: &Case,
+        model: &Model<D>,
         journal: &mut Journal<D>,
     ) -> Result<Watch> {
         let drive = system.restore(stage, &self.tables)?;

@@ -150,7 +150,7 @@ fn press<const D: usize>(
             Outcome::Failed(..) if level.cut() => {}
             Outcome::Failed(report, reason) => {
                 let hinge = hints::hinge(system, stage)?;
-                return Err(no_equilibrium((system, journal.model()), (&report, &reason), factor, hinge));
+                return Err(no_equilibrium(system, journal.model(), &report, &reason, factor, hinge));
             }
         }
     }
@@ -284,8 +284,10 @@ impl Levels {
 }
 
 fn no_equilibrium<const D: usize>(
-    (system, model): (&mut ContactSystem<D>, &Model<D>),
-    (report, reason): (&SolveReport, &str),
+    system: &mut ContactSystem<D>,
+    model: &Model<D>,
+    report: &SolveReport,
+    reason: &str,
     factor: f64,
     hinge: Option<String>,
 ) -> Error {

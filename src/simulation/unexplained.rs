@@ -87,7 +87,7 @@ impl Unexplained {
     }
 
     /// The warning at the end of a run by `scheme`, with contact or without, whose largest energy was `scale` \[J\], if it deserves one.
-    pub fn warning(&self, (scheme, contact): (Scheme, bool), scale: f64, units: Units) -> Option<String> {
+    pub fn warning(&self, scheme: Scheme, contact: bool, scale: f64, units: Units) -> Option<String> {
         let worthy = scale > 0.0 && self.excess / scale >= WORTH_A_WORD;
         if !worthy || self.largest.abs() <= ROUNDINGS * self.rounding {
             return None;
@@ -158,7 +158,7 @@ mod tests {
     fn the_steps_that_left_most_are_named() {
         let scheme = Scheme::newmark(0.25, 0.5);
         let text = run(&[0.0, -1.0, -31.0, -31.5, -81.5, 2.0])
-            .warning((scheme, true), 100.0, Units::default())
+            .warning(scheme, true, 100.0, Units::default())
             .expect("a warning");
         assert!(
             text.contains("t = 5.0000e-1 s an energy of 8.150e1 J was gained without a cause, 81.5 %"),
@@ -179,7 +179,7 @@ mod tests {
                 let energies = Energies { numerical, ..Energies::default() };
                 unexplained.record(step, 1.0, 0.5, &energies, Known { rounding: 0.0, work });
             }
-            unexplained.warning((Scheme::Static, true), 100.0, Units::default())
+            unexplained.warning(Scheme::Static, true, 100.0, Units::default())
         };
         assert_eq!(run(4.0), None);
         let text = run(9.0).expect("a warning");
@@ -190,21 +190,20 @@ mod tests {
     #[test]
     fn little_is_not_mentioned() {
         let warning =
-            |numerical: f64, scheme| run(&[numerical]).warning((scheme, true), 100.0, Units::default());
+            |numerical: f64, scheme| run(&[numerical]).warning(scheme, true, 100.0, Units::default());
         assert_eq!(warning(1.9, Scheme::Conserving), None);
         assert!(warning(2.1, Scheme::Conserving).is_some_and(|text| text.contains("a shorter step")));
-        assert_eq!(run(&[0.0]).warning((Scheme::Static, true), 0.0, Units::default()), None);
+        assert_eq!(run(&[0.0]).warning(Scheme::Static, true, 0.0, Units::default()), None);
         assert_eq!(warning(1.9, Scheme::Static), None);
         assert!(warning(2.1, Scheme::Static).is_some_and(|text| text.contains("more load steps")));
-        let alone = run(&[2.1]).warning((Scheme::Static, false), 100.0, Units::default());
+        let alone = run(&[2.1]).warning(Scheme::Static, false, 100.0, Units::default());
         assert!(alone.is_some_and(|text| !text.contains("contact")));
         let mut rounded = Unexplained::default();
         let energies = Energies { numerical: 50.0, ..Energies::default() };
         rounded.record(1, 1.0, 1.0, &energies, Known { rounding: 4.0, work: 0.0 });
-        assert_eq!(rounded.warning((Scheme::Conserving, true), 100.0, Units::default()), None);
+        assert_eq!(rounded.warning(Scheme::Conserving, true, 100.0, Units::default()), None);
         let many: Vec<f64> = (1..=100).map(|k| 0.1 * f64::from(k)).collect();
-        let text =
-            run(&many).warning((Scheme::Conserving, true), 100.0, Units::default()).expect("a warning");
+        let text = run(&many).warning(Scheme::Conserving, true, 100.0, Units::default()).expect("a warning");
         assert!(text.contains("little by little"), "{text}");
     }
 }

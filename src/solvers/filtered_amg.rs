@@ -130,7 +130,8 @@ impl Bulk {
 
     fn assemble(
         &mut self,
-        (system, stage): (&mut dyn Dynamics, &Stage),
+        system: &mut dyn Dynamics,
+        stage: &Stage,
         layout: &Vector,
         reuse: Reuse,
     ) -> Result<()> {
@@ -231,7 +232,7 @@ impl Own for FilteredAmg {
         self.zone.observe(system.contact_nodes());
         // Factors that were kept are renewed first: the hierarchy may not be at fault.
         let reuse = if self.zone.is_kept() { Reuse::Keep } else { reuse };
-        self.bulk.assemble((system, stage), &self.residual, reuse)
+        self.bulk.assemble(system, stage, &self.residual, reuse)
     }
 
     fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {

@@ -201,7 +201,9 @@ impl LinearSolver {
     /// When PETSc refuses.
     pub fn solve_system(
         &mut self,
-        (system, stage, kept): (&mut dyn Dynamics, &Stage, bool),
+        system: &mut dyn Dynamics,
+        stage: &Stage,
+        kept: bool,
         rhs: &Vector,
         x: &mut Vector,
         tolerance: f64,
@@ -210,7 +212,7 @@ impl LinearSolver {
         self.notice(system.matrix());
         self.climb(|solver| {
             solver.refresh(system, stage, kept)?;
-            solver.attempt(system.matrix(), (rhs, size), x, tolerance)
+            solver.attempt(system.matrix(), rhs, size, x, tolerance)
         })
     }
 
@@ -227,7 +229,7 @@ impl LinearSolver {
     ) -> Result<Option<Solved>> {
         let size = rhs.norm()?;
         self.notice(matrix);
-        self.climb(|solver| solver.attempt(matrix, (rhs, size), x, tolerance))
+        self.climb(|solver| solver.attempt(matrix, rhs, size, x, tolerance))
     }
 
     /// Tries the current preset and, while they fail, those that follow.
@@ -320,7 +322,8 @@ impl LinearSolver {
     fn attempt(
         &mut self,
         matrix: &Matrix,
-        (rhs, size): (&Vector, f64),
+        rhs: &Vector,
+        size: f64,
         x: &mut Vector,
         tolerance: f64,
     ) -> Result<Tried> {
@@ -361,7 +364,7 @@ impl LinearSolver {
         }
         // The preconditioner of an earlier matrix may be at fault: the preset gets a second try with its own.
         self.fatigue.forget();
-        let again = self.attempt(matrix, (rhs, size), x, tolerance)?;
+        let again = self.attempt(matrix, rhs, size, x, tolerance)?;
         Ok(Tried { iterations: iterations + again.iterations, ..again })
     }
 

@@ -198,7 +198,7 @@ impl Monolithic {
             let stands = row.iteration > 0
                 && !at_rounding
                 && descent.has_stopped(now.norm)
-                && self.stands_at_rounding(&row, now, (system, stage))?;
+                && self.stands_at_rounding(&row, now, system, stage)?;
             if self.settled(now, row.iteration) || at_rounding || stands {
                 let yields = stage.yielding > 0.0 && self.free.held() > 0;
                 report.held = match yields {
@@ -222,8 +222,8 @@ impl Monolithic {
             }
             let slow = [row.iteration >= Self::PATIENCE, system.is_cycling()];
             let points = [row.contact.closed, row.contact.pressing];
-            let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, (now, points));
-            let solved = match self.correct(system, stage, (now, points), keeps)? {
+            let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, now, points);
+            let solved = match self.correct(system, stage, now, points, keeps)? {
                 Ok(solved) => solved,
                 Err((trouble, reason)) => {
                     report.trouble = trouble;
@@ -283,12 +283,7 @@ impl Monolithic {
     }
 
     /// Whether the next correction goes by the tangent at hand.
-    fn keeps_tangent(
-        &self,
-        system: &dyn Dynamics,
-        stage: &Stage,
-        (now, points): (Residual, [u64; 2]),
-    ) -> bool {
+    fn keeps_tangent(&self, system: &dyn Dynamics, stage: &Stage, now: Residual, points: [u64; 2]) -> bool {
         let excess = now.norm / (self.target * now.scale);
         let fit = self.settings.keep_tangent && stage.inertia && !system.predicts();
         fit && self.kept.serves(stage.shifts, system.matrix().pattern(), points, excess)
@@ -299,7 +294,8 @@ impl Monolithic {
         &mut self,
         system: &mut dyn Dynamics,
         stage: &Stage,
-        (now, points): (Residual, [u64; 2]),
+        now: Residual,
+        points: [u64; 2],
         keeps: bool,
     ) -> Result<std::result::Result<Solved, (Trouble, &'static str)>> {
         const UNSOLVED: (Trouble, &str) = (Trouble::Linear, "no linear solver reached its tolerance");
@@ -307,12 +303,8 @@ impl Monolithic {
             self.rhs.copy_from(&self.residual)?;
             self.rhs.scale(-1.0)?;
             let tolerance = self.forcing.next_kept(now.norm, self.target * now.scale);
-            let solved = self.linear.solve_system(
-                (system, stage, true),
-                &self.rhs,
-                &mut self.correction,
-                tolerance,
-            )?;
+            let solved =
+                self.linear.solve_system(system, stage, true, &self.rhs, &mut self.correction, tolerance)?;
             return Ok(solved.ok_or(UNSOLVED));
         }
         system.jacobian(stage, terms_at(&now, self.settings.terms), None)?;
@@ -345,10 +337,10 @@ impl Monolithic {
     ) -> Result<Option<Solved>> {
         let linear = &mut self.linear;
         let mut solved =
-            linear.solve_system((system, stage, false), &self.rhs, &mut self.correction, tolerance)?;
+            linear.solve_system(system, stage, false, &self.rhs, &mut self.correction, tolerance)?;
         if let (Some(total), true) = (&mut solved, stage.yielding > 0.0) {
             self.free.answer(|weight, answer| {
-                let own = linear.solve_system((system, stage, true), weight, answer, tolerance)?;
+                let own = linear.solve_system(system, stage, true, weight, answer, tolerance)?;
                 total.iterations += own.as_ref().map_or(0, |own| own.iterations);
                 total.inner += own.as_ref().map_or(0, |own| own.inner);
                 Ok(own.is_some())
@@ -451,15 +443,16 @@ impl Monolithic {
         &self,
         row: &IterationReport,
         now: Residual,
-        (system, stage): (&dyn Dynamics, &Stage),
+        system: &dyn Dynamics,
+        stage: &Stage,
     ) -> Result<bool> {
         let size = system.extent() + self.origin.norm()?;
         let is_small = row.increment <= Self::NEGLIGIBLE * size * row.line_search;
-        Ok(is_small && Self::is_rounding(now, (system, stage))?)
+        Ok(is_small && Self::is_rounding(now, system, stage)?)
     }
 
     /// Whether a residual is no larger than what rounding may leave at the trial state, by the matrix made last.
-    pub(super) fn is_rounding(now: Residual, (system, stage): (&dyn Dynamics, &Stage)) -> Result<bool> {
+    pub(super) fn is_rounding(now: Residual, system: &dyn Dynamics, stage: &Stage) -> Result<bool> {
         Ok(now.norm <= Self::ROUNDINGS * system.rounding(stage)?)
     }
 

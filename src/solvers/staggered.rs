@@ -169,12 +169,13 @@ impl Staggered {
         sweep: &Sweep,
         balance: Residual,
         progress: &Progress,
-        at: (&dyn Dynamics, &Stage),
+        system: &dyn Dynamics,
+        stage: &Stage,
     ) -> Result<bool> {
         if progress.stagnates() && sweep.residual <= self.balance {
             return Ok(true);
         }
-        Ok(progress.pauses() && Monolithic::is_rounding(balance, at)?)
+        Ok(progress.pauses() && Monolithic::is_rounding(balance, system, stage)?)
     }
 
     /// Why the sweeps end without agreement, where they do.
@@ -221,7 +222,7 @@ impl Staggered {
                 ..IterationReport::first(sweep.residual, report.contact)
             });
             if self.agrees(&sweep, of_stage, &progress)
-                || self.stands_at_rounding(&sweep, balance, &progress, (&*system, &*stage))?
+                || self.stands_at_rounding(&sweep, balance, &progress, &*system, &*stage)?
             {
                 break;
             }

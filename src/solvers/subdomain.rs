@@ -104,10 +104,10 @@ impl Grown {
             }
             ghosts.append(&mut further);
             ghosts.sort_unstable();
-            let rows = Self::ask(session, pattern, &index, (ghosts.clone(), width as usize))?;
+            let rows = Self::ask(session, pattern, &index, ghosts.clone(), width as usize)?;
             further = outside(pattern, (0..ghosts.len()).flat_map(|ghost| rows.columns(ghost)), &ghosts);
         }
-        Self::ask(session, pattern, &index, (ghosts, width as usize))
+        Self::ask(session, pattern, &index, ghosts, width as usize)
     }
 
     /// The rows of these nodes from their owners. Collective.
@@ -115,7 +115,8 @@ impl Grown {
         session: &Session,
         pattern: &BlockPattern,
         index: &IndexMap,
-        (ghosts, width): (Vec<i32>, usize),
+        ghosts: Vec<i32>,
+        width: usize,
     ) -> Result<Self> {
         let mut exchange = NodeExchange::new(session.world(), index, &ghosts)?;
         let mut rows = vec![0.0; ghosts.len() * (Self::HEAD + width)];

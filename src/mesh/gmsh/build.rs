@@ -33,8 +33,8 @@ pub(super) fn mesh<const D: usize>(
         check_dangling(input, raw)?;
     }
     let index = FacetIndex::new(&solids.mesh);
-    check_sides(input, raw, &solids, (&index, kept.as_deref()))?;
-    solids.mesh.facet_sets = sets::facets(input, raw, &solids.mesh, (&index, kept.as_deref()))?;
+    check_sides(input, raw, &solids, &index, kept.as_deref())?;
+    solids.mesh.facet_sets = sets::facets(input, raw, &solids.mesh, &index, kept.as_deref())?;
     solids.mesh.point_sets = sets::points(input, raw, &solids.mesh, region.is_some())?;
     if let Some(kept) = kept {
         restrict(&mut solids, &kept);
@@ -199,7 +199,8 @@ fn check_sides<const D: usize>(
     input: &Input,
     raw: &Raw,
     solids: &Solids<D>,
-    (index, kept): (&FacetIndex, Option<&[bool]>),
+    index: &FacetIndex,
+    kept: Option<&[bool]>,
 ) -> Result<()> {
     for mut crowd in index.overcrowded() {
         crowd.retain(|facet| kept.is_none_or(|kept| kept[facet.element as usize]));

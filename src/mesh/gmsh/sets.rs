@@ -45,7 +45,8 @@ pub(super) fn facets<const D: usize>(
     input: &Input,
     raw: &Raw,
     mesh: &Mesh<D>,
-    (index, kept): (&FacetIndex, Option<&[bool]>),
+    index: &FacetIndex,
+    kept: Option<&[bool]>,
 ) -> Result<BTreeMap<String, Vec<Facet>>> {
     let mut sets: BTreeMap<String, Vec<Facet>> = BTreeMap::new();
     for element in raw.elements.iter().filter(|element| element.dimension() + 1 == D) {

@@ -19,7 +19,8 @@ pub(super) struct Merged {
 /// Joins nodes that are closer than `tolerance`, which is in `m`. Nodes that were replaced have no elements afterwards.
 pub(super) fn merge_nodes<const D: usize>(
     mesh: &mut Mesh<D>,
-    (tolerance, m): (f64, &str),
+    tolerance: f64,
+    m: &str,
     source: &Source,
     seams: &Seams,
 ) -> Result<Merged> {

@@ -22,7 +22,7 @@ fn beside<const D: usize>(parts: &[Mesh<D>]) -> Mesh<D> {
 }
 
 fn check<const D: usize>(mesh: &mut Mesh<D>, parts: Parts) -> Result<Vec<String>> {
-    conform(mesh, ("block", "m"), &Source::Box("block", "m"), parts, &[])
+    conform(mesh, "block", "m", &Source::Box("block", "m"), parts, &[])
 }
 
 /// The message of a mesh that is refused.
@@ -250,7 +250,7 @@ fn name_seam<const D: usize>(mesh: &mut Mesh<D>, count: u32) {
 /// As `check`, with a contact between the sets `left` and `right`.
 fn check_with_contact<const D: usize>(mesh: &mut Mesh<D>, parts: Parts) -> Result<Vec<String>> {
     let meets = [("left".to_owned(), "right".to_owned())];
-    conform(mesh, ("block", "m"), &Source::Box("block", "m"), parts, &meets)
+    conform(mesh, "block", "m", &Source::Box("block", "m"), parts, &meets)
 }
 
 /// Surfaces between which a contact of the body with itself acts may touch, with meshes that match or not. In space the nodes
@@ -394,7 +394,7 @@ fn read<const D: usize>(path: &std::path::Path, parts: Parts) -> Result<Vec<Stri
     let (mut mesh, source) = gmsh::read_with_source::<D>(path, None)?;
     let source = Source::File(&source);
     require_sound_curves(&mesh, &source)?;
-    conform(&mut mesh, ("block", "m"), &source, parts, &[])
+    conform(&mut mesh, "block", "m", &source, parts, &[])
 }
 
 /// A text of MSH 2.2 whose elements of group 2 have nodes of their own, moved along x.

@@ -126,8 +126,8 @@ impl NodeExchange {
     /// Brings what is leaving from the owners to those that want it.
     fn travel(&mut self, world: &impl CommunicatorCollectives, width: usize) {
         self.landed.resize(self.places.len() * width, 0.0);
-        let out = (&mut self.leaving, self.takers.ranges(width));
-        swap_while(world, out, (&self.owners, &mut self.landed, width), || ());
+        let lists = self.takers.ranges(width);
+        swap_while(world, &mut self.leaving, lists, &self.owners, &mut self.landed, width, || ());
     }
 
     /// Adds `wanted`, `width` values a node in the order of the list, to the owners' values. Collective.
@@ -157,8 +157,9 @@ impl NodeExchange {
             room.extend_from_slice(&wanted[place as usize * width..][..width]);
         }
         self.landed.resize(self.given.len() * width, 0.0);
-        let out = (&mut self.leaving, self.owners.ranges(width));
-        let (_, done) = swap_while(world, out, (&self.takers, &mut self.landed, width), work);
+        let lists = self.owners.ranges(width);
+        let (_, done) =
+            swap_while(world, &mut self.leaving, lists, &self.takers, &mut self.landed, width, work);
         for (&node, slot) in self.given.iter().zip(self.landed.chunks_exact(width.max(1))) {
             let row = &mut owned[node as usize * width..][..width];
             row.iter_mut().zip(slot).for_each(|(sum, value)| *sum += value);

@@ -102,8 +102,11 @@ pub(super) fn swap<T: Equivalence>(
 /// to wait for no other rank.
 pub(super) fn swap_while<R>(
     world: &impl CommunicatorCollectives,
-    (out, lists): (&mut Sends, impl Iterator<Item = (i32, Range<usize>)>),
-    (from, items, width): (&Peers, &mut [f64], usize),
+    out: &mut Sends,
+    lists: impl Iterator<Item = (i32, Range<usize>)>,
+    from: &Peers,
+    items: &mut [f64],
+    width: usize,
     work: impl FnOnce() -> R,
 ) -> (Vec<usize>, R) {
     scope(|scope| {

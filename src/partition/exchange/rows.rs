@@ -165,8 +165,9 @@ impl RowExchange {
             lists.push((rank, first..room.len()));
         }
         landed.resize(self.columns.len() * (size + 1), 0.0);
-        let from = (&self.senders, &mut landed[..], size + 1);
-        let (counts, done) = swap_while(world, (leaving, lists.into_iter()), from, work);
+        let lists = lists.into_iter();
+        let (counts, done) =
+            swap_while(world, leaving, lists, &self.senders, &mut landed[..], size + 1, work);
         numbers.clear();
         arrived.clear();
         let mut first = 0;

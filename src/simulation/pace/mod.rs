@@ -109,7 +109,7 @@ impl Pace {
         let Some(accuracy) = case.accuracy.as_ref().map(|accuracy| accuracy.value) else {
             return Ok(Self { watch: None });
         };
-        let watch = Watch::new(system, stage, (case, accuracy), model.kinks())?;
+        let watch = Watch::new(system, stage, case, accuracy, model.kinks())?;
         Ok(Self { watch: Some(Box::new(watch)) })
     }
 
@@ -138,7 +138,8 @@ impl Pace {
     /// When PETSc refuses.
     pub fn accepts<const D: usize>(
         &mut self,
-        (system, stage): (&mut ContactSystem<D>, &Stage),
+        system: &mut ContactSystem<D>,
+        stage: &Stage,
         control: &mut StepControl,
         energies: [&Energies; 2],
         report: &SolveReport,

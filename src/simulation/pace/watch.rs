@@ -100,7 +100,8 @@ impl Watch {
     pub fn new<const D: usize>(
         system: &mut ContactSystem<D>,
         stage: &Stage,
-        (case, accuracy): (&Case, Accuracy),
+        case: &Case,
+        accuracy: Accuracy,
         kinks: Vec<f64>,
     ) -> Result<Self> {
         let scheme = options::scheme(&case.time);
