@@ -41,6 +41,7 @@ fn variants<const D: usize>(kind: ElementKind) {
     let laws = [
         ("saint_venant_kirchhoff", Kinematics::Finite),
         ("neo_hookean", Kinematics::Finite),
+        ("mooney_rivlin", Kinematics::Finite),
         ("neo_hookean", Kinematics::Linear),
     ];
     for ((law, kinematics), locking) in laws

@@ -10,7 +10,7 @@
 //!
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
-//! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; the terms of (3.5) |
+//! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`derivatives`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; numbers that carry derivatives; the terms of (3.5) |
 //! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects; files from which a run goes on |
 //! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
 //! | 3 | [`case`] | what the user writes |
@@ -52,6 +52,7 @@ pub mod checkpoint;
 pub mod cli;
 pub mod commands;
 pub mod contact;
+pub mod derivatives;
 pub mod dynamics;
 pub mod element;
 pub mod error;

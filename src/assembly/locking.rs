@@ -21,7 +21,7 @@ impl<const D: usize> ContactSystem<D> {
         let of_body = |(body, has): (&crate::model::Body, &[u8])| {
             let formulation = &body.formulation;
             let kinds = ElementKind::ALL.into_iter().filter(|&kind| has[kind as usize] > 0);
-            kinds.map(|kind| (kind, formulation.locking.on(kind, &formulation.material.moduli))).collect()
+            kinds.map(|kind| (kind, formulation.locking.on(kind, &formulation.moduli()))).collect()
         };
         model.bodies.iter().zip(all.chunks_exact(kinds)).map(of_body).collect()
     }
@@ -33,7 +33,7 @@ impl<const D: usize> ContactSystem<D> {
         let with_kinds = model.bodies.iter().zip(&cures).map(|(body, kinds)| {
             let bad = |kind: &ElementKind| kind.order() == 1 && !Locking::SelectiveReduced.offered(*kind);
             let kinds = kinds.iter().map(|(kind, _)| *kind).filter(bad);
-            let kinds = kinds.filter(|_| locks(&body.formulation.material.moduli)).collect::<Vec<_>>();
+            let kinds = kinds.filter(|_| locks(&body.formulation.moduli())).collect::<Vec<_>>();
             (body.name.clone(), kinds)
         });
         with_kinds.filter(|(_, kinds)| !kinds.is_empty()).collect()

@@ -3,10 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::material::Material;
 use crate::reader::at::At;
 use crate::reader::complaint::Complaint;
 use crate::reader::function::{VaryingLength, VaryingVelocity};
-use crate::reader::quantity::{Density, Length, Number, Pressure};
+use crate::reader::quantity::{Density, Length};
 use crate::reader::tagged::tagged;
 
 /// A deformable body.
@@ -15,7 +16,7 @@ use crate::reader::tagged::tagged;
 pub struct Body {
     /// Mesh: a box, or a region of a Gmsh file.
     pub mesh: Mesh,
-    /// Hyperelastic law and its constants.
+    /// Hyperelastic law and its parameters.
     pub material: Material,
     /// Reference density [kg/m3], >= 0. Needed in dynamics and under gravity; a body without mass has no inertia and follows
     /// what moves it at once.
@@ -218,37 +219,6 @@ impl Element {
     pub fn offers_locking_cure(self) -> bool {
         !matches!(self, Self::Tri3 | Self::Tri6 | Self::Tet4 | Self::Tet10)
     }
-}
-
-/// Hyperelastic law.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(rename = "Material")]
-pub enum Material {
-    /// Compressible neo-Hookean, energy mu/2 (tr C - 3 - 2 ln J) + lambda/2 ln^2 J.
-    NeoHookean(Elastic),
-    /// Saint Venant-Kirchhoff, S = lambda tr(E) 1 + 2 mu E: loses stiffness under compression, for moderate strains only.
-    SaintVenantKirchhoff(Elastic),
-}
-tagged!(Material, "material");
-
-impl Material {
-    /// The constants, which all laws share so far.
-    pub fn elastic(&self) -> &Elastic {
-        match self {
-            Self::NeoHookean(elastic) | Self::SaintVenantKirchhoff(elastic) => elastic,
-        }
-    }
-}
-
-/// Elastic constants of the undeformed material.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Elastic {
-    /// Young's modulus \[Pa\], > 0.
-    pub young_modulus: Pressure,
-    /// Poisson's ratio, between -1 and 0.5, both excluded.
-    pub poisson_ratio: Number,
 }
 
 /// Measure of strain.

@@ -26,9 +26,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 pub use accuracy::{Accuracy, LEVELS, Level, Penetration as PenetrationTolerance};
-pub use body::{
-    Body, BoxMap, BoxMesh, Elastic, Element, FileMesh, Kinematics, Locking, Mass, Material, Merge, Mesh,
-};
+pub use body::{Body, BoxMap, BoxMesh, Element, FileMesh, Kinematics, Locking, Mass, Merge, Mesh};
 pub use boundary::{Action, Boundary, Components};
 pub use contact::{ALL, Area, Contact, InitialOverclosure};
 pub use guard::Guard;

@@ -28,7 +28,7 @@ fn groups() -> Vec<Group> {
     let presets = PRESETS.iter().map(|preset| own(preset.name, preset.about));
     vec![
         ("Elements", "bodies: mesh: box: element", ElementKind::SOLIDS.iter().map(element).collect()),
-        ("Materials", "bodies: material", MATERIALS.iter().map(|e| own(e.name, e.about)).collect()),
+        ("Materials", "bodies: material", MATERIALS.iter().map(|e| (e.name, e.about())).collect()),
         ("Locking cures", "bodies: locking", Locking::ALL.iter().map(|e| own(e.1, e.2)).collect()),
         ("Obstacles", "obstacles", OBSTACLES.iter().map(|e| (e.name, e.about())).collect()),
         ("Normal laws", "contact: normal", NORMAL_LAWS.iter().map(|e| (e.name, e.about())).collect()),

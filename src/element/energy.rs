@@ -1,46 +1,58 @@
 //! The strain energy of a group, in the lanes and at the samples of its forces.
 
-use std::marker::PhantomData;
-
 use super::batch::Batch;
 use super::group::ElementGroup;
 use super::kinematics::Kinematics;
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
-use crate::material::{Hooke, Law, Model, NeoHookean, SaintVenantKirchhoff};
+use crate::material::{Hooke, Law, LawTask, Part, Potential};
 
 impl<const D: usize> ElementGroup<D> {
     /// Strain energy \[J\] (in 2D per metre of depth) of the elements for which `mine[element]` holds.
     pub fn strain_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
-        match (self.formulation.kinematics, self.formulation.material.model) {
-            (Kinematics::Linear, _) => dispatch(Energy::<Hooke, D>::new(self, u, mine)),
-            (Kinematics::Finite, Model::SaintVenantKirchhoff) => {
-                dispatch(Energy::<SaintVenantKirchhoff, D>::new(self, u, mine))
-            }
-            (Kinematics::Finite, Model::NeoHookean) => dispatch(Energy::<NeoHookean, D>::new(self, u, mine)),
+        let formulation = &self.formulation;
+        let energy = Energy { group: self, u, mine };
+        match formulation.kinematics {
+            Kinematics::Linear => energy.of::<Hooke>(|part| formulation.moduli().part(part)),
+            Kinematics::Finite => formulation.material.accept(energy),
         }
     }
 }
 
-/// A sum whose law is known to the compiler.
-struct Energy<'a, P, const D: usize> {
+/// The elements and displacements of a sum.
+struct Energy<'a, const D: usize> {
     group: &'a ElementGroup<D>,
     u: &'a [f64],
     mine: &'a [bool],
-    law: PhantomData<P>,
 }
 
-impl<'a, P, const D: usize> Energy<'a, P, D> {
-    fn new(group: &'a ElementGroup<D>, u: &'a [f64], mine: &'a [bool]) -> Self {
-        Self { group, u, mine, law: PhantomData }
+impl<const D: usize> Energy<'_, D> {
+    fn of<P: Potential>(self, constants: impl Fn(Part) -> P::Constants) -> f64 {
+        let constants = self.group.passes.iter().map(|pass| constants(pass.part)).collect();
+        dispatch(Sum::<P, D> { energy: self, constants })
     }
 }
 
-impl<P: Law, const D: usize> LaneTask for Energy<'_, P, D> {
+impl<const D: usize> LawTask for Energy<'_, D> {
+    type Output = f64;
+
+    fn run<P: Law>(self, law: &P) -> f64 {
+        self.of::<P>(|part| law.constants(part))
+    }
+}
+
+/// A sum whose law is known to the compiler.
+struct Sum<'a, P: Potential, const D: usize> {
+    energy: Energy<'a, D>,
+    /// For each pass.
+    constants: Vec<P::Constants>,
+}
+
+impl<P: Potential, const D: usize> LaneTask for Sum<'_, P, D> {
     type Output = f64;
 
     #[inline(always)]
     fn run<L: Lane>(self, unit: L) -> f64 {
-        let Self { group, u, mine, .. } = self;
+        let Energy { group, u, mine } = self.energy;
         let n = group.kind.nodes();
         let mut batch = Batch::<L, D, 1>::new(unit, group);
         let mut total = 0.0;
@@ -48,11 +60,10 @@ impl<P: Law, const D: usize> LaneTask for Energy<'_, P, D> {
         for ((elements, nodes), points) in batches.zip(group.points.chunks_exact(n)) {
             batch.gather(unit, nodes, points, [u]);
             let mut sum = unit.constant(0.0);
-            for pass in &group.passes {
-                let moduli = pass.moduli.in_lanes(unit);
+            for (pass, constants) in group.passes.iter().zip(&self.constants) {
                 for q in 0..pass.samples() {
                     let sample = batch.locate(unit, pass, q);
-                    sum = P::energy(&moduli, &sample.grad_u[0]).mul_add(sample.volume, sum);
+                    sum = P::energy(constants, &sample.grad_u[0]).mul_add(sample.volume, sum);
                 }
             }
             let own = elements.iter().zip(sum.lanes()).filter(|(element, _)| mine[**element as usize]);

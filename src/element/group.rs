@@ -4,7 +4,7 @@ use super::kinematics::VolumeRule;
 use super::{Kinematics, Locking};
 use crate::error::{Error, Result};
 use crate::lanes::WIDTH;
-use crate::material::{Material, Moduli};
+use crate::material::{Material, Moduli, Part};
 use crate::mesh::{ElementKind, Mesh, spelled};
 use crate::space::{Rule, Table, reference};
 
@@ -19,6 +19,13 @@ pub struct Formulation {
     pub locking: Locking,
     /// Reference density [kg/m^3], not negative.
     pub density: f64,
+}
+
+impl Formulation {
+    /// Moduli at small strain.
+    pub fn moduli(&self) -> Moduli<f64> {
+        self.material.moduli()
+    }
 }
 
 /// Where a pass evaluates its part of the law.
@@ -37,19 +44,19 @@ pub(super) struct Pass {
     pub table: Table,
     /// Reference coordinates of the samples.
     pub points: Vec<[f64; 3]>,
-    pub moduli: Moduli<f64>,
+    pub part: Part,
 }
 
 impl Pass {
-    fn new(kind: ElementKind, rule: &Rule, moduli: Moduli<f64>) -> Self {
+    fn new(kind: ElementKind, rule: &Rule, part: Part) -> Self {
         let table = reference(kind).tabulate(rule);
-        Self { sampling: Sampling::Points, table, points: rule.points.clone(), moduli }
+        Self { sampling: Sampling::Points, table, points: rule.points.clone(), part }
     }
 
-    fn mean(kind: ElementKind, moduli: Moduli<f64>) -> Self {
+    fn mean(kind: ElementKind, part: Part) -> Self {
         let element = reference(kind);
         let table = element.tabulate(element.full_rule());
-        Self { sampling: Sampling::Mean, table, points: element.reduced_rule().points.clone(), moduli }
+        Self { sampling: Sampling::Mean, table, points: element.reduced_rule().points.clone(), part }
     }
 
     /// How often the law is evaluated.
@@ -176,13 +183,11 @@ fn centre<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
 
 /// One pass with everything, or one with the shear terms and one with the volume terms.
 fn passes(kind: ElementKind, formulation: &Formulation) -> Result<Vec<Pass>> {
-    let moduli = formulation.material.moduli;
     let full = reference(kind).full_rule();
-    let volume = |rule| Pass::new(kind, rule, moduli.volumetric_part());
-    let second = match formulation.locking.on(kind, &moduli).volume_rule(kind)? {
-        VolumeRule::Full => return Ok(vec![Pass::new(kind, full, moduli)]),
-        VolumeRule::Mean => Pass::mean(kind, moduli.volumetric_part()),
-        VolumeRule::Of(sibling) => volume(reference(sibling).full_rule()),
+    let second = match formulation.locking.on(kind, &formulation.moduli()).volume_rule(kind)? {
+        VolumeRule::Full => return Ok(vec![Pass::new(kind, full, Part::Whole)]),
+        VolumeRule::Mean => Pass::mean(kind, Part::Volume),
+        VolumeRule::Of(sibling) => Pass::new(kind, reference(sibling).full_rule(), Part::Volume),
     };
-    Ok(vec![Pass::new(kind, full, moduli.shear_part()), second])
+    Ok(vec![Pass::new(kind, full, Part::Shear), second])
 }

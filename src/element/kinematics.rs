@@ -27,7 +27,8 @@ pub enum Locking {
     /// Full integration of everything.
     None,
     /// Terms with `mu` by the full rule, terms with `lambda` by one less in each direction. Variational, so the tangent
-    /// stays symmetric.
+    /// stays symmetric. Laws that are not written in `lambda` and `mu` are split so that their parts agree with these
+    /// terms at small strain, see [`Part`](crate::material::Part).
     ///
     /// On quad4 and hex8 the one value is taken at the mean of the gradient over the element. On every quad4 and on hex8
     /// with parallel sides that is the value at the centroid; on other hex8 the centroid would fail the patch test.

@@ -5,6 +5,8 @@
 
 mod batch;
 mod energy;
+mod evaluate;
+mod general;
 mod group;
 mod kinematics;
 mod loads;
@@ -15,6 +17,7 @@ mod stress;
 mod tangent;
 #[cfg(test)]
 mod tests;
+mod workspace;
 
 pub use group::{ElementGroup, Formulation};
 pub use kinematics::{Kinematics, LOCKS, Locking, locks};

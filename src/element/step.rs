@@ -1,11 +1,9 @@
 //! The solid kernel over a step: forces that change the energy of a group by the work they do
 //! (theory, section 4.5).
 //!
-//! `Q_a = int F_middle S g_a dV` with the stress `S` of [`StepLaw`]; its derivative by the displacement in the middle of
+//! `Q_a = int F_middle S g_a dV` with the stress `S` of [`Law::respond_step`]; its derivative by the displacement in the middle of
 //! the step, `int (g_a . S g_b) 1 + F_middle dS_b g_a dV`, is not symmetric, as the strain changes at the end of the step by
 //! `F_end`. Terms that have a quadrature of their own are conserved each by itself.
-
-use std::marker::PhantomData;
 
 use super::batch::{Batch, Sample, check};
 use super::group::{ElementGroup, Pass};
@@ -13,8 +11,8 @@ use super::kinematics::Kinematics;
 use super::tangent::Wanted;
 use super::{ElementSink, Inverted, Request};
 use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
-use crate::material::{Model, NeoHookean, SaintVenantKirchhoff, StepLaw, StepResponse};
-use crate::square::{Row, Square, apply, apply_add, dot, product, scale_all};
+use crate::material::{Law, LawTask, Response, StepMotion};
+use crate::square::{Row, Square, apply, apply_add, det_minus_one, dot, plus_one, product, scale_all};
 
 /// One evaluation of a group over a step.
 pub(super) struct Job<'a, const D: usize> {
@@ -38,33 +36,39 @@ impl<const D: usize> ElementGroup<D> {
         request: Request,
         sink: &mut dyn ElementSink,
     ) -> std::result::Result<(), Inverted> {
-        let model = match self.formulation.kinematics {
-            Kinematics::Linear => return self.evaluate(middle, request, sink),
-            Kinematics::Finite => self.formulation.material.model,
-        };
-        let job = Job { group: self, u: [start, middle], request, sink };
-        match model {
-            Model::SaintVenantKirchhoff => dispatch(Step::<SaintVenantKirchhoff, D>::new(job)),
-            Model::NeoHookean => dispatch(Step::<NeoHookean, D>::new(job)),
+        if self.formulation.kinematics == Kinematics::Linear {
+            return self.evaluate(middle, request, sink);
         }
+        self.formulation.material.accept(Job { group: self, u: [start, middle], request, sink })
+    }
+}
+
+impl<const D: usize> LawTask for Job<'_, D> {
+    type Output = std::result::Result<(), Inverted>;
+
+    fn run<P: Law>(self, law: &P) -> Self::Output {
+        dispatch(Step::new(self, *law))
     }
 }
 
 /// A job whose law is known to the compiler.
-pub(super) struct Step<'a, P, const D: usize>(Job<'a, D>, PhantomData<P>);
+pub(super) struct Step<'a, P, const D: usize> {
+    job: Job<'a, D>,
+    law: P,
+}
 
 impl<'a, P, const D: usize> Step<'a, P, D> {
-    pub fn new(job: Job<'a, D>) -> Self {
-        Self(job, PhantomData)
+    pub fn new(job: Job<'a, D>, law: P) -> Self {
+        Self { job, law }
     }
 }
 
-impl<P: StepLaw, const D: usize> LaneTask for Step<'_, P, D> {
+impl<P: Law, const D: usize> LaneTask for Step<'_, P, D> {
     type Output = std::result::Result<(), Inverted>;
 
     #[inline(always)]
     fn run<L: Lane>(self, unit: L) -> Self::Output {
-        let Job { group, u, request, sink } = self.0;
+        let Job { group, u, request, sink } = self.job;
         let n = group.kind.nodes();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);
@@ -73,16 +77,21 @@ impl<P: StepLaw, const D: usize> LaneTask for Step<'_, P, D> {
             work.gather(unit, nodes, points, u);
             let mut point = 0;
             for pass in &group.passes {
-                let moduli = pass.moduli.in_lanes(unit);
+                let constants = self.law.constants(pass.part);
                 for q in 0..pass.samples() {
                     let (volume, [start, middle]) = work.locate(unit, pass, q);
-                    let response = P::step(&moduli, &start, &middle);
-                    work.det_f[point] = response.det_f.lanes();
+                    let motion = StepMotion::new(start, middle);
+                    work.det_f[point] = (det_minus_one(&motion.end) + unit).lanes();
                     point += 1;
-                    work.add_force(&response, volume);
-                    if let Some(wanted) = wanted {
-                        work.add_stiffness::<P>(&response, volume, wanted);
-                    }
+                    let second_piola = match wanted {
+                        None => P::stress_over_step(&constants, &motion),
+                        Some(wanted) => {
+                            let response = P::respond_step(&constants, &motion);
+                            work.add_stiffness::<P>(&motion, &response, volume, wanted);
+                            response.second_piola
+                        }
+                    };
+                    work.add_force(&plus_one(&middle), &second_piola, volume);
                 }
             }
             check(&work.det_f, elements, &group.passes)?;
@@ -140,23 +149,30 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
     }
 
     #[inline(always)]
-    fn add_force(&mut self, response: &StepResponse<L, D>, volume: L) {
-        let flux = scale_all(&product(&response.middle, &response.second_piola), volume);
+    fn add_force(&mut self, f_middle: &Square<L, D>, second_piola: &Square<L, D>, volume: L) {
+        let flux = scale_all(&product(f_middle, second_piola), volume);
         for (force, gradient) in self.force.iter_mut().zip(&self.gradients) {
             *force = apply_add(&flux, gradient, force);
         }
     }
 
     #[inline(always)]
-    fn add_stiffness<P: StepLaw>(&mut self, response: &StepResponse<L, D>, volume: L, wanted: Wanted<L>) {
+    fn add_stiffness<P: Law>(
+        &mut self,
+        motion: &StepMotion<L, D>,
+        response: &Response<L, P::StepTangent<L, D>, D>,
+        volume: L,
+        wanted: Wanted<L>,
+    ) {
         let n = self.gradients.len();
+        let f_end = plus_one(&motion.end);
         let stress = scale_all(&response.second_piola, volume * wanted.geometric);
-        let carrier = scale_all(&response.middle, volume * wanted.material);
+        let carrier = scale_all(&plus_one(&motion.middle), volume * wanted.material);
         for b in 0..n {
             let gradient = self.gradients[b];
             let stiffening = apply(&stress, &gradient);
             let mut columns = [[[gradient[0].constant(0.0); D]; D]; D];
-            for (column, row) in columns.iter_mut().zip(&response.end) {
+            for (column, row) in columns.iter_mut().zip(&f_end) {
                 // The end moves twice as far as the middle.
                 let mut strain = *column;
                 for k in 0..D {
@@ -164,7 +180,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
                         strain[k][l] = row[k].mul_add(gradient[l], gradient[k] * row[l]);
                     }
                 }
-                *column = product(&carrier, &P::change(&response.tangent, &strain));
+                *column = product(&carrier, &P::contract_step(&response.tangent, &strain));
             }
             for a in 0..n {
                 let test = self.gradients[a];

@@ -4,10 +4,10 @@ use nalgebra::DMatrix;
 
 use super::group::{ElementGroup, Pass, Sampling};
 use super::kinematics::{Kinematics, gradient_of, reference_gradients};
-use crate::material::{Hooke, Law, Model, Moduli, NeoHookean, SaintVenantKirchhoff};
+use crate::material::{Hooke, Law, LawTask, MetricLaw, Part};
 use crate::mesh::ElementKind;
 use crate::space::reference;
-use crate::square::{Square, det_minus_one, plus_one, product, transpose};
+use crate::square::{Square, det_minus_one, plus_one, product, trace, transpose};
 
 /// Cauchy stress \[Pa\], tension positive: `xx, yy, zz, xy, yz, xz` (in plane strain `zz` is what holds the body flat).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -81,7 +81,7 @@ impl<const D: usize> ElementGroup<D> {
                 let mut mean = CauchyState::default();
                 for q in 0..pass.samples() {
                     let (grad_u, weight) = element.gradient(pass, q);
-                    let mut state = self.state(&pass.moduli, &grad_u);
+                    let mut state = self.state(pass.part, &grad_u);
                     if number > 0 {
                         // The first pass has told the volume ratio already.
                         state.det_f = 0.0;
@@ -101,24 +101,36 @@ impl<const D: usize> ElementGroup<D> {
         }
     }
 
-    /// `sigma = F S F^T / J` of the solid whose displacement gradient this is, flat in 2D.
-    fn state(&self, moduli: &Moduli<f64>, grad_u: &Square<f64, D>) -> CauchyState {
+    /// `sigma = F S F^T / J` of a part of the law in the solid whose displacement gradient this is, flat in 2D.
+    fn state(&self, part: Part, grad_u: &Square<f64, D>) -> CauchyState {
         let mut solid = [[0.0; 3]; 3];
         for (row, given) in solid.iter_mut().zip(grad_u) {
             row[..D].copy_from_slice(given);
         }
-        let response = match (self.formulation.kinematics, self.formulation.material.model) {
-            (Kinematics::Linear, _) => {
-                let s = Hooke::respond(moduli, &solid).second_piola;
-                let trace = solid[0][0] + solid[1][1] + solid[2][2];
-                return CauchyState { cauchy: components(&s, 1.0), det_f: 1.0 + trace };
-            }
-            (_, Model::SaintVenantKirchhoff) => SaintVenantKirchhoff::respond(moduli, &solid),
-            (_, Model::NeoHookean) => NeoHookean::respond(moduli, &solid),
-        };
+        if self.formulation.kinematics == Kinematics::Linear {
+            let moduli = self.formulation.moduli().part(part);
+            let cauchy = Hooke::respond_with_metric(&moduli, &solid).second_piola;
+            return CauchyState { cauchy: components(&cauchy, 1.0), det_f: 1.0 + trace(&solid) };
+        }
         let det_f = 1.0 + det_minus_one(&solid);
-        let kirchhoff = product(&response.first_piola, &transpose(&plus_one(&solid)));
+        let f = plus_one(&solid);
+        let second_piola = self.formulation.material.accept(StressAt { part, grad_u: solid });
+        let kirchhoff = product(&product(&f, &second_piola), &transpose(&f));
         CauchyState { cauchy: components(&kirchhoff, 1.0 / det_f), det_f }
+    }
+}
+
+/// The second Piola stress of a part of a law \[Pa\].
+struct StressAt {
+    part: Part,
+    grad_u: Square<f64, 3>,
+}
+
+impl LawTask for StressAt {
+    type Output = Square<f64, 3>;
+
+    fn run<P: Law>(self, law: &P) -> Square<f64, 3> {
+        P::stress(&law.constants(self.part), &self.grad_u)
     }
 }
 

@@ -3,7 +3,7 @@
 //! Only blocks `b >= a` are summed; the others are mirrored on the way out.
 
 use crate::lanes::{Lane, WIDTH};
-use crate::material::{Law, Metric, Moduli, Response};
+use crate::material::{Metric, MetricLaw, MetricResponse, Moduli};
 use crate::square::{
     Row, Square, apply, congruent, dot, inner_gram, outer_gram, product, scale, scale_add, scale_all,
     transpose,
@@ -35,7 +35,7 @@ pub(super) enum Form {
 }
 
 /// The factored form needs constant moduli and a sum that begins empty.
-pub(super) const fn first_form<P: Law>() -> Form {
+pub(super) const fn first_form<P: MetricLaw>() -> Form {
     match P::METRIC {
         Metric::Current => Form::Sum,
         Metric::Reference | Metric::Linear => Form::Factored,
@@ -58,7 +58,12 @@ pub(super) struct Tangent<L, const D: usize> {
 impl<L: Lane, const D: usize> Tangent<L, D> {
     /// Of a response at a sample with the map from slopes to reference gradients and the volume.
     #[inline(always)]
-    pub fn new<P: Law>(response: &Response<L, D>, map: &Square<L, D>, volume: L, wanted: Wanted<L>) -> Self {
+    pub fn new<P: MetricLaw>(
+        response: &MetricResponse<L, D>,
+        map: &Square<L, D>,
+        volume: L,
+        wanted: Wanted<L>,
+    ) -> Self {
         let material = volume * wanted.material;
         let (lam, q) = (response.lam * material, response.q * material);
         let stress = scale_all(&response.second_piola, volume * wanted.geometric);
@@ -189,6 +194,32 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
                     let strength = dot(&metric_a, slope_b);
                     for i in 0..D {
                         sum[i] = scale_add(&tangent.pushed[i], strength, &sum[i]);
+                    }
+                }
+                *block = sum;
+            }
+        }
+    }
+
+    /// Adds `K_ab = g_a . A g_b` with the reference gradients `g_a` and `A_iJkL` as `elasticity[i][k][L][J]`.
+    #[inline(always)]
+    pub fn add_elasticity(&mut self, gradients: &[Row<L, D>], elasticity: &[[Square<L, D>; D]; D]) {
+        let mut blocks = self.upper.iter_mut();
+        for a in 0..gradients.len() {
+            let mut rows = elasticity[0];
+            for i in 0..D {
+                for k in 0..D {
+                    rows[i][k] = apply(&elasticity[i][k], &gradients[a]);
+                }
+            }
+            // The finite iterator goes first: a zip asks its first half once more than its second.
+            for (gradient, block) in gradients[a..].iter().zip(blocks.by_ref()) {
+                let mut sum = *block;
+                for i in 0..D {
+                    for k in 0..D {
+                        for l in 0..D {
+                            sum[i][k] = rows[i][k][l].mul_add(gradient[l], sum[i][k]);
+                        }
                     }
                 }
                 *block = sum;

@@ -2,7 +2,11 @@
 //!
 //! Safe throughout: `pulp` hands out its token only where the processor has the instructions.
 
-use super::{Lane, LaneTask, Real, WIDTH, ln_1p, ratios};
+use super::{
+    Lane, LaneTask, NEAR, NEAR_EXPONENTIAL, NEAR_LOGARITHM, Ratio, RatioSlope, Real, WIDTH, both_by_lane,
+    by_lane, far_exp_m1, far_exp_m1_ratio, far_exp_m1_remainder, far_ln_1p_ratio, far_ln_1p_remainder, ln_1p,
+    near_exp_m1_ratio, near_exp_m1_remainder, near_ln_1p_ratio, near_ln_1p_remainder,
+};
 use pulp::cast;
 use pulp::x86::V3;
 use std::arch::x86_64::__m256d;
@@ -76,12 +80,42 @@ impl Real for Register {
         ln_1p(self)
     }
     #[inline(always)]
-    fn ln_1p_ratio(self) -> [Self; 2] {
-        ratios(self)
+    fn ln_1p_remainder(self) -> Self {
+        by_lane(self, NEAR_LOGARITHM, near_ln_1p_remainder(self), far_ln_1p_remainder)
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        by_lane(self, NEAR_EXPONENTIAL, self + near_exp_m1_remainder(self), far_exp_m1)
+    }
+    #[inline(always)]
+    fn exp_m1_remainder(self) -> Self {
+        by_lane(self, NEAR_EXPONENTIAL, near_exp_m1_remainder(self), far_exp_m1_remainder)
     }
     #[inline(always)]
     fn vanishes(self) -> bool {
         self.lanes() == [0.0; WIDTH]
+    }
+}
+
+impl Ratio for Register {
+    #[inline(always)]
+    fn ln_1p_ratio(self) -> Self {
+        self.ln_1p_ratio_and_slope()[0]
+    }
+    #[inline(always)]
+    fn exp_m1_ratio(self) -> Self {
+        self.exp_m1_ratio_and_slope()[0]
+    }
+}
+
+impl RatioSlope for Register {
+    #[inline(always)]
+    fn ln_1p_ratio_and_slope(self) -> [Self; 2] {
+        both_by_lane(self, NEAR, near_ln_1p_ratio(self), far_ln_1p_ratio)
+    }
+    #[inline(always)]
+    fn exp_m1_ratio_and_slope(self) -> [Self; 2] {
+        both_by_lane(self, NEAR_EXPONENTIAL, near_exp_m1_ratio(self), far_exp_m1_ratio)
     }
 }
 

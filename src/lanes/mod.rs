@@ -30,9 +30,21 @@ pub trait Real:
     /// `ln(1 + self)` without cancellation; NaN below -1.
     #[must_use]
     fn ln_1p(self) -> Self;
-    /// `ln(1 + self) / self - 1` and its derivative, without cancellation, also at zero; NaN below -1.
+    /// `self - ln(1 + self)` without cancellation: of second order where `self` is small. NaN below -1.
     #[must_use]
-    fn ln_1p_ratio(self) -> [Self; 2];
+    fn ln_1p_remainder(self) -> Self;
+    /// `exp(self) - 1` without cancellation.
+    #[must_use]
+    fn exp_m1(self) -> Self;
+    /// `exp(self) - 1 - self` without cancellation: of second order where `self` is small.
+    #[must_use]
+    fn exp_m1_remainder(self) -> Self;
+    /// `self * factor`.
+    #[must_use]
+    #[inline(always)]
+    fn scale(self, factor: f64) -> Self {
+        self * self.constant(factor)
+    }
     /// Whether it is zero in every lane, so that what it multiplies need not be computed. Numbers that also carry
     /// derivatives always say no.
     #[must_use]
@@ -40,6 +52,26 @@ pub trait Real:
     fn vanishes(self) -> bool {
         false
     }
+}
+
+/// Numbers that know the divided differences of the logarithm and of the exponential function.
+pub trait Ratio: Real {
+    /// `ln(1 + self) / self - 1` without cancellation, also at zero; NaN below -1.
+    #[must_use]
+    fn ln_1p_ratio(self) -> Self;
+    /// `(exp(self) - 1) / self - 1` without cancellation, also at zero.
+    #[must_use]
+    fn exp_m1_ratio(self) -> Self;
+}
+
+/// Numbers that know the derivatives of their divided differences as well.
+pub trait RatioSlope: Ratio {
+    /// [`Ratio::ln_1p_ratio`] and its derivative, both without cancellation.
+    #[must_use]
+    fn ln_1p_ratio_and_slope(self) -> [Self; 2];
+    /// [`Ratio::exp_m1_ratio`] and its derivative, both without cancellation.
+    #[must_use]
+    fn exp_m1_ratio_and_slope(self) -> [Self; 2];
 }
 
 impl Real for f64 {
@@ -61,8 +93,16 @@ impl Real for f64 {
         f64::ln_1p(self)
     }
     #[inline(always)]
-    fn ln_1p_ratio(self) -> [Self; 2] {
-        ln_1p_ratio(self)
+    fn ln_1p_remainder(self) -> Self {
+        if self.abs() <= NEAR_LOGARITHM { near_ln_1p_remainder(self) } else { far_ln_1p_remainder(self) }
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        f64::exp_m1(self)
+    }
+    #[inline(always)]
+    fn exp_m1_remainder(self) -> Self {
+        if self.abs() <= NEAR_EXPONENTIAL { near_exp_m1_remainder(self) } else { far_exp_m1_remainder(self) }
     }
     #[inline(always)]
     fn vanishes(self) -> bool {
@@ -70,11 +110,33 @@ impl Real for f64 {
     }
 }
 
+impl Ratio for f64 {
+    #[inline(always)]
+    fn ln_1p_ratio(self) -> Self {
+        self.ln_1p_ratio_and_slope()[0]
+    }
+    #[inline(always)]
+    fn exp_m1_ratio(self) -> Self {
+        self.exp_m1_ratio_and_slope()[0]
+    }
+}
+
+impl RatioSlope for f64 {
+    #[inline(always)]
+    fn ln_1p_ratio_and_slope(self) -> [Self; 2] {
+        if self.abs() <= NEAR { near_ln_1p_ratio(self) } else { far_ln_1p_ratio(self) }
+    }
+    #[inline(always)]
+    fn exp_m1_ratio_and_slope(self) -> [Self; 2] {
+        if self.abs() <= NEAR_EXPONENTIAL { near_exp_m1_ratio(self) } else { far_exp_m1_ratio(self) }
+    }
+}
+
 /// Whether the build target has fused multiply-add unasked.
 const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
 /// [`WIDTH`] numbers side by side.
-pub trait Lane: Real {
+pub trait Lane: RatioSlope {
     /// The numbers of `values` in lanes.
     #[must_use]
     fn load(self, values: [f64; WIDTH]) -> Self;
@@ -160,12 +222,42 @@ impl Real for Portable {
         ln_1p(self)
     }
     #[inline(always)]
-    fn ln_1p_ratio(self) -> [Self; 2] {
-        ratios(self)
+    fn ln_1p_remainder(self) -> Self {
+        by_lane(self, NEAR_LOGARITHM, near_ln_1p_remainder(self), far_ln_1p_remainder)
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        by_lane(self, NEAR_EXPONENTIAL, self + near_exp_m1_remainder(self), far_exp_m1)
+    }
+    #[inline(always)]
+    fn exp_m1_remainder(self) -> Self {
+        by_lane(self, NEAR_EXPONENTIAL, near_exp_m1_remainder(self), far_exp_m1_remainder)
     }
     #[inline(always)]
     fn vanishes(self) -> bool {
         self.0 == [0.0; WIDTH]
+    }
+}
+
+impl Ratio for Portable {
+    #[inline(always)]
+    fn ln_1p_ratio(self) -> Self {
+        self.ln_1p_ratio_and_slope()[0]
+    }
+    #[inline(always)]
+    fn exp_m1_ratio(self) -> Self {
+        self.exp_m1_ratio_and_slope()[0]
+    }
+}
+
+impl RatioSlope for Portable {
+    #[inline(always)]
+    fn ln_1p_ratio_and_slope(self) -> [Self; 2] {
+        both_by_lane(self, NEAR, near_ln_1p_ratio(self), far_ln_1p_ratio)
+    }
+    #[inline(always)]
+    fn exp_m1_ratio_and_slope(self) -> [Self; 2] {
+        both_by_lane(self, NEAR_EXPONENTIAL, near_exp_m1_ratio(self), far_exp_m1_ratio)
     }
 }
 
@@ -213,7 +305,7 @@ fn far_ln_1p(x: f64) -> f64 {
     f64::ln_1p(x)
 }
 
-/// Up to here [`Real::ln_1p_ratio`] is a series, and beyond it no longer cancels.
+/// Up to here [`Ratio::ln_1p_ratio`] is a series, and beyond it no longer cancels.
 const NEAR: f64 = 0.0625;
 
 /// The series `sum (-x)^k / (k + 1)`, `k >= 1`, and its derivative, to rounding for `|x| <= NEAR`.
@@ -228,24 +320,6 @@ fn near_ln_1p_ratio<T: Real>(x: T) -> [T; 2] {
     [value, slope]
 }
 
-/// [`Real::ln_1p_ratio`]; the choice is made lane by lane, so that neighbours have no influence.
-#[inline(always)]
-fn ratios<L: Lane>(x: L) -> [L; 2] {
-    let near = near_ln_1p_ratio(x);
-    let far = x.lanes();
-    if far.iter().all(|x| x.abs() <= NEAR) {
-        return near;
-    }
-    let (mut value, mut slope) = (near[0].lanes(), near[1].lanes());
-    for lane in 0..WIDTH {
-        // NaN goes to the library as well.
-        if far[lane].abs() > NEAR || far[lane].is_nan() {
-            [value[lane], slope[lane]] = far_ln_1p_ratio(far[lane]);
-        }
-    }
-    [x.load(value), x.load(slope)]
-}
-
 /// Kept out of the kernels: the library's logarithm is large.
 #[inline(never)]
 fn far_ln_1p_ratio(x: f64) -> [f64; 2] {
@@ -253,8 +327,114 @@ fn far_ln_1p_ratio(x: f64) -> [f64; 2] {
     [ratio - 1.0, (1.0 / (1.0 + x) - ratio) / x]
 }
 
-fn ln_1p_ratio(x: f64) -> [f64; 2] {
-    if x.abs() <= NEAR { near_ln_1p_ratio(x) } else { far_ln_1p_ratio(x) }
+/// Up to here [`Real::ln_1p_remainder`] is a series. Beyond it the difference loses three bits at most.
+const NEAR_LOGARITHM: f64 = 0.25;
+
+/// `x - ln(1 + x) = x s - 2 (artanh(s) - s)` with `s = x / (2 + x)`, to rounding for `|x| <= NEAR_LOGARITHM`.
+#[inline(always)]
+fn near_ln_1p_remainder<T: Real>(x: T) -> T {
+    let s = x * (x + x.constant(2.0)).recip();
+    let z = s * s;
+    let mut sum = x.constant(1.0 / 17.0);
+    for odd in [15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0] {
+        sum = sum.mul_add(z, x.constant(1.0 / odd));
+    }
+    x * s - (s + s) * z * sum
+}
+
+#[inline(never)]
+fn far_ln_1p_remainder(x: f64) -> f64 {
+    x - f64::ln_1p(x)
+}
+
+/// Up to here functions of the exponential are series of 16 terms. Beyond it differences lose two bits at most.
+const NEAR_EXPONENTIAL: f64 = 0.5;
+
+/// `exp(x) - 1 - x` by its series, to rounding for `|x| <= NEAR_EXPONENTIAL`.
+#[inline(always)]
+fn near_exp_m1_remainder<T: Real>(x: T) -> T {
+    let mut sum = x.constant(1.0 / FACTORIALS[16]);
+    for k in (2..16).rev() {
+        sum = sum.mul_add(x, x.constant(1.0 / FACTORIALS[k]));
+    }
+    sum * x * x
+}
+
+#[inline(never)]
+fn far_exp_m1(x: f64) -> f64 {
+    f64::exp_m1(x)
+}
+
+#[inline(never)]
+fn far_exp_m1_remainder(x: f64) -> f64 {
+    f64::exp_m1(x) - x
+}
+
+/// `sum x^k / (k + 1)!`, `k >= 1`, and its derivative, to rounding for `|x| <= NEAR_EXPONENTIAL`.
+#[inline(always)]
+fn near_exp_m1_ratio<T: Real>(x: T) -> [T; 2] {
+    let mut value = x.constant(0.0);
+    let mut slope = x.constant(0.0);
+    for k in (1..16).rev() {
+        let coefficient = 1.0 / FACTORIALS[k + 1];
+        value = value.mul_add(x, x.constant(coefficient));
+        slope = slope.mul_add(x, x.constant(k as f64 * coefficient));
+    }
+    [value * x, slope]
+}
+
+#[inline(never)]
+fn far_exp_m1_ratio(x: f64) -> [f64; 2] {
+    let growth = f64::exp_m1(x);
+    let ratio = growth / x;
+    [ratio - 1.0, (growth + 1.0 - ratio) / x]
+}
+
+/// `k!`.
+const FACTORIALS: [f64; 17] = {
+    let mut all = [1.0; 17];
+    let mut k = 1;
+    while k < 17 {
+        all[k] = all[k - 1] * k as f64;
+        k += 1;
+    }
+    all
+};
+
+/// `near` in the lanes where `|x| <= limit`, and `far` in the others. The choice is made lane by lane, so that neighbours have
+/// no influence.
+#[inline(always)]
+fn by_lane<L: Lane>(x: L, limit: f64, near: L, far: fn(f64) -> f64) -> L {
+    let lanes = x.lanes();
+    if lanes.iter().all(|x| x.abs() <= limit) {
+        return near;
+    }
+    let mut out = near.lanes();
+    for (out, x) in out.iter_mut().zip(lanes) {
+        // NaN goes to the library as well.
+        if x.abs() > limit || x.is_nan() {
+            *out = far(x);
+        }
+    }
+    x.load(out)
+}
+
+/// [`by_lane`] for a function and its derivative.
+#[inline(always)]
+fn both_by_lane<L: Lane>(x: L, limit: f64, near: [L; 2], far: fn(f64) -> [f64; 2]) -> [L; 2] {
+    let lanes = x.lanes();
+    if lanes.iter().all(|x| x.abs() <= limit) {
+        return near;
+    }
+    let mut value = near[0].lanes();
+    let mut slope = near[1].lanes();
+    for lane in 0..WIDTH {
+        // NaN goes to the library as well.
+        if lanes[lane].abs() > limit || lanes[lane].is_nan() {
+            [value[lane], slope[lane]] = far(lanes[lane]);
+        }
+    }
+    [x.load(value), x.load(slope)]
 }
 
 /// Work to be done in lanes.
@@ -309,18 +489,69 @@ mod tests {
     #[test]
     fn logarithmic_ratio_is_smooth() {
         for x in [-0.5_f64, -0.07, 0.063, 0.2, 3.0] {
-            let [value, slope] = ln_1p_ratio(x);
+            let [value, slope] = x.ln_1p_ratio_and_slope();
             assert!((value + 1.0 - x.ln_1p() / x).abs() < 1e-15);
             assert!((slope - (1.0 / (1.0 + x) - x.ln_1p() / x) / x).abs() < 1e-13);
         }
         for x in [-0.0625_f64, -1e-3, 0.0, 1e-9, 0.04, 0.0625] {
-            let [low, _] = ln_1p_ratio(x - 1e-4);
-            let [value, slope] = ln_1p_ratio(x);
-            let [high, _] = ln_1p_ratio(x + 1e-4);
+            let [value, slope] = x.ln_1p_ratio_and_slope();
+            let low = (x - 1e-4).ln_1p_ratio();
+            let high = (x + 1e-4).ln_1p_ratio();
             assert!((0.5 * (high - low) / 1e-4 - slope).abs() < 1e-8, "{x}");
             assert!((value + 0.5 * x - x * x / 3.0).abs() <= 0.3 * x.abs().powi(3) + 1e-17, "{x}");
         }
-        assert!(ln_1p_ratio(-2.0)[0].is_nan() && ln_1p_ratio(f64::NAN)[1].is_nan());
+        assert!((-2.0_f64).ln_1p_ratio().is_nan() && f64::NAN.ln_1p_ratio_and_slope()[1].is_nan());
+    }
+
+    /// The remainders have all their digits next to zero, and are the library's differences where those are exact.
+    #[test]
+    fn remainders_do_not_cancel() {
+        for x in [1e-12_f64, -1e-9, 1e-5, -1e-4] {
+            let logarithm = x * x / 2.0 - x.powi(3) / 3.0 + x.powi(4) / 4.0 - x.powi(5) / 5.0;
+            assert!((x.ln_1p_remainder() / logarithm - 1.0).abs() < 1e-14, "{x}");
+            let exponential = x * x / 2.0 + x.powi(3) / 6.0 + x.powi(4) / 24.0 + x.powi(5) / 120.0;
+            assert!((x.exp_m1_remainder() / exponential - 1.0).abs() < 1e-14, "{x}");
+        }
+        for x in [-0.9_f64, -0.5, -0.26, -0.24, 0.1, 0.24, 0.26, 0.49, 0.51, 2.0, 5.0] {
+            assert!((x.ln_1p_remainder() - (x - x.ln_1p())).abs() < 4e-16 * x.abs().max(1.0), "{x}");
+            assert!((x.exp_m1_remainder() - (x.exp_m1() - x)).abs() < 1e-15 * x.exp(), "{x}");
+            assert!((x.exp_m1_ratio() + 1.0 - x.exp_m1() / x).abs() < 1e-15 * x.exp(), "{x}");
+            let difference = 0.5e4 * ((x + 1e-4).exp_m1_ratio() - (x - 1e-4).exp_m1_ratio());
+            assert!((x.exp_m1_ratio_and_slope()[1] - difference).abs() < 1e-8 * x.exp(), "{x}");
+        }
+        assert!(f64::NAN.exp_m1_remainder().is_nan() && (-2.0_f64).ln_1p_remainder().is_nan());
+    }
+
+    struct Functions([f64; WIDTH]);
+    impl LaneTask for Functions {
+        type Output = [[f64; WIDTH]; 5];
+        #[inline(always)]
+        fn run<L: Lane>(self, unit: L) -> Self::Output {
+            let x = unit.load(self.0);
+            let [ratio, slope] = x.exp_m1_ratio_and_slope();
+            [
+                x.ln_1p_remainder().lanes(),
+                x.exp_m1().lanes(),
+                x.exp_m1_remainder().lanes(),
+                ratio.lanes(),
+                slope.lanes(),
+            ]
+        }
+    }
+
+    /// The functions of the lanes are those of plain numbers, near zero, far from it, and side by side.
+    #[test]
+    fn functions_in_lanes_agree_with_plain_numbers() {
+        let x = [1e-12, -0.2, 0.7, -0.6];
+        for found in [dispatch(Functions(x)), dispatch_portable(Functions(x))] {
+            for (lane, x) in x.into_iter().enumerate() {
+                let [ratio, slope] = x.exp_m1_ratio_and_slope();
+                let plain = [x.ln_1p_remainder(), x.exp_m1(), x.exp_m1_remainder(), ratio, slope];
+                for (found, plain) in found.iter().zip(plain) {
+                    assert!((found[lane] - plain).abs() <= 1e-15 * plain.abs(), "{x}: {found:?} {plain}");
+                }
+            }
+        }
     }
 
     struct Transposed;

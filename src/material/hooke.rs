@@ -1,7 +1,7 @@
 //! Hooke's law of linear kinematics: the small-strain limit of every law in the table.
 
 use super::saint_venant_kirchhoff::{isotropic, isotropic_energy};
-use super::{Law, Metric, Moduli, Response};
+use super::{Metric, MetricLaw, MetricResponse, Moduli, Potential};
 use crate::lanes::Real;
 use crate::square::{Square, diagonal, small_strain, trace};
 
@@ -9,16 +9,28 @@ use crate::square::{Square, diagonal, small_strain, trace};
 #[derive(Debug)]
 pub struct Hooke;
 
-impl Law for Hooke {
+impl Potential for Hooke {
+    type Constants = Moduli<f64>;
+
+    #[inline(always)]
+    fn energy<T: Real, const D: usize>(moduli: &Moduli<f64>, grad_u: &Square<T, D>) -> T {
+        isotropic_energy(&moduli.in_lanes(grad_u[0][0]), &small_strain(grad_u))
+    }
+}
+
+impl MetricLaw for Hooke {
     const METRIC: Metric = Metric::Linear;
 
     #[inline(always)]
-    fn respond<T: Real, const D: usize>(moduli: &Moduli<T>, grad_u: &Square<T, D>) -> Response<T, D> {
+    fn respond_with_metric<T: Real, const D: usize>(
+        moduli: &Moduli<T>,
+        grad_u: &Square<T, D>,
+    ) -> MetricResponse<T, D> {
         let one = moduli.mu.constant(1.0);
         let cauchy = isotropic(moduli, &small_strain(grad_u));
         // Geometry does not change here, so nothing can invert; a gradient that is not a number must still show.
         let sound = trace(&cauchy) * one.constant(0.0) + one;
-        Response {
+        MetricResponse {
             second_piola: cauchy,
             first_piola: cauchy,
             gradient_map: diagonal(one),
@@ -26,10 +38,5 @@ impl Law for Hooke {
             q: moduli.mu,
             det_f: sound,
         }
-    }
-
-    #[inline(always)]
-    fn energy<T: Real, const D: usize>(moduli: &Moduli<T>, grad_u: &Square<T, D>) -> T {
-        isotropic_energy(moduli, &small_strain(grad_u))
     }
 }

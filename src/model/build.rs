@@ -4,7 +4,6 @@ use super::{Body, Contact, Load, LoadKind, MassChoice, Model, Probe, Support, Ta
 use crate::case::{self, Action, Case, Function, PlacedFunction};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
-use crate::material::Material;
 
 impl<const D: usize> Model<D> {
     /// Builds the laws and resolves the names of a checked case.
@@ -97,14 +96,8 @@ impl<const D: usize> Model<D> {
 }
 
 fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
-    let elastic = body.material.elastic();
-    let law = match body.material {
-        case::Material::NeoHookean(_) => "neo_hookean",
-        case::Material::SaintVenantKirchhoff(_) => "saint_venant_kirchhoff",
-    };
-    let (young_modulus, poisson_ratio) = (elastic.young_modulus.value, elastic.poisson_ratio.value);
     let formulation = Formulation {
-        material: Material::named(law, young_modulus, poisson_ratio).map_err(|e| e.within(name))?,
+        material: body.material,
         kinematics: match body.kinematics {
             case::Kinematics::Finite => Kinematics::Finite,
             case::Kinematics::Linear => Kinematics::Linear,
@@ -126,7 +119,7 @@ fn body(case: &Case, name: &str, body: &case::Body) -> Result<Body> {
             case::Mass::Lumped => MassChoice::Lumped,
             case::Mass::Redistributed => MassChoice::Redistributed,
         },
-        young_modulus,
+        young_modulus: body.material.moduli().young_modulus(),
         initial_velocity: velocity.map_or_else(Vec::new, |v| v.iter().map(|f| case.function(f)).collect()),
     })
 }

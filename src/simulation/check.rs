@@ -14,6 +14,7 @@ use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
 use crate::contact::point::ContactLaw;
 use crate::dynamics::Stage;
+use crate::element::Kinematics;
 use crate::error::Result;
 use crate::mesh::ElementKind;
 use crate::model::{Body, Contact, Model};
@@ -158,6 +159,8 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     let _ = writeln!(text, "body {}: {elements} {}", body.name, kinds.join(" and "));
     let (m, s, speed) = (case.units.of("m"), case.units.of("s"), case.units.of("m/s"));
     let _ = writeln!(text, "  smallest element edge: {smallest_edge:.4e} {m}");
+    let moduli = body.formulation.moduli();
+    let _ = writeln!(text, "  {}", describe_material(body, &case.units.of("Pa")));
     let density = body.formulation.density;
     if density <= 0.0 {
         if !case.is_static() {
@@ -168,7 +171,6 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
         }
         return;
     }
-    let moduli = body.formulation.material.moduli;
     let pressure_wave = (moduli.uniaxial_strain() / density).sqrt();
     let shear_wave = (moduli.mu / density).sqrt();
     let _ = writeln!(text, "  wave speeds: c_p {pressure_wave:.4e} {speed}, c_s {shear_wave:.4e} {speed}");
@@ -178,6 +180,23 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     let crossing = smallest_edge / pressure_wave;
     let cfl = case.time.step() / crossing;
     let _ = writeln!(text, "  crossing time: {crossing:.4e} {s}, the step is {cfl:.3} of these (CFL)");
+}
+
+/// Moduli at small strain, and where the law keeps its stiffness.
+fn describe_material(body: &Body, pascal: &str) -> String {
+    let moduli = body.formulation.moduli();
+    let small = format!(
+        "at small strain: Young's modulus {:.4e} {pascal}, Poisson's ratio {:.6}, shear modulus {:.4e} {pascal}, bulk modulus {:.4e} {pascal}",
+        moduli.young_modulus(),
+        moduli.poisson_ratio(),
+        moduli.mu,
+        moduli.bulk()
+    );
+    if body.formulation.kinematics == Kinematics::Linear {
+        return small;
+    }
+    let stable = body.formulation.material.stable_stretches();
+    format!("{small}\n  a uniaxial test is stable at stretches from {:.2} to {:.2}", stable.start, stable.end)
 }
 
 fn describe_contact<const D: usize>(

@@ -43,7 +43,7 @@ impl Guard {
         let speed = |contact: &crate::model::Contact<D>| {
             let of_body = |&body: &usize| {
                 let formulation = &model.bodies[body].formulation;
-                let stiffness = formulation.material.moduli.uniaxial_strain();
+                let stiffness = formulation.moduli().uniaxial_strain();
                 (stiffness / formulation.density.max(f64::MIN_POSITIVE)).sqrt()
             };
             contact.bodies.iter().map(of_body).fold(0.0, f64::max)

@@ -19,14 +19,7 @@ impl Check<'_> {
         if let Some(&Merge::Tolerance(tolerance)) = merge.map(|merge| &merge.value) {
             self.found.positive("merge.tolerance", tolerance);
         }
-        let elastic = body.material.elastic();
-        self.found.positive("Young's modulus", elastic.young_modulus);
-        let ratio = elastic.poisson_ratio;
-        if !(ratio.value > -1.0 && ratio.value < 0.5) {
-            self.found
-                .say(ratio.place, format!("Poisson's ratio must be > -1 and < 0.5, found {}", ratio.value));
-            self.found.cure("an almost incompressible solid is written as 0.49 or 0.499");
-        }
+        body.material.check(&mut self.found);
         match body.density {
             Some(density) => self.found.not_negative("the density", density.value, density.place),
             None => self.missing_density(name),

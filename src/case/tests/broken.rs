@@ -8,6 +8,7 @@ type Broken = (&'static str, &'static str, &'static str, &'static [&'static str]
 const TIME: &str = "time: { end: \"70 ms\", step: 5.0e-4, scheme: { newmark: { beta: 0.25, gamma: 0.5 } } }";
 const FRICTION: &str =
     "friction: { coulomb: { coefficient: 1.0, regularization: { stick_velocity: \"1 mm/s\" } } }";
+const RUBBER: &str = "neo_hookean: { young_modulus: \"5 MPa\", poisson_ratio: 0.45 }";
 const MESH: &str = "mesh: { box: { min: [0, 0], max: [1, 1], cells: [4, 4], element: quad4 } }";
 
 const BROKEN: &[Broken] = &[
@@ -145,6 +146,37 @@ const BROKEN: &[Broken] = &[
     // Ranges.
     ("\"1700 kg/m3\"", "-1700", "7:14", &["the density must be >= 0, found -1700"]),
     ("    density: \"1700 kg/m3\"\n", "", "4:3", &["'block' needs a density"]),
+    (
+        RUBBER,
+        "mooney_rivlin: { c10: 4e5, c01: -5e5, bulk_modulus: 1e9 }",
+        "6:39",
+        &["c10 + c01 must be > 0", "-100000", "shear modulus"],
+    ),
+    (
+        RUBBER,
+        "mooney_rivlin: { c10: 4e5, c01: 1e5 }",
+        "6:39",
+        &["needs bulk_modulus or poisson_ratio", "small strain"],
+    ),
+    (
+        RUBBER,
+        "mooney_rivlin: { c10: 4e5, c01: 1e5, bulk_modulus: 1e9, poisson_ratio: 0.4 }",
+        "6:88",
+        &["give one of them"],
+    ),
+    (RUBBER, "mooney_rivlin: { c10: 4e5 }", "6:32", &["'c01' is missing"]),
+    (
+        RUBBER,
+        "mooney_rivlin: { c10: \"4 m\", c01: 1e5, poisson_ratio: 0.4 }",
+        "6:39",
+        &["'4 m' is a length [m]; expected a pressure"],
+    ),
+    (
+        RUBBER,
+        "mooney_rivlin: { c10: 4e5, c01: 1e5, poisson_ratio: 0.5 }",
+        "6:69",
+        &["Poisson's ratio", "< 0.5"],
+    ),
     ("0.45", "0.5", "6:71", &["Poisson's ratio", "< 0.5", "0.49"]),
     ("0.45", "-1", "6:71", &["Poisson's ratio", "> -1"]),
     ("\"5 MPa\"", "0", "6:47", &["Young's modulus must be > 0"]),

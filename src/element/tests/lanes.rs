@@ -1,8 +1,11 @@
 //! Lanes against lanes, inverted elements, and groups that make no sense.
 
-use super::super::solid::{Job, Solid};
+use super::super::general::General;
+use super::super::solid::Solid;
+use super::super::workspace::Job;
 use super::*;
 use crate::lanes::dispatch_portable;
+use crate::material::{Law, LawTask, MetricLaw};
 
 fn lanes<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     let u = random(mesh, 0.02, 24);
@@ -45,14 +48,26 @@ fn collect<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<Vec<f64>> 
     rows.0
 }
 
+/// Chooses the kernel for the law of a group, on plain lanes.
+struct EvaluatePortable<'a, const D: usize>(Job<'a, D>);
+
+impl<const D: usize> LawTask for EvaluatePortable<'_, D> {
+    type Output = std::result::Result<(), Inverted>;
+    fn run<P: Law>(self, law: &P) -> Self::Output {
+        dispatch_portable(General::new(self.0, *law))
+    }
+    fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
+        dispatch_portable(Solid::<P, D>::new(self.0, law.constants(Part::Whole)))
+    }
+}
+
 fn collect_portable<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<Vec<f64>> {
     let mut rows = Rows::default();
     let job = Job { group, u, request: Request::TANGENT, sink: &mut rows };
     let formulation = group.formulation();
-    match (formulation.kinematics, formulation.material.model) {
-        (Kinematics::Linear, _) => dispatch_portable(Solid::<Hooke, D>::new(job)),
-        (_, Model::NeoHookean) => dispatch_portable(Solid::<NeoHookean, D>::new(job)),
-        (_, Model::SaintVenantKirchhoff) => dispatch_portable(Solid::<SaintVenantKirchhoff, D>::new(job)),
+    match formulation.kinematics {
+        Kinematics::Linear => dispatch_portable(Solid::<Hooke, D>::new(job, formulation.moduli())),
+        Kinematics::Finite => formulation.material.accept(EvaluatePortable(job)),
     }
     .unwrap();
     rows.0
@@ -107,7 +122,7 @@ fn inverted_elements_are_reported() {
 /// Groups that make no sense are refused with a sentence.
 #[test]
 fn wrong_groups_are_refused() {
-    let neo = |locking| formulation(Model::NeoHookean, Kinematics::Finite, locking);
+    let neo = |locking| formulation(neo_hookean(), Kinematics::Finite, locking);
     let mut mesh = distorted::<2>(ElementKind::Tri3);
     let locked = ElementGroup::new(&mesh, vec![0], neo(Locking::SelectiveReduced)).unwrap_err();
     assert!(locked.message.contains("does not exist for tri3"), "{locked}");

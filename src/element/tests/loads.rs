@@ -3,7 +3,7 @@
 use super::*;
 
 fn masses<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
-    let group = group(mesh, formulation(Model::NeoHookean, Kinematics::Finite, Locking::None));
+    let group = group(mesh, formulation(neo_hookean(), Kinematics::Finite, Locking::None));
     let mut volumes = Vec::new();
     let still = vec![0.0; mesh.points.len() * D];
     group.stress(&still, |_, stress| volumes.push(stress.volume));
@@ -69,7 +69,7 @@ fn pressures<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     let mut sink = Dense::new(mesh, &nodes);
     closed.pressure(Configuration::Reference, |_| 2.0, &mut sink);
     let work: f64 = mesh.points.iter().flatten().zip(sink.force.iter()).map(|(x, f)| x * f).sum();
-    let group = group(mesh, formulation(Model::NeoHookean, Kinematics::Finite, Locking::None));
+    let group = group(mesh, formulation(neo_hookean(), Kinematics::Finite, Locking::None));
     let mut volume = 0.0;
     group.mass(|_, mass| volume += mass.iter().sum::<f64>() / 3.0);
     let tolerance = if kind.order() == 1 { 1e-13 } else { 1e-2 };

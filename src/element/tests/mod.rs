@@ -7,7 +7,7 @@ mod loads;
 mod step;
 
 use super::*;
-use crate::material::{Hooke, MATERIALS, Material, Model, Moduli, NeoHookean, SaintVenantKirchhoff};
+use crate::material::{Hooke, MATERIALS, Material, Moduli, NeoHookean, Part, Potential};
 use crate::mesh::{BoxShape, ElementKind, Facet, Mesh};
 use crate::taylor::{scatter, taylor_rate};
 use nalgebra::{DMatrix, DVector};
@@ -61,8 +61,17 @@ fn distorted<const D: usize>(kind: ElementKind) -> Mesh<D> {
     mesh
 }
 
-fn formulation(model: Model, kinematics: Kinematics, locking: Locking) -> Formulation {
-    Formulation { material: Material { model, moduli: MODULI }, kinematics, locking, density: 3.0 }
+fn formulation(material: Material, kinematics: Kinematics, locking: Locking) -> Formulation {
+    Formulation { material, kinematics, locking, density: 3.0 }
+}
+
+/// Every law of the table with [`MODULI`].
+fn laws() -> impl Iterator<Item = Material> {
+    MATERIALS.iter().filter_map(|entry| Material::with_moduli(entry.name, MODULI))
+}
+
+fn neo_hookean() -> Material {
+    Material::with_moduli("neo_hookean", MODULI).unwrap()
 }
 
 fn group<const D: usize>(mesh: &Mesh<D>, formulation: Formulation) -> ElementGroup<D> {
@@ -74,8 +83,8 @@ fn variants(kind: ElementKind) -> Vec<Formulation> {
     let cures = Locking::ALL.into_iter().map(|(locking, ..)| locking);
     // What `auto` does is one of the others.
     for locking in cures.filter(|locking| *locking != Locking::Auto && locking.offered(kind)) {
-        all.extend(MATERIALS.iter().map(|entry| formulation(entry.model, Kinematics::Finite, locking)));
-        all.push(formulation(Model::NeoHookean, Kinematics::Linear, locking));
+        all.extend(laws().map(|law| formulation(law, Kinematics::Finite, locking)));
+        all.push(formulation(neo_hookean(), Kinematics::Linear, locking));
     }
     all
 }

@@ -103,11 +103,12 @@ impl ElementSink for Rows {
 fn lanes_agree_over_a_step() {
     let mesh = distorted::<3>(ElementKind::Hex8);
     let Motion { start, middle, .. } = motion(&mesh);
-    let group = group(&mesh, formulation(Model::NeoHookean, Kinematics::Finite, Locking::SelectiveReduced));
+    let group = group(&mesh, formulation(neo_hookean(), Kinematics::Finite, Locking::SelectiveReduced));
     let (mut fast, mut plain) = (Rows::default(), Rows::default());
     group.evaluate_step(&start, &middle, Request::TANGENT, &mut fast).unwrap();
     let job = Job { group: &group, u: [&start, &middle], request: Request::TANGENT, sink: &mut plain };
-    dispatch_portable(Step::<NeoHookean, 3>::new(job)).unwrap();
+    let Material::NeoHookean(law) = neo_hookean() else { unreachable!() };
+    dispatch_portable(Step::<NeoHookean, 3>::new(job, law)).unwrap();
     let largest = fast.0.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     assert!(fast.0.iter().zip(&plain.0).all(|(a, b)| (a - b).abs() < 1e-13 * largest));
     let squeezed: Vec<f64> = mesh.points.iter().flat_map(|p| [-0.6 * p[0], 0.0, 0.0]).collect();

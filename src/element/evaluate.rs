@@ -1,0 +1,48 @@
+//! Internal force and stiffness of a group: the kernel that suits its law.
+
+use super::general::General;
+use super::group::ElementGroup;
+use super::kinematics::Kinematics;
+use super::solid::Solid;
+use super::workspace::Job;
+use super::{ElementSink, Inverted, Request};
+use crate::lanes::dispatch;
+use crate::material::{Hooke, Law, LawTask, MetricLaw, Part};
+
+impl<const D: usize> ElementGroup<D> {
+    /// Internal force (and, as requested, its derivative) of each element at the nodal displacements `u`
+    /// (`u[node * D + i]`, local nodes, \[m\]).
+    ///
+    /// The same element gives the same bits in any group on the same processor.
+    ///
+    /// # Errors
+    /// The first element of the group with `det F <= 0` or NaN at a quadrature point; the sink has then seen a part of
+    /// the group and what it holds is void.
+    pub fn evaluate(
+        &self,
+        u: &[f64],
+        request: Request,
+        sink: &mut dyn ElementSink,
+    ) -> std::result::Result<(), Inverted> {
+        let job = Job { group: self, u, request, sink };
+        match self.formulation.kinematics {
+            Kinematics::Linear => dispatch(Solid::<Hooke, D>::new(job, self.formulation.moduli())),
+            Kinematics::Finite => self.formulation.material.accept(Evaluate(job)),
+        }
+    }
+}
+
+/// Chooses the kernel for the law of a group.
+struct Evaluate<'a, const D: usize>(Job<'a, D>);
+
+impl<const D: usize> LawTask for Evaluate<'_, D> {
+    type Output = std::result::Result<(), Inverted>;
+
+    fn run<P: Law>(self, law: &P) -> Self::Output {
+        dispatch(General::new(self.0, *law))
+    }
+
+    fn run_metric<P: Law + MetricLaw>(self, law: &P) -> Self::Output {
+        dispatch(Solid::<P, D>::new(self.0, law.constants(Part::Whole)))
+    }
+}

@@ -1,0 +1,72 @@
+//! What the kernels of a group at one displacement share: the evaluation that is requested, and the sums of a batch.
+
+use super::batch::Batch;
+use super::group::{ElementGroup, Pass};
+use super::tangent::Blocks;
+use super::{ElementSink, Request};
+use crate::lanes::{Lane, WIDTH};
+use crate::square::Row;
+
+/// One evaluation of a group.
+pub(super) struct Job<'a, const D: usize> {
+    pub group: &'a ElementGroup<D>,
+    pub u: &'a [f64],
+    pub request: Request,
+    pub sink: &'a mut dyn ElementSink,
+}
+
+/// Everything that the loop over a group writes to; allocated once per evaluation.
+pub(super) struct Workspace<L, const D: usize> {
+    pub batch: Batch<L, D, 1>,
+    pub force: Vec<Row<L, D>>,
+    pub blocks: Blocks<L, D>,
+    /// For each quadrature point of all passes.
+    pub det_f: Vec<[f64; WIDTH]>,
+    force_out: Vec<f64>,
+}
+
+impl<L: Lane, const D: usize> Workspace<L, D> {
+    #[inline(always)]
+    pub fn new(unit: L, group: &ElementGroup<D>) -> Self {
+        let n = group.kind.nodes();
+        Self {
+            batch: Batch::new(unit, group),
+            force: vec![[unit.constant(0.0); D]; n],
+            blocks: Blocks::new(unit, n),
+            det_f: vec![[0.0; WIDTH]; group.passes.iter().map(Pass::samples).sum()],
+            force_out: vec![0.0; WIDTH * n * D],
+        }
+    }
+
+    /// Fetches a batch and clears the sums.
+    #[inline(always)]
+    pub fn gather(&mut self, unit: L, nodes: &[[u32; WIDTH]], points: &[[[f64; WIDTH]; D]], u: &[f64]) {
+        self.batch.gather(unit, nodes, points, [u]);
+        self.force.fill([unit.constant(0.0); D]);
+        self.blocks.clear(unit);
+    }
+
+    /// Hands the real lanes of a batch to the sink.
+    #[inline(always)]
+    pub fn emit(&mut self, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
+        let n = self.force.len();
+        for (a, force) in self.force.iter().enumerate() {
+            for i in 0..D {
+                let lanes = force[i].lanes();
+                for lane in 0..WIDTH {
+                    self.force_out[(lane * n + a) * D + i] = lanes[lane];
+                }
+            }
+        }
+        if stiffness {
+            self.blocks.spread();
+        }
+        let forces = n * D;
+        let blocks = n * n * D * D;
+        for lane in 0..count {
+            let matrix = &self.blocks.out[lane * blocks..(lane + 1) * blocks];
+            let force = &self.force_out[lane * forces..(lane + 1) * forces];
+            sink.element(first + lane, force, stiffness.then_some(matrix));
+        }
+    }
+}

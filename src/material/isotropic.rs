@@ -1,0 +1,361 @@
+//! Laws that are functions of the invariants of the stretch: one function gives everything that the program needs of them.
+//!
+//! With `e = C - 1 = 2 E` and its invariants `i_1 = tr e`, `i_2 = (tr^2 e - e : e) / 2`, `i_3 = det e`, the stress is
+//! `S = 2 sum w_k G_k` with the derivatives `w_k` of the energy and
+//!
+//! `G_1 = 1`, `G_2 = tr(e) 1 - e`, `G_3 = cof e`.
+//!
+//! A [`Dual`] number gives `w_k`, and a dual number of dual numbers their derivatives for the tangent. Over a step `w_k` are the slopes
+//! of a [`Secant`] and `G_k` their means over the step, with which `i_k(end) - i_k(start) = G_k : (e_end - e_start)` holds exactly:
+//! `G_2` is linear in `e`, and Simpson's rule is exact for `G_3`. So `S : (E_end - E_start)` is the change of the energy to rounding,
+//! and nothing is divided by the size of the step.
+//!
+//! In the plane `e` has two rows, and `i_3` is zero.
+
+use super::law::{Law, Parameters, Response};
+use super::potential::Potential;
+use super::step::StepMotion;
+use crate::derivatives::{Dual, Secant};
+use crate::lanes::{RatioSlope, Real};
+use crate::square::{Square, cofactor, cofactor_change, double_dot, green_strain, scale_all, sum, trace};
+
+/// Number of invariants.
+const INVARIANTS: usize = 3;
+
+/// A law that is a function of the invariants.
+pub trait Isotropic: Copy {
+    /// Numbers that the law is evaluated with.
+    type Coefficients: Copy;
+
+    /// Energy per reference volume [J/m^3].
+    ///
+    /// Write it as a sum of terms that are each of second order in the strain, as [`Invariants`] offers them. Its derivatives then
+    /// lose no digits at small strain. Terms of first order that cancel each other would lose all of them at a strain of 1e-16.
+    fn energy_of<T: Real>(coefficients: &Self::Coefficients, invariants: &Invariants<T>) -> T;
+}
+
+/// Invariants of `e = C - 1`, and what laws are made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Invariants<T> {
+    /// `i_1 = tr e = tr C - 3`.
+    pub first: T,
+    /// `i_2 = (tr^2 e - e : e) / 2`.
+    pub second: T,
+    /// `i_3 = det e`.
+    pub third: T,
+    /// `J^2 - 1 = i_1 + i_2 + i_3`.
+    pub growth: T,
+    /// `J^2 - 1 - 2 ln J`, of second order.
+    pub remainder: T,
+}
+
+/// The first two invariants of the isochoric stretch `J^(-2/3) C`, less their values at rest. Both are of second order.
+#[derive(Debug, Clone, Copy)]
+pub struct Isochoric<T> {
+    /// `J^(-2/3) tr C - 3`.
+    pub first: T,
+    /// `J^(-4/3) (tr^2 C - C : C) / 2 - 3`.
+    pub second: T,
+}
+
+impl<T: Real> Invariants<T> {
+    /// From the three invariants of `e`.
+    #[inline(always)]
+    pub fn new(first: T, second: T, third: T) -> Self {
+        let growth = first + second + third;
+        Self { first, second, third, growth, remainder: growth.ln_1p_remainder() }
+    }
+
+    /// `(J^2 - 1 - 2 ln J) / 4`. Times the bulk modulus it is a volumetric energy that is convex in `J` and grows without bound
+    /// where `J` goes to zero; the pressure is `-K (J - 1/J) / 2`.
+    #[inline(always)]
+    pub fn volumetric(&self) -> T {
+        self.remainder.scale(0.25)
+    }
+
+    /// The isochoric invariants.
+    ///
+    /// With `x = J^2 - 1`, `y = 2 ln J`, `J^(-2/3) = 1 - x/3 + p` and `J^(-4/3) = 1 - 2x/3 + q` the terms of first order cancel by
+    /// hand:
+    ///
+    /// * `J^(-2/3) (1 + i_1/3) - 1 = -(i_2 + i_3)/3 - x i_1/9 + p (1 + i_1/3)`
+    /// * `J^(-4/3) (1 + s) - 1 = -i_2/3 - 2 i_3/3 - 2 x s/3 + q (1 + s)` with `s = (2 i_1 + i_2)/3`
+    #[inline(always)]
+    pub fn isochoric(&self) -> Isochoric<T> {
+        let third = 1.0 / 3.0;
+        let root = (self.remainder - self.growth).scale(third);
+        // exp(-y/3) - 1 - (-y/3), and the same of -2y/3
+        let single = root.exp_m1_remainder();
+        let power = root + single;
+        let double = power.mul_add(power, single + single);
+        let p = self.remainder.mul_add(self.growth.constant(third), single);
+        let q = self.remainder.mul_add(self.growth.constant(2.0 * third), double);
+        let t = self.first.scale(third);
+        let s = (self.first + self.first + self.second).scale(third);
+        let first = p.mul_add(t, p) - (self.second + self.third + t * self.growth).scale(third);
+        let twice = self.third + s * self.growth;
+        let second = q.mul_add(s, q) - (self.second + twice + twice).scale(third);
+        Isochoric { first: first.scale(3.0), second: second.scale(3.0) }
+    }
+}
+
+/// `e = C - 1` and the derivatives of its invariants.
+#[derive(Debug, Clone, Copy)]
+struct Stretch<T, const D: usize> {
+    e: Square<T, D>,
+    /// `G_2`
+    second: Square<T, D>,
+    /// `G_3`; zero in the plane.
+    third: Square<T, D>,
+}
+
+impl<T: Real, const D: usize> Stretch<T, D> {
+    #[inline(always)]
+    fn new(grad_u: &Square<T, D>) -> Self {
+        let e = scale_all(&green_strain(grad_u), grad_u[0][0].constant(2.0));
+        let zero = e[0][0].constant(0.0);
+        let third = if D == 2 { [[zero; D]; D] } else { cofactor(&e) };
+        Self { e, second: complement(&e), third }
+    }
+
+    /// The three invariants.
+    #[inline(always)]
+    fn invariants(&self) -> [T; INVARIANTS] {
+        let half = self.e[0][0].constant(0.5);
+        let third = if D == 2 {
+            self.e[0][0].constant(0.0)
+        } else {
+            let mut sum = self.e[0][0] * self.third[0][0];
+            for j in 1..D {
+                sum = self.e[0][j].mul_add(self.third[0][j], sum);
+            }
+            sum
+        };
+        // e : G_2 = tr^2 e - e : e
+        [trace(&self.e), half * double_dot(&self.e, &self.second), third]
+    }
+}
+
+/// `tr(e) 1 - e`
+#[inline(always)]
+fn complement<T: Real, const D: usize>(e: &Square<T, D>) -> Square<T, D> {
+    let size = trace(e);
+    let mut out = *e;
+    for i in 0..D {
+        for j in 0..D {
+            out[i][j] = -e[i][j];
+        }
+        out[i][i] = out[i][i] + size;
+    }
+    out
+}
+
+/// `2 sum w_k G_k`
+#[inline(always)]
+fn combine<T: Real, const D: usize>(
+    w: &[T; INVARIANTS],
+    second: &Square<T, D>,
+    third: &Square<T, D>,
+) -> Square<T, D> {
+    let [w_1, w_2, w_3] = [w[0] + w[0], w[1] + w[1], w[2] + w[2]];
+    let mut out = scale_all(second, w_2);
+    for i in 0..D {
+        out[i][i] = out[i][i] + w_1;
+        if D == 3 {
+            for j in 0..D {
+                out[i][j] = w_3.mul_add(third[i][j], out[i][j]);
+            }
+        }
+    }
+    out
+}
+
+/// Change of the stress of a law of invariants with the strain, at a point or over a step.
+#[derive(Debug, Clone, Copy)]
+pub struct IsotropicTangent<T, const D: usize> {
+    /// Derivatives of `w_k` by the invariants, over a step by those at its end.
+    derivatives: [[T; INVARIANTS]; INVARIANTS],
+    /// `G_2` of the stress.
+    second: Square<T, D>,
+    /// `G_3` of the stress.
+    third: Square<T, D>,
+    /// `G_2` at the end, by which the invariants change there.
+    second_end: Square<T, D>,
+    /// `G_3` at the end.
+    third_end: Square<T, D>,
+    /// `2 w_2 dG_2 = turn (tr(de) 1 - de)`.
+    turn: T,
+    /// `2 w_3 dG_3` is the change of the cofactors of this matrix.
+    bend: Square<T, D>,
+}
+
+impl<T: Real, const D: usize> IsotropicTangent<T, D> {
+    #[inline(always)]
+    fn contract(&self, strain: &Square<T, D>) -> Square<T, D> {
+        let e = scale_all(strain, strain[0][0].constant(2.0));
+        let change = [trace(&e), double_dot(&self.second_end, &e), double_dot(&self.third_end, &e)];
+        let mut w = change;
+        for k in 0..INVARIANTS {
+            let derivatives = &self.derivatives[k];
+            w[k] = derivatives[0].mul_add(change[0], derivatives[1] * change[1]);
+            if D == 3 {
+                w[k] = derivatives[2].mul_add(change[2], w[k]);
+            }
+        }
+        let out = combine(&w, &self.second, &self.third);
+        let turned = sum(&out, &scale_all(&complement(&e), self.turn));
+        if D == 2 { turned } else { sum(&turned, &cofactor_change(&self.bend, &e)) }
+    }
+}
+
+/// The stretch at both ends of a step, and the means of `G_2` and `G_3` over it.
+#[derive(Debug, Clone, Copy)]
+struct StretchOverStep<T, const D: usize> {
+    start: Stretch<T, D>,
+    end: Stretch<T, D>,
+    second: Square<T, D>,
+    third: Square<T, D>,
+}
+
+impl<T: Real, const D: usize> StretchOverStep<T, D> {
+    #[inline(always)]
+    fn new(motion: &StepMotion<T, D>) -> Self {
+        let start = Stretch::new(&motion.start);
+        let end = Stretch::new(&motion.end);
+        let mean = scale_all(&sum(&start.e, &end.e), start.e[0][0].constant(0.5));
+        let mut third = start.third;
+        if D == 3 {
+            let sixth = mean[0][0].constant(1.0 / 6.0);
+            let four = mean[0][0].constant(4.0);
+            let ends = sum(&start.third, &end.third);
+            third = scale_all(&sum(&ends, &scale_all(&cofactor(&mean), four)), sixth);
+        }
+        Self { start, end, second: complement(&mean), third }
+    }
+}
+
+impl<P: Isotropic> Potential for P {
+    type Constants = P::Coefficients;
+
+    #[inline(always)]
+    fn energy<T: Real, const D: usize>(coefficients: &P::Coefficients, grad_u: &Square<T, D>) -> T {
+        let [first, second, third] = Stretch::new(grad_u).invariants();
+        P::energy_of(coefficients, &Invariants::new(first, second, third))
+    }
+}
+
+impl<P> Law for P
+where
+    P: Isotropic + Parameters + Potential<Constants = <P as Isotropic>::Coefficients>,
+{
+    type Tangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
+    type StepTangent<T: Real, const D: usize> = IsotropicTangent<T, D>;
+
+    #[inline(always)]
+    fn stress<T: Real, const D: usize>(
+        coefficients: &P::Coefficients,
+        grad_u: &Square<T, D>,
+    ) -> Square<T, D> {
+        let stretch = Stretch::new(grad_u);
+        let [first, second, third] = stretch.invariants();
+        let invariants = Invariants::new(
+            Dual::<T, INVARIANTS>::variable(first, 0),
+            Dual::variable(second, 1),
+            Dual::variable(third, 2),
+        );
+        let w = P::energy_of(coefficients, &invariants).partial;
+        combine(&w, &stretch.second, &stretch.third)
+    }
+
+    #[inline(always)]
+    fn respond<T: Real, const D: usize>(
+        coefficients: &P::Coefficients,
+        grad_u: &Square<T, D>,
+    ) -> Response<T, IsotropicTangent<T, D>, D> {
+        let stretch = Stretch::new(grad_u);
+        let [first, second, third] = stretch.invariants();
+        let invariants = Invariants::new(
+            Dual::<_, INVARIANTS>::variable(Dual::<T, INVARIANTS>::variable(first, 0), 0),
+            Dual::variable(Dual::variable(second, 1), 1),
+            Dual::variable(Dual::variable(third, 2), 2),
+        );
+        let w = P::energy_of(coefficients, &invariants).partial;
+        let values = [w[0].value, w[1].value, w[2].value];
+        let tangent = IsotropicTangent {
+            derivatives: [w[0].partial, w[1].partial, w[2].partial],
+            second: stretch.second,
+            third: stretch.third,
+            second_end: stretch.second,
+            third_end: stretch.third,
+            turn: values[1] + values[1],
+            bend: scale_all(&stretch.e, values[2] + values[2]),
+        };
+        Response { second_piola: combine(&values, &stretch.second, &stretch.third), tangent }
+    }
+
+    #[inline(always)]
+    fn contract<T: Real, const D: usize>(
+        tangent: &IsotropicTangent<T, D>,
+        strain: &Square<T, D>,
+    ) -> Square<T, D> {
+        tangent.contract(strain)
+    }
+
+    #[inline(always)]
+    fn stress_over_step<T: RatioSlope, const D: usize>(
+        coefficients: &P::Coefficients,
+        motion: &StepMotion<T, D>,
+    ) -> Square<T, D> {
+        let stretch = StretchOverStep::new(motion);
+        let start = stretch.start.invariants();
+        let end = stretch.end.invariants();
+        let invariants = Invariants::new(
+            Secant::<T, INVARIANTS>::variable(start[0], end[0], 0),
+            Secant::variable(start[1], end[1], 1),
+            Secant::variable(start[2], end[2], 2),
+        );
+        let w = P::energy_of(coefficients, &invariants).slope;
+        combine(&w, &stretch.second, &stretch.third)
+    }
+
+    #[inline(always)]
+    fn respond_step<T: RatioSlope, const D: usize>(
+        coefficients: &P::Coefficients,
+        motion: &StepMotion<T, D>,
+    ) -> Response<T, IsotropicTangent<T, D>, D> {
+        let stretch = StretchOverStep::new(motion);
+        let start = stretch.start.invariants();
+        let end = stretch.end.invariants();
+        let invariants = Invariants::new(
+            Secant::<_, INVARIANTS>::variable(
+                Dual::<T, INVARIANTS>::fixed(start[0]),
+                Dual::variable(end[0], 0),
+                0,
+            ),
+            Secant::variable(Dual::fixed(start[1]), Dual::variable(end[1], 1), 1),
+            Secant::variable(Dual::fixed(start[2]), Dual::variable(end[2], 2), 2),
+        );
+        let w = P::energy_of(coefficients, &invariants).slope;
+        let values = [w[0].value, w[1].value, w[2].value];
+        // The mean of the cofactors changes as the cofactors at (e_start + 2 e_end) / 6.
+        let both = sum(&stretch.start.e, &scale_all(&stretch.end.e, values[0].constant(2.0)));
+        let tangent = IsotropicTangent {
+            derivatives: [w[0].partial, w[1].partial, w[2].partial],
+            second: stretch.second,
+            third: stretch.third,
+            second_end: stretch.end.second,
+            third_end: stretch.end.third,
+            turn: values[1],
+            bend: scale_all(&both, values[2].scale(1.0 / 3.0)),
+        };
+        Response { second_piola: combine(&values, &stretch.second, &stretch.third), tangent }
+    }
+
+    #[inline(always)]
+    fn contract_step<T: Real, const D: usize>(
+        tangent: &IsotropicTangent<T, D>,
+        strain: &Square<T, D>,
+    ) -> Square<T, D> {
+        tangent.contract(strain)
+    }
+}

@@ -1,0 +1,14 @@
+//! The stored energy of a law.
+
+use crate::lanes::Real;
+use crate::square::Square;
+
+/// A stored energy.
+pub trait Potential {
+    /// Numbers that the law is evaluated with, in SI units or those of the case.
+    type Constants: Copy;
+
+    /// Energy per reference volume [J/m^3] at the displacement gradient `grad_u` (row = component, column = reference direction).
+    /// Its derivative is the first Piola stress.
+    fn energy<T: Real, const D: usize>(constants: &Self::Constants, grad_u: &Square<T, D>) -> T;
+}

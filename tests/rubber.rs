@@ -1,0 +1,175 @@
+//! Mooney-Rivlin in whole runs, against closed forms that do not use the program's law: statics in space and in the plane, every element,
+//! Newton's order, and energy and momentum of a block that tumbles freely.
+
+mod common;
+
+use common::{Folder, Results, run, shipped};
+
+const C10: f64 = 4e5;
+const C01: f64 = 1e5;
+const BULK: f64 = 1e9;
+/// Cross-section of the strip at rest [m2].
+const AREA: f64 = 4e-4;
+
+/// Principal Cauchy stresses times `J` of the compressible law at these stretches [Pa].
+fn kirchhoff(stretches: [f64; 3]) -> [f64; 3] {
+    let det: f64 = stretches.iter().product();
+    let square = stretches.map(|l| l * l * det.powf(-2.0 / 3.0));
+    let first: f64 = square.iter().sum();
+    let second = 0.5 * (first * first - square.iter().map(|b| b * b).sum::<f64>());
+    square.map(|b| {
+        let shear = C10 * (b - first / 3.0) + C01 * (first * b - b * b - 2.0 / 3.0 * second);
+        2.0 * shear + 0.5 * BULK * (det * det - 1.0)
+    })
+}
+
+/// Nominal stress and lateral stretch of a bar whose free sides have no stress; `held` sides keep their length.
+fn pulled(stretch: f64, held: bool) -> (f64, f64) {
+    let stretches = |a: f64| [stretch, a, if held { 1.0 } else { a }];
+    let (mut low, mut high) = (0.1, 2.0);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if kirchhoff(stretches(middle))[1] < 0.0 { low = middle } else { high = middle }
+    }
+    (kirchhoff(stretches(low))[0] / stretch, low)
+}
+
+fn close(what: &str, value: f64, expected: f64, relative: f64) {
+    assert!((value / expected - 1.0).abs() < relative, "{what}: {value}, expected {expected}");
+}
+
+/// Force and lateral displacement at every step of the shipped cases.
+#[test]
+fn a_strip_follows_the_closed_form() {
+    for (case, depth, held) in [("case", 0.02, false), ("plane", 1.0, true)] {
+        let results = Results::of(&shipped(&format!("rubber-stretch/{case}.yml"), &[]), 1);
+        let pull = results.table("reactions.csv").only("boundary", "pull");
+        let probes = results.table("probes.csv");
+        let rows = pull.numbers("time").into_iter().zip(pull.numbers("force_x"));
+        let lateral = probes.numbers("corner.u_y");
+        assert_eq!(lateral.len(), pull.len());
+        for ((time, force), lateral) in rows.zip(lateral).skip(1) {
+            let stretch = 1.0 + 2.0 * time;
+            let (stress, across) = pulled(stretch, held);
+            close(&format!("{case}: force at {stretch}"), force, stress * 0.02 * depth, 1e-8);
+            close(&format!("{case}: width at {stretch}"), lateral, 0.02 * (across - 1.0), 1e-8);
+        }
+        // The incompressible limit, which is what the README states.
+        let known = if held {
+            2.0 * (3.0 - 1.0 / 27.0) * (C10 + C01)
+        } else {
+            2.0 * (3.0 - 1.0 / 9.0) * (C10 + C01 / 3.0)
+        };
+        close(case, pull.numbers("force_x")[20], known * 0.02 * depth, 4e-3);
+    }
+}
+
+/// `check` prints the moduli at small strain, which the case does not have, and where the law keeps its stiffness.
+#[test]
+fn check_prints_small_strain_moduli() {
+    let folder = Folder::new("check");
+    folder.write("case.yml", &shipped("rubber-stretch/case.yml", &[]));
+    let text = run(0, &["check", "case.yml"], &folder).success().text();
+    for expected in
+        ["shear modulus 1.0000e6 Pa", "bulk modulus 1.0000e9 Pa", "stable at stretches from 0.26 to 4.00"]
+    {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+}
+
+/// The force does not depend on the element, nor on a cure for locking.
+#[test]
+fn every_element_gives_the_same_force() {
+    let (stress, _) = pulled(1.5, false);
+    for element in ["hex8", "hex20", "hex27", "tet4", "tet10"] {
+        let changes = [("hex8", element), ("0.2 * t", "0.05 * t"), ("increments: 20", "increments: 3")];
+        let results = Results::of(&shipped("rubber-stretch/case.yml", &changes), 1);
+        let force = results.table("reactions.csv").only("boundary", "pull").last("force_x");
+        close(element, force, stress * AREA, 1e-8);
+    }
+    let (stress, _) = pulled(1.5, true);
+    for element in ["quad4", "quad8", "quad9", "tri3", "tri6"] {
+        let changes = [("quad4", element), ("0.2 * t", "0.05 * t"), ("increments: 20", "increments: 3")];
+        let results = Results::of(&shipped("rubber-stretch/plane.yml", &changes), 1);
+        let force = results.table("reactions.csv").only("boundary", "pull").last("force_x");
+        close(element, force, stress * 0.02, 1e-8);
+    }
+}
+
+/// The last corrections of Newton's method square the residual.
+#[test]
+fn newtons_method_converges_quadratically() {
+    let changes = [
+        ("bulk_modulus: \"1 GPa\"", "bulk_modulus: \"5 MPa\""),
+        ("displacement: { x: 0 }", "displacement: { x: 0, y: 0, z: 0 }"),
+        ("  symmetry_y: { on: strip.front, displacement: { y: 0 } }\n", ""),
+        ("  symmetry_z: { on: strip.bottom, displacement: { z: 0 } }\n", ""),
+        ("displacement: { x: \"0.2 * t\" }", "displacement: { x: \"0.03 * t\", y: \"0.01 * t\" }"),
+        ("cells: [5, 1, 1]", "cells: [4, 2, 2]"),
+        ("increments: 20", "increments: 1"),
+    ];
+    let results = Results::of(&shipped("rubber-stretch/case.yml", &changes), 1);
+    let residuals = results.table("iterations.csv").numbers("residual");
+    let last = residuals.iter().rposition(|&r| r > 1e-9 * residuals[0]).unwrap();
+    assert!(last >= 2, "{residuals:?}");
+    let order =
+        (residuals[last] / residuals[last - 1]).ln() / (residuals[last - 1] / residuals[last - 2]).ln();
+    assert!(order > 1.7, "{order}: {residuals:?}");
+}
+
+fn tumbling(element: &str, dimension: usize, locking: &str, scheme: &str) -> String {
+    let corner = |x: &str| vec![x; dimension].join(", ");
+    let velocity = match dimension {
+        2 => "[\"30 * x - 80 * y\", \"60 * x - 40 * y + 3\"]",
+        _ => "[\"30 * x - 80 * y + 20 * z\", \"60 * x - 40 * y\", \"50 * z - 40 * x + 3\"]",
+    };
+    format!(
+        "dimension: {dimension}\nbodies:\n  block:\n    mesh: {{ box: {{ min: [{}], max: [{}], cells: [{}], element: {element} }} }}\n    \
+         material: {{ mooney_rivlin: {{ c10: 3e5, c01: 2e5, poisson_ratio: 0.45 }} }}\n    density: 1000\n    \
+         locking: {locking}\n    initial_velocity: {velocity}\n\
+         time: {{ end: 0.05, step: 1.0e-3, scheme: {scheme} }}\nsolver: {{ newton: {{ tolerance: 1.0e-13 }} }}\n",
+        corner("-0.1"),
+        corner("0.1"),
+        corner("2"),
+    )
+}
+
+/// Largest unexplained energy over the largest there was, and the largest share of strain energy.
+fn unexplained(results: &Results) -> (f64, f64) {
+    let ledger = results.table("energy.csv");
+    let largest = |column| ledger.numbers(column).into_iter().fold(0.0_f64, |most, e| most.max(e.abs()));
+    (largest("numerical") / largest("total"), largest("strain") / largest("total"))
+}
+
+/// A block that tumbles and swings freely in 50 large steps keeps its energy to 1e-12 and both momenta to 1e-10, with every cure for
+/// locking, in the plane and in space. The midpoint rule, which knows no energy, does not.
+#[test]
+fn a_tumbling_block_keeps_energy_and_momentum() {
+    for (element, dimension, locking) in [
+        ("hex8", 3, "none"),
+        ("hex8", 3, "selective_reduced"),
+        ("tet10", 3, "none"),
+        ("quad4", 2, "selective_reduced"),
+        ("quad8", 2, "selective_reduced"),
+    ] {
+        let results = Results::of(&tumbling(element, dimension, locking, "conserving"), 1);
+        let (lost, strain) = unexplained(&results);
+        assert!(lost < 1e-12, "{element} {locking}: {lost}");
+        assert!(strain > 0.05, "{element} {locking}: {strain}");
+        let momentum = results.table("momentum.csv");
+        for what in ["linear", "angular"] {
+            let columns: Vec<String> = momentum
+                .names()
+                .filter(|name| name.starts_with(what))
+                .filter_map(|name| name.split(' ').next().map(str::to_owned))
+                .collect();
+            let parts: Vec<Vec<f64>> = columns.iter().map(|name| momentum.numbers(name)).collect();
+            let size = parts.iter().map(|part| part[0] * part[0]).sum::<f64>().sqrt();
+            let drift = |part: &Vec<f64>| part.iter().fold(0.0_f64, |most, p| most.max((p - part[0]).abs()));
+            let drift = parts.iter().map(drift).fold(0.0, f64::max);
+            assert!(size > 1e-3 && drift < 1e-10 * size, "{element} {locking}, {what}: {drift} of {size}");
+        }
+    }
+    let (lost, _) = unexplained(&Results::of(&tumbling("hex8", 3, "none", "midpoint"), 1));
+    assert!(lost > 1e-4, "{lost}");
+}
