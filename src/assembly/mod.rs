@@ -16,6 +16,7 @@ mod external;
 mod fields;
 mod forces;
 mod interface;
+mod lifting;
 mod locking;
 mod mass;
 mod memory;
