@@ -2,6 +2,7 @@
 
 mod build;
 mod conformity;
+mod intrusion;
 mod laws;
 mod meshes;
 mod overlap;
