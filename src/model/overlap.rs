@@ -209,9 +209,9 @@ mod tests {
             ("min: [0.2, 0.99], max: [0.7, 1.9], cells: [1, 1]", AWAY, "1.000e-2 m at"),
             ("min: [0.9, 0.9], max: [1.9, 1.9], cells: [2, 2]", AWAY, "1.000e-1 m at [1, 1] m"),
             (
-                "min: [0, 0.9], max: [1, 1.1], cells: [3, 1]",
+                "min: [0, 0.92], max: [1, 1.12], cells: [3, 1]",
                 "contactor: other.top, target: one.top",
-                "1.000e-1 m",
+                "8.000e-2 m",
             ),
         ] {
             let told = reported(other, contact);
