@@ -2,6 +2,7 @@
 
 mod build;
 mod conformity;
+mod intrusion;
 mod meshes;
 mod overlap;
 mod places;

@@ -318,3 +318,48 @@ fn a_hinge_is_named_on_1_and_2_ranks() {
         );
     }
 }
+
+/// Loads that lift a body off all that holds it: the hint names the motion and the force. It does so on an obstacle and on another
+/// body, with friction and without, from the first step on or later, and in a static start.
+#[test]
+fn a_body_that_lifts_off_is_named_on_1_and_2_ranks() {
+    const STATIC: &str = "time: { end: 1, scheme: { static: { increments: 2 } } }\n";
+    const START: &str =
+        "time: { end: 0.1, step: 0.01 }\nstart: { equilibrium: { friction: false, increments: 2 } }\n";
+    const RUBS: &str = "{ coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e9 } } }";
+    let body = |name: &str, low: f64| {
+        format!(
+            "  {name}: {{ mesh: {{ box: {{ min: [0, {low}], max: [1, {}], cells: [4, 4] }} }}, density: 1000, \
+             material: {{ neo_hookean: {{ young_modulus: 5.0e6, poisson_ratio: 0.3 }} }} }}\n",
+            low + 1.0
+        )
+    };
+    for (on_body, friction, load, time, ranks) in [
+        (false, "none", "1.0e+5", STATIC, 0),
+        (false, RUBS, "1.0e+5", STATIC, 2),
+        (true, "none", "1.0e+5", STATIC, 0),
+        (false, "none", "\"4.0e+5 * (t - 0.6)\"", STATIC, 0),
+        (false, "none", "1.0e+5", START, 0),
+    ] {
+        let target = if on_body { "base.top" } else { "floor" };
+        let base = if on_body { body("base", -1.0) } else { String::new() };
+        let ground =
+            if on_body { "  ground: { on: base.bottom, displacement: { x: 0, y: 0 } }\n" } else { "" };
+        let case = format!(
+            "dimension: 2\nbodies:\n{}{base}obstacles: {{ floor: {{ plane: {{ point: [0, 0], normal: [0, 1] }} }} }}\n\
+             contact: {{ sole: {{ contactor: b.bottom, target: {target}, normal: {{ penalty: {{ compliance: 1.0e-10 }} }}, \
+             friction: {friction} }} }}\nboundary:\n{ground}  side: {{ on: b.left, displacement: {{ x: 0 }} }}\n  \
+             lift: {{ on: b.top, traction: {{ y: {load} }} }}\n{time}",
+            body("b", 0.0)
+        );
+        let folder = Folder::new("lifted");
+        folder.write("case.yml", &case);
+        let output = run(ranks, &["case.yml", "-q", "-o", "out"], &folder);
+        ended(
+            &output,
+            5,
+            "once it opens, nothing resists the motion of 'b' along y, which the loads drive by ",
+        );
+        assert!(!output.stderr.contains("softer") && !output.stderr.contains("buckles"), "{}", output.stderr);
+    }
+}

@@ -136,6 +136,26 @@ fn symmetric_presets_solve_frictionless_contact_on_1_2_3_ranks() {
     assert!(solved.output.stdout.contains("solver    cholesky"), "{}", solved.output.stdout);
 }
 
+/// Over a ball the tangent is not symmetric even without friction. The full one takes fewer corrections than its symmetric part, which
+/// solvers for symmetric matrices get, and leads to the same place.
+#[test]
+fn frictionless_contact_over_a_ball_has_its_full_tangent() {
+    let coarse = [
+        ("cells: [10, 10, 10]", "cells: [4, 4, 4]"),
+        ("end: 0.03, step: 5.0e-4", "end: 0.01, step: 1.0e-3"),
+        ("{ coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e9 } } }", "none"),
+    ];
+    let case = shipped("rubber-cube/sphere.yml", &coarse);
+    let [full, part] = ["auto", "cholesky"].map(|linear| Solved::by(&case, linear, 0, &[]).well());
+    let [most, least] = [&part, &full].map(|solved| solved.count("newton_iterations"));
+    assert!(5 * least < 4 * most, "{least} corrections, {most} by the symmetric part");
+    let (places, others) = (full.displacements(), part.displacements());
+    let largest = places.iter().fold(0.0f64, |most, u| most.max(u.abs()));
+    assert!(places.iter().zip(&others).all(|(a, b)| (a - b).abs() < 1e-7 * largest));
+    let told = &full.output.stdout;
+    assert!(!told.contains("solver    cholesky") && !told.contains("solver    cg"), "{told}");
+}
+
 /// The subdomains of two ranks are as good as the whole: GMRES needs hardly more iterations, in the plane and in space.
 #[test]
 fn subdomains_cost_hardly_any_iterations_on_2_ranks() {

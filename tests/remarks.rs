@@ -95,6 +95,54 @@ fn blurred_coordinates_are_told() {
     assert!(!run(0, &["check", "case.yml"], &folder).success().stdout.contains("too far"));
 }
 
+/// Displacements count as coordinates do. A block that is compressed while it moves far away gets a warning for every tenfold distance,
+/// and the run ends where its elements have no shape any more. With contact the depth counts as well.
+#[test]
+fn motions_far_away_are_reported_and_refused_on_1_and_2_ranks() {
+    let folder = Folder::new("far-away");
+    let body = |name: &str, low: f64| {
+        format!(
+            "  {name}: {{ mesh: {{ box: {{ min: [0, {low}], max: [1, {}], cells: [4, 4] }} }}, \
+             material: {{ neo_hookean: {{ young_modulus: 5.0e6, poisson_ratio: 0.3 }} }} }}\n",
+            low + 1.0
+        )
+    };
+    let case = |far: &str, pair: bool| {
+        let (other, contact, top) = if pair {
+            let law = "normal: { penalty: { compliance: 1.0e-8 } }, friction: none";
+            let contact = format!("contact: {{ joint: {{ contactor: up.bottom, target: b.top, {law} }} }}\n");
+            (body("up", 1.0), contact, "up.top")
+        } else {
+            (String::new(), String::new(), "b.top")
+        };
+        format!(
+            "dimension: 2\nbodies:\n{}{other}{contact}boundary:\n  \
+             base: {{ on: b.bottom, displacement: {{ x: \"{far} * t\", y: 0 }} }}\n  \
+             top: {{ on: {top}, displacement: {{ x: \"{far} * t\", y: -0.01 }} }}\n\
+             time: {{ end: 1, scheme: {{ static: {{ increments: 2 }} }} }}\n",
+            body("b", 0.0)
+        )
+    };
+    let say = |far: &str, pair: bool, ranks: usize| {
+        folder.write("case.yml", &case(far, pair));
+        run(ranks, &["case.yml", "-o", "out", "-q", "--anew"], &folder)
+    };
+    let near = say("1.0e6", false, 0).success();
+    assert!(!near.stderr.contains("are known to"), "{}", near.stderr);
+    let blurred = say("1.0e12", false, 2).success();
+    assert!(blurred.stderr.matches("strains are known to").count() == 1, "{}", blurred.stderr);
+    let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
+    assert!(record.contains("displacements of 5.0e11 m are known to 1.1e-4 m only"), "{record}");
+    let shallow = say("1.0e9", true, 0).success();
+    assert!(shallow.stderr.contains("'joint' is 5.0e-3 m deep at a high pressure"), "{}", shallow.stderr);
+    for (far, pair, ranks) in [("1.0e14", false, 0), ("1.0e14", false, 2), ("1.0e14", true, 0)] {
+        let refused = say(far, pair, ranks);
+        assert_eq!(refused.code, Some(3), "{}", refused.stderr);
+        let words = "displacements of 5.0e13 m are known to 1.1e-2 m only, and the shortest edge";
+        assert!(refused.stderr.contains(words), "{}", refused.stderr);
+    }
+}
+
 /// A start that presses a body by more than it is thick is told so, and not to use more increments.
 #[test]
 fn a_press_deeper_than_the_body_is_told() {

@@ -4,12 +4,15 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::system::ContactSystem;
+use crate::dynamics::Stage;
 
 /// What coordinates are compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Precision {
-    /// Largest coordinate \[m\].
+    /// Largest coordinate, or largest displacement if [`moved`](Self::moved) \[m\].
     pub farthest: f64,
+    /// Whether bodies have moved there. Otherwise they start there.
+    pub moved: bool,
     /// Distance between neighbouring numbers there \[m\].
     pub spacing: f64,
     /// Shortest distance between two corners of an element \[m\].
@@ -20,7 +23,43 @@ pub struct Precision {
     pub unit: String,
 }
 
+impl Precision {
+    /// The precision of bodies that have moved as far as `farthest` \[m\], if that is farther than before.
+    #[must_use]
+    pub fn at(&self, farthest: f64) -> Self {
+        if farthest <= self.farthest {
+            return self.clone();
+        }
+        Self { farthest, moved: true, spacing: f64::EPSILON * farthest, ..self.clone() }
+    }
+}
+
+/// Which displacements [`ContactSystem::farthest_motion`] covers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motions {
+    /// All of them.
+    All,
+    /// Those that supports prescribe.
+    Prescribed,
+}
+
 impl<const D: usize> ContactSystem<D> {
+    /// The largest component of a displacement, or of a displaced place, at the trial state \[m\]. Strains are differences of
+    /// displacements, gaps are differences of places. Collective.
+    pub fn farthest_motion(&self, stage: &Stage, motions: Motions) -> f64 {
+        let u = stage.trial.u.owned();
+        let places = self.local.mesh.points.as_flattened();
+        let held = &self.supports.dofs.constrained;
+        let wanted = u.iter().zip(places).zip(held.iter());
+        let own = wanted
+            .filter(|(_, held)| motions == Motions::All || **held)
+            .map(|((u, x), _)| u.abs().max((x + u).abs()))
+            .fold(0.0, f64::max);
+        let mut most = 0.0_f64;
+        self.session.world().all_reduce_into(&own, &mut most, SystemOperation::max());
+        most
+    }
+
     /// How well the places of this system are known. Collective.
     pub fn precision(&self) -> Precision {
         let mesh = &self.local.mesh;
@@ -43,6 +82,7 @@ impl<const D: usize> ContactSystem<D> {
         };
         Precision {
             farthest: self.extent,
+            moved: false,
             spacing: f64::EPSILON * self.extent,
             edge: shortest.sqrt(),
             depths: self.contacts.iter().map(depth).collect(),

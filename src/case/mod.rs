@@ -219,22 +219,22 @@ impl Case {
 
     /// Whether the scheme conserves over steps that are not linear: its matrix is then not symmetric.
     pub fn has_unsymmetric_steps(&self) -> bool {
-        let curved = |contact: &Contact| !self.obstacles.get(&contact.target).is_some_and(Obstacle::is_plane);
         self.time.scheme.value == Scheme::Conserving
             && (self.bodies.values().any(|body| body.kinematics == Kinematics::Finite)
-                || self.contact.values().any(curved))
+                || !self.meets_planes_only())
     }
 
-    /// Whether the target of a contact is a meshed surface.
-    fn meets_a_body(&self, contact: &Contact) -> bool {
-        self.obstacles.get(&contact.target).is_none()
+    /// Whether the target of every contact is a plane.
+    fn meets_planes_only(&self) -> bool {
+        let is_plane =
+            |contact: &Contact| self.obstacles.get(&contact.target).is_some_and(Obstacle::is_plane);
+        self.contact.values().all(is_plane)
     }
 
-    /// Whether contact by segments makes the matrix non-symmetric. A linear solver that needs symmetry gets its symmetric part, for more
-    /// iterations of Newton's method.
+    /// Whether contact without friction makes the matrix non-symmetric: between bodies and over round obstacles. A linear solver that
+    /// needs symmetry gets the symmetric part, for more iterations of Newton's method.
     pub fn has_unsymmetric_contact(&self) -> bool {
-        !self.solver.linear.needs_symmetry()
-            && self.contact.values().any(|contact| self.meets_a_body(contact))
+        !self.solver.linear.needs_symmetry() && !self.meets_planes_only()
     }
 
     /// Whether the case has no inertia.

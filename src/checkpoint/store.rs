@@ -37,11 +37,8 @@ impl Store {
     /// Steps and files, the newest first.
     pub fn list(&self) -> Vec<(u64, PathBuf)> {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let step = |path: &Path| {
-            path.file_name()?.to_str()?.strip_prefix("step-")?.strip_suffix(".ckpt")?.parse().ok()
-        };
         let mut found: Vec<(u64, PathBuf)> =
-            entries.filter_map(|entry| Some((step(&entry.path())?, entry.path()))).collect();
+            entries.filter_map(|entry| Some((step_of(&entry.path())?, entry.path()))).collect();
         found.sort_unstable_by(|a, b| b.cmp(a));
         found
     }
@@ -62,7 +59,7 @@ impl Store {
     /// The checkpoint to go on from: `asked`, or the newest. `again` makes the command that goes on from another one.
     ///
     /// # Errors
-    /// There is none, or it is not whole; the error then offers the newest one that is.
+    /// There is none, or it is not whole. The error then offers one that is: the last one before it, or else the first one after it.
     pub fn find(&self, asked: Option<&Path>, again: impl Fn(&Path) -> String) -> Result<Found> {
         let all = self.list();
         let newest = all.first().map(|(_, path)| path.clone());
@@ -76,10 +73,22 @@ impl Store {
             Ok(header) => return Ok(Found { path, header }),
             Err(error) => error,
         };
-        let mut others = all.iter().map(|(_, other)| other).filter(|other| **other != path);
-        Err(match others.find(|other| verify(other).is_ok()) {
-            Some(other) => {
-                broken.hint(&format!("an older one is whole; go on from it with\n  {}", again(other)))
+        let wanted = step_of(&path);
+        let is_later = |step: u64| wanted.is_some_and(|wanted| step > wanted);
+        let (later, earlier): (Vec<_>, Vec<_>) =
+            all.iter().filter(|(_, other)| *other != path).partition(|(step, _)| is_later(*step));
+        let mut others = earlier.into_iter().chain(later.into_iter().rev());
+        Err(match others.find(|(_, other)| verify(other).is_ok()) {
+            Some((step, other)) => {
+                let which = match wanted {
+                    Some(_) if is_later(*step) => "the later",
+                    Some(_) => "the earlier",
+                    None => "the",
+                };
+                broken.hint(&format!(
+                    "{which} one of step {step} is whole; continue from it with\n  {}",
+                    again(other)
+                ))
             }
             None => broken.hint("there is no other checkpoint that is whole; start anew without --restart"),
         })
@@ -90,6 +99,11 @@ impl Store {
         let here = path.file_name().map(|name| self.folder.join(name)).filter(|here| here.exists());
         if path.exists() { path.to_path_buf() } else { here.unwrap_or_else(|| path.to_path_buf()) }
     }
+}
+
+/// The step in the name of a checkpoint; `None` if the name is another one.
+fn step_of(path: &Path) -> Option<u64> {
+    path.file_name()?.to_str()?.strip_prefix("step-")?.strip_suffix(".ckpt")?.parse().ok()
 }
 
 #[cfg(test)]

@@ -13,11 +13,16 @@ pub struct FacetIndex {
 impl FacetIndex {
     /// The index of all sides of `mesh`.
     pub fn new<const D: usize>(mesh: &Mesh<D>) -> Self {
-        let sides = mesh.kinds.iter().map(|kind| kind.sides().len()).sum();
-        let mut entries = Vec::with_capacity(sides);
-        for (element, kind) in mesh.kinds.iter().enumerate() {
-            for side in 0..kind.sides().len() {
-                let facet = Facet { element: element as u32, side: side as u8 };
+        Self::of(mesh, 0..mesh.element_count() as u32)
+    }
+
+    /// The index of the sides of some elements of `mesh`.
+    pub fn of<const D: usize>(mesh: &Mesh<D>, elements: impl Iterator<Item = u32> + Clone) -> Self {
+        let sides = |element: u32| mesh.kinds[element as usize].sides().len();
+        let mut entries = Vec::with_capacity(elements.clone().map(sides).sum());
+        for element in elements {
+            for side in 0..sides(element) {
+                let facet = Facet { element, side: side as u8 };
                 entries.push((key(mesh.facet_corners(facet)), facet));
             }
         }

@@ -4,7 +4,7 @@
 //! Nodes that are not joined lie on sides that only one element has, so that the surface is all that is searched.
 
 mod merging;
-mod nearest;
+pub(super) mod nearest;
 mod seams;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};

@@ -1,6 +1,7 @@
 //! Bodies that lie in each other at the start. A contact sees surfaces that face each other within a short distance; that
 //! one body contains another, or has the same place, is found here, whatever way their surfaces look.
 
+use super::intrusion::{Intrusion, Member, Neighbours};
 use crate::case::{Case, InitialOverclosure};
 use crate::error::{Error, Result};
 use crate::mesh::{Bounds, BoundsTree, Mesh, spelled};
@@ -10,7 +11,7 @@ use crate::tensor::Vector;
 /// Most elements of one body that are looked for in another: with 1e5, bodies of a million elements take a second.
 const MOST: usize = 100_000;
 
-/// What a user should know of bodies that overlap by half an element or more.
+/// What a user should know of bodies that overlap: by half an element or more, or by less where no contact acts.
 ///
 /// # Errors
 /// When a contact between the two wants an overclosure to be an error.
@@ -36,7 +37,21 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
                 let place = inside(mesh, &elements[inner], &elements[outer], &common)?;
                 Some((inner, outer, place))
             });
-            let Some((inner, outer, place)) = found else { continue };
+            let Some((inner, outer, place)) = found else {
+                let bodies =
+                    [one, other].map(|k| Member { name: names[k], number: k, elements: &elements[k] });
+                let shallow = Neighbours::new(case, mesh, bodies, &common).deepest();
+                remarks.extend(shallow.map(|Intrusion { place, depth }| {
+                    format!(
+                        "bodies '{}' and '{}' overlap at the start by {depth:.3e} {m} at {} {m}, where no contact acts: a contact acts only \
+                         between surfaces that face each other",
+                        names[one],
+                        names[other],
+                        spelled(&place)
+                    )
+                }));
+                continue;
+            };
             let message = format!(
                 "bodies '{}' and '{}' overlap at the start: {} {m}, the middle of an element of '{0}', lies inside '{1}'",
                 names[inner],
@@ -160,11 +175,54 @@ mod tests {
                 found(UNIT, other, &format!("{CONTACT}, initial_overclosure: accept")).expect("a remark");
             assert!(accepted.len() == 1 && accepted[0].contains("overlap at the start"), "{accepted:?}");
         }
-        // Side by side, and with an overlap of less than half an element, which the contact sees.
-        for low in ["1", "0.95"] {
-            let other = format!("min: [0, {low}], max: [1, 2], cells: [4, 4]");
-            assert_eq!(found(UNIT, &other, CONTACT).expect("good bodies"), Vec::<String>::new());
+    }
+
+    const AWAY: &str = "contactor: other.top, target: one.bottom";
+
+    /// An overlap of less than half an element is reported with its depth and place, whatever the orientation of the surfaces: also
+    /// where a contact is on other surfaces, or on surfaces that look the same way. One that a contact covers is left to it, with
+    /// the sides beside it. Bodies that touch do not overlap.
+    #[test]
+    fn shallow_overlaps_are_reported_where_no_contact_acts() {
+        let reported = |other: &str, contact: &str| found(UNIT, other, contact).expect("good bodies");
+        for (low, contact) in [("0.95", CONTACT), ("0.9", CONTACT), ("1", CONTACT), ("1", AWAY)] {
+            for (left, right) in [(0.0, 1.0), (-0.05, 1.07)] {
+                let other = format!("min: [{left}, {low}], max: [{right}, 1.9], cells: [3, 3]");
+                assert_eq!(reported(&other, contact), Vec::<String>::new(), "{other}");
+            }
         }
+        for (other, contact, depth) in [
+            ("min: [0, 0.9], max: [1, 1.9], cells: [3, 3]", AWAY, "1.000e-1 m at"),
+            ("min: [0.2, 0.99], max: [0.7, 1.9], cells: [1, 1]", AWAY, "1.000e-2 m at"),
+            ("min: [0.9, 0.9], max: [1.9, 1.9], cells: [2, 2]", AWAY, "1.000e-1 m at [1, 1] m"),
+            (
+                "min: [0, 0.92], max: [1, 1.12], cells: [3, 1]",
+                "contactor: other.top, target: one.top",
+                "8.000e-2 m",
+            ),
+        ] {
+            let told = reported(other, contact);
+            assert!(told.len() == 1 && told[0].contains(depth), "{other}: {told:?}");
+            assert!(told[0].contains("'one' and 'other' overlap"), "{told:?}");
+        }
+    }
+
+    /// Polygons on one circle fit into each other, whatever their numbers of corners. A disc that is too large does not.
+    #[test]
+    fn polygons_on_one_circle_do_not_overlap() {
+        let ring = |cells: u32, inner: f64, outer: f64| {
+            let radius = format!("({inner} + {} * y)", outer - inner);
+            format!(
+                "min: [0, 0], max: [1, 1], cells: [{cells}, 2], \
+                 map: {{ x: \"-{radius} * cos(3.14159265 * x)\", y: \"{radius} * sin(3.14159265 * x)\" }}"
+            )
+        };
+        for (one, other) in [(17, 12), (12, 17), (12, 12), (30, 7)] {
+            let told = found(&ring(one, 0.5, 1.0), &ring(other, 1.0, 2.0), AWAY).expect("good bodies");
+            assert_eq!(told, Vec::<String>::new(), "{one} {other}");
+        }
+        let told = found(&ring(17, 0.5, 1.1), &ring(12, 1.0, 2.0), AWAY).expect("good bodies");
+        assert!(told.len() == 1 && told[0].contains("overlap at the start by"), "{told:?}");
     }
 
     /// A ball inside a body is found as well.

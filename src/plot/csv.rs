@@ -83,11 +83,16 @@ impl Csv {
             "" => Ok(f64::NAN),
             text => text.parse().map_err(|_| {
                 let (text, column) = (shown(text), shown(column));
-                Error::file(format!("{}: line {}: `{text}` in column `{column}`", self.path, line + 2))
+                Error::file(format!("{}: line {}: `{text}` in column `{column}`", self.path, self.line(line)))
                     .hint("a number, or nothing, is needed there")
             }),
         };
         self.rows.iter().enumerate().map(number).collect::<Result<_>>().map(Some)
+    }
+
+    /// The line of the file with a row, counted from zero.
+    pub fn line(&self, row: usize) -> usize {
+        row + 2
     }
 }
 

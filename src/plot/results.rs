@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use serde::Deserialize;
+use serde_json::Value;
 
 use crate::case::Units;
 use crate::error::Result;
@@ -55,11 +56,7 @@ impl Run {
                 }
                 Some(_) => {}
             }
-            // Of a run that has ended it is known what a table held.
-            let mark = Mark::deserialize(&record["tables"][name]).ok();
-            if let Some(Err(damage)) = mark.filter(|_| csv.is_some()).map(|mark| mark.check(&file)) {
-                notes.push(format!("{damage}; the available rows are drawn"));
-            }
+            notes.extend(csv.as_ref().and_then(|_| damage(&record, name, &file)));
             Ok(csv)
         };
         let (probes, energy, iterations) =
@@ -87,6 +84,13 @@ impl Run {
         let ending = self.units.heading(".u_x [m]");
         columns.filter_map(|column| column.strip_suffix(&ending)).map(str::to_string).collect()
     }
+}
+
+/// What is wrong with a table of a run that has ended: its record knows what the table held.
+pub(super) fn damage(record: &Value, name: &str, file: &Path) -> Option<String> {
+    let mark = Mark::deserialize(&record["tables"][name]).ok()?;
+    let damage = mark.check(file).err()?;
+    Some(format!("{damage}; the available rows are drawn"))
 }
 
 /// Makes titles that occur twice distinct by the names of the folders, or by their whole paths.

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::output::folder::write_whole;
+use crate::output::folder::{record, write_whole};
 use crate::output::io_error::unwritable;
 
 use super::axis::{Quantity, Scale};
 use super::chart::{Curve, Figure, Panel};
 use super::csv::Csv;
+use super::results::damage;
 use super::style::Stroke;
 
 /// Half the size of the mark at a point: the curves of studies have few.
@@ -44,13 +45,20 @@ pub struct TableFigure {
 pub fn draw_table(wanted: &TableFigure, file: &Path) -> Result<Vec<String>> {
     let csv = Csv::read(&wanted.table)?;
     let csv = csv.ok_or_else(|| Error::file(format!("{}: there is no table", wanted.table.display())))?;
-    let svg = figure(wanted, &csv)?.svg()?;
+    let mut notes = Vec::new();
+    let svg = figure(wanted, &csv, &mut notes)?.svg()?;
     if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
     }
     write_whole(file, svg.as_bytes())?;
-    let cut = format!("{}: the last row has no end of its line and is left out", wanted.table.display());
-    Ok(if csv.is_cut { vec![cut] } else { Vec::new() })
+    if csv.is_cut {
+        notes
+            .push(format!("{}: the last row has no end of its line and is left out", wanted.table.display()));
+    }
+    let folder = wanted.table.parent().unwrap_or(Path::new(""));
+    let name = wanted.table.file_name().unwrap_or_default().to_string_lossy();
+    notes.extend(damage(&record(folder), &name, &wanted.table));
+    Ok(notes)
 }
 
 /// Most curves, and most panels, of a figure.
@@ -62,18 +70,28 @@ const MOST: usize = 200;
 
 /// One row that is drawn.
 struct Point<'a> {
+    /// Line of the table.
+    line: usize,
     panel: &'a str,
     curve: &'a str,
     at: [f64; 2],
 }
 
-fn figure(wanted: &TableFigure, csv: &Csv) -> Result<Figure> {
-    let mut points = points(wanted, csv)?;
-    for point in &mut points {
-        for (value, is_logarithmic) in point.at.iter_mut().zip(wanted.logarithmic) {
-            // What is not positive has no logarithm.
-            *value = if is_logarithmic && *value <= 0.0 { f64::NAN } else { *value };
-        }
+/// The figure; what was left out goes to `notes`.
+fn figure(wanted: &TableFigure, csv: &Csv, notes: &mut Vec<String>) -> Result<Figure> {
+    let mut points = points(wanted, csv, notes)?;
+    for (axis, column) in [&wanted.x, &wanted.y].into_iter().enumerate() {
+        // What is not positive has no logarithm.
+        let negative = |point: &&mut Point| wanted.logarithmic[axis] && point.at[axis] <= 0.0;
+        let lines: Vec<usize> = points
+            .iter_mut()
+            .filter(negative)
+            .map(|point| {
+                point.at[axis] = f64::NAN;
+                point.line
+            })
+            .collect();
+        notes.extend(left_out(wanted, column, "not positive, and the axis is logarithmic", &lines));
     }
     if !points.iter().any(|point| point.at.iter().all(|value| value.is_finite())) {
         let message = format!("{}: no row is left to draw", wanted.table.display());
@@ -116,8 +134,19 @@ fn quantity(name: String, logarithmic: bool) -> Quantity {
     Quantity { scale, ..Quantity::new(name, "") }
 }
 
-/// The rows that are asked for; values of gaps are not numbers.
-fn points<'a>(wanted: &TableFigure, csv: &'a Csv) -> Result<Vec<Point<'a>>> {
+/// A note about values that are left out, in these lines of the table.
+fn left_out(wanted: &TableFigure, column: &str, why: &str, lines: &[usize]) -> Option<String> {
+    let first = lines.first()?;
+    let count = lines.len();
+    let (values, are) = if count == 1 { ("value", "is") } else { ("values", "are") };
+    Some(format!(
+        "{}: {count} {values} of column `{column}` {are} left out ({why}), the first in line {first}",
+        wanted.table.display()
+    ))
+}
+
+/// The requested rows. A value that is not finite is a gap, with a note unless its field is empty.
+fn points<'a>(wanted: &TableFigure, csv: &'a Csv, notes: &mut Vec<String>) -> Result<Vec<Point<'a>>> {
     let absent = |column: &str| {
         let columns = csv.columns().join(", ");
         Error::file(format!("{}: there is no column `{column}`", wanted.table.display()))
@@ -137,9 +166,16 @@ fn points<'a>(wanted: &TableFigure, csv: &'a Csv) -> Result<Vec<Point<'a>>> {
     let (x, y, curves) = (numbers(&wanted.x)?, numbers(&wanted.y)?, words(&wanted.by)?);
     let panels = wanted.panels.as_deref().map(words).transpose()?.unwrap_or_else(|| vec![""; x.len()]);
     let (drawn, valid) = (conditions(&wanted.only)?, conditions(&wanted.valid)?);
+    for (column, values) in [(&wanted.x, &x), (&wanted.y, &y)] {
+        let written = words(column)?;
+        let is_lost =
+            |&row: &usize| drawn[row] && valid[row] && !values[row].is_finite() && !written[row].is_empty();
+        let lines: Vec<usize> = (0..values.len()).filter(is_lost).map(|row| csv.line(row)).collect();
+        notes.extend(left_out(wanted, column, "not finite", &lines));
+    }
     let point = |row: usize| {
         let upward = if valid[row] { y[row] } else { f64::NAN };
-        Point { panel: panels[row], curve: curves[row], at: [x[row], upward] }
+        Point { line: csv.line(row), panel: panels[row], curve: curves[row], at: [x[row], upward] }
     };
     Ok((0..x.len()).filter(|&row| drawn[row]).map(point).collect())
 }
@@ -180,7 +216,7 @@ mod tests {
         std::fs::write(&path, TABLE).unwrap();
         let wanted = wanted(&path);
         let csv = Csv::read(&path).unwrap().unwrap();
-        let drawn = figure(&wanted, &csv).unwrap();
+        let drawn = figure(&wanted, &csv, &mut Vec::new()).unwrap();
         assert_eq!(drawn.panels.len(), 2);
         assert_eq!(drawn.panels[0].curves[0].points, [[0.1, 2.0], [1.0, 3.0]]);
         let cg = &drawn.panels[0].curves[1].points;
@@ -210,7 +246,33 @@ mod tests {
         std::fs::write(&path, format!("{TABLE}a,9,direct,7,0")).unwrap();
         let notes = draw_table(&wanted(&path), &scratch.0.join("a.svg")).unwrap();
         assert!(notes.len() == 1 && notes[0].contains("the last row"), "{notes:?}");
+        std::fs::write(&path, format!("{TABLE}a,0.5,cg,nan,0\na,0.6,cg,1e400,0\na,0,cg,1,0\n")).unwrap();
+        let notes = draw_table(&wanted(&path), &scratch.0.join("a.svg")).unwrap();
+        assert!(
+            notes.len() == 2 && notes[0].contains("2 values of column `solves` are left out"),
+            "{notes:?}"
+        );
+        assert!(notes[0].contains("line 9") && notes[1].contains("1 value of column `mu`"), "{notes:?}");
         let nothing = TableFigure { only: vec![("scene".into(), vec!["d".into()])], ..wanted(&path) };
         assert!(error(nothing).contains("no row"));
+    }
+
+    /// A table that lacks rows which the record of its run proves is drawn with a note, though it ends with a whole row.
+    #[test]
+    fn rows_that_the_record_proves_are_missed() {
+        use sha2::Digest;
+        let scratch = Scratch::new("chart-proof");
+        let path = scratch.0.join("a.csv");
+        let hash: String = sha2::Sha256::digest(TABLE).iter().map(|byte| format!("{byte:02x}")).collect();
+        let bytes = TABLE.len();
+        let mark =
+            format!(r#"{{"tables": {{"a.csv": {{"rows": 7, "bytes": {bytes}, "sha256": "{hash}"}}}}}}"#);
+        std::fs::write(scratch.0.join("run.json"), mark).unwrap();
+        std::fs::write(&path, TABLE).unwrap();
+        let draw = || draw_table(&wanted(&path), &scratch.0.join("a.svg")).unwrap();
+        assert_eq!(draw(), Vec::<String>::new());
+        std::fs::write(&path, TABLE.replace("c,7,direct,1,0\n", "")).unwrap();
+        let notes = draw();
+        assert!(notes.len() == 1 && notes[0].contains("lacks rows"), "{notes:?}");
     }
 }

@@ -81,8 +81,13 @@ fn all<T: DeserializeOwned>(
     // Others refer to an entry that was dropped: what the checks say of a case without it follows from that.
     let mut is_whole = true;
     let mut next = first;
+    // A value that was replaced by a stand-in is not judged a second time.
+    let is_known = |found: &[Complaint], next: &Complaint| {
+        let is_same = |known: &Complaint| known.message == next.message || known.repair == Repair::Replace;
+        found.iter().any(|known| known.place.is(next.place) && is_same(known))
+    };
     loop {
-        let again = found.iter().any(|known| known.place.is(next.place) && known.message == next.message);
+        let again = is_known(&found, &next);
         let mended = if again { tree.drop_entry(next.place) } else { tree.mend(&next) };
         is_whole &= !again;
         if !again {
@@ -95,7 +100,7 @@ fn all<T: DeserializeOwned>(
             Ok(_) => break,
             Err(complaint) => next = complaint.or_at(root.place),
         }
-        if again && found.iter().any(|known| known.place.is(next.place) && known.message == next.message) {
+        if again && is_known(&found, &next) {
             return without_consequences(found);
         }
     }

@@ -1,12 +1,13 @@
 //! What a user may try when a run ends early.
 
-use super::options;
+use nalgebra::DVector;
 
+use super::options;
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
 use crate::dynamics::{Dynamics, MovingPart, RigidMotion, Stage};
 use crate::error::{Cause, Error, Result};
-use crate::solvers::{SolveReport, Trouble};
+use crate::solvers::{Driven, SolveReport, Trouble, describe};
 
 /// The cure for values that are too large or not finite.
 pub(super) const TOO_LARGE: &str =
@@ -20,7 +21,7 @@ pub(super) const TOO_LARGE: &str =
 pub(super) fn with_hint<const D: usize>(
     error: Error,
     report: &SolveReport,
-    system: &ContactSystem<D>,
+    system: &mut ContactSystem<D>,
     stage: &mut Stage,
     case: &Case,
 ) -> Result<Error> {
@@ -35,16 +36,68 @@ pub(super) fn with_hint<const D: usize>(
         };
         return Ok(error.hint(&format!("{hinge}{held}")));
     }
+    if unbalanced
+        && !system.is_dynamic()
+        && let Some(lifted) = lifted(system, stage)?
+    {
+        return Ok(error.hint(&lifted));
+    }
     Ok(with_hint_on_supports(error, report, system, case))
 }
 
+/// What the loads of the step move away from the contacts that held it, and what to do about it; `None` if contacts resist. The
+/// trial state becomes that at the start of the step, at the time of its end. Collective.
+///
+/// # Errors
+/// When PETSc refuses.
+pub(super) fn lifted<const D: usize>(
+    system: &mut ContactSystem<D>,
+    stage: &mut Stage,
+) -> Result<Option<String>> {
+    /// Part of all loads below which they do not drive a motion: well above rounding.
+    const IDLE: f64 = 1e-9;
+    if system.is_held() || !system.has_contact() {
+        return Ok(None);
+    }
+    stage.trial.u.copy_from(&stage.start.u)?;
+    stage.trial.u.update_ghosts()?;
+    let mut residual = system.pattern_vector().like()?;
+    system.residual(stage, &mut residual)?;
+    let rigid = system.rigid_motions(stage)?;
+    let (loads, all) = system.loads_along(&rigid);
+    let mut groups: Vec<usize> = rigid.iter().map(|motion| motion.group).collect();
+    groups.dedup();
+    for group in groups {
+        let own =
+            rigid.iter().zip(&loads).map(|(motion, load)| if motion.group == group { *load } else { 0.0 });
+        let loads = DVector::from_iterator(rigid.len(), own);
+        let size = loads.norm();
+        if !size.is_finite() || size <= IDLE * all {
+            continue;
+        }
+        let way = &loads / size;
+        residual.set(0.0);
+        rigid.iter().zip(way.iter()).try_for_each(|(motion, part)| residual.axpy(*part, &motion.field))?;
+        if !system.contact_resists(&residual) {
+            let Driven { words, force, unit } = describe(&rigid, &way, &loads, system.units());
+            return Ok(Some(format!(
+                "contact can only push: once it opens, nothing resists {words}, which the loads drive by {force:.3e} {unit}; support \
+                 the body there, or change the loads"
+            )));
+        }
+    }
+    Ok(None)
+}
+
 /// A piece that hinges on the rest of its body, and what to do about it; `None` if there is no such piece. The trial state
-/// becomes that at the start of the step. Collective.
+/// becomes that at the start of the step, at the time of its end. Collective.
 ///
 /// # Errors
 /// When PETSc refuses.
 pub(super) fn hinge<const D: usize>(system: &ContactSystem<D>, stage: &mut Stage) -> Result<Option<String>> {
+    let time = stage.trial.time;
     stage.trial.copy_from(&stage.start)?;
+    stage.trial.time = time;
     let name = system.rigid_motions(stage)?.iter().find_map(turning_piece).map(str::to_owned);
     Ok(name.map(|name| {
         format!(

@@ -11,7 +11,7 @@ use super::place::{Place, prepare, shared_folder, versions};
 use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
 use super::tables::Tables;
 use super::unit_note::unit_note;
-use crate::assembly::{ContactSystem, Energies, EnergyLedger, Watched};
+use crate::assembly::{ContactSystem, Energies, EnergyLedger, Precision, Watched};
 use crate::case::Case;
 use crate::dynamics::Stage;
 use crate::error::{Cause, Result, agree};
@@ -46,8 +46,8 @@ pub struct Journal<const D: usize> {
     /// Of the case's choices, until the start-up report tells them.
     remarks: Vec<String>,
     watched: Vec<Watched<D>>,
-    /// Distance between neighbouring coordinates \[m\].
-    spacing: f64,
+    /// How well coordinates and displacements are known, at the worst.
+    precision: Option<Precision>,
     /// What a user should know at the end of the run, as it stands.
     last_words: Vec<String>,
     pub(super) record: Record,
@@ -94,7 +94,7 @@ impl<const D: usize> Journal<D> {
             remarks: super::options::remarks(case),
             units: unit_note(case),
             watched: Vec::new(),
-            spacing: 0.0,
+            precision: None,
             last_words: Vec::new(),
             record,
             past,
@@ -148,8 +148,8 @@ impl<const D: usize> Journal<D> {
         warnings.extend(magnitudes::remarks(system, &self.model));
         warnings.extend(magnitudes::locking(system, &self.model));
         let precision = system.precision();
-        self.spacing = precision.spacing;
         warnings.extend(magnitudes::precision(&precision));
+        self.precision = Some(precision);
         warnings.append(&mut self.remarks);
         let keeps = !self.record.case["output"]["checkpoint"].is_null();
         let rounded = (keeps && strategy.factorises_together()).then(|| RESTARTS_TO_ROUNDING.to_owned());
@@ -187,6 +187,13 @@ impl<const D: usize> Journal<D> {
     pub fn warn(&mut self, text: &str) {
         self.console.warn(text);
         self.record.warn(text.to_owned());
+    }
+
+    /// Takes note of how well displacements are known now.
+    pub fn known(&mut self, precision: Precision) {
+        if self.precision.as_ref().is_none_or(|before| precision.spacing > before.spacing) {
+            self.precision = Some(precision);
+        }
     }
 
     /// What a user should know at the end of the run, if it ends with the present step.
@@ -325,7 +332,8 @@ impl<const D: usize> Journal<D> {
         let is_general = |name: &str| self.record.case["contact"][name]["target"] == crate::case::ALL;
         let contacts =
             contacts.filter_map(|contact| warning(contact, is_general(&contact.contact), self.record.units));
-        let blurred = magnitudes::blurred(&self.record.penetrations, self.spacing, self.record.units);
+        let precision = self.precision.iter();
+        let blurred = precision.flat_map(|known| magnitudes::blurred(&self.record.penetrations, known));
         let last_words = std::mem::take(&mut self.last_words);
         let contacts = contacts.chain(missed).chain(blurred).chain(last_words).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };

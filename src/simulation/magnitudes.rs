@@ -3,7 +3,6 @@
 use std::ops::RangeInclusive;
 
 use crate::assembly::{ContactSystem, Precision};
-use crate::case::Units;
 use crate::element::LOCKS;
 use crate::error::{Error, Result};
 use crate::model::Model;
@@ -24,25 +23,74 @@ const SHALLOW: [f64; 2] = [1e-6, 1e-2];
 /// Spacing of coordinates over the largest depth in a run from which on forces are wrong by a thousandth.
 const BLURRED: f64 = 1e-3;
 
-/// What to do against coordinates that are too far out.
+/// What to do against coordinates that are too large.
 const NEARER: &str = "move all bodies and obstacles nearer to the origin: coordinates have sixteen digits";
+
+/// What to do against displacements that are too large.
+const CLOSER: &str = "prescribe smaller motions, or end the run earlier: displacements have sixteen digits";
+
+/// How well coordinates or displacements are known, and what to do about it.
+fn known(precision: &Precision) -> (String, &'static str) {
+    let Precision { farthest, moved, spacing, unit, .. } = precision;
+    let (what, cure) = if *moved { ("displacements", CLOSER) } else { ("coordinates", NEARER) };
+    (format!("{what} of {farthest:.1e} {unit} are known to {spacing:.1e} {unit} only"), cure)
+}
+
+/// Compares how far bodies have moved with elements and depths, in every accepted step.
+pub(super) struct MotionPrecision {
+    start: Precision,
+    /// Spacing at the last warning \[m\].
+    warned: f64,
+}
+
+impl MotionPrecision {
+    /// A watch that begins with the precision of the start, of which the user knows already.
+    pub(super) fn new(start: Precision) -> Self {
+        let warned = if precision(&start).is_some() { start.spacing } else { 0.0 };
+        Self { start, warned }
+    }
+
+    /// A warning for a step in which bodies have moved as far as `farthest` \[m\]. It is repeated when the spacing has grown
+    /// tenfold.
+    ///
+    /// # Errors
+    /// When the elements or the depths of a contact are no longer larger than rounding, the same on all ranks.
+    pub(super) fn accept(&mut self, farthest: f64, place: &str) -> Result<Option<String>> {
+        let now = self.start.at(farthest);
+        if !now.moved {
+            return Ok(None);
+        }
+        require_precision(&now).map_err(|error| error.within(place))?;
+        if now.spacing < 10.0 * self.warned {
+            return Ok(None);
+        }
+        let remark = precision(&now);
+        self.warned = if remark.is_some() { now.spacing } else { self.warned };
+        Ok(remark.map(|remark| format!("{place}: {remark}")))
+    }
+
+    /// The precision of bodies that have moved as far as `farthest` \[m\].
+    pub(super) fn at(&self, farthest: f64) -> Precision {
+        self.start.at(farthest)
+    }
+}
 
 /// Whether elements and depths are larger than the rounding of coordinates.
 ///
 /// # Errors
 /// When they are not, the same on all ranks.
 pub(super) fn require_precision(precision: &Precision) -> Result<()> {
-    let Precision { farthest, spacing, edge, depths, unit } = precision;
-    let words = format!("coordinates of {farthest:.1e} {unit} are known to {spacing:.1e} {unit} only");
+    let Precision { spacing, edge, depths, unit, .. } = precision;
+    let (words, cure) = known(precision);
     if *spacing > COARSE[1] * edge {
         let message = format!("{words}, and the shortest edge of an element has {edge:.1e} {unit}");
-        return Err(Error::case(message).hint(NEARER));
+        return Err(Error::case(message).hint(cure));
     }
     match depths.iter().find(|(_, depth)| *spacing > SHALLOW[1] * depth) {
         Some((name, depth)) => {
             let message =
                 format!("{words}, and contact '{name}' is {depth:.1e} {unit} deep at a high pressure");
-            Err(Error::case(message).hint(&format!("{NEARER}, or give a larger compliance")))
+            Err(Error::case(message).hint(&format!("{cure}, or give a larger compliance")))
         }
         None => Ok(()),
     }
@@ -50,32 +98,34 @@ pub(super) fn require_precision(precision: &Precision) -> Result<()> {
 
 /// A remark where the rounding of coordinates takes digits of the results.
 pub(super) fn precision(precision: &Precision) -> Option<String> {
-    let Precision { farthest, spacing, edge, depths, unit } = precision;
-    let words = format!("coordinates of {farthest:.1e} {unit} are known to {spacing:.1e} {unit} only");
+    let Precision { spacing, edge, depths, unit, .. } = precision;
+    let (words, cure) = known(precision);
     let least = depths.iter().min_by(|a, b| a.1.total_cmp(&b.1));
     let shallow = least.filter(|(_, depth)| *spacing > SHALLOW[0] * depth);
     match shallow {
         Some((name, depth)) => Some(format!(
-            "{words}, and contact '{name}' is {depth:.1e} {unit} deep at a high pressure: forces may balance to {:.0e} only; {NEARER}",
+            "{words}, and contact '{name}' is {depth:.1e} {unit} deep at a high pressure: forces may balance to {:.0e} only; {cure}",
             (spacing / depth).min(1.0)
         )),
         None if *spacing > COARSE[0] * edge => Some(format!(
-            "{words}, and the shortest edge of an element has {edge:.1e} {unit}: strains are known to {:.0e} only; {NEARER}",
+            "{words}, and the shortest edge of an element has {edge:.1e} {unit}: strains are known to {:.0e} only; {cure}",
             spacing / edge
         )),
         None => None,
     }
 }
 
-/// A warning for each contact that stayed so shallow that coordinates blur its forces.
-pub(super) fn blurred(contacts: &[Penetration], spacing: f64, units: Units) -> Vec<String> {
-    let unit = units.of("m");
+/// A warning for each contact that stayed so shallow that the rounding of coordinates or displacements blurs its forces.
+pub(super) fn blurred(contacts: &[Penetration], precision: &Precision) -> Vec<String> {
+    let Precision { spacing, unit, .. } = precision;
+    let (_, cure) = known(precision);
+    let what = if precision.moved { "displacements" } else { "coordinates" };
     let shallow = |contact: &&Penetration| contact.force > 0.0 && contact.deepest > 0.0;
-    let blurred = contacts.iter().filter(shallow).filter(|contact| spacing > BLURRED * contact.deepest);
+    let blurred = contacts.iter().filter(shallow).filter(|contact| *spacing > BLURRED * contact.deepest);
     let words = |contact: &Penetration| {
         format!(
-            "warning: contact '{}' went {:.1e} {unit} deep, and coordinates are known to {spacing:.1e} {unit} only: its forces are known to \
-             {:.0} %\nhint: {NEARER}",
+            "warning: contact '{}' went {:.1e} {unit} deep, and {what} are known to {spacing:.1e} {unit} only: its forces are known to \
+             {:.0} %\nhint: {cure}",
             contact.contact,
             contact.deepest,
             (100.0 * spacing / contact.deepest).clamp(1.0, 100.0)

@@ -32,7 +32,7 @@ mod unit_note;
 
 use std::rc::Rc;
 
-use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
+use crate::assembly::{ContactSystem, EnergyLedger, Motions, SystemOptions};
 use crate::case::Case;
 use crate::dynamics::{Dynamics, OverStep, Stage};
 use crate::error::{Cause, Error, Result, agree};
@@ -56,6 +56,7 @@ pub use signals::Signals;
 
 use checkpoint::{Keeper, RunView};
 use guard::Guard;
+use magnitudes::MotionPrecision;
 use restart::Saved;
 
 /// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
@@ -186,6 +187,8 @@ fn begin<const D: usize>(
     journal: &mut Journal<D>,
 ) -> Result<Watch> {
     start::at_equilibrium(system, stage, case, model, journal)?;
+    let farthest = system.farthest_motion(stage, Motions::All);
+    MotionPrecision::new(system.precision()).accept(farthest, "at the start")?;
     let control = pace::control(case, model, 0.0);
     let pace = Pace::new(system, stage, case, model)?;
     let ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
@@ -205,6 +208,7 @@ fn march<const D: usize>(
     keeper: &mut Keeper,
 ) -> Result<()> {
     let scheme = options::scheme(&case.time);
+    let mut precision = MotionPrecision::new(system.precision());
     while !watch.control.finished() {
         let Watch { control, ledger, guard, pace } = &mut watch;
         if guard.motion.foresees(control.dt()) && control.can_cut() {
@@ -243,6 +247,11 @@ fn march<const D: usize>(
                     journal.repeated(&report, control);
                     continue;
                 }
+                let farthest = system.farthest_motion(stage, Motions::All);
+                precision.accept(farthest, &at_time(system, stage)).map(|remark| {
+                    remark.iter().for_each(|text| journal.warn(&format!("warning: {text}")));
+                    journal.known(precision.at(farthest));
+                })?;
                 pace.advance(system, stage, control, journal)?;
                 journal.record(system, stage, ledger, &energies, &report)?;
                 guard.impact(system, stage).iter().for_each(|text| journal.warn(text));
@@ -259,6 +268,9 @@ fn march<const D: usize>(
                 ledger.restore(saved);
                 journal.failed(&report, &reason, control);
                 if control.fail() == Retry::GiveUp {
+                    // A motion that rounding blurs is why nothing converges.
+                    let prescribed = system.farthest_motion(stage, Motions::Prescribed);
+                    precision.accept(prescribed, &at_time(system, stage))?;
                     let error = give_up(system, &reason, stage, control);
                     return Err(hints::with_hint(error, &report, system, stage, case)?);
                 }
@@ -344,6 +356,11 @@ impl Attempt<'_> {
             }
         })
     }
+}
+
+/// The instant at the end of the step, in words.
+fn at_time<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> String {
+    format!("t = {:.6e} {}", stage.trial.time, system.units().of("s"))
 }
 
 /// A step that was solved and can not be taken.

@@ -129,7 +129,7 @@ pub fn needs<const D: usize>(
             either(
                 symmetric,
                 "nothing breaks the symmetry",
-                "friction, a following load or contact of bodies breaks it",
+                "friction, a following load or a target that is no plane breaks it",
             ),
         ),
         (

@@ -256,8 +256,8 @@ pub fn format<const D: usize>(
     Ok(if session.is_given("pc_type") { Format::Aij } else { storage(&presets) })
 }
 
-/// Terms of the tangent: all of them with friction or segments; without either the small change of the contact area, the only
-/// non-symmetric term left, is dropped so that the matrix is symmetric.
+/// Terms of the tangent. All of them with friction, between bodies and over round obstacles. Without friction on planes the small
+/// change of the contact area is the only non-symmetric term. It is dropped, so that the matrix is symmetric.
 pub fn terms<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Terms {
     let all = system.has_friction() || case.has_unsymmetric_contact();
     if all { Terms::ALL } else { Terms::ALL - Terms::ZONE_CHANGE }

@@ -149,8 +149,11 @@ fn press<const D: usize>(
             }
             Outcome::Failed(..) if level.cut() => {}
             Outcome::Failed(report, reason) => {
-                let hinge = hints::hinge(system, stage)?;
-                return Err(no_equilibrium(system, journal.model(), &report, &reason, factor, hinge));
+                let cause = match hints::hinge(system, stage)? {
+                    None if report.trouble == Trouble::Balance => hints::lifted(system, stage)?,
+                    hinge => hinge,
+                };
+                return Err(no_equilibrium(system, journal.model(), &report, &reason, factor, cause));
             }
         }
     }
@@ -289,7 +292,7 @@ fn no_equilibrium<const D: usize>(
     report: &SolveReport,
     reason: &str,
     factor: f64,
-    hinge: Option<String>,
+    cause: Option<String>,
 ) -> Error {
     let free = if report.driven { system.free_bodies() } else { Vec::new() };
     let place = format!("static start at {:.0} % of the loads", 100.0 * factor);
@@ -303,7 +306,7 @@ fn no_equilibrium<const D: usize>(
         (None, Trouble::Multipliers) => {
             "ask for a larger accuracy.penetration, or use more increments".to_owned()
         }
-        (None, _) => hinge.unwrap_or_else(|| "use more increments, or start: { rest: {} }".to_owned()),
+        (None, _) => cause.unwrap_or_else(|| "use more increments, or start: { rest: {} }".to_owned()),
     };
     if !free.is_empty() {
         cure += &format!(

@@ -63,12 +63,7 @@ impl Held {
 
 /// Piece, direction and resultant of a motion with coefficients `way` under the `loads` along each rigid motion. Of several
 /// pieces that move it is the one that moves most.
-pub(super) fn describe(
-    rigid: &[RigidMotion],
-    way: &DVector<f64>,
-    loads: &DVector<f64>,
-    units: Units,
-) -> Driven {
+pub fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVector<f64>, units: Units) -> Driven {
     let share = |group: usize| -> f64 {
         rigid.iter().zip(way.iter()).filter(|(motion, _)| motion.group == group).map(|(_, c)| c * c).sum()
     };

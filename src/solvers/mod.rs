@@ -34,7 +34,7 @@ pub use convergence::{IterationReport, Outcome, Phase, SolveReport, Trouble};
 pub use filtered_amg::{FilteredAmgSettings, Passes};
 pub use forcing::Forcing;
 pub use free_motion::FreeMotions;
-pub use held::{Driven, Held};
+pub use held::{Driven, Held, describe};
 pub use ladder::{LinearChoice, Problem, ladder, storage};
 pub use linear::{Fallback, LinearSolver, Solved};
 pub use monolithic::{Monolithic, NewtonSettings};

@@ -41,10 +41,13 @@ fn what_does_not_fit_is_refused() {
         (b"something else that is long enough to be looked at", "not a checkpoint"),
     ] {
         fs::write(newest, bytes).expect("a damaged checkpoint");
-        refused(&folder, &["--restart"], 4, &[words, "an older one is whole", &offer]);
+        refused(&folder, &["--restart"], 4, &[words, "the earlier one of step", &offer]);
     }
-    refused(&folder, &["--restart=out/checkpoints/step-000001.ckpt"], 4, &["step-000001.ckpt", &offer]);
     fs::write(newest, &whole).expect("the checkpoint");
+    // Of those that are whole, the last one before the missing one is offered, and one after it only if there is no other.
+    let offer =
+        format!("--restart=out/checkpoints/{}", all[0].file_name().and_then(|n| n.to_str()).expect("a name"));
+    refused(&folder, &["--restart=out/checkpoints/step-000001.ckpt"], 4, &["the later one of step", &offer]);
 
     let case = fs::read_to_string(folder.join("case.yml")).expect("the case");
     for (from, to, words) in [

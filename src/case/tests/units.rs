@@ -181,11 +181,13 @@ fn wrong_units_are_told_in_the_system() {
     for (units, place, words) in [
         ("{ length: kg }", "1:18", "'kg' is a unit of a mass, the unit of a length is needed here"),
         ("{ time: sec }", "1:16", "unknown unit 'sec'"),
+        ("{ length: furlong, mass: t, time: ms }", "1:18", "unknown unit 'furlong'"),
         ("{ force: N }", "1:10", "unknown key 'force'"),
         ("{ mass: MPa }", "1:16", "'MPa' is a unit of a pressure"),
         ("mm", "1:8", "expected a mapping"),
     ] {
         let text = message(format!("units: {units}\n{}", super::GOOD));
         assert!(text.contains(&format!("case.yml:{place}: ")) && text.contains(words), "{units}: {text}");
+        assert_eq!(text.matches("case.yml:").count(), 1, "{units}: {text}");
     }
 }

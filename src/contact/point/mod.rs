@@ -29,7 +29,8 @@ pub struct Selection {
 pub struct ContactLaw {
     /// Gap to pressure.
     pub normal: NormalLaw,
-    /// None: no friction, every contact term is symmetric but `K_phi`.
+    /// `None`: no friction. On a plane every contact term is then symmetric except `K_phi`; over round obstacles and between bodies the
+    /// change of the gap is not symmetric either.
     pub friction: Option<Friction>,
 }
 

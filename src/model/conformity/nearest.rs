@@ -14,7 +14,11 @@ const FAR: f64 = 3.0;
 const SLACK: f64 = 1e-12;
 
 /// Distance of `x` from the facet with nodes at `nodes` in the order of `kind` \[m\].
-pub(super) fn distance<const D: usize>(x: &Vector<D>, kind: ElementKind, nodes: &[Vector<D>]) -> f64 {
+pub(in crate::model) fn distance<const D: usize>(
+    x: &Vector<D>,
+    kind: ElementKind,
+    nodes: &[Vector<D>],
+) -> f64 {
     let facet = Facet { x, kind, nodes };
     let axes = [[1.0, 0.0], [0.0, 1.0]];
     let centre = if kind.corners() == 3 { [1.0 / 3.0; 2] } else { [0.0; 2] };

@@ -1,0 +1,71 @@
+//! Whether loads move a body away from the contacts that hold it. Contacts push and do not pull.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use super::contact::Contact;
+use super::start::known;
+use super::system::ContactSystem;
+use crate::dynamics::RigidMotion;
+use crate::petsc::Vector;
+use crate::tensor::Vector as Point;
+
+impl<const D: usize> ContactSystem<D> {
+    /// Forces of the loads along each motion, and the norm of all loads, at the last residual \[N\]. Collective.
+    pub fn loads_along(&self, motions: &[RigidMotion]) -> (Vec<f64>, f64) {
+        let loads = &self.parts.external;
+        let dot = |motion: &RigidMotion| motion.field.owned().iter().zip(loads).map(|(n, f)| n * f).sum();
+        let mut own: Vec<f64> = motions.iter().map(dot).collect();
+        own.push(loads.iter().map(|f| f * f).sum());
+        let mut all = vec![0.0; own.len()];
+        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        let square = all.pop().unwrap_or(0.0);
+        (all, square.sqrt())
+    }
+
+    /// Whether a point that was closed at the start of the step resists a motion: its gap closes, or it is under friction
+    /// and does not open. Collective.
+    pub fn contact_resists(&self, motion: &Vector) -> bool {
+        /// Part of the largest motion of a node below which a gap neither closes nor opens: well above rounding.
+        const STILL: f64 = 1e-6;
+        let field = motion.owned();
+        let targets = self.mean_target_motions(&field);
+        let own = field.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let mut largest = 0.0_f64;
+        let world = self.session.world();
+        world.all_reduce_into(&own, &mut largest, SystemOperation::max());
+        let touching = known(self.size, self.extent);
+        let resists = |(contact, target): (&Contact<D>, &Point<D>)| {
+            let rubs = contact.law().friction.is_some();
+            let least = if rubs { STILL } else { -STILL } * largest;
+            let points = contact.state.history.iter().zip(&contact.state.current).zip(contact.vertices());
+            points.filter(|((history, _), _)| history.gap <= touching).any(|((_, point), &node)| {
+                let moved = Point::<D>::from_column_slice(&field[node as usize * D..][..D]);
+                // Points of bodies that do not take part say nothing.
+                (moved - target).dot(&point.normal) < least && (moved - target).amax() > STILL * largest
+            })
+        };
+        let own = u8::from(self.contacts.iter().zip(&targets).any(resists));
+        let mut any = 0u8;
+        world.all_reduce_into(&own, &mut any, SystemOperation::max());
+        any > 0
+    }
+
+    /// Mean motion of the nodes of each target surface; zero if the target is an obstacle. Collective.
+    fn mean_target_motions(&self, field: &[f64]) -> Vec<Point<D>> {
+        let mut own = vec![0.0_f64; self.contacts.len() * (D + 1)];
+        let mut nodes = Vec::new();
+        for (contact, sums) in self.contacts.iter().zip(own.chunks_exact_mut(D + 1)) {
+            for &facet in contact.pair.target_facets() {
+                self.local.mesh.facet_nodes(facet, &mut nodes);
+                for &node in nodes.iter().filter(|&&node| self.local.index.owns(node)) {
+                    sums[D] += 1.0;
+                    (0..D).for_each(|i| sums[i] += field[node as usize * D + i]);
+                }
+            }
+        }
+        let mut all = vec![0.0_f64; own.len()];
+        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+        all.chunks_exact(D + 1).map(|sums| Point::from_fn(|i, _| sums[i] / sums[D].max(1.0))).collect()
+    }
+}
