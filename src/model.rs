@@ -26,13 +26,13 @@ pub struct Model<const D: usize> {
     /// The deformable bodies.
     pub bodies: Vec<Body>,
     /// The contacts.
-    pub contacts: Vec<Contact<D>>,
+    pub contacts: Vec<ContactModel<D>>,
     /// The displacement boundaries.
     pub supports: Vec<Support<D>>,
     /// The loads.
     pub loads: Vec<Load<D>>,
     /// The probes.
-    pub probes: Vec<Probe<D>>,
+    pub probes: Vec<ProbeModel<D>>,
 }
 
 /// A deformable body.
@@ -99,7 +99,7 @@ impl<const D: usize> Target<D> {
 
 /// A contact between a surface and its target.
 #[derive(Debug, Clone)]
-pub struct Contact<const D: usize> {
+pub struct ContactModel<const D: usize> {
     /// Name in the case file.
     pub name: String,
     /// Set of facets that carry the points, `body.set` or `all`.
@@ -124,7 +124,7 @@ pub struct Contact<const D: usize> {
     pub initial_overclosure: InitialOverclosure,
 }
 
-impl<const D: usize> Contact<D> {
+impl<const D: usize> ContactModel<D> {
     /// Whether contactor and target are one surface.
     pub fn is_with_itself(&self) -> bool {
         self.contactor == self.target_name
@@ -209,7 +209,7 @@ impl<const D: usize> LoadKind<D> {
 
 /// A point whose motion is written every step.
 #[derive(Debug, Clone)]
-pub struct Probe<const D: usize> {
+pub struct ProbeModel<const D: usize> {
     /// Name in the case file.
     pub name: String,
     /// Reference position asked for \[m\].
@@ -224,7 +224,7 @@ impl<const D: usize> Model<D> {
     /// Whether forces that conserve over a step have a symmetric matrix: all kinematics linear, all targets flat.
     pub fn has_symmetric_steps(&self) -> bool {
         let linear = |body: &Body| body.formulation.kinematics == Kinematics::Linear;
-        let flat = |contact: &Contact<D>| contact.target.obstacle().is_some_and(Shape::is_plane);
+        let flat = |contact: &ContactModel<D>| contact.target.obstacle().is_some_and(Shape::is_plane);
         self.bodies.iter().all(linear) && self.contacts.iter().all(flat)
     }
 

@@ -6,7 +6,7 @@ mod common;
 use std::path::Path;
 
 use common::{Folder, Table, shipped, stretch};
-use contact_petsc::output::vtu::Values;
+use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::{ReadPiece, read_piece};
 
 /// Runs a case; it must end well.
@@ -46,7 +46,7 @@ fn pieces(folder: &Folder, grid: &str) -> Vec<ReadPiece> {
 /// A float field of a piece: values a point or cell, one after the other.
 #[track_caller]
 fn values<'a>(field: &'a contact_petsc::output::vtu_reader::Field, name: &str) -> &'a [f64] {
-    let Values::Float64(values) = &field.values else { panic!("{name} is not of numbers") };
+    let VtuValues::Float64(values) = &field.values else { panic!("{name} is not of numbers") };
     values
 }
 
@@ -229,7 +229,7 @@ fn two_cylinders_are_cattaneo_mindlin() {
 fn stress_errors(folder: &Folder, dimension: usize) -> [f64; 3] {
     let mut worst = [0.0f64; 3];
     for piece in pieces(folder, "volume") {
-        let Values::Int32(bodies) = &piece.cell_data["body"].values else { panic!("bodies are numbers") };
+        let VtuValues::Int32(bodies) = &piece.cell_data["body"].values else { panic!("bodies are numbers") };
         let stress = values(&piece.cell_data["cauchy_stress"], "cauchy_stress");
         for (body, stress) in bodies.iter().zip(stress.chunks_exact(6)) {
             for (k, value) in stress.iter().enumerate() {

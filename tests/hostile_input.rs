@@ -194,9 +194,9 @@ fn refuse(input: &Input, folder: &Path) -> Result<(), Error> {
             let (path, length) = (Path::new("a.ckpt"), bytes.len() as u64);
             let mut file = std::io::Cursor::new(bytes);
             let header = checkpoint::examine(path, &mut file, length)?;
-            let table = |section: &checkpoint::Section| {
+            let table = |section: &checkpoint::FileSection| {
                 let keys = (0..section.rows.min(9)).collect();
-                checkpoint::Table::keyed(&section.name, section.columns.clone(), keys, 4)
+                checkpoint::StoredTable::keyed(&section.name, section.columns.clone(), keys, 4)
             };
             let mut tables: Vec<_> = header.sections.iter().map(table).collect();
             checkpoint::fill(path, &mut file, length, &mut tables)

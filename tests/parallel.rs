@@ -7,7 +7,7 @@ mod common;
 use std::collections::BTreeSet;
 
 use common::{Results, Table, shipped};
-use contact_petsc::output::vtu::Values;
+use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
 
 /// Displacements agree to this part of the largest one.
@@ -53,7 +53,7 @@ impl Results {
         for rank in 0..ranks {
             let file = self.0.join("out/fields/step_000000").join(format!("{grid}_{rank:04}.vtu"));
             let piece = read_piece(&file).expect("a piece of every rank");
-            let Values::Int32(numbers) = &piece.point_data["node"].values else { panic!("no numbers") };
+            let VtuValues::Int32(numbers) = &piece.point_data["node"].values else { panic!("no numbers") };
             let nodes = |cell| piece.cell(cell).iter().map(|&point| numbers[point as usize]).collect();
             cells.extend((0..piece.offsets.len()).map(nodes));
         }

@@ -5,7 +5,7 @@ mod common;
 use std::path::PathBuf;
 
 use common::{Results, Table, shipped, stretch};
-use contact_petsc::output::vtu::Values;
+use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
 
 impl Results {
@@ -181,7 +181,7 @@ fn stresses(results: &Results, step: &str) -> (usize, Vec<f64>) {
         .find_map(|path| read_piece(&path).ok().filter(|piece| piece.cell_data.contains_key("cauchy_stress")))
         .expect("a piece with stresses");
     let field = &piece.cell_data["cauchy_stress"];
-    let Values::Float64(values) = &field.values else { panic!("stresses are numbers") };
+    let VtuValues::Float64(values) = &field.values else { panic!("stresses are numbers") };
     (field.components, values.clone())
 }
 

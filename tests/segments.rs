@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Folder, Results, run, shipped, stretch};
-use contact_petsc::output::vtu::Values;
+use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
 
 /// Largest error of stress in all blocks and of pressure at all nodes of contactors at the last step, over the load of 0.1 MPa.
@@ -25,7 +25,7 @@ fn errors(results: &Results, dimension: usize) -> [f64; 2] {
         }
         let piece = read_piece(&path).expect("a piece");
         if let Some(field) = piece.cell_data.get("cauchy_stress") {
-            let Values::Float64(stress) = &field.values else { panic!("stress is of numbers") };
+            let VtuValues::Float64(stress) = &field.values else { panic!("stress is of numbers") };
             for (k, value) in stress.iter().enumerate().map(|(at, value)| (at % 6, value)) {
                 let plane_strain = dimension == 2 && k == 2;
                 let exact = if k == dimension - 1 { -LOAD } else { 0.0 };
@@ -34,7 +34,7 @@ fn errors(results: &Results, dimension: usize) -> [f64; 2] {
                 seen[0] += 1;
             }
         } else {
-            let Values::Float64(pressure) = &piece.point_data["contact_pressure"].values else {
+            let VtuValues::Float64(pressure) = &piece.point_data["contact_pressure"].values else {
                 panic!("pressure is of numbers")
             };
             pressure.iter().for_each(|value| worst[1] = worst[1].max((value - LOAD).abs() / LOAD));
@@ -60,7 +60,7 @@ fn surface_pressures(results: &Results) -> [f64; 2] {
         }
         let piece = read_piece(&path).expect("a piece");
         let Some(field) = piece.point_data.get("contact_pressure") else { continue };
-        let Values::Float64(pressure) = &field.values else { panic!("pressure is of numbers") };
+        let VtuValues::Float64(pressure) = &field.values else { panic!("pressure is of numbers") };
         range = pressure.iter().fold(range, |[low, high], p| [low.min(*p), high.max(*p)]);
     }
     range

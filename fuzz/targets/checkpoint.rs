@@ -5,7 +5,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use contact_petsc::checkpoint::{Table, examine, fill};
+use contact_petsc::checkpoint::{StoredTable, examine, fill};
 use libfuzzer_sys::fuzz_target;
 use sha2::{Digest, Sha256};
 
@@ -21,11 +21,11 @@ fuzz_target!(|bytes: &[u8]| {
         let words: u64 = header.sections.iter().map(|s| s.rows * (1 + s.columns.len() as u64)).sum();
         assert!(8 * words <= length, "the sections lie within the file");
         // Few keys of each section, backwards: what a rank wants that owns a part of the mesh.
-        let table = |section: &contact_petsc::checkpoint::Section| {
+        let table = |section: &contact_petsc::checkpoint::FileSection| {
             let keys = (0..section.rows.min(9)).rev().collect();
-            Table::keyed(&section.name, section.columns.clone(), keys, 4)
+            StoredTable::keyed(&section.name, section.columns.clone(), keys, 4)
         };
-        let mut tables: Vec<Table> = header.sections.iter().map(table).collect();
+        let mut tables: Vec<StoredTable> = header.sections.iter().map(table).collect();
         if fill(path, &mut Cursor::new(&whole), length, &mut tables).is_ok() {
             assert!(tables.iter().all(|table| table.words.len() == table.keys.len() * table.columns.len()));
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::redistribution::Redistribution;
 use super::system::ContactSystem;
 use crate::contact::friction::Regularization;
@@ -25,7 +25,7 @@ pub enum Asked {
 
 impl Asked {
     /// What is asked of this contact \[m\]. The penetration of a power law is that of its surface.
-    fn of<const D: usize>(self, contact: &Contact<D>) -> Option<f64> {
+    fn of<const D: usize>(self, contact: &LocalContact<D>) -> Option<f64> {
         let length = match self {
             Self::Length(length) => length,
             Self::Relative(part) => part * contact.facet_size,
@@ -43,7 +43,7 @@ pub struct Stuck {
     pub give: f64,
 }
 
-impl<const D: usize> Contact<D> {
+impl<const D: usize> LocalContact<D> {
     /// Multipliers of the last accepted step.
     pub fn recall_multipliers(&mut self) {
         let law = self.law().normal;
@@ -76,8 +76,8 @@ impl<const D: usize> Contact<D> {
 }
 
 /// How far the closed points of each contact are from touching exactly, over all ranks \[m\]. Collective.
-fn depths<const D: usize>(world: &impl CommunicatorCollectives, contacts: &[Contact<D>]) -> Vec<f64> {
-    let depth = |contact: &Contact<D>| {
+fn depths<const D: usize>(world: &impl CommunicatorCollectives, contacts: &[LocalContact<D>]) -> Vec<f64> {
+    let depth = |contact: &LocalContact<D>| {
         let closed = contact.state.current.iter().filter(|point| point.is_closed());
         closed.map(|point| point.gap.abs()).fold(0.0, f64::max)
     };
@@ -90,7 +90,7 @@ fn depths<const D: usize>(world: &impl CommunicatorCollectives, contacts: &[Cont
 /// The contact that is farthest from what was asked of it; `None` where nothing was asked. Collective.
 pub fn shortfall<const D: usize>(
     world: &impl CommunicatorCollectives,
-    contacts: &[Contact<D>],
+    contacts: &[LocalContact<D>],
 ) -> Option<Shortfall> {
     if contacts.iter().all(|contact| contact.tolerance.is_none()) {
         return None;
@@ -104,7 +104,7 @@ pub fn shortfall<const D: usize>(
 
 /// Brings contacts that are not in motion closer to what was asked: by multipliers where they are sought, by a stiffer
 /// penalty elsewhere. Collective.
-pub fn improve<const D: usize>(world: &impl CommunicatorCollectives, contacts: &mut [Contact<D>]) {
+pub fn improve<const D: usize>(world: &impl CommunicatorCollectives, contacts: &mut [LocalContact<D>]) {
     let depths = depths(world, contacts);
     for (contact, depth) in contacts.iter_mut().zip(depths) {
         let Some(tolerance) = contact.tolerance else { continue };
@@ -174,7 +174,7 @@ impl<const D: usize> ContactSystem<D> {
             return false;
         }
         let depths = depths(self.session.world(), &self.contacts);
-        let elastic = |contact: &Contact<D>| {
+        let elastic = |contact: &LocalContact<D>| {
             let pressures = contact.state.current.iter().map(|point| point.normal_traction);
             contact.law().normal.penetration(pressures.fold(0.0, f64::max))
         };
@@ -201,7 +201,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Whether a side of the contact has nodes without mass.
-    pub(super) fn is_calm(&self, contact: &Contact<D>) -> bool {
+    pub(super) fn is_calm(&self, contact: &LocalContact<D>) -> bool {
         self.redistribution.as_ref().is_some_and(|mass| contact.bodies.iter().any(|&body| mass.has(body)))
     }
 
@@ -295,7 +295,7 @@ impl<const D: usize> ContactSystem<D> {
         let all: f64 = masses.iter().sum();
         let flies =
             |body: &usize| masses[*body] > 0.0 && self.free_bodies.iter().any(|free| free.body == *body);
-        let recoil = |contact: &Contact<D>| {
+        let recoil = |contact: &LocalContact<D>| {
             let flying = contact.bodies.iter().filter(|body| flies(body));
             flying.map(|&body| 1.0 / (masses[body] * all)).sum::<f64>().sqrt()
         };

@@ -90,7 +90,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Distance of the boxes around the two surfaces of a contact between bodies \[m\].
-    fn between(&self, contact: &model::Contact<D>) -> Result<f64> {
+    fn between(&self, contact: &model::ContactModel<D>) -> Result<f64> {
         let Target::Surface { set, .. } = &contact.target else { return Ok(0.0) };
         let [one, other] = [&contact.contactor, set]
             .map(|set| facets_of(&self.local, set).map(|facets| self.bounds(facets)));
@@ -120,7 +120,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Diagonals of the boxes around the bodies of a contact \[m\]. Collective.
-    fn sizes(&self, contact: &model::Contact<D>) -> f64 {
+    fn sizes(&self, contact: &model::ContactModel<D>) -> f64 {
         let mesh = &self.local.mesh;
         let size = |body: usize| {
             let elements =
@@ -133,7 +133,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Whether the motion of the contactor is prescribed as a whole, and that of the target as well. Collective.
-    fn is_prescribed(&self, contact: &model::Contact<D>) -> Result<bool> {
+    fn is_prescribed(&self, contact: &model::ContactModel<D>) -> Result<bool> {
         let mut sets = vec![&contact.contactor];
         if let Target::Surface { set, .. } = &contact.target {
             sets.push(set);

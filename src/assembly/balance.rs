@@ -7,7 +7,7 @@ use super::contact_forces::add_contact_forces;
 use super::external::Moment;
 use super::forces::At;
 use super::stages::hold;
-use super::system::{ContactSystem, Parts};
+use super::system::{ContactSystem, ForceParts};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::Branches;
 use crate::dynamics::{Dynamics, OverStep, Residual, Stage};
@@ -22,7 +22,7 @@ impl<const D: usize> ContactSystem<D> {
     /// Fills the three parts of the forces at the trial state; remembers an inverted element.
     pub(super) fn sweep(&mut self, stage: &Stage, branches: Branches) {
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
-        let Parts { internal, contact, external } = &mut self.parts;
+        let ForceParts { internal, contact, external } = &mut self.parts;
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
         let over_step = stage.over_step == OverStep::Middle;
@@ -110,7 +110,7 @@ impl<const D: usize> ContactSystem<D> {
         {
             let (mut forces, mut out) = (self.forces.owned_mut(), out.owned_mut());
             let (inertia, start) = (self.work.owned(), stage.start_forces.owned());
-            let Parts { internal, contact, external } = &self.parts;
+            let ForceParts { internal, contact, external } = &self.parts;
             let constrained = &self.supports.dofs.constrained;
             for i in 0..out.len() {
                 forces[i] = internal[i] - external[i] - contact[i];

@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::{Contact, Measures, facets_of};
+use super::contact::{LocalContact, Measures, facets_of};
 use super::external::{self, External};
 use super::pair::SearchRadii;
 use super::pieces::Pieces;
@@ -64,12 +64,12 @@ pub(super) fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -
 pub(super) fn contacts<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
-    wanted: &[model::Contact<D>],
-) -> Result<Vec<Contact<D>>> {
+    wanted: &[model::ContactModel<D>],
+) -> Result<Vec<LocalContact<D>>> {
     let mut contacts = Vec::with_capacity(wanted.len());
     for contact in wanted {
         let measures = measures(world, local, contact)?;
-        contacts.push(agree(world, Contact::new(contact, &measures, local))?);
+        contacts.push(agree(world, LocalContact::new(contact, &measures, local))?);
     }
     Ok(contacts)
 }
@@ -78,7 +78,7 @@ pub(super) fn contacts<const D: usize>(
 fn measures<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
-    contact: &crate::model::Contact<D>,
+    contact: &crate::model::ContactModel<D>,
 ) -> Result<Measures> {
     let contactor = agree(world, facets_of(local, &contact.contactor))?;
     let mut own = size_of(local, contactor).to_vec();
@@ -244,7 +244,10 @@ pub(super) fn loads<const D: usize>(
     constrained: &[bool],
 ) -> Result<External<D>> {
     let kinematics: Vec<Kinematics> = model.bodies.iter().map(|body| body.formulation.kinematics).collect();
-    External::new(&model.loads, &external::Place { local, pattern, constrained, kinematics: &kinematics })
+    External::new(
+        &model.loads,
+        &external::LoadContext { local, pattern, constrained, kinematics: &kinematics },
+    )
 }
 
 /// Pieces of bodies that lack a support in some direction; the same on all ranks. Collective.

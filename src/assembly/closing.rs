@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::system::ContactSystem;
 use crate::dynamics::Stage;
 use crate::mesh::Facet;
@@ -57,7 +57,7 @@ impl<const D: usize> ContactSystem<D> {
         let world = self.session.world();
         world.all_reduce_into(&sums[..], &mut all[..], SystemOperation::sum());
         world.all_reduce_into(&speeds[..], &mut fastest[..], SystemOperation::max());
-        let closing = |(k, contact): (usize, &Contact<D>)| Closing {
+        let closing = |(k, contact): (usize, &LocalContact<D>)| Closing {
             contact: contact.name.clone(),
             now: all[3 * k],
             before: all[3 * k + 1],

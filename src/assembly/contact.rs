@@ -24,7 +24,7 @@ use crate::partition::LocalMesh;
 use crate::tensor::Vector;
 
 /// One contact of the case on this rank.
-pub struct Contact<const D: usize> {
+pub struct LocalContact<const D: usize> {
     /// Name in the case file.
     pub name: String,
     /// Both sides and the laws. A vertex is evaluated on the rank that owns its node.
@@ -63,12 +63,12 @@ pub struct Measures {
     pub radii: SearchRadii,
 }
 
-impl<const D: usize> Contact<D> {
+impl<const D: usize> LocalContact<D> {
     /// The contact of the model on this rank.
     ///
     /// # Errors
     /// When the set or a derived law is no good.
-    pub fn new(contact: &model::Contact<D>, measures: &Measures, local: &LocalMesh<D>) -> Result<Self> {
+    pub fn new(contact: &model::ContactModel<D>, measures: &Measures, local: &LocalMesh<D>) -> Result<Self> {
         let ownership = Ownership {
             owned_nodes: local.index.owned,
             mine: &local.mine,

@@ -2,7 +2,7 @@
 
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::interface::{Interface, RemoteForce};
 use super::phases::Phases;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
@@ -10,7 +10,7 @@ use crate::contact::evaluation::{ContactFields, ContactRequest};
 /// Adds the forces of the contacts, and does `meanwhile` while those of other ranks are on their way. Collective.
 pub(super) fn add_contact_forces<const D: usize>(
     interface: &mut Interface<D>,
-    contacts: &mut [Contact<D>],
+    contacts: &mut [LocalContact<D>],
     world: &impl CommunicatorCollectives,
     phases: &Phases,
     request: &ContactRequest,

@@ -4,7 +4,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::accuracy;
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::stages::{self, Target};
 use super::system::ContactSystem;
 use super::tangent::symmetric;
@@ -166,7 +166,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn rewind(&mut self) {
-        self.contacts.iter_mut().for_each(Contact::begin_step);
+        self.contacts.iter_mut().for_each(LocalContact::begin_step);
     }
 
     fn fault(&mut self) -> Option<Error> {
@@ -188,7 +188,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         self.contacts
             .iter_mut()
             .filter(|contact| contact.state.seeks_multipliers())
-            .for_each(Contact::recall_multipliers);
+            .for_each(LocalContact::recall_multipliers);
     }
 
     fn shortfall(&self) -> Option<Shortfall> {

@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use super::contact::facets_of;
 use super::scatter::{ForceSink, LiftTarget, MatrixSink, ScatterMap};
-use super::solid::Solid;
+use super::solid::SolidElements;
 use super::supports::in_space;
 use crate::case::{Motion, PlacedFunction};
 use crate::element::{Configuration, ElementSink, Kinematics, LoadedSurface};
@@ -31,7 +31,7 @@ struct Applied<const D: usize> {
 }
 
 /// Where the loads are resolved.
-pub struct Place<'a, const D: usize> {
+pub struct LoadContext<'a, const D: usize> {
     /// The rank's mesh.
     pub local: &'a LocalMesh<D>,
     /// Pattern of the matrix.
@@ -57,7 +57,7 @@ impl<const D: usize> External<D> {
     ///
     /// # Errors
     /// When a set is not there.
-    pub fn new(loads: &[Load<D>], place: &Place<D>) -> Result<Self> {
+    pub fn new(loads: &[Load<D>], place: &LoadContext<D>) -> Result<Self> {
         let loads = loads.iter().map(|load| Applied::new(load, place)).collect::<Result<_>>()?;
         Ok(Self { loads, dead: Vec::new(), dead_at: None, trouble: Trouble::default() })
     }
@@ -74,7 +74,7 @@ impl<const D: usize> External<D> {
     }
 
     /// Adds `factor F_ext(u, time)` to the owned rows of `force` \[N\].
-    pub fn add_force(&mut self, at: &Moment, solids: &[Solid<D>], force: &mut [f64]) {
+    pub fn add_force(&mut self, at: &Moment, solids: &[SolidElements<D>], force: &mut [f64]) {
         self.refresh(at.time, solids, force.len());
         force.iter_mut().zip(&self.dead).for_each(|(entry, load)| *entry += at.factor * load);
         let following = self.loads.iter().filter(|load| load.follows);
@@ -111,7 +111,7 @@ impl<const D: usize> External<D> {
     }
 
     /// Assembles the dead loads anew where they change with time.
-    fn refresh(&mut self, time: f64, solids: &[Solid<D>], rows: usize) {
+    fn refresh(&mut self, time: f64, solids: &[SolidElements<D>], rows: usize) {
         let steady = self.loads.iter().all(|load| load.follows || load.kind.is_constant_in_time());
         if self.dead_at == Some(time) || (steady && self.dead_at.is_some()) {
             return;
@@ -138,7 +138,7 @@ pub struct Moment<'a> {
 }
 
 impl<const D: usize> Applied<D> {
-    fn new(load: &Load<D>, place: &Place<D>) -> Result<Self> {
+    fn new(load: &Load<D>, place: &LoadContext<D>) -> Result<Self> {
         let mesh = &place.local.mesh;
         let mut bodies = vec![false; place.kinematics.len()];
         let mut facets: &[Facet] = &[];
@@ -152,7 +152,7 @@ impl<const D: usize> Applied<D> {
         Ok(Self { kind: load.kind.clone(), bodies, patches: patches(mesh, facets, place), follows })
     }
 
-    fn add_dead(&self, time: f64, solids: &[Solid<D>], trouble: &Trouble, force: &mut [f64]) {
+    fn add_dead(&self, time: f64, solids: &[SolidElements<D>], trouble: &Trouble, force: &mut [f64]) {
         match &self.kind {
             LoadKind::BodyForce(components) => {
                 let density = |point: &[f64; D]| values(components, point, time, trouble);
@@ -212,7 +212,7 @@ impl Trouble {
 }
 
 /// The facets sorted by their number of nodes, each sort with its map.
-fn patches<const D: usize>(mesh: &Mesh<D>, facets: &[Facet], place: &Place<D>) -> Vec<Patch<D>> {
+fn patches<const D: usize>(mesh: &Mesh<D>, facets: &[Facet], place: &LoadContext<D>) -> Vec<Patch<D>> {
     let width = |facet: &Facet| mesh.facet_kind(*facet).nodes();
     let mut widths: Vec<usize> = facets.iter().map(width).collect();
     widths.sort_unstable();

@@ -1,7 +1,7 @@
 //! Internal forces and stiffness of the solids, swept group by group.
 
 use super::scatter::{ForceSink, LiftTarget, MatrixSink};
-use super::solid::Solid;
+use super::solid::SolidElements;
 use crate::dynamics::{OverStep, Stage};
 use crate::element::{ElementSink, Inverted, Request};
 use crate::petsc::BlockValues;
@@ -23,7 +23,7 @@ impl<'a> At<'a> {
     }
 }
 
-impl<const D: usize> Solid<D> {
+impl<const D: usize> SolidElements<D> {
     /// Adds `Q` to the owned rows of `force` \[N\].
     ///
     /// # Errors

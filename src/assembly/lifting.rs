@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::start::known;
 use super::system::ContactSystem;
 use crate::dynamics::RigidMotion;
@@ -35,7 +35,7 @@ impl<const D: usize> ContactSystem<D> {
         let world = self.session.world();
         world.all_reduce_into(&own, &mut largest, SystemOperation::max());
         let touching = known(self.size, self.extent);
-        let resists = |(contact, target): (&Contact<D>, &Point<D>)| {
+        let resists = |(contact, target): (&LocalContact<D>, &Point<D>)| {
             let rubs = contact.law().friction.is_some();
             let least = if rubs { STILL } else { -STILL } * largest;
             let points = contact.state.history.iter().zip(&contact.state.current).zip(contact.vertices());

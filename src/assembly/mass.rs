@@ -6,13 +6,13 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::redistribution::Redistribution;
-use super::solid::{MassKind, Solid};
+use super::solid::{MassKind, SolidElements};
 use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::petsc::{BlockPattern, BlockValues, Kronecker, Matrix, Operator, Session, Vector};
 
 /// `M` of (3.5).
-pub struct Mass {
+pub struct MassMatrix {
     /// `m_ab` of each slot [kg, per metre of depth in 2D].
     values: Vec<f64>,
     /// Slots that touch prescribed unknowns, with the components of row and column.
@@ -24,7 +24,7 @@ pub struct Mass {
     _nodes: Matrix,
 }
 
-impl Mass {
+impl MassMatrix {
     /// Assembles the mass of all solids. Collective.
     ///
     /// # Errors
@@ -32,7 +32,7 @@ impl Mass {
     pub fn new<const D: usize>(
         session: &Rc<Session>,
         pattern: &Rc<BlockPattern>,
-        solids: &[Solid<D>],
+        solids: &[SolidElements<D>],
         supported: &Supported,
         redistribution: Option<&Redistribution>,
     ) -> Result<Self> {
@@ -108,7 +108,11 @@ fn masked<const D: usize>(pattern: &BlockPattern, supported: &Supported) -> Vec<
     masked
 }
 
-fn add_solid<const D: usize>(solid: &Solid<D>, redistribution: Option<&Redistribution>, values: &mut [f64]) {
+fn add_solid<const D: usize>(
+    solid: &SolidElements<D>,
+    redistribution: Option<&Redistribution>,
+    values: &mut [f64],
+) {
     let map = &solid.map;
     let mut add = |slot: u32, value: f64| {
         if let Some(entry) = values.get_mut(slot as usize) {

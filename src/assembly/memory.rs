@@ -2,9 +2,9 @@
 //!
 //! Rows are keyed by the nodes' numbers in the input mesh; contact points are vertices, which lie at nodes.
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::system::ContactSystem;
-use crate::checkpoint::Table;
+use crate::checkpoint::StoredTable;
 use crate::contact::evaluation::ContactFields;
 use crate::contact::history::History;
 use crate::dynamics::Stage;
@@ -19,7 +19,7 @@ const FIELDS: [&str; 5] = ["u", "v", "a", "force", "drive"];
 impl<const D: usize> ContactSystem<D> {
     /// The accepted state in `stage` with the ledger's `drive` \[N\] and the memory of the contact points that this rank
     /// reports.
-    pub fn memory(&self, stage: &Stage, drive: &[f64]) -> Vec<Table> {
+    pub fn memory(&self, stage: &Stage, drive: &[f64]) -> Vec<StoredTable> {
         let mut tables = vec![self.node_table()];
         let start = &stage.start;
         let fields = [start.u.owned(), start.v.owned(), start.a.owned(), stage.start_forces.owned()];
@@ -35,7 +35,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Empty tables of all that this rank wants to know again.
-    pub fn wanted(&self) -> Vec<Table> {
+    pub fn wanted(&self) -> Vec<StoredTable> {
         let points = self.contacts.iter().map(|contact| self.point_table(contact));
         std::iter::once(self.node_table()).chain(points).collect()
     }
@@ -45,7 +45,7 @@ impl<const D: usize> ContactSystem<D> {
     ///
     /// # Errors
     /// When PETSc refuses, or the tables are not those of [`wanted`](Self::wanted).
-    pub fn restore(&mut self, stage: &mut Stage, tables: &[Table]) -> Result<Vec<f64>> {
+    pub fn restore(&mut self, stage: &mut Stage, tables: &[StoredTable]) -> Result<Vec<f64>> {
         let Some((nodes, points)) = tables.split_first() else {
             return Err(Error::internal("a checkpoint without nodes"));
         };
@@ -78,7 +78,7 @@ impl<const D: usize> ContactSystem<D> {
     /// When PETSc refuses.
     pub fn forget(&mut self, stage: &mut Stage) -> Result<()> {
         stage.trial.copy_from(&stage.start)?;
-        self.contacts.iter_mut().for_each(Contact::begin_step);
+        self.contacts.iter_mut().for_each(LocalContact::begin_step);
         if self.interface.is_none() {
             return Ok(());
         }
@@ -86,20 +86,20 @@ impl<const D: usize> ContactSystem<D> {
         self.renew_all(&ContactFields { u: &u, v: &v, u_start: &u })
     }
 
-    fn node_table(&self) -> Table {
+    fn node_table(&self) -> StoredTable {
         let names = FIELDS.iter().flat_map(|field| axes::<D>(field)).collect();
         let nodes = self.local.input_node[..self.local.index.owned].iter();
-        Table::keyed("nodes", names, nodes.map(|&node| u64::from(node)).collect(), NODES)
+        StoredTable::keyed("nodes", names, nodes.map(|&node| u64::from(node)).collect(), NODES)
     }
 
-    fn point_table(&self, contact: &Contact<D>) -> Table {
+    fn point_table(&self, contact: &LocalContact<D>) -> StoredTable {
         let names = OWN.iter().map(|name| (*name).to_owned()).chain(History::<D>::names()).collect();
         let key = |&node: &u32| u64::from(self.local.input_node[node as usize]);
         let keys = contact.vertices().iter().map(key).collect();
-        Table::keyed(&format!("contact {}", contact.name), names, keys, NODES)
+        StoredTable::keyed(&format!("contact {}", contact.name), names, keys, NODES)
     }
 
-    fn filled(&self, contact: &Contact<D>) -> Table {
+    fn filled(&self, contact: &LocalContact<D>) -> StoredTable {
         let mut table = self.point_table(contact);
         let mut columns = Vec::new();
         for (point, row) in table.rows_mut().enumerate() {
@@ -113,7 +113,7 @@ impl<const D: usize> ContactSystem<D> {
 }
 
 /// Gives the points of a contact the memory of a table that holds all of them in their order.
-fn recall<const D: usize>(contact: &mut Contact<D>, table: &Table) -> Result<()> {
+fn recall<const D: usize>(contact: &mut LocalContact<D>, table: &StoredTable) -> Result<()> {
     if table.keys.len() != contact.state.history.len() {
         return Err(Error::internal("a checkpoint that does not fit the points of a contact"));
     }

@@ -21,7 +21,7 @@ use crate::tensor::Vector as Point;
 
 /// How far ahead couples are to be known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outlook {
+pub enum CandidateHorizon {
     /// Until the surfaces have moved so far that the target is gathered anew.
     Now,
     /// Twice as far: what the pattern of the matrix holds.
@@ -46,13 +46,16 @@ impl SearchRadii {
 
     /// With `below` the depth of the deepest vertex and `swing` the relative motion of the surfaces over the step \[m\].
     fn reach(&self, below: f64, swing: f64) -> Reach {
-        Reach { radius: self.range(below, swing, Outlook::Ahead).across, slack: Self::SLACK * self.facet }
+        Reach {
+            radius: self.range(below, swing, CandidateHorizon::Ahead).across,
+            slack: Self::SLACK * self.facet,
+        }
     }
 
-    fn range(&self, below: f64, swing: f64, outlook: Outlook) -> CandidateRange {
+    fn range(&self, below: f64, swing: f64, outlook: CandidateHorizon) -> CandidateRange {
         let motion = match outlook {
-            Outlook::Now => Self::TILT * Self::SLACK * self.facet,
-            Outlook::Ahead => 2.0 * Self::TILT * Self::SLACK * self.facet,
+            CandidateHorizon::Now => Self::TILT * Self::SLACK * self.facet,
+            CandidateHorizon::Ahead => 2.0 * Self::TILT * Self::SLACK * self.facet,
         };
         CandidateRange { across: OPEN * self.facet + below + motion + swing, along: motion + swing }
     }
@@ -247,7 +250,7 @@ impl<const D: usize> ContactPair<D> {
     }
 
     /// Facets that may meet at the displacements of all nodes, and the nodes that vertices couple by them.
-    pub fn find_couplings(&mut self, u: &[f64], outlook: Outlook) {
+    pub fn find_couplings(&mut self, u: &[f64], outlook: CandidateHorizon) {
         self.candidates =
             self.contact.candidates(u, &self.radii.range(self.below, self.swing.relative(), outlook));
         let surface = &self.contact.surface;

@@ -11,7 +11,7 @@ use crate::partition::LocalMesh;
 
 /// What is known of a piece; the same on all ranks.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Piece<const D: usize> {
+pub(super) struct BodyPiece<const D: usize> {
     /// Index of its body.
     pub body: usize,
     /// Its group.
@@ -25,7 +25,7 @@ pub(super) struct Piece<const D: usize> {
 /// The pieces of all bodies.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Pieces<const D: usize> {
-    pub all: Vec<Piece<D>>,
+    pub all: Vec<BodyPiece<D>>,
     /// Pieces of each group, those that hinge on each other; ascending.
     pub groups: Vec<Vec<usize>>,
     /// Owned nodes that several pieces share, with the pieces, ascending.
@@ -64,14 +64,14 @@ impl<const D: usize> Pieces<D> {
         let (group, groups) = group(world, &hinges, count);
         let all = (0..count).map(|piece| {
             let sums = &totals[piece * (D + 1)..][..D + 1];
-            Piece {
+            BodyPiece {
                 body: bodies[piece] as usize,
                 group: group[piece],
                 elements: sums[0] as u64,
                 centre: std::array::from_fn(|i| sums[i + 1] / sums[0].max(1.0)),
             }
         });
-        let all: Vec<Piece<D>> = all.collect();
+        let all: Vec<BodyPiece<D>> = all.collect();
         let touched = touched(world, mesh, model, &group, groups.len());
         let names = model.bodies.iter().map(|body| body.name.clone()).collect();
         Self { all, groups, hinges, touched, names, unit: model.units.of("m") }
@@ -79,7 +79,7 @@ impl<const D: usize> Pieces<D> {
 
     /// How messages call a piece: by its body, where that is in one piece.
     pub fn name(&self, piece: usize) -> String {
-        let Piece { body, elements, centre, .. } = &self.all[piece];
+        let BodyPiece { body, elements, centre, .. } = &self.all[piece];
         let name = &self.names[*body];
         if self.all.iter().filter(|other| other.body == *body).count() == 1 {
             return format!("'{name}'");

@@ -76,7 +76,7 @@ impl<const D: usize> ContactSystem<D> {
         let own = (0..mesh.element_count()).map(edge).fold(f64::INFINITY, f64::min);
         let mut shortest = 0.0_f64;
         self.session.world().all_reduce_into(&own, &mut shortest, SystemOperation::min());
-        let depth = |contact: &super::contact::Contact<D>| {
+        let depth = |contact: &super::contact::LocalContact<D>| {
             let modulus = contact.beneath * contact.facet_size;
             (contact.name.clone(), contact.law().normal.penetration(0.1 * modulus))
         };

@@ -17,7 +17,7 @@ use mpi::traits::CommunicatorCollectives;
 use nalgebra::{DMatrix, DVector};
 
 use super::contact::facets_of;
-use super::solid::Solid;
+use super::solid::SolidElements;
 use crate::error::{Error, Result, agree};
 use crate::mesh::Facet;
 use crate::model::{MassChoice, Model, Target};
@@ -57,7 +57,7 @@ impl Redistribution {
         session: &Rc<Session>,
         local: &LocalMesh<D>,
         model: &Model<D>,
-        solids: &[Solid<D>],
+        solids: &[SolidElements<D>],
     ) -> Result<Option<Self>> {
         let wants = |body: &usize| {
             let body = &model.bodies[*body];
@@ -139,7 +139,7 @@ impl Redistribution {
         session: &Rc<Session>,
         local: &LocalMesh<D>,
         body: usize,
-        solids: &[Solid<D>],
+        solids: &[SolidElements<D>],
     ) -> bool {
         let mut nodes: Vec<u32> = (0..local.mesh.element_count())
             .filter(|&element| usize::from(local.mesh.body[element]) == body)
@@ -179,7 +179,7 @@ impl Redistribution {
         local: &LocalMesh<D>,
         body: usize,
         frame: &Frame<D>,
-        solids: &[Solid<D>],
+        solids: &[SolidElements<D>],
     ) -> [Vec<f64>; 2] {
         let count = frame.monomials(&[0.0; D]).len();
         let mut own = vec![0.0; count * (count + 1)];

@@ -5,10 +5,10 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::interface::{Couplings, Interface};
-use super::mass::{Mass, Supported};
-use super::pair::Outlook;
+use super::mass::{MassMatrix, Supported};
+use super::pair::CandidateHorizon;
 use super::system::ContactSystem;
 use crate::contact::evaluation::ContactFields;
 use crate::dynamics::{OverStep, Stage};
@@ -52,7 +52,7 @@ impl<const D: usize> ContactSystem<D> {
     /// As [`renew`](Self::renew).
     pub(super) fn renew_all(&mut self, fields: &ContactFields) -> Result<()> {
         self.look_around(fields, OverStep::No, Known::Nothing)?;
-        self.contacts.iter_mut().for_each(Contact::begin_step);
+        self.contacts.iter_mut().for_each(LocalContact::begin_step);
         Ok(())
     }
 
@@ -74,11 +74,15 @@ impl<const D: usize> ContactSystem<D> {
         interface.bring(world, fields);
         let u = interface.fields().u.to_vec();
         if known == Known::Pattern {
-            self.contacts.iter_mut().for_each(|contact| contact.pair.find_couplings(&u, Outlook::Now));
+            self.contacts
+                .iter_mut()
+                .for_each(|contact| contact.pair.find_couplings(&u, CandidateHorizon::Now));
             interface.agree_on(world, &self.local.index, couplings(&self.contacts))?;
         }
         if known == Known::Nothing || !self.pattern_holds(&interface) {
-            self.contacts.iter_mut().for_each(|contact| contact.pair.find_couplings(&u, Outlook::Ahead));
+            self.contacts
+                .iter_mut()
+                .for_each(|contact| contact.pair.find_couplings(&u, CandidateHorizon::Ahead));
             interface.agree_on(world, &self.local.index, couplings(&self.contacts))?;
             self.adopt_pattern(self.elements.widened(interface.blocks().iter().copied()))?;
         }
@@ -125,7 +129,7 @@ impl<const D: usize> ContactSystem<D> {
         self.external.relocate(&pattern, index);
         if self.mass.is_some() {
             let supported = Supported { constrained: &self.supports.dofs.constrained, index };
-            self.mass = Some(Mass::new(
+            self.mass = Some(MassMatrix::new(
                 &self.session,
                 &pattern,
                 &self.solids,
@@ -152,6 +156,6 @@ fn half_step<const D: usize>(
     }
 }
 
-fn couplings<const D: usize>(contacts: &[Contact<D>]) -> impl Iterator<Item = &Couplings> {
+fn couplings<const D: usize>(contacts: &[LocalContact<D>]) -> impl Iterator<Item = &Couplings> {
     contacts.iter().filter_map(|contact| contact.pair.wider_couplings())
 }

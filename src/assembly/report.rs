@@ -5,12 +5,12 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::{Communicator, CommunicatorCollectives, Root};
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::system::ContactSystem;
 use crate::contact::point::{PointState, Status};
 use crate::contact::zone::ZoneSummary;
 use crate::error::{Error, Result};
-use crate::model::Probe;
+use crate::model::ProbeModel;
 use crate::partition::IndexMap;
 use crate::petsc::{Session, Vector};
 use crate::tensor::Vector as Point;
@@ -85,7 +85,7 @@ impl NodalSums {
     pub const FIELDS: usize = 14;
 
     /// Gathers all points of a contact; complete at owned nodes after [`complete`](Self::complete). Between bodies a gap is at most a quarter of the largest facet.
-    pub fn of<const D: usize>(contact: &Contact<D>, nodes: usize) -> Self {
+    pub fn of<const D: usize>(contact: &LocalContact<D>, nodes: usize) -> Self {
         let furthest = contact.pair.reach();
         let mut gathered = Self { sums: vec![0.0; nodes * Self::FIELDS], weights: vec![0.0; nodes] };
         let history = &contact.state.history;
@@ -167,7 +167,7 @@ impl<const D: usize> ContactSystem<D> {
     ///
     /// # Errors
     /// When a body has no node at all.
-    pub fn watch(&self, probes: &[Probe<D>]) -> Result<Vec<Watched<D>>> {
+    pub fn watch(&self, probes: &[ProbeModel<D>]) -> Result<Vec<Watched<D>>> {
         let sums = (0..self.contacts.len()).map(|contact| self.nodal_sums(contact));
         let sums = sums.collect::<Result<Vec<_>>>()?;
         probes.iter().map(|probe| self.nearest(probe, &sums)).collect()
@@ -191,7 +191,7 @@ impl<const D: usize> ContactSystem<D> {
         })
     }
 
-    fn nearest(&self, probe: &Probe<D>, contacts: &[NodalSums]) -> Result<Watched<D>> {
+    fn nearest(&self, probe: &ProbeModel<D>, contacts: &[NodalSums]) -> Result<Watched<D>> {
         let world = self.session.world();
         let mut on_body = vec![probe.body.is_none(); self.local.mesh.points.len()];
         for element in (0..self.local.mesh.element_count()).filter(|_| probe.body.is_some()) {
@@ -276,7 +276,7 @@ impl<const D: usize> ContactSystem<D> {
     /// Zones of all contacts; the same on all ranks. Collective.
     pub fn contact_summaries(&self) -> Vec<ContactSummary<D>> {
         let world = self.session.world();
-        let reduce = |contact: &Contact<D>| {
+        let reduce = |contact: &LocalContact<D>| {
             let own = contact.summary();
             let mut sums = vec![own.normal_force, own.area, own.friction_power, own.tangential_force];
             sums.extend(own.force.iter().chain(own.friction_force.iter()));

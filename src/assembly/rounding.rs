@@ -25,7 +25,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-impl<const D: usize> super::contact::Contact<D> {
+impl<const D: usize> super::contact::LocalContact<D> {
     /// Squares of the normal stiffnesses of the closed parts of this rank's facets, summed [N^2/m^2].
     fn squared_stiffness(&self) -> f64 {
         let law = &self.law().normal;

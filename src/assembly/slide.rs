@@ -3,7 +3,7 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::system::ContactSystem;
 use crate::dynamics::Stage;
 
@@ -26,7 +26,7 @@ pub struct Slide {
 impl<const D: usize> ContactSystem<D> {
     /// The contacts with friction as they moved in the step that ends in the trial state. Collective.
     pub fn slides(&self, stage: &Stage) -> Vec<Slide> {
-        let contacts: Vec<&Contact<D>> =
+        let contacts: Vec<&LocalContact<D>> =
             self.contacts.iter().filter(|contact| contact.law().friction.is_some()).collect();
         if contacts.is_empty() {
             return Vec::new();
@@ -49,18 +49,20 @@ impl<const D: usize> ContactSystem<D> {
         world.all_reduce_into(most.as_flattened(), all_most.as_flattened_mut(), SystemOperation::max());
         world.all_reduce_into(sums.as_flattened(), all_sums.as_flattened_mut(), SystemOperation::sum());
         let slide =
-            |(contact, ([motion, slid], [force, x, y, z])): (&&Contact<D>, ([f64; 2], [f64; 4]))| Slide {
-                contact: contact.name.clone(),
-                facet: contact.largest_facet(),
-                motion,
-                slid,
-                centre: (force > 0.0).then(|| [x, y, z].map(|moment| moment / force)),
+            |(contact, ([motion, slid], [force, x, y, z])): (&&LocalContact<D>, ([f64; 2], [f64; 4]))| {
+                Slide {
+                    contact: contact.name.clone(),
+                    facet: contact.largest_facet(),
+                    motion,
+                    slid,
+                    centre: (force > 0.0).then(|| [x, y, z].map(|moment| moment / force)),
+                }
             };
         contacts.iter().zip(all_most.into_iter().zip(all_sums)).map(slide).collect()
     }
 
     /// Largest value of `moved` over the nodes of both surfaces on this rank.
-    fn largest_motion(&self, contact: &Contact<D>, moved: impl Fn(u32) -> f64) -> f64 {
+    fn largest_motion(&self, contact: &LocalContact<D>, moved: impl Fn(u32) -> f64) -> f64 {
         let surface = contact.surface();
         let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
         let mut most = contactor.map(|&node| moved(node)).fold(0.0, f64::max);
@@ -74,7 +76,7 @@ impl<const D: usize> ContactSystem<D> {
 }
 
 /// Largest slip of this rank's points in contact \[m\]; their normal force \[N\] and its moments about the undeformed vertices \[N m\].
-fn slid_and_pressed<const D: usize>(contact: &Contact<D>) -> (f64, [f64; 4]) {
+fn slid_and_pressed<const D: usize>(contact: &LocalContact<D>) -> (f64, [f64; 4]) {
     let mut slid = 0.0_f64;
     let mut sums = [0.0; 4];
     let points = contact.state.current.iter().zip(contact.gaps());

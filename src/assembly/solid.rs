@@ -21,7 +21,7 @@ pub enum MassKind {
 }
 
 /// Elements of one kind and body, with the places of their entries.
-pub struct Solid<const D: usize> {
+pub struct SolidElements<const D: usize> {
     /// The kernel.
     pub group: ElementGroup<D>,
     /// Where its entries go.
@@ -50,7 +50,7 @@ pub fn solids<const D: usize>(
     bodies: &[BodyPhysics],
     pattern: &BlockPattern,
     constrained: &[bool],
-) -> Result<Vec<Solid<D>>> {
+) -> Result<Vec<SolidElements<D>>> {
     let mut groups: BTreeMap<(u16, ElementKind), Vec<u32>> = BTreeMap::new();
     for (element, (&body, &kind)) in local.mesh.body.iter().zip(&local.mesh.kinds).enumerate() {
         groups.entry((body, kind)).or_default().push(element as u32);
@@ -61,7 +61,7 @@ pub fn solids<const D: usize>(
         let map = ScatterMap::new::<D>(kind.nodes(), nodes, pattern, &local.index, constrained);
         let physics = &bodies[usize::from(body)];
         let group = ElementGroup::new(&local.mesh, elements, physics.formulation)?;
-        solids.push(Solid { group, map, mass: physics.mass, body: usize::from(body) });
+        solids.push(SolidElements { group, map, mass: physics.mass, body: usize::from(body) });
     }
     Ok(solids)
 }

@@ -41,7 +41,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// A contact with a point whose tractions are not finite or too large.
     fn unsound_contact(&self) -> Option<Error> {
-        let sound = |contact: &&super::contact::Contact<D>| {
+        let sound = |contact: &&super::contact::LocalContact<D>| {
             contact.state.current.iter().all(|point| {
                 let all = point.friction_traction.iter().chain(point.slip_velocity.iter());
                 all.chain([&point.normal_traction, &point.area]).all(|value| is_sound(*value))

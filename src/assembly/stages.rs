@@ -3,11 +3,11 @@
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::interface::{Interface, RemoteForce};
 use crate::contact::evaluation::ContactFields;
 use crate::contact::state::{self, Hold, Keep};
-use crate::dynamics::{ForceChange, Freeze, FrictionMode, Known, Split, Stage};
+use crate::dynamics::{ForceChange, Freeze, FrictionMode, KnownFriction, Split, Stage};
 use crate::petsc::{Matrix, Vector};
 use crate::tensor::Vector as Point;
 
@@ -26,14 +26,14 @@ pub fn hold(stage: &Stage) -> Hold {
     match (stage.friction, stage.split) {
         (FrictionMode::Off, _) => Hold::Frictionless,
         (FrictionMode::AsGiven, Split::Monolithic) => Hold::Nothing,
-        (FrictionMode::AsGiven, Split::NormalStage(Known::Bound)) => Hold::Bound,
-        (FrictionMode::AsGiven, Split::NormalStage(Known::Traction)) => Hold::FrictionTraction,
+        (FrictionMode::AsGiven, Split::NormalStage(KnownFriction::Bound)) => Hold::Bound,
+        (FrictionMode::AsGiven, Split::NormalStage(KnownFriction::Traction)) => Hold::FrictionTraction,
         (FrictionMode::AsGiven, Split::FrictionStage) => Hold::BoundAndPressure,
     }
 }
 
 /// Keeps tractions of all points for the stages to hold.
-pub fn freeze<const D: usize>(contacts: &mut [Contact<D>], what: Freeze) {
+pub fn freeze<const D: usize>(contacts: &mut [LocalContact<D>], what: Freeze) {
     let keep = match what {
         Freeze::LastStep => Keep::LastStep,
         Freeze::NormalTractions => Keep::Pressure,
@@ -46,7 +46,7 @@ pub fn freeze<const D: usize>(contacts: &mut [Contact<D>], what: Freeze) {
 /// How the friction forces differ from the frozen ones, over all ranks. Collective.
 pub fn force_change<const D: usize>(
     world: &impl CommunicatorCollectives,
-    contacts: &[Contact<D>],
+    contacts: &[LocalContact<D>],
 ) -> ForceChange {
     let mut own = state::ForceChange::default();
     contacts.iter().for_each(|contact| own += contact.force_change());
@@ -58,7 +58,7 @@ pub fn force_change<const D: usize>(
 /// Mean normals of the closed points at each owned node, made unit vectors, into `out`. Collective.
 pub fn contact_normals<const D: usize>(
     world: &impl CommunicatorCollectives,
-    contacts: &[Contact<D>],
+    contacts: &[LocalContact<D>],
     interface: Option<&mut Interface<D>>,
     out: &mut Vector,
 ) {
@@ -80,7 +80,7 @@ pub fn contact_normals<const D: usize>(
 /// Which of the owned nodes belong to facets with a closed point, on either side. Collective.
 pub fn contact_nodes<const D: usize>(
     world: &impl CommunicatorCollectives,
-    contacts: &[Contact<D>],
+    contacts: &[LocalContact<D>],
     interface: Option<&mut Interface<D>>,
     owned: usize,
 ) -> Vec<bool> {

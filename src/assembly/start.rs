@@ -12,7 +12,7 @@ use crate::contact::mortar::contact::OPEN;
 use crate::contact::obstacle::Shape;
 use crate::error::{Error, Result, agree};
 use crate::mesh::{Facet, spelled};
-use crate::model::{Contact, InitialOverclosure};
+use crate::model::{ContactModel, InitialOverclosure};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector;
 
@@ -59,7 +59,7 @@ pub fn known(extent: f64, farthest: f64) -> f64 {
 pub fn resolve_overclosure<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &mut LocalMesh<D>,
-    contact: &Contact<D>,
+    contact: &ContactModel<D>,
     units: Units,
     obstacle: &dyn Shape<D>,
     known: f64,
@@ -100,9 +100,9 @@ pub fn resolve_overclosure<const D: usize>(
 /// When the case wants an overclosure to be an error.
 pub fn resolve_overclosure_of_points<const D: usize>(
     world: &impl CommunicatorCollectives,
-    given: &Contact<D>,
+    given: &ContactModel<D>,
     units: Units,
-    contact: &mut super::contact::Contact<D>,
+    contact: &mut super::contact::LocalContact<D>,
     known: f64,
 ) -> Result<Overclosure<D>> {
     let found = worst(world, &given.name, known, contact.gaps().into_iter());
@@ -114,7 +114,7 @@ pub fn resolve_overclosure_of_points<const D: usize>(
 
 /// Largest gap at which nodes or points are treated as touching, in addition to those that penetrate \[m\]; `None` if all gaps are kept.
 fn adjusted<const D: usize>(
-    contact: &Contact<D>,
+    contact: &ContactModel<D>,
     units: Units,
     found: &Overclosure<D>,
     what: &str,
@@ -132,7 +132,12 @@ fn adjusted<const D: usize>(
     Ok(Some(apart))
 }
 
-fn refusal<const D: usize>(contact: &Contact<D>, units: Units, found: &Overclosure<D>, what: &str) -> Error {
+fn refusal<const D: usize>(
+    contact: &ContactModel<D>,
+    units: Units,
+    found: &Overclosure<D>,
+    what: &str,
+) -> Error {
     let m = units.of("m");
     Error::case(format!(
         "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} {m} at {} {m}",
@@ -154,7 +159,7 @@ const CLOSABLE: f64 = 0.5 * OPEN;
 
 /// Refuses to adjust what is no small error of meshes.
 fn require_small<const D: usize>(
-    contact: &Contact<D>,
+    contact: &ContactModel<D>,
     units: Units,
     found: &Overclosure<D>,
     facet: f64,
@@ -188,7 +193,7 @@ fn mean_facet<const D: usize>(
 fn require_free_side<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
-    contact: &Contact<D>,
+    contact: &ContactModel<D>,
     obstacle: &dyn Shape<D>,
 ) -> Result<()> {
     let mesh = &local.mesh;

@@ -3,7 +3,7 @@
 use crate::case::PlacedFunction;
 use crate::error::{Error, Result};
 use crate::model::Support;
-use crate::space::{DofMap, Fields, Motion};
+use crate::space::{DofMap, Fields, PrescribedMotion};
 
 /// The displacement boundaries of a rank.
 pub struct Supports<const D: usize> {
@@ -29,7 +29,7 @@ impl<const D: usize> Supports<D> {
             };
             let at = function.motion(in_space(point), time);
             function.require_sound(&at, point, time)?;
-            Ok(Motion { u: factor * at.value, v: factor * at.rate, a: factor * at.second })
+            Ok(PrescribedMotion { u: factor * at.value, v: factor * at.rate, a: factor * at.second })
         };
         self.dofs.fill(points, motion, fields)
     }

@@ -9,16 +9,16 @@ use super::bodies::{NamedBody, named_bodies};
 use super::build::{
     FreeBody, contacts, extent, farthest, free_bodies, loads, middle_of, physics, supports, unit,
 };
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::contact_forces::add_contact_forces;
 use super::external::External;
 use super::interface::Interface;
-use super::mass::{Mass, Supported};
+use super::mass::{MassMatrix, Supported};
 use super::pattern::pattern_of_elements;
 use super::phases::Phases;
 use super::pieces::Pieces;
 use super::redistribution::Redistribution;
-use super::solid::{Solid, solids};
+use super::solid::{SolidElements, solids};
 use super::start::{Overclosure, known, resolve_overclosure, resolve_overclosure_of_points};
 use super::supports::{Supports, in_space};
 use crate::case::Units;
@@ -43,7 +43,7 @@ pub struct SystemOptions {
 
 /// Forces on the owned unknowns by origin \[N\].
 #[derive(Default)]
-pub(super) struct Parts {
+pub(super) struct ForceParts {
     pub internal: Vec<f64>,
     pub contact: Vec<f64>,
     pub external: Vec<f64>,
@@ -55,13 +55,13 @@ pub struct ContactSystem<const D: usize> {
     pub(super) units: Units,
     pub(super) session: Rc<Session>,
     pub(super) local: LocalMesh<D>,
-    pub(super) solids: Vec<Solid<D>>,
-    pub(super) contacts: Vec<Contact<D>>,
+    pub(super) solids: Vec<SolidElements<D>>,
+    pub(super) contacts: Vec<LocalContact<D>>,
     pub(super) supports: Supports<D>,
     pub(super) external: External<D>,
-    pub(super) mass: Option<Mass>,
+    pub(super) mass: Option<MassMatrix>,
     pub(super) redistribution: Option<Redistribution>,
-    pub(super) parts: Parts,
+    pub(super) parts: ForceParts,
     /// `Q - F_ext - F_n - F_T` at the last trial state \[N\].
     pub(super) forces: Vector,
     /// `M a` at the last trial state \[N\].
@@ -138,13 +138,14 @@ impl<const D: usize> ContactSystem<D> {
         };
         let mass = if options.inertia {
             let supported = Supported { constrained, index: &local.index };
-            Some(Mass::new(session, &pattern, &solids, &supported, redistribution.as_ref())?)
+            Some(MassMatrix::new(session, &pattern, &solids, &supported, redistribution.as_ref())?)
         } else {
             None
         };
         let forces = Vector::ghosted(session, local.index.owned, D, &local.index.ghosts)?;
         let rows = local.index.owned * D;
-        let parts = Parts { internal: vec![0.0; rows], contact: vec![0.0; rows], external: vec![0.0; rows] };
+        let parts =
+            ForceParts { internal: vec![0.0; rows], contact: vec![0.0; rows], external: vec![0.0; rows] };
         let phases = Phases::register(session)?;
         let pieces = Pieces::new(world, &local, model);
         let mut system = Self {
@@ -232,7 +233,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Laws of the contacts, derived ones resolved, in the order of the model.
     pub fn contact_laws(&self) -> impl Iterator<Item = &ContactLaw> {
-        self.contacts.iter().map(Contact::law)
+        self.contacts.iter().map(LocalContact::law)
     }
 
     /// Number of prescribed unknowns over all ranks. Collective.

@@ -1,6 +1,6 @@
 //! The matrix of (3.5), (3.6) or (3.7): the wanted terms of the derivative of the residual.
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::external::External;
 use super::forces::At;
 use super::interface::Opening;
@@ -8,7 +8,7 @@ use super::scatter::LiftTarget;
 use super::stages::{Target, hold};
 use super::system::ContactSystem;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
-use crate::contact::point::Selection;
+use crate::contact::point::TermSelection;
 use crate::contact::state::Branches;
 use crate::dynamics::{FrictionMode, Lift, OverStep, Stage};
 use crate::error::Result;
@@ -84,8 +84,8 @@ impl<const D: usize> ContactSystem<D> {
                 }
             };
             let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
-            let request = |contact: &Contact<D>| ContactRequest {
-                stiffness: Some(Selection {
+            let request = |contact: &LocalContact<D>| ContactRequest {
+                stiffness: Some(TermSelection {
                     terms,
                     velocity_shift: shifts.velocity,
                     joint: joined.then(|| contact.joint(stage.friction)),
@@ -119,14 +119,14 @@ impl<const D: usize> ContactSystem<D> {
 
 /// Friction, a changing area or a following load make the matrix non-symmetric.
 pub(super) fn symmetric<const D: usize>(
-    contacts: &[Contact<D>],
+    contacts: &[LocalContact<D>],
     external: &External<D>,
     stage: &Stage,
     terms: Terms,
 ) -> bool {
     let friction = stage.friction == FrictionMode::AsGiven;
     let coupled = Terms::FRICTION_NORMAL_COUPLING | Terms::FRICTION_GEOMETRY;
-    let contact = |contact: &Contact<D>| {
+    let contact = |contact: &LocalContact<D>| {
         (friction && contact.law().friction.is_some() && terms.intersects(coupled))
             || (!contact.is_symmetric() && terms.contains(Terms::ZONE_CHANGE))
     };

@@ -27,12 +27,12 @@ pub struct Header {
     /// What the run says of itself.
     pub state: Value,
     /// The sections in their order.
-    pub sections: Vec<Section>,
+    pub sections: Vec<FileSection>,
 }
 
 /// A section.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Section {
+pub struct FileSection {
     /// Name.
     pub name: String,
     /// Names of the columns, without the key.
@@ -41,7 +41,7 @@ pub struct Section {
     pub rows: u64,
 }
 
-impl Section {
+impl FileSection {
     fn bytes(&self) -> u64 {
         self.rows.saturating_mul(8 * (1 + self.columns.len() as u64))
     }
@@ -233,7 +233,7 @@ mod tests {
     use serde_json::json;
 
     fn sample(path: &Path) -> Header {
-        let section = Section { name: "nodes".into(), columns: vec!["u_x".into()], rows: 2 };
+        let section = FileSection { name: "nodes".into(), columns: vec!["u_x".into()], rows: 2 };
         let header = Header { state: json!({"step": 3, "time": 0.1 + 0.2}), sections: vec![section] };
         let mut writer = Writer::create(path, &header).unwrap();
         writer.words(&[0, 1.5f64.to_bits(), 1, f64::INFINITY.to_bits()]).unwrap();

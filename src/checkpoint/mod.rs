@@ -18,7 +18,7 @@ mod store;
 mod stream;
 mod table;
 
-pub use file::{FORMAT, Header, Section, examine, verify};
-pub use store::{Found, Store};
+pub use file::{FORMAT, FileSection, Header, examine, verify};
+pub use store::{FoundCheckpoint, Store};
 pub use stream::{fill, read, write};
-pub use table::Table;
+pub use table::StoredTable;

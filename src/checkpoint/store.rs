@@ -13,7 +13,7 @@ pub struct Store {
 
 /// A checkpoint that is whole.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct FoundCheckpoint {
     /// The file.
     pub path: PathBuf,
     /// What it says.
@@ -60,7 +60,7 @@ impl Store {
     ///
     /// # Errors
     /// There is none, or it is not whole. The error then offers one that is: the last one before it, or else the first one after it.
-    pub fn find(&self, asked: Option<&Path>, again: impl Fn(&Path) -> String) -> Result<Found> {
+    pub fn find(&self, asked: Option<&Path>, again: impl Fn(&Path) -> String) -> Result<FoundCheckpoint> {
         let all = self.list();
         let newest = all.first().map(|(_, path)| path.clone());
         let Some(path) = asked.map(|path| self.resolve(path)).or(newest) else {
@@ -70,7 +70,7 @@ impl Store {
             ));
         };
         let broken = match verify(&path) {
-            Ok(header) => return Ok(Found { path, header }),
+            Ok(header) => return Ok(FoundCheckpoint { path, header }),
             Err(error) => error,
         };
         let wanted = step_of(&path);

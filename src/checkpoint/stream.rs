@@ -8,8 +8,8 @@ use mpi::datatype::PartitionMut;
 use mpi::traits::{CommunicatorCollectives, Root};
 use serde_json::Value;
 
-use super::file::{Header, Reader, Section, Writer, examine, unreadable};
-use super::table::Table;
+use super::file::{FileSection, Header, Reader, Writer, examine, unreadable};
+use super::table::StoredTable;
 use crate::error::{Error, Result, agree};
 
 /// Words that rank 0 reads at a time.
@@ -24,14 +24,14 @@ pub fn write(
     world: &impl CommunicatorCollectives,
     path: &Path,
     state: Value,
-    tables: &[Table],
+    tables: &[StoredTable],
 ) -> Result<()> {
-    agree(world, tables.iter().try_for_each(Table::check))?;
+    agree(world, tables.iter().try_for_each(StoredTable::check))?;
     let mut sections = Vec::with_capacity(tables.len());
     for table in tables {
         let mut rows = 0;
         world.all_reduce_into(&(table.keys.len() as u64), &mut rows, SystemOperation::sum());
-        sections.push(Section { name: table.name.clone(), columns: table.columns.clone(), rows });
+        sections.push(FileSection { name: table.name.clone(), columns: table.columns.clone(), rows });
     }
     let header = Header { state, sections };
     let opened = if world.rank() == 0 { Writer::create(path, &header).map(Some) } else { Ok(None) };
@@ -47,7 +47,7 @@ pub fn write(
 /// of `take` rank 0 lets the rest pass.
 fn collect(
     world: &impl CommunicatorCollectives,
-    table: &Table,
+    table: &StoredTable,
     mut take: impl FnMut(&[u64]) -> Result<()>,
 ) -> Result<()> {
     let order = table.order();
@@ -103,7 +103,7 @@ fn gather(world: &impl CommunicatorCollectives, words: &[u64]) -> Vec<u64> {
 ///
 /// # Errors
 /// The same on all ranks: when the sections are other ones, or lack a row.
-pub fn read(world: &impl CommunicatorCollectives, path: &Path, tables: &mut [Table]) -> Result<()> {
+pub fn read(world: &impl CommunicatorCollectives, path: &Path, tables: &mut [StoredTable]) -> Result<()> {
     let opened = if world.rank() == 0 { Reader::open(path).map(Some) } else { Ok(None) };
     let mut reader = agree(world, opened)?;
     let fits = reader.as_ref().map_or(Ok(()), |reader| compare(&reader.header.sections, tables));
@@ -124,7 +124,12 @@ pub fn read(world: &impl CommunicatorCollectives, path: &Path, tables: &mut [Tab
 ///
 /// # Errors
 /// As [`read`], and as [`examine`].
-pub fn fill(path: &Path, file: &mut (impl Read + Seek), length: u64, tables: &mut [Table]) -> Result<()> {
+pub fn fill(
+    path: &Path,
+    file: &mut (impl Read + Seek),
+    length: u64,
+    tables: &mut [StoredTable],
+) -> Result<()> {
     examine(path, file, length)?;
     file.rewind().map_err(|error| unreadable(path, &error))?;
     let mut reader = Reader::new(path, file)?;
@@ -137,12 +142,12 @@ pub fn fill(path: &Path, file: &mut (impl Read + Seek), length: u64, tables: &mu
     Ok(())
 }
 
-fn complete(path: &Path, table: &Table, missing: usize) -> Result<()> {
+fn complete(path: &Path, table: &StoredTable, missing: usize) -> Result<()> {
     let lacks = || Error::file(format!("{}: lacks {missing} rows of '{}'", path.display(), table.name));
     (missing == 0).then_some(()).ok_or_else(lacks)
 }
 
-fn compare(sections: &[Section], tables: &[Table]) -> Result<()> {
+fn compare(sections: &[FileSection], tables: &[StoredTable]) -> Result<()> {
     let told: Vec<_> = sections.iter().map(|section| (&section.name, &section.columns)).collect();
     let wanted: Vec<_> = tables.iter().map(|table| (&table.name, &table.columns)).collect();
     if told == wanted {
@@ -157,7 +162,7 @@ fn compare(sections: &[Section], tables: &[Table]) -> Result<()> {
 /// Reads a section of so many rows by `bring`, which rank 0 does, and `share`, which gives them to all, and lets each rank
 /// take those of its keys; how many it did not find. Collective where `share` is.
 fn spread(
-    table: &mut Table,
+    table: &mut StoredTable,
     rows: u64,
     mut bring: impl FnMut(&mut [u64]) -> Result<()>,
     share: impl Fn(&mut [u64]),
@@ -204,14 +209,14 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("contact-petsc-{}-stream", std::process::id()));
         let path = folder.join("a.ckpt");
         let columns = vec!["u_x".to_owned(), "u_y".to_owned()];
-        let section = Section { name: "nodes".into(), columns: columns.clone(), rows: 3 };
+        let section = FileSection { name: "nodes".into(), columns: columns.clone(), rows: 3 };
         let header = Header { state: Value::Null, sections: vec![section] };
         let mut writer = Writer::create(&path, &header).unwrap();
         writer.words(&[2, 20, 21, 5, 50, 51, 9, 90, 91]).unwrap();
         writer.finish().unwrap();
         let bytes = std::fs::read(&path).unwrap();
         let fill = |keys: &[u64], columns: &[String]| {
-            let mut tables = [Table::keyed("nodes", columns.to_vec(), keys.to_vec(), 4)];
+            let mut tables = [StoredTable::keyed("nodes", columns.to_vec(), keys.to_vec(), 4)];
             fill(&path, &mut Cursor::new(&bytes), bytes.len() as u64, &mut tables)
                 .map(|()| tables[0].words.clone())
         };

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 
 /// Rows that a rank gives to a checkpoint, or takes from it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Table {
+pub struct StoredTable {
     /// Name of the section.
     pub name: String,
     /// Names of the columns.
@@ -17,7 +17,7 @@ pub struct Table {
     pub span: u64,
 }
 
-impl Table {
+impl StoredTable {
     /// A table with keys whose rows are to be filled.
     pub fn keyed(name: &str, columns: Vec<String>, keys: Vec<u64>, span: u64) -> Self {
         let words = vec![0; keys.len() * columns.len()];

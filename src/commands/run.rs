@@ -9,7 +9,7 @@ use crate::error::{Result, agree};
 use crate::output::console::{Verbosity, require_printed};
 use crate::output::folder::default_folder;
 use crate::petsc::Session;
-use crate::simulation::{self, Begin, Place, give_options, shared_text};
+use crate::simulation::{self, Begin, RunRequest, give_options, shared_text};
 
 /// Runs a case. Collective.
 ///
@@ -28,7 +28,7 @@ fn compute(session: &Rc<Session>, arguments: &RunArguments) -> Result<()> {
         monitor_linear_solvers(session)?;
     }
     let folder = arguments.output.clone().map_or_else(|| default_folder(&arguments.case), Ok)?;
-    let place = Place {
+    let place = RunRequest {
         case_file: arguments.case.clone(),
         folder,
         verbosity: verbosity(arguments),

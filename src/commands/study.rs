@@ -9,7 +9,7 @@ use crate::error::{Result, agree};
 use crate::output::console::{Verbosity, require_printed};
 use crate::petsc::Session;
 use crate::simulation::shared_text;
-use crate::study::{self, Options, Planned};
+use crate::study::{self, Planned, StudyOptions};
 
 /// Runs a study, or lists its members. Collective.
 ///
@@ -28,7 +28,7 @@ fn compute(session: &Rc<Session>, arguments: &StudyArguments) -> Result<()> {
     }
     let planned = read(session, &arguments.study)?;
     let folder = arguments.output.clone().map_or_else(|| study::default_place(&arguments.study), Ok)?;
-    let options = Options {
+    let options = StudyOptions {
         folder,
         rerun_failed: arguments.rerun_failed,
         members: match arguments.verbosity() {

@@ -1,6 +1,6 @@
 //! What the evaluation of a contact is given and asked for.
 
-use super::point::Selection;
+use super::point::TermSelection;
 use super::state::{Branches, Hold};
 
 /// Which configuration gives the area of a point.
@@ -29,7 +29,7 @@ pub struct ContactFields<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ContactRequest {
     /// The terms of the matrix, or none.
-    pub stiffness: Option<Selection>,
+    pub stiffness: Option<TermSelection>,
     /// What is held fixed.
     pub hold: Hold,
     /// Branches of the friction law.

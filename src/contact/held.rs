@@ -19,7 +19,7 @@ pub enum Keep {
 
 /// Tractions of a point at the last call of [`freeze`](super::state::ContactState::freeze).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Held<const D: usize> {
+pub struct FrozenTractions<const D: usize> {
     /// Pressure on the contactor \[Pa\], >= 0.
     pub normal_traction: f64,
     /// Friction bound \[Pa\].
@@ -30,7 +30,7 @@ pub struct Held<const D: usize> {
     before: (f64, Vector<D>),
 }
 
-impl<const D: usize> Default for Held<D> {
+impl<const D: usize> Default for FrozenTractions<D> {
     fn default() -> Self {
         let bound = 0.0;
         let friction_traction = Vector::zeros();
@@ -38,7 +38,7 @@ impl<const D: usize> Default for Held<D> {
     }
 }
 
-impl<const D: usize> Held<D> {
+impl<const D: usize> FrozenTractions<D> {
     /// What is held after these are kept, of a point and what it remembers.
     pub fn kept(&self, keep: Keep, point: &PointState<D>, history: &History<D>) -> Self {
         match keep {

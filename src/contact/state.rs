@@ -4,7 +4,7 @@
 use std::ops::AddAssign;
 
 use super::friction::traction::Branch;
-use super::held::Held;
+use super::held::FrozenTractions;
 pub use super::held::Keep;
 use super::history::History;
 use super::multipliers::Multipliers;
@@ -133,7 +133,7 @@ pub struct ContactState<const D: usize> {
     pub history: Vec<History<D>>,
     track: Vec<Track<D>>,
     /// Empty until something is frozen: only staggered solves hold.
-    held: Vec<Held<D>>,
+    held: Vec<FrozenTractions<D>>,
     /// Of the augmented normal law.
     pub(super) multipliers: Multipliers,
     /// Gaps at the start that count as none \[m\]; empty where nothing was adjusted.
@@ -228,7 +228,7 @@ impl<const D: usize> ContactState<D> {
     /// Keeps tractions as those that [`Hold`] holds. A point that is evaluated under a held bound reports that bound:
     /// evaluate with [`Hold::Nothing`] before the pressure is kept.
     pub fn freeze(&mut self, keep: Keep) {
-        self.held.resize(self.current.len(), Held::default());
+        self.held.resize(self.current.len(), FrozenTractions::default());
         let points = self.current.iter().zip(&self.history);
         for (held, (point, history)) in self.held.iter_mut().zip(points) {
             *held = held.kept(keep, point, history);

@@ -6,7 +6,7 @@
 
 mod split;
 
-pub use split::{ForceChange, Freeze, Known, Split};
+pub use split::{ForceChange, Freeze, KnownFriction, Split};
 
 use crate::case::Units;
 use crate::error::{Error, Result};

@@ -6,15 +6,15 @@ pub enum Split {
     /// None: the balance itself, (3.5).
     #[default]
     Monolithic,
-    /// Stage I (3.6): normal contact is sought, friction is known as far as `Known` says.
-    NormalStage(Known),
+    /// Stage I (3.6): normal contact is sought, friction is known as far as `KnownFriction` says.
+    NormalStage(KnownFriction),
     /// Stage II (3.7): friction is sought under known normal tractions in a known zone.
     FrictionStage,
 }
 
 /// What stage I knows of friction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Known {
+pub enum KnownFriction {
     /// The bound; the friction traction follows the slip up to it.
     #[default]
     Bound,

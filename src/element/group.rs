@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::lanes::WIDTH;
 use crate::material::{Material, Moduli, Part};
 use crate::mesh::{ElementKind, Mesh, spelled};
-use crate::space::{Rule, Table, reference};
+use crate::space::{Rule, ShapeTable, reference};
 
 /// Physics and discretisation of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +41,7 @@ pub(super) enum Sampling {
 #[derive(Debug, Clone)]
 pub(super) struct Pass {
     pub sampling: Sampling,
-    pub table: Table,
+    pub table: ShapeTable,
     /// Reference coordinates of the samples.
     pub points: Vec<[f64; 3]>,
     pub part: Part,

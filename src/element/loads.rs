@@ -4,7 +4,7 @@ use super::ElementSink;
 use super::group::ElementGroup;
 use super::kinematics::reference_gradients;
 use crate::mesh::{ElementKind, Facet, Mesh};
-use crate::space::{Table, area_variation, facet_normal, facet_tangents, reference};
+use crate::space::{ShapeTable, area_variation, facet_normal, facet_tangents, reference};
 use crate::tensor::Vector;
 
 impl<const D: usize> ElementGroup<D> {
@@ -57,7 +57,7 @@ pub enum Configuration<'a> {
 #[derive(Debug)]
 pub struct LoadedSurface<const D: usize> {
     facets: Vec<LoadedFacet<D>>,
-    tables: Vec<(ElementKind, Table)>,
+    tables: Vec<(ElementKind, ShapeTable)>,
 }
 
 #[derive(Debug)]
@@ -70,7 +70,7 @@ struct LoadedFacet<const D: usize> {
 impl<const D: usize> LoadedSurface<D> {
     /// The facets `facets` of `mesh`, of any kinds.
     pub fn new(mesh: &Mesh<D>, facets: &[Facet]) -> Self {
-        let mut tables: Vec<(ElementKind, Table)> = Vec::new();
+        let mut tables: Vec<(ElementKind, ShapeTable)> = Vec::new();
         let mut loaded = Vec::with_capacity(facets.len());
         for &facet in facets {
             let kind = mesh.facet_kind(facet);

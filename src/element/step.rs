@@ -15,7 +15,7 @@ use crate::material::{Law, LawTask, Response, StepMotion};
 use crate::square::{Row, Square, apply, apply_add, det_minus_one, dot, plus_one, product, scale_all};
 
 /// One evaluation of a group over a step.
-pub(super) struct Job<'a, const D: usize> {
+pub(super) struct StepJob<'a, const D: usize> {
     pub group: &'a ElementGroup<D>,
     /// Displacements at the start and in the middle of the step \[m\].
     pub u: [&'a [f64]; 2],
@@ -39,11 +39,11 @@ impl<const D: usize> ElementGroup<D> {
         if self.formulation.kinematics == Kinematics::Linear {
             return self.evaluate(middle, request, sink);
         }
-        self.formulation.material.accept(Job { group: self, u: [start, middle], request, sink })
+        self.formulation.material.accept(StepJob { group: self, u: [start, middle], request, sink })
     }
 }
 
-impl<const D: usize> LawTask for Job<'_, D> {
+impl<const D: usize> LawTask for StepJob<'_, D> {
     type Output = std::result::Result<(), Inverted>;
 
     fn run<P: Law>(self, law: &P) -> Self::Output {
@@ -53,12 +53,12 @@ impl<const D: usize> LawTask for Job<'_, D> {
 
 /// A job whose law is known to the compiler.
 pub(super) struct Step<'a, P, const D: usize> {
-    job: Job<'a, D>,
+    job: StepJob<'a, D>,
     law: P,
 }
 
 impl<'a, P, const D: usize> Step<'a, P, D> {
-    pub fn new(job: Job<'a, D>, law: P) -> Self {
+    pub fn new(job: StepJob<'a, D>, law: P) -> Self {
         Self { job, law }
     }
 }
@@ -68,7 +68,7 @@ impl<P: Law, const D: usize> LaneTask for Step<'_, P, D> {
 
     #[inline(always)]
     fn run<L: Lane>(self, unit: L) -> Self::Output {
-        let Job { group, u, request, sink } = self.job;
+        let StepJob { group, u, request, sink } = self.job;
         let n = group.kind.nodes();
         let wanted = request.stiffness.map(|terms| Wanted::new(unit, terms));
         let mut work = Workspace::<L, D>::new(unit, group);

@@ -1,6 +1,6 @@
 //! From the case to the model: names resolved, bodies, boundaries, probes and contacts in the order of the file.
 
-use super::{Body, Contact, Load, LoadKind, MassChoice, Model, Probe, Support, Target, lengths};
+use super::{Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, Support, Target, lengths};
 use crate::case::{self, Action, Case, Function, PlacedFunction};
 use crate::element::{Formulation, Kinematics, Locking};
 use crate::error::{Error, Result};
@@ -32,7 +32,7 @@ impl<const D: usize> Model<D> {
         for (name, probe) in case.output.probes.iter() {
             let body = probe.on.as_ref().map(|on| body_index(&model.bodies, on)).transpose()?;
             let line = probe.at.place.line;
-            model.probes.push(Probe { name: name.value.clone(), at: lengths(&probe.at), body, line });
+            model.probes.push(ProbeModel { name: name.value.clone(), at: lengths(&probe.at), body, line });
         }
         Ok(model)
     }
@@ -60,7 +60,7 @@ impl<const D: usize> Model<D> {
         Ok(())
     }
 
-    fn contact(case: &Case, bodies: &[Body], name: &str, contact: &case::Contact) -> Result<Contact<D>> {
+    fn contact(case: &Case, bodies: &[Body], name: &str, contact: &case::Contact) -> Result<ContactModel<D>> {
         let owners = owners(bodies, &contact.contactor)?;
         let within = |error: Error| error.within(&format!("contact.{name}"));
         let target = match case.obstacles.get(&contact.target) {
@@ -77,7 +77,7 @@ impl<const D: usize> Model<D> {
         };
         let both = owners.iter().chain(opposite);
         let softer = both.map(|&body| bodies[body].young_modulus).fold(f64::INFINITY, f64::min);
-        Ok(Contact {
+        Ok(ContactModel {
             name: name.to_owned(),
             contactor: contact.contactor.value.clone(),
             bodies: owners,

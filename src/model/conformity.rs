@@ -36,14 +36,14 @@ const MOST_HINGED: usize = 64;
 const STRAIGHT: f64 = 1e-9;
 
 /// Where a mesh comes from.
-pub(super) enum Source<'a> {
+pub(super) enum MeshOrigin<'a> {
     /// A box of the case: its body, and the unit of length.
     Box(&'a str, &'a str),
     /// A file.
-    File(&'a gmsh::Source),
+    File(&'a gmsh::GmshFile),
 }
 
-impl Source<'_> {
+impl MeshOrigin<'_> {
     fn at_node<const D: usize>(&self, mesh: &Mesh<D>, node: u32, message: &str) -> Error {
         match self {
             Self::File(source) => source.error_at_node(mesh, node, message),
@@ -84,7 +84,7 @@ impl Source<'_> {
 
 /// What to do with parts of a body that touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Parts {
+pub(super) enum MeshParts {
     /// They must be joined.
     Joined,
     /// Nodes up to this distance \[m\] are joined; then all must be joined.
@@ -104,12 +104,12 @@ pub(super) fn conform<const D: usize>(
     mesh: &mut Mesh<D>,
     name: &str,
     m: &str,
-    source: &Source,
-    parts: Parts,
+    source: &MeshOrigin,
+    parts: MeshParts,
     meets: &[(String, String)],
 ) -> Result<Vec<String>> {
     let mut remarks = Vec::new();
-    if let Parts::Merged(tolerance) = parts {
+    if let MeshParts::Merged(tolerance) = parts {
         let Merged { joined, apart } = merge_nodes(mesh, tolerance, m, source, &Seams::new(mesh, meets))?;
         remarks.push(match (joined, apart) {
             (0, 0) => format!("merge: no two nodes of '{name}' are closer than {tolerance:.1e} {m}"),
@@ -124,13 +124,13 @@ pub(super) fn conform<const D: usize>(
         }
     }
     let mut index = FacetIndex::new(mesh);
-    if let Parts::Merged(_) = parts {
+    if let MeshParts::Merged(_) = parts {
         require_two_sides(mesh, &index, source)?;
         remarks.extend(drop_inner_facets(mesh, &index, name));
     }
     require_equal_orders(mesh, &index, source)?;
     let boundary = index.boundary();
-    if parts != Parts::Apart {
+    if parts != MeshParts::Apart {
         require_joined(mesh, &boundary, source, meets)?;
     }
     remarks.extend(find_pieces(mesh, &mut index, name, m, source)?);
@@ -138,7 +138,11 @@ pub(super) fn conform<const D: usize>(
 }
 
 /// Two elements that share the corners of a side share all its nodes.
-fn require_equal_orders<const D: usize>(mesh: &Mesh<D>, index: &FacetIndex, source: &Source) -> Result<()> {
+fn require_equal_orders<const D: usize>(
+    mesh: &Mesh<D>,
+    index: &FacetIndex,
+    source: &MeshOrigin,
+) -> Result<()> {
     let (mut own, mut its) = (Vec::new(), Vec::new());
     for [one, other] in index.inner() {
         if mesh.facet_kind(one).order() == 1 && mesh.facet_kind(one) == mesh.facet_kind(other) {
@@ -348,7 +352,7 @@ impl<'a, const D: usize> Surface<'a, D> {
 fn require_joined<const D: usize>(
     mesh: &Mesh<D>,
     boundary: &[Facet],
-    source: &Source,
+    source: &MeshOrigin,
     meets: &[(String, String)],
 ) -> Result<()> {
     let surface = Surface::new(mesh, boundary);
@@ -369,7 +373,7 @@ fn require_joined<const D: usize>(
     Err(refusal(mesh, source, first, found.iter().filter(is_alike).count()))
 }
 
-fn refusal<const D: usize>(mesh: &Mesh<D>, source: &Source, first: Touch, count: usize) -> Error {
+fn refusal<const D: usize>(mesh: &Mesh<D>, source: &MeshOrigin, first: Touch, count: usize) -> Error {
     let apart = "faces that are meant to be separate, such as those of a crack, need a contact between sets that hold them, or \
                  `merge: never`";
     let places = |what: &str| match count {
@@ -386,10 +390,10 @@ fn refusal<const D: usize>(mesh: &Mesh<D>, source: &Source, first: Touch, count:
                 places("pairs")
             );
             let cure = match source {
-                Source::File(_) => {
+                MeshOrigin::File(_) => {
                     "join them by `Coherence;` in the geometry or `Coherence Mesh;` in Gmsh, or"
                 }
-                Source::Box(..) => "join them by",
+                MeshOrigin::Box(..) => "join them by",
             };
             let cure = format!("{cure} `merge: {{ tolerance: {:.0e} }}`; {apart}", tolerance.max(least));
             source.at_node(mesh, one, &message).hint(&cure)
@@ -429,7 +433,7 @@ fn find_pieces<const D: usize>(
     index: &mut FacetIndex,
     name: &str,
     m: &str,
-    source: &Source,
+    source: &MeshOrigin,
 ) -> Result<Vec<String>> {
     let mut sets = DisjointSets::new(mesh.element_count());
     for [one, other] in index.inner() {
@@ -556,7 +560,7 @@ fn spans<const D: usize>(mesh: &Mesh<D>, nodes: &[u32]) -> bool {
 ///
 /// # Errors
 /// The first element that can not be integrated, with its place.
-pub(super) fn require_sound_curves<const D: usize>(mesh: &Mesh<D>, source: &Source) -> Result<()> {
+pub(super) fn require_sound_curves<const D: usize>(mesh: &Mesh<D>, source: &MeshOrigin) -> Result<()> {
     let curved = (0..mesh.element_count()).filter(|&element| !is_straight(mesh, element));
     let mut tables: [Option<Vec<Vec<f64>>>; ElementKind::ALL.len()] =
         [const { None }; ElementKind::ALL.len()];

@@ -1,6 +1,6 @@
 //! The meshes of a case: read from files or made as boxes, bent, and merged to one.
 
-use super::conformity::{Parts, Source, conform, require_sound_curves};
+use super::conformity::{MeshOrigin, MeshParts, conform, require_sound_curves};
 use super::lengths;
 use super::overlap;
 use super::places::unsound_places;
@@ -63,7 +63,7 @@ fn box_body<const D: usize>(
     let m = &case.units.of("m");
     let mut mesh = box_mesh(case, name, shape)?;
     if shape.map.is_some() {
-        let source = Source::Box(name, m);
+        let source = MeshOrigin::Box(name, m);
         require_sound_curves(&mesh, &source)?;
         remarks.extend(conform(
             &mut mesh,
@@ -88,18 +88,18 @@ fn file_body<const D: usize>(
     let m = &case.units.of("m");
     let region = file.region.as_ref().map(|region| region.value.as_str());
     let (mut mesh, source) = gmsh::read_with_source(&case.resolve(&file.file.value), region)?;
-    let source = Source::File(&source);
+    let source = MeshOrigin::File(&source);
     require_sound_curves(&mesh, &source)?;
     remarks.extend(conform(&mut mesh, name, m, &source, parts(file.merge.as_ref()), &meets(case, name))?);
     mesh.drop_unused_points();
     Ok(mesh)
 }
 
-fn parts(merge: Option<&case::At<Merge>>) -> Parts {
+fn parts(merge: Option<&case::At<Merge>>) -> MeshParts {
     match merge.map(|merge| merge.value) {
-        None => Parts::Joined,
-        Some(Merge::Tolerance(tolerance)) => Parts::Merged(tolerance.value),
-        Some(Merge::Never) => Parts::Apart,
+        None => MeshParts::Joined,
+        Some(Merge::Tolerance(tolerance)) => MeshParts::Merged(tolerance.value),
+        Some(Merge::Never) => MeshParts::Apart,
     }
 }
 

@@ -14,7 +14,7 @@ use crate::case::Units;
 use crate::error::{Error, Result};
 
 use super::iterations::IterationRow;
-use super::pace::{Pace, duration};
+use super::pace::{PaceDisplay, duration};
 use super::record::Record;
 use super::summary::{StartUp, summary};
 
@@ -96,7 +96,7 @@ pub struct Console {
     out: Box<dyn Write>,
     err: Box<dyn Write>,
     bar: Option<ProgressBar>,
-    pace: Pace,
+    pace: PaceDisplay,
     last: Instant,
     span: [f64; 2],
     /// Unit of time.
@@ -112,7 +112,7 @@ impl Console {
     }
 
     fn speaking_to(verbosity: Verbosity, out: Box<dyn Write>, err: Box<dyn Write>) -> Self {
-        let (pace, last) = (Pace::default(), Instant::now());
+        let (pace, last) = (PaceDisplay::default(), Instant::now());
         Self { verbosity, out, err, bar: None, pace, last, span: [0.0, 0.0], unit: "s".to_owned() }
     }
 

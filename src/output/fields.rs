@@ -22,9 +22,9 @@ pub use super::selection::{Cells, SurfaceFields, VolumeFields};
 
 use super::anchor::Anchor;
 use super::io_error::unwritable;
-use super::pvd::{Entry, Series};
+use super::pvd::{Entry, PvdSeries};
 use super::pvtu::{self, Schema};
-use super::selection::Selection;
+use super::selection::FieldSelection;
 use super::vtu;
 
 /// Which rank of how many writes.
@@ -43,12 +43,12 @@ pub struct FieldWriter<const D: usize> {
     /// The folder as this rank sees it.
     place: Anchor,
     ranks: Ranks,
-    volume: Selection,
-    surface: Option<Selection>,
+    volume: FieldSelection,
+    surface: Option<FieldSelection>,
     /// The grids of the last step that was written, which [`Self::publish`] indexes.
     written: Vec<(Grid, Schema)>,
-    all: Series,
-    contact: Series,
+    all: PvdSeries,
+    contact: PvdSeries,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,11 +81,11 @@ impl<const D: usize> FieldWriter<D> {
             folder: folder.to_path_buf(),
             place: Anchor::of(folder)?,
             ranks,
-            volume: Selection::new(&volume, "body", ranks.rank),
-            surface: surface.map(|cells| Selection::new(&cells, "contact", ranks.rank)),
+            volume: FieldSelection::new(&volume, "body", ranks.rank),
+            surface: surface.map(|cells| FieldSelection::new(&cells, "contact", ranks.rank)),
             written: Vec::new(),
-            all: Series::new(&folder.join("fields.pvd")),
-            contact: Series::new(&folder.join("contact.pvd")),
+            all: PvdSeries::new(&folder.join("fields.pvd")),
+            contact: PvdSeries::new(&folder.join("contact.pvd")),
         })
     }
 
@@ -117,8 +117,8 @@ impl<const D: usize> FieldWriter<D> {
     /// # Errors
     /// A series can not be read, or a piece not be removed.
     pub fn resume(&mut self, last_step: u64, last_time: f64) -> Result<()> {
-        self.all = Series::resume(&self.folder.join("fields.pvd"), last_time)?;
-        self.contact = Series::resume(&self.folder.join("contact.pvd"), last_time)?;
+        self.all = PvdSeries::resume(&self.folder.join("fields.pvd"), last_time)?;
+        self.contact = PvdSeries::resume(&self.folder.join("contact.pvd"), last_time)?;
         let entries = std::fs::read_dir(self.folder.join("fields")).into_iter().flatten().flatten();
         let step = |path: &Path| path.file_name()?.to_str()?.strip_prefix("step_")?.parse::<u64>().ok();
         let later =
@@ -205,7 +205,7 @@ fn step_folder(step: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::folder::tests::Scratch;
-    use super::super::vtu::Values;
+    use super::super::vtu::VtuValues;
     use super::super::vtu_reader::read_piece;
     use super::super::{pvd, pvtu};
     use super::*;
@@ -248,9 +248,9 @@ mod tests {
         }
     }
 
-    fn float(values: &Values) -> &[f64] {
+    fn float(values: &VtuValues) -> &[f64] {
         match values {
-            Values::Float64(values) => values,
+            VtuValues::Float64(values) => values,
             _ => panic!("not Float64"),
         }
     }
@@ -267,16 +267,16 @@ mod tests {
         let volume = read_piece(&scratch.0.join("fields/step_000010/volume_0001.vtu")).unwrap();
         assert_eq!(volume.points, [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
         assert_eq!(volume.cell(0), [0, 1, 2, 3]);
-        assert_eq!(volume.point_data["node"].values, Values::Int32(vec![11, 12, 15, 14]));
+        assert_eq!(volume.point_data["node"].values, VtuValues::Int32(vec![11, 12, 15, 14]));
         let u = float(&volume.point_data["displacement"].values);
         assert_eq!(u, [1.0, 1.5, 0.0, 2.0, 2.5, 0.0, 5.0, 5.5, 0.0, 4.0, 4.5, 0.0]);
         assert_eq!(float(&volume.cell_data["cauchy_stress"].values), [7.0, 8.0, 9.0, 10.0, 11.0, 12.0]);
         assert_eq!(float(&volume.cell_data["det_f"].values), [1.1]);
-        assert_eq!(volume.cell_data["body"].values, Values::Int32(vec![3]));
-        assert_eq!(volume.cell_data["rank"].values, Values::Int32(vec![1]));
+        assert_eq!(volume.cell_data["body"].values, VtuValues::Int32(vec![3]));
+        assert_eq!(volume.cell_data["rank"].values, VtuValues::Int32(vec![1]));
         let contact = read_piece(&scratch.0.join("fields/step_000010/contact_0001.vtu")).unwrap();
         assert_eq!(contact.cell(0), [0, 1]);
-        assert_eq!(contact.point_data["status"].values, Values::UInt8(vec![1, 2]));
+        assert_eq!(contact.point_data["status"].values, VtuValues::UInt8(vec![1, 2]));
         assert_eq!(float(&contact.point_data["slip"].values), [1.0, 2.0]);
     }
 

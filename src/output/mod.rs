@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | `*.csv` | [`table::Table`] and the row structs beside it | after each row: a row is one write |
 //! | `fields/step_*/` | [`fields::FieldWriter`] | each file appears by renaming |
-//! | `fields.pvd`, `contact.pvd` | [`pvd::Series`] | rewritten by renaming, never names a step that is not there |
+//! | `fields.pvd`, `contact.pvd` | [`pvd::PvdSeries`] | rewritten by renaming, never names a step that is not there |
 //! | `run.json` | [`record::Record`] | rewritten by renaming; `running` until the end, with the [process] that writes it; at the end with rows and hashes of the tables |
 //! | `run.lock` | [`lock::Lock`] | there while a run writes into the folder |
 

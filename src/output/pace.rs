@@ -38,12 +38,12 @@ pub fn wall_time(text: &str) -> Result<Duration, String> {
 
 /// Wall time per simulated time, the last twenty steps or so counting most.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Pace {
+pub(super) struct PaceDisplay {
     wall: f64,
     simulated: f64,
 }
 
-impl Pace {
+impl PaceDisplay {
     const MEMORY: f64 = 0.95;
 
     /// One step took `wall` for a `simulated` time \[s\].
@@ -76,7 +76,7 @@ mod tests {
     /// The time to go follows the pace of late steps, and is absent before the first.
     #[test]
     fn time_to_go_follows_the_pace() {
-        let mut pace = Pace::default();
+        let mut pace = PaceDisplay::default();
         assert_eq!(pace.time_left(1.0), None);
         (0..200).for_each(|_| pace.advance(Duration::from_secs(1), 0.1));
         assert!((pace.time_left(1.0).unwrap().as_secs_f64() - 10.0).abs() < 1e-9);

@@ -10,7 +10,7 @@ use super::{AXES, Status};
 
 /// What a probe is called, and whether it lies on a contact surface.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Probe {
+pub struct ProbeColumns {
     /// Name in the case file.
     pub name: String,
     /// The probe has the five contact columns.
@@ -24,7 +24,7 @@ pub struct ProbeRow<const D: usize> {
     pub u: [f64; D],
     /// Velocity \[m/s\].
     pub v: [f64; D],
-    /// The contact columns; written only where [`Probe::on_contact`] holds, where `None` leaves them empty.
+    /// The contact columns; written only where [`ProbeColumns::on_contact`] holds, where `None` leaves them empty.
     pub contact: Option<ProbeContact>,
 }
 
@@ -47,7 +47,7 @@ pub struct ProbeContact {
 #[derive(Debug)]
 pub struct ProbeTable<const D: usize> {
     table: Table,
-    probes: Vec<Probe>,
+    probes: Vec<ProbeColumns>,
 }
 
 impl<const D: usize> ProbeTable<D> {
@@ -58,7 +58,12 @@ impl<const D: usize> ProbeTable<D> {
     ///
     /// # Errors
     /// As there.
-    pub fn open(folder: &Path, units: Units, probes: Vec<Probe>, past: Option<&Marks>) -> Result<Self> {
+    pub fn open(
+        folder: &Path,
+        units: Units,
+        probes: Vec<ProbeColumns>,
+        past: Option<&Marks>,
+    ) -> Result<Self> {
         let table = Table::open(&folder.join(Self::FILE), units.headings(columns::<D>(&probes)), past)?;
         Ok(Self { table, probes })
     }
@@ -96,9 +101,9 @@ fn contact_cells(contact: Option<&ProbeContact>) -> [Cell<'static>; 5] {
     ]
 }
 
-fn columns<const D: usize>(probes: &[Probe]) -> Vec<String> {
+fn columns<const D: usize>(probes: &[ProbeColumns]) -> Vec<String> {
     let mut columns = super::table::named(&["step", "time [s]", "dt [s]"]);
-    for Probe { name, on_contact } in probes {
+    for ProbeColumns { name, on_contact } in probes {
         columns.extend(AXES[..D].iter().map(|axis| format!("{name}.u_{axis} [m]")));
         columns.extend(AXES[..D].iter().map(|axis| format!("{name}.v_{axis} [m/s]")));
         if *on_contact {
@@ -115,8 +120,8 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    fn probe(name: &str, on_contact: bool) -> Probe {
-        Probe { name: name.into(), on_contact }
+    fn probe(name: &str, on_contact: bool) -> ProbeColumns {
+        ProbeColumns { name: name.into(), on_contact }
     }
 
     /// The header is the contract's, in the plane, with contact columns only where there is contact.

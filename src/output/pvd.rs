@@ -23,12 +23,12 @@ pub struct Entry {
 
 /// A `.pvd` file that grows; every version of it is whole and names only grids that are there.
 #[derive(Debug)]
-pub struct Series {
+pub struct PvdSeries {
     path: PathBuf,
     entries: Vec<Entry>,
 }
 
-impl Series {
+impl PvdSeries {
     /// An empty series; the file appears with the first entry. Rank 0 only.
     pub fn new(path: &Path) -> Self {
         Self { path: path.to_path_buf(), entries: Vec::new() }
@@ -140,14 +140,14 @@ mod tests {
     fn grows_and_resumes() {
         let scratch = Scratch::new("pvd");
         let path = scratch.0.join("a.pvd");
-        let mut series = Series::new(&path);
+        let mut series = PvdSeries::new(&path);
         let times = [0.0, 0.1 + 0.2, 1e-7];
         for (count, time) in times.into_iter().enumerate() {
             series.add([entry(time, 0), entry(time, 1)]).unwrap();
             assert_eq!(read(&path).unwrap().len(), 2 * (count + 1));
         }
         assert_eq!(read(&path).unwrap()[2], entry(0.1 + 0.2, 0));
-        let mut series = Series::resume(&path, 1e-7).unwrap();
+        let mut series = PvdSeries::resume(&path, 1e-7).unwrap();
         assert_eq!(read(&path).unwrap().len(), 4);
         series.add([entry(0.5, 0)]).unwrap();
         let left: Vec<f64> = read(&path).unwrap().iter().map(|entry| entry.time).collect();

@@ -7,7 +7,7 @@ use crate::files;
 
 use super::folder::write_whole;
 use super::io_error::trouble;
-use super::vtu::{Array, ENCODING, Piece};
+use super::vtu::{Array, ENCODING, VtuPiece};
 use super::xml::{escaped, tags};
 
 /// Names and types of the arrays of a grid, without their numbers.
@@ -18,7 +18,7 @@ pub struct Schema {
 
 impl Schema {
     /// What every rank's piece of the grid has, taken from one of them.
-    pub fn of(piece: &Piece) -> Self {
+    pub fn of(piece: &VtuPiece) -> Self {
         let names = |arrays: &[Array]| arrays.iter().map(Array::attributes).collect();
         let points = names(std::slice::from_ref(&piece.points));
         let (on_points, on_cells) = (names(&piece.point_data), names(&piece.cell_data));
@@ -39,7 +39,7 @@ pub fn write(path: &Path, schema: &Schema, sources: &[String]) -> Result<()> {
         text.extend(arrays.iter().map(|attributes| format!("<PDataArray {attributes}/>\n")));
         text.push_str(&format!("</{section}>\n"));
     }
-    text.extend(sources.iter().map(|source| format!("<Piece Source=\"{}\"/>\n", escaped(source))));
+    text.extend(sources.iter().map(|source| format!("<VtuPiece Source=\"{}\"/>\n", escaped(source))));
     text.push_str("</PUnstructuredGrid>\n</VTKFile>\n");
     write_whole(path, text.as_bytes())
 }

@@ -52,7 +52,7 @@ impl Verdict {
 
 /// Time and calls of one phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Phase {
+pub struct PhaseTime {
     /// Wall time, the largest over ranks \[s\].
     pub seconds: f64,
     /// Calls.
@@ -61,7 +61,7 @@ pub struct Phase {
 
 /// How deep a contact went.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Penetration {
+pub struct PenetrationRecord {
     /// Name in the case.
     pub contact: String,
     /// Largest penetration of any point in any step \[m\]; 0 also where multipliers hold the surfaces exactly.
@@ -74,7 +74,7 @@ pub struct Penetration {
     pub asked: Option<f64>,
 }
 
-impl Penetration {
+impl PenetrationRecord {
     /// Whether the surfaces met in any step.
     pub fn has_closed(&self) -> bool {
         self.deepest > 0.0 || self.force > 0.0
@@ -111,14 +111,14 @@ pub struct Resultant {
 
 /// A file that the run read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Input {
+pub struct InputRecord {
     /// Its path as the user gave it.
     pub path: String,
     /// Its SHA-256 in hexadecimal.
     pub sha256: String,
 }
 
-impl Input {
+impl InputRecord {
     /// Reads and hashes a file.
     ///
     /// # Errors
@@ -186,7 +186,7 @@ pub struct Record {
     /// SHA-256 of the completed case.
     pub digest: String,
     /// The case file and the mesh files.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<InputRecord>,
     /// Name and version of the program and of each library.
     pub versions: Vec<(String, String)>,
     /// PETSc's options of the command line, with their values.
@@ -207,15 +207,15 @@ pub struct Record {
     pub wall_seconds: f64,
     /// Seconds and counts in the order to show them: search, element kernels, insertion, solver set-up,
     /// solve, output.
-    pub phases: Vec<(String, Phase)>,
+    pub phases: Vec<(String, PhaseTime)>,
     /// Those of them that the start took, static equilibrium and first acceleration: the others are the steps'.
-    pub start_phases: Vec<(String, Phase)>,
+    pub start_phases: Vec<(String, PhaseTime)>,
     /// Largest resident memory of each rank \[bytes\].
     pub peak_memory: Vec<u64>,
     /// What each rank has and does.
     pub balance: Balance,
     /// How deep the contacts went so far.
-    pub penetrations: Vec<Penetration>,
+    pub penetrations: Vec<PenetrationRecord>,
     /// What held bodies where supports do not.
     pub held: Option<Holding>,
     /// What accuracy was asked and achieved, where the case asks for one.
@@ -263,7 +263,7 @@ impl Record {
         };
         let versions: Map<String, Value> =
             self.versions.iter().map(|(name, version)| (name.clone(), json!(version))).collect();
-        let named = |phases: &[(String, Phase)]| -> Map<String, Value> {
+        let named = |phases: &[(String, PhaseTime)]| -> Map<String, Value> {
             phases.iter().map(|(name, phase)| (name.clone(), json!(phase))).collect()
         };
         let mut record = json!({
@@ -374,10 +374,10 @@ mod tests {
             simulated_time: 0.07,
             wall_seconds: 9.5,
             phases: vec![
-                ("search".into(), Phase { seconds: 0.5, count: 454 }),
-                ("solve".into(), Phase::default()),
+                ("search".into(), PhaseTime { seconds: 0.5, count: 454 }),
+                ("solve".into(), PhaseTime::default()),
             ],
-            start_phases: vec![("search".into(), Phase { seconds: 0.1, count: 4 })],
+            start_phases: vec![("search".into(), PhaseTime { seconds: 0.1, count: 4 })],
             peak_memory: vec![1 << 27, 1 << 26],
             balance: Balance::default(),
             penetrations: vec![],
@@ -469,9 +469,9 @@ mod tests {
         let scratch = Scratch::new("hash");
         let path = scratch.0.join("abc");
         std::fs::write(&path, "abc").unwrap();
-        let hash = Input::of(&path).unwrap().sha256;
+        let hash = InputRecord::of(&path).unwrap().sha256;
         assert_eq!(hash, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-        assert_eq!(Input::of_text(&path, "abc"), Input::of(&path).unwrap());
-        assert_eq!(Input::of(&scratch.0.join("absent")).unwrap_err().cause, Cause::File);
+        assert_eq!(InputRecord::of_text(&path, "abc"), InputRecord::of(&path).unwrap());
+        assert_eq!(InputRecord::of(&scratch.0.join("absent")).unwrap_err().cause, Cause::File);
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::error::{Error, Result};
 
-use super::vtu::{Array, Piece};
+use super::vtu::{Array, VtuPiece};
 
 /// Cells on a rank's nodes: the elements of the bodies, or the facets of the contact surfaces.
 ///
@@ -63,16 +63,16 @@ pub struct SurfaceFields<'a> {
 
 /// A part of a rank's mesh, ready to be filled with fields.
 #[derive(Debug)]
-pub(super) struct Selection {
+pub(super) struct FieldSelection {
     /// Nodes of the rank that are written, in the order in which they are first used.
     nodes: Vec<u32>,
     /// Cells of the rank that are written.
     cells: Vec<u32>,
     /// The grid without fields, apart from those that never change.
-    grid: Piece,
+    grid: VtuPiece,
 }
 
-impl Selection {
+impl FieldSelection {
     pub(super) fn new<const D: usize>(mesh: &Cells<D>, group: &'static str, rank: usize) -> Self {
         let cells: Vec<u32> =
             (0..mesh.vtk_types.len() as u32).filter(|&cell| mesh.mine[cell as usize]).collect();
@@ -96,7 +96,7 @@ impl Selection {
         let groups = cells.iter().map(|&cell| i32::from(mesh.group[cell as usize])).collect();
         let ranks = vec![rank as i32; cells.len()];
         let types = cells.iter().map(|&cell| mesh.vtk_types[cell as usize]).collect();
-        let grid = Piece {
+        let grid = VtuPiece {
             points: Array::vector("Points", &points, D),
             connectivity,
             offsets,
@@ -107,7 +107,7 @@ impl Selection {
         Self { nodes, cells, grid }
     }
 
-    pub(super) fn volume_piece(&self, fields: &VolumeFields, dimension: usize) -> Result<Piece> {
+    pub(super) fn volume_piece(&self, fields: &VolumeFields, dimension: usize) -> Result<VtuPiece> {
         let mut piece = self.grid.clone();
         piece.point_data.push(self.nodal("displacement", fields.displacement, dimension)?);
         if let Some(velocity) = fields.velocity {
@@ -119,7 +119,7 @@ impl Selection {
         Ok(piece)
     }
 
-    pub(super) fn surface_piece(&self, fields: &SurfaceFields, dimension: usize) -> Result<Piece> {
+    pub(super) fn surface_piece(&self, fields: &SurfaceFields, dimension: usize) -> Result<VtuPiece> {
         let mut piece = self.grid.clone();
         piece.point_data.extend([
             self.nodal("displacement", fields.displacement, dimension)?,

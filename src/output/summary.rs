@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use super::pace::duration;
-use super::record::{Penetration, Record, Verdict};
+use super::record::{PenetrationRecord, Record, Verdict};
 
 /// What a run starts with.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -148,7 +148,7 @@ pub(super) fn summary(record: &Record) -> String {
     text + &phase_table(record)
 }
 
-impl Penetration {
+impl PenetrationRecord {
     /// For people, with the unit of length.
     fn told(&self, m: &str) -> String {
         let Self { contact, deepest, asked, .. } = self;
@@ -194,7 +194,7 @@ fn phase_table(record: &Record) -> String {
 mod tests {
     use std::time::UNIX_EPOCH;
 
-    use super::super::record::{Phase, Totals};
+    use super::super::record::{PhaseTime, Totals};
     use super::*;
     use crate::case::Units;
 
@@ -260,8 +260,8 @@ mod tests {
             simulated_time: 0.07,
             wall_seconds: 10.0,
             phases: vec![
-                ("search".into(), Phase { seconds: 1.0, count: 454 }),
-                ("element_kernels".into(), Phase { seconds: 6.5, count: 12345 }),
+                ("search".into(), PhaseTime { seconds: 1.0, count: 454 }),
+                ("element_kernels".into(), PhaseTime { seconds: 6.5, count: 12345 }),
             ],
             start_phases: vec![],
             peak_memory: vec![1 << 27, 1 << 26],
@@ -271,21 +271,21 @@ mod tests {
             tables: Default::default(),
             warnings: vec![],
             penetrations: vec![
-                Penetration {
+                PenetrationRecord {
                     contact: "sole".into(),
                     deepest: 4e-5,
                     between: [0.0; 2],
                     force: 7.0,
                     asked: Some(5e-5),
                 },
-                Penetration {
+                PenetrationRecord {
                     contact: "heel".into(),
                     deepest: 0.0,
                     between: [0.0; 2],
                     force: 0.0,
                     asked: None,
                 },
-                Penetration {
+                PenetrationRecord {
                     contact: "toe".into(),
                     deepest: 0.0,
                     between: [0.0; 2],

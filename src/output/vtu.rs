@@ -10,7 +10,7 @@ use super::folder::write_whole_with;
 
 /// The numbers of an array, entity by entity.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Values {
+pub enum VtuValues {
     /// Physical quantities.
     Float64(Vec<f64>),
     /// Numbers of things.
@@ -19,7 +19,7 @@ pub enum Values {
     UInt8(Vec<u8>),
 }
 
-impl Values {
+impl VtuValues {
     /// VTK's name of the type.
     pub fn type_name(&self) -> &'static str {
         match self {
@@ -77,13 +77,13 @@ pub struct Array {
     /// Numbers an entity: 1, 3 (a vector) or 6 (a symmetric tensor: xx, yy, zz, xy, yz, xz).
     pub components: usize,
     /// The numbers.
-    pub values: Values,
+    pub values: VtuValues,
 }
 
 impl Array {
     /// A scalar quantity.
     pub fn scalar(name: &'static str, values: Vec<f64>) -> Self {
-        Self { name, components: 1, values: Values::Float64(values) }
+        Self { name, components: 1, values: VtuValues::Float64(values) }
     }
 
     /// A vector of `dimension` components, padded with zeros to three as VTK expects.
@@ -92,22 +92,22 @@ impl Array {
         for vector in values.chunks_exact(dimension) {
             padded.extend((0..3).map(|i| vector.get(i).copied().unwrap_or(0.0)));
         }
-        Self { name, components: 3, values: Values::Float64(padded) }
+        Self { name, components: 3, values: VtuValues::Float64(padded) }
     }
 
     /// A symmetric tensor in the order xx, yy, zz, xy, yz, xz.
     pub fn symmetric_tensor(name: &'static str, values: Vec<f64>) -> Self {
-        Self { name, components: 6, values: Values::Float64(values) }
+        Self { name, components: 6, values: VtuValues::Float64(values) }
     }
 
     /// Numbers of things.
     pub fn numbers(name: &'static str, values: Vec<i32>) -> Self {
-        Self { name, components: 1, values: Values::Int32(values) }
+        Self { name, components: 1, values: VtuValues::Int32(values) }
     }
 
     /// Small codes.
     pub fn codes(name: &'static str, values: Vec<u8>) -> Self {
-        Self { name, components: 1, values: Values::UInt8(values) }
+        Self { name, components: 1, values: VtuValues::UInt8(values) }
     }
 
     /// The attributes that a piece and its index share.
@@ -127,7 +127,7 @@ impl Array {
 
 /// What one rank contributes to a grid. All parts may be empty.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Piece {
+pub struct VtuPiece {
     /// Reference positions \[m\], an array of vectors called `Points`.
     pub points: Array,
     /// Points of all cells, one cell after the other.
@@ -142,7 +142,7 @@ pub struct Piece {
     pub cell_data: Vec<Array>,
 }
 
-impl Piece {
+impl VtuPiece {
     fn check(&self) -> Result<(usize, usize)> {
         let points = self.points.values.len() / 3;
         let cells = self.types.len();
@@ -173,7 +173,7 @@ impl Piece {
 ///
 /// # Errors
 /// Arrays that do not fit the grid (an internal fault), or the disk refuses.
-pub fn write(path: &Path, piece: &Piece) -> Result<()> {
+pub fn write(path: &Path, piece: &VtuPiece) -> Result<()> {
     let (points, cells) = piece.check()?;
     let arrays = piece.point_data.iter().chain(&piece.cell_data).chain(std::iter::once(&piece.points));
     if let Some(array) = arrays.into_iter().find(|array| !array.values.are_finite()) {
@@ -185,7 +185,7 @@ pub fn write(path: &Path, piece: &Piece) -> Result<()> {
 
 fn stream(
     file: &mut BufWriter<std::fs::File>,
-    piece: &Piece,
+    piece: &VtuPiece,
     [points, cells]: [usize; 2],
 ) -> std::io::Result<()> {
     let topology = [
@@ -201,7 +201,7 @@ fn stream(
     ];
     writeln!(file, "<?xml version=\"1.0\"?>")?;
     writeln!(file, "<VTKFile type=\"UnstructuredGrid\" {ENCODING}>\n<UnstructuredGrid>")?;
-    writeln!(file, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
+    writeln!(file, "<VtuPiece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
     let mut offset = 0;
     for (section, arrays) in sections {
         writeln!(file, "<{section}>")?;
@@ -211,7 +211,7 @@ fn stream(
         }
         writeln!(file, "</{section}>")?;
     }
-    writeln!(file, "</Piece>\n</UnstructuredGrid>")?;
+    writeln!(file, "</VtuPiece>\n</UnstructuredGrid>")?;
     write!(file, "<AppendedData encoding=\"raw\">\n_")?;
     for array in sections.into_iter().flat_map(|(_, arrays)| arrays) {
         array.values.write(file)?;
@@ -230,8 +230,8 @@ pub(super) mod tests {
     use crate::error::Cause;
 
     /// One quadrilateral and one triangle with one array of each type.
-    pub(in super::super) fn sample() -> Piece {
-        Piece {
+    pub(in super::super) fn sample() -> VtuPiece {
+        VtuPiece {
             points: Array::vector("Points", &[0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 2.0, 0.5], 2),
             connectivity: vec![0, 1, 2, 3, 1, 4, 2],
             offsets: vec![4, 7],
@@ -248,17 +248,17 @@ pub(super) mod tests {
     }
 
     /// A piece with the same arrays and nothing in them.
-    pub(in super::super) fn empty() -> Piece {
+    pub(in super::super) fn empty() -> VtuPiece {
         let nothing = |array: &Array| {
             let values = match array.values {
-                Values::Float64(_) => Values::Float64(vec![]),
-                Values::Int32(_) => Values::Int32(vec![]),
-                Values::UInt8(_) => Values::UInt8(vec![]),
+                VtuValues::Float64(_) => VtuValues::Float64(vec![]),
+                VtuValues::Int32(_) => VtuValues::Int32(vec![]),
+                VtuValues::UInt8(_) => VtuValues::UInt8(vec![]),
             };
             Array { values, ..array.clone() }
         };
         let full = sample();
-        Piece {
+        VtuPiece {
             points: nothing(&full.points),
             connectivity: vec![],
             offsets: vec![],
@@ -296,7 +296,7 @@ pub(super) mod tests {
     #[test]
     fn pads_plane_vectors() {
         let array = Array::vector("v", &[1.0, 2.0, 3.0, 4.0], 2);
-        assert_eq!(array.values, Values::Float64(vec![1.0, 2.0, 0.0, 3.0, 4.0, 0.0]));
+        assert_eq!(array.values, VtuValues::Float64(vec![1.0, 2.0, 0.0, 3.0, 4.0, 0.0]));
     }
 
     /// Arrays that do not fit the grid are a fault that names the array, and write nothing.
@@ -304,7 +304,7 @@ pub(super) mod tests {
     fn refuses_arrays_that_do_not_fit() {
         let scratch = Scratch::new("vtu-misfit");
         let mut piece = sample();
-        piece.cell_data[1].values = Values::Int32(vec![0]);
+        piece.cell_data[1].values = VtuValues::Int32(vec![0]);
         let error = write(&scratch.0.join("a.vtu"), &piece).unwrap_err();
         assert_eq!(error.cause, Cause::Internal);
         assert!(error.message.contains("`body`"), "{error}");

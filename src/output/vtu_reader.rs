@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::files;
 
 use super::io_error::trouble;
-use super::vtu::Values;
+use super::vtu::VtuValues;
 use super::xml::{Tag, tags};
 
 /// An array as it was read.
@@ -16,7 +16,7 @@ pub struct Field {
     /// Numbers an entity.
     pub components: usize,
     /// The numbers, entity by entity.
-    pub values: Values,
+    pub values: VtuValues,
 }
 
 /// One piece as it was read.
@@ -133,9 +133,9 @@ fn read_field(tag: &Tag, raw: &[u8]) -> Result<Field> {
     let length = usize::try_from(u64::from_le_bytes(*block.0)).map_err(|_| cut())?;
     let data = block.1.get(..length).ok_or_else(cut)?;
     let values = match tag.get("type")? {
-        "Float64" => Values::Float64(decode(data, f64::from_le_bytes)?),
-        "Int32" => Values::Int32(decode(data, i32::from_le_bytes)?),
-        "UInt8" => Values::UInt8(data.to_vec()),
+        "Float64" => VtuValues::Float64(decode(data, f64::from_le_bytes)?),
+        "Int32" => VtuValues::Int32(decode(data, i32::from_le_bytes)?),
+        "UInt8" => VtuValues::UInt8(data.to_vec()),
         other => return Err(Error::file(format!("unknown type {other}"))),
     };
     Ok(Field { components, values })
@@ -151,21 +151,21 @@ fn decode<T, const N: usize>(data: &[u8], number: fn([u8; N]) -> T) -> Result<Ve
 
 fn floats(field: Option<Field>, name: &str) -> Result<Vec<f64>> {
     match field.map(|field| field.values) {
-        Some(Values::Float64(values)) => Ok(values),
+        Some(VtuValues::Float64(values)) => Ok(values),
         _ => Err(Error::file(format!("no Float64 array `{name}`"))),
     }
 }
 
 fn numbers(field: Option<Field>, name: &str) -> Result<Vec<i32>> {
     match field.map(|field| field.values) {
-        Some(Values::Int32(values)) => Ok(values),
+        Some(VtuValues::Int32(values)) => Ok(values),
         _ => Err(Error::file(format!("no Int32 array `{name}`"))),
     }
 }
 
 fn codes(field: Option<Field>, name: &str) -> Result<Vec<u8>> {
     match field.map(|field| field.values) {
-        Some(Values::UInt8(values)) => Ok(values),
+        Some(VtuValues::UInt8(values)) => Ok(values),
         _ => Err(Error::file(format!("no UInt8 array `{name}`"))),
     }
 }

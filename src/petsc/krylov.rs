@@ -3,7 +3,7 @@
 use super::call::{check, petsc, take_detail};
 use super::operator::Operator;
 use super::options::{insert, remove, text};
-use super::outcome::{Outcome, Reason, Reuse, Start};
+use super::outcome::{InitialGuess, Outcome, Reason, Reuse};
 use super::session::Session;
 use super::shell::ShellPreconditioner;
 use super::vector::Vector;
@@ -146,8 +146,8 @@ impl Krylov {
     ///
     /// # Errors
     /// PETSc fails.
-    pub fn start_from(&mut self, start: Start) -> Result<()> {
-        let flag = if start == Start::Given { sys::PETSC_TRUE } else { sys::PETSC_FALSE };
+    pub fn start_from(&mut self, start: InitialGuess) -> Result<()> {
+        let flag = if start == InitialGuess::Given { sys::PETSC_TRUE } else { sys::PETSC_FALSE };
         petsc!(KSPSetInitialGuessNonzero(self.raw, flag))
     }
 

@@ -34,7 +34,7 @@ pub use limits::outlive_file_limits;
 pub use matrix::{Matrix, Symmetry};
 pub use operator::{Kronecker, Operator, SharedOperator, residual_norm};
 pub use options::validate as validate_options;
-pub use outcome::{Outcome, Reason, Reuse, Start};
+pub use outcome::{InitialGuess, Outcome, Reason, Reuse};
 pub use pattern::BlockPattern;
 pub use scatter::{BlockReader, BlockValues, NO_SLOT};
 pub use sends::Sends;

@@ -33,13 +33,13 @@ const READ_AT_THE_END: [&str; 19] = [
 
 /// The names that the user gave, on the command line or in `PETSC_OPTIONS`; PETSc knows no upper and lower case.
 #[derive(Debug, Default)]
-pub(super) struct Options {
+pub(super) struct OptionsDatabase {
     given: HashSet<String>,
     /// What was given at the start with values, but for what only reports.
     text: String,
 }
 
-impl Options {
+impl OptionsDatabase {
     /// Reads the database as PETSc filled it from the user's input; nothing counts as used by that.
     pub(super) fn snapshot() -> Result<Self> {
         let mut text: *mut c_char = null_mut();

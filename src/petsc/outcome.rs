@@ -105,7 +105,7 @@ pub enum Reuse {
 
 /// Where the iteration starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Start {
+pub enum InitialGuess {
     /// From zero.
     Zero,
     /// From what the solution vector holds.

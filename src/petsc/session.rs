@@ -1,7 +1,7 @@
 //! MPI and PETSc from start to end: whoever holds a [`Session`] may use both.
 
 use super::call::{self, petsc, quiet_handler};
-use super::options::{self, Options};
+use super::options::{self, OptionsDatabase};
 use super::{limits, threads, usage};
 use crate::error::{Error, Result, agree};
 use mpi::environment::Universe;
@@ -31,7 +31,7 @@ pub struct Session {
     world: SimpleCommunicator,
     /// For [`Session::meet`] alone, so that what other ranks are waiting for does not answer.
     ending: SimpleCommunicator,
-    options: RefCell<Options>,
+    options: RefCell<OptionsDatabase>,
     events: RefCell<Vec<Rc<EventTotals>>>,
     /// Processor time at which the run began that is measured \[s\].
     began: Cell<f64>,
@@ -66,7 +66,7 @@ impl Session {
         let session = Self {
             ending: world.duplicate(),
             world,
-            options: RefCell::new(Options::snapshot()?),
+            options: RefCell::new(OptionsDatabase::snapshot()?),
             events: RefCell::default(),
             began: Cell::new(0.0),
             asked: RefCell::default(),

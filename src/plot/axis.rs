@@ -4,7 +4,7 @@ use crate::case::Units;
 
 /// A quantity along an axis.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Quantity {
+pub struct AxisQuantity {
     /// Its name.
     pub name: String,
     /// Its unit; empty for a pure number, whose ticks are whole where all values are.
@@ -31,8 +31,8 @@ impl Display {
     }
 
     /// A quantity by its SI unit.
-    pub fn quantity(&self, name: impl Into<String>, si: &str) -> Quantity {
-        Quantity { takes_prefix: self.takes_prefixes, ..Quantity::new(name, self.units.of(si)) }
+    pub fn quantity(&self, name: impl Into<String>, si: &str) -> AxisQuantity {
+        AxisQuantity { takes_prefix: self.takes_prefixes, ..AxisQuantity::new(name, self.units.of(si)) }
     }
 
     /// By what numbers of a result are multiplied, given the SI unit of their kind.
@@ -59,7 +59,7 @@ impl Scale {
     }
 }
 
-impl Quantity {
+impl AxisQuantity {
     /// A quantity of that name and unit, which is an SI unit without a prefix, or empty.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { name: name.into(), unit: unit.into(), takes_prefix: true, scale: Scale::Linear }
@@ -82,9 +82,9 @@ pub struct Axis {
 impl Axis {
     /// An axis that holds all finite `values`, with about as many ticks as there is `room` for.
     pub fn covering(
-        quantity: &Quantity,
+        quantity: &AxisQuantity,
         values: impl IntoIterator<Item = f64>,
-        ends: Ends,
+        ends: AxisEnds,
         room: f64,
     ) -> Self {
         if quantity.scale == Scale::Logarithmic {
@@ -98,12 +98,12 @@ impl Axis {
         let step = round_step(high / room - low / room);
         let step = if counts { round_step(step.max(1.0).ceil()) } else { step };
         let range = match ends {
-            Ends::Data => [low, high],
-            Ends::Padded => {
+            AxisEnds::Data => [low, high],
+            AxisEnds::Padded => {
                 let beyond = 0.04 * high - 0.04 * low;
                 [low - beyond, high + beyond]
             }
-            Ends::Ticks => [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step],
+            AxisEnds::Ticks => [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step],
         };
         let range = range.map(|end| end.clamp(f64::MIN, f64::MAX));
         let [first, last] = [(range[0] / step - 1e-9).ceil(), (range[1] / step + 1e-9).floor()];
@@ -115,10 +115,10 @@ impl Axis {
     }
 
     /// An axis that holds all positive `values` by their logarithms.
-    fn of_decades(quantity: &Quantity, values: impl IntoIterator<Item = f64>, ends: Ends) -> Self {
+    fn of_decades(quantity: &AxisQuantity, values: impl IntoIterator<Item = f64>, ends: AxisEnds) -> Self {
         let positive = values.into_iter().filter(|value| *value > 0.0 && value.is_finite());
         let [low, high] = spread(positive.map(f64::log10));
-        let beyond = if ends == Ends::Data { 0.0 } else { 0.04 * (high - low) };
+        let beyond = if ends == AxisEnds::Data { 0.0 } else { 0.04 * (high - low) };
         let [low, high] = [low - beyond, high + beyond];
         // As few of the round numbers as tell where on the axis one is.
         let rounds: [&[u8]; 4] = [&[1], &[1, 3], &[1, 2, 5], &[1, 2, 3, 4, 5, 6, 7, 8, 9]];
@@ -170,7 +170,7 @@ fn raised(letter: char) -> char {
 
 /// Where an axis ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ends {
+pub enum AxisEnds {
     /// At the outermost data.
     Data,
     /// A little beyond them, so that no curve runs along the frame.
@@ -199,7 +199,7 @@ impl Prefix {
     ];
 
     /// The prefix with which `largest` is shown as 0.2 to 200; none for pure numbers.
-    fn suiting(quantity: &Quantity, largest: f64) -> Self {
+    fn suiting(quantity: &AxisQuantity, largest: f64) -> Self {
         let plain = Self { name: "", factor: 1.0 };
         if quantity.unit.is_empty() || !quantity.takes_prefix || largest == 0.0 {
             return plain;
@@ -209,14 +209,14 @@ impl Prefix {
     }
 
     /// A value of a quantity with seven digits, its prefix and its unit.
-    pub(super) fn applied(quantity: &Quantity, value: f64) -> String {
+    pub(super) fn applied(quantity: &AxisQuantity, value: f64) -> String {
         let prefix = Self::suiting(quantity, value.abs());
         let digits = format!("{:.6e}", value / prefix.factor);
         let number = digits.parse::<f64>().unwrap_or(value / prefix.factor);
         format!("{number} {}{}", prefix.name, quantity.unit)
     }
 
-    fn label(self, quantity: &Quantity) -> String {
+    fn label(self, quantity: &AxisQuantity) -> String {
         match quantity.unit.as_str() {
             "" => quantity.name.clone(),
             unit => format!("{} ({}{unit})", quantity.name, self.name),
@@ -271,8 +271,8 @@ fn is_whole(value: f64) -> bool {
 mod tests {
     use super::*;
 
-    fn axis(unit: &'static str, values: &[f64], ends: Ends) -> (Axis, Vec<String>) {
-        let axis = Axis::covering(&Quantity::new("q", unit), values.iter().copied(), ends, 5.0);
+    fn axis(unit: &'static str, values: &[f64], ends: AxisEnds) -> (Axis, Vec<String>) {
+        let axis = Axis::covering(&AxisQuantity::new("q", unit), values.iter().copied(), ends, 5.0);
         let texts = axis.ticks.iter().map(|(_, text)| text.clone()).collect();
         (axis, texts)
     }
@@ -280,24 +280,24 @@ mod tests {
     /// The paper's time and stress axes come out as one would draw them.
     #[test]
     fn ticks_are_round_and_units_suit() {
-        let (time, texts) = axis("s", &[0.0, 0.07], Ends::Data);
+        let (time, texts) = axis("s", &[0.0, 0.07], AxisEnds::Data);
         assert_eq!(time.label, "q (ms)");
         assert_eq!(texts, ["0", "20", "40", "60"]);
-        let (stress, texts) = axis("Pa", &[-1.2e5, 4.1e5], Ends::Ticks);
+        let (stress, texts) = axis("Pa", &[-1.2e5, 4.1e5], AxisEnds::Ticks);
         assert_eq!((stress.label.as_str(), stress.range), ("q (MPa)", [-2e5, 6e5]));
         assert_eq!(texts, ["−0.2", "0.0", "0.2", "0.4", "0.6"]);
-        assert_eq!(axis("m", &[0.0, 0.5], Ends::Ticks).1, ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
-        assert_eq!(axis("Pa", &[0.0, 12.0], Ends::Ticks).1, ["0.0", "2.5", "5.0", "7.5", "10.0", "12.5"]);
-        assert_eq!(axis("", &[0.0, 3.0], Ends::Ticks).1, ["0", "1", "2", "3"]);
-        assert_eq!(axis("m", &[0.0, 0.5], Ends::Padded).0.range, [-0.02, 0.52]);
+        assert_eq!(axis("m", &[0.0, 0.5], AxisEnds::Ticks).1, ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"]);
+        assert_eq!(axis("Pa", &[0.0, 12.0], AxisEnds::Ticks).1, ["0.0", "2.5", "5.0", "7.5", "10.0", "12.5"]);
+        assert_eq!(axis("", &[0.0, 3.0], AxisEnds::Ticks).1, ["0", "1", "2", "3"]);
+        assert_eq!(axis("m", &[0.0, 0.5], AxisEnds::Padded).0.range, [-0.02, 0.52]);
     }
 
     /// Logarithmic axes have a tick a decade over many and finer ones over few; nothing but positive values counts.
     #[test]
     fn decades_have_ticks() {
         let texts = |values: &[f64]| -> Vec<String> {
-            let quantity = Quantity { scale: Scale::Logarithmic, ..Quantity::new("q [s]", "") };
-            let axis = Axis::covering(&quantity, values.iter().copied(), Ends::Padded, 5.0);
+            let quantity = AxisQuantity { scale: Scale::Logarithmic, ..AxisQuantity::new("q [s]", "") };
+            let axis = Axis::covering(&quantity, values.iter().copied(), AxisEnds::Padded, 5.0);
             assert_eq!(axis.label, "q [s]");
             let inside = |at: f64| (0.0..=1.0).contains(&axis.share(at));
             assert!(values.iter().all(|&v| v.is_nan() || v <= 0.0 || inside(v)), "{axis:?}");
@@ -327,7 +327,7 @@ mod tests {
             &[f64::MAX],
             &[f64::from_bits(1), f64::from_bits(2)],
         ] {
-            for ends in [Ends::Ticks, Ends::Padded, Ends::Data] {
+            for ends in [AxisEnds::Ticks, AxisEnds::Padded, AxisEnds::Data] {
                 let (axis, texts) = axis("Pa", values, ends);
                 let is_number = |text: &String| !text.contains("NaN") && !text.contains("inf");
                 assert!(
@@ -360,11 +360,11 @@ mod tests {
         let (mm, inch) = (system("mm", "t"), system("in", "lb"));
         let shown = Display::of(&[mm, Units::SI]);
         assert!((shown.factor(mm, "Pa") / 1e6 - 1.0).abs() < 1e-12 && shown.factor(Units::SI, "Pa") == 1.0);
-        let axis = Axis::covering(&shown.quantity("stress", "Pa"), [0.0, 4e6], Ends::Ticks, 5.0);
+        let axis = Axis::covering(&shown.quantity("stress", "Pa"), [0.0, 4e6], AxisEnds::Ticks, 5.0);
         assert_eq!(axis.label, "stress (MPa)");
         let shown = Display::of(&[inch, Units::SI]);
         assert!((shown.factor(Units::SI, "m") * 0.0254 - 1.0).abs() < 1e-12);
-        let axis = Axis::covering(&shown.quantity("x", "m"), [0.0, 4e6], Ends::Ticks, 5.0);
+        let axis = Axis::covering(&shown.quantity("x", "m"), [0.0, 4e6], AxisEnds::Ticks, 5.0);
         assert_eq!(axis.label, "x (in)");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 
-use super::axis::{Axis, Ends, Quantity};
+use super::axis::{Axis, AxisEnds, AxisQuantity};
 use super::canvas::{Anchor, Canvas, sheet};
 use super::style::{GREY, INK, LABEL, NUMBER, Stroke, TITLE, fitted, text_width};
 
@@ -19,9 +19,9 @@ pub struct Curve {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Across.
-    pub x: Quantity,
+    pub x: AxisQuantity,
     /// Upward.
-    pub y: Quantity,
+    pub y: AxisQuantity,
     /// What is drawn.
     pub curves: Vec<Curve>,
     /// Values that the upward axis shows in any case.
@@ -83,7 +83,7 @@ impl Panel {
 
     fn upward(&self, height: f64) -> Axis {
         let values = self.all(1).chain(self.at_least.iter().copied());
-        Axis::covering(&self.y, values, Ends::Padded, height / 50.0)
+        Axis::covering(&self.y, values, AxisEnds::Padded, height / 50.0)
     }
 
     fn number_width(&self, height: f64) -> f64 {
@@ -95,7 +95,7 @@ impl Panel {
         let [left, top, right, bottom] = place;
         let frame = [left + margin, top + 10.0, right - 8.0, bottom - 48.0];
         // Time has its ends; a curve in another plane should not run along the frame.
-        let ends = if self.x.name == "time" { Ends::Data } else { Ends::Padded };
+        let ends = if self.x.name == "time" { AxisEnds::Data } else { AxisEnds::Padded };
         let x = Axis::covering(&self.x, self.all(0), ends, (frame[2] - frame[0]) / 70.0);
         let y = self.upward(bottom - top);
         draw_axes(canvas, frame, &x, &y)?;
@@ -207,7 +207,7 @@ mod tests {
     /// The corners of the axes are the corners of the frame, with y upward.
     #[test]
     fn points_land_in_the_frame() {
-        let axis = Axis::covering(&Quantity::new("q", ""), [0.0, 10.0], Ends::Ticks, 5.0);
+        let axis = Axis::covering(&AxisQuantity::new("q", ""), [0.0, 10.0], AxisEnds::Ticks, 5.0);
         let frame = [100.0, 10.0, 200.0, 60.0];
         assert_eq!(place_in(frame, [&axis, &axis], [0.0, 0.0]), [100.0, 60.0]);
         assert_eq!(place_in(frame, [&axis, &axis], [10.0, 5.0]), [200.0, 35.0]);

@@ -74,13 +74,13 @@ pub fn draw_bar(canvas: &Canvas, frame: Frame, axis: &Axis) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::axis::{Ends, Quantity};
+    use super::super::axis::{AxisEnds, AxisQuantity};
     use super::*;
 
     /// Brightness grows along the scale, so that it reads in grey; ends are held.
     #[test]
     fn brightness_grows() {
-        let axis = Axis::covering(&Quantity::new("q", ""), [0.0, 1.0], Ends::Ticks, 5.0);
+        let axis = Axis::covering(&AxisQuantity::new("q", ""), [0.0, 1.0], AxisEnds::Ticks, 5.0);
         let grey = |value: f64| {
             let RGBColor(r, g, b) = colour(&axis, value);
             0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)

@@ -10,13 +10,13 @@ use super::results::Run;
 use super::style::Stroke;
 
 /// A figure and the name of its file, without the ending.
-pub type Named = (String, Figure);
+pub type NamedCurve = (String, Figure);
 
 /// All figures over time that the tables of the runs allow.
 ///
 /// # Errors
 /// A table has something else than numbers in a column of numbers.
-pub fn figures(runs: &[Run]) -> Result<Vec<Named>> {
+pub fn figures(runs: &[Run]) -> Result<Vec<NamedCurve>> {
     let mut probes: Vec<String> = Vec::new();
     for name in runs.iter().flat_map(Run::probe_names) {
         if !probes.contains(&name) {
@@ -39,7 +39,7 @@ pub fn figures(runs: &[Run]) -> Result<Vec<Named>> {
 
 /// Normal and tangential contact stress at a probe (Figs 5 and 6): in one panel for one run, in two where
 /// runs compare.
-fn contact_stresses(runs: &[Run], probe: &str, display: &Display) -> Result<Option<Named>> {
+fn contact_stresses(runs: &[Run], probe: &str, display: &Display) -> Result<Option<NamedCurve>> {
     let columns = [format!("{probe}.contact_pressure [Pa]"), format!("{probe}.traction_t [Pa]")];
     let normal = over_time(runs, display, |run| run.probes.as_ref(), &columns[0])?;
     let tangential = over_time(runs, display, |run| run.probes.as_ref(), &columns[1])?;
@@ -67,7 +67,7 @@ fn contact_stresses(runs: &[Run], probe: &str, display: &Display) -> Result<Opti
 }
 
 /// Horizontal displacement of a probe (Fig. 7).
-fn displacement(runs: &[Run], probe: &str, display: &Display) -> Result<Option<Named>> {
+fn displacement(runs: &[Run], probe: &str, display: &Display) -> Result<Option<NamedCurve>> {
     let curves = over_time(runs, display, |run| run.probes.as_ref(), &format!("{probe}.u_x [m]"))?;
     // Without the zero: the way that a point slides is small beside what the start has moved it.
     let panels =
@@ -80,7 +80,7 @@ fn displacement(runs: &[Run], probe: &str, display: &Display) -> Result<Option<N
 }
 
 /// Horizontal velocity of a probe over its horizontal displacement (Fig. 13), where it has a velocity.
-fn phase_plane(runs: &[Run], probe: &str, display: &Display) -> Result<Option<Named>> {
+fn phase_plane(runs: &[Run], probe: &str, display: &Display) -> Result<Option<NamedCurve>> {
     let [u, v] = ["u_x [m]", "v_x [m/s]"].map(|column| format!("{probe}.{column}"));
     let mut curves = Vec::new();
     for (index, run) in runs.iter().enumerate() {
@@ -105,7 +105,7 @@ fn phase_plane(runs: &[Run], probe: &str, display: &Display) -> Result<Option<Na
 }
 
 /// Vertical displacement of all probes (Fig. 11).
-fn vertical_motion(runs: &[Run], probes: &[String], display: &Display) -> Result<Option<Named>> {
+fn vertical_motion(runs: &[Run], probes: &[String], display: &Display) -> Result<Option<NamedCurve>> {
     let has = |axis: &str| {
         let is_in = |run: &Run, probe: &str| {
             let column = run.units.heading(&format!("{probe}.{axis} [m]"));
@@ -124,7 +124,7 @@ fn vertical_motion(runs: &[Run], probes: &[String], display: &Display) -> Result
 }
 
 /// Normal contact stress of all probes (Fig. 12).
-fn normal_stresses(runs: &[Run], probes: &[String], display: &Display) -> Result<Option<Named>> {
+fn normal_stresses(runs: &[Run], probes: &[String], display: &Display) -> Result<Option<NamedCurve>> {
     let name = ["Normal contact stresses at the nodes of the probes", "normal stress", "Pa"];
     let figure = together(runs, probes, display, "contact_pressure [Pa]", name)?;
     Ok(figure.map(|figure| ("normal_stresses".into(), figure)))
@@ -177,7 +177,7 @@ const ENERGIES: [&str; 8] = [
 /// The ledger: all energies of one run in one panel, or a panel for each energy where runs compare.
 ///
 /// An energy that is zero throughout in all runs, such as that of a damping that no case has, is left out.
-fn energy(runs: &[Run], display: &Display) -> Result<Option<Named>> {
+fn energy(runs: &[Run], display: &Display) -> Result<Option<NamedCurve>> {
     let mut shown = Vec::new();
     for name in ENERGIES {
         let curves = over_time(runs, display, |run| run.energy.as_ref(), &format!("{name} [J]"))?;
@@ -210,7 +210,7 @@ fn energy(runs: &[Run], display: &Display) -> Result<Option<Named>> {
 }
 
 /// Newton iterations of each step, failed attempts included, in a panel for each run; and their sums.
-fn iterations(runs: &[Run], display: &Display) -> Result<Option<Named>> {
+fn iterations(runs: &[Run], display: &Display) -> Result<Option<NamedCurve>> {
     let (mut each, mut sums) = (Vec::new(), Vec::new());
     for (index, run) in runs.iter().enumerate() {
         let Some(counts) = run.iterations.as_ref().map(|csv| count_by_step(run, csv, display)).transpose()?
@@ -297,7 +297,7 @@ fn titled(runs: &[Run], what: &str) -> String {
     }
 }
 
-fn filled(named: Named) -> Option<Named> {
+fn filled(named: NamedCurve) -> Option<NamedCurve> {
     let is_empty = named.1.panels.iter().all(|panel| is_blank(&panel.curves));
     (!is_empty).then_some(named)
 }

@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 
-use super::axis::{Axis, Display, Ends, Prefix};
+use super::axis::{Axis, AxisEnds, Display, Prefix};
 use super::canvas::{Anchor, Canvas, sheet};
 use super::chart::{Frame, draw_axes, place_in};
 use super::colour::{bar_width, colour, draw_bar};
@@ -49,7 +49,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown, display: &Display) -> Resu
         1.0 => title.to_string(),
         _ => format!("{title}, displacements {factor} times enlarged"),
     };
-    let scale = Axis::covering(&display.quantity(name, "Pa"), values(), Ends::Ticks, 5.0);
+    let scale = Axis::covering(&display.quantity(name, "Pa"), values(), AxisEnds::Ticks, 5.0);
     let width = (WIDTH - bar_width(&scale) - 24.0) / columns as f64;
     let height = panel_height(&scenes, width);
     let rows = scenes.len().div_ceil(columns);
@@ -178,7 +178,7 @@ fn equal_axes(frame: Frame, extent: [[f64; 2]; 2], display: &Display) -> [Axis; 
         Axis::covering(
             &display.quantity(name, "m"),
             [middle - half, middle + half],
-            Ends::Data,
+            AxisEnds::Data,
             size[i] / 70.0,
         )
     };

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::axis::Display;
 use crate::case::Units;
 use crate::error::{Error, Result};
-use crate::output::vtu::Values;
+use crate::output::vtu::VtuValues;
 use crate::output::vtu_reader::{Field, ReadPiece, read_piece};
 use crate::output::{pvd, pvtu};
 
@@ -147,7 +147,7 @@ fn read_grid(index: &Path, value: Value) -> Result<Grid> {
 /// Adds a piece; points with the number of one that is there already are that one.
 fn add(grid: &mut Grid, sewn: &mut BTreeMap<i32, usize>, piece: &ReadPiece, value: Value) -> Result<()> {
     let numbers = match piece.point_data.get("node").map(|field| &field.values) {
-        Some(Values::Int32(numbers)) => numbers,
+        Some(VtuValues::Int32(numbers)) => numbers,
         _ => return Err(Error::file("no Int32 array `node`")),
     };
     let displacement = floats(&piece.point_data, "displacement", 3)?;
@@ -181,7 +181,7 @@ fn add(grid: &mut Grid, sewn: &mut BTreeMap<i32, usize>, piece: &ReadPiece, valu
 
 fn floats<'a>(data: &'a BTreeMap<String, Field>, name: &str, components: usize) -> Result<&'a [f64]> {
     match data.get(name) {
-        Some(Field { components: found, values: Values::Float64(values) }) if *found == components => {
+        Some(Field { components: found, values: VtuValues::Float64(values) }) if *found == components => {
             Ok(values)
         }
         _ => Err(Error::file(format!("no Float64 array `{name}` of {components} components"))),

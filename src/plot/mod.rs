@@ -36,7 +36,7 @@ use results::{Run, distinguish};
 use scene::Shown;
 
 use axis::Display;
-pub use axis::{Quantity, Scale};
+pub use axis::{AxisQuantity, Scale};
 pub use chart::{Curve, Figure, Panel};
 pub use csv::Csv;
 pub use style::Stroke;

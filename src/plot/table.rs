@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::output::folder::{record, write_whole};
 use crate::output::io_error::unwritable;
 
-use super::axis::{Quantity, Scale};
+use super::axis::{AxisQuantity, Scale};
 use super::chart::{Curve, Figure, Panel};
 use super::csv::Csv;
 use super::results::damage;
@@ -129,9 +129,9 @@ fn figure(wanted: &TableFigure, csv: &Csv, notes: &mut Vec<String>) -> Result<Fi
     Ok(Figure { title: wanted.title.clone(), legend, panels, columns })
 }
 
-fn quantity(name: String, logarithmic: bool) -> Quantity {
+fn quantity(name: String, logarithmic: bool) -> AxisQuantity {
     let scale = if logarithmic { Scale::Logarithmic } else { Scale::Linear };
-    Quantity { scale, ..Quantity::new(name, "") }
+    AxisQuantity { scale, ..AxisQuantity::new(name, "") }
 }
 
 /// A note about values that are left out, in these lines of the table.

@@ -15,7 +15,7 @@ use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFiel
 use crate::output::folder::ResultsFolder;
 use crate::output::folder::tests::Scratch;
 use crate::output::iterations::{IterationRow, IterationTable};
-use crate::output::probes::{Probe, ProbeContact, ProbeRow, ProbeTable};
+use crate::output::probes::{ProbeColumns, ProbeContact, ProbeRow, ProbeTable};
 use crate::output::record::{Record, Totals, Verdict};
 
 use super::plot;
@@ -24,7 +24,7 @@ use crate::case::Units;
 /// A made-up run in `D` dimensions on two ranks, complete with all files; `friction` bends its curves.
 fn write_run<const D: usize>(path: &Path, title: &str, friction: f64) {
     let (folder, _lock) = ResultsFolder::create(path).unwrap();
-    let probes = ["node_50", "node_98"].map(|name| Probe { name: name.into(), on_contact: true });
+    let probes = ["node_50", "node_98"].map(|name| ProbeColumns { name: name.into(), on_contact: true });
     let mut probe_table = ProbeTable::<D>::open(path, Units::SI, probes.to_vec(), None).unwrap();
     let mut energy = EnergyTable::open(path, Units::SI, None).unwrap();
     let mut iterations = IterationTable::open(path, Units::SI, None).unwrap();

@@ -7,7 +7,7 @@ use crate::dynamics::Stage;
 use crate::output::console::Attempt;
 use crate::output::iterations::IterationRow;
 use crate::output::record::{Holding, Resultant};
-use crate::solvers::{Driven, Fallback, Held, IterationReport, SolveReport};
+use crate::solvers::{Driven, Fallback, HeldMotions, IterationReport, SolveReport};
 use crate::time::StepControl;
 
 impl<const D: usize> Journal<D> {
@@ -39,13 +39,13 @@ impl<const D: usize> Journal<D> {
         }
     }
 
-    fn tell_held(&mut self, held: &Held, note: String, free: &[String]) {
+    fn tell_held(&mut self, held: &HeldMotions, note: String, free: &[String]) {
         self.console.note(&note);
         self.keep_held(held, note, free);
     }
 
-    fn keep_held(&mut self, held: &Held, note: String, free: &[String]) {
-        let Held { motions, force, by } = held.clone();
+    fn keep_held(&mut self, held: &HeldMotions, note: String, free: &[String]) {
+        let HeldMotions { motions, force, by } = held.clone();
         let resultant = |by: Driven| Resultant { against: by.words, size: by.force, unit: by.unit };
         let step = if self.now.starting { 0 } else { self.step };
         let free = free.to_vec();

@@ -17,7 +17,7 @@ use crate::dynamics::Stage;
 use crate::element::Kinematics;
 use crate::error::Result;
 use crate::mesh::ElementKind;
-use crate::model::{Body, Contact, Model};
+use crate::model::{Body, ContactModel, Model};
 use crate::partition::LocalMesh;
 use crate::petsc::Session;
 use crate::solvers::ladder;
@@ -201,7 +201,7 @@ fn describe_material(body: &Body, pascal: &str) -> String {
 
 fn describe_contact<const D: usize>(
     text: &mut String,
-    contact: &Contact<D>,
+    contact: &ContactModel<D>,
     law: &ContactLaw,
     bodies: &[Body],
     sizes: &[Size],

@@ -9,10 +9,10 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::journal::Journal;
-use super::place::Place;
-use super::restart::State;
+use super::place::RunRequest;
+use super::restart::CheckpointHeader;
 use super::signals::Signals;
-use super::{SOLVER_PREFIXES, Watch, options};
+use super::{RunMonitors, SOLVER_PREFIXES, options};
 use crate::assembly::ContactSystem;
 use crate::case::{Case, Units};
 use crate::checkpoint::{self, Store};
@@ -36,13 +36,13 @@ pub struct RunView<'a, const D: usize> {
     /// What solved the step.
     pub strategy: &'a mut Box<dyn Strategy>,
     /// Where in time the run is, the energies, and what watches them.
-    pub watch: &'a mut Watch,
+    pub watch: &'a mut RunMonitors,
     /// The results.
     pub journal: &'a mut Journal<D>,
 }
 
 /// Watches the steps of a run.
-pub struct Keeper {
+pub struct CheckpointPolicy {
     session: Rc<Session>,
     output: Event,
     signals: Signals,
@@ -64,12 +64,12 @@ pub struct Keeper {
     reserve: Rc<Cell<Option<f64>>>,
 }
 
-impl Keeper {
+impl CheckpointPolicy {
     /// A keeper for the case; listens to signals from now on.
     ///
     /// # Errors
     /// The system refuses.
-    pub fn new(session: &Rc<Session>, case: &Case, place: &Place) -> Result<Self> {
+    pub fn new(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<Self> {
         let wanted = case.output.checkpoint.as_ref();
         let limit = wanted.and_then(|checkpoint| checkpoint.wall_time).map(|limit| limit.value);
         let (every, keep) = wanted.map_or((None, 2), |c| (Some(u64::from(c.every.value)), c.keep.value));
@@ -168,7 +168,7 @@ impl Keeper {
         case: &Case,
         system: &ContactSystem<D>,
         stage: &Stage,
-        watch: &Watch,
+        watch: &RunMonitors,
         journal: &mut Journal<D>,
     ) -> Result<PathBuf> {
         let began = Instant::now();
@@ -178,7 +178,7 @@ impl Keeper {
         let _running = output.begin();
         let path = self.store.path(journal.step());
         let tables = system.memory(stage, watch.ledger.drive());
-        let state = State::new::<D>(case, journal.inputs(), stage.start.time, watch, past);
+        let state = CheckpointHeader::new::<D>(case, journal.inputs(), stage.start.time, watch, past);
         let state = agree(world, state.and_then(|state| state.to_json()))?;
         checkpoint::write(world, &path, state, &tables).map_err(|error| self.with_older(error))?;
         if self.session.rank() == 0 {

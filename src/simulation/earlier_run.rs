@@ -4,7 +4,7 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
-use crate::output::record::{Holding, Penetration, Phase, Record, Totals};
+use crate::output::record::{Holding, PenetrationRecord, PhaseTime, Record, Totals};
 use crate::output::table::Marks;
 
 /// What was done before a checkpoint.
@@ -13,13 +13,13 @@ pub struct EarlierRun {
     /// Sums.
     pub totals: Totals,
     /// How deep the contacts went.
-    pub penetrations: Vec<Penetration>,
+    pub penetrations: Vec<PenetrationRecord>,
     /// Wall time \[s\].
     pub seconds: f64,
     /// Wall time by phase.
-    pub phases: Vec<(String, Phase)>,
+    pub phases: Vec<(String, PhaseTime)>,
     /// That of the start.
-    pub start_phases: Vec<(String, Phase)>,
+    pub start_phases: Vec<(String, PhaseTime)>,
     /// What held bodies.
     pub held: Option<Holding>,
     /// When the first run began [s since 1970].
@@ -61,7 +61,7 @@ impl EarlierRun {
     }
 
     /// Adds the seconds and calls of before.
-    pub fn add_to(&self, seconds: &mut f64, phases: &mut [(String, Phase)]) {
+    pub fn add_to(&self, seconds: &mut f64, phases: &mut [(String, PhaseTime)]) {
         *seconds += self.seconds;
         for (name, phase) in phases {
             if let Some((_, before)) = self.phases.iter().find(|(before, _)| before == name) {

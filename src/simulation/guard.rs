@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::motion::MotionWatch;
-use super::unexplained::{Known, Unexplained};
+use super::unexplained::{KnownError, Unexplained};
 use crate::assembly::{ContactSystem, Energies, EnergyLedger};
 use crate::case::{Case, Units};
 use crate::dynamics::{Dynamics, Stage};
@@ -23,7 +23,7 @@ const NOTABLE: f64 = 1e-3;
 
 /// Watches energy and impact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Guard {
+pub struct RunGuard {
     limit: Option<f64>,
     /// Largest energy or work so far \[J\].
     scale: f64,
@@ -37,10 +37,10 @@ pub struct Guard {
     pub motion: MotionWatch,
 }
 
-impl Guard {
+impl RunGuard {
     /// A guard for the case that starts with these energies.
     pub fn new<const D: usize>(case: &Case, model: &Model<D>, scheme: Scheme, start: &Energies) -> Self {
-        let speed = |contact: &crate::model::Contact<D>| {
+        let speed = |contact: &crate::model::ContactModel<D>| {
             let of_body = |&body: &usize| {
                 let formulation = &model.bodies[body].formulation;
                 let stiffness = formulation.moduli().uniaxial_strain();
@@ -112,7 +112,7 @@ impl Guard {
             true => system.rounding(stage)? * stage.trial.u.norm()?,
             false => 0.0,
         };
-        let known = Known { rounding, work: ledger.work_error() };
+        let known = KnownError { rounding, work: ledger.work_error() };
         self.unexplained.record(step, stage.trial.time, stage.dt, energies, known);
         Ok(())
     }
@@ -183,11 +183,11 @@ mod tests {
         Energies { kinetic, strain, numerical, ..Energies::default() }
     }
 
-    fn guard(limit: f64) -> Guard {
+    fn guard(limit: f64) -> RunGuard {
         let unexplained = Unexplained::default();
         let motion = MotionWatch::new(None);
         let calm = energies(100.0, 0.0, 0.0);
-        Guard { limit: Some(limit), scale: 0.0, calm, speeds: Vec::new(), unexplained, motion }.with(&calm)
+        RunGuard { limit: Some(limit), scale: 0.0, calm, speeds: Vec::new(), unexplained, motion }.with(&calm)
     }
 
     /// Energy that is gained or lost without a cause ends the run with the term that did it; explained changes do not, nor does a limit
@@ -210,7 +210,9 @@ mod tests {
             "{error}"
         );
         assert!(
-            Guard { limit: None, ..guard(1.0) }.judge(&energies(1e9, 0.0, -1e9), 0.0, 0.1, Units::SI).is_ok()
+            RunGuard { limit: None, ..guard(1.0) }
+                .judge(&energies(1e9, 0.0, -1e9), 0.0, 0.1, Units::SI)
+                .is_ok()
         );
     }
 

@@ -7,7 +7,7 @@ use std::time::{Instant, SystemTime};
 use super::current_solve::CurrentSolve;
 use super::earlier_run::EarlierRun;
 use super::magnitudes;
-use super::place::{Place, prepare, shared_folder, versions};
+use super::place::{RunRequest, prepare, shared_folder, versions};
 use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
 use super::tables::Tables;
 use super::unit_note::unit_note;
@@ -20,7 +20,7 @@ use crate::output::accuracy::AccuracyRecord;
 use crate::output::console::{Console, StepLine};
 use crate::output::fields::FieldWriter;
 use crate::output::folder::RECORD;
-use crate::output::record::{Balance, Input, Record, Totals, Verdict};
+use crate::output::record::{Balance, InputRecord, Record, Totals, Verdict};
 use crate::output::summary::StartUp;
 use crate::output::table::Marks;
 use crate::partition::Report;
@@ -68,7 +68,7 @@ impl<const D: usize> Journal<D> {
         session: &Rc<Session>,
         case: &Case,
         model: &Model<D>,
-        place: &Place,
+        place: &RunRequest,
         past: Option<(EarlierRun, f64)>,
     ) -> Result<Self> {
         let rank = session.rank() as usize;
@@ -388,7 +388,7 @@ fn lost_fields(steps: u64) -> String {
 ///
 /// # Errors
 /// A fault of the program.
-pub(super) fn record(session: &Session, case: &Case, inputs: Vec<Input>) -> Result<Record> {
+pub(super) fn record(session: &Session, case: &Case, inputs: Vec<InputRecord>) -> Result<Record> {
     Ok(Record {
         units: case.units,
         case: case.to_json()?,

@@ -6,7 +6,7 @@ use crate::assembly::{ContactSystem, Precision};
 use crate::element::LOCKS;
 use crate::error::{Error, Result};
 use crate::model::Model;
-use crate::output::record::Penetration;
+use crate::output::record::PenetrationRecord;
 
 /// Speeds of pressure waves \[m/s\] from the softest gels to beyond diamond.
 const WAVE_SPEEDS: RangeInclusive<f64> = 0.1..=3e4;
@@ -116,13 +116,13 @@ pub(super) fn precision(precision: &Precision) -> Option<String> {
 }
 
 /// A warning for each contact that stayed so shallow that the rounding of coordinates or displacements blurs its forces.
-pub(super) fn blurred(contacts: &[Penetration], precision: &Precision) -> Vec<String> {
+pub(super) fn blurred(contacts: &[PenetrationRecord], precision: &Precision) -> Vec<String> {
     let Precision { spacing, unit, .. } = precision;
     let (_, cure) = known(precision);
     let what = if precision.moved { "displacements" } else { "coordinates" };
-    let shallow = |contact: &&Penetration| contact.force > 0.0 && contact.deepest > 0.0;
+    let shallow = |contact: &&PenetrationRecord| contact.force > 0.0 && contact.deepest > 0.0;
     let blurred = contacts.iter().filter(shallow).filter(|contact| *spacing > BLURRED * contact.deepest);
-    let words = |contact: &Penetration| {
+    let words = |contact: &PenetrationRecord| {
         format!(
             "warning: contact '{}' went {:.1e} {unit} deep, and {what} are known to {spacing:.1e} {unit} only: its forces are known to \
              {:.0} %\nhint: {cure}",

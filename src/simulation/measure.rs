@@ -5,7 +5,7 @@ use std::rc::Rc;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use crate::output::record::Phase;
+use crate::output::record::PhaseTime;
 use crate::petsc::{Event, Session, peak_memory as own_peak_memory};
 
 /// Phases in the order of the record: name there, name of the event.
@@ -21,12 +21,12 @@ const PHASES: [(&str, &str); 8] = [
 ];
 
 /// The largest wall time of each phase over the ranks, and the calls. Collective.
-pub fn phases(session: &Rc<Session>) -> Vec<(String, Phase)> {
+pub fn phases(session: &Rc<Session>) -> Vec<(String, PhaseTime)> {
     let events = PHASES.map(|(_, event)| Event::totals(session, event));
     let own = events.map(|(seconds, _)| seconds);
     let mut most = [0.0; PHASES.len()];
     session.world().all_reduce_into(&own[..], &mut most[..], SystemOperation::max());
-    let phase = |k: usize| (PHASES[k].0.to_owned(), Phase { seconds: most[k], count: events[k].1 });
+    let phase = |k: usize| (PHASES[k].0.to_owned(), PhaseTime { seconds: most[k], count: events[k].1 });
     (0..PHASES.len()).map(phase).collect()
 }
 

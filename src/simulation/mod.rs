@@ -36,7 +36,7 @@ use crate::assembly::{ContactSystem, EnergyLedger, Motions, SystemOptions};
 use crate::case::Case;
 use crate::dynamics::{Dynamics, OverStep, Stage};
 use crate::error::{Cause, Error, Result, agree};
-use crate::model::{Contact, Model, Target, read_meshes};
+use crate::model::{ContactModel, Model, Target, read_meshes};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
 use crate::solvers::{Outcome, SolveReport, Strategy, Trouble};
@@ -48,14 +48,14 @@ pub use checkpoint::WALL_TIME_IS_OVER;
 pub use input::{give_options, shared_text, take_back_options};
 pub use journal::Journal;
 pub use options::scheme;
-pub use pace::{Memory, Pace};
+pub use pace::{Memory, StepPacing};
 pub use parts::parts;
-pub use place::Place;
+pub use place::RunRequest;
 pub use refusal::refuse;
 pub use signals::Signals;
 
-use checkpoint::{Keeper, RunView};
-use guard::Guard;
+use checkpoint::{CheckpointPolicy, RunView};
+use guard::RunGuard;
 use magnitudes::MotionPrecision;
 use restart::Saved;
 
@@ -66,13 +66,13 @@ pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
 ///
 /// # Errors
 /// The same on all ranks; what was computed before is kept.
-pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
+pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<()> {
     Ready::<D>::new(session, case, place)?.run(session, case, place)
 }
 
 /// A run that is ready to begin, of which nothing is written yet.
 pub struct Ready<const D: usize> {
-    keeper: Keeper,
+    keeper: CheckpointPolicy,
     model: Model<D>,
     saved: Option<Saved>,
     partition: Report,
@@ -88,8 +88,8 @@ impl<const D: usize> Ready<D> {
     ///
     /// # Errors
     /// The same on all ranks: what is wrong with the case, or with a file that it names.
-    pub fn new(session: &Rc<Session>, case: &Case, place: &Place) -> Result<Self> {
-        let keeper = Keeper::new(session, case, place)?;
+    pub fn new(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<Self> {
+        let keeper = CheckpointPolicy::new(session, case, place)?;
         let model = Model::<D>::new(case)?;
         let mut saved = Saved::find::<D>(session, case, place)?;
         let Share { local, partition, remarks } = share_out(session, case, &model)?; // METIS
@@ -115,7 +115,7 @@ impl<const D: usize> Ready<D> {
     ///
     /// # Errors
     /// The same on all ranks; what was computed before is kept.
-    pub fn run(self, session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
+    pub fn run(self, session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<()> {
         let Self { mut keeper, model, saved, partition, remarks, mut system, mut stage, mut strategy } = self;
         let past = saved.as_ref().map(|saved| (saved.state.past.clone(), saved.state.time));
         let mut journal = Journal::open(session, case, &model, place, past)?;
@@ -158,7 +158,7 @@ fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D
 /// Surfaces of the model that may touch each other.
 fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
     let couple = |contact| match contact {
-        &Contact { ref contactor, target: Target::Surface { ref set, .. }, .. } => {
+        &ContactModel { ref contactor, target: Target::Surface { ref set, .. }, .. } => {
             Some(Couple { contactor, target: set, travel: 0.0 })
         }
         _ => None,
@@ -167,15 +167,15 @@ fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
 }
 
 /// What counts and watches from step to step.
-pub struct Watch {
+pub struct RunMonitors {
     /// Where in time the run is.
     control: StepControl,
     /// The energies.
     ledger: EnergyLedger,
     /// Whether they are explained.
-    guard: Guard,
+    guard: RunGuard,
     /// Whether the steps are as accurate as they should be.
-    pace: Pace,
+    pace: StepPacing,
 }
 
 /// The start of the motion, its rows, and what counts from there.
@@ -185,16 +185,16 @@ fn begin<const D: usize>(
     case: &Case,
     model: &Model<D>,
     journal: &mut Journal<D>,
-) -> Result<Watch> {
+) -> Result<RunMonitors> {
     start::at_equilibrium(system, stage, case, model, journal)?;
     let farthest = system.farthest_motion(stage, Motions::All);
     MotionPrecision::new(system.precision()).accept(farthest, "at the start")?;
     let control = pace::control(case, model, 0.0);
-    let pace = Pace::new(system, stage, case, model)?;
+    let pace = StepPacing::new(system, stage, case, model)?;
     let ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
     journal.begin(system, stage, &ledger, &control)?;
-    let guard = Guard::new(case, model, options::scheme(&case.time), ledger.now());
-    Ok(Watch { control, ledger, guard, pace })
+    let guard = RunGuard::new(case, model, options::scheme(&case.time), ledger.now());
+    Ok(RunMonitors { control, ledger, guard, pace })
 }
 
 /// From configuration to configuration until the end.
@@ -204,13 +204,13 @@ fn march<const D: usize>(
     strategy: &mut Box<dyn Strategy>,
     case: &Case,
     journal: &mut Journal<D>,
-    mut watch: Watch,
-    keeper: &mut Keeper,
+    mut watch: RunMonitors,
+    keeper: &mut CheckpointPolicy,
 ) -> Result<()> {
     let scheme = options::scheme(&case.time);
     let mut precision = MotionPrecision::new(system.precision());
     while !watch.control.finished() {
-        let Watch { control, ledger, guard, pace } = &mut watch;
+        let RunMonitors { control, ledger, guard, pace } = &mut watch;
         if guard.motion.foresees(control.dt()) && control.can_cut() {
             journal.shortened();
             control.fail();
@@ -284,7 +284,7 @@ fn march<const D: usize>(
 struct Attempt<'a> {
     scheme: Scheme,
     control: &'a StepControl,
-    pace: &'a Pace,
+    pace: &'a StepPacing,
 }
 
 impl Attempt<'_> {

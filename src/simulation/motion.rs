@@ -16,7 +16,7 @@ const JUMP: f64 = 0.75;
 
 /// The largest motion of any contact in a step, in facets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Motion {
+pub struct MotionGuard {
     contact: String,
     facets: f64,
     /// \[m\]
@@ -24,7 +24,7 @@ pub struct Motion {
     rolls: bool,
 }
 
-impl Motion {
+impl MotionGuard {
     fn tell(&self, units: Units) -> String {
         let verb = if self.rolls { "rolled on" } else { "slid" };
         format!(
@@ -49,7 +49,7 @@ pub struct MotionWatch {
     rejected: Vec<Option<f64>>,
     /// Accepted steps beyond the limit, and the one that was furthest beyond it: its number and what moved.
     beyond: u64,
-    worst: Option<(u64, Motion)>,
+    worst: Option<(u64, MotionGuard)>,
 }
 
 impl MotionWatch {
@@ -102,27 +102,27 @@ impl MotionWatch {
     }
 
     /// The contact that moved by most facets, apart from jumps, which say nothing of shorter steps or of the next one.
-    fn largest(&self, slides: &[Slide]) -> Option<Motion> {
+    fn largest(&self, slides: &[Slide]) -> Option<MotionGuard> {
         let motions =
             self.motions(slides).filter(|(k, motion)| motion.way > 0.0 && !self.is_jump(*k, motion));
         motions.map(|(_, motion)| motion).max_by(|a, b| a.facets.total_cmp(&b.facets))
     }
 
     /// Whether the zone of the contact `k` rolls on by nearly as much as in the longer attempt before.
-    fn is_jump(&self, k: usize, motion: &Motion) -> bool {
+    fn is_jump(&self, k: usize, motion: &MotionGuard) -> bool {
         let before = self.rejected.get(k).copied().flatten();
         motion.rolls && before.is_some_and(|before| motion.facets > JUMP * before)
     }
 
     /// How each contact slid and rolled on, with its number. A zone rolls by no more than its surfaces move: in a contact that
     /// rattles the centre moves without them.
-    fn motions(&self, slides: &[Slide]) -> impl Iterator<Item = (usize, Motion)> {
+    fn motions(&self, slides: &[Slide]) -> impl Iterator<Item = (usize, MotionGuard)> {
         slides.iter().enumerate().flat_map(|(k, slide)| {
             let before = self.centres.get(k).copied().flatten();
             let rolled = before.zip(slide.centre).map_or(0.0, |(before, now)| {
                 before.iter().zip(now).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
             });
-            let motion = |way: f64, rolls: bool| Motion {
+            let motion = |way: f64, rolls: bool| MotionGuard {
                 contact: slide.contact.clone(),
                 facets: way / slide.facet,
                 way,

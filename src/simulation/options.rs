@@ -2,13 +2,13 @@
 
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
-use crate::dynamics::{Dynamics, Known};
+use crate::dynamics::{Dynamics, KnownFriction};
 use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
 use crate::solvers::{
     Augmented, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Passes, Preset,
-    Problem, Second, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
+    Problem, SecondOperator, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
 };
 use crate::terms::Terms;
 use crate::time::Scheme;
@@ -50,8 +50,8 @@ pub fn linear(case: &Case) -> LinearChoice {
     match asked {
         case::Linear::TwoStage { second, inner } => LinearChoice::TwoStage(TwoStageSettings {
             second: match second {
-                case::Second::Coupling => Second::Coupling,
-                case::Second::FrictionStage => Second::FrictionStage,
+                case::Second::Coupling => SecondOperator::Coupling,
+                case::Second::FrictionStage => SecondOperator::FrictionStage,
             },
             inner: inner.linear().and_then(preset),
         }),
@@ -77,8 +77,8 @@ pub fn staggered(case: &Case) -> Option<StaggeredSettings> {
     match &case.solver.strategy.value {
         case::Strategy::Staggered { tolerance, max_sweeps, variant } if has_friction(case) => {
             let known = match variant {
-                case::Variant::FrozenBound => Known::Bound,
-                case::Variant::FrozenTraction => Known::Traction,
+                case::Variant::FrozenBound => KnownFriction::Bound,
+                case::Variant::FrozenTraction => KnownFriction::Traction,
             };
             Some(StaggeredSettings { tolerance: tolerance.value, max_sweeps: max_sweeps.value, known })
         }

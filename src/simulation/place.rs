@@ -17,13 +17,13 @@ use crate::output::folder::ResultsFolder;
 use crate::output::io_error::trouble;
 use crate::output::lock::Lock;
 use crate::output::process::{self, claim};
-use crate::output::record::Input;
+use crate::output::record::InputRecord;
 use crate::output::table::Marks;
 use crate::petsc::Session;
 
 /// Where a run comes from and where it goes.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct RunRequest {
     /// The case file.
     pub case_file: PathBuf,
     /// The results folder.
@@ -36,7 +36,7 @@ pub struct Place {
     pub wall_time: Option<Duration>,
 }
 
-impl Place {
+impl RunRequest {
     /// A run from the start of the case.
     pub fn anew(case_file: PathBuf, folder: PathBuf, verbosity: Verbosity) -> Self {
         Self { case_file, folder, verbosity, begin: Begin::Anew, wall_time: None }
@@ -70,20 +70,20 @@ pub(super) fn quoted(path: &Path) -> String {
 }
 
 /// Case file and mesh files with their hashes, as far as they can be read. The case is the text that was read.
-pub(super) fn inputs(case: &Case, place: &Place) -> impl Iterator<Item = Result<Input>> {
+pub(super) fn inputs(case: &Case, place: &RunRequest) -> impl Iterator<Item = Result<InputRecord>> {
     let meshes = case.bodies.values().filter_map(|body| match &body.mesh {
-        Mesh::File(file) => Some(Input::of(&case.resolve(&file.file.value))),
+        Mesh::File(file) => Some(InputRecord::of(&case.resolve(&file.file.value))),
         _ => None,
     });
-    std::iter::once(Ok(Input::of_text(&place.case_file, case.text()))).chain(meshes)
+    std::iter::once(Ok(InputRecord::of_text(&place.case_file, case.text()))).chain(meshes)
 }
 
 /// The results folder, made or gone on in, with its tables; and the inputs. Rank 0 only.
 pub(super) fn prepare<const D: usize>(
     case: &Case,
-    place: &Place,
+    place: &RunRequest,
     past: Option<&Marks>,
-) -> Result<(Option<Tables<D>>, Vec<Input>)> {
+) -> Result<(Option<Tables<D>>, Vec<InputRecord>)> {
     let inputs = inputs(case, place).collect::<Result<_>>()?;
     claim(&place.folder)?;
     let (folder, lock) = match past {
@@ -155,13 +155,13 @@ mod tests {
     /// What goes on with a run of several ranks asks for as many.
     #[test]
     fn the_command_names_the_ranks() {
-        let place = Place::anew("a.yml".into(), "results/a".into(), Verbosity::Silent);
+        let place = RunRequest::anew("a.yml".into(), "results/a".into(), Verbosity::Silent);
         assert_eq!(place.command(1), "contact-petsc a.yml --output results/a");
-        let place = Place::anew("a b.yml".into(), "it's".into(), Verbosity::Silent);
+        let place = RunRequest::anew("a b.yml".into(), "it's".into(), Verbosity::Silent);
         assert_eq!(place.command(1), "contact-petsc 'a b.yml' --output 'it'\\''s'");
-        let place = Place::anew("é.yml".into(), "a\n'b".into(), Verbosity::Silent);
+        let place = RunRequest::anew("é.yml".into(), "a\n'b".into(), Verbosity::Silent);
         assert_eq!(place.command(1), "contact-petsc é.yml --output $'a\\x0a\\'b'");
-        let place = Place::anew("a.yml".into(), "results/a".into(), Verbosity::Silent);
+        let place = RunRequest::anew("a.yml".into(), "results/a".into(), Verbosity::Silent);
         assert_eq!(place.command(4), "mpirun -n 4 contact-petsc a.yml --output results/a");
     }
 }

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::journal::record;
-use super::place::{Place, inputs};
+use super::place::{RunRequest, inputs};
 use crate::case::Case;
 use crate::error::{Error, Result, agree};
 use crate::output::folder::ResultsFolder;
@@ -16,7 +16,7 @@ use crate::petsc::Session;
 ///
 /// # Errors
 /// The same on all ranks: the folder can not be written.
-pub fn refuse(session: &Rc<Session>, case: &Case, place: &Place, why: &Error) -> Result<()> {
+pub fn refuse(session: &Rc<Session>, case: &Case, place: &RunRequest, why: &Error) -> Result<()> {
     session.meet(why);
     let own = || -> Result<()> {
         let inputs = inputs(case, place).filter_map(Result::ok).collect();

@@ -4,8 +4,8 @@ use crate::assembly::{ContactSystem, Overclosure, Watched};
 use crate::case::Units;
 use crate::dynamics::Dynamics;
 use crate::error::shown;
-use crate::model::Contact;
-use crate::output::record::Penetration;
+use crate::model::ContactModel;
+use crate::output::record::PenetrationRecord;
 use crate::output::summary::ContactStart;
 use crate::petsc::Session;
 
@@ -14,8 +14,8 @@ use crate::petsc::Session;
 const SUNK: f64 = 0.2;
 
 /// A contact before anything has touched.
-pub(super) fn untouched<const D: usize>(contact: &Contact<D>) -> Penetration {
-    Penetration {
+pub(super) fn untouched<const D: usize>(contact: &ContactModel<D>) -> PenetrationRecord {
+    PenetrationRecord {
         contact: contact.name.clone(),
         deepest: 0.0,
         between: [0.0; 2],
@@ -25,7 +25,7 @@ pub(super) fn untouched<const D: usize>(contact: &Contact<D>) -> Penetration {
 }
 
 /// What a user should know of a contact that did not do what it was meant for. One between all surfaces may well stay open.
-pub(super) fn warning(contact: &Penetration, is_general: bool, units: Units) -> Option<String> {
+pub(super) fn warning(contact: &PenetrationRecord, is_general: bool, units: Units) -> Option<String> {
     let name = &contact.contact;
     let [between, facets] = contact.between;
     if facets > SUNK && between > 2.0 * contact.deepest {

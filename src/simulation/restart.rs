@@ -8,27 +8,27 @@ use serde_json::Value;
 
 use super::begin::Begin;
 use super::earlier_run::EarlierRun;
-use super::guard::Guard;
+use super::guard::RunGuard;
 use super::input::shared_text;
 use super::journal::Journal;
-use super::pace::{self, Pace};
-use super::place::{Place, inputs, quoted};
-use super::{Watch, agree, start};
+use super::pace::{self, StepPacing};
+use super::place::{RunRequest, inputs, quoted};
+use super::{RunMonitors, agree, start};
 use crate::assembly::{Balances, ContactSystem, EnergyLedger};
 use crate::case::{Case, Units};
-use crate::checkpoint::{self, Store, Table};
+use crate::checkpoint::{self, Store, StoredTable};
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::{self, claim};
-use crate::output::record::Input;
+use crate::output::record::InputRecord;
 use crate::petsc::Session;
 use crate::time::StepControl;
 
 /// What a run says of itself in the header of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct State {
+pub struct CheckpointHeader {
     /// Version of the program.
     version: String,
     /// 2 or 3.
@@ -43,22 +43,22 @@ pub struct State {
     meshes: Vec<String>,
     control: StepControl,
     balances: Balances,
-    guard: Guard,
+    guard: RunGuard,
     pace: Option<pace::Memory>,
     /// What was done so far.
     pub past: EarlierRun,
 }
 
-impl State {
+impl CheckpointHeader {
     /// The state of a run at an instant \[s\].
     ///
     /// # Errors
     /// A fault of the program.
     pub fn new<const D: usize>(
         case: &Case,
-        inputs: &[Input],
+        inputs: &[InputRecord],
         time: f64,
-        watch: &Watch,
+        watch: &RunMonitors,
         past: EarlierRun,
     ) -> Result<Self> {
         Ok(Self {
@@ -85,7 +85,7 @@ impl State {
     }
 
     /// Whether a case can go on from here.
-    fn check<const D: usize>(&self, case: &Case, inputs: &[Input]) -> Result<()> {
+    fn check<const D: usize>(&self, case: &Case, inputs: &[InputRecord]) -> Result<()> {
         let cure = "give the case of that run back, or start anew without --restart; title, end, solver, PETSc's options \
                     and output but for probes may change";
         let units = Units::of_record(&self.case);
@@ -120,8 +120,8 @@ impl State {
 pub struct Saved {
     path: PathBuf,
     /// What it says of the run.
-    pub state: State,
-    tables: Vec<Table>,
+    pub state: CheckpointHeader,
+    tables: Vec<StoredTable>,
 }
 
 impl Saved {
@@ -129,7 +129,11 @@ impl Saved {
     ///
     /// # Errors
     /// The same on all ranks: there is none, it is damaged, or of another case.
-    pub fn find<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<Option<Self>> {
+    pub fn find<const D: usize>(
+        session: &Rc<Session>,
+        case: &Case,
+        place: &RunRequest,
+    ) -> Result<Option<Self>> {
         if place.begin == Begin::Fresh {
             let rank = session.rank();
             let own = if rank == 0 { spare(case, place, session.size() as usize) } else { Ok(()) };
@@ -169,9 +173,9 @@ impl Saved {
         case: &Case,
         model: &Model<D>,
         journal: &mut Journal<D>,
-    ) -> Result<Watch> {
+    ) -> Result<RunMonitors> {
         let drive = system.restore(stage, &self.tables)?;
-        let mut pace = Pace::new(system, stage, case, model)?;
+        let mut pace = StepPacing::new(system, stage, case, model)?;
         self.state.pace.iter().for_each(|memory| pace.recall(system, memory));
         stage.start.time = self.state.time;
         stage.holding = start::holding(system, case);
@@ -180,7 +184,7 @@ impl Saved {
         let control = self.control(case, model);
         let ledger = EnergyLedger::resume(self.state.balances, drive, system.pattern_vector().like()?);
         journal.go_on(&control, &format!("goes on from {}", self.path.display()))?;
-        Ok(Watch { control, ledger, guard: self.state.guard.clone(), pace })
+        Ok(RunMonitors { control, ledger, guard: self.state.guard.clone(), pace })
     }
 
     /// The control as it was, or a new one to another end.
@@ -200,7 +204,7 @@ const NOTHING_TO_GO_ON_FROM: &str = "there is nothing to go on from: start witho
 ///
 /// # Errors
 /// The results folder has a run of the same case that stopped before its end and left checkpoints.
-fn spare(case: &Case, place: &Place, ranks: usize) -> Result<()> {
+fn spare(case: &Case, place: &RunRequest, ranks: usize) -> Result<()> {
     claim(&place.folder)?;
     let record = record(&place.folder);
     let ended = ["completed", "failed"].contains(&process::verdict(&record));
@@ -219,7 +223,7 @@ fn spare(case: &Case, place: &Place, ranks: usize) -> Result<()> {
 }
 
 /// Path and state of the checkpoint, as text. Rank 0 only.
-fn look<const D: usize>(case: &Case, place: &Place, ranks: usize) -> Result<String> {
+fn look<const D: usize>(case: &Case, place: &RunRequest, ranks: usize) -> Result<String> {
     let branches = matches!(place.begin, Begin::From(_)) && ResultsFolder::is_free(&place.folder);
     if !branches {
         ResultsFolder::find(&place.folder).map_err(|error| error.hint(NOTHING_TO_GO_ON_FROM))?;
@@ -232,7 +236,7 @@ fn look<const D: usize>(case: &Case, place: &Place, ranks: usize) -> Result<Stri
     let again = |path: &std::path::Path| format!("{} --restart={}", place.command(ranks), quoted(path));
     let found = Store::of(&place.folder).find(asked, again)?;
     let name = found.path.display().to_string();
-    let mut state: State = serde_json::from_value(found.header.state).map_err(|error| {
+    let mut state: CheckpointHeader = serde_json::from_value(found.header.state).map_err(|error| {
         Error::file(format!("{name}: written by another version of this program ({error})"))
             .hint("go on with that version, or start anew without --restart")
     })?;
@@ -262,7 +266,7 @@ fn fixed(case: &Case) -> Result<Value> {
     Ok(json)
 }
 
-fn meshes(inputs: &[Input]) -> Vec<String> {
+fn meshes(inputs: &[InputRecord]) -> Vec<String> {
     inputs.iter().skip(1).map(|input| input.sha256.clone()).collect()
 }
 

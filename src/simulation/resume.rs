@@ -6,7 +6,7 @@ use super::earlier_run::EarlierRun;
 use super::journal::Journal;
 use crate::error::{Result, agree};
 use crate::output::fields::FieldWriter;
-use crate::output::record::Input;
+use crate::output::record::InputRecord;
 use crate::output::table::Marks;
 use crate::time::StepControl;
 
@@ -17,7 +17,7 @@ impl<const D: usize> Journal<D> {
     }
 
     /// The files that the run read; on rank 0 only.
-    pub fn inputs(&self) -> &[Input] {
+    pub fn inputs(&self) -> &[InputRecord] {
         &self.record.inputs
     }
 

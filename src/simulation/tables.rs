@@ -13,7 +13,7 @@ use crate::output::energy::{EnergyRow, EnergyTable};
 use crate::output::iterations::{IterationRow, IterationTable};
 use crate::output::lock::Lock;
 use crate::output::momentum::{MomentumRow, MomentumTable};
-use crate::output::probes::{Probe, ProbeContact, ProbeRow, ProbeTable};
+use crate::output::probes::{ProbeColumns, ProbeContact, ProbeRow, ProbeTable};
 use crate::output::reactions::{ReactionRow, ReactionTable};
 use crate::output::table::{Mark, Marks, Table};
 
@@ -68,8 +68,10 @@ impl<const D: usize> Tables<D> {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn watch(&mut self, folder: &Path, watched: &[Watched<D>], past: Option<&Marks>) -> Result<()> {
-        let probe =
-            |point: &Watched<D>| Probe { name: point.name.clone(), on_contact: point.contact.is_some() };
+        let probe = |point: &Watched<D>| ProbeColumns {
+            name: point.name.clone(),
+            on_contact: point.contact.is_some(),
+        };
         let probes = watched.iter().map(probe).collect();
         self.probes = Some(ProbeTable::open(folder, self.units, probes, past)?);
         Ok(())

@@ -34,7 +34,7 @@ struct Left {
 
 /// What is known of the energy that a step leaves.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Known {
+pub struct KnownError {
     /// What rounding may have left in the step \[J\].
     pub rounding: f64,
     /// How far the work of all steps so far may be off \[J\].
@@ -66,7 +66,7 @@ impl Unexplained {
 
     /// Takes an accepted step into account: its number, its end \[s\], its length \[s\], the energies at its end, and what is known of
     /// what it left.
-    pub fn record(&mut self, step: u64, time: f64, dt: f64, energies: &Energies, known: Known) {
+    pub fn record(&mut self, step: u64, time: f64, dt: f64, energies: &Energies, known: KnownError) {
         self.rounding += known.rounding;
         let energy = self.left(energies);
         let excess = energy.abs() - (known.work - self.work_error).max(0.0);
@@ -147,7 +147,7 @@ mod tests {
         let mut unexplained = Unexplained::default();
         for (k, &numerical) in numerical.iter().enumerate() {
             let energies = Energies { numerical, ..Energies::default() };
-            unexplained.record(k as u64 + 1, 0.1 * (k + 1) as f64, 0.1, &energies, Known::default());
+            unexplained.record(k as u64 + 1, 0.1 * (k + 1) as f64, 0.1, &energies, KnownError::default());
         }
         unexplained
     }
@@ -177,7 +177,7 @@ mod tests {
             let mut unexplained = Unexplained::default();
             for (step, numerical, work) in [(1, 20.0, 22.0), (2, 20.0 + second, 23.0)] {
                 let energies = Energies { numerical, ..Energies::default() };
-                unexplained.record(step, 1.0, 0.5, &energies, Known { rounding: 0.0, work });
+                unexplained.record(step, 1.0, 0.5, &energies, KnownError { rounding: 0.0, work });
             }
             unexplained.warning(Scheme::Static, true, 100.0, Units::default())
         };
@@ -200,7 +200,7 @@ mod tests {
         assert!(alone.is_some_and(|text| !text.contains("contact")));
         let mut rounded = Unexplained::default();
         let energies = Energies { numerical: 50.0, ..Energies::default() };
-        rounded.record(1, 1.0, 1.0, &energies, Known { rounding: 4.0, work: 0.0 });
+        rounded.record(1, 1.0, 1.0, &energies, KnownError { rounding: 4.0, work: 0.0 });
         assert_eq!(rounded.warning(Scheme::Conserving, true, 100.0, Units::default()), None);
         let many: Vec<f64> = (1..=100).map(|k| 0.1 * f64::from(k)).collect();
         let text = run(&many).warning(Scheme::Conserving, true, 100.0, Units::default()).expect("a warning");

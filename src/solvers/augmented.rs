@@ -4,7 +4,7 @@
 //! is left of the gap at closed points is small enough. Each update reduces it by about the stiffness of the
 //! bodies over that of the penalty. The multipliers of the last step are where the next one begins.
 
-use super::convergence::{IterationReport, Outcome, Phase, SolveReport, Trouble};
+use super::convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
 use super::linear::Fallback;
 use super::strategy::Strategy;
 use crate::dynamics::{Dynamics, Stage};
@@ -72,7 +72,7 @@ impl Strategy for Augmented {
             }
             system.improve();
             watch(&IterationReport {
-                phase: Phase::Augment,
+                phase: SolvePhase::Augment,
                 iteration: update,
                 increment: left.depth,
                 ..IterationReport::first(report.residual, report.contact)

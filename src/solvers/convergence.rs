@@ -1,11 +1,11 @@
 //! What an iteration did, and how a solve ended (theory, section 5.1).
 
-use super::held::Held;
+use super::held::HeldMotions;
 use crate::dynamics::ContactCounts;
 
 /// What an iteration belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Phase {
+pub enum SolvePhase {
     /// Newton's method on the full system.
     Monolithic,
     /// Stage I of the two-stage scheme.
@@ -18,7 +18,7 @@ pub enum Phase {
     Augment,
 }
 
-impl Phase {
+impl SolvePhase {
     /// The word in `iterations.csv`.
     pub fn name(self) -> &'static str {
         match self {
@@ -35,7 +35,7 @@ impl Phase {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationReport {
     /// What it belongs to.
-    pub phase: Phase,
+    pub phase: SolvePhase,
     /// Number of corrections applied so far; 0 is the first guess. Of a sweep or an update its number, from 1 on.
     pub iteration: u32,
     /// Residual over the largest force.
@@ -57,7 +57,7 @@ impl IterationReport {
     /// The first guess of a Newton iteration.
     pub fn first(residual: f64, contact: ContactCounts) -> Self {
         let (iteration, increment, krylov, line_search) = (0, 0.0, 0, 1.0);
-        let phase = Phase::Monolithic;
+        let phase = SolvePhase::Monolithic;
         Self { phase, iteration, residual, increment, krylov, contact, line_search, contraction: None }
     }
 }
@@ -96,7 +96,7 @@ pub struct SolveReport {
     /// Contact points at the end.
     pub contact: ContactCounts,
     /// Free motions that were held in the last correction.
-    pub held: Held,
+    pub held: HeldMotions,
     /// Loads drove a body along a motion that nothing resists.
     pub driven: bool,
     /// What kept a solve that failed from its balance.

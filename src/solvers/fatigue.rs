@@ -3,7 +3,7 @@
 /// Whether a preconditioner of an earlier matrix still serves: contact and step change the matrix little, and an
 /// incomplete factorisation costs as much as several iterations.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Fatigue {
+pub(super) struct SetupAge {
     /// Most digits an iteration gained with the present preconditioner; 0 before there is one.
     fresh: f64,
     /// Most digits an iteration ever gained.
@@ -18,7 +18,7 @@ pub(super) struct Fatigue {
     patience: u32,
 }
 
-impl Fatigue {
+impl SetupAge {
     /// A preconditioner is made anew when an iteration gains less than this part of what it gained at first.
     const WORTH: f64 = 0.7;
 
@@ -62,7 +62,7 @@ mod tests {
 
     /// Iterations of solves, each with a new preconditioner where the last one is tired; which of them had one.
     fn renewals(iterations: impl IntoIterator<Item = u32>) -> Vec<usize> {
-        let mut fatigue = Fatigue::default();
+        let mut fatigue = SetupAge::default();
         let renewed = iterations.into_iter().enumerate().filter_map(|(solve, iterations)| {
             let renewed = fatigue.is_tired();
             fatigue.record(renewed, iterations, 1e-8);
@@ -85,7 +85,7 @@ mod tests {
         let hard = renewals(std::iter::once(12).chain(std::iter::repeat_n(30, 63)));
         assert!(hard.len() <= 8, "{hard:?}");
         // Ones that ever new patterns ask for are not held against renewals.
-        let mut fatigue = Fatigue::default();
+        let mut fatigue = SetupAge::default();
         fatigue.record(true, 12, 1e-8);
         for _ in 0..6 {
             fatigue.forget();

@@ -14,7 +14,7 @@
 //! That lasts as long as the bodies do. The matrices on the levels serve until a twentieth of the points does something else
 //! than before, or an iteration gains less; the factors of W until a node there has got other rows: each point would cost iterations.
 
-use super::own::{Origin, Own};
+use super::own::{CustomPreconditioner, Origin};
 use super::zone::Zone;
 use crate::dynamics::{ContactCounts, Dynamics, Stage};
 use crate::error::{Error, Result};
@@ -219,7 +219,7 @@ impl FilteredAmg {
     }
 }
 
-impl Own for FilteredAmg {
+impl CustomPreconditioner for FilteredAmg {
     fn fits(&self, matrix: &Matrix) -> bool {
         Rc::ptr_eq(self.bulk.matrix.pattern(), matrix.pattern())
     }

@@ -12,7 +12,7 @@
 //!
 //! On a target that gives way a body is resisted, if weakly, wherever the target is not bent evenly, and its equilibrium may be
 //! far off. With [`Stage::yielding`](crate::dynamics::Stage) above zero such motions are held as well, by a force that is taken
-//! out of the residual and told ([`Held`]): friction has to carry it from then on.
+//! out of the residual and told ([`HeldMotions`]): friction has to carry it from then on.
 //!
 //! A motion that loads drive is no equilibrium: the body moves along it until it touches what resists, carried by the
 //! spring in strides. Of several free motions that is the one combination in which the loads lie; the others are
@@ -22,7 +22,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 use nalgebra::{Cholesky, DMatrix, DVector, SVD};
 
-use super::held::{Driven, Held, describe};
+use super::held::{Driven, HeldMotions, describe};
 use crate::case::Units;
 use crate::dynamics::{Dynamics, RigidMotion, Stage};
 use crate::error::Result;
@@ -144,7 +144,7 @@ impl FreeMotions {
     ///
     /// # Errors
     /// When PETSc refuses.
-    pub fn needed(&self, r: &Vector, scale: f64, carries: bool) -> Result<Held> {
+    pub fn needed(&self, r: &Vector, scale: f64, carries: bool) -> Result<HeldMotions> {
         let fields: Vec<&Vector> = self.held.iter().map(|motion| &motion.field).collect();
         let parts = products(&fields, &[r]);
         let mut force = 0.0_f64;
@@ -154,7 +154,7 @@ impl FreeMotions {
         let force = if force == 0.0 { 0.0 } else { force / scale };
         let motions = fields.len() as u32;
         if force == 0.0 || !carries {
-            return Ok(Held { motions, force, by: None });
+            return Ok(HeldMotions { motions, force, by: None });
         }
         let mut holding = r.like()?;
         self.held.iter().zip(&parts).try_for_each(|(motion, part)| holding.axpy(*part, &motion.weight))?;
@@ -162,7 +162,7 @@ impl FreeMotions {
         // What drives the bodies is against what holds them.
         let drive = -DVector::from_vec(products(&rigid, &[&holding]));
         let way = &drive / drive.norm();
-        Ok(Held { motions, force, by: Some(describe(&self.rigid, &way, &drive, self.units)) })
+        Ok(HeldMotions { motions, force, by: Some(describe(&self.rigid, &way, &drive, self.units)) })
     }
 }
 

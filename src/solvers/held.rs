@@ -25,7 +25,7 @@ impl Driven {
 
 /// What was held of a converged equilibrium.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Held {
+pub struct HeldMotions {
     /// Number of motions.
     pub motions: u32,
     /// Largest force along one of them over the largest force: what holding took or, where `by` is none, would have needed.
@@ -34,7 +34,7 @@ pub struct Held {
     pub by: Option<Driven>,
 }
 
-impl Held {
+impl HeldMotions {
     /// For people.
     pub fn note(&self) -> String {
         let Self { motions, force, by } = self;
@@ -127,7 +127,7 @@ mod tests {
     /// It is said that no force was needed where none was, and never where one was.
     #[test]
     fn a_force_that_holds_is_told() {
-        let held = |motions, force, by| Held { motions, force, by }.note();
+        let held = |motions, force, by| HeldMotions { motions, force, by }.note();
         assert!(held(0, 0.0, None).ends_with("no force was needed"));
         assert!(held(1, 2e-13, None).starts_with("1 free motion was held, and no force was needed: 2.0e-13"));
         let by =

@@ -3,13 +3,13 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use super::fatigue::Fatigue;
+use super::fatigue::SetupAge;
 use super::filtered_amg::{FilteredAmg, FilteredAmgSettings};
 use super::ladder::{LinearChoice, Problem, ladder};
-use super::own::{Origin, Own};
+use super::own::{CustomPreconditioner, Origin};
 use super::presets::{Preset, on_one_rank};
 use super::subdomain::Subdomain;
-use super::tried::Tried;
+use super::tried::LinearAttempt;
 use super::two_stage::{TwoStage, TwoStageSettings};
 use super::users_options::{beside_the_users, refuse_symmetric_method};
 use crate::dynamics::{ContactCounts, Dynamics, Stage};
@@ -54,12 +54,12 @@ pub struct LinearSolver {
     patience: u32,
     symmetric: bool,
     fallbacks: Vec<Fallback>,
-    fatigue: Fatigue,
+    fatigue: SetupAge,
     /// Pattern of the last matrix: what was made for another one is of no use.
     pattern: Option<Rc<BlockPattern>>,
     /// The preconditioner with matrices of its own, made when it is first used; PETSc calls it back. A ladder has one
     /// such preset at most.
-    own: Rc<RefCell<Option<Box<dyn Own>>>>,
+    own: Rc<RefCell<Option<Box<dyn CustomPreconditioner>>>>,
     /// Factors on overlapping subdomains, made when they are first used.
     subdomain: Rc<RefCell<Option<Subdomain>>>,
     /// What the contact points did when they were last observed.
@@ -98,7 +98,7 @@ impl LinearSolver {
             patience: Self::PATIENCE,
             symmetric: problem.symmetric,
             fallbacks: Vec::new(),
-            fatigue: Fatigue::default(),
+            fatigue: SetupAge::default(),
             pattern: None,
             own: Rc::default(),
             subdomain: Rc::default(),
@@ -183,7 +183,7 @@ impl LinearSolver {
     }
 
     /// The preconditioner of a preset that has matrices of its own, for such a matrix. Collective.
-    fn make(&self, preset: &Preset, like: &Matrix) -> Result<Box<dyn Own>> {
+    fn make(&self, preset: &Preset, like: &Matrix) -> Result<Box<dyn CustomPreconditioner>> {
         let origin = Origin { session: &self.session, like, pattern: &self.work };
         Ok(match preset.is_two_stage() {
             true => {
@@ -233,7 +233,10 @@ impl LinearSolver {
     }
 
     /// Tries the current preset and, while they fail, those that follow.
-    fn climb(&mut self, mut attempt: impl FnMut(&mut Self) -> Result<Tried>) -> Result<Option<Solved>> {
+    fn climb(
+        &mut self,
+        mut attempt: impl FnMut(&mut Self) -> Result<LinearAttempt>,
+    ) -> Result<Option<Solved>> {
         let (mut iterations, mut inner) = (0, 0);
         self.step_down();
         loop {
@@ -297,14 +300,14 @@ impl LinearSolver {
         }
     }
 
-    fn step_up(&mut self, tried: &Tried) {
+    fn step_up(&mut self, tried: &LinearAttempt) {
         let why = match tried.residual.is_finite() {
             true => format!("true residual {:.1e} > {:.1e}", tried.residual, tried.tolerance),
             false => format!("{} after {} iterations", tried.reason, tried.iterations),
         };
         let from = self.preset().name;
         (self.rung, self.calm) = (self.rung + 1, 0);
-        self.fatigue = Fatigue::default();
+        self.fatigue = SetupAge::default();
         self.fallbacks.push(Fallback { from, to: self.preset().name, why });
     }
 
@@ -314,7 +317,7 @@ impl LinearSolver {
         if self.rung > 0 && self.calm > self.patience {
             (self.rung, self.calm) = (0, 0);
             self.patience = self.patience.saturating_mul(2);
-            self.fatigue = Fatigue::default();
+            self.fatigue = SetupAge::default();
         }
     }
 
@@ -326,7 +329,7 @@ impl LinearSolver {
         size: f64,
         x: &mut Vector,
         tolerance: f64,
-    ) -> Result<Tried> {
+    ) -> Result<LinearAttempt> {
         let (setup, solve) = (self.setup.clone(), self.solve.clone());
         let renew = self.factorises() || self.fatigue.is_tired();
         let reuse = if renew { Reuse::Renew } else { Reuse::Keep };
@@ -354,7 +357,7 @@ impl LinearSolver {
         if let (true, Some(own)) = (self.preset().is_own(), self.own.borrow_mut().as_mut()) {
             own.learn(self.fatigue.is_poor());
         }
-        let tried = Tried { iterations, residual, tolerance, reason: outcome.reason.to_string() };
+        let tried = LinearAttempt { iterations, residual, tolerance, reason: outcome.reason.to_string() };
         let tried = match self.preset().iterative {
             true => tried,
             false => tried.at_rounding(matrix, x, &mut self.work, size)?,
@@ -365,7 +368,7 @@ impl LinearSolver {
         // The preconditioner of an earlier matrix may be at fault: the preset gets a second try with its own.
         self.fatigue.forget();
         let again = self.attempt(matrix, rhs, size, x, tolerance)?;
-        Ok(Tried { iterations: iterations + again.iterations, ..again })
+        Ok(LinearAttempt { iterations: iterations + again.iterations, ..again })
     }
 
     /// The Krylov solver of the current rung, made on first use.

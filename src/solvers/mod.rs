@@ -30,15 +30,15 @@ mod users_options;
 mod zone;
 
 pub use augmented::Augmented;
-pub use convergence::{IterationReport, Outcome, Phase, SolveReport, Trouble};
+pub use convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
 pub use filtered_amg::{FilteredAmgSettings, Passes};
 pub use forcing::Forcing;
 pub use free_motion::FreeMotions;
-pub use held::{Driven, Held, describe};
+pub use held::{Driven, HeldMotions, describe};
 pub use ladder::{LinearChoice, Problem, ladder, storage};
 pub use linear::{Fallback, LinearSolver, Solved};
 pub use monolithic::{Monolithic, NewtonSettings};
 pub use presets::{PRESETS, Preset};
 pub use staggered::{Staggered, StaggeredSettings};
 pub use strategy::{STRATEGIES, Strategy};
-pub use two_stage::{Second, TwoStageSettings};
+pub use two_stage::{SecondOperator, TwoStageSettings};

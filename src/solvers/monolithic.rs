@@ -13,7 +13,7 @@ use super::cycle::{Cycle, Search};
 use super::descent::{Descent, Searched};
 use super::forcing::Forcing;
 use super::free_motion::FreeMotions;
-use super::held::{Driven, Held};
+use super::held::{Driven, HeldMotions};
 use super::kept_tangent::KeptTangent;
 use super::linear::{Fallback, LinearSolver, Solved};
 use crate::dynamics::{Dynamics, FrictionMode, Residual, Stage};
@@ -62,7 +62,7 @@ pub struct Monolithic {
     origin: Vector,
     free: FreeMotions,
     /// What carries motions that are held though something resists them.
-    carried: Held,
+    carried: HeldMotions,
     /// Number of free motions at the iterate that was held best, and the one that was driven there.
     firmest: (usize, Option<Driven>),
     /// Krylov iterations, and those within preconditioners, of the first guess of the next solve.
@@ -126,7 +126,7 @@ impl Monolithic {
             correction: pattern.like()?,
             origin: pattern.like()?,
             free: FreeMotions::default(),
-            carried: Held::default(),
+            carried: HeldMotions::default(),
             firmest: Self::NOT_HELD,
             ahead: [0; 2],
         })

@@ -17,7 +17,7 @@ pub struct Origin<'a> {
 }
 
 /// A preconditioner that asks the system for more than its matrix.
-pub trait Own {
+pub trait CustomPreconditioner {
     /// Whether its matrices have the pattern of `matrix`.
     fn fits(&self, matrix: &Matrix) -> bool;
 

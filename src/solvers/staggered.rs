@@ -6,12 +6,12 @@
 //! of friction, hence not at all where that is large. What overshoots there, to and fro, converges where the stages tell
 //! each other a part of their way alone ([`Progress::relax`]); a step that does not contract even so has failed.
 
-use super::convergence::{IterationReport, Outcome, Phase, SolveReport, Trouble};
+use super::convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
 use super::linear::{Fallback, LinearSolver};
 use super::monolithic::{Monolithic, NewtonSettings, relative};
 use super::progress::{Progress, Sweep};
 use super::strategy::Strategy;
-use crate::dynamics::{Dynamics, Freeze, Known, Residual, Split, Stage};
+use crate::dynamics::{Dynamics, Freeze, KnownFriction, Residual, Split, Stage};
 use crate::error::Result;
 use crate::petsc::Vector;
 use crate::terms::Terms;
@@ -25,7 +25,7 @@ pub struct StaggeredSettings {
     /// Most sweeps over both stages.
     pub max_sweeps: u32,
     /// What stage I knows of friction.
-    pub known: Known,
+    pub known: KnownFriction,
 }
 
 /// The staggered strategy.
@@ -73,8 +73,8 @@ impl Staggered {
         pattern: &Vector,
     ) -> Result<Self> {
         let tight = match settings.known {
-            Known::Bound => Self::STAGE_TOLERANCE,
-            Known::Traction => Self::STAGE_TOLERANCE_TRACTION,
+            KnownFriction::Bound => Self::STAGE_TOLERANCE,
+            KnownFriction::Traction => Self::STAGE_TOLERANCE_TRACTION,
         };
         let mut stage = |terms| {
             let newton = NewtonSettings {
@@ -107,7 +107,8 @@ impl Staggered {
         watch: &mut dyn FnMut(&IterationReport),
     ) -> Result<(Outcome, Residual)> {
         stage.split = Split::NormalStage(self.settings.known);
-        let mut rows = |row: &IterationReport| watch(&IterationReport { phase: Phase::NormalStage, ..*row });
+        let mut rows =
+            |row: &IterationReport| watch(&IterationReport { phase: SolvePhase::NormalStage, ..*row });
         let outcome = self.normal.solve(system, stage, &mut rows)?;
         stage.split = Split::Monolithic;
         let balance = self.normal.evaluate(system, stage)?;
@@ -125,7 +126,7 @@ impl Staggered {
     ) -> Result<(Outcome, Sweep)> {
         stage.split = Split::FrictionStage;
         let mut rows =
-            |row: &IterationReport| watch(&IterationReport { phase: Phase::FrictionStage, ..*row });
+            |row: &IterationReport| watch(&IterationReport { phase: SolvePhase::FrictionStage, ..*row });
         let outcome = self.friction.solve(system, stage, &mut rows)?;
         stage.split = Split::Monolithic;
         let forces = system.force_change();
@@ -215,7 +216,7 @@ impl Staggered {
             stage.trial.u.copy_from(&self.found)?;
             report.residual = sweep.residual;
             watch(&IterationReport {
-                phase: Phase::Sweep,
+                phase: SolvePhase::Sweep,
                 iteration: number,
                 increment: sweep.distance,
                 contraction: progress.contraction(),

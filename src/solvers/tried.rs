@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::petsc::{Matrix, Vector};
 
 /// What became of the preset on one rung.
-pub(super) struct Tried {
+pub(super) struct LinearAttempt {
     pub iterations: u32,
     pub residual: f64,
     /// Residual that was asked for: the user's option where there is one.
@@ -13,7 +13,7 @@ pub(super) struct Tried {
     pub reason: String,
 }
 
-impl Tried {
+impl LinearAttempt {
     /// The true residual may miss the tolerance by this factor before the solve counts as failed.
     const SLACK: f64 = 10.0;
     /// No true residual is asked to be smaller: a factorisation can not do better on a stiff contact.

@@ -10,7 +10,7 @@
 
 use std::rc::Rc;
 
-use super::own::{Origin, Own};
+use super::own::{CustomPreconditioner, Origin};
 use super::presets::Preset;
 use crate::dynamics::{Dynamics, Stage};
 use crate::error::{Error, Result};
@@ -19,7 +19,7 @@ use crate::terms::Terms;
 
 /// Operator of the second half of an application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Second {
+pub enum SecondOperator {
     /// That of stage I again: the friction-normal coupling is all that it makes up for.
     #[default]
     Coupling,
@@ -31,7 +31,7 @@ pub enum Second {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TwoStageSettings {
     /// Operator of the second half.
-    pub second: Second,
+    pub second: SecondOperator,
     /// Preset for the symmetric matrices; chosen by the problem where `None`.
     pub inner: Option<&'static str>,
 }
@@ -91,14 +91,14 @@ impl TwoStage {
     ///
     /// # Errors
     /// No memory, or the inner preset is not one for symmetric matrices.
-    pub fn new(origin: &Origin, second: Second, inner: &str) -> Result<Self> {
+    pub fn new(origin: &Origin, second: SecondOperator, inner: &str) -> Result<Self> {
         let preset = Preset::named(inner).filter(|preset| preset.symmetric).ok_or_else(|| {
             Error::case(format!("'{inner}' does not solve the symmetric systems of two_stage"))
                 .hint("known: cholesky, cg_icc, cg_amg, cg_jacobi")
         })?;
         let friction = match second {
-            Second::Coupling => None,
-            Second::FrictionStage => Some(Half::new(origin, Terms::FRICTION_STAGE, preset)?),
+            SecondOperator::Coupling => None,
+            SecondOperator::FrictionStage => Some(Half::new(origin, Terms::FRICTION_STAGE, preset)?),
         };
         Ok(Self {
             normal: Half::new(origin, Terms::NORMAL_STAGE, preset)?,
@@ -112,7 +112,7 @@ impl TwoStage {
     }
 }
 
-impl Own for TwoStage {
+impl CustomPreconditioner for TwoStage {
     fn fits(&self, matrix: &Matrix) -> bool {
         Rc::ptr_eq(self.normal.matrix.pattern(), matrix.pattern())
     }

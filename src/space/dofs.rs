@@ -28,7 +28,7 @@ pub struct Prescribed {
 
 /// Prescribed displacement \[m\], velocity \[m/s\] and acceleration \[m/s2\] of one component at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Motion {
+pub struct PrescribedMotion {
     /// Displacement \[m\].
     pub u: f64,
     /// Velocity \[m/s\].
@@ -109,7 +109,7 @@ impl<const D: usize> DofMap<D> {
     pub fn fill(
         &self,
         points: &[[f64; D]],
-        mut motion: impl FnMut(usize, usize, &[f64; D]) -> Result<Motion>,
+        mut motion: impl FnMut(usize, usize, &[f64; D]) -> Result<PrescribedMotion>,
         fields: Fields,
     ) -> Result<()> {
         for (number, boundary) in self.boundaries.iter().enumerate() {
@@ -190,7 +190,7 @@ mod tests {
         let (mut u, mut v, mut a) = (vec![9.0; 8], vec![9.0; 8], vec![9.0; 8]);
         let motion = |boundary: usize, component: usize, x: &[f64; 2]| {
             let value = 10.0 * boundary as f64 + component as f64 + 0.1 * x[1];
-            Ok(Motion { u: value, v: -value, a: 2.0 * value })
+            Ok(PrescribedMotion { u: value, v: -value, a: 2.0 * value })
         };
         map.fill(&mesh.points, motion, Fields { u: &mut u, v: &mut v, a: &mut a }).expect("filled");
         assert_eq!(u, [0.0, 11.0, 9.0, 11.0, 9.0, 9.0, 0.1, 9.0]);

@@ -16,8 +16,8 @@ pub mod shape;
 mod tets;
 mod triangles;
 
-pub use dofs::{Boundary, DofMap, Fields, Motion, Prescribed};
+pub use dofs::{Boundary, DofMap, Fields, Prescribed, PrescribedMotion};
 pub use facet::{Tangents, area_variation, facet_normal, facet_tangents};
 pub use locate::{Located, Nearest, locate, nearest_node, pull_back};
 pub use quadrature::Rule;
-pub use reference::{ReferenceElement, Table, reference};
+pub use reference::{ReferenceElement, ShapeTable, reference};

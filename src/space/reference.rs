@@ -25,7 +25,7 @@ pub struct ReferenceElement {
 
 /// Shape functions and gradients at the points of a rule.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct ShapeTable {
     /// Nodes of the element.
     pub nodes: usize,
     /// Points of the rule.
@@ -160,7 +160,7 @@ impl ReferenceElement {
     }
 
     /// Shape functions and gradients at the points of `rule`.
-    pub fn tabulate(&self, rule: &Rule) -> Table {
+    pub fn tabulate(&self, rule: &Rule) -> ShapeTable {
         let nodes = self.functions.len();
         let mut n = vec![0.0; rule.len() * nodes];
         let mut dn = vec![0.0; rule.len() * nodes * self.dim];
@@ -168,7 +168,7 @@ impl ReferenceElement {
             self.shape(xi, &mut n[q * nodes..(q + 1) * nodes]);
             self.gradient(xi, &mut dn[q * nodes * self.dim..(q + 1) * nodes * self.dim]);
         }
-        Table { nodes, points: rule.len(), dim: self.dim, n, dn, weights: rule.weights.clone() }
+        ShapeTable { nodes, points: rule.len(), dim: self.dim, n, dn, weights: rule.weights.clone() }
     }
 }
 

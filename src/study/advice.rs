@@ -1,6 +1,6 @@
 //! What a study comes to, in sentences: the cheapest member for each quantity and accuracy, and what others need.
 
-use super::row::{Row, State};
+use super::row::{MemberState, StudyRow};
 
 /// A table of rows with the names that sentences need.
 pub struct Findings<'a> {
@@ -9,7 +9,7 @@ pub struct Findings<'a> {
     /// Names of the quantities.
     pub quantities: &'a [String],
     /// All members.
-    pub rows: &'a [Row],
+    pub rows: &'a [StudyRow],
 }
 
 impl Findings<'_> {
@@ -20,9 +20,9 @@ impl Findings<'_> {
     }
 
     /// Completed members with an error in the quantity, the reference left out.
-    pub fn judged(&self, quantity: usize) -> impl Iterator<Item = (&Row, f64)> {
-        let judged = move |row: &'_ Row| {
-            let counts = row.state == State::Completed && !row.is_measure[quantity];
+    pub fn judged(&self, quantity: usize) -> impl Iterator<Item = (&StudyRow, f64)> {
+        let judged = move |row: &'_ StudyRow| {
+            let counts = row.state == MemberState::Completed && !row.is_measure[quantity];
             row.errors[quantity].filter(|error| counts && error.is_finite())
         };
         self.rows.iter().filter_map(move |row| judged(row).map(|error| (row, error)))
@@ -31,7 +31,7 @@ impl Findings<'_> {
     fn sentence(&self, quantity: usize, target: f64) -> String {
         let name = &self.quantities[quantity];
         let asked = percent(target);
-        let all: Vec<(&Row, f64)> = self.judged(quantity).collect();
+        let all: Vec<(&StudyRow, f64)> = self.judged(quantity).collect();
         let Some((row, error)) = self.cheapest(&all, &all, target) else {
             return match self.judged(quantity).min_by(|a, b| a.1.total_cmp(&b.1)) {
                 None => format!(
@@ -72,7 +72,7 @@ impl Findings<'_> {
     }
 
     /// The values of the first axis other than that of the member.
-    fn others(&self, row: &Row) -> Vec<&str> {
+    fn others(&self, row: &StudyRow) -> Vec<&str> {
         let mut labels: Vec<&str> = Vec::new();
         if self.axes.len() < 2 {
             return labels;
@@ -87,9 +87,9 @@ impl Findings<'_> {
     }
 
     fn compared(&self, quantity: usize, target: f64, label: &str) -> String {
-        let all: Vec<(&Row, f64)> = self.judged(quantity).collect();
-        let of = |row: &Row| row.labels.first().is_some_and(|own| own == label);
-        let own: Vec<(&Row, f64)> = all.iter().copied().filter(|(row, _)| of(row)).collect();
+        let all: Vec<(&StudyRow, f64)> = self.judged(quantity).collect();
+        let of = |row: &StudyRow| row.labels.first().is_some_and(|own| own == label);
+        let own: Vec<(&StudyRow, f64)> = all.iter().copied().filter(|(row, _)| of(row)).collect();
         let who = format!("{} = {label}", self.axes[0]);
         match self.cheapest(&own, &all, target) {
             Some((row, _)) => format!("; the cheapest with {who} needs {}", seconds(row.cost.cpu)),
@@ -104,7 +104,7 @@ impl Findings<'_> {
     }
 
     /// A member by its values, or by its name where it stands outside of the grid.
-    pub fn described(&self, row: &Row) -> String {
+    pub fn described(&self, row: &StudyRow) -> String {
         if row.labels.iter().all(String::is_empty) || self.axes == ["member"] {
             return row.name.clone();
         }
@@ -115,19 +115,20 @@ impl Findings<'_> {
     /// The cheapest of `rows` that suffices and does so not by luck alone: refined along any one axis, it would still.
     fn cheapest<'a>(
         &self,
-        rows: &[(&'a Row, f64)],
-        all: &[(&Row, f64)],
+        rows: &[(&'a StudyRow, f64)],
+        all: &[(&StudyRow, f64)],
         target: f64,
-    ) -> Option<(&'a Row, f64)> {
-        let is_lucky =
-            |row: &Row| all.iter().any(|(other, error)| *error > target && self.is_refinement(other, row));
+    ) -> Option<(&'a StudyRow, f64)> {
+        let is_lucky = |row: &StudyRow| {
+            all.iter().any(|(other, error)| *error > target && self.is_refinement(other, row))
+        };
         let suffices = rows.iter().filter(|(row, error)| *error <= target && !is_lucky(row));
         suffices.copied().min_by(|a, b| a.0.cost.cpu.total_cmp(&b.0.cost.cpu))
     }
 
     /// Whether a member differs from another by more unknowns or steps along one axis that has an order, of several not the
     /// first, which is that of the compared.
-    fn is_refinement(&self, finer: &Row, row: &Row) -> bool {
+    fn is_refinement(&self, finer: &StudyRow, row: &StudyRow) -> bool {
         let labels = || row.labels.iter().zip(&finer.labels).enumerate();
         let first = usize::from(row.labels.len() > 1);
         let differences = labels().filter(|(_, (own, other))| own != other).count();
@@ -182,8 +183,8 @@ mod tests {
     use super::super::tests::row;
     use super::*;
 
-    fn of(name: [&str; 2], cpu: f64, error: f64) -> Row {
-        let mut row = row(&name.join("-"), &name, State::Completed);
+    fn of(name: [&str; 2], cpu: f64, error: f64) -> StudyRow {
+        let mut row = row(&name.join("-"), &name, MemberState::Completed);
         row.cost = Cost { cpu, ..Cost::default() };
         row.errors = vec![Some(error)];
         row
@@ -202,7 +203,7 @@ mod tests {
             of(["tri6", "0.1"], 0.01, 1e-9),
         ];
         rows[3].is_measure = vec![true];
-        rows[5].state = State::Failed;
+        rows[5].state = MemberState::Failed;
         let names = ["element", "h"].map(str::to_owned);
         let findings = Findings { axes: &names, quantities: &["reaction".into()], rows: &rows };
         let advice = findings.advice(&[0.01, 1e-4]);

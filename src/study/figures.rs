@@ -2,12 +2,12 @@
 
 use super::advice::Findings;
 use super::front::{digits, pareto};
-use super::row::{Row, State};
+use super::row::{MemberState, StudyRow};
 use crate::error::Result;
-use crate::plot::{Curve, Figure, Panel, Quantity, Scale, Stroke};
+use crate::plot::{AxisQuantity, Curve, Figure, Panel, Scale, Stroke};
 
 /// What a member counts.
-type Size = fn(&Row) -> u64;
+type Size = fn(&StudyRow) -> u64;
 
 /// Members that differ in one axis alone: their other labels, their colour, and each one's size and point.
 struct Family {
@@ -22,8 +22,8 @@ const MARK: f64 = 3.5;
 impl Findings<'_> {
     /// The members on the front of a quantity by growing cost, by their positions.
     pub fn front(&self, quantity: usize) -> Vec<usize> {
-        let point = |row: &Row| match row.errors[quantity] {
-            Some(error) if row.state == State::Completed && !row.is_measure[quantity] => {
+        let point = |row: &StudyRow| match row.errors[quantity] {
+            Some(error) if row.state == MemberState::Completed && !row.is_measure[quantity] => {
                 [row.cost.cpu, error]
             }
             _ => [f64::NAN; 2],
@@ -50,9 +50,10 @@ impl Findings<'_> {
     }
 
     /// Members with a place on logarithmic axes, with their positions.
-    fn drawn(&self, quantity: usize) -> impl Iterator<Item = (usize, &Row, f64)> {
-        let judged = move |row: &'_ Row| {
-            let counts = row.state == State::Completed && !row.is_measure[quantity] && row.cost.cpu > 0.0;
+    fn drawn(&self, quantity: usize) -> impl Iterator<Item = (usize, &StudyRow, f64)> {
+        let judged = move |row: &'_ StudyRow| {
+            let counts =
+                row.state == MemberState::Completed && !row.is_measure[quantity] && row.cost.cpu > 0.0;
             row.errors[quantity].filter(|error| counts && *error > 0.0 && error.is_finite())
         };
         let rows = self.rows.iter().enumerate();
@@ -149,15 +150,15 @@ impl Findings<'_> {
     /// The three panels of the Time-Accuracy-Size spectrum.
     fn spectrum(&self, quantity: usize) -> Figure {
         let size: Size = |row| row.cost.unknowns * row.cost.steps.max(1);
-        let plain = |name: &str| Quantity::new(name, "");
-        let panel = |x: Quantity, y: Quantity, point: &dyn Fn(&Row, f64) -> [f64; 2]| Panel {
+        let plain = |name: &str| AxisQuantity::new(name, "");
+        let panel = |x: AxisQuantity, y: AxisQuantity, point: &dyn Fn(&StudyRow, f64) -> [f64; 2]| Panel {
             x,
             y,
             curves: self.joined(quantity, size, point),
             at_least: vec![],
             labels: vec![],
         };
-        let of = |row: &Row, error: f64| digits(error, row.cost.size(), row.cost.cpu);
+        let of = |row: &StudyRow, error: f64| digits(error, row.cost.size(), row.cost.cpu);
         let panels = vec![
             panel(plain("digits of size"), plain("digits of accuracy"), &|row, error| {
                 let digits = of(row, error);
@@ -178,11 +179,11 @@ impl Findings<'_> {
     fn joined(
         &self,
         quantity: usize,
-        size: impl Fn(&Row) -> u64,
-        point: impl Fn(&Row, f64) -> [f64; 2],
+        size: impl Fn(&StudyRow) -> u64,
+        point: impl Fn(&StudyRow, f64) -> [f64; 2],
     ) -> Vec<Curve> {
         let along = self.refined(&size);
-        let key = |row: &Row| -> Vec<String> {
+        let key = |row: &StudyRow| -> Vec<String> {
             let labels = row.labels.iter().enumerate();
             labels.map(|(k, label)| if Some(k) == along { String::new() } else { label.clone() }).collect()
         };
@@ -207,12 +208,12 @@ impl Findings<'_> {
     }
 
     /// The axis along which the size grows most; the first one, which the colours tell, only where no other does.
-    fn refined(&self, size: &impl Fn(&Row) -> u64) -> Option<usize> {
-        let done = || self.rows.iter().filter(|row| row.state == State::Completed && size(row) > 0);
+    fn refined(&self, size: &impl Fn(&StudyRow) -> u64) -> Option<usize> {
+        let done = || self.rows.iter().filter(|row| row.state == MemberState::Completed && size(row) > 0);
         let growth = |axis: usize| {
             let mut most: f64 = 1.0;
             for row in done() {
-                let alike = |other: &&Row| {
+                let alike = |other: &&StudyRow| {
                     let labels = || row.labels.iter().zip(&other.labels).enumerate();
                     labels().all(|(k, (a, b))| (k == axis) != (a == b))
                 };
@@ -228,6 +229,6 @@ impl Findings<'_> {
     }
 }
 
-fn logarithmic(name: impl Into<String>) -> Quantity {
-    Quantity { scale: Scale::Logarithmic, ..Quantity::new(name, "") }
+fn logarithmic(name: impl Into<String>) -> AxisQuantity {
+    AxisQuantity { scale: Scale::Logarithmic, ..AxisQuantity::new(name, "") }
 }

@@ -35,7 +35,7 @@ pub struct Study {
     #[serde(default)]
     pub reference: Option<At<Reference>>,
     /// What is looked at, by name.
-    pub quantities: At<Named<Quantity>>,
+    pub quantities: At<Named<StudyQuantity>>,
     /// Relative errors that the advice speaks of, > 0; 10, 1 and 0.1 % if absent.
     #[serde(default = "targets")]
     pub accuracy: At<Vec<Number>>,
@@ -87,7 +87,7 @@ pub enum Reference {
 /// A quantity of interest.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Quantity {
+pub struct StudyQuantity {
     /// A table of the results: `probes.csv`, `contact.csv`, `reactions.csv`, `energy.csv`, `momentum.csv`.
     pub table: At<String>,
     /// Column, with its unit as in the header.
@@ -105,7 +105,7 @@ pub struct Quantity {
     pub scale: Option<Number>,
     /// What this quantity is compared with, in place of the study's reference.
     #[serde(default)]
-    pub reference: Option<At<Known>>,
+    pub reference: Option<At<KnownReference>>,
 }
 
 /// What is made of a column over time.
@@ -129,7 +129,7 @@ pub enum Measure {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Known")]
-pub enum Known {
+pub enum KnownReference {
     /// A value, in the unit of the column.
     Value(Number),
     /// A table with a column `time [s]`, or the case's unit of time in place of s, and the quantity's column, relative to this file.
@@ -138,7 +138,7 @@ pub enum Known {
 
 tagged!(read Reference, "reference");
 tagged!(read Measure, "measure");
-tagged!(read Known, "reference");
+tagged!(read KnownReference, "reference");
 
 /// Tables of a results folder that have a row a step.
 pub const TABLES: [&str; 5] = ["probes.csv", "contact.csv", "reactions.csv", "energy.csv", "momentum.csv"];
@@ -217,7 +217,7 @@ impl Study {
         }
     }
 
-    fn check_quantity(&self, name: &At<String>, quantity: &Quantity, complaints: &mut Vec<Complaint>) {
+    fn check_quantity(&self, name: &At<String>, quantity: &StudyQuantity, complaints: &mut Vec<Complaint>) {
         let table = &quantity.table;
         if !TABLES.contains(&table.value.as_str()) {
             let unknown = Complaint::unknown("table", &table.value, TABLES.into_iter());
@@ -238,7 +238,9 @@ impl Study {
             let cure = "give the study a `reference`, or this quantity its own: `reference: { value: ... }`";
             complaints.push(Complaint::new(message).at(name.place).hint(cure));
         }
-        if let (Measure::L2, Some(At { value: Known::Value(_), place })) = (quantity.measure.value, own) {
+        if let (Measure::L2, Some(At { value: KnownReference::Value(_), place })) =
+            (quantity.measure.value, own)
+        {
             let message = "a curve is compared with a curve, not with a value".into();
             complaints.push(Complaint::new(message).at(*place).hint("reference: { csv: FILE }"));
         }

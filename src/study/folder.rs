@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::advice::{Findings, percent, seconds};
 use super::file::Study;
-use super::row::State;
+use super::row::MemberState;
 use super::table;
 use crate::error::{Error, Result};
 use crate::output::anchor::Anchor;
@@ -104,15 +104,15 @@ impl Papers<'_> {
     ///
     /// # Errors
     /// The disk refuses.
-    pub fn write(&self, state: State) -> Result<()> {
+    pub fn write(&self, state: MemberState) -> Result<()> {
         let findings = &self.findings;
         let fronts: Vec<Vec<usize>> = (0..findings.quantities.len()).map(|k| findings.front(k)).collect();
         let text = table::text(findings.axes, findings.quantities, findings.rows, &fronts)?;
         write_whole(&self.folder.join(table::FILE), text.as_bytes())?;
         let advice = self.advice();
-        let word = if state == State::Waiting { "running" } else { state.name() };
-        let figures = if state == State::Waiting { Vec::new() } else { self.draw()? };
-        if state != State::Waiting {
+        let word = if state == MemberState::Waiting { "running" } else { state.name() };
+        let figures = if state == MemberState::Waiting { Vec::new() } else { self.draw()? };
+        if state != MemberState::Waiting {
             write_whole(&self.folder.join("advice.txt"), (advice.join("\n") + "\n").as_bytes())?;
             write_whole(&self.folder.join("study.md"), self.summary(&fronts, &figures).as_bytes())?;
         }
@@ -125,7 +125,7 @@ impl Papers<'_> {
             "written": timestamp(std::time::SystemTime::now()),
             "axes": findings.axes,
             "quantities": findings.quantities,
-            "advice": if state == State::Waiting { Vec::new() } else { advice },
+            "advice": if state == MemberState::Waiting { Vec::new() } else { advice },
             "figures": figures,
             "text": self.study.source().text,
         });
@@ -155,7 +155,7 @@ impl Papers<'_> {
     fn summary(&self, fronts: &[Vec<usize>], figures: &[String]) -> String {
         let Findings { quantities, rows, .. } = self.findings;
         let mut text = format!("# {}\n\n", self.study.title.as_deref().unwrap_or("Study"));
-        let failed = rows.iter().filter(|row| row.state == State::Failed).count();
+        let failed = rows.iter().filter(|row| row.state == MemberState::Failed).count();
         text.push_str(&format!(
             "{} members, {failed} failed; all numbers in `{}`.\n\n",
             rows.len(),
@@ -182,7 +182,7 @@ impl Papers<'_> {
         }
         if failed > 0 {
             text.push_str("\n## Failed\n\n");
-            for row in rows.iter().filter(|row| row.state == State::Failed) {
+            for row in rows.iter().filter(|row| row.state == MemberState::Failed) {
                 text.push_str(&format!("- {}: {}\n", row.name, row.reason));
             }
         }

@@ -23,7 +23,7 @@ pub mod table;
 
 pub use file::Study;
 pub use folder::default_place;
-pub use run::{Options, Planned, run};
+pub use run::{Planned, StudyOptions, run};
 
 /// The JSON schema (draft-07) of a study file.
 pub fn schema() -> serde_json::Value {

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::file::{Known, Measure, Quantity, Study};
+use super::file::{KnownReference, Measure, Study, StudyQuantity};
 use super::plan::{Member, REFERENCE};
-use super::series::{Interval, Series};
+use super::series::{Interval, TimeSeries};
 use crate::case::{At, Named, Units};
 use crate::error::{Cause, Error, Result};
 use crate::output::folder::record;
@@ -14,7 +14,7 @@ use crate::plot::Csv;
 
 /// How a member stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
+pub enum MemberState {
     /// Not run yet, or cut off while it ran.
     Waiting,
     /// Done.
@@ -23,7 +23,7 @@ pub enum State {
     Failed,
 }
 
-impl State {
+impl MemberState {
     /// The word in `study.csv`.
     pub fn name(self) -> &'static str {
         match self {
@@ -69,19 +69,19 @@ impl Cost {
 
 /// A member and what came of it.
 #[derive(Debug, Clone)]
-pub struct Row {
+pub struct StudyRow {
     /// Its name.
     pub name: String,
     /// Labels of its values, an axis each.
     pub labels: Vec<String>,
     /// How it stands.
-    pub state: State,
+    pub state: MemberState,
     /// Why it failed, in one line.
     pub reason: String,
     /// What it has cost.
     pub cost: Cost,
     /// Its curves, one a quantity.
-    curves: Vec<Option<Series>>,
+    curves: Vec<Option<TimeSeries>>,
     /// Its values, one a quantity.
     pub values: Vec<Option<f64>>,
     /// Relative errors, one a quantity.
@@ -90,7 +90,7 @@ pub struct Row {
     pub is_measure: Vec<bool>,
 }
 
-impl Row {
+impl StudyRow {
     /// A member that has not been run.
     pub fn waiting(member: &Member, quantities: usize) -> Self {
         Self::blank(member.name.clone(), member.labels.clone(), quantities)
@@ -101,7 +101,7 @@ impl Row {
         Self {
             name,
             labels,
-            state: State::Waiting,
+            state: MemberState::Waiting,
             reason: String::new(),
             cost: Cost::default(),
             curves: vec![None; quantities],
@@ -119,15 +119,15 @@ impl Row {
         let record = record(folder);
         let mut row = Self::waiting(member, study.quantities.value.len());
         row.state = match record["verdict"].as_str() {
-            Some("completed") => State::Completed,
-            Some("failed" | "stopped") => State::Failed,
+            Some("completed") => MemberState::Completed,
+            Some("failed" | "stopped") => MemberState::Failed,
             _ => return Ok(row),
         };
         row.reason = one_line(record["reason"].as_str().unwrap_or_default());
         row.cost = cost(&record, folder)?;
         for (index, (_, quantity)) in study.quantities.value.iter().enumerate() {
             let curve = curve(quantity, folder, study, member.case.units)?;
-            if row.state == State::Completed {
+            if row.state == MemberState::Completed {
                 row.values[index] = curve
                     .as_ref()
                     .and_then(|curve| curve.measured(quantity.measure.value, interval(quantity)));
@@ -173,18 +173,18 @@ fn drift(path: &Path, units: Units) -> Result<Option<f64>> {
     Ok((size > 0.0).then_some(largest("numerical [J]")? / size))
 }
 
-fn curve(quantity: &Quantity, folder: &Path, study: &Study, units: Units) -> Result<Option<Series>> {
+fn curve(quantity: &StudyQuantity, folder: &Path, study: &Study, units: Units) -> Result<Option<TimeSeries>> {
     let only: Vec<(&str, &str)> =
         quantity.only.iter().map(|(column, word)| (column.value.as_str(), word.value.as_str())).collect();
     let path = folder.join(&quantity.table.value);
-    Series::read(&path, &quantity.column.value, &only, units).map_err(|error| match error.cause {
+    TimeSeries::read(&path, &quantity.column.value, &only, units).map_err(|error| match error.cause {
         Cause::Case => told(study, quantity, &error),
         _ => error,
     })
 }
 
 /// The error about a column, at its place in the study.
-fn told(study: &Study, quantity: &Quantity, error: &Error) -> Error {
+fn told(study: &Study, quantity: &StudyQuantity, error: &Error) -> Error {
     let (message, hint) = error.message.split_once("\nhint: ").unwrap_or((&error.message, ""));
     study.error(quantity.column.place, message, hint)
 }
@@ -195,7 +195,7 @@ fn one_line(reason: &str) -> String {
 }
 
 /// First and last instant of a quantity \[s\].
-fn interval(quantity: &Quantity) -> Interval {
+fn interval(quantity: &StudyQuantity) -> Interval {
     quantity.between.as_ref().map(|between| between.value.map(|time| time.value))
 }
 
@@ -206,7 +206,7 @@ pub struct References(Vec<Option<Standard>>);
 #[derive(Debug, Clone)]
 enum Standard {
     Value(f64),
-    Curve(Series),
+    Curve(TimeSeries),
 }
 
 impl References {
@@ -215,10 +215,10 @@ impl References {
     /// # Errors
     /// A table is not there, or has no such column.
     pub fn read(study: &Study, units: Units) -> Result<Self> {
-        let standard = |quantity: &Quantity| match &quantity.reference {
+        let standard = |quantity: &StudyQuantity| match &quantity.reference {
             None => Ok(None),
-            Some(At { value: Known::Value(value), .. }) => Ok(Some(Standard::Value(value.value))),
-            Some(At { value: Known::Csv(file), .. }) => {
+            Some(At { value: KnownReference::Value(value), .. }) => Ok(Some(Standard::Value(value.value))),
+            Some(At { value: KnownReference::Csv(file), .. }) => {
                 let path = study.source().directory.join(&file.value);
                 let absent =
                     |error: String| study.error(file.place, error, "paths are relative to the study file");
@@ -228,8 +228,8 @@ impl References {
                         path.display()
                     )));
                 }
-                let read =
-                    Series::read(&path, &quantity.column.value, &[], units).map_err(|e| absent(e.message))?;
+                let read = TimeSeries::read(&path, &quantity.column.value, &[], units)
+                    .map_err(|e| absent(e.message))?;
                 let curve = read.filter(|curve| !curve.is_empty());
                 let curve =
                     curve.ok_or_else(|| absent(format!("{}: no curve to compare with", path.display())))?;
@@ -240,13 +240,13 @@ impl References {
     }
 
     /// Whether errors in a quantity may still change, since they are taken against the finest member that there is so far.
-    pub fn is_provisional(&self, index: usize, rows: &[Row]) -> bool {
+    pub fn is_provisional(&self, index: usize, rows: &[StudyRow]) -> bool {
         let has_own = rows.iter().any(|row| row.name == REFERENCE);
-        self.0[index].is_none() && !has_own && rows.iter().any(|row| row.state == State::Waiting)
+        self.0[index].is_none() && !has_own && rows.iter().any(|row| row.state == MemberState::Waiting)
     }
 
     /// Gives all rows their errors; of quantities without a reference of their own against the study's.
-    pub fn compare(&self, rows: &mut [Row], quantities: &Named<Quantity>) {
+    pub fn compare(&self, rows: &mut [StudyRow], quantities: &Named<StudyQuantity>) {
         let finest = finest(rows);
         for (index, quantity) in quantities.values().enumerate() {
             let measure = quantity.measure.value;
@@ -268,7 +268,7 @@ impl References {
     }
 }
 
-fn error(row: &Row, index: usize, quantity: &Quantity, standard: &Standard) -> Option<f64> {
+fn error(row: &StudyRow, index: usize, quantity: &StudyQuantity, standard: &Standard) -> Option<f64> {
     let measure = quantity.measure.value;
     let interval = interval(quantity);
     let scale = quantity.scale.map(|scale| scale.value);
@@ -284,8 +284,8 @@ fn error(row: &Row, index: usize, quantity: &Quantity, standard: &Standard) -> O
 }
 
 /// The reference's own run, or else the completed member with the most unknowns times steps.
-fn finest(rows: &[Row]) -> Option<usize> {
-    let completed = |k: &usize| rows[*k].state == State::Completed;
+fn finest(rows: &[StudyRow]) -> Option<usize> {
+    let completed = |k: &usize| rows[*k].state == MemberState::Completed;
     match rows.iter().position(|row| row.name == REFERENCE) {
         Some(own) => Some(own).filter(completed),
         None => (0..rows.len())

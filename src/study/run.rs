@@ -11,20 +11,22 @@ use super::advice::{Findings, percent, seconds};
 use super::file::Study;
 use super::folder::{self, Papers, StudyFolder};
 use super::plan::{self, Member};
-use super::row::{References, Row, State};
+use super::row::{MemberState, References, StudyRow};
 use crate::case::{Case, Mesh, Units};
 use crate::error::{Cause, Error, Result, agree};
 use crate::output::console::{Verbosity, say};
 use crate::output::folder::{RECORD, ResultsFolder, record};
-use crate::output::record::{Input, check_tables};
+use crate::output::record::{InputRecord, check_tables};
 use crate::petsc::Session;
 use crate::reader::document::Document;
 use crate::reader::source::Source;
-use crate::simulation::{Place, Ready, Signals, WALL_TIME_IS_OVER, give_options, refuse, take_back_options};
+use crate::simulation::{
+    Ready, RunRequest, Signals, WALL_TIME_IS_OVER, give_options, refuse, take_back_options,
+};
 
 /// How a study is run.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct StudyOptions {
     /// Folder of the study's results.
     pub folder: PathBuf,
     /// Whether members that failed before are run once more.
@@ -83,7 +85,7 @@ const OF_A_MEMBER: [Cause; 4] = [Cause::Case, Cause::File, Cause::NotConverged, 
 ///
 /// # Errors
 /// The same on all ranks: what is no failure of a single member, or that no member completed.
-pub fn run(session: &Rc<Session>, planned: &Planned, options: &Options) -> Result<Vec<String>> {
+pub fn run(session: &Rc<Session>, planned: &Planned, options: &StudyOptions) -> Result<Vec<String>> {
     let Planned { study, members } = planned;
     let signals = Signals::listen()?;
     let is_first = session.rank() == 0;
@@ -132,10 +134,10 @@ fn require_leave(session: &Session, signals: &Signals, member: &Member) -> Resul
 ///
 /// # Errors
 /// The same on all ranks: what ends the study.
-fn compute(session: &Rc<Session>, planned: &Planned, member: &Member, options: &Options) -> Result<()> {
+fn compute(session: &Rc<Session>, planned: &Planned, member: &Member, options: &StudyOptions) -> Result<()> {
     let case = &member.case;
     let case_file = planned.study.source().directory.join(&planned.study.case.value);
-    let place = Place::anew(case_file, member_folder(&options.folder, member), options.members);
+    let place = RunRequest::anew(case_file, member_folder(&options.folder, member), options.members);
     session.measure_anew();
     let taken = give_options(session, case)?;
     let outcome = match case.dimension.value {
@@ -146,7 +148,7 @@ fn compute(session: &Rc<Session>, planned: &Planned, member: &Member, options: &
     outcome
 }
 
-fn attempt<const D: usize>(session: &Rc<Session>, case: &Case, place: &Place) -> Result<()> {
+fn attempt<const D: usize>(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<()> {
     let outcome = match Ready::<D>::new(session, case, place) {
         Err(error) if OF_A_MEMBER.contains(&error.cause) => return refuse(session, case, place, &error),
         ready => ready?.run(session, case, place),
@@ -196,11 +198,11 @@ fn check_results(member: &Member, record: &Value, folder: &Path) -> Result<()> {
 struct Ledger<'a> {
     study: &'a Study,
     members: &'a [Member],
-    options: &'a Options,
+    options: &'a StudyOptions,
     references: References,
     axes: Vec<String>,
     quantities: Vec<String>,
-    rows: Vec<Row>,
+    rows: Vec<StudyRow>,
     /// PETSc's options of the command line.
     petsc: String,
     /// The folder of the study, this run's alone.
@@ -211,12 +213,12 @@ impl<'a> Ledger<'a> {
     fn open(
         study: &'a Study,
         members: &'a [Member],
-        options: &'a Options,
+        options: &'a StudyOptions,
         petsc: String,
         place: StudyFolder,
     ) -> Result<Self> {
         let quantities: Vec<String> = study.quantities.value.names().map(str::to_owned).collect();
-        let rows = members.iter().map(|member| Row::waiting(member, quantities.len())).collect();
+        let rows = members.iter().map(|member| StudyRow::waiting(member, quantities.len())).collect();
         let references =
             References::read(study, members.first().map_or(Units::SI, |member| member.case.units))?;
         Ok(Self {
@@ -269,7 +271,7 @@ impl<'a> Ledger<'a> {
             member.case.bodies.values().all(|body| match &body.mesh {
                 Mesh::File(file) => {
                     let path = member.case.resolve(&file.file.value);
-                    match Input::of(&path) {
+                    match InputRecord::of(&path) {
                         Ok(input) => known("sha256", &input.sha256),
                         // It could not be read then either.
                         Err(_) => !known("path", &path.display().to_string()),
@@ -289,11 +291,11 @@ impl<'a> Ledger<'a> {
     fn enter(&mut self, index: usize, was_done: bool) -> Result<()> {
         self.place.check()?;
         let member = &self.members[index];
-        self.rows[index] = Row::read(member, &member_folder(&self.options.folder, member), self.study)?;
+        self.rows[index] = StudyRow::read(member, &member_folder(&self.options.folder, member), self.study)?;
         self.references.compare(&mut self.rows, &self.study.quantities.value);
         let row = &self.rows[index];
         let what = match row.state {
-            State::Completed => {
+            MemberState::Completed => {
                 let errors = self.quantities.iter().zip(&row.errors).zip(&row.is_measure);
                 let so_far = |index| match self.references.is_provisional(index, &self.rows) {
                     true => " against the finest so far",
@@ -309,19 +311,19 @@ impl<'a> Ledger<'a> {
         };
         let before = if was_done { " (before)" } else { "" };
         self.say(&format!("  [{}/{}] {}: {what}{before}", index + 1, self.members.len(), row.name));
-        self.papers().write(State::Waiting)
+        self.papers().write(MemberState::Waiting)
     }
 
     fn finish(&mut self) -> Result<Vec<String>> {
         self.place.check()?;
-        if !self.rows.iter().any(|row| row.state == State::Completed) {
+        if !self.rows.iter().any(|row| row.state == MemberState::Completed) {
             let text = "no member completed".to_owned();
-            self.papers().write(State::Failed)?;
+            self.papers().write(MemberState::Failed)?;
             return Err(Error::not_converged(text).hint("the reasons stand in study.csv"));
         }
         let papers = self.papers();
-        papers.write(State::Completed)?;
-        let failed = self.rows.iter().filter(|row| row.state == State::Failed).count();
+        papers.write(MemberState::Completed)?;
+        let failed = self.rows.iter().filter(|row| row.state == MemberState::Failed).count();
         if failed > 0 {
             self.say(&format!(
                 "{failed} of {} members failed: the reasons stand in study.csv",

@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// A curve over time, linear between its points.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Series {
+pub struct TimeSeries {
     /// Time \[s\], growing, and value.
     points: Vec<[f64; 2]>,
 }
@@ -20,7 +20,7 @@ pub struct Series {
 /// First and last instant that count \[s\].
 pub type Interval = Option<[f64; 2]>;
 
-impl Series {
+impl TimeSeries {
     /// A curve from its points; those that are not finite are left out, and the later of two at one instant counts.
     pub fn new(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let mut kept: Vec<[f64; 2]> = Vec::new();
@@ -146,18 +146,18 @@ mod tests {
     use crate::output::folder::tests::Scratch;
     use crate::reader::quantity::Duration;
 
-    fn line(slope: f64, times: &[f64]) -> Series {
-        Series::new(times.iter().map(|&time| [time, slope * time]))
+    fn line(slope: f64, times: &[f64]) -> TimeSeries {
+        TimeSeries::new(times.iter().map(|&time| [time, slope * time]))
     }
 
     /// Values are linear between points and absent outside; the last of two at one instant counts.
     #[test]
     fn values_are_interpolated() {
-        let curve = Series::new([[0.0, 1.0], [1.0, 3.0], [1.0, 5.0], [f64::NAN, 2.0], [3.0, 9.0]]);
+        let curve = TimeSeries::new([[0.0, 1.0], [1.0, 3.0], [1.0, 5.0], [f64::NAN, 2.0], [3.0, 9.0]]);
         assert_eq!([0.0, 0.5, 1.0, 2.0, 3.0].map(|t| curve.at(t)), [1.0, 3.0, 5.0, 7.0, 9.0].map(Some));
         assert_eq!([-0.1, 3.1].map(|t| curve.at(t)), [None, None]);
         assert_eq!(curve.at(3.0 * (1.0 + 1e-13)), Some(9.0));
-        assert_eq!(Series::default().at(0.0), None);
+        assert_eq!(TimeSeries::default().at(0.0), None);
         assert_eq!(curve.measured(Measure::At(Duration::new(0.5)), None), Some(3.0));
         assert_eq!(curve.measured(Measure::Maximum, Some([0.0, 2.0])), Some(7.0));
         assert_eq!(curve.measured(Measure::Minimum, Some([0.5, 9.0])), Some(3.0));
@@ -190,11 +190,12 @@ mod tests {
         let path = scratch.0.join("reactions.csv");
         std::fs::write(&path, "step,time [s],boundary,force_x [N]\n0,0,a,1\n0,0,b,2\n1,1,a,3\n1,1,b,4\n")
             .unwrap();
-        let read = |column: &str, word: &str| Series::read(&path, column, &[("boundary", word)], Units::SI);
+        let read =
+            |column: &str, word: &str| TimeSeries::read(&path, column, &[("boundary", word)], Units::SI);
         assert_eq!(read("force_x [N]", "b").unwrap().unwrap().points, [[0.0, 2.0], [1.0, 4.0]]);
         assert!(read("force_x [N]", "c").unwrap().unwrap().is_empty());
         let text = read("force_x", "b").unwrap_err().message;
         assert!(text.contains("'force_x'") && text.contains("did you mean 'force_x [N]'"), "{text}");
-        assert!(Series::read(&scratch.0.join("no.csv"), "a", &[], Units::SI).unwrap().is_none());
+        assert!(TimeSeries::read(&scratch.0.join("no.csv"), "a", &[], Units::SI).unwrap().is_none());
     }
 }

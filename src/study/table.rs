@@ -1,7 +1,7 @@
 //! `study.csv`: a row a member.
 
 use super::columns::COLUMNS;
-use super::row::{Row, State};
+use super::row::{MemberState, StudyRow};
 use crate::error::Result;
 use crate::output::table::{Cell, whole};
 
@@ -12,7 +12,12 @@ pub const FILE: &str = "study.csv";
 ///
 /// # Errors
 /// A fault of the program.
-pub fn text(axes: &[String], quantities: &[String], rows: &[Row], fronts: &[Vec<usize>]) -> Result<String> {
+pub fn text(
+    axes: &[String],
+    quantities: &[String],
+    rows: &[StudyRow],
+    fronts: &[Vec<usize>],
+) -> Result<String> {
     let own = |name: &str| name.to_owned();
     // A study without axes has the names of its members as its axis.
     let axes_shown: &[String] = if axes == ["member"] { &[] } else { axes };
@@ -33,7 +38,7 @@ pub fn text(axes: &[String], quantities: &[String], rows: &[Row], fronts: &[Vec<
     whole(FILE, &columns, &cells.collect::<Vec<_>>())
 }
 
-fn cells_of<'a>(row: &'a Row, axes: usize, front: &'a str) -> Vec<Cell<'a>> {
+fn cells_of<'a>(row: &'a StudyRow, axes: usize, front: &'a str) -> Vec<Cell<'a>> {
     let finite = |value: Option<f64>| Cell::from(value.filter(|value| value.is_finite()));
     let mut cells = vec![Cell::Text(&row.name)];
     cells.extend(row.labels.iter().take(axes).map(|label| Cell::Text(label)));
@@ -42,7 +47,7 @@ fn cells_of<'a>(row: &'a Row, axes: usize, front: &'a str) -> Vec<Cell<'a>> {
         cells.extend([finite(*value), finite(*error)]);
     }
     let cost = &row.cost;
-    if row.state == State::Waiting {
+    if row.state == MemberState::Waiting {
         cells.extend([Cell::Absent; COLUMNS.len() - 2]);
         return cells;
     }

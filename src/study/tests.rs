@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::row::{Cost, Row, State};
+use super::row::{Cost, MemberState, StudyRow};
 use super::run::Planned;
 
 /// A row with these labels, without results.
-pub fn row(name: &str, labels: &[&str], state: State) -> Row {
-    let mut row = Row::blank(name.to_owned(), labels.iter().map(|&label| label.to_owned()).collect(), 1);
+pub fn row(name: &str, labels: &[&str], state: MemberState) -> StudyRow {
+    let mut row = StudyRow::blank(name.to_owned(), labels.iter().map(|&label| label.to_owned()).collect(), 1);
     row.state = state;
     row.cost = Cost::default();
     row

@@ -237,10 +237,10 @@ fn not_a_number(folder: &Path) -> Option<String> {
 }
 
 fn binary_has_nan(path: &Path) -> bool {
-    use contact_petsc::output::vtu::Values;
+    use contact_petsc::output::vtu::VtuValues;
     let Ok(piece) = contact_petsc::output::vtu_reader::read_piece(path) else { return true };
-    let sick = |values: &Values| match values {
-        Values::Float64(values) => values.iter().any(|x| !x.is_finite()),
+    let sick = |values: &VtuValues| match values {
+        VtuValues::Float64(values) => values.iter().any(|x| !x.is_finite()),
         _ => false,
     };
     piece.point_data.values().chain(piece.cell_data.values()).any(|field| sick(&field.values))

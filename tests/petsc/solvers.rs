@@ -2,7 +2,7 @@
 
 use crate::lattice::{Lattice, Local};
 use contact_petsc::petsc::{
-    Format, Krylov, Matrix, Outcome, Reason, Reuse, Session, Start, Symmetry, Vector, residual_norm,
+    Format, InitialGuess, Krylov, Matrix, Outcome, Reason, Reuse, Session, Symmetry, Vector, residual_norm,
 };
 use std::cell::Cell;
 use std::rc::Rc;
@@ -241,7 +241,7 @@ fn preconditioner_is_kept_on_demand(session: &Rc<Session>, local: &Local) {
     let b = right_hand_side(session, &local);
     let mut x = b.like().unwrap();
     krylov.solve(&b, &mut x).unwrap();
-    krylov.start_from(Start::Given).unwrap();
+    krylov.start_from(InitialGuess::Given).unwrap();
     krylov.set_tolerances(1e-6, 1e-30, 10).unwrap();
     assert_eq!(krylov.solve(&b, &mut x).unwrap().iterations, 0);
 

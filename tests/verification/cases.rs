@@ -9,7 +9,7 @@ use contact_petsc::contact::normal::{NormalLaw, NormalPowerLaw};
 use contact_petsc::contact::obstacle::{Cylinder, Plane, Shape, Side, Sphere};
 use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Quad9, Tet4, Tet10, Tri6};
 use contact_petsc::mesh::{BoxShape, Facet, Mesh};
-use contact_petsc::model::{Body, Contact, InitialOverclosure, LoadKind, MassChoice, Target};
+use contact_petsc::model::{Body, ContactModel, InitialOverclosure, LoadKind, MassChoice, Target};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::tensor::Vector;
 use contact_petsc::terms::Terms;
@@ -198,7 +198,7 @@ impl<const D: usize> Case<D> {
             model.loads.push(load("block.left", LoadKind::Pressure(function("1.5 + 0.5 * y"))));
         }
         model.loads.push(load("block", LoadKind::BodyForce(std::array::from_fn(|_| function("0.3")))));
-        model.contacts.push(Contact {
+        model.contacts.push(ContactModel {
             name: "sole".to_owned(),
             contactor: "block.bottom".to_owned(),
             bodies: vec![0],

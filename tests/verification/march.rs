@@ -7,7 +7,7 @@ use contact_petsc::case::Case;
 use contact_petsc::error::Result;
 use contact_petsc::output::console::Verbosity;
 use contact_petsc::petsc::Session;
-use contact_petsc::simulation::{self, Place};
+use contact_petsc::simulation::{self, RunRequest};
 
 /// The results of a run, on rank 0.
 pub struct Results {
@@ -33,7 +33,7 @@ pub fn attempt(session: &Rc<Session>, text: &str) -> Result<Option<Results>> {
     if session.rank() == 0 {
         std::fs::write(&case_file, text).expect("the case is written");
     }
-    let place = Place::anew(case_file, folder.clone(), Verbosity::Silent);
+    let place = RunRequest::anew(case_file, folder.clone(), Verbosity::Silent);
     match case.dimension.value {
         2 => simulation::run::<2>(session, &case, &place)?,
         _ => simulation::run::<3>(session, &case, &place)?,

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use contact_petsc::dynamics::{Dynamics, Freeze, Known, Split};
+use contact_petsc::dynamics::{Dynamics, Freeze, KnownFriction, Split};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::terms::Terms;
 
@@ -10,8 +10,8 @@ use super::cases::{Case, plane_cases, solid_cases};
 use super::tangent::{disturb, prescribed, rate, residual, scatter, set};
 
 const STAGES: [(Split, Terms); 3] = [
-    (Split::NormalStage(Known::Bound), Terms::NORMAL_STAGE),
-    (Split::NormalStage(Known::Traction), Terms::NORMAL_STAGE),
+    (Split::NormalStage(KnownFriction::Bound), Terms::NORMAL_STAGE),
+    (Split::NormalStage(KnownFriction::Traction), Terms::NORMAL_STAGE),
     (Split::FrictionStage, Terms::FRICTION_STAGE),
 ];
 

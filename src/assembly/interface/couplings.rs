@@ -30,7 +30,7 @@ impl Default for Couplings {
 
 /// Where a block goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum CouplingSlots {
     /// To a slot of the rank's own rows.
     Slot(u32),
     /// To a block of the remote rows.
@@ -83,11 +83,11 @@ impl Couplings {
     }
 
     /// Where block number `pair` of a vertex goes, its nodes being rows and columns; none where no matrix has it.
-    pub fn place(&self, vertex: usize, pair: usize) -> Option<Place> {
+    pub fn place(&self, vertex: usize, pair: usize) -> Option<CouplingSlots> {
         match self.places[self.places_at[vertex] as usize + pair] {
             NO_SLOT => None,
-            remote if remote & REMOTE != 0 => Some(Place::Remote(remote & !REMOTE)),
-            slot => Some(Place::Slot(slot)),
+            remote if remote & REMOTE != 0 => Some(CouplingSlots::Remote(remote & !REMOTE)),
+            slot => Some(CouplingSlots::Slot(slot)),
         }
     }
 }
@@ -148,13 +148,13 @@ mod tests {
                 for (b, &column) in nodes.iter().enumerate() {
                     let column = numbering.global(column);
                     match couplings.place(vertex, a * nodes.len() + b) {
-                        Some(Place::Slot(slot)) => {
+                        Some(CouplingSlots::Slot(slot)) => {
                             assert!(
                                 numbering.is_owned(row) && wide.row(row as usize).contains(&(slot as usize))
                             );
                             assert_eq!(wide.columns[slot as usize], column);
                         }
-                        Some(Place::Remote(block)) => {
+                        Some(CouplingSlots::Remote(block)) => {
                             assert_eq!(remote.slot(numbering.global(row), column), Some(block));
                         }
                         None => panic!("a block without a place"),

@@ -1,6 +1,6 @@
 //! Takes what contact pairs contribute: own rows at once, rows of other ranks into buffers that are sent later.
 
-use super::couplings::{Couplings, Place};
+use super::couplings::{CouplingSlots, Couplings};
 use crate::contact::mortar::contact::ContactSink;
 use crate::petsc::{BlockValues, Symmetry};
 
@@ -136,8 +136,8 @@ impl<const D: usize> VertexStiffness<'_, '_, D> {
                 }
                 self.release(row, column, block);
                 match self.couplings.place(vertex, place(a, b)) {
-                    Some(Place::Slot(slot)) => self.values.add(slot, block),
-                    Some(Place::Remote(at)) => {
+                    Some(CouplingSlots::Slot(slot)) => self.values.add(slot, block),
+                    Some(CouplingSlots::Remote(at)) => {
                         let entries = &mut self.remote[at as usize * D * D..][..D * D];
                         entries.iter_mut().zip(&*block).for_each(|(entry, value)| *entry += value);
                     }

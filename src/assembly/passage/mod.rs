@@ -6,7 +6,7 @@ mod moving;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::Contact;
+use super::contact::LocalContact;
 use super::pair::ContactPair;
 use super::system::ContactSystem;
 use crate::contact::history::History;
@@ -17,7 +17,7 @@ use crate::dynamics::Stage;
 use crate::error::Result;
 use crate::mesh::{Bounds, BoundsTree};
 use crate::tensor::Vector as Point;
-use moving::{Ends, Moving, around, nodes_of, parts, points_of};
+use moving::{Moving, StepEnds, around, nodes_of, parts, points_of};
 
 /// Surfaces that move by this many times the expected motion did not pass through a target: the balance that was found is another one.
 const RUNAWAY: f64 = 20.0;
@@ -42,7 +42,7 @@ impl<const D: usize> ContactSystem<D> {
             return Ok(None);
         }
         let (start, end) = (stage.start.u.local(), stage.trial.u.local());
-        let ends = Ends { start: &start, end: &end };
+        let ends = StepEnds { start: &start, end: &end };
         let motions = self.contacts.iter().flat_map(|contact| {
             let [contactor, target] = self.shifts(contact, ends);
             let near = if contact.is_deformable() {
@@ -89,7 +89,7 @@ impl<const D: usize> ContactSystem<D> {
 
     /// Looks for all of it. `motions` has for each contact those of [`shifts`](Self::shifts), and whether a point may meet the obstacle or lies
     /// deep in a body; of all ranks. Collective.
-    fn find(&self, ends: Ends<'_>, motions: &[f64]) -> Result<Found> {
+    fn find(&self, ends: StepEnds<'_>, motions: &[f64]) -> Result<Found> {
         let mut found = Found { between: Vec::new(), through: Vec::new() };
         for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(3)) {
             let [motion, met] = [motion[0] + motion[1], motion[2]];
@@ -119,7 +119,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Places of either surface that went deeper than `depth` behind the other one, while the surfaces moved by `motion` \[m\]. Collective.
-    fn swept(&self, pair: &ContactPair<D>, ends: Ends<'_>, motion: f64, depth: f64) -> Result<u64> {
+    fn swept(&self, pair: &ContactPair<D>, ends: StepEnds<'_>, motion: f64, depth: f64) -> Result<u64> {
         let surfaces = pair.surfaces(&self.local);
         let target = Moving::gathered(&self.session, &surfaces, ends, motion + depth)?;
         let contactor = Moving::local(&self.local, surfaces.contactor, ends);
@@ -128,7 +128,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// How far own nodes of contactor and target move in the step, at most \[m\].
-    fn shifts(&self, contact: &Contact<D>, ends: Ends<'_>) -> [f64; 2] {
+    fn shifts(&self, contact: &LocalContact<D>, ends: StepEnds<'_>) -> [f64; 2] {
         let of_node = |node: u32| {
             let dofs = node as usize * D..node as usize * D + D;
             dofs.map(|dof| (ends.end[dof] - ends.start[dof]).powi(2)).sum::<f64>()
@@ -175,7 +175,7 @@ fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> S
     }
 }
 
-fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64, m: &str) -> String {
+fn tell_between<const D: usize>(contact: &LocalContact<D>, facets: u64, m: &str) -> String {
     let radius = contact.obstacle().and_then(Shape::core).map_or(0.0, |core| core.radius);
     format!(
         "contact '{}': the obstacle, of radius {radius:.3e} {m}, lies between the points of {facets} facets of about {:.3e} {m}, none of which \
@@ -185,7 +185,7 @@ fn tell_between<const D: usize>(contact: &Contact<D>, facets: u64, m: &str) -> S
 }
 
 /// Whether a vertex of this rank lay so deep in its target at the start of the step that points around it have lost weight.
-fn is_deep<const D: usize>(contact: &Contact<D>) -> bool {
+fn is_deep<const D: usize>(contact: &LocalContact<D>) -> bool {
     let gap = |(vertex, history): (usize, &History<D>)| history.gap + contact.state.adjusted(vertex);
     contact.state.history.iter().enumerate().map(gap).any(|gap| gap < -0.5 * contact.pair.depth())
 }
@@ -194,7 +194,7 @@ fn is_deep<const D: usize>(contact: &Contact<D>) -> bool {
 const SHALLOW: f64 = 0.02;
 
 /// Whether a point of this rank lies over a round obstacle, so that it would touch before the facet is a radius deep.
-fn has_a_point_at_its_obstacle<const D: usize>(contact: &Contact<D>, ends: Ends<'_>) -> bool {
+fn has_a_point_at_its_obstacle<const D: usize>(contact: &LocalContact<D>, ends: StepEnds<'_>) -> bool {
     let Some(obstacle) = contact.obstacle() else { return false };
     // The points of a facet that is no longer than the obstacle is thick all but touch it.
     let core = obstacle.core().filter(|core| core.radius < 4.0 * contact.facet_size);
@@ -216,7 +216,7 @@ fn has_a_point_at_its_obstacle<const D: usize>(contact: &Contact<D>, ends: Ends<
 }
 
 /// Points of this rank's facets that went through an obstacle.
-fn passing<const D: usize>(contact: &Contact<D>, obstacle: &dyn Shape<D>, ends: Ends<'_>) -> u64 {
+fn passing<const D: usize>(contact: &LocalContact<D>, obstacle: &dyn Shape<D>, ends: StepEnds<'_>) -> u64 {
     let surface = contact.surface();
     let of_facet = |facet: &SurfaceFacet| {
         let nodes = nodes_of(surface, facet, ends);
@@ -228,9 +228,9 @@ fn passing<const D: usize>(contact: &Contact<D>, obstacle: &dyn Shape<D>, ends: 
 /// Facets of this rank none of whose points touches, and in which a small round obstacle lies: half of its radius deep, or at all where no
 /// point of the contact is `met` by it however deep.
 fn between_points<const D: usize>(
-    contact: &Contact<D>,
+    contact: &LocalContact<D>,
     obstacle: &dyn Shape<D>,
-    ends: Ends<'_>,
+    ends: StepEnds<'_>,
     met: bool,
 ) -> u64 {
     let Some(Core { radius, .. }) = obstacle.core() else { return 0 };

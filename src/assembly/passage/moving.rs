@@ -15,12 +15,12 @@ use crate::tensor::Vector as Point;
 
 /// Displacements at the two ends of a step \[m\].
 #[derive(Clone, Copy)]
-pub(super) struct Ends<'a> {
+pub(super) struct StepEnds<'a> {
     pub start: &'a [f64],
     pub end: &'a [f64],
 }
 
-impl Ends<'_> {
+impl StepEnds<'_> {
     /// The way of a node from its reference point.
     pub fn path<const D: usize>(&self, reference: &Point<D>, node: u32) -> Path<D> {
         let at = |u: &[f64]| reference + Point::from_fn(|i, _| u[node as usize * D + i]);
@@ -39,7 +39,7 @@ pub(super) struct Moving<const D: usize> {
 }
 
 /// A node of a target, or a place on an edge between two.
-pub(super) struct Vertex<const D: usize> {
+pub(super) struct MovingVertex<const D: usize> {
     ends: [u32; 2],
     pub path: Path<D>,
 }
@@ -56,7 +56,7 @@ impl<const D: usize> Moving<D> {
     }
 
     /// Facets of this rank's share of the mesh.
-    pub fn local(local: &LocalMesh<D>, facets: &[Facet], ends: Ends<'_>) -> Self {
+    pub fn local(local: &LocalMesh<D>, facets: &[Facet], ends: StepEnds<'_>) -> Self {
         let (mut moving, mut nodes) = (Self::default(), Vec::new());
         for &facet in facets {
             local.mesh.facet_nodes(facet, &mut nodes);
@@ -73,7 +73,7 @@ impl<const D: usize> Moving<D> {
     pub fn gathered(
         session: &Session,
         surfaces: &Surfaces<'_, D>,
-        ends: Ends<'_>,
+        ends: StepEnds<'_>,
         radius: f64,
     ) -> Result<Self> {
         let world = session.world();
@@ -87,7 +87,7 @@ impl<const D: usize> Moving<D> {
         let fields = [(ends.start, &mut start), (ends.end, &mut end)];
         let mut fields = fields.map(|(owned, wanted)| Field { width: D, owned, wanted: &mut wanted[..] });
         bring.forward_many(world, &mut fields);
-        let beyond = Ends { start: &start, end: &end };
+        let beyond = StepEnds { start: &start, end: &end };
         let path = |node: u32| match (node as usize).checked_sub(local.index.local_count()) {
             None => ends.path(&local.mesh.points[node as usize].into(), node),
             Some(at) => beyond.path(&foreign.points[at].into(), at as u32),
@@ -118,10 +118,10 @@ impl<const D: usize> Moving<D> {
     }
 
     /// Each node once, and in space places on each edge as well, no further apart than `spacing` \[m\].
-    pub fn vertices(&self, spacing: f64) -> Vec<Vertex<D>> {
+    pub fn vertices(&self, spacing: f64) -> Vec<MovingVertex<D>> {
         let nodes = self.nodes.iter().zip(&self.paths);
-        let mut vertices: Vec<Vertex<D>> =
-            nodes.map(|(&node, &path)| Vertex { ends: [node; 2], path }).collect();
+        let mut vertices: Vec<MovingVertex<D>> =
+            nodes.map(|(&node, &path)| MovingVertex { ends: [node; 2], path }).collect();
         vertices.sort_by_key(|vertex| vertex.ends);
         vertices.dedup_by_key(|vertex| vertex.ends);
         if D == 2 {
@@ -152,7 +152,7 @@ impl<const D: usize> Moving<D> {
                 let part = f64::from(piece) / f64::from(pieces);
                 let between = |from: Point<D>, to: Point<D>| from + (to - from) * part;
                 let path = Path { start: between(a.start, b.start), end: between(a.end, b.end) };
-                Vertex { ends: [first, last], path }
+                MovingVertex { ends: [first, last], path }
             }));
         }
         vertices
@@ -163,7 +163,7 @@ impl<const D: usize> Moving<D> {
 pub(super) fn nodes_of<const D: usize>(
     surface: &ContactSurface<D>,
     facet: &SurfaceFacet,
-    ends: Ends<'_>,
+    ends: StepEnds<'_>,
 ) -> Vec<Path<D>> {
     let nodes = surface.reference_points(facet).iter().zip(surface.facet_nodes(facet));
     nodes.map(|(reference, &node)| ends.path(reference, node)).collect()

@@ -38,7 +38,7 @@ enum Edge {
 
 /// A vertex of the overlap.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Vertex {
+pub(super) struct PolygonVertex {
     /// Where it is.
     pub place: Flat,
     origin: Origin,
@@ -48,14 +48,14 @@ pub(super) struct Vertex {
 /// The overlap of two pieces in the plane, anticlockwise. It has no vertices if the pieces do not overlap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Polygon {
-    vertices: [Vertex; MOST_VERTICES],
+    vertices: [PolygonVertex; MOST_VERTICES],
     count: usize,
 }
 
 impl Polygon {
     /// The overlap of the contactor's `count` corners, anticlockwise, with the target's `others`, clockwise; see [`TARGET`].
     pub fn of(flat: &[Flat; CORNERS], count: usize, others: usize) -> Self {
-        let nothing = Vertex { place: [0.0; 2], origin: Origin::Corner(0), edge: Edge::Contactor(0) };
+        let nothing = PolygonVertex { place: [0.0; 2], origin: Origin::Corner(0), edge: Edge::Contactor(0) };
         let mut polygon = Self { vertices: [nothing; MOST_VERTICES], count: 0 };
         let seen = -area(&flat[TARGET..][..others]);
         if seen.is_nan() || seen <= 0.0 {
@@ -65,7 +65,7 @@ impl Polygon {
             let next = (j + others - 1) % others;
             let ends = [TARGET + j, TARGET + next].map(|corner| corner as u8);
             let origin = Origin::Corner(ends[0]);
-            polygon.push(Vertex { place: flat[TARGET + j], origin, edge: Edge::Target(ends) });
+            polygon.push(PolygonVertex { place: flat[TARGET + j], origin, edge: Edge::Target(ends) });
         }
         for i in 0..count {
             if polygon.count > 0 {
@@ -76,11 +76,11 @@ impl Polygon {
     }
 
     /// The vertices.
-    pub fn vertices(&self) -> &[Vertex] {
+    pub fn vertices(&self) -> &[PolygonVertex] {
         &self.vertices[..self.count]
     }
 
-    fn push(&mut self, vertex: Vertex) {
+    fn push(&mut self, vertex: PolygonVertex) {
         if let Some(free) = self.vertices.get_mut(self.count) {
             *free = vertex;
             self.count += 1;
@@ -92,7 +92,7 @@ impl Polygon {
         let next = (i + 1) % count;
         let along = sub(flat[next], flat[i]);
         let length = along[0].hypot(along[1]);
-        let side = |vertex: &Vertex| cross(along, sub(vertex.place, flat[i])) / length;
+        let side = |vertex: &PolygonVertex| cross(along, sub(vertex.place, flat[i])) / length;
         let tolerance = ON_EDGE * length;
         let ends = [i, next].map(|corner| corner as u8);
         let mut kept = Self { count: 0, ..*self };
@@ -117,13 +117,13 @@ impl Polygon {
                         [0, 1].map(|c| this.place[c] + part * (that.place[c] - this.place[c]))
                     }
                 };
-                Vertex { place, origin, edge }
+                PolygonVertex { place, origin, edge }
             };
             match (inside, goes_in) {
                 (true, true) => kept.push(*this),
                 // A vertex on the edge is where the polygon turns into it.
                 (true, false) if here <= tolerance => {
-                    kept.push(Vertex { edge: Edge::Contactor(ends[0]), ..*this })
+                    kept.push(PolygonVertex { edge: Edge::Contactor(ends[0]), ..*this })
                 }
                 (true, false) => {
                     kept.push(*this);
@@ -140,7 +140,7 @@ impl Polygon {
     }
 }
 
-impl Vertex {
+impl PolygonVertex {
     /// Derivatives of both coordinates.
     pub fn variation(&self, flat: &[Flat; CORNERS]) -> [ByFlat; 2] {
         let mut by = [[0.0; 2 * CORNERS]; 2];

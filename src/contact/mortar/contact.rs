@@ -2,8 +2,8 @@
 
 use super::candidates::Candidates;
 use super::integrals::{
-    Carried, FacetPair, FrozenChanges, FrozenFacet, Measure, Opposite, PAIR_NODES, PairFields, PlacedFacet,
-    Potential, Range, Varying,
+    AreaMeasure, Carried, FacetPair, FrozenChanges, FrozenFacet, Opposite, PAIR_NODES, PairFields,
+    PlacedFacet, Range, VertexPotential, WantedVariations,
 };
 use super::kernel::{VertexNode, VertexRows, VertexSums, add_stiffness};
 use super::obstacle::{PlacedObstacle, rule_of};
@@ -11,7 +11,7 @@ use super::overlap::{ActivePair, Overlap};
 use super::surface::{VertexFacet, VertexSize, VertexSurface};
 use crate::contact::evaluation::{AreaKind, ContactFields, ContactRequest};
 use crate::contact::nodal::at;
-use crate::contact::point::{ContactLaw, PointState, Selection, Slopes};
+use crate::contact::point::{ContactLaw, PointState, Slopes, TermSelection};
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
 use crate::rounding;
@@ -280,8 +280,8 @@ impl<const D: usize> VertexContact<D> {
             contactor: PlacedFacet { kind: facet.kind, nodes: contactor },
             target,
             measure: match self.area {
-                AreaKind::Current => Measure::Current,
-                AreaKind::Reference => Measure::Reference(reference),
+                AreaKind::Current => AreaMeasure::Current,
+                AreaKind::Reference => AreaMeasure::Reference(reference),
             },
             range: Range { share: self.share, depth: self.depth, open },
         }
@@ -349,7 +349,7 @@ impl<const D: usize> VertexContact<D> {
         overlap: &Overlap<D>,
         slopes: &[Option<Slopes<D>>],
         fields: &ContactFields<'_>,
-        selection: &Selection,
+        selection: &TermSelection,
         state: &ContactState<D>,
         sink: &mut impl ContactSink,
     ) {
@@ -456,7 +456,7 @@ impl<const D: usize> VertexContact<D> {
         pairs: &[ActivePair<D>],
         fields: &ContactFields<'_>,
         instant: Instant,
-        varying: Varying,
+        varying: WantedVariations,
         rows: &mut [VertexRows<D>],
         mut frozen: Option<(&FrozenVertices<D>, &mut dyn ContactSink)>,
     ) {
@@ -522,7 +522,7 @@ pub(super) struct FrozenVertices<const D: usize> {
     /// What varies under those tractions.
     pub changes: FrozenChanges,
     /// How the energy of each vertex depends on its weighted gap and its area.
-    pub potential: Vec<Potential>,
+    pub potential: Vec<VertexPotential>,
 }
 
 impl<const D: usize> FrozenVertices<D> {
@@ -539,7 +539,7 @@ impl<const D: usize> FrozenVertices<D> {
             (any && wanted(vertex)).then_some(Carried { normal, friction })
         };
         let carried = points.iter().enumerate().map(of).collect();
-        Self { carried, changes, potential: vec![Potential::default(); points.len()] }
+        Self { carried, changes, potential: vec![VertexPotential::default(); points.len()] }
     }
 
     /// The first of these vertices that has anything.
@@ -565,12 +565,12 @@ impl<const D: usize> FrozenVertices<D> {
 }
 
 /// Which variations the laws of these vertices need.
-fn varying<const D: usize>(slopes: &[Option<Slopes<D>>]) -> Varying {
+fn varying<const D: usize>(slopes: &[Option<Slopes<D>>]) -> WantedVariations {
     let any = |of: &dyn Fn(&Slopes<D>) -> f64| slopes.iter().flatten().any(|slopes| of(slopes) != 0.0);
     let slip_velocity = any(&|slopes| slopes.by_velocity.amax() + slopes.through_bound.amax());
     let slip_increment = any(&|slopes| slopes.by_increment.amax());
     let normal = slip_increment || any(&|slopes| slopes.by_normal.amax());
-    Varying { normal, slip_velocity, slip_increment }
+    WantedVariations { normal, slip_velocity, slip_increment }
 }
 
 /// A block of zeros of so many nodes.

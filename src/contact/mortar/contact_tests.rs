@@ -4,7 +4,7 @@ use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction, Regularization};
 use crate::contact::normal::NORMAL_LAWS;
 use crate::contact::pair_scene::{COMPLIANCE, block, coulomb, penalty, target};
-use crate::contact::point::Selection;
+use crate::contact::point::TermSelection;
 use crate::contact::point::step::stored;
 use crate::contact::surface::Ownership;
 use crate::mesh::{ElementKind, Mesh, merge};
@@ -135,7 +135,7 @@ impl<const D: usize> Scene<D> {
 
     /// The matrix of these terms, or of springs that are at most as stiff as `joint`, under a request for forces.
     pub fn selected(&self, terms: Terms, request: &ContactRequest, joint: Option<f64>) -> Vec<f64> {
-        let selection = Selection { terms, velocity_shift: SHIFT, joint };
+        let selection = TermSelection { terms, velocity_shift: SHIFT, joint };
         let mut matrix =
             self.clone().evaluate(&ContactRequest { stiffness: Some(selection), ..*request }).matrix;
         matrix.resize(self.u.len().pow(2), 0.0);
@@ -409,7 +409,7 @@ pub fn error_over_step<const D: usize>(mut scene: Scene<D>, terms: Terms) -> f64
     let step = scatter(scene.u.len(), 11);
     scene.u_start = scene.u.iter().zip(&step).map(|(u, d)| u - 5e-5 * d).collect();
     let total = scene.u.len();
-    let selection = Selection { terms, velocity_shift: 0.0, joint: None };
+    let selection = TermSelection { terms, velocity_shift: 0.0, joint: None };
     let request = ContactRequest { stiffness: Some(selection), over_step: true, ..ContactRequest::default() };
     let matrix = scene.clone().evaluate(&request).matrix;
     let direction = scatter(total, 17);

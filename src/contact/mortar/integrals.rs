@@ -13,7 +13,7 @@ use super::intersection::{degree, overlap};
 use super::obstacle::PlacedObstacle;
 use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
 use super::shape::{FacetShape, MOST_NODES};
-use super::split::{MOST_CORNERS, Piece, linear, pieces};
+use super::split::{FacetPiece, MOST_CORNERS, linear, pieces};
 use crate::mesh::ElementKind;
 use crate::space::{area_variation, facet_normal};
 use crate::tensor::{Tensor, Vector, tangential_projector};
@@ -32,7 +32,7 @@ pub struct PlacedFacet<'a, const D: usize> {
 
 /// Which measure carries the tractions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Measure<'a, const D: usize> {
+pub enum AreaMeasure<'a, const D: usize> {
     /// The facet as it is: tractions are Cauchy's.
     Current,
     /// The undeformed facet, with these positions of its nodes \[m\]: tractions are nominal.
@@ -99,7 +99,7 @@ pub struct FacetPair<'a, const D: usize> {
     /// The other side.
     pub target: Opposite<'a, D>,
     /// Measure of the contactor.
-    pub measure: Measure<'a, D>,
+    pub measure: AreaMeasure<'a, D>,
     /// What is too far.
     pub range: Range,
 }
@@ -198,7 +198,7 @@ pub struct FrozenFacet<const D: usize> {
     /// What varies under those tractions.
     pub changes: FrozenChanges,
     /// Of the potential `sum_A p_A (W_A - g_A kappa_A) - u_A kappa_A` by the corners.
-    pub potential: [Potential; MOST_CORNERS],
+    pub potential: [VertexPotential; MOST_CORNERS],
 }
 
 /// What varies under tractions that are held fixed.
@@ -214,7 +214,7 @@ pub struct FrozenChanges {
 
 /// How the energy of a vertex depends on its weighted gap and its area.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Potential {
+pub struct VertexPotential {
     /// `p` \[Pa\].
     pub pressure: f64,
     /// `g` \[m\].
@@ -226,13 +226,17 @@ pub struct Potential {
 impl<const D: usize> Default for FrozenFacet<D> {
     fn default() -> Self {
         let carried = [Carried { normal: 0.0, friction: Vector::zeros() }; MOST_CORNERS];
-        Self { carried, changes: FrozenChanges::default(), potential: [Potential::default(); MOST_CORNERS] }
+        Self {
+            carried,
+            changes: FrozenChanges::default(),
+            potential: [VertexPotential::default(); MOST_CORNERS],
+        }
     }
 }
 
 /// Which variations of a vertex are wanted beside those of gap and area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Varying {
+pub struct WantedVariations {
     /// `dN`.
     pub normal: bool,
     /// `dS` of the velocities.
@@ -326,7 +330,7 @@ impl<const D: usize> FacetPair<'_, D> {
     pub fn vary(
         &self,
         fields: &PairFields<'_, D>,
-        varying: Varying,
+        varying: WantedVariations,
         frozen: Option<(&FrozenFacet<D>, &mut [f64])>,
         mut add: impl FnMut(usize, usize, &VertexVariation<D>),
     ) {
@@ -359,7 +363,7 @@ impl<const D: usize> FacetPair<'_, D> {
         point: &Point<D>,
         variation: &Variation<D>,
         fields: &PairFields<'_, D>,
-        varying: Varying,
+        varying: WantedVariations,
         sums: &mut [[VertexVariation<D>; PAIR_NODES]; MOST_CORNERS],
     ) {
         let first = self.contactor.nodes.len();
@@ -472,7 +476,7 @@ impl<const D: usize> FacetPair<'_, D> {
         &self,
         point: &Point<D>,
         variation: &Variation<D>,
-        potential: &[Potential; MOST_CORNERS],
+        potential: &[VertexPotential; MOST_CORNERS],
         stiffness: &mut [f64],
     ) {
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
@@ -574,7 +578,7 @@ impl<const D: usize> FacetPair<'_, D> {
     fn point(
         &self,
         opposite: &PlacedFacet<'_, D>,
-        pieces: [&Piece; 2],
+        pieces: [&FacetPiece; 2],
         segment: &SegmentPoint<D>,
         moves: &PointVariation<D>,
         want: Want,
@@ -599,8 +603,10 @@ impl<const D: usize> FacetPair<'_, D> {
             return None;
         }
         let reference = match self.measure {
-            Measure::Current => None,
-            Measure::Reference(nodes) => Some(Vector::from(facet_normal(&self::tangents(&contactor, nodes)))),
+            AreaMeasure::Current => None,
+            AreaMeasure::Reference(nodes) => {
+                Some(Vector::from(facet_normal(&self::tangents(&contactor, nodes))))
+            }
         };
         let stretch = reference.map_or(size, |area: Vector<D>| area.norm());
         let point = Point {
@@ -624,8 +630,8 @@ impl<const D: usize> FacetPair<'_, D> {
         let bends = bends(&contactor, self.contactor.nodes);
         let area_slopes = area_slopes(&tangents, &bends);
         let stretch_slopes = match self.measure {
-            Measure::Current => area_slopes.map(|slope| -slope.dot(&normal)),
-            Measure::Reference(nodes) => {
+            AreaMeasure::Current => area_slopes.map(|slope| -slope.dot(&normal)),
+            AreaMeasure::Reference(nodes) => {
                 let slopes =
                     self::area_slopes(&self::tangents(&contactor, nodes), &self::bends(&contactor, nodes));
                 let direction = reference.map_or_else(Vector::zeros, |area| area / stretch);
@@ -653,8 +659,8 @@ impl<const D: usize> FacetPair<'_, D> {
             let by_normal = -projector * by_area;
             by_gap += by_normal.transpose() * chord;
             let by_size = match self.measure {
-                Measure::Current => by_size * segment.weight,
-                Measure::Reference(_) => Vector::zeros(),
+                AreaMeasure::Current => by_size * segment.weight,
+                AreaMeasure::Reference(_) => Vector::zeros(),
             };
             let by_place = variation.measure[b] * stretch + by_stretch * segment.weight;
             variation.measure[b] = by_place * counts + by_gap * (fading * segment.weight * stretch);
@@ -670,7 +676,7 @@ impl<const D: usize> FacetPair<'_, D> {
     fn spread(
         &self,
         target: ElementKind,
-        [below, above]: [&Piece; 2],
+        [below, above]: [&FacetPiece; 2],
         by: &ByCorners<D>,
         nodes: &mut [Vector<D>; PAIR_NODES],
     ) {

@@ -6,7 +6,7 @@ use crate::taylor::{scatter, taylor_rate};
 const LINES: [ElementKind; 2] = [ElementKind::Line2, ElementKind::Line3];
 const FACES: [ElementKind; 5] =
     [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9];
-const ALL: Varying = Varying { normal: true, slip_velocity: true, slip_increment: true };
+const ALL: WantedVariations = WantedVariations { normal: true, slip_velocity: true, slip_increment: true };
 const RANGE: Range = Range { share: 1.0, depth: 0.6, open: 0.6 };
 
 /// A contactor below and a target above it, shifted, turned a little and bent by `bend`, at about this gap \[m\].
@@ -46,7 +46,7 @@ fn with_pair<const D: usize, R>(
     then(&FacetPair {
         contactor: PlacedFacet { kind: kinds[0], nodes: x },
         target: Opposite::Facet(PlacedFacet { kind: kinds[1], nodes: y }),
-        measure: reference.map_or(Measure::Current, Measure::Reference),
+        measure: reference.map_or(AreaMeasure::Current, AreaMeasure::Reference),
         range: RANGE,
     })
 }
@@ -241,7 +241,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
             let none = vec![Vector::zeros(); pair.nodes()];
             pair.vary(
                 &PairFields { fields: [&none, &none] },
-                Varying::default(),
+                WantedVariations::default(),
                 None,
                 |vertex, node, by: &VertexVariation<D>| {
                     let entries = all[node * D..].iter_mut().zip(by.gap.iter());
@@ -252,7 +252,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
         })
     };
     let mut stiffness = vec![0.0; size * size];
-    let potential = pressures.map(|pressure| Potential { pressure, ..Potential::default() });
+    let potential = pressures.map(|pressure| VertexPotential { pressure, ..VertexPotential::default() });
     let frozen = FrozenFacet::<D> { potential, ..FrozenFacet::default() };
     with_pair(kinds, &z, None, |pair| pair.add_frozen(&frozen, &mut stiffness));
     let nodes = size / D;

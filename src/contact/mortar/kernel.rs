@@ -9,7 +9,7 @@
 use super::surface::VertexSize;
 use crate::contact::history::History;
 use crate::contact::point::joint::Joint;
-use crate::contact::point::{ContactLaw, Manner, PointState, Relation, Selection, Slopes, tractions};
+use crate::contact::point::{ContactLaw, Manner, PointState, Relation, Slopes, TermSelection, tractions};
 use crate::tensor::{Tensor, Vector};
 use crate::terms::Terms;
 
@@ -212,7 +212,7 @@ pub fn add_stiffness<const D: usize>(
     state: &PointState<D>,
     slopes: &Slopes<D>,
     nodes: &[VertexNode<D>],
-    selection: &Selection,
+    selection: &TermSelection,
     stiffness: &mut [f64],
 ) {
     let terms = selection.terms;

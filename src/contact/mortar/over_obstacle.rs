@@ -1,6 +1,6 @@
 //! Integrals of a contactor facet over a rigid obstacle: points of a rule on the facet, gap and normal by the signed distance.
 
-use super::integrals::{FacetPair, Measure, Point, Variation, interpolate, tangents};
+use super::integrals::{AreaMeasure, FacetPair, Point, Variation, interpolate, tangents};
 use super::obstacle::PlacedObstacle;
 use super::segment::Want;
 use super::shape::FacetShape;
@@ -42,8 +42,8 @@ impl<const D: usize> FacetPair<'_, D> {
             let cosine = if size > 0.0 { -vector_area.dot(&proximity.normal) / size } else { 0.0 };
             let (part, by_cosine) = facing(cosine);
             let stretch = match self.measure {
-                Measure::Current => size,
-                Measure::Reference(nodes) => {
+                AreaMeasure::Current => size,
+                AreaMeasure::Reference(nodes) => {
                     facet_normal(&super::integrals::tangents(&contactor, nodes)).norm()
                 }
             };
@@ -72,8 +72,8 @@ impl<const D: usize> FacetPair<'_, D> {
                         / size;
                     let by_part = by_angle * (by_cosine * weight * stretch);
                     let by_size = match self.measure {
-                        Measure::Current => by_size * (part * weight),
-                        Measure::Reference(_) => Vector::zeros(),
+                        AreaMeasure::Current => by_size * (part * weight),
+                        AreaMeasure::Reference(_) => Vector::zeros(),
                     };
                     variation.gap[b] = proximity.normal * shape;
                     variation.normal[b] = proximity.hessian * shape;

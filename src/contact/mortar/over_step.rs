@@ -9,9 +9,9 @@
 
 use super::candidates::Candidates;
 use super::contact::{ContactSink, FrozenVertices, Instant, VertexContact, clear_block};
-use super::integrals::{Potential, Varying};
+use super::integrals::{VertexPotential, WantedVariations};
 use super::kernel::{VertexRows, VertexSums};
-use super::overlap::{Ends, StepOverlap};
+use super::overlap::{StepOverlap, VertexEnds};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::friction::traction::{FrictionTraction, Slip};
 use crate::contact::history::History;
@@ -19,7 +19,7 @@ use crate::contact::nodal::at;
 use crate::contact::normal::NormalResponse;
 use crate::contact::point::joint::Joint;
 use crate::contact::point::step::{friction, stored};
-use crate::contact::point::{PointState, Selection, Status};
+use crate::contact::point::{PointState, Status, TermSelection};
 use crate::contact::state::ContactState;
 use crate::contact::target::ContactTarget;
 use crate::tensor::{Tensor, Vector, rotations};
@@ -48,7 +48,7 @@ struct Active<const D: usize> {
     friction: FrictionTraction<D>,
 }
 
-impl<const D: usize> Ends<D> {
+impl<const D: usize> VertexEnds<D> {
     /// Of a vertex that has a target at one end at least.
     fn change(&self, adjusted: f64) -> Change {
         let [start, end] =
@@ -58,7 +58,7 @@ impl<const D: usize> Ends<D> {
     }
 }
 
-impl<const D: usize> Ends<D> {
+impl<const D: usize> VertexEnds<D> {
     /// The normal in the middle of the step; zero where the vertex has no target there.
     fn direction(&self) -> Vector<D> {
         self.middle.normal.try_normalize(0.0).unwrap_or_else(Vector::zeros)
@@ -107,7 +107,14 @@ impl<const D: usize> VertexContact<D> {
         let wanted = |vertex: usize| active[vertex];
         let lists = overlap.lists();
         let mut rows_at_end = self.nodes_of(&lists, ends.len(), wanted);
-        self.vary(&overlap.at_end.pairs, fields, Instant::Beyond, Varying::default(), &mut rows_at_end, None);
+        self.vary(
+            &overlap.at_end.pairs,
+            fields,
+            Instant::Beyond,
+            WantedVariations::default(),
+            &mut rows_at_end,
+            None,
+        );
         let friction = selection.terms - Terms::NORMAL_GEOMETRY;
         let mut frozen = FrozenVertices::of(&state.current, friction, wanted);
         if selection.terms.contains(Terms::NORMAL_GEOMETRY) {
@@ -147,8 +154,9 @@ impl<const D: usize> VertexContact<D> {
         let at_middle = self.integrate(couples, fields, Instant::Iterate);
         let at_end = self.integrate(couples, fields, Instant::Beyond);
         let sums = at_start.sums.iter().zip(&at_middle.sums).zip(&at_end.sums);
-        let ends: Vec<Ends<D>> =
-            sums.map(|((start, middle), end)| Ends { start: *start, middle: *middle, end: *end }).collect();
+        let ends: Vec<VertexEnds<D>> = sums
+            .map(|((start, middle), end)| VertexEnds { start: *start, middle: *middle, end: *end })
+            .collect();
         let presses =
             |sums: &VertexSums<D>, vertex: usize| sums.is_covered() && sums.gap() < state.adjusted(vertex);
         let vertices = ends.iter().enumerate();
@@ -159,7 +167,7 @@ impl<const D: usize> VertexContact<D> {
         let mut rows = self.nodes_of(&overlap.lists(), overlap.ends.len(), |vertex| overlap.active[vertex]);
         let middle = &overlap.at_middle.pairs;
         self.accumulate(middle, &mut rows);
-        let varying = Varying { normal: true, ..Varying::default() };
+        let varying = WantedVariations { normal: true, ..WantedVariations::default() };
         self.vary(middle, fields, Instant::Iterate, varying, &mut rows, None);
         for row in &mut rows {
             let middle = &overlap.ends[row.vertex].middle;
@@ -172,7 +180,13 @@ impl<const D: usize> VertexContact<D> {
     }
 
     /// A vertex that carries nothing over the step: what its elastic stick held becomes heat. It is closed where it touches to rounding.
-    fn open(&self, ends: &Ends<D>, vertex: usize, state: &ContactState<D>, touching: f64) -> PointState<D> {
+    fn open(
+        &self,
+        ends: &VertexEnds<D>,
+        vertex: usize,
+        state: &ContactState<D>,
+        touching: f64,
+    ) -> PointState<D> {
         let held = ends.start.area * stored(&self.law, &state.history[vertex].friction_traction);
         let area = if ends.end.area > 0.0 { ends.end.area } else { ends.start.area };
         let covered = ends.end.is_covered();
@@ -187,7 +201,7 @@ impl<const D: usize> VertexContact<D> {
     fn respond_over_step(
         &self,
         row: &VertexRows<D>,
-        ends: &Ends<D>,
+        ends: &VertexEnds<D>,
         change: Change,
         motion: &Motion<D>,
         request: &ContactRequest,
@@ -255,7 +269,7 @@ impl<const D: usize> VertexContact<D> {
 
 /// A vertex over a step, ready to contribute.
 struct VertexStep<const D: usize> {
-    ends: Ends<D>,
+    ends: VertexEnds<D>,
     active: Active<D>,
     motion: Motion<D>,
 }
@@ -281,12 +295,12 @@ impl<const D: usize> VertexStep<D> {
     }
 
     /// The energy of the vertex as it depends on the weighted gap and the area in the middle.
-    fn potential(&self) -> Potential {
-        let Self { ends: Ends { middle, .. }, active, .. } = self;
+    fn potential(&self) -> VertexPotential {
+        let Self { ends: VertexEnds { middle, .. }, active, .. } = self;
         if !middle.is_covered() {
-            return Potential::default();
+            return VertexPotential::default();
         }
-        Potential {
+        VertexPotential {
             pressure: active.change.mean_area() * active.normal.traction * middle.by_mean_gap() / middle.area,
             gap: middle.mean_gap(),
             energy: active.energy,
@@ -294,7 +308,7 @@ impl<const D: usize> VertexStep<D> {
     }
 
     /// `dt_T` by the slip of the middle; the end moves twice as far.
-    fn by_slip(&self, selection: &Selection) -> Tensor<D> {
+    fn by_slip(&self, selection: &TermSelection) -> Tensor<D> {
         let friction = &self.active.friction;
         friction.by_velocity * selection.velocity_shift + friction.by_increment * 2.0
     }
@@ -302,7 +316,7 @@ impl<const D: usize> VertexStep<D> {
     fn add_springs(
         &self,
         row: &VertexRows<D>,
-        selection: &Selection,
+        selection: &TermSelection,
         stiffest: f64,
         sink: &mut impl ContactSink,
     ) {
@@ -321,7 +335,7 @@ impl<const D: usize> VertexStep<D> {
         &self,
         row: &VertexRows<D>,
         at_end: &VertexRows<D>,
-        selection: &Selection,
+        selection: &TermSelection,
         sink: &mut impl ContactSink,
     ) {
         let Self { ends, active, motion } = self;
@@ -371,7 +385,7 @@ impl<const D: usize> VertexStep<D> {
 }
 
 /// `c_a P - g dn/dx_a`: what the slip of the vertex takes of the motion of one node.
-fn test<const D: usize>(row: &VertexRows<D>, ends: &Ends<D>, a: usize) -> Tensor<D> {
+fn test<const D: usize>(row: &VertexRows<D>, ends: &VertexEnds<D>, a: usize) -> Tensor<D> {
     let node = &row.nodes[a];
     if !ends.middle.is_covered() {
         return Tensor::zeros();
@@ -383,7 +397,7 @@ fn test<const D: usize>(row: &VertexRows<D>, ends: &Ends<D>, a: usize) -> Tensor
 
 fn slip<const D: usize>(
     row: &VertexRows<D>,
-    ends: &Ends<D>,
+    ends: &VertexEnds<D>,
     direction: &Vector<D>,
     field: &[Vector<D>],
 ) -> Vector<D> {
@@ -508,7 +522,7 @@ struct Gradients<const D: usize> {
 }
 
 impl<const D: usize> Gradients<D> {
-    fn of(row: &VertexRows<D>, ends: &Ends<D>, active: &Active<D>, motion: &Motion<D>) -> Self {
+    fn of(row: &VertexRows<D>, ends: &VertexEnds<D>, active: &Active<D>, motion: &Motion<D>) -> Self {
         let covered = ends.middle.is_covered();
         let gradient = |of: &dyn Fn(usize) -> Vector<D>, change: f64| -> Vec<Vector<D>> {
             let at = |a: usize| if covered { of(a) } else { Vector::zeros() };

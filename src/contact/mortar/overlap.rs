@@ -23,7 +23,7 @@ pub(super) struct Overlap<const D: usize> {
 
 /// The sums of a vertex at the ends of a step and in its middle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ends<const D: usize> {
+pub(super) struct VertexEnds<const D: usize> {
     pub start: VertexSums<D>,
     pub middle: VertexSums<D>,
     pub end: VertexSums<D>,
@@ -35,7 +35,7 @@ pub(super) struct StepOverlap<const D: usize> {
     pub at_start: Rc<Overlap<D>>,
     pub at_middle: Overlap<D>,
     pub at_end: Overlap<D>,
-    pub ends: Vec<Ends<D>>,
+    pub ends: Vec<VertexEnds<D>>,
     /// Vertices that press at one of the ends.
     pub active: Vec<bool>,
     /// Of the active ones, with gradients in the middle.

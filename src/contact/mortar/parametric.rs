@@ -2,7 +2,7 @@
 
 use super::clip::{ByFlat, Flat, cross, sub};
 use super::segment::CORNERS;
-use super::split::{MOST_CORNERS, Piece};
+use super::split::{FacetPiece, MOST_CORNERS};
 
 /// Newton's method on a convex quadrilateral needs two or three steps; a piece that needs more than this has no inverse there.
 const MOST_STEPS: usize = 20;
@@ -12,7 +12,7 @@ const FOUND: f64 = 4e-16;
 
 /// A piece with its corners in the plane: `p(r) = c_0 + c_1 r_1 + c_2 r_2 + c_3 r_1 r_2`.
 pub(super) struct Parametric<'a> {
-    piece: &'a Piece,
+    piece: &'a FacetPiece,
     coefficients: [Flat; 4],
     size: f64,
 }
@@ -32,7 +32,7 @@ pub(super) struct ParametricPoint {
 
 impl<'a> Parametric<'a> {
     /// The piece with its corners at `flat` \[m\].
-    pub fn of(piece: &'a Piece, flat: &[Flat]) -> Self {
+    pub fn of(piece: &'a FacetPiece, flat: &[Flat]) -> Self {
         let combine = |weights: &[f64]| [0, 1].map(|k| flat.iter().zip(weights).map(|(p, w)| p[k] * w).sum());
         let coefficients = match flat.len() {
             3 => [flat[0], sub(flat[1], flat[0]), sub(flat[2], flat[0]), [0.0; 2]],

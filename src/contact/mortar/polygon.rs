@@ -7,7 +7,7 @@
 
 use std::sync::LazyLock;
 
-use super::clip::{ByFlat, Flat, Polygon, Vertex, cross, sub};
+use super::clip::{ByFlat, Flat, Polygon, PolygonVertex, cross, sub};
 use super::parametric::Parametric;
 use super::segment::{ByCorners, CORNERS, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
 use super::split::MOST_CORNERS;
@@ -130,7 +130,7 @@ impl<const D: usize> Plane<D> {
 
 /// A triangle of the fan around the first vertex of the overlap.
 struct Triangle<'a> {
-    vertices: [&'a Vertex; 3],
+    vertices: [&'a PolygonVertex; 3],
 }
 
 /// How a triangle moves.

@@ -4,7 +4,7 @@
 //! contactor's piece. Its points have coordinates on both facets and a weight in the reference domain of the contactor,
 //! all of which are functions of the positions of the corners of the two pieces, and of nothing else.
 
-use super::split::{MOST_CORNERS, Piece};
+use super::split::{FacetPiece, MOST_CORNERS};
 use crate::tensor::Vector;
 
 /// Most corners of two pieces; those of the target begin at [`TARGET`].
@@ -49,7 +49,7 @@ pub struct SegmentPoint<const D: usize> {
 #[derive(Debug, Clone, Copy)]
 pub struct PlacedPiece<'a, const D: usize> {
     /// Which piece of which kind of facet.
-    pub piece: &'a Piece,
+    pub piece: &'a FacetPiece,
     /// Positions of its corners \[m\].
     pub corners: &'a [Vector<D>; MOST_CORNERS],
 }

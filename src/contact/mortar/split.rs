@@ -21,7 +21,7 @@ pub struct Corner {
 
 /// A linear piece of a facet.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Piece {
+pub struct FacetPiece {
     /// Line2, tri3 or quad4.
     pub kind: ElementKind,
     /// Its corners, in the order of the kind.
@@ -31,8 +31,8 @@ pub struct Piece {
 }
 
 /// The pieces of a facet of `kind`.
-pub fn pieces(kind: ElementKind) -> &'static [Piece] {
-    static PIECES: std::sync::LazyLock<Vec<Vec<Piece>>> = std::sync::LazyLock::new(|| {
+pub fn pieces(kind: ElementKind) -> &'static [FacetPiece] {
+    static PIECES: std::sync::LazyLock<Vec<Vec<FacetPiece>>> = std::sync::LazyLock::new(|| {
         ElementKind::ALL
             .iter()
             .map(|&kind| if kind.dimension() < 3 { cut(kind) } else { Vec::new() })
@@ -65,14 +65,14 @@ fn layout(kind: ElementKind) -> &'static [&'static [usize]] {
 /// Number of the centre among the nodes of a quad9; a quad8 has no node there.
 const CENTRE: usize = 8;
 
-fn cut(kind: ElementKind) -> Vec<Piece> {
+fn cut(kind: ElementKind) -> Vec<FacetPiece> {
     let places = crate::space::reference(if kind == ElementKind::Quad8 { ElementKind::Quad9 } else { kind });
     let corner = |&number: &usize| {
         let at = places.node_coordinates()[number];
         Corner { at: [at[0], at[1]], node: (number < kind.nodes()).then_some(number) }
     };
     let layout = layout(kind);
-    let piece = |numbers: &&[usize]| Piece {
+    let piece = |numbers: &&[usize]| FacetPiece {
         kind: linear(kind),
         corners: numbers.iter().map(corner).collect(),
         scale: 1.0 / layout.len() as f64,
@@ -80,7 +80,7 @@ fn cut(kind: ElementKind) -> Vec<Piece> {
     layout.iter().map(piece).collect()
 }
 
-impl Piece {
+impl FacetPiece {
     /// Positions of the corners \[m\] of the piece of a facet of `kind` with nodes at `nodes`.
     pub fn positions<const D: usize>(
         &self,
@@ -111,7 +111,7 @@ mod tests {
         for kind in
             [ElementKind::Tri3, ElementKind::Tri6, ElementKind::Quad4, ElementKind::Quad8, ElementKind::Quad9]
         {
-            let area = |piece: &Piece| {
+            let area = |piece: &FacetPiece| {
                 let n = piece.corners.len();
                 let cross = |i: usize| {
                     let a = piece.corners[i].at;

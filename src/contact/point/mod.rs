@@ -15,7 +15,7 @@ use crate::terms::Terms;
 
 /// Which terms of the matrix to add, and `dv/du` of the time integrator \[1/s\], by which damping becomes stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Selection {
+pub struct TermSelection {
     /// Terms wanted; those that are not contact's are ignored.
     pub terms: Terms,
     /// `c_v`.

@@ -1,6 +1,6 @@
 //! Forces over a step: their work, their tangent, their moment.
 
-use super::super::step::{Job, Step};
+use super::super::step::{Step, StepJob};
 use super::*;
 use crate::lanes::dispatch_portable;
 
@@ -106,7 +106,7 @@ fn lanes_agree_over_a_step() {
     let group = group(&mesh, formulation(neo_hookean(), Kinematics::Finite, Locking::SelectiveReduced));
     let (mut fast, mut plain) = (Rows::default(), Rows::default());
     group.evaluate_step(&start, &middle, Request::TANGENT, &mut fast).unwrap();
-    let job = Job { group: &group, u: [&start, &middle], request: Request::TANGENT, sink: &mut plain };
+    let job = StepJob { group: &group, u: [&start, &middle], request: Request::TANGENT, sink: &mut plain };
     let Material::NeoHookean(law) = neo_hookean() else { unreachable!() };
     dispatch_portable(Step::<NeoHookean, 3>::new(job, law)).unwrap();
     let largest = fast.0.iter().fold(0.0_f64, |m, x| m.max(x.abs()));

@@ -3,7 +3,7 @@
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 
-use super::input::Input;
+use super::input::GmshInput;
 use super::raw::{Raw, coordinates};
 use super::sets;
 use super::source::{Label, Labels};
@@ -22,7 +22,7 @@ pub(super) struct Solids<const D: usize> {
 
 /// The checked mesh of `D` dimensions, and where its nodes and elements are in the file.
 pub(super) fn mesh<const D: usize>(
-    input: &Input,
+    input: &GmshInput,
     raw: &Raw,
     region: Option<&str>,
 ) -> Result<(Mesh<D>, Labels)> {
@@ -52,7 +52,7 @@ pub(super) fn mesh<const D: usize>(
     Ok((solids.mesh, labels))
 }
 
-fn check_dimension<const D: usize>(input: &Input, raw: &Raw) -> Result<()> {
+fn check_dimension<const D: usize>(input: &GmshInput, raw: &Raw) -> Result<()> {
     let highest = raw.elements.iter().max_by_key(|element| element.dimension());
     match highest {
         Some(element) if element.dimension() == D => Ok(()),
@@ -73,7 +73,7 @@ fn check_dimension<const D: usize>(input: &Input, raw: &Raw) -> Result<()> {
 }
 
 /// All elements of dimension `D` with their regions. MSH 2.2 repeats an element for each of its groups.
-fn solids<const D: usize>(input: &Input, raw: &Raw) -> Result<Solids<D>> {
+fn solids<const D: usize>(input: &GmshInput, raw: &Raw) -> Result<Solids<D>> {
     let mut mesh = Mesh::with_points(raw.points.iter().map(|x| std::array::from_fn(|k| x[k])).collect());
     let mut origin: Vec<usize> = Vec::new();
     let mut known: HashMap<[u32; 8], u32> = HashMap::with_capacity(raw.elements.len());
@@ -118,7 +118,7 @@ fn solids<const D: usize>(input: &Input, raw: &Raw) -> Result<Solids<D>> {
     Ok(Solids { mesh, origin })
 }
 
-fn check_dangling(input: &Input, raw: &Raw) -> Result<()> {
+fn check_dangling(input: &GmshInput, raw: &Raw) -> Result<()> {
     let mut used = vec![false; raw.points.len()];
     for id in &raw.element_nodes {
         if let Some(node) = raw.node(*id) {
@@ -155,7 +155,7 @@ fn restrict<const D: usize>(solids: &mut Solids<D>, kept: &[bool]) {
     *solids = Solids { mesh, origin };
 }
 
-fn check_plane<const D: usize>(input: &Input, raw: &Raw, mesh: &Mesh<D>) -> Result<()> {
+fn check_plane<const D: usize>(input: &GmshInput, raw: &Raw, mesh: &Mesh<D>) -> Result<()> {
     if D == 3 {
         return Ok(());
     }
@@ -171,7 +171,7 @@ fn check_plane<const D: usize>(input: &Input, raw: &Raw, mesh: &Mesh<D>) -> Resu
 }
 
 /// No element is inverted or flat, no side has three elements.
-fn check_shape<const D: usize>(input: &Input, raw: &Raw, solids: &Solids<D>) -> Result<()> {
+fn check_shape<const D: usize>(input: &GmshInput, raw: &Raw, solids: &Solids<D>) -> Result<()> {
     let mesh = &solids.mesh;
     if let Some(bad) = validate::first_bad_element(mesh) {
         let id = raw.node_ids[bad.node as usize];
@@ -196,7 +196,7 @@ fn check_shape<const D: usize>(input: &Input, raw: &Raw, solids: &Solids<D>) -> 
 
 /// No side has three elements of those that are kept.
 fn check_sides<const D: usize>(
-    input: &Input,
+    input: &GmshInput,
     raw: &Raw,
     solids: &Solids<D>,
     index: &FacetIndex,

@@ -12,7 +12,7 @@ pub(super) enum Encoding {
 
 /// A file in memory, read from front to back. Sizes that the file announces are never believed before it is seen to be
 /// long enough for them.
-pub(super) struct Input<'a> {
+pub(super) struct GmshInput<'a> {
     bytes: &'a [u8],
     at: usize,
     /// Where the item read last begins; messages point at it.
@@ -29,7 +29,7 @@ pub(super) struct Least {
     pub bytes: u64,
 }
 
-impl<'a> Input<'a> {
+impl<'a> GmshInput<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0, start: 0, encoding: Encoding::Text }
     }

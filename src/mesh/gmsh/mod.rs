@@ -17,10 +17,10 @@ use std::path::Path;
 use super::Mesh;
 use crate::error::{Error, Result};
 use crate::files;
-use input::{Encoding, Input, shortened};
+use input::{Encoding, GmshInput, shortened};
 use raw::Raw;
+pub use source::GmshFile;
 use source::Labels;
-pub use source::Source;
 
 /// The section `$MeshFormat` lies within so many bytes.
 const HEAD: u64 = 4096;
@@ -45,7 +45,7 @@ pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>
 ///
 /// # Errors
 /// Those of [`read`].
-pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, Source)> {
+pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, GmshFile)> {
     let name = path.display().to_string();
     let unreadable = |e: std::io::Error| {
         let error = Error::file(format!("the mesh can not be read: {e}"));
@@ -59,14 +59,14 @@ pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Re
     // What is no mesh is not read, however long it is.
     let mut bytes = Vec::new();
     file.by_ref().take(HEAD).read_to_end(&mut bytes).map_err(unreadable)?;
-    format(&mut Input::new(&bytes)).map_err(|e| e.within(&name))?;
+    format(&mut GmshInput::new(&bytes)).map_err(|e| e.within(&name))?;
     let rest = file.metadata().map_or(0, |data| data.len().saturating_sub(HEAD));
     bytes.try_reserve_exact(usize::try_from(rest).unwrap_or(usize::MAX)).map_err(|_| {
         Error::file(format!("the mesh has {rest} bytes, more than the memory holds")).within(&name)
     })?;
     file.read_to_end(&mut bytes).map_err(unreadable)?;
     let (mesh, encoding, labels) = labelled(&bytes, region).map_err(|e| e.within(&name))?;
-    Ok((mesh, Source { name, bytes, encoding, labels }))
+    Ok((mesh, GmshFile { name, bytes, encoding, labels }))
 }
 
 /// The mesh in the bytes of a file, see [`read`].
@@ -78,14 +78,14 @@ pub fn parse<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<Mesh<
 }
 
 fn labelled<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<(Mesh<D>, Encoding, Labels)> {
-    let mut input = Input::new(bytes);
+    let mut input = GmshInput::new(bytes);
     let version = format(&mut input)?;
     let raw = sections(&mut input, version)?;
     let (mesh, labels) = build::mesh(&input, &raw, region)?;
     Ok((mesh, input.encoding, labels))
 }
 
-fn format(input: &mut Input) -> Result<Version> {
+fn format(input: &mut GmshInput) -> Result<Version> {
     const CURE: &str = "`gmsh old.msh -save -format msh41 -o new.msh` writes a format that is known";
     let head = input
         .word("$MeshFormat")
@@ -129,7 +129,7 @@ fn format(input: &mut Input) -> Result<Version> {
     Ok(version)
 }
 
-fn sections(input: &mut Input, version: Version) -> Result<Raw> {
+fn sections(input: &mut GmshInput, version: Version) -> Result<Raw> {
     let mut raw = Raw::default();
     let mut entities = msh4::Entities::new();
     let mut seen = [false; 2];
@@ -167,7 +167,7 @@ fn sections(input: &mut Input, version: Version) -> Result<Raw> {
 }
 
 /// Names of physical groups: text in every format.
-fn names(input: &mut Input, raw: &mut Raw) -> Result<()> {
+fn names(input: &mut GmshInput, raw: &mut Raw) -> Result<()> {
     let count = input.line_size("the number of physical names")?;
     for _ in 0..count {
         let line = input.line("a physical name")?;

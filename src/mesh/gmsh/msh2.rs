@@ -1,10 +1,10 @@
 //! Sections of MSH 2.2.
 
-use super::input::{Encoding, Input, Least};
+use super::input::{Encoding, GmshInput, Least};
 use super::raw::{Raw, kind_of};
 use crate::error::Result;
 
-pub(super) fn nodes(input: &mut Input, raw: &mut Raw) -> Result<()> {
+pub(super) fn nodes(input: &mut GmshInput, raw: &mut Raw) -> Result<()> {
     let count = input.line_size("the number of nodes")?;
     input.afford(count, &Least { words: 4, bytes: 28 }, "nodes")?;
     for _ in 0..count {
@@ -20,7 +20,7 @@ pub(super) fn nodes(input: &mut Input, raw: &mut Raw) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn elements(input: &mut Input, raw: &mut Raw) -> Result<()> {
+pub(super) fn elements(input: &mut GmshInput, raw: &mut Raw) -> Result<()> {
     let count = input.line_size("the number of elements")?;
     input.afford(count, &Least { words: 4, bytes: 8 }, "elements")?;
     if input.encoding == Encoding::Text {
@@ -42,7 +42,7 @@ pub(super) fn elements(input: &mut Input, raw: &mut Raw) -> Result<()> {
 }
 
 /// One block of equal elements of a binary file; returns how many.
-fn block(input: &mut Input, raw: &mut Raw, most: u64) -> Result<u64> {
+fn block(input: &mut GmshInput, raw: &mut Raw, most: u64) -> Result<u64> {
     let code = input.int("an element type")?;
     let count = input.label("the number of elements in a block")?;
     if count == 0 || count > most {
@@ -63,7 +63,7 @@ struct Head {
 }
 
 /// The tags and nodes of an element. The first tag is its physical group.
-fn element(input: &mut Input, raw: &mut Raw, head: Head) -> Result<()> {
+fn element(input: &mut GmshInput, raw: &mut Raw, head: Head) -> Result<()> {
     let kind = kind_of(input, format_args!("element {}", head.id), head.code)?;
     input.afford(head.tags, &Least { words: 1, bytes: 4 }, "tags")?;
     let mut physical = 0;

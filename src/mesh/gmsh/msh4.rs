@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::input::{Input, Least};
+use super::input::{GmshInput, Least};
 use super::raw::{Raw, kind_of};
 use crate::error::Result;
 
@@ -12,7 +12,7 @@ const BLOCK: Least = Least { words: 4, bytes: 20 };
 /// Physical groups, as a list of [`Raw`], of each entity by dimension and tag.
 pub(super) type Entities = HashMap<(i32, i32), u32>;
 
-pub(super) fn entities(input: &mut Input, raw: &mut Raw) -> Result<Entities> {
+pub(super) fn entities(input: &mut GmshInput, raw: &mut Raw) -> Result<Entities> {
     let mut counts = [0; 4];
     for count in &mut counts {
         *count = input.size("a number of entities")?;
@@ -38,13 +38,13 @@ pub(super) fn entities(input: &mut Input, raw: &mut Raw) -> Result<Entities> {
     Ok(entities)
 }
 
-fn labels(input: &mut Input, what: &str) -> Result<Vec<i32>> {
+fn labels(input: &mut GmshInput, what: &str) -> Result<Vec<i32>> {
     let count = input.size(what)?;
     input.afford(count, &LABEL, what)?;
     (0..count).map(|_| input.int(what)).collect()
 }
 
-pub(super) fn nodes(input: &mut Input, raw: &mut Raw) -> Result<()> {
+pub(super) fn nodes(input: &mut GmshInput, raw: &mut Raw) -> Result<()> {
     let (blocks, count) = header(input)?;
     let before = raw.points.len();
     for _ in 0..blocks {
@@ -72,7 +72,7 @@ pub(super) fn nodes(input: &mut Input, raw: &mut Raw) -> Result<()> {
     total(input, raw.points.len() - before, count, "nodes")
 }
 
-pub(super) fn elements(input: &mut Input, raw: &mut Raw, entities: &Entities) -> Result<()> {
+pub(super) fn elements(input: &mut GmshInput, raw: &mut Raw, entities: &Entities) -> Result<()> {
     let (blocks, count) = header(input)?;
     let before = raw.elements.len();
     for _ in 0..blocks {
@@ -112,7 +112,7 @@ pub(super) fn elements(input: &mut Input, raw: &mut Raw, entities: &Entities) ->
 }
 
 /// Numbers of blocks and of entries at the head of nodes and of elements.
-fn header(input: &mut Input) -> Result<(u64, u64)> {
+fn header(input: &mut GmshInput) -> Result<(u64, u64)> {
     let blocks = input.size("the number of blocks")?;
     input.afford(blocks, &BLOCK, "blocks")?;
     let count = input.size("the number of entries")?;
@@ -122,7 +122,7 @@ fn header(input: &mut Input) -> Result<(u64, u64)> {
     Ok((blocks, count))
 }
 
-fn total(input: &Input, found: usize, announced: u64, what: &str) -> Result<()> {
+fn total(input: &GmshInput, found: usize, announced: u64, what: &str) -> Result<()> {
     if found as u64 == announced {
         return Ok(());
     }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::input::Input;
+use super::input::GmshInput;
 use crate::error::{Error, Result};
 use crate::mesh::ElementKind;
 
@@ -51,13 +51,13 @@ impl RawElement {
 
 impl Raw {
     /// Calls an element by number and kind, and says where in the file it stands.
-    pub fn error(&self, input: &Input, element: &RawElement, message: impl AsRef<str>) -> Error {
+    pub fn error(&self, input: &GmshInput, element: &RawElement, message: impl AsRef<str>) -> Error {
         let kind = element.kind.map_or("point", ElementKind::name);
         input.error_at(element.place, format!("element {} ({kind}) {}", element.id, message.as_ref()))
     }
 
     /// Indices of an element's nodes, in Gmsh's order.
-    pub fn resolve(&self, input: &Input, element: &RawElement) -> Result<Vec<u32>> {
+    pub fn resolve(&self, input: &GmshInput, element: &RawElement) -> Result<Vec<u32>> {
         let ids =
             &self.element_nodes[element.first..element.first + element.kind.map_or(1, ElementKind::nodes)];
         let mut nodes = Vec::with_capacity(ids.len());
@@ -99,7 +99,7 @@ impl Raw {
     }
 
     /// Adds the node that `input` has just read.
-    pub fn add_node(&mut self, input: &Input, id: u64, point: [f64; 3]) -> Result<()> {
+    pub fn add_node(&mut self, input: &GmshInput, id: u64, point: [f64; 3]) -> Result<()> {
         for (value, axis) in point.iter().zip(["x", "y", "z"]) {
             if !value.is_finite() {
                 return Err(input.error(format!("node {id}: {axis} is {value}, not a finite number")));
@@ -124,7 +124,7 @@ impl Raw {
     }
 
     /// Adds the element whose number `input` has just read; its nodes are then pushed to `element_nodes`.
-    pub fn add_element(&mut self, input: &Input, id: u64, kind: Option<ElementKind>, groups: u32) {
+    pub fn add_element(&mut self, input: &GmshInput, id: u64, kind: Option<ElementKind>, groups: u32) {
         let first = self.element_nodes.len();
         self.elements.push(RawElement { id, kind, groups, first, place: input.place() });
     }
@@ -137,7 +137,11 @@ pub(super) fn coordinates(point: &[f64]) -> String {
 }
 
 /// The kind of an MSH element type: `None` is a point. `whose` type it is begins the message where it is unknown.
-pub(super) fn kind_of(input: &Input, whose: std::fmt::Arguments, code: i32) -> Result<Option<ElementKind>> {
+pub(super) fn kind_of(
+    input: &GmshInput,
+    whose: std::fmt::Arguments,
+    code: i32,
+) -> Result<Option<ElementKind>> {
     if code == POINT {
         return Ok(None);
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::input::Input;
+use super::input::GmshInput;
 use super::raw::{Raw, RawElement};
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, FacetIndex, Mesh};
@@ -42,7 +42,7 @@ pub(super) fn keep<const D: usize>(
 
 /// Groups of dimension `D - 1` as sides of the elements that are kept.
 pub(super) fn facets<const D: usize>(
-    input: &Input,
+    input: &GmshInput,
     raw: &Raw,
     mesh: &Mesh<D>,
     index: &FacetIndex,
@@ -101,7 +101,7 @@ fn matching_sides<const D: usize>(
 
 /// Groups of lower dimensions as nodes. Nodes that no element has are left out where a region is chosen.
 pub(super) fn points<const D: usize>(
-    input: &Input,
+    input: &GmshInput,
     raw: &Raw,
     mesh: &Mesh<D>,
     region_chosen: bool,

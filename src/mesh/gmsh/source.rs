@@ -1,6 +1,6 @@
 //! Where the nodes and elements of a mesh are in its file: for messages about what is found after reading.
 
-use super::input::{Encoding, Input};
+use super::input::{Encoding, GmshInput};
 use super::raw::coordinates;
 use crate::error::Error;
 use crate::mesh::Mesh;
@@ -21,14 +21,14 @@ pub(super) struct Labels {
 
 /// The file that a mesh was read from.
 #[derive(Debug, Clone)]
-pub struct Source {
+pub struct GmshFile {
     pub(super) name: String,
     pub(super) bytes: Vec<u8>,
     pub(super) encoding: Encoding,
     pub(super) labels: Labels,
 }
 
-impl Source {
+impl GmshFile {
     /// Number of a node in the file.
     pub fn node(&self, node: u32) -> u64 {
         self.labels.nodes[node as usize].id
@@ -55,7 +55,7 @@ impl Source {
     }
 
     fn error(&self, label: Label, message: &str) -> Error {
-        let mut input = Input::new(&self.bytes);
+        let mut input = GmshInput::new(&self.bytes);
         input.encoding = self.encoding;
         input.error_at(label.place, message).within(&self.name)
     }

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::mesh::{Bounds, BoundsTree, DisjointSets, FacetIndex, Mesh};
 
 use super::seams::{Seams, nodes_of};
-use super::{Source, distance};
+use super::{MeshOrigin, distance};
 
 /// What merging did.
 pub(super) struct Merged {
@@ -21,7 +21,7 @@ pub(super) fn merge_nodes<const D: usize>(
     mesh: &mut Mesh<D>,
     tolerance: f64,
     m: &str,
-    source: &Source,
+    source: &MeshOrigin,
     seams: &Seams,
 ) -> Result<Merged> {
     let pairs = close_pairs(mesh, tolerance);
@@ -132,7 +132,7 @@ fn glued_nodes<const D: usize>(mesh: &Mesh<D>, pairs: &[[u32; 2]], seams: &Seams
 pub(super) fn require_two_sides<const D: usize>(
     mesh: &Mesh<D>,
     index: &FacetIndex,
-    source: &Source,
+    source: &MeshOrigin,
 ) -> Result<()> {
     let Some(crowd) = index.overcrowded().next() else { return Ok(()) };
     let others: Vec<String> = crowd[1..].iter().map(|side| source.element(mesh, side.element)).collect();

@@ -21,14 +21,14 @@ fn beside<const D: usize>(parts: &[Mesh<D>]) -> Mesh<D> {
     all
 }
 
-fn check<const D: usize>(mesh: &mut Mesh<D>, parts: Parts) -> Result<Vec<String>> {
-    conform(mesh, "block", "m", &Source::Box("block", "m"), parts, &[])
+fn check<const D: usize>(mesh: &mut Mesh<D>, parts: MeshParts) -> Result<Vec<String>> {
+    conform(mesh, "block", "m", &MeshOrigin::Box("block", "m"), parts, &[])
 }
 
 /// The message of a mesh that is refused.
 #[track_caller]
 fn refused<const D: usize>(mesh: &mut Mesh<D>, words: &str) {
-    let error = check(mesh, Parts::Joined).expect_err(words);
+    let error = check(mesh, MeshParts::Joined).expect_err(words);
     assert!(error.message.contains(words), "{words}: {}", error.message);
     assert!(error.message.contains("hint: "), "{}", error.message);
 }
@@ -46,18 +46,22 @@ fn kinds(dimension: usize) -> impl Iterator<Item = ElementKind> {
 fn in_dimension<const D: usize>() {
     for kind in kinds(D) {
         let mut whole = unit::<D>(kind, 0.0, [2; D]);
-        assert_eq!(check(&mut whole, Parts::Joined).expect("a good mesh"), Vec::<String>::new(), "{kind}");
+        assert_eq!(
+            check(&mut whole, MeshParts::Joined).expect("a good mesh"),
+            Vec::<String>::new(),
+            "{kind}"
+        );
         assert!(whole.piece.iter().all(|piece| *piece == 0));
 
         // Two cells of two by two, as Gmsh writes surfaces that do not share their common line.
         let twice = || beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 1.0, [2; D])]);
         refused(&mut twice(), "coincide");
         let mut apart = twice();
-        let remarks = check(&mut apart, Parts::Apart).expect("parts that are meant");
+        let remarks = check(&mut apart, MeshParts::Apart).expect("parts that are meant");
         assert!(remarks[0].contains("2 parts that share no node"), "{kind}: {remarks:?}");
         assert_eq!(apart.piece.iter().max(), Some(&1));
         let mut merged = twice();
-        let remarks = check(&mut merged, Parts::Merged(1e-9)).expect("nodes that are joined");
+        let remarks = check(&mut merged, MeshParts::Merged(1e-9)).expect("nodes that are joined");
         assert!(remarks[0].contains("were joined"), "{kind}: {remarks:?}");
         assert!(merged.piece.iter().all(|piece| *piece == 0), "{kind}");
         merged.drop_unused_points();
@@ -72,7 +76,7 @@ fn in_dimension<const D: usize>() {
         cells[1] = 2;
         let hanging = || beside(&[unit::<D>(kind, 0.0, [1; D]), unit::<D>(kind, 1.0, cells)]);
         refused(&mut hanging(), "coincide");
-        let error = check(&mut hanging(), Parts::Merged(1e-9)).expect_err("a hanging node");
+        let error = check(&mut hanging(), MeshParts::Merged(1e-9)).expect_err("a hanging node");
         let sides =
             kind.order() == 2 || error.message.contains("hangs") || error.message.contains("lies on a side");
         assert!(sides, "{kind}: {}", error.message);
@@ -81,7 +85,7 @@ fn in_dimension<const D: usize>() {
         refused(&mut beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 0.0, [2; D])]), "coincide");
         // Two parts far apart are two parts, and a remark says so.
         let mut island = beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 5.0, [1; D])]);
-        let remarks = check(&mut island, Parts::Joined).expect("an island");
+        let remarks = check(&mut island, MeshParts::Joined).expect("an island");
         assert!(remarks[0].contains("elements in the smallest: "), "{remarks:?}");
     }
 }
@@ -101,11 +105,11 @@ fn solid_meshes_must_fit_together() {
 fn thin_bodies_are_not_taken_for_parts_that_touch() {
     for kind in kinds(2) {
         let mut thin = block::<2>(kind, [5, 1], [0.0; 2], [1.0, 2e-8]);
-        check(&mut thin, Parts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
+        check(&mut thin, MeshParts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
     }
     for kind in kinds(3) {
         let mut thin = block::<3>(kind, [3, 3, 1], [0.0; 3], [1.0, 1.0, 2e-8]);
-        check(&mut thin, Parts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
+        check(&mut thin, MeshParts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
     }
 }
 
@@ -207,7 +211,7 @@ fn pieces_hinge_on_what_does_not_hold_them() {
     ]);
     hinge.push(ElementKind::Quad4, [0, 1, 2, 3]);
     hinge.push(ElementKind::Quad4, [2, 4, 5, 6]);
-    let remarks = check(&mut hinge, Parts::Joined).expect("a hinge");
+    let remarks = check(&mut hinge, MeshParts::Joined).expect("a hinge");
     assert!(remarks[0].contains("joined at single nodes only, as at [1, 1] m"), "{remarks:?}");
     assert_eq!(hinge.piece, [0, 1]);
     // A ring of four squares around a hole of the size of a square: two nodes at two corners join the pieces.
@@ -215,7 +219,7 @@ fn pieces_hinge_on_what_does_not_hold_them() {
     for corner in [1, 4, 6, 9] {
         ring.push(ElementKind::Quad4, [corner, corner + 1, corner + 5, corner + 4]);
     }
-    let remarks = check(&mut ring, Parts::Joined).expect("a ring");
+    let remarks = check(&mut ring, MeshParts::Joined).expect("a ring");
     assert_eq!(ring.piece, [0, 1, 2, 3], "four hinges: a mechanism");
     assert_eq!(remarks.len(), 1, "{remarks:?}");
     // Two cubes at an edge turn about it; a third one that shares a side with both makes them one.
@@ -229,12 +233,12 @@ fn pieces_hinge_on_what_does_not_hold_them() {
         mesh
     };
     let mut edge = of(&[0, 3]);
-    check(&mut edge, Parts::Joined).expect("an edge");
+    check(&mut edge, MeshParts::Joined).expect("an edge");
     assert_eq!(edge.piece, [0, 1]);
     let mut three = of(&[0, 1, 3]);
-    check(&mut three, Parts::Joined).expect("three cubes");
+    check(&mut three, MeshParts::Joined).expect("three cubes");
     assert_eq!(three.piece, [0, 0, 0]);
-    check(&mut cubes, Parts::Joined).expect("four cubes");
+    check(&mut cubes, MeshParts::Joined).expect("four cubes");
 }
 
 /// Puts the sides at x = 1 into the sets `left`, of the first `count` elements, and `right`, of the others.
@@ -248,9 +252,9 @@ fn name_seam<const D: usize>(mesh: &mut Mesh<D>, count: u32) {
 }
 
 /// As `check`, with a contact between the sets `left` and `right`.
-fn check_with_contact<const D: usize>(mesh: &mut Mesh<D>, parts: Parts) -> Result<Vec<String>> {
+fn check_with_contact<const D: usize>(mesh: &mut Mesh<D>, parts: MeshParts) -> Result<Vec<String>> {
     let meets = [("left".to_owned(), "right".to_owned())];
-    conform(mesh, "block", "m", &Source::Box("block", "m"), parts, &meets)
+    conform(mesh, "block", "m", &MeshOrigin::Box("block", "m"), parts, &meets)
 }
 
 /// Surfaces between which a contact of the body with itself acts may touch, with meshes that match or not. In space the nodes
@@ -262,8 +266,9 @@ fn sides_of_a_contact_may_touch() {
             let first = unit::<D>(kind, 0.0, [2; D]);
             let mut mesh = beside(&[first.clone(), unit::<D>(kind, 1.0, [cells; D])]);
             name_seam(&mut mesh, first.element_count() as u32);
-            check_with_contact(&mut mesh, Parts::Joined).unwrap_or_else(|error| panic!("{kind}: {error}"));
-            let error = check(&mut mesh, Parts::Joined).expect_err("no contact").message;
+            check_with_contact(&mut mesh, MeshParts::Joined)
+                .unwrap_or_else(|error| panic!("{kind}: {error}"));
+            let error = check(&mut mesh, MeshParts::Joined).expect_err("no contact").message;
             assert!(error.contains("a contact between"), "{kind}: {error}");
         }
     }
@@ -282,7 +287,7 @@ fn a_contact_excuses_its_own_surfaces_only() {
     let left: Vec<Facet> = mesh.facet_sets["left"].iter().copied().filter(upper_half).collect();
     assert_eq!((left.len(), mesh.facet_sets["right"].len()), (2, 9));
     mesh.facet_sets.insert("left".into(), left);
-    let error = check_with_contact(&mut mesh, Parts::Joined).expect_err("a gap in a set").message;
+    let error = check_with_contact(&mut mesh, MeshParts::Joined).expect_err("a gap in a set").message;
     assert!(error.contains("the node at [1, 0, 0] m") && error.contains("(2 such pairs)"), "{error}");
 }
 
@@ -297,7 +302,7 @@ fn merging_keeps_the_sets_of_a_contact_apart() {
         name_seam(&mut mesh, count);
         let mut whole = mesh.clone();
         let remarks =
-            check_with_contact(&mut whole, Parts::Merged(1e-9)).unwrap_or_else(|e| panic!("{kind}: {e}"));
+            check_with_contact(&mut whole, MeshParts::Merged(1e-9)).unwrap_or_else(|e| panic!("{kind}: {e}"));
         assert!(remarks[0].starts_with("merge: 0 nodes"), "{kind}: {remarks:?}");
         assert!(remarks[1].contains("stay separate"), "{kind}: {remarks:?}");
         assert_eq!(whole.facet_sets, mesh.facet_sets, "{kind}");
@@ -307,7 +312,7 @@ fn merging_keeps_the_sets_of_a_contact_apart() {
         let mut crack = mesh.clone();
         crack.facet_sets.values_mut().for_each(|set| set.retain(above));
         let sets = crack.facet_sets.clone();
-        check_with_contact(&mut crack, Parts::Merged(1e-9)).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        check_with_contact(&mut crack, MeshParts::Merged(1e-9)).unwrap_or_else(|e| panic!("{kind}: {e}"));
         assert_eq!(crack.facet_sets, sets, "{kind}");
         let is_seam = |place: &[f64; D]| place[0] == 1.0;
         let used: std::collections::BTreeSet<u32> = crack.nodes.iter().copied().collect();
@@ -329,7 +334,7 @@ fn merging_keeps_the_sets_of_a_contact_apart() {
 fn merging_has_its_limits() {
     let twice =
         || beside(&[unit::<2>(ElementKind::Quad4, 0.0, [2, 2]), unit::<2>(ElementKind::Quad4, 1.0, [2, 2])]);
-    let error = check(&mut twice(), Parts::Merged(0.6)).expect_err("a tolerance beyond edges");
+    let error = check(&mut twice(), MeshParts::Merged(0.6)).expect_err("a tolerance beyond edges");
     assert!(error.message.contains("has two nodes within merge.tolerance"), "{}", error.message);
     let mut mesh = twice();
     let seam = FacetIndex::new(&mesh).boundary().into_iter().filter(|facet| {
@@ -338,7 +343,7 @@ fn merging_has_its_limits() {
     });
     let seam = seam.collect();
     mesh.facet_sets.insert("seam".into(), seam);
-    let remarks = check(&mut mesh, Parts::Merged(1e-9)).expect("a merged mesh");
+    let remarks = check(&mut mesh, MeshParts::Merged(1e-9)).expect("a merged mesh");
     assert!(remarks[1].contains("4 of the 4 sides in the set 'block.seam'"), "{remarks:?}");
     assert!(mesh.facet_sets.is_empty());
 }
@@ -348,7 +353,7 @@ fn merging_has_its_limits() {
 fn inverted_curves_are_refused() {
     fn check<const D: usize>(kind: ElementKind) {
         let good = block::<D>(kind, [1; D], [0.0; D], [1.0; D]);
-        let source = Source::Box("block", "m");
+        let source = MeshOrigin::Box("block", "m");
         require_sound_curves(&good, &source).expect("a straight element");
         let nodes = good.element_nodes(0);
         let (corners, middle) = (kind.corners(), nodes[kind.corners()]);
@@ -379,7 +384,8 @@ fn an_element_without_extent_is_refused() {
         place[0] *= place[0];
         place[1] = 0.0;
     }
-    let error = require_sound_curves(&mesh, &Source::Box("block", "m")).expect_err("a flat element").message;
+    let error =
+        require_sound_curves(&mesh, &MeshOrigin::Box("block", "m")).expect_err("a flat element").message;
     assert!(error.contains("is 0.0e0 of"), "{error}");
 }
 
@@ -390,9 +396,9 @@ fn fixture(kind: &str, format: &str) -> std::path::PathBuf {
 }
 
 /// What the program says of a mesh in a file.
-fn read<const D: usize>(path: &std::path::Path, parts: Parts) -> Result<Vec<String>> {
+fn read<const D: usize>(path: &std::path::Path, parts: MeshParts) -> Result<Vec<String>> {
     let (mut mesh, source) = gmsh::read_with_source::<D>(path, None)?;
-    let source = Source::File(&source);
+    let source = MeshOrigin::File(&source);
     require_sound_curves(&mesh, &source)?;
     conform(&mut mesh, "block", "m", &source, parts, &[])
 }
@@ -459,7 +465,7 @@ fn unjoined(text: &str, dimension: usize, moved: f64) -> String {
 fn meshes_of_gmsh_fit_together_unless_they_are_damaged() {
     fn check<const D: usize>(kind: &str) {
         for format in ["22a", "22b", "41a", "41b"] {
-            let remarks = read::<D>(&fixture(kind, format), Parts::Joined);
+            let remarks = read::<D>(&fixture(kind, format), MeshParts::Joined);
             assert_eq!(
                 remarks.unwrap_or_else(|error| panic!("{kind}: {error}")),
                 Vec::<String>::new(),
@@ -472,15 +478,16 @@ fn meshes_of_gmsh_fit_together_unless_they_are_damaged() {
             std::fs::write(&path, text).unwrap();
             read::<D>(&path, parts)
         };
-        let error = say(unjoined(&text, D, 0.0), Parts::Joined).expect_err("doubled nodes").message;
+        let error = say(unjoined(&text, D, 0.0), MeshParts::Joined).expect_err("doubled nodes").message;
         assert!(
             error.contains(": line ") && error.contains("coincide") && error.contains("Coherence"),
             "{error}"
         );
         let merged =
-            say(unjoined(&text, D, 0.0), Parts::Merged(1e-8)).unwrap_or_else(|e| panic!("{kind}: {e}"));
+            say(unjoined(&text, D, 0.0), MeshParts::Merged(1e-8)).unwrap_or_else(|e| panic!("{kind}: {e}"));
         assert!(merged.len() == 1 && merged[0].contains("were joined"), "{kind}: {merged:?}");
-        let island = say(unjoined(&text, D, 5.0), Parts::Joined).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        let island =
+            say(unjoined(&text, D, 5.0), MeshParts::Joined).unwrap_or_else(|e| panic!("{kind}: {e}"));
         assert!(island.len() == 1 && island[0].contains("2 parts that share no node"), "{kind}: {island:?}");
         let _ = std::fs::remove_file(&path);
     }

@@ -19,12 +19,12 @@ use crate::time::StepControl;
 
 pub use watch::Memory;
 
-use past::Past;
-use watch::Watch;
+use past::StepHistory;
+use watch::ErrorController;
 
 /// What watches the errors of a run; without `accuracy` in the case it is nothing, and costs nothing.
-pub struct Pace {
-    watch: Option<Box<Watch>>,
+pub struct StepPacing {
+    watch: Option<Box<ErrorController>>,
 }
 
 /// Limits the penetration where the case asks for it. To be called before any equilibrium is sought.
@@ -90,12 +90,12 @@ pub fn limits_slip(case: &Case) -> bool {
 ///
 /// # Errors
 /// When PETSc can not allocate.
-pub fn kept(case: &Case, pattern: &Vector) -> Result<Option<Past>> {
+pub fn kept(case: &Case, pattern: &Vector) -> Result<Option<StepHistory>> {
     let estimates = adapts(case) && options::scheme(&case.time).local_error().is_some();
-    if estimates { Past::new(pattern).map(Some) } else { Ok(None) }
+    if estimates { StepHistory::new(pattern).map(Some) } else { Ok(None) }
 }
 
-impl Pace {
+impl StepPacing {
     /// Of the state at the start in `stage`. Collective.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ impl Pace {
         let Some(accuracy) = case.accuracy.as_ref().map(|accuracy| accuracy.value) else {
             return Ok(Self { watch: None });
         };
-        let watch = Watch::new(system, stage, case, accuracy, model.kinks())?;
+        let watch = ErrorController::new(system, stage, case, accuracy, model.kinks())?;
         Ok(Self { watch: Some(Box::new(watch)) })
     }
 

@@ -8,7 +8,7 @@ use crate::time::estimate::{FIELDS, extrapolation, weights};
 use crate::time::saturation::{SECTIONS, Section};
 
 /// Displacements before the start of the step, and errors of the steps that were accepted.
-pub struct Past {
+pub struct StepHistory {
     u: [Vector; 2],
     instants: [f64; 2],
     known: usize,
@@ -21,7 +21,7 @@ pub struct Past {
     curved: bool,
 }
 
-impl Past {
+impl StepHistory {
     /// Of a motion that begins, with the layout of `pattern`.
     ///
     /// # Errors

@@ -17,7 +17,7 @@ pub struct Shortest {
 
 /// What may keep steps short.
 #[derive(Debug, Clone, Copy)]
-pub struct Plight {
+pub struct MinimumStepWatch {
     /// Largest displacement so far, root mean square \[m\].
     pub size: f64,
     /// How much stiffer than its law says the stiffest contact is.
@@ -41,7 +41,7 @@ impl Shortest {
     }
 
     /// What a user should know at once, once.
-    pub fn remark(&self, plight: &Plight, units: Units) -> Option<String> {
+    pub fn remark(&self, plight: &MinimumStepWatch, units: Units) -> Option<String> {
         (self.steps == Self::TOLD).then(|| {
             let [why, cure] = plight.told(units);
             format!(
@@ -56,7 +56,7 @@ impl Shortest {
     }
 
     /// The end of a run that asks for ever shorter steps, in the step of `stage`.
-    pub fn hopeless(&self, plight: &Plight, stage: &Stage, units: Units) -> Option<Error> {
+    pub fn hopeless(&self, plight: &MinimumStepWatch, stage: &Stage, units: Units) -> Option<Error> {
         self.is_hopeless().then(|| {
             let [why, cure] = plight.told(units);
             let s = units.of("s");
@@ -70,7 +70,7 @@ impl Shortest {
     }
 }
 
-impl Plight {
+impl MinimumStepWatch {
     /// Why, and what helps.
     fn told(&self, units: Units) -> [String; 2] {
         let m = units.of("m");
@@ -112,7 +112,7 @@ mod tests {
     /// It is told once, with the cure that fits.
     #[test]
     fn is_told_once() {
-        let plight = Plight { size: 1e-3, stiffer: 1.0, rattles: false, rubs: true };
+        let plight = MinimumStepWatch { size: 1e-3, stiffer: 1.0, rattles: false, rubs: true };
         let mut shortest = Shortest::default();
         let mut told = Vec::new();
         for _ in 0..300 {
@@ -121,9 +121,9 @@ mod tests {
         }
         assert_eq!(told.len(), 1);
         assert!(told[0].contains("100 steps") && told[0].contains("flutter"), "{}", told[0]);
-        let rattling = Plight { stiffer: 16.0, rattles: true, ..plight };
+        let rattling = MinimumStepWatch { stiffer: 16.0, rattles: true, ..plight };
         assert!(rattling.told(Units::SI)[1].contains("mass: redistributed"));
-        let smooth = Plight { rubs: false, ..plight };
+        let smooth = MinimumStepWatch { rubs: false, ..plight };
         assert!(smooth.told(Units::SI)[1].contains("conserving"));
     }
 

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::past::Past;
+use super::past::StepHistory;
 use super::recoil;
-use super::shortest::{Plight, Shortest};
+use super::shortest::{MinimumStepWatch, Shortest};
 use crate::assembly::{ContactSystem, Energies, Stuck};
 use crate::case::{Accuracy, Case};
 use crate::contact::friction::Regularization;
@@ -50,7 +50,7 @@ pub struct Memory {
 }
 
 /// What watches the errors of a run.
-pub(super) struct Watch {
+pub(super) struct ErrorController {
     accuracy: Accuracy,
     scheme: Scheme,
     end: f64,
@@ -67,7 +67,7 @@ pub(super) struct Watch {
     /// Whether nodes of it have no mass, see [`ContactSystem::calm`].
     calm: Vec<bool>,
     memory: Memory,
-    past: Option<Past>,
+    past: Option<StepHistory>,
     /// Estimated error and allowance of the step that was judged last \[m\].
     judged: [f64; 2],
     /// Whether a body lands or takes off in it.
@@ -79,7 +79,7 @@ pub(super) struct Watch {
     smooth: f64,
 }
 
-impl Watch {
+impl ErrorController {
     /// Newton iterations up to which a step may grow, and from which it shrinks.
     const EFFORT: [u32; 2] = [7, 14];
     /// A penetration beyond what is asked by any part has the step repeated.
@@ -263,7 +263,7 @@ impl Watch {
         self.memory.landed |= lands;
         if short {
             self.memory.shortest.count(ratio);
-            let plight = Plight {
+            let plight = MinimumStepWatch {
                 size: self.memory.size,
                 stiffer: self.memory.stiffenings.iter().copied().fold(1.0, f64::max),
                 rattles: system.rattles(),
@@ -286,7 +286,7 @@ impl Watch {
         self.memory.unsettled = if event || kink { 2 } else { self.memory.unsettled.saturating_sub(1) };
         if event || kink {
             self.memory.since = stage.trial.time;
-            self.past.iter_mut().for_each(Past::jump);
+            self.past.iter_mut().for_each(StepHistory::jump);
         }
         Ok(true)
     }
