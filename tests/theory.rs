@@ -34,13 +34,13 @@ const PRINTED: [(u32, u32); 2] = [(2, 16), (3, 10)];
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Target {
     Equation(String),
-    /// Of the theory.
+    /// A section of the theory.
     Section(String),
-    /// Of the theory.
+    /// A chapter of the theory.
     Chapter(String),
-    /// Of the paper.
+    /// A section of the paper.
     Printed(String),
-    /// Of another book.
+    /// A section of another book.
     Book,
     /// A form that is not allowed.
     Unclear(String),

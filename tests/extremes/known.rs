@@ -133,8 +133,8 @@ fn settling(rows: &mut Vec<Row>) {
 }
 
 /// Two blocks, one on the other, dragged by the top, with all vertical motion prescribed. This is
-/// simple shear, in which neo-Hookean solids carry `G w / h` and no other tangential force.
-/// Friction sticks in the first half of the path, and slips at the end.
+/// simple shear, in which neo-Hookean solids carry `G w / h` and exert no other force. Friction
+/// sticks in the first half of the path, and slips at the end.
 #[derive(Debug, Clone, Copy)]
 struct Sheared {
     size: f64,

@@ -81,7 +81,7 @@ fn targets_are_found<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>
     }
 }
 
-/// Same facets, same nodes, same bodies, same reference points.
+/// Checks that facets, nodes, bodies and reference points are equal.
 fn facets_are_those<const D: usize>(
     world: &SimpleCommunicator,
     whole: &Mesh<D>,

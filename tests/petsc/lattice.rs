@@ -111,7 +111,7 @@ impl Local {
         Self { lattice, pattern: Rc::new(pattern), ghosts }
     }
 
-    /// The same nodes on the same ranks, with a lattice of another skewness.
+    /// A lattice with another skewness whose nodes are on the same ranks.
     pub fn with_skew(&self, skew: f64) -> Self {
         let lattice = Lattice { skew, ..self.lattice };
         Self { lattice, pattern: Rc::clone(&self.pattern), ghosts: self.ghosts.clone() }
@@ -142,7 +142,7 @@ impl Local {
         }
     }
 
-    /// The same matrix, dense and whole, assembled without the code under test.
+    /// The reference matrix, dense and whole, assembled without the code under test.
     pub fn dense(&self) -> Vec<Vec<f64>> {
         let d = self.lattice.dimension;
         let size = self.lattice.total() * d;

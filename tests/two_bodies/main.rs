@@ -199,7 +199,7 @@ fn colliding_balls_keep_their_momentum() {
     assert!(change(&smooth, &angular, 0.09 * scale) < 1e-10);
 }
 
-/// As fine as shipped along the surfaces, where it matters.
+/// The mesh is as fine as shipped along the surfaces, where it matters.
 const SHALLOW_IRON: [(&str, &str); 2] =
     [("cells: [48, 6]", "cells: [48, 2]"), ("cells: [40, 10]", "cells: [40, 5]")];
 
