@@ -1,13 +1,20 @@
 #!/usr/bin/python3
-"""The rubber block of meshes/rubber-block/case.yml as a script on FEniCSx, SNES and MUMPS: a mark to beat.
+"""The rubber block of meshes/rubber-block/case.yml as a script on FEniCSx, SNES and MUMPS: a reference
+for run times.
 
-One scene and no more: unit-thickness plane strain on n by n bilinear quadrilaterals, compressible neo-Hookean with full
-integration, penalty contact with the plane y = 0 at the nodes of the base, weighted by the current area, Coulomb friction regularised
-by a velocity (the smooth law, which Newton's method bears better), Newmark's average acceleration, the static start without friction in
-four increments. UFL derives residual and tangent; Newton's method (SNES with backtracking) factorises every tangent with MUMPS. Serial.
-Debian's package python3-dolfinx-real has what it needs; docs/performance/against-a-script.md has what it measures.
+The script computes this one scene only:
+- unit-thickness plane strain on n by n bilinear quadrilaterals;
+- compressible neo-Hookean rubber with full integration;
+- penalty contact with the plane y = 0 at the nodes of the base, weighted by the current area;
+- Coulomb friction regularised by a velocity, with the smooth law, which suits Newton's method better;
+- Newmark's average acceleration;
+- a frictionless static start in four increments.
+UFL derives residual and tangent. Newton's method (SNES with backtracking) factorises every tangent
+with MUMPS. The script is serial. Debian's package python3-dolfinx-real provides the dependencies.
+docs/performance/against-a-script.md has the measurements.
 
-usage: peer.py N FORCES.csv [STEPS]   writes t and the forces of the plane on the block; prints counts and CPU seconds as JSON
+usage: peer.py N FORCES.csv [STEPS]
+Writes t and the forces of the plane on the block; prints counts and CPU seconds as JSON.
 """
 
 import json
@@ -26,11 +33,11 @@ COMPLIANCE, FRICTION, STICK_VELOCITY = 1e-10, 1.0, 1e-3
 PRESS, SPEED, STEP, STEPS, INCREMENTS = -0.05, 1.0, 5e-4, 140, 4
 BETA, GAMMA = 0.25, 0.5
 SECANTS = 5
-FORCE = 3.7e5  # what the plane carries at the start: residuals are measured by it
+FORCE = 3.7e5  # force on the plane at the start: the scale of residuals
 
 
 class Balance:
-    """Residual and tangent of a form, as SNES wants them."""
+    """Residual and tangent of a form, in the interface of SNES."""
 
     def __init__(self, residual, unknown, conditions):
         self.unknown, self.conditions = unknown, conditions
@@ -69,7 +76,8 @@ class Balance:
         self.seconds["tangent"] += time.process_time() - start
 
     def solve(self, scale, tolerance):
-        """Newton's method until the residual is `tolerance` of the force `scale`; whether it got there."""
+        """Runs Newton's method until the residual is `tolerance` times the force `scale`; returns whether it
+        converged."""
         start = time.process_time()
         self.snes.setTolerances(rtol=0.0, atol=tolerance * scale, stol=0.0, max_it=12)
         before, x = self.unknown.vector.copy(), self.unknown.vector.copy()
@@ -120,7 +128,7 @@ def main():
     speed = velocity[0]
     sense = speed / ufl.sqrt(speed**2 + STICK_VELOCITY**2)
     friction = FRICTION * pressure * sense * test[0] * area * sole
-    last = fem.Function(space)  # velocity of the iterate before, for the secant of the law
+    last = fem.Function(space)  # velocity of the previous iterate, for the secant of the law
     secant = speed / ufl.sqrt(last[0]**2 + STICK_VELOCITY**2)
     lagged = FRICTION * pressure * secant * test[0] * area * sole
     inertia = DENSITY * ufl.inner(acceleration, test) * volume
@@ -148,7 +156,8 @@ def main():
         return v0.x.array + STEP * ((1 - GAMMA) * a0.x.array + GAMMA * acceleration_of(end))
 
     def advance(end):
-        """One step; where slip turns Newton's method cycles between the branches of the law, and its secant leads between them."""
+        """Computes one step. Where slip reverses, Newton's method cycles between the branches of the law; the
+        secant of the law breaks the cycle."""
         along.value = SPEED * end
         tries = 0
         while not motion.solve(FORCE, tolerance):

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Writes an eighth of a spherical shell, in Gmsh's format 2.2, and prints the corners of facets on one of its surfaces.
+"""Writes an eighth of a spherical shell in Gmsh's format 2.2, and prints the corners of facets on one of
+its surfaces.
 
-Three patches of CELLS by CELLS elements meet on the diagonal. Their edges divide angles evenly, and all nodes, those between corners
-as well, lie on spheres. Sets: inner, outer, and x, y, z, the planes of symmetry.
+Three patches of CELLS by CELLS elements meet on the diagonal. Their edges divide angles evenly. All
+nodes, including mid-side nodes, lie on spheres. Sets: inner, outer, and the symmetry planes x, y, z.
 
-usage: shell-mesh.py ELEMENT CELLS LAYERS INNER_RADIUS OUTER_RADIUS FILE SET     hex8, hex20 or hex27; SET is inner or outer
+usage: shell-mesh.py ELEMENT CELLS LAYERS INNER_RADIUS OUTER_RADIUS FILE SET
+ELEMENT is hex8, hex20 or hex27; SET is inner or outer.
 """
 
 import math
@@ -13,7 +15,7 @@ import sys
 CORNERS = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)]
 EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)]
 FACES = [(0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7)]
-# Gmsh's numbers of the element and of its facets.
+# Gmsh's type numbers of the element and of its facets.
 KINDS = {"hex8": (5, 3), "hex20": (17, 16), "hex27": (12, 10)}
 SETS = ["inner", "outer", "x", "y", "z"]
 
@@ -23,7 +25,7 @@ def mean(points):
 
 
 def offsets(element):
-    """Places of the nodes of an element on a lattice of half its size, in Gmsh's order."""
+    """Positions of the nodes of an element on a lattice of half its size, in Gmsh's order."""
     places = list(CORNERS)
     if element != "hex8":
         places += [mean([CORNERS[a] for a in edge]) for edge in EDGES]
@@ -33,7 +35,7 @@ def offsets(element):
 
 
 def facet_offsets(element, face):
-    """Places of the nodes of a facet."""
+    """Positions of the nodes of a facet."""
     corners = [CORNERS[a] for a in face]
     places = list(corners)
     if element != "hex8":
@@ -71,7 +73,8 @@ def main():
                         return [node(patch, (2 * i + a, 2 * j + b, 2 * k + c)) for a, b, c in places]
 
                     solids.append(at(offsets(element)))
-                    # `direction` is turned by `patch` places, so the plane of the first coordinate is that of axis `patch`.
+                    # `direction` is rotated by `patch` positions, so the plane of the first
+                    # coordinate is that of axis `patch`.
                     sides = [(k == 0, 0, "inner"), (k == layers - 1, 5, "outer")]
                     sides += [(i == 0, 2, "xyz"[patch]), (j == 0, 1, "xyz"[(patch + 1) % 3])]
                     for lies, face, name in sides:

@@ -1,11 +1,12 @@
-//! An accuracy that is asked for is kept: by the record, against a reference, on any number of ranks.
+//! The requested accuracy is met: by the run record, compared with a reference, on any number of
+//! ranks.
 
 mod common;
 
 use common::{Folder, Results, Table, run, shipped};
 
 impl Results {
-    /// Asked and achieved of a part of the record.
+    /// Requested and achieved value of a part of the record.
     fn part(&self, name: &str) -> [f64; 2] {
         let record = self.record();
         ["asked", "achieved"].map(|which| record["accuracy"][which][name].as_f64().expect(name))
@@ -22,8 +23,8 @@ fn rubber(step: &str, accuracy: &str) -> String {
     shipped("rubber-block/case.yml", &changes) + accuracy
 }
 
-/// The block is dragged within every tolerance, by the record and against steps of 4 microseconds; the steps vary, and are
-/// the same on 1, 2 and 3 ranks, as are the Newton iterations.
+/// The dragged block meets every tolerance, by the record and compared with steps of 4
+/// microseconds. The steps vary. Steps and Newton iterations are the same on 1, 2 and 3 ranks.
 #[test]
 fn the_rubber_block_keeps_its_accuracy() {
     let accuracy = "accuracy: { time: 5e-3, penetration: { relative: 1e-3 } }\n";
@@ -58,8 +59,8 @@ fn the_rubber_block_keeps_its_accuracy() {
     }
 }
 
-/// Between two bodies in statics multipliers take the penetration away that a soft penalty leaves, in the plane and in
-/// space, on any number of ranks, and the answer is still that of the patch.
+/// In statics, multipliers remove the penetration between two bodies that a soft penalty leaves, in
+/// 2D and 3D, on any number of ranks. The result is still that of the patch test.
 #[test]
 fn multipliers_take_penetration_away() {
     for (case, ranks) in [("patch/blocks.yml", [1, 3]), ("patch/blocks-solid.yml", [1, 2])] {
@@ -79,8 +80,8 @@ fn multipliers_take_penetration_away() {
     }
 }
 
-/// Updates of multipliers, which cost the same whatever the step, are no reason for shorter ones: in statics a tight penetration
-/// keeps the steps of a loose one.
+/// Multiplier updates cost the same for every step length, so they do not shorten the steps. In
+/// statics a tight penetration tolerance gives the steps of a loose one.
 #[test]
 fn updates_of_multipliers_do_not_shorten_steps() {
     let coarse = [
@@ -101,7 +102,8 @@ fn updates_of_multipliers_do_not_shorten_steps() {
     assert!(tight <= loose + 5, "{tight} steps for {loose}");
 }
 
-/// A step ends at every row of a table of loads, and nothing of accuracy stands in the record of a case without it.
+/// A step ends at every row of a table of loads. The record of a case without accuracy contains
+/// nothing about it.
 #[test]
 fn steps_end_at_rows_of_tables() {
     let text = "dimension: 2
@@ -127,9 +129,10 @@ time: { end: 0.1, step: 0.01 }
     assert_eq!(plain.table("probes.csv").numbers("time").len(), 11);
 }
 
-/// A bar whose tip has mass rattles on a penalty made stiff for its penetration, and says so as soon as its steps can not become
-/// shorter, with the cure: the mass off the tip, which is what the program does where the case leaves it the choice. All that was
-/// asked for is then met, through the impact, in a small part of the steps, the same on any number of ranks.
+/// A bar whose tip has mass chatters on a penalty that was increased for its penetration. As soon
+/// as the steps cannot become shorter, the run reports this and the remedy: a massless tip. The
+/// program chooses this itself if the case permits. All requested parts are then met through the
+/// impact, with a small fraction of the steps, and the same on any number of ranks.
 #[test]
 fn a_contact_without_mass_does_not_rattle() {
     let bar = |end: &str, mass: &str, accuracy: &str| {
@@ -157,8 +160,9 @@ fn a_contact_without_mass_does_not_rattle() {
     assert_eq!(alone, several);
 }
 
-/// The bar reaches the wall at the end of a step, exactly: whether it touches or is 1e-14 m short of it, rounding decides. Steps,
-/// iterations and points do not depend on it: they are the same for bars that begin nearer or farther by the last digit.
+/// The bar reaches the wall exactly at the end of a step. Rounding decides whether it touches or is
+/// 1e-14 m short of it. Steps, iterations and points do not depend on this: they are the same for
+/// bars that start nearer or farther by the last digit.
 #[test]
 fn rounding_does_not_decide_how_a_bar_lands() {
     let decisions = |from: f64| {
@@ -176,7 +180,8 @@ fn rounding_does_not_decide_how_a_bar_lands() {
     }
 }
 
-/// In space as well; a body that can not spare the mass of its contact surface keeps it, and the run says so.
+/// In 3D the requested accuracy is met with a massless contact surface. A body that cannot give up
+/// the mass of its contact surface keeps it, and the run reports this.
 #[test]
 fn bodies_spare_the_mass_that_they_can() {
     let cube = |cells: &str| {
@@ -197,8 +202,8 @@ fn bodies_spare_the_mass_that_they_can() {
     assert!(flat["warnings"].to_string().contains("too few layers"), "{}", flat["warnings"]);
 }
 
-/// Points that stick do not creep where slip is asked for: what a stick velocity would let go on for ever a return map holds,
-/// and Newton's method finds the branches of friction at once.
+/// Sticking points do not creep if slip is requested. The return map stops the creep that a stick
+/// velocity would permit forever, and Newton's method finds the branches of friction immediately.
 #[test]
 fn sticking_points_do_not_creep() {
     let changes = [
@@ -215,7 +220,8 @@ fn sticking_points_do_not_creep() {
     assert!(results.newton() < 3 * steps, "{} iterations in {steps} steps", results.newton());
 }
 
-/// Neither a penetration that only a stiffer penalty mends nor a stick that is too soft is met by ever shorter steps.
+/// The steps do not shrink without end for a penetration that only a stiffer penalty reduces, or
+/// for stick that is too soft.
 #[test]
 fn no_step_is_cut_for_what_it_does_not_mend() {
     let steps = |results: &Results| results.table("probes.csv").numbers("time").len();
@@ -234,9 +240,10 @@ fn no_step_is_cut_for_what_it_does_not_mend() {
     assert!(achieved <= asked, "{achieved:e} > {asked:e}");
 }
 
-/// A block that is dropped and slides off again errs by the instant at which it lands and takes off: its speed does, and the
-/// distance grows until the end. The places at the end are those of steps of 2e-6 s; without the impulse of a landing in its
-/// estimate the block missed them by 2.4e-2 and 4e-2.
+/// The error of a block that is dropped and slides off again comes from the instants of landing and
+/// take-off. They change its speed, and the distance grows until the end. The final positions are
+/// those of steps of 2e-6 s. Without the impulse of a landing in its estimate the block missed them
+/// by 2.4e-2 and 4e-2.
 #[test]
 fn a_dropped_block_lands_within_what_was_asked() {
     let text = "dimension: 2
@@ -270,8 +277,8 @@ accuracy: { time: 1e-2, penetration: none, slip: none, energy: none }
     }
 }
 
-/// What moves by less than the penetration that is asked for is not looked at more closely: a block that has hardly begun to
-/// slide needs 63 steps, where an error over its own motion asks for 895.
+/// Motion below the requested penetration is not resolved more closely. A block that has hardly
+/// begun to slide needs 63 steps. An error relative to its own motion would require 895.
 #[test]
 fn what_moves_little_is_let_be() {
     let changes = [("cells: [16, 8]", "cells: [8, 4]"), ("end: 0.5", "end: 0.12")];
@@ -282,8 +289,9 @@ fn what_moves_little_is_let_be() {
     assert!(achieved <= asked, "{achieved:e}");
 }
 
-/// Equal steps keep the law that they were solved with: from step to step force and penetration of a bar that strikes are on
-/// one straight line, four times steeper than the last at most, through the end of the step before.
+/// Equal steps keep the contact law with which they were solved. From step to step, force and
+/// penetration of a striking bar lie on one straight line through the end of the previous step.
+/// This line is at most four times steeper than the last one.
 #[test]
 fn equal_steps_keep_the_laws_that_they_were_solved_with() {
     let changes = [
@@ -304,8 +312,8 @@ fn equal_steps_keep_the_laws_that_they_were_solved_with() {
     }
 }
 
-/// A block that slides under a constant coefficient of friction flutters, the more the better its steps resolve it: the run
-/// ends early, and says why and what helps.
+/// A block that slides with a constant coefficient of friction flutters, and more so with finer
+/// steps. The run ends early and reports the cause and the remedy.
 #[test]
 fn steps_that_lead_nowhere_end_the_run() {
     let text = shipped("incline/case.yml", &[("cells: [16, 8]", "cells: [8, 4]")]) + "accuracy: balanced\n";
@@ -318,8 +326,9 @@ fn steps_that_lead_nowhere_end_the_run() {
     assert!(told.contains("spectral_radius: 0.5") && told.contains("time: none"), "{told}");
 }
 
-/// A bar with mass at its tip, which strikes within its first long step, has kept 1e-2 at its end: its places are those of equal
-/// steps of 2e-5 s. It misses them unless a step that does not resolve the swing of its tip takes the contact for an impulse.
+/// A bar with mass at its tip, which strikes within its first long step, meets 1e-2 at its end: its
+/// positions are those of equal steps of 2e-5 s. It misses them unless a step that does not resolve
+/// the oscillation of its tip treats the contact as an impulse.
 #[test]
 fn a_bar_with_mass_at_its_tip_rebounds_within_what_was_asked() {
     let text = shipped("bar-impact/case.yml", &[("step: 2.5e-3", "step: 3.7e-2")])
@@ -335,8 +344,8 @@ accuracy: { time: 1e-2, penetration: none, slip: none, energy: none }
     assert!(error < 1e-2 * 6.5, "{error:e} of 6.5");
 }
 
-/// Points that stick begin a step at stick, though the curve of the first guess gives them another speed than none: hardly a
-/// step takes a second iteration. Without that it is one in six.
+/// Sticking points begin a step at stick, although the extrapolated initial guess gives them a
+/// non-zero velocity. Hardly any step takes a second iteration. Otherwise one in six does.
 #[test]
 fn a_first_guess_does_not_make_points_slip() {
     let changes = [("cells: [48, 50]", "cells: [12, 13]"), ("step: 5.0e-4", "step: 4.0e-3")];
@@ -347,8 +356,8 @@ fn a_first_guess_does_not_make_points_slip() {
     assert!(100 * newton < 113 * steps, "{newton} iterations in {steps} steps");
 }
 
-/// Multipliers may leave no penetration at all: a contact is then closed by its force, which is the load, and nobody is told that
-/// it never closed.
+/// Multipliers may leave no penetration at all. A contact is then closed by its force, which is the
+/// load, and the run does not report that it never closed.
 #[test]
 fn contact_without_penetration_is_no_open_one() {
     let text = shipped("patch/plane.yml", &[]) + "accuracy: tight\n";
@@ -366,9 +375,10 @@ fn contact_without_penetration_is_no_open_one() {
     }
 }
 
-/// The tip of a bar that strikes swings on its penalty, and opens and closes long after the bar has taken what it will: steps do
-/// not resolve that, and the bar errs by no more than was asked. Its places are those of equal steps of 2e-5 s. With the swing in
-/// the estimate it took 1609 iterations.
+/// The tip of a striking bar oscillates on its penalty. It opens and closes long after the momentum
+/// of the bar has been transferred. The steps do not resolve this, and the error of the bar is
+/// below the requested one. Its positions are those of equal steps of 2e-5 s. With the oscillation
+/// in the estimate the run took 1609 iterations.
 #[test]
 fn a_tip_that_swings_on_its_penalty_asks_for_no_short_steps() {
     let text = shipped("bar-impact/case.yml", &[("step: 2.5e-3", "step: 4.1e-2")])
@@ -386,8 +396,8 @@ accuracy: { time: 1e-3, penetration: none, slip: none, energy: none }
     assert!(results.newton() < 1200, "{} iterations", results.newton());
 }
 
-/// A body that strikes late strikes too deep: of what another event may add to the error a landing may add a fifth. With all of
-/// it the bar would land in a step of 2e-2 s.
+/// A body that strikes late penetrates too deep. A landing may use a fifth of the error that
+/// another event may add. With all of it the bar would land in a step of 2e-2 s.
 #[test]
 fn a_bar_lands_in_a_short_step() {
     let text = shipped("bar-impact/case.yml", &[("step: 2.5e-3", "step: 4.16e-2")])

@@ -1,16 +1,18 @@
-//! Slender bodies near their critical loads: a solve follows no direction that is no descent, and a run ends.
+//! Slender bodies near their critical loads: a solve follows only descent directions, and a run
+//! ends.
 
 mod common;
 
 use common::{Folder, Table, run};
 
-/// Length of a correction that a search takes at least.
+/// Shortest correction of a line search.
 const SHORTEST: f64 = 1.0 / 512.0;
 
-/// Corrections at the shortest length in a row that may leave a larger residual: the second one ends the attempt.
+/// Number of consecutive corrections at the shortest length that may leave a larger residual. The
+/// second one ends the attempt.
 const RISES: usize = 2;
 
-/// A clamped column of 1 m, 0.05 m wide and slightly bent, that buckles at 0.5 MPa on its top.
+/// A clamped column of 1 m, 0.05 m wide and slightly bent. It buckles at 0.5 MPa on its top.
 const COLUMN: &str = "
 dimension: 2
 bodies:
@@ -24,7 +26,7 @@ time: { end: 1, scheme: { static: { increments: 20 } } }
 output: { fields: { every: 0 }, probes: { head: { at: [0.05, 1] } } }
 ";
 
-/// A shallow arch between clamps, under twenty times the load at which it snaps through.
+/// A shallow arch between clamps, with twenty times its snap-through load.
 const ARCH: &str = "
 dimension: 2
 bodies:
@@ -39,8 +41,8 @@ time: { end: 1, cuts: 5, scheme: { static: { increments: 20 } } }
 output: { fields: { every: 0 } }
 ";
 
-/// No attempt continues after corrections of the shortest length that raise the residual; an accepted step ends in balance. Returns the
-/// number of all corrections.
+/// No attempt continues after corrections of the shortest length that increase the residual. An
+/// accepted step ends in equilibrium. Returns the number of all corrections.
 #[track_caller]
 fn descends(rows: &Table) -> usize {
     let column = |name| rows.numbers(name);
@@ -65,7 +67,8 @@ fn descends(rows: &Table) -> usize {
     iteration.iter().filter(|iteration| **iteration > 0.0).count()
 }
 
-/// Past its critical load a column bends far to the side, by a load or by a displacement: the run arrives.
+/// Beyond its critical load a column bends far to the side, under a load or a displacement. The run
+/// completes.
 #[test]
 fn a_column_buckles() {
     for (load, most, aside) in
@@ -81,7 +84,8 @@ fn a_column_buckles() {
     }
 }
 
-/// Where there is no equilibrium nearby, the run ends within a bounded number of corrections and says what would help.
+/// If there is no nearby equilibrium, the run ends within a bounded number of corrections and
+/// suggests a remedy.
 #[test]
 fn an_arch_that_snaps_through_ends_the_run() {
     let folder = Folder::new("arch");

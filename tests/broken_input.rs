@@ -1,5 +1,5 @@
-//! Broken input through the real program: each ends within seconds, on all ranks, with one message that names the
-//! place and the cure, and with its exit code; never with a panic.
+//! Broken input in the real program. Each run ends within seconds on all ranks, with its exit code
+//! and one message that names location and remedy, and never with a panic.
 
 mod common;
 
@@ -15,7 +15,7 @@ const FRICTION: &str =
 const TIME: &str = "time: { end: 0.002, step: 5.0e-4 }";
 const START: &str = "start: { equilibrium: { friction: false, increments: 2 } }\n";
 
-/// A square of one element in the format of Gmsh, with sets of all dimensions, one of them empty.
+/// A square of one element in Gmsh's format, with sets of all dimensions, one of them empty.
 const SQUARE: &str = r#"$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -43,7 +43,7 @@ $Elements
 $EndElements
 "#;
 
-/// Two squares with nodes of their own on the line between them, as Gmsh writes without `Coherence`.
+/// Two squares with separate nodes on their common line, as Gmsh writes without `Coherence`.
 const UNJOINED: &str = r#"$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -75,7 +75,7 @@ $Elements
 $EndElements
 "#;
 
-/// An element of which a curved side passes through its opposite, while its corners are good.
+/// An element with a curved side that crosses its opposite side, while its corners are valid.
 const FOLDED: &str = r#"$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -96,7 +96,8 @@ $Elements
 $EndElements
 "#;
 
-/// What replaces what in the case, the exit code, words of the message, and the number of ranks (0: no `mpirun`).
+/// Text to replace in the case and its replacement, the exit code, words of the message, and the
+/// number of ranks (0: no `mpirun`).
 type Broken = (&'static str, &'static str, i32, &'static [&'static str], usize);
 
 const CASES: &[Broken] = &[
@@ -292,7 +293,7 @@ const CASES: &[Broken] = &[
     (BOX, "file: square.msh, region: rubbr", 4, &["square.msh", "rubbr", "rubber"], 2),
 ];
 
-/// Bodies and their probe where coordinates have no digits left.
+/// Bodies and their probe at coordinates so large that no digits are left.
 const FAR_AWAY: &[Broken] = &[(
     BOX,
     "box: { min: [1.0e12, 0], max: [1000000000000.4, 0.4], cells: [4, 4] }",
@@ -301,7 +302,7 @@ const FAR_AWAY: &[Broken] = &[(
     2,
 )];
 
-/// Cases on the mesh of a file, whose sets only the mesh knows.
+/// Cases on a mesh file whose sets only the mesh defines.
 const ON_A_FILE: &[Broken] = &[
     ("block.bottom", "block.sole", 3, &["block.sole", "block.bottom"], 2),
     ("block.bottom", "block.nothing", 3, &["block.nothing"], 3),
@@ -359,7 +360,7 @@ fn folder_with_meshes(name: &str) -> Folder {
     folder
 }
 
-/// All of the list, some at a time, each in a folder of its own.
+/// Runs all entries of the list, some at a time, each in its own folder.
 fn all_refused(name: &str, base: &str, list: &[Broken]) {
     let at_once = std::thread::available_parallelism().map_or(1, usize::from);
     let failures: Vec<String> = std::thread::scope(|scope| {
@@ -373,7 +374,7 @@ fn all_refused(name: &str, base: &str, list: &[Broken]) {
     assert!(failures.is_empty(), "{} of {}:\n{}", failures.len(), list.len(), failures.join("\n"));
 }
 
-/// What is wrong with the way in which a broken case is refused.
+/// Returns what is wrong with the refusal of a broken case.
 fn taken(folder: &Folder, base: &str, (from, to, code, words, ranks): &Broken) -> Option<String> {
     assert!(base.contains(from), "not in the case: {from}");
     folder.write("case.yml", &base.replacen(from, to, 1));
@@ -382,14 +383,15 @@ fn taken(folder: &Folder, base: &str, (from, to, code, words, ranks): &Broken) -
     Some(format!("--- {from} -> {to} on {ranks} ranks: {failure}"))
 }
 
-/// A wrong word, number, name, set or file in a case is refused with its place and a cure.
+/// A wrong word, number, name, set or file in a case is refused with its location and a remedy.
 #[test]
 fn broken_cases_are_refused_on_1_2_and_3_ranks() {
     all_refused("broken", SMALL_BLOCK, CASES);
     all_refused("far", &SMALL_BLOCK.replace("at: [0, 0]", "at: [1.0e12, 0]"), FAR_AWAY);
 }
 
-/// Errors that only the mesh shows are reported together: values that are not finite at a node, and probes far from all bodies.
+/// Errors that only the mesh reveals are reported together: non-finite values at a node, and probes
+/// far from all bodies.
 #[test]
 fn faults_that_the_mesh_shows_are_told_together_on_1_and_2_ranks() {
     let folder = Folder::new("together");
@@ -413,7 +415,7 @@ time: { end: 1, step: 0.1 }
 output: { probes: { far: { at: [5, 5], on: block } } }
 ";
 
-/// A penetration that coordinates resolve, if barely, is accepted.
+/// A penetration that coordinates barely resolve is accepted.
 #[test]
 fn a_penetration_above_the_spacing_of_coordinates_is_accepted() {
     let folder = Folder::new("penetration");
@@ -423,14 +425,14 @@ fn a_penetration_above_the_spacing_of_coordinates_is_accepted() {
     }
 }
 
-/// So is what only the mesh of a file can tell.
+/// Errors that only the mesh file reveals are refused with location and remedy.
 #[test]
 fn sets_that_the_mesh_lacks_are_refused_on_1_2_and_3_ranks() {
     let mesh = SMALL_BLOCK.replace(BOX, "file: square.msh, region: rubber");
     all_refused("sets", &mesh, ON_A_FILE);
 }
 
-/// A mesh file of another dimension than the case is refused.
+/// A mesh file whose dimension differs from that of the case is refused.
 #[test]
 fn a_mesh_of_another_dimension_is_refused() {
     let folder = folder_with_meshes("dimension");
@@ -441,7 +443,7 @@ fn a_mesh_of_another_dimension_is_refused() {
     check(&output, 4, &["square.msh", "no elements of dimension 3"]).unwrap();
 }
 
-/// In statics a body that neither a support nor a contact holds is an error that names it.
+/// In statics a body without support and contact is an error that names it.
 #[test]
 fn a_body_that_nothing_holds_is_refused_on_2_ranks() {
     let folder = Folder::new("loose");
@@ -460,7 +462,8 @@ fn a_body_that_nothing_holds_is_refused_on_2_ranks() {
     }
 }
 
-/// A block that a load pushes along a frictionless floor has no equilibrium, and the program says so.
+/// A block that a load pushes along a frictionless floor has no equilibrium, and the program
+/// reports this.
 #[test]
 fn a_body_that_slides_away_is_refused_on_2_ranks() {
     let folder = Folder::new("slides");
@@ -478,8 +481,8 @@ fn a_body_that_slides_away_is_refused_on_2_ranks() {
     assert!(output.stderr.contains("no support holds 'block' along x"), "{}", output.stderr);
 }
 
-/// PETSc's options: a stray word is a usage error; a method that does not fit or does not exist is named, and so is a file of
-/// options that PETSc could not read, or would wait for.
+/// PETSc's options: a stray word is a usage error. A method that does not fit or does not exist is
+/// named. An option file that PETSc could not read, or would wait for, is named as well.
 #[test]
 fn petsc_options_are_checked_on_1_and_2_ranks() {
     let folder = Folder::new("options");
@@ -531,7 +534,7 @@ fn wrong_command_lines_are_usage_errors() {
     }
 }
 
-/// Files and folders that can not be read or written are named.
+/// Files and folders that cannot be read or written are named.
 #[test]
 fn unusable_files_are_named_on_1_and_2_ranks() {
     let folder = Folder::new("files");

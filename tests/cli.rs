@@ -1,4 +1,5 @@
-//! The command line as a user meets it: what good input gets, and what happens when a run can not go on.
+//! The command line from the user's view: the results of valid input, and the end of a run that
+//! cannot continue.
 
 mod common;
 
@@ -13,7 +14,7 @@ fn with(from: &str, to: &str) -> String {
     SMALL_BLOCK.replacen(from, to, 1)
 }
 
-/// The version names the libraries that the program runs with.
+/// The version output names the libraries of the running program.
 #[test]
 fn version_names_the_libraries() {
     let folder = Folder::new("version");
@@ -23,7 +24,8 @@ fn version_names_the_libraries() {
     }
 }
 
-/// A run on two ranks speaks once, leaves all its files, and fields of the start and of the end.
+/// A run on two ranks prints its output once, and writes all its files and the fields of the start
+/// and of the end.
 #[test]
 fn a_run_leaves_its_results_on_2_ranks() {
     let folder = Folder::new("run");
@@ -44,7 +46,8 @@ fn a_run_leaves_its_results_on_2_ranks() {
     assert!(record.contains("\"verdict\": \"completed\"") && record.contains("\"exit_code\": 0"), "{record}");
 }
 
-/// The completed case that `check` prints is a case, checks to the same text, and nothing was solved or written.
+/// The completed case that `check` prints is a valid case and checks to the same text. Nothing is
+/// solved or written.
 #[test]
 fn check_prints_a_case_on_1_and_2_ranks() {
     let folder = Folder::new("check");
@@ -64,7 +67,7 @@ fn check_prints_a_case_on_1_and_2_ranks() {
     assert!(!folder.join("results").exists());
 }
 
-/// The list has the entries of every table.
+/// The list contains the entries of every table.
 #[test]
 fn list_has_every_table() {
     let folder = Folder::new("list");
@@ -86,7 +89,8 @@ fn list_has_every_table() {
     }
 }
 
-/// Options of PETSc reach it from the case and from the command line, the latter wins, and an unused one is named.
+/// Options of PETSc are accepted from the case and from the command line, which takes precedence.
+/// An unused option is named.
 #[test]
 fn petsc_options_reach_petsc_on_1_and_2_ranks() {
     let folder = Folder::new("petsc");
@@ -111,7 +115,7 @@ fn petsc_options_reach_petsc_on_1_and_2_ranks() {
     assert_eq!(unused.stderr.matches("`-x_y 1` was not used").count(), 1, "{}", unused.stderr);
 }
 
-/// `-v` prints the Newton table, `-vv` the linear solvers' iterations too, `-q` nothing.
+/// `-v` prints the Newton table, `-vv` also the linear solvers' iterations, `-q` nothing.
 #[test]
 fn verbosity_has_its_levels() {
     let folder = Folder::new("verbosity");
@@ -144,7 +148,8 @@ fn verbosity_has_its_levels() {
     }
 }
 
-/// Of a penetration that was asked for the achieved one is reported, with a warning where it is larger.
+/// The achieved penetration is reported together with the requested one, with a warning if it is
+/// larger.
 #[test]
 fn achieved_penetration_is_reported() {
     let folder = Folder::new("penetration");
@@ -167,7 +172,8 @@ fn achieved_penetration_is_reported() {
     }
 }
 
-/// A contact that hardly can close is remarked at the start and at the end, and the run goes on.
+/// A contact that can hardly close causes a remark at the start and at the end, and the run
+/// continues.
 #[test]
 fn a_contact_that_never_closes_is_remarked() {
     let folder = Folder::new("far");
@@ -177,7 +183,7 @@ fn a_contact_that_never_closes_is_remarked() {
     assert_eq!(output.stderr.matches("'sole' never closed").count(), 1, "{}", output.stderr);
 }
 
-/// A contactor on the wrong side of its body is remarked.
+/// A contactor on the wrong side of its body causes a remark.
 #[test]
 fn a_contactor_that_looks_away_is_remarked() {
     let folder = Folder::new("away");
@@ -189,7 +195,7 @@ fn a_contactor_that_looks_away_is_remarked() {
     }
 }
 
-/// A unit that slipped is told by what it does to the speed of waves and to the contact.
+/// A wrong unit is reported by its effect on the wave speed and on the contact.
 #[test]
 fn units_that_slipped_are_remarked() {
     let folder = Folder::new("units");
@@ -202,7 +208,7 @@ fn units_that_slipped_are_remarked() {
     }
 }
 
-/// Multipliers on both sides of surfaces that meet themselves are remarked, and those of two surfaces are not.
+/// Multipliers on both sides of self-contact cause a remark, those of two surfaces do not.
 #[test]
 fn multipliers_of_a_surface_that_meets_itself_are_remarked() {
     let folder = Folder::new("multipliers");
@@ -221,7 +227,8 @@ fn multipliers_of_a_surface_that_meets_itself_are_remarked() {
     }
 }
 
-/// With an error in time asked of the conserving scheme, bodies whose contact nodes have mass are remarked, and no others.
+/// If an error in time is requested of the conserving scheme, bodies whose contact nodes have mass
+/// cause a remark. No other bodies do.
 #[test]
 fn contact_nodes_that_swing_are_remarked() {
     let folder = Folder::new("swing");
@@ -242,7 +249,8 @@ fn contact_nodes_that_swing_are_remarked() {
     }
 }
 
-/// Two supports that say the same of a node live together; each reaction is counted once.
+/// Two supports that prescribe the same motion of a node are compatible. Each reaction is counted
+/// once.
 #[test]
 fn equal_supports_share_a_corner_on_2_ranks() {
     let folder = Folder::new("corner");
@@ -252,7 +260,7 @@ fn equal_supports_share_a_corner_on_2_ranks() {
     assert_eq!(Table::read(&folder.join("out/reactions.csv")).len(), 10);
 }
 
-/// An earlier result is replaced when it is ours, and only then.
+/// An earlier result is replaced only if this program wrote it.
 #[test]
 fn results_are_replaced_when_they_are_ours() {
     let folder = Folder::new("replace");
@@ -267,7 +275,8 @@ fn results_are_replaced_when_they_are_ours() {
     assert_eq!(fs::read_to_string(folder.join("out/run.json")).unwrap(), "{ \"program\": \"another\" }");
 }
 
-/// A run that is killed leaves tables of whole rows and a record that says `running`; the figures can be drawn.
+/// A killed run leaves tables of complete rows and a record with the state `running`. The figures
+/// can be drawn.
 #[test]
 fn a_killed_run_leaves_whole_rows() {
     let folder = Folder::new("killed");
@@ -317,7 +326,8 @@ fn a_full_disk_ends_all_ranks_on_2_ranks() {
     }
 }
 
-/// An inverted element that no cut avoids ends the run with code 6, the element, its place and the time.
+/// An inverted element that cutback cannot avoid ends the run with code 6, and with the element,
+/// its location and the time.
 #[test]
 fn an_inverted_element_ends_with_its_place_on_2_ranks() {
     let folder = Folder::new("inverted");
@@ -336,7 +346,8 @@ fn an_inverted_element_ends_with_its_place_on_2_ranks() {
     assert!(record.contains("\"verdict\": \"failed\"") && record.contains("\"exit_code\": 6"), "{record}");
 }
 
-/// A solve that does not converge ends with code 5, the figures and the threshold; the rows before it are kept.
+/// A solve that does not converge ends with code 5, the residuals and the threshold. The rows
+/// before it are kept.
 #[test]
 fn no_convergence_ends_with_the_figures_on_3_ranks() {
     let folder = Folder::new("slow");

@@ -1,5 +1,5 @@
-//! Pressures and shear tractions between two bodies against closed forms: Hertz, Cattaneo and Mindlin, the patch test.
-//! A wrong modulus, radius, coefficient of friction or quadrature fails.
+//! Pressures and shear tractions between two bodies compared with closed forms: Hertz, Cattaneo and
+//! Mindlin, the patch test. A wrong modulus, radius, coefficient of friction or quadrature fails.
 
 mod common;
 
@@ -9,7 +9,7 @@ use common::{Folder, Table, shipped, stretch};
 use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::{ReadPiece, read_piece};
 
-/// Runs a case; it must end well.
+/// Runs a case, which must succeed.
 #[track_caller]
 fn run(text: &str, ranks: usize) -> Folder {
     let folder = Folder::new("pressure");
@@ -27,7 +27,7 @@ fn close(what: &str, value: f64, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() <= tolerance, "{what}: {value}, expected {expected} within {tolerance}");
 }
 
-/// Pieces of a grid at the last step, one a rank.
+/// Parts of a grid at the last step, one per rank.
 fn pieces(folder: &Folder, grid: &str) -> Vec<ReadPiece> {
     let paths = |folder: &Path| -> Vec<_> {
         let entries = std::fs::read_dir(folder).expect("a folder");
@@ -43,7 +43,7 @@ fn pieces(folder: &Folder, grid: &str) -> Vec<ReadPiece> {
     paths(&last).iter().filter(|path| named(path)).map(|path| read_piece(path).expect("a piece")).collect()
 }
 
-/// A float field of a piece: values a point or cell, one after the other.
+/// A float field of a part: the values of each point or cell in sequence.
 #[track_caller]
 fn values<'a>(field: &'a contact_petsc::output::vtu_reader::Field, name: &str) -> &'a [f64] {
     let VtuValues::Float64(values) = &field.values else { panic!("{name} is not of numbers") };
@@ -56,11 +56,11 @@ struct Node {
     /// Reference position \[m\].
     at: [f64; 3],
     pressure: f64,
-    /// Along x.
+    /// Shear traction along x.
     shear: f64,
 }
 
-/// Nodes of the contactor in the order of x, each once.
+/// Nodes of the contactor in the order of x, without duplicates.
 fn contactor(folder: &Folder) -> Vec<Node> {
     let mut nodes: Vec<Node> = Vec::new();
     for piece in pieces(folder, "contact") {
@@ -79,7 +79,8 @@ fn contactor(folder: &Folder) -> Vec<Node> {
     nodes
 }
 
-/// L2 norm of the difference between nodal values, linear in between, and a curve, over that of the curve.
+/// L2 norm of the difference between nodal values, linear in between, and a curve, divided by the
+/// norm of the curve.
 fn distance(nodes: &[Node], value: impl Fn(&Node) -> f64, exact: impl Fn(f64) -> f64) -> f64 {
     const SAMPLES: i32 = 20;
     let mut sums = [0.0; 2];
@@ -96,7 +97,7 @@ fn distance(nodes: &[Node], value: impl Fn(&Node) -> f64, exact: impl Fn(f64) ->
     (sums[0] / sums[1]).sqrt()
 }
 
-/// Half-width and peak of the ellipse that is nearest to points `(x, value)`: a line through squares.
+/// Half-width and peak of the ellipse fitted to points `(x, value)` by a linear fit of the squares.
 fn ellipse(points: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     let squares: Vec<(f64, f64)> = points.map(|(x, value)| (x * x, value * value)).collect();
     let count = squares.len() as f64;
@@ -116,8 +117,9 @@ fn arch(x: f64, half_width: f64) -> f64 {
 const COARSE_CYLINDER: [(&str, &str); 2] =
     [("cells: [45, 35]", "cells: [23, 18]"), ("increments: 5", "increments: 2")];
 
-/// A cylinder on a block is pressed as Hertz says: half-width, peak and curve, 16 elements over the half-width; another
-/// modulus, which takes part, and half as many elements.
+/// A cylinder pressed on a block agrees with Hertz in half-width, peak and curve, with 16 elements
+/// over the half-width. The test also runs another modulus, which changes the result, and half as
+/// many elements.
 #[test]
 fn a_cylinder_on_a_block_is_hertz() {
     let shipped_mesh: &[(&str, &str)] = &[];
@@ -151,7 +153,7 @@ fn a_cylinder_on_a_block_is_hertz() {
     }
 }
 
-/// The force of a contact is the load, and the support carries it.
+/// The contact force equals the load, and the reaction of the support equals the contact force.
 #[track_caller]
 fn balanced(folder: &Folder, contact: &str, (support, axis): (&str, &str), load: f64) {
     let force = table(folder, "contact.csv").only("contact", contact).last(axis);
@@ -160,7 +162,7 @@ fn balanced(folder: &Folder, contact: &str, (support, axis): (&str, &str), load:
     close(&format!("{support}: reaction"), reaction, force, 1e-7 * load);
 }
 
-/// The pressures do not know the number of ranks.
+/// The pressures do not depend on the number of ranks.
 #[test]
 fn a_cylinder_on_a_block_on_1_2_3_4_ranks() {
     let text = shipped("hertz/case.yml", &COARSE_CYLINDER);
@@ -182,8 +184,9 @@ fn resultant(nodes: &[Node], value: impl Fn(&Node) -> f64) -> f64 {
         .sum()
 }
 
-/// Two cylinders pressed and sheared, 16 elements over the half-width: the edges slip, the middle sticks, as wide as
-/// Cattaneo and Mindlin say; the coefficient of friction takes part.
+/// Two cylinders pressed and sheared, 16 elements over the half-width. The edges slip and the
+/// middle sticks with the widths of Cattaneo and Mindlin. The coefficient of friction changes the
+/// result.
 #[test]
 fn two_cylinders_are_cattaneo_mindlin() {
     // With more friction the slip zones are narrower: 2.7 elements, of which the horns take one.
@@ -225,7 +228,8 @@ fn two_cylinders_are_cattaneo_mindlin() {
     }
 }
 
-/// Largest error of the stress in the two blocks of a pair, over the load: the one along the load and those across it.
+/// Largest error of the stress in the two blocks of a pair, divided by the load: along the load and
+/// across it.
 fn stress_errors(folder: &Folder, dimension: usize) -> [f64; 3] {
     let mut worst = [0.0f64; 3];
     for piece in pieces(folder, "volume") {
@@ -244,7 +248,8 @@ fn stress_errors(folder: &Folder, dimension: usize) -> [f64; 3] {
     worst
 }
 
-/// Block on block, exactly touching and held by contact alone: to rounding on matching meshes and on others, in one pass and in two.
+/// Two blocks that touch exactly, with contact as the only support of the upper one. The result is
+/// exact to rounding on matching and non-matching meshes, in one pass and in two.
 #[track_caller]
 fn patch(case: &str, dimension: usize, element: &str) {
     let from = if dimension == 2 { "quad4" } else { "hex8" };
@@ -292,8 +297,8 @@ fn blocks_pass_the_patch_test_in_space() {
     }
 }
 
-/// A body that contact alone holds does not pass through its target where it does not touch it yet: neither from a gap
-/// nor from points that touch exactly.
+/// A body that only contact supports does not pass through its target where it does not touch it
+/// yet, neither from a gap nor from points that touch exactly.
 #[test]
 fn a_body_falls_onto_another_and_not_through_it() {
     for gap in [0.0, 0.03] {
@@ -324,7 +329,8 @@ time: {{ end: 1, scheme: {{ static: {{ increments: 1 }} }}, cuts: 0 }}
     }
 }
 
-/// Two balls pressed together, four facets over the radius: pressure in the middle within 3 %, radius within 4 %, and symmetry to x and y.
+/// Two balls pressed together, four facets over the radius: pressure in the middle within 3 %,
+/// radius within 4 %, and symmetry in x and y.
 #[test]
 fn two_balls_are_hertz() {
     let folder = run(&shipped("hertz/spheres.yml", &[]), 1);

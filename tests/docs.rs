@@ -1,14 +1,14 @@
-//! The book: every link of every page resolves, every page is in the table of contents, and generated
-//! pages are current.
+//! The book: every link of every page resolves, every page is in the table of contents, and
+//! generated pages are up to date.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// Folders with pages; pages of the repository's root belong to them as well.
+/// Folders with pages. Pages in the root of the repository belong to the book as well.
 const FOLDERS: &[&str] = &["docs", "meshes", "tests", "fuzz", "scripts", "petsc-sys", "benches", "src"];
 
-/// Folders that a build or a run leaves there.
+/// Folders that a build or a run creates.
 const LEFT_BEHIND: &[&str] = &["target", "results", "corpus", "artifacts", "node_modules"];
 
 fn root() -> &'static Path {
@@ -91,7 +91,8 @@ fn targets(line: &str) -> Vec<String> {
     targets
 }
 
-/// The anchors that a forge makes of the headings of a page, and those that it names itself.
+/// The anchors that a forge generates from the headings of a page, and those that the page defines
+/// itself.
 fn anchors(text: &str) -> BTreeSet<String> {
     let mut anchors = BTreeSet::new();
     let mut repeated: BTreeMap<String, usize> = BTreeMap::new();
@@ -115,7 +116,8 @@ fn slug(heading: &str) -> String {
     kept.collect::<String>().to_lowercase().replace(' ', "-")
 }
 
-/// Where a relative target leads, from the root of the repository; `None` if it leaves the repository.
+/// The path of a relative target from the root of the repository. `None` if it leaves the
+/// repository.
 fn resolve(page: &Path, target: &str) -> Option<PathBuf> {
     let mut path = PathBuf::new();
     for part in page.parent().unwrap_or(Path::new("")).join(target).components() {
@@ -129,7 +131,7 @@ fn resolve(page: &Path, target: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-/// What is wrong with the links of a page, whose text is given.
+/// Errors of the links of a page with the given text.
 fn broken(page: &Path, text: &str) -> Vec<String> {
     let mut broken = Vec::new();
     for (number, line) in prose(text) {
@@ -167,7 +169,7 @@ fn every_link_leads_somewhere() {
     assert!(broken.is_empty(), "\n{}", broken.join("\n"));
 }
 
-/// The test above sees what it should see.
+/// The link test detects broken links.
 #[test]
 fn a_broken_link_is_found() {
     let page = Path::new("docs/README.md");
@@ -181,7 +183,7 @@ fn a_broken_link_is_found() {
     assert_eq!(faults("[a]: no-such-page.md"), 1);
 }
 
-/// Every page of the book, and every scene, has its place in the table of contents, once.
+/// Every page of the book and every scene is in the table of contents exactly once.
 #[test]
 fn every_page_is_in_the_table_of_contents() {
     let summary = Path::new("docs/SUMMARY.md");
@@ -199,7 +201,7 @@ fn every_page_is_in_the_table_of_contents() {
     assert!(missing.is_empty(), "not in docs/SUMMARY.md: {missing:?}");
 }
 
-/// Files of the repository that the text of a line names in code spans.
+/// Files of the repository that a line names in code spans.
 fn named_files(line: &str) -> Vec<String> {
     const FOLDERS: &[&str] =
         &["src/", "tests/", "scripts/", "docs/", "meshes/", "petsc-sys/", "benches/", "fuzz/"];
@@ -215,7 +217,7 @@ fn named_files(line: &str) -> Vec<String> {
     words.filter(is_path).filter(is_plain).map(str::to_owned).collect()
 }
 
-/// A page names no file of the repository that has gone. The changelog may.
+/// No page names a file of the repository that does not exist. The changelog may.
 #[test]
 fn files_that_pages_name_exist() {
     assert_eq!(
@@ -245,14 +247,14 @@ fn the_references_are_current() {
     }
 }
 
-/// A newcomer reads the first page to its end.
+/// The first page is short enough to be read completely.
 #[test]
 fn the_first_page_is_short() {
     let bytes = read(&root().join("README.md")).len();
     assert!(bytes <= 6144, "README.md has {bytes} bytes: move what only some readers need into the book");
 }
 
-/// Whoever cites the program names the version that it has.
+/// The citation file names the current version.
 #[test]
 fn the_citation_names_the_version() {
     let citation = read(&root().join("CITATION.cff"));

@@ -1,4 +1,4 @@
-//! What goes wrong on one rank ends all of them within seconds, with one message and a code.
+//! An error on one rank ends all ranks within seconds, with one message and an exit code.
 
 mod common;
 
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use common::{Folder, Output, Running, run};
 
-/// More than any of these needs on a loaded machine; a hang would reach it.
+/// Time limit, generous for a loaded machine. Only a hang reaches it.
 const LIMIT: Duration = Duration::from_secs(300);
 
 fn rubber_block(changes: &[(&str, &str)]) -> String {
@@ -20,7 +20,7 @@ fn rubber_block(changes: &[(&str, &str)]) -> String {
     })
 }
 
-/// Starts a case, does something to its folder while it runs, and waits for its end.
+/// Starts a case, modifies its folder while it runs, and waits for its end.
 fn disturbed(text: &str, ranks: usize, disturb: impl FnOnce(&Folder)) -> Output {
     let folder = Folder::new("failures");
     folder.write("case.yml", text);
@@ -29,7 +29,7 @@ fn disturbed(text: &str, ranks: usize, disturb: impl FnOnce(&Folder)) -> Output 
     running.wait(LIMIT)
 }
 
-/// The code, and the program's message once.
+/// Checks the exit code, and that the program's message appears once.
 #[track_caller]
 fn ended(output: &Output, code: i32, words: &str) {
     assert_eq!(output.code, Some(code), "{}", output.stderr);
@@ -37,7 +37,7 @@ fn ended(output: &Output, code: i32, words: &str) {
     assert!(output.stderr.contains(words), "{}", output.stderr);
 }
 
-/// A piece that rank 1 can not write.
+/// Rank 1 cannot write its part.
 #[test]
 fn unwritable_piece_of_rank_1_on_2_ranks() {
     let text = rubber_block(&[("every: 10", "every: 40")]);
@@ -52,7 +52,7 @@ fn unwritable_piece_of_rank_1_on_2_ranks() {
     ended(&output, 4, "volume_0001.vtu");
 }
 
-/// A prescribed value that is not finite at a few nodes, on one rank of three or on none of the others.
+/// A prescribed value is not finite at a few nodes, which belong to only one rank of three.
 #[test]
 fn bad_support_on_one_rank_on_3_ranks() {
     let jump = "x: \"t + if(x > 0.4, sqrt(0.005 - t), 0)\", y";
@@ -60,7 +60,7 @@ fn bad_support_on_one_rank_on_3_ranks() {
     ended(&output, 3, "not finite");
 }
 
-/// A mesh that rank 0 can not read.
+/// Rank 0 cannot read the mesh.
 #[test]
 fn missing_mesh_on_3_ranks() {
     let mesh =
@@ -69,9 +69,10 @@ fn missing_mesh_on_3_ranks() {
     ended(&output, 4, "no.msh");
 }
 
-/// A block of which every node is prescribed is pushed into a floor whose force is not finite at the depth of the
-/// first step. The step is cut as any that fails, some steps are done, and the run ends with the node and the force; no table
-/// has a value that is not finite. The force acts on no free unknown: the balance alone does not show it.
+/// A block with prescribed motion of all nodes is pushed into a floor whose force is not finite at
+/// the depth of the first step. The step is cut like any failed step, and some steps are completed.
+/// The run ends with the node and the force, and no table has a non-finite value. The force acts on
+/// no free unknown, so the residual alone does not reveal it.
 #[test]
 fn a_force_that_overflows_is_a_failed_step_on_1_3_ranks() {
     let text = "
@@ -104,7 +105,7 @@ time: { end: 0.2, step: 0.1, cuts: 12 }
     }
 }
 
-/// Elements that no cut of the step keeps from turning inside out, somewhere.
+/// Elements that become inverted at some position whatever the cutback.
 #[test]
 fn inverted_element_on_3_ranks() {
     let crushed = ("y: -0.05", "y: \"-0.05 - 60 * t\"");
@@ -112,7 +113,7 @@ fn inverted_element_on_3_ranks() {
     ended(&output, 6, "turned inside out");
 }
 
-/// A block that nothing holds along the plane it is pressed against, and the load that shall press it.
+/// A block without support along the plane it is pressed against, and the pressing load.
 fn pressed(load: &str) -> String {
     format!(
         "
@@ -137,8 +138,9 @@ time: {{ end: 1.0e-3, step: 1.0e-3 }}
     )
 }
 
-/// Pressed straight the block is held by itself, and it is said that this took no force; pressed aslant it has no
-/// equilibrium without friction, and the error names body, direction and force.
+/// If the block is pressed perpendicularly, the start needs no holding force, and the run reports
+/// this. If it is pressed obliquely, there is no frictionless equilibrium, and the error names
+/// body, direction and force.
 #[test]
 fn a_frictionless_start_needs_loads_that_balance_on_1_3_ranks() {
     for ranks in [1, 3] {
@@ -157,7 +159,7 @@ fn a_frictionless_start_needs_loads_that_balance_on_1_3_ranks() {
     }
 }
 
-/// Two bodies `GAP` apart, of which one may be moved towards the other.
+/// Two bodies at a distance of `GAP`, one of which may be moved towards the other.
 const APART: &str = "title: apart
 dimension: 2
 bodies:
@@ -169,8 +171,8 @@ LOADS
 time: { end: 1, step: 0.1 }
 ";
 
-/// What can close a contact that starts far open is prescribed motion, velocity at the start, or loads with time enough;
-/// without these the contact is refused, with `check` and in a run.
+/// A contact that starts far open can close by prescribed motion, by an initial velocity, or by
+/// loads with enough time. Without these the contact is refused, by `check` and in a run.
 #[test]
 fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
     let folder = Folder::new("apart");
@@ -232,7 +234,7 @@ fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
     }
 }
 
-/// Two squares of four elements that share one corner; the first has a lower and a left side.
+/// Two squares of four elements that share one corner. The first one has a lower and a left side.
 const HINGED: &str = "$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -292,8 +294,8 @@ boundary:
 TIME
 ";
 
-/// A piece that hangs by one node and turns under its weight is named with the hinge and a cure: in statics and in the static
-/// start, and if a contact touches the rest of its body.
+/// A piece that hangs by one node and rotates under its weight is reported with the hinge and a
+/// remedy: in statics and in the static start, and also if a contact touches the rest of its body.
 #[test]
 fn a_hinge_is_named_on_1_and_2_ranks() {
     const SOLE: &str = "{ sole: { contactor: block.bottom, target: floor, normal: { penalty: { compliance: 1.0e-9 } }, friction: none } }";

@@ -1,10 +1,11 @@
-//! The filtered multigrid: few iterations whatever the penalty, the coefficient of friction and the number of ranks.
+//! The filtered multigrid: few iterations for every penalty, coefficient of friction and number of
+//! ranks.
 
 mod common;
 
 use common::{Folder, Output, Table, run};
 
-/// Two boxes whose meshes do not match, the upper one pressed and dragged by its top.
+/// Two boxes with non-matching meshes, the upper one pressed and dragged by its top.
 const BOXES: &str = "
 dimension: 3
 bodies:
@@ -35,19 +36,20 @@ output: { fields: { every: 1000 }, probes: { below: { at: [1, 1, 0.5], on: lower
 const STATIC: &str = "time: { end: 1, scheme: { static: { increments: 1 } } }";
 const PRESSED: &str = "displacement: { x: '0.004 * t', y: 0, z: '-0.005 * t' }";
 
-/// Newton with solves of one tolerance, so that iterations can be compared.
+/// Newton's method with linear solves of one tolerance, so that iterations can be compared.
 const NEWTON: &str = "newton: { inexact: false, tolerance: 1e-7 }, krylov: { tolerance: 1e-8 }";
 
 #[derive(Clone, Copy)]
 struct Scene {
     cells: u32,
-    /// Penalty over Young's modulus by the size of an element: at 100 a strain of 1 % opens 0.01 % of it.
+    /// Penalty, divided by Young's modulus over the element size. At 100 a strain of 1 % penetrates
+    /// by 0.01 % of the size.
     kappa: f64,
     mu: f64,
     press: &'static str,
-    /// CFL number of the step; none in statics.
+    /// CFL number of the step; `None` in statics.
     cfl: Option<f64>,
-    /// Drag in a step of motion; where the body above slides it moves so from the start.
+    /// Drag per dynamic step. If the upper body slides, it moves with this velocity from the start.
     drag: f64,
     slides: bool,
 }
@@ -115,7 +117,7 @@ impl Solved {
         Table::read(&self.folder.join("out").join(name))
     }
 
-    /// Most iterations of a linear solve of the steps.
+    /// Largest number of iterations of a linear solve in the steps.
     fn most(&self) -> f64 {
         let table = self.table("iterations.csv");
         let steps = table.numbers("time").into_iter().zip(table.numbers("krylov_iterations"));
@@ -128,7 +130,7 @@ impl Solved {
         record[key].as_u64().expect("a count")
     }
 
-    /// How often an event of PETSc's log took place.
+    /// Number of occurrences of an event in PETSc's log.
     fn logged(&self, event: &str) -> u64 {
         let text = std::fs::read_to_string(self.folder.join("log.txt")).expect("PETSc's log");
         let words = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
@@ -153,7 +155,7 @@ impl Solved {
     }
 }
 
-/// Statics: the answer of the factorisation in at most 40 iterations on any number of ranks.
+/// Statics: the result of the factorisation in at most 40 iterations on any number of ranks.
 #[test]
 fn solves_statics_on_1_2_3_ranks() {
     let expected = COARSE.solved("direct", 1, &[]);
@@ -165,7 +167,7 @@ fn solves_statics_on_1_2_3_ranks() {
     }
 }
 
-/// Motion in steps far beyond what an explicit method could take.
+/// Dynamics with steps far beyond the limit of an explicit method.
 #[test]
 fn solves_dynamics_on_1_2_3_ranks() {
     let scene = Scene { cfl: Some(50.0), ..COARSE };
@@ -178,8 +180,9 @@ fn solves_dynamics_on_1_2_3_ranks() {
     }
 }
 
-/// Large steps in which the whole surface slips, and Newton's method wanders: 104 iterations where the matrix of the
-/// multigrid was kept and had the stress of such iterates in it.
+/// Large steps in which the whole surface slips, and Newton iterates vary strongly. The solver took
+/// 104 iterations if the matrix of the multigrid was kept, because it contained the stress of such
+/// iterates.
 #[test]
 fn solves_motion_with_slip() {
     let scene = Scene { cfl: Some(50.0), drag: 0.02, slides: true, ..COARSE };
@@ -187,7 +190,7 @@ fn solves_motion_with_slip() {
     assert!(found.most() <= 20.0, "{} iterations", found.most());
 }
 
-/// A body that only contact holds, by conjugate gradients and by GMRES.
+/// A body that only contact supports, with conjugate gradients and with GMRES.
 #[test]
 fn solves_without_friction_and_supports() {
     let press = "displacement: { x: 0, y: 0 } }\n  load: { on: upper.top, traction: { z: '-1e5 * t' }";
@@ -203,7 +206,7 @@ fn solves_without_friction_and_supports() {
     }
 }
 
-/// Neither the penalty nor the coefficient of friction matters.
+/// Neither the penalty nor the coefficient of friction has an influence.
 #[test]
 fn penalty_and_friction_do_not_matter() {
     // A gentle load, from which Newton's method does not stray at the stiffest penalty.
@@ -219,7 +222,7 @@ fn penalty_and_friction_do_not_matter() {
     }
 }
 
-/// Each part is needed: the solve on the nodes in contact, and its second pass.
+/// Each part is necessary: the solve on the nodes in contact, and its second pass.
 #[test]
 fn every_part_matters() {
     // Fine enough that most of it is not in W.
@@ -234,7 +237,7 @@ fn every_part_matters() {
     assert!(worse, "{} without the factorisation, {whole} with it", blind.most());
 }
 
-/// More ranks than the scene can use: some have no node in contact, some none at all.
+/// More ranks than the scene can use: some have no node in contact, some no node at all.
 #[test]
 fn ranks_may_have_nothing() {
     let scene = Scene { cells: 2, ..COARSE };
@@ -246,8 +249,9 @@ fn ranks_may_have_nothing() {
     }
 }
 
-/// The factors around the contact serve until a point there does something else: once where all stick, whose iterations do not
-/// grow by it, and with each matrix where points slip, most of which are others each time.
+/// The factors around the contact are reused until the state of a point there changes. If all
+/// points stick, they are computed once, and the iterations do not increase. If points slip, most
+/// of which differ each time, they are computed for each matrix.
 #[test]
 fn factors_are_kept_while_no_point_changes_on_1_2_ranks() {
     let log = ["-log_view", ":log.txt"];
@@ -266,8 +270,8 @@ fn factors_are_kept_while_no_point_changes_on_1_2_ranks() {
     }
 }
 
-/// Iterations stay few where most of the mesh lies outside of the layers around the contact: 13, and 18 where multigrid
-/// does not know that the bodies touch.
+/// Iterations remain few if most of the mesh lies outside the layers around the contact: 13, and 18
+/// if multigrid does not use the contact between the bodies.
 #[test]
 fn iterations_stay_few() {
     let fine = Scene { cells: 16, ..COARSE }.solved("filtered_amg", 2, &[]).without_help();
@@ -275,7 +279,8 @@ fn iterations_stay_few() {
     assert!(fine.most() <= 16.0, "{}", fine.most());
 }
 
-/// Without friction what slides is not tied on the coarse levels: 13 iterations at most, 15 where aggregates reach across the contact.
+/// Without friction, sliding bodies are not coupled on the coarse levels: 13 iterations at most, 15
+/// if aggregates cross the contact.
 #[test]
 fn what_slides_freely_is_not_tied() {
     let sliding = Scene { cells: 16, mu: 0.0, ..COARSE }.solved("cg_filtered_amg", 1, &[]).without_help();

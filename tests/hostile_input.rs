@@ -1,7 +1,7 @@
-//! Input that is made to hurt: deep nesting, aliases without end, counts of 10^12 in a file of a kilobyte, lines of a
-//! gigabyte. Each is refused within a second and within 100 MB, measured in a process of its own.
+//! Hostile input: deep nesting, endless aliases, counts of 10^12 in a file of a kilobyte, lines of
+//! a gigabyte. Each is refused within a second and within 100 MB, measured in a separate process.
 //!
-//! What the fuzz targets found before (`fixtures/fuzz`, see `fuzz/README.md`) is read here too.
+//! The findings of the fuzz targets (`fixtures/fuzz`, see `fuzz/README.md`) are read here too.
 
 mod common;
 
@@ -20,7 +20,7 @@ use contact_petsc::model::read_mesh;
 use contact_petsc::output::vtu_reader;
 use contact_petsc::plot::Csv;
 
-/// Most time that a refusal may take, and most memory above what the process had before.
+/// Time limit of a refusal, and limit of memory above that of the process before it.
 const TIME: Duration = Duration::from_secs(1);
 const MEMORY: u64 = 100 << 20;
 
@@ -30,17 +30,18 @@ const CASE: &str = "dimension: 2\nbodies:\n  a:\n    mesh: { box: { min: [0, 0],
     material: { neo_hookean: { young_modulus: 1, poisson_ratio: 0.3 } }\nboundary:\n  \
     hold: { on: a.top, displacement: { x: 0, y: VALUE } }\ntime: { end: 1, scheme: { static: { increments: 1 } } }\n";
 
-/// What is read: bytes, or a file that is mostly a hole.
+/// The input: bytes, or a file that is mostly a hole.
 enum Input {
     Case(String),
-    /// A case whose mesh is read too.
+    /// A case whose mesh is read as well.
     Box(String),
     Mesh(Vec<u8>),
     Checkpoint(Vec<u8>),
     Field(Vec<u8>),
     Table(Vec<u8>),
     Expression(String),
-    /// A file that begins with these bytes and goes on with zeros for a gigabyte; its name tells its kind.
+    /// A file that begins with these bytes and continues with zeros for a gigabyte. Its name
+    /// determines its kind.
     Gigabyte(&'static str, &'static [u8]),
 }
 
@@ -52,7 +53,7 @@ fn cells(cells: &str) -> Input {
     Input::Box(CASE.replace("CELLS", cells).replace("VALUE", "0"))
 }
 
-/// `title` holds `text`, in a case that is good but for it.
+/// A case that is valid except for `text` in its `title`.
 fn title(text: &str) -> Input {
     Input::Case(format!("title: {text}\n{}", value("0")))
 }
@@ -88,7 +89,7 @@ fn header(length: u64, text: &str) -> Input {
     Input::Checkpoint(bytes)
 }
 
-/// An input by name, made on demand, since some are long.
+/// An input by name, created on demand, because some are long.
 type Entry = (&'static str, Box<dyn Fn() -> Input>);
 
 fn entry(name: &'static str, make: impl Fn() -> Input + 'static) -> Entry {
@@ -215,14 +216,14 @@ fn refuse(input: &Input, folder: &Path) -> Result<(), Error> {
     }
 }
 
-/// Largest memory so far [bytes].
+/// Peak memory so far [bytes].
 fn peak() -> u64 {
     contact_petsc::petsc::peak_memory()
 }
 
 const NAME: &str = "CONTACT_PETSC_TEST_HOSTILE";
 
-/// One input in this process, which another one started; else nothing.
+/// Reads one input in this process if another process started it for that. Otherwise does nothing.
 #[test]
 fn one_input() {
     let Ok(name) = std::env::var(NAME) else { return };
@@ -242,7 +243,7 @@ fn one_input() {
     println!("refused after {} us and {more} bytes: {error}", took.as_micros());
 }
 
-/// Each input is refused with an error, in little time and memory.
+/// Each input is refused with an error, within the limits of time and memory.
 #[test]
 fn hostile_input_is_refused_quickly_and_in_little_memory() {
     let mut failures = Vec::new();
@@ -272,7 +273,7 @@ fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/fuzz").join(name)
 }
 
-/// What the fuzz targets start from and what they have found is read without a panic, each quickly.
+/// The seeds and findings of the fuzz targets are read quickly and without a panic.
 #[test]
 fn what_was_found_before_stays_found() {
     let mut count = 0;

@@ -1,12 +1,12 @@
-//! Impact at reduced size: energy and momentum kept, the force on its plateau, the guard that ends a run and the warning
-//! before it.
+//! Impact at reduced size: conservation of energy and momentum, the plateau of the force, the guard
+//! that ends a run and the warning before it.
 
 mod common;
 
 use common::{Folder, Results, Table, shipped};
 
 impl Results {
-    /// Largest unexplained energy over the largest there was.
+    /// Largest unexplained energy, divided by the largest energy.
     fn unexplained(&self) -> f64 {
         let ledger = self.table("energy.csv");
         let largest = |column| ledger.numbers(column).into_iter().fold(0.0_f64, |m, e| m.max(e.abs()));
@@ -29,7 +29,7 @@ impl Results {
         columns.iter().map(change).fold(0.0, f64::max)
     }
 
-    /// Root mean square of the force about its plateau `force`, relative.
+    /// Relative root mean square deviation of the force from its plateau `force`.
     fn ripple(&self, force: f64) -> f64 {
         let contact = self.table("contact.csv");
         let rows = contact.numbers("time").into_iter().zip(contact.numbers("force_n"));
@@ -39,7 +39,8 @@ impl Results {
     }
 }
 
-/// Whatever law, step and penalty: energy is kept, the force lies on its plateau, and all of the velocity comes back.
+/// For every law, step and penalty the energy is conserved, the force is on its plateau, and the
+/// velocity is fully recovered.
 #[test]
 fn the_bar_keeps_its_energy_and_its_force_is_smooth() {
     for (case, force, speed, kept) in [
@@ -61,8 +62,9 @@ fn the_bar_keeps_its_energy_and_its_force_is_smooth() {
     }
 }
 
-/// Force over `E` that stops a bar of Saint Venant-Kirchhoff's law at `v0 / c = v`: a fan, since the law softens, in which
-/// `v = int sqrt((3 F^2 - 1) / 2) dF` from the stretch behind it to 1.
+/// Force over `E` that stops a bar with Saint Venant-Kirchhoff's law at `v0 / c = v`. The law
+/// softens, so the wave is a rarefaction fan with `v = int sqrt((3 F^2 - 1) / 2) dF` from the
+/// stretch behind it to 1.
 fn fan(v: f64) -> f64 {
     let (mut stretch, mut sum, step) = (1.0, 0.0, 1e-6);
     while sum < v {
@@ -72,7 +74,8 @@ fn fan(v: f64) -> f64 {
     0.5 * (stretch - stretch.powi(3))
 }
 
-/// The same of the neo-Hookean law, which stiffens: a shock, `v^2 / (1 - F) = (1 / F - F) / 2`.
+/// Force over `E` that stops a bar with the neo-Hookean law, which stiffens. The wave is a shock:
+/// `v^2 / (1 - F) = (1 / F - F) / 2`.
 fn shock(v: f64) -> f64 {
     let (mut low, mut high) = (0.05, 1.0 - 1e-9);
     for _ in 0..100 {
@@ -82,8 +85,8 @@ fn shock(v: f64) -> f64 {
     0.5 * (1.0 / low - low)
 }
 
-/// At strains of a tenth and a fifth, where the laws are far from linear, the energy is kept as well, and the plateau is that of
-/// each law's own wave.
+/// At strains of a tenth and a fifth, where the laws are strongly nonlinear, the energy is
+/// conserved as well. The plateau is that of the wave of each law.
 #[test]
 fn large_strains_keep_the_energy_and_the_plateau() {
     for (case, strain, force, kept) in [
@@ -109,8 +112,9 @@ fn large_strains_keep_the_energy_and_the_plateau() {
     }
 }
 
-/// Whatever facets the points meet, over edges and corners, opening and closing within a step, with friction and without, in the
-/// plane and in space: energy is kept but for the heat of friction, and both momenta.
+/// Energy is conserved except for the frictional heat, and so are both momenta: for every facet
+/// that the points touch, over edges and corners, opening and closing within a step, with and
+/// without friction, in 2D and 3D.
 #[test]
 fn collisions_keep_energy_and_momentum() {
     let coarse = [("step: 5.0e-5", "step: 1.0e-4")];
@@ -140,7 +144,8 @@ fn collisions_keep_energy_and_momentum() {
     }
 }
 
-/// Nodes without mass do not move less in a shorter step: steps are solved all the same, hardly one is cut, and energy and momenta kept.
+/// The motion of massless nodes does not decrease with the step. The steps are solved nevertheless,
+/// hardly one is cut, and energy and momenta are conserved.
 #[test]
 fn discs_without_mass_find_their_balance() {
     let text = shipped("collision/case.yml", &[("step: 5.0e-5", "step: 1.0e-4")]);
@@ -154,8 +159,8 @@ fn discs_without_mass_find_their_balance() {
     assert!(run.unexplained() < 1e-10 && run.lost_momentum() < 5e-10, "{}", run.unexplained());
 }
 
-/// With an error in time asked for the tip of a bar that strikes a wall has no mass, unless the case says so, and the error is
-/// within what was asked.
+/// If an error in time is requested, the tip of a bar that strikes a wall is massless unless the
+/// case sets its mass. The error is below the requested one.
 #[test]
 fn an_error_in_time_takes_the_mass_off_the_tip() {
     let bar = |mass: &str| {
@@ -173,8 +178,9 @@ fn an_error_in_time_takes_the_mass_off_the_tip() {
     assert!(auto["accuracy"]["achieved"]["time"].as_f64().is_some_and(|error| error < 1e-2));
 }
 
-/// What `accuracy` asks of penetration and slip the conserving scheme tells, its laws being what its energy hangs on, and says so
-/// before; energy it keeps in steps of any length.
+/// The conserving scheme only reports the penetration and slip that `accuracy` requests, because
+/// its energy depends on its contact laws, and it announces this before the run. It conserves
+/// energy in steps of any length.
 #[test]
 fn what_is_asked_of_the_laws_is_told() {
     let friction = |accuracy: &str| {
@@ -197,7 +203,8 @@ fn what_is_asked_of_the_laws_is_told() {
     assert!(!equal.record()["warnings"].to_string().contains("laws of contact"));
 }
 
-/// Cubes that tumble meet with faces, edges and corners: both momenta are kept to 1e-10 of what there is, with friction and without.
+/// Tumbling cubes collide with faces, edges and corners. Both momenta are conserved to 1e-10 of
+/// their size, with and without friction.
 #[test]
 fn tumbling_cubes_keep_their_momentum() {
     let friction = "{ coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e9 } } }";
@@ -220,7 +227,7 @@ fn tumbling_cubes_keep_their_momentum() {
     }
 }
 
-/// With mass at its tip the bar keeps its energy all the same, but its force rings.
+/// With mass at its tip the bar also conserves its energy, but its force rings.
 #[test]
 fn mass_at_the_tip_rings() {
     let changes = [("cells: [1, 100]", "cells: [1, 50]"), ("mass: redistributed", "mass: consistent")];
@@ -228,7 +235,7 @@ fn mass_at_the_tip_rings() {
     assert!(bar.unexplained() < 1e-8 && bar.ripple(300.0) > 0.05, "{}", bar.ripple(300.0));
 }
 
-/// Bounce after bounce nothing is lost.
+/// Energy is conserved over several bounces.
 #[test]
 fn ten_bounces_keep_the_energy() {
     let coarse = [("cells: [1, 50]", "cells: [1, 20]"), ("step: 1.0e-2", "step: 2.5e-2")];
@@ -240,7 +247,8 @@ fn ten_bounces_keep_the_energy() {
     assert!(bounces >= 10, "{bounces}");
 }
 
-/// A bar in space, and a bar that meets another: energy and momentum are kept there as well, and the plateau met.
+/// A 3D bar, and a bar that hits another bar: energy and momentum are conserved, and the force is
+/// on its plateau.
 #[test]
 fn solid_and_deformable_targets_keep_the_energy() {
     let solid = [
@@ -276,7 +284,8 @@ fn solid_and_deformable_targets_keep_the_energy() {
     assert!((probes.last("second.u_y") + 10.0 * (1.5 - 5.0 / 6.0)).abs() < 0.1, "the second bar flies on");
 }
 
-/// The bar without mass at its tip gives the same on several ranks, some of which have none of the tip.
+/// The bar with a massless tip gives the same results on several ranks, some of which own no part
+/// of the tip.
 #[test]
 fn redistributed_mass_on_2_3_ranks() {
     let coarse =
@@ -290,7 +299,8 @@ fn redistributed_mass_on_2_3_ranks() {
     }
 }
 
-/// Moving the mass off the contact nodes leaves momentum and energy of any rigid motion as they were, for every element.
+/// Mass redistribution away from the contact nodes preserves momentum and energy of any rigid
+/// motion, for every element.
 #[test]
 fn redistributed_mass_moves_like_the_body() {
     for (dimension, element) in [
@@ -347,7 +357,7 @@ fn redistributed_mass_moves_like_the_body() {
     }
 }
 
-/// A body that touches with all of its nodes has no other place for its mass, and says so.
+/// A body with contact at all of its nodes has no other nodes for its mass. The error reports this.
 #[test]
 fn a_body_of_one_layer_can_not_redistribute_its_mass() {
     let thin =
@@ -363,8 +373,9 @@ fn a_body_of_one_layer_can_not_redistribute_its_mass() {
     );
 }
 
-/// The paper's Newmark makes energy at the wall: the guard ends the run with exit code 6 and the term that grew, results are
-/// kept, and the warning came before. The conserving scheme passes a guard far tighter.
+/// The paper's Newmark scheme generates energy at the wall. A warning is printed first. The guard
+/// then ends the run with exit code 6 and the growing term, and results are kept. The conserving
+/// scheme passes a much tighter guard.
 #[test]
 fn the_guard_ends_a_run_that_makes_energy() {
     let guarded = [("output:", "guard: { energy: 0.05 }\noutput:")];

@@ -1,10 +1,11 @@
-//! The map in `src/lib.rs` is true: a module imports from rows above its own only, and each is on the map.
+//! The map in `src/lib.rs` is correct: a module imports only from rows above its own, and each
+//! module is on the map.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Who must not see whom, although the rows would allow it.
+/// Imports that are forbidden although the rows would permit them.
 const NEVER: &[(&str, &[&str])] = &[
     ("material", &["petsc", "case"]),
     ("element", &["petsc", "case"]),
@@ -21,10 +22,10 @@ const SERIAL: &[&str] = &[
     "tensor", "square", "lanes", "terms", "reader", "case", "mesh", "material", "space", "element", "contact",
 ];
 
-/// Modules that help tests only.
+/// Modules that only support tests.
 const HELPERS: &[&str] = &["taylor"];
 
-/// Row and group within the row of each module: what stands between semicolons is a group.
+/// Row of each module, and its group within the row. Semicolons separate groups.
 type Map = BTreeMap<String, (usize, usize)>;
 
 fn source() -> PathBuf {
@@ -74,7 +75,7 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The module on the map that a path such as `contact::normal::penalty` belongs to.
+/// The module on the map to which a path such as `contact::normal::penalty` belongs.
 fn place<'a>(map: &'a Map, path: &str) -> Option<&'a str> {
     let parts: Vec<&str> = path.split("::").collect();
     let deep = parts.get(..2).map(|two| two.join("::"));
@@ -82,7 +83,8 @@ fn place<'a>(map: &'a Map, path: &str) -> Option<&'a str> {
     deep.and_then(|deep| known(&deep)).or_else(|| known(parts[0]))
 }
 
-/// Every path after `crate::` in a text, each up to what can not belong to a path; groups in braces are opened.
+/// Every path after `crate::` in a text, up to the first character that cannot belong to a path.
+/// Groups in braces are expanded.
 fn imports(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (at, mark) in text.match_indices("crate::") {
@@ -103,7 +105,7 @@ fn imports(text: &str) -> Vec<String> {
     found
 }
 
-/// Imports go to rows above, or stay in the group; nobody breaks a `NEVER`.
+/// Imports refer to rows above or stay in the group, and none violates `NEVER`.
 #[test]
 fn imports_follow_the_map() {
     let map = map();
@@ -164,7 +166,7 @@ fn the_map_is_complete() {
     }
 }
 
-/// `unsafe` stays with the owners of PETSc's and METIS's objects.
+/// `unsafe` is limited to the owners of PETSc's and METIS's objects.
 #[test]
 fn unsafe_stays_with_petsc() {
     let mut sources = Vec::new();
@@ -189,7 +191,7 @@ fn modules() -> BTreeMap<String, String> {
     modules
 }
 
-/// The paths that a `use` names, its braces opened: `a::{b, c::d}` gives `a::b` and `a::c::d`.
+/// The paths that a `use` names, with expanded braces: `a::{b, c::d}` gives `a::b` and `a::c::d`.
 fn opened(path: &str) -> Vec<String> {
     let path: String = path.split_whitespace().collect::<Vec<_>>().join(" ");
     let Some((head, rest)) = path.split_once('{') else {
@@ -215,7 +217,7 @@ fn opened(path: &str) -> Vec<String> {
     parts.flat_map(|part| opened(&format!("{}{}", head.trim(), part.trim()))).collect()
 }
 
-/// The `use` items of a text, without their visibility: whether it hands on, and the path.
+/// The `use` items of a text without their visibility: whether an item re-exports, and the path.
 fn uses(text: &str) -> Vec<(bool, String)> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices("use ") {
@@ -230,7 +232,7 @@ fn uses(text: &str) -> Vec<(bool, String)> {
     found
 }
 
-/// An absolute path for one that a module names, if it leads into the crate.
+/// An absolute path for one that a module names, if it refers to the crate.
 fn absolute(own: &str, path: &str, modules: &BTreeMap<String, String>) -> Option<String> {
     let mut base: Vec<&str> = own.split("::").collect();
     let mut parts = path.split("::").peekable();
@@ -253,7 +255,7 @@ fn absolute(own: &str, path: &str, modules: &BTreeMap<String, String>) -> Option
     Some(base.join("::"))
 }
 
-/// The module in which a path ends, through the names that modules hand on.
+/// The module in which a path ends, with re-exported names resolved.
 fn home(path: &str, modules: &BTreeMap<String, String>) -> Option<String> {
     let parts: Vec<&str> = path.split("::").collect();
     let known = (1..=parts.len()).rev().find(|&length| modules.contains_key(&parts[..length].join("::")))?;
@@ -270,7 +272,7 @@ fn home(path: &str, modules: &BTreeMap<String, String>) -> Option<String> {
     Some(module)
 }
 
-/// For each module those that it imports, without those inside of it and around it.
+/// The imports of each module, except those from modules inside it and around it.
 fn arrows(modules: &BTreeMap<String, String>) -> BTreeMap<String, Vec<String>> {
     let inside = |inner: &str, outer: &str| inner == outer || inner.starts_with(&format!("{outer}::"));
     let mut arrows = BTreeMap::new();
@@ -285,7 +287,7 @@ fn arrows(modules: &BTreeMap<String, String>) -> BTreeMap<String, Vec<String>> {
     arrows
 }
 
-/// The arrows of modules that must be read together because each leads to the other, circle by circle.
+/// The imports that are part of a cycle, cycle by cycle. Modules of a cycle must be read together.
 fn circles(modules: &BTreeMap<String, String>) -> Vec<Vec<String>> {
     let arrows = arrows(modules);
     let reached = |from: &str| {
@@ -318,7 +320,8 @@ fn circles(modules: &BTreeMap<String, String>) -> Vec<Vec<String>> {
     circles
 }
 
-/// No two files of a room need each other, if neither is inside the other: each can be read after those that it imports.
+/// No two files of a folder import each other in a cycle, unless one is inside the other. Each can
+/// be read after those that it imports.
 #[test]
 fn files_do_not_import_each_other_in_circles() {
     let modules = modules();
@@ -328,7 +331,7 @@ fn files_do_not_import_each_other_in_circles() {
     assert!(circles.is_empty(), "{} circles:\n{}", circles.len(), text.join("\n\n"));
 }
 
-/// The search finds a circle, also through a name that a module hands on.
+/// The search finds a cycle, also through a re-exported name.
 #[test]
 fn circles_are_found() {
     let text = |text: &str| text.to_owned();

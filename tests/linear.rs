@@ -1,12 +1,12 @@
-//! The linear solvers by name: each solves what it is meant for on any number of ranks, and what fails is followed
-//! by something stronger.
+//! The linear solvers by name: each solves its problems on any number of ranks, and a stronger one
+//! follows a failed one.
 
 mod common;
 
 use common::{Folder, Output, Results, Table, run, shipped};
 use contact_petsc::solvers::Preset;
 
-/// Dynamic contact with friction in the plane.
+/// Dynamic contact with friction in 2D.
 const DYNAMIC: &str = "
 dimension: 2
 bodies:
@@ -29,7 +29,7 @@ time: { end: 2.0e-3, step: 5.0e-4, scheme: { newmark: { beta: 0.25, gamma: 0.5 }
 output: { fields: { every: 100 }, probes: { corner: { at: [0.4, 0] } } }
 ";
 
-/// Static contact in space; friction is put in.
+/// Static contact in 3D; friction is inserted.
 const STATIC: &str = "
 dimension: 3
 bodies:
@@ -99,7 +99,7 @@ impl Solved {
     }
 }
 
-/// Each preset alone, without help from the next one, gives what the factorisation gives.
+/// Each preset alone, without the next one as a fallback, gives the result of the factorisation.
 #[track_caller]
 fn presets_agree(case: &str, presets: &[&str], ranks: &[usize]) {
     let expected = Solved::by(case, "direct", 1, &[]).well().displacements();
@@ -116,19 +116,20 @@ fn presets_agree(case: &str, presets: &[&str], ranks: &[usize]) {
     }
 }
 
-/// Dynamic contact with friction in the plane.
+/// Dynamic contact with friction in 2D.
 #[test]
 fn presets_solve_dynamic_contact_on_1_2_3_ranks() {
     presets_agree(DYNAMIC, &["direct", "gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg"], &[1, 2, 3]);
 }
 
-/// Static contact with friction in space.
+/// Static contact with friction in 3D.
 #[test]
 fn presets_solve_static_friction_on_1_2_3_ranks() {
     presets_agree(&with_friction(), &["gmres_asm_ilu", "gmres_asm_ilu1", "gmres_amg"], &[1, 2, 3]);
 }
 
-/// Frictionless static contact in space: the matrix is symmetric, and methods that count on it agree with LU.
+/// Frictionless static contact in 3D. The matrix is symmetric, and methods that require this agree
+/// with LU.
 #[test]
 fn symmetric_presets_solve_frictionless_contact_on_1_2_3_ranks() {
     presets_agree(&frictionless(), &["cholesky", "cg_jacobi", "cg_icc", "cg_amg"], &[1, 2, 3]);
@@ -156,7 +157,8 @@ fn frictionless_contact_over_a_ball_has_its_full_tangent() {
     assert!(!told.contains("solver    cholesky") && !told.contains("solver    cg"), "{told}");
 }
 
-/// The subdomains of two ranks are as good as the whole: GMRES needs hardly more iterations, in the plane and in space.
+/// The subdomains of two ranks are as good as the whole: GMRES needs hardly more iterations, in 2D
+/// and 3D.
 #[test]
 fn subdomains_cost_hardly_any_iterations_on_2_ranks() {
     let plane = shipped(
@@ -182,7 +184,7 @@ fn subdomains_cost_hardly_any_iterations_on_2_ranks() {
     }
 }
 
-/// A preset that runs out of iterations is followed by a stronger one, which is said and counted.
+/// If a preset runs out of iterations, a stronger one follows, which is reported and counted.
 #[test]
 fn failures_fall_back_on_1_2_ranks() {
     for ranks in [1, 2] {
@@ -195,7 +197,8 @@ fn failures_fall_back_on_1_2_ranks() {
     }
 }
 
-/// Conjugate gradients are refused where friction makes the matrix non-symmetric, by name and by PETSc's options.
+/// Conjugate gradients are refused if friction makes the matrix non-symmetric, by name and through
+/// PETSc's options.
 #[test]
 fn conjugate_gradients_are_refused_with_friction_on_2_ranks() {
     for (linear, petsc) in [("cg_icc", &[][..]), ("auto", &["-ksp_type", "cg"][..])] {
@@ -205,7 +208,7 @@ fn conjugate_gradients_are_refused_with_friction_on_2_ranks() {
     }
 }
 
-/// Options given by the user replace those of the preset.
+/// User options replace those of the preset.
 #[test]
 fn options_of_petsc_win_on_2_ranks() {
     let options = ["-ksp_rtol", "1e-3", "-ksp_converged_reason", "-pc_type", "jacobi"];
@@ -216,7 +219,7 @@ fn options_of_petsc_win_on_2_ranks() {
     assert!(text.contains("type: jacobi") && text.contains("relative=0.001"), "{text}");
 }
 
-/// Every option of every preset is one that PETSc asks for: given by the user, none is left over.
+/// PETSc queries every option of every preset: if the user gives them, none remains unused.
 #[test]
 fn options_of_presets_are_known_to_petsc_on_1_2_ranks() {
     let symmetric = frictionless();
@@ -244,7 +247,7 @@ fn options_of_presets_are_known_to_petsc_on_1_2_ranks() {
     }
 }
 
-/// Multigrid knows the rigid-body modes: three in the plane, six in space.
+/// Multigrid uses the rigid-body modes: three in 2D, six in 3D.
 #[test]
 fn multigrid_knows_rigid_body_modes_on_2_ranks() {
     for (case, linear, modes) in [(DYNAMIC, "gmres_amg", 3), (&*frictionless(), "cg_amg", 6)] {
@@ -254,7 +257,7 @@ fn multigrid_knows_rigid_body_modes_on_2_ranks() {
     }
 }
 
-/// How often events of PETSc's log took place, those that did.
+/// Counts of the events in PETSc's log that occurred.
 fn logged(solved: &Solved) -> std::collections::HashMap<String, u64> {
     let text = std::fs::read_to_string(solved.folder.join("log.txt")).expect("PETSc's log");
     let row = |line: &str| {
@@ -264,8 +267,9 @@ fn logged(solved: &Solved) -> std::collections::HashMap<String, u64> {
     text.lines().filter_map(row).collect()
 }
 
-/// A factorisation is of the matrix at hand, but its ordering is made once for a pattern; an incomplete one, one around the contact
-/// and a hierarchy serve all matrices of these runs, over iterations and steps.
+/// A factorisation is recomputed for each matrix, but its ordering is computed once for each
+/// sparsity pattern. An incomplete factorisation, one around the contact and a hierarchy serve all
+/// matrices of these runs, over iterations and steps.
 #[test]
 fn set_ups_are_skipped_on_2_ranks() {
     type Counts<'a> = &'a [(&'a str, Option<u64>)];
@@ -300,8 +304,9 @@ fn set_ups_are_skipped_on_2_ranks() {
     }
 }
 
-/// Where steps follow their error the tangent of an earlier one serves, with its preconditioner: far fewer are assembled than
-/// with `inexact: false`, in the same steps and for the same motion to a tenth of what is asked, on two ranks as on one.
+/// With error-controlled steps the tangent of an earlier step is reused with its preconditioner.
+/// Far fewer tangents are assembled than with `inexact: false`, in the same steps. The motion is
+/// the same to a tenth of the requested error, on two ranks as on one.
 #[test]
 fn a_tangent_serves_several_steps() {
     let changes = [

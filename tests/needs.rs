@@ -1,5 +1,6 @@
-//! Only what a scene requires: from linear statics to a pair of deformable bodies each scene holds what it needs and nothing
-//! more. Counted twice: by the program's own census, and by PETSc's log of all objects that it made.
+//! Only what a scene requires: from linear statics to a pair of deformable bodies each scene holds
+//! what it needs and nothing more. This is counted twice: by the program's own census, and by
+//! PETSc's log of all objects that it created.
 
 mod common;
 
@@ -7,7 +8,7 @@ use common::{Folder, Output, run};
 
 const N: usize = 6;
 
-/// A rung of the ladder: its case, and what it adds to the list of what is used.
+/// A rung of the ladder: its case, and what it adds to the list of used features.
 struct Rung {
     name: &'static str,
     case: String,
@@ -87,31 +88,32 @@ fn ladder() -> Vec<Rung> {
     ]
 }
 
-/// Names of what a check says is used.
+/// Names of the features that `check` lists as used.
 fn used(output: &Output) -> Vec<String> {
     let lines = output.stdout.lines().filter(|line| line.starts_with("#   ") && line.len() > 60);
     let rows = lines.filter(|line| line.contains(" used ") && !line.contains(" not used "));
     rows.map(|line| line[4..].split(" used ").next().unwrap_or_default().trim().to_owned()).collect()
 }
 
-/// The line of what a check holds, without the words before it.
+/// The line of `check` on the objects held, without the words before it.
 fn holdings(output: &Output) -> &str {
     output.stdout.lines().find_map(|line| line.split_once("held before the first solve: ")).unwrap().1
 }
 
-/// Matrices, their bytes, vectors, their bytes.
+/// Number of matrices, their bytes, number of vectors, their bytes.
 fn held(output: &Output) -> [usize; 4] {
     let numbers: Vec<usize> = holdings(output).split(' ').filter_map(|word| word.parse().ok()).collect();
     numbers[..4].try_into().unwrap()
 }
 
-/// Bytes of one thing that is held beside matrices and vectors; 0 where it is not.
+/// Bytes of one object held in addition to matrices and vectors; 0 if it does not exist.
 fn bytes(output: &Output, name: &str) -> usize {
     let part = holdings(output).split(", ").find_map(|part| part.strip_prefix(name)?.strip_prefix(" of "));
     part.map_or(0, |part| part.strip_suffix(" bytes").unwrap().parse().unwrap())
 }
 
-/// Each rung of the ladder uses one thing more, and matrices and vectors that it does not use are not there, on any rank.
+/// Each rung of the ladder uses one feature more. Matrices and vectors that it does not use do not
+/// exist, on any rank.
 #[test]
 fn unused_matrices_are_not_allocated_on_1_and_2_ranks() {
     let folder = Folder::new("needs");
@@ -142,8 +144,9 @@ fn unused_matrices_are_not_allocated_on_1_and_2_ranks() {
     }
 }
 
-/// What an accuracy keeps is listed and held, each part where it is asked for and nowhere else, on any number of ranks: seven
-/// vectors for the error in time, multipliers for the penetration, and what takes the mass off contact nodes.
+/// The objects that an accuracy requires are listed and held only if the corresponding part is
+/// requested, on any number of ranks: seven vectors for the error in time, multipliers for the
+/// penetration, and what removes the mass of contact nodes.
 #[test]
 fn what_an_accuracy_keeps_is_listed_on_1_and_2_ranks() {
     const NAMES: [&str; 3] = [
@@ -193,8 +196,8 @@ fn what_an_accuracy_keeps_is_listed_on_1_and_2_ranks() {
     }
 }
 
-/// PETSc's own log: statics make one matrix and its factor in a whole run; inertia makes the mass matrix, its form for all
-/// components, and nothing else that lasts.
+/// PETSc's own log: a static run creates one matrix and its factor. Inertia adds the mass matrix,
+/// its form for all components, and no other permanent object.
 #[test]
 fn petsc_makes_no_more_matrices_than_are_needed() {
     let folder = Folder::new("needs-log");
@@ -208,7 +211,7 @@ fn petsc_makes_no_more_matrices_than_are_needed() {
     }
 }
 
-/// Without fields there is no file of them and no index.
+/// Without fields there is no field file and no index.
 #[test]
 fn no_fields_no_files() {
     let folder = Folder::new("needs-fields");

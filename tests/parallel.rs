@@ -1,6 +1,6 @@
-//! The number of ranks is nobody's business: every scene gives the same answer on any number of them.
+//! Results do not depend on the number of ranks, for every scene.
 //!
-//! The scenes are those of `meshes`, on coarser meshes and for fewer steps.
+//! The scenes are those of `meshes`, on coarser meshes and with fewer steps.
 
 mod common;
 
@@ -10,10 +10,10 @@ use common::{Results, Table, shipped};
 use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
 
-/// Displacements agree to this part of the largest one.
+/// Displacements agree to this fraction of the largest one.
 const AGREEMENT: f64 = 1e-9;
 
-/// Compared with one rank.
+/// Numbers of ranks compared with one rank.
 const RANKS: [usize; 4] = [2, 3, 4, 8];
 
 const DIRECT: &str = "{ linear: direct, newton: { inexact: false } }";
@@ -32,7 +32,7 @@ fn rubber_block() -> String {
 }
 
 impl Results {
-    /// Every Newton iteration with its contact points, in words.
+    /// Every Newton iteration with its contact points, as text.
     fn iterations(&self) -> Vec<String> {
         let table = self.table("iterations.csv");
         let columns = ["step", "attempt", "stage", "iteration", "points", "changed", "line_search"];
@@ -40,14 +40,14 @@ impl Results {
         (0..table.len()).map(|row| columns.iter().map(|c| c[row]).collect::<Vec<_>>().join(" ")).collect()
     }
 
-    /// Every step's contact points of each contact, in words.
+    /// The contact points of each contact in every step, as text.
     fn contact_points(&self) -> Vec<String> {
         let table = self.table("contact.csv");
         let columns = ["step", "contact", "points", "stick", "slip"].map(|name| table.texts(name));
         (0..table.len()).map(|row| columns.iter().map(|c| c[row]).collect::<Vec<_>>().join(" ")).collect()
     }
 
-    /// The cells of all pieces of the first fields, each as the numbers of its nodes.
+    /// The cells of all parts of the first fields, each as the numbers of its nodes.
     fn cells(&self, ranks: usize, grid: &str) -> Vec<Vec<i32>> {
         let mut cells = Vec::new();
         for rank in 0..ranks {
@@ -61,7 +61,7 @@ impl Results {
     }
 }
 
-/// Largest difference of all columns of a kind over the largest value in them.
+/// Largest difference of all columns of a kind, divided by their largest value.
 fn difference(one: &Table, other: &Table, columns: &[String]) -> f64 {
     let (mut largest, mut apart) = (0.0f64, 0.0f64);
     for column in columns {
@@ -74,8 +74,9 @@ fn difference(one: &Table, other: &Table, columns: &[String]) -> f64 {
     apart / largest.max(f64::MIN_POSITIVE)
 }
 
-/// The same iterations, contact points and displacements on one rank and on each of `ranks`; every element and
-/// facet in the pieces once. Gives the results of one rank.
+/// Checks that iterations, contact points and displacements agree between one rank and each of
+/// `ranks`, and that the parts contain every element and facet once. Returns the results of one
+/// rank.
 #[track_caller]
 fn invariant(text: &str, ranks: &[usize]) -> Results {
     let alone = Results::of(text, 1);
@@ -112,19 +113,21 @@ fn rubber_block_direct_on_1_2_3_4_8_ranks() {
     invariant(&solved_by(&rubber_block(), DIRECT), &RANKS);
 }
 
-/// The rubber block with GMRES, every linear system solved to the end.
+/// The rubber block with GMRES, every linear system solved to full accuracy.
 #[test]
 fn rubber_block_gmres_on_1_2_3_4_ranks() {
     invariant(&solved_by(&rubber_block(), GMRES), &[2, 3, 4]);
 }
 
-/// The rubber block to its end as the program does it by default: 140 steps, in which one iterate on the wrong side of the tolerance would show.
+/// The complete rubber block with the default settings: 140 steps. A single iterate on the wrong
+/// side of the tolerance would be visible.
 #[test]
 fn rubber_block_to_its_end_on_1_2_3_4_ranks() {
     invariant(&shipped("rubber-block/case.yml", &[("cells: [48, 50]", "cells: [24, 25]")]), &[2, 3, 4]);
 }
 
-/// The rubber block as the program does large problems by default: inexact Newton must not let the partition show.
+/// The rubber block with the default settings for large problems. Inexact Newton must not make the
+/// result depend on the partition.
 #[test]
 fn rubber_block_inexact_on_1_2_3_4_ranks() {
     invariant(&solved_by(&rubber_block(), INEXACT), &[2, 3, 4]);
@@ -139,8 +142,9 @@ fn two_elements_on_1_4_7_ranks() {
     invariant(&solved_by(&text, INEXACT), &[4, 7]);
 }
 
-/// The other laws of section 4.1 of the paper: a coefficient that hangs on the pressure, power laws of gap and friction; the same law with
-/// another motion. Dragged ten times as fast as shipped and pressed less, until points slip.
+/// The other laws of section 4.1 of the paper: a pressure-dependent coefficient, power laws of gap
+/// and friction, and the same law with another motion. The block is dragged ten times as fast as
+/// shipped and pressed less, until points slip.
 #[test]
 fn rubber_block_by_every_law_on_1_2_3_4_8_ranks() {
     let on = |law: &str, motion: &[(&str, &str)], ranks: &[usize]| {
@@ -161,15 +165,16 @@ fn rubber_block_by_every_law_on_1_2_3_4_8_ranks() {
     on("smooth-start", &smooth, &[2, 3, 4]);
 }
 
-/// The block on the incline: bodies that only friction holds, a start whose free motion is held. Linear systems are solved
-/// as far as they need to be.
+/// The block on the incline: a body that only friction holds, with a start whose free motion is
+/// restrained. Linear systems are solved to the required accuracy.
 #[test]
 fn incline_inexact_on_1_2_3_4_ranks() {
     let coarse = [("cells: [16, 8]", "cells: [8, 4]"), ("end: 0.5", "end: 0.03")];
     invariant(&solved_by(&shipped("incline/case.yml", &coarse), INEXACT), &[2, 3, 4]);
 }
 
-/// The block on the incline sliding, creeping and held by a return map. Its slope rises ten times as fast as shipped.
+/// The block on the incline, sliding, creeping and held by a return map. Its slope rises ten times
+/// as fast as shipped.
 #[test]
 fn incline_on_1_2_3_4_8_ranks() {
     let coarse = [
@@ -194,8 +199,8 @@ fn sliding_block_on_1_2_3_4_8_ranks() {
 
 /// The bar on the wall: no friction, symmetric matrices, contact that opens and closes.
 ///
-/// From nearer than as shipped, and not so that the tip touches the wall at the very end of a step, where rounding
-/// decides whether it does.
+/// The bar starts nearer than shipped, at a distance such that the tip does not touch the wall at
+/// the very end of a step, where rounding would decide.
 #[test]
 fn bar_impact_on_1_2_3_4_8_ranks() {
     let coarse = [
@@ -210,7 +215,8 @@ fn bar_impact_on_1_2_3_4_8_ranks() {
     invariant(&solved_by(&text, "{ linear: cg_icc }"), &[3]);
 }
 
-/// The bar by every other scheme and law that is shipped. From nearer than as shipped, so that all of them touch the wall.
+/// The bar with every other shipped scheme and law. It starts nearer than shipped, so that all of
+/// them touch the wall.
 #[test]
 fn bar_by_every_scheme_on_1_2_3_4_ranks() {
     let on = |case: &str, [low, high]: [&str; 2], [near, end]: [&str; 2]| {
@@ -245,7 +251,8 @@ fn bar_by_every_scheme_on_1_2_3_4_ranks() {
     on("ten-bounces", ["0.45", "10.45"], ["0.0003", "10.0003"]);
 }
 
-/// A bar on the wall over steps that conserve its energy: forces by what the gap was and will be. From nearer than as shipped.
+/// A bar on the wall with energy-conserving steps, whose forces depend on the previous and the next
+/// gap. It starts nearer than shipped.
 #[test]
 fn conserving_bar_on_1_2_3_4_8_ranks() {
     let near = [
@@ -277,8 +284,9 @@ fn rubber_cube_on_1_2_3_4_8_ranks() {
     }
 }
 
-/// A thin belt that touches a drum in small steps: what rounding leaves of its forces is more than Newton's tolerance, and no shorter
-/// step makes it less. No step needs many iterations, or is cut, on any number of ranks, and the forces agree.
+/// A thin belt that touches a drum in small steps. The rounding error of its forces exceeds
+/// Newton's tolerance, and shorter steps do not reduce it. No step needs many iterations or is cut,
+/// on any number of ranks, and the forces agree.
 #[test]
 fn a_belt_converges_to_rounding_on_1_2_3_and_4_ranks() {
     let text = "title: Thin belt on a drum\ndimension: 2\nbodies:\n  belt:\n    \
@@ -306,8 +314,9 @@ fn a_belt_converges_to_rounding_on_1_2_3_and_4_ranks() {
     }
 }
 
-/// A block on a disc of a radius of 1 km, and on a slope through a point 10 000 km away: gaps lose no digits to the size or the place of an
-/// obstacle, so Newton's method converges as on a plane, without a cut step.
+/// A block on a disc with a radius of 1 km, and on a slope through a point 10 000 km away. Gaps
+/// lose no digits to the size or the position of an obstacle. Newton's method therefore converges
+/// as on a plane, without a cut step.
 #[test]
 fn obstacles_may_be_large_and_far_on_1_2_and_3_ranks() {
     let text = |obstacle: &str| {

@@ -1,7 +1,8 @@
-//! Do the pieces of a mesh fit together on any number of ranks?
+//! Are the parts of a mesh consistent on any number of ranks?
 //!
-//! Without the harness: started by cargo, this program starts itself under `mpirun`, once for each number of ranks;
-//! started there, it distributes meshes that every rank also holds whole, and compares.
+//! This program has no test harness. Started by cargo, it starts itself with `mpirun`, once for
+//! each number of ranks. Started there, it distributes meshes that every rank also holds
+//! completely, and compares.
 
 mod common;
 #[path = "partition_ranks/contact.rs"]
@@ -21,7 +22,7 @@ use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 
-/// Seven ranks on the mesh of four elements leave ranks with nothing.
+/// Seven ranks on the mesh of four elements, so that some ranks own nothing.
 const RANKS: [usize; 5] = [1, 2, 3, 4, 7];
 const LIMIT: Duration = Duration::from_secs(300);
 const INSIDE: &str = "PARTITION_RANKS_INSIDE";
@@ -125,7 +126,7 @@ fn deal<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>, plan: &Plan
     distribute(world, mesh, plan).expect("a good mesh is distributed")
 }
 
-/// Everything that must hold of the pieces of a mesh.
+/// Checks everything that must hold for the parts of a mesh.
 fn check<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>, plan: &Plan) {
     let (local, report) = deal(world, whole, plan);
     is_a_piece_of(&local, whole);
@@ -139,7 +140,7 @@ fn check<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>, plan: &Pla
     assert_eq!(deal(world, whole, plan), (local, report), "the same again");
 }
 
-/// Nodes, elements and bodies are those of the whole mesh.
+/// Nodes, elements and bodies agree with the whole mesh.
 fn is_a_piece_of<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) {
     let mesh = &local.mesh;
     assert_eq!(mesh.points.len(), local.index.local_count());
@@ -157,7 +158,8 @@ fn is_a_piece_of<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) {
     }
 }
 
-/// All elements at owned nodes are there, first, and no others among them; the rest is the rank's own.
+/// All elements at owned nodes are present, and come first. The other elements are owned by the
+/// rank.
 fn rows_can_be_assembled<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) {
     let owned: Vec<u32> = local.input_node[..local.index.owned].to_vec();
     let touches = |element: usize| whole.element_nodes(element).iter().any(|node| owned.contains(node));
@@ -166,7 +168,7 @@ fn rows_can_be_assembled<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) 
     assert!(local.mine[local.assembled..].iter().all(|&mine| mine));
 }
 
-/// Every set is there by name and holds all of its members that are local, the nodes of ghosts included.
+/// Every set exists by name and holds all of its local members, including ghost nodes.
 fn sets_are_complete<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) {
     assert!(local.mesh.facet_sets.keys().eq(whole.facet_sets.keys()));
     assert!(local.mesh.element_sets.keys().eq(whole.element_sets.keys()));
@@ -193,7 +195,8 @@ fn sets_are_complete<const D: usize>(local: &LocalMesh<D>, whole: &Mesh<D>) {
     }
 }
 
-/// Every node has one owner and one number, ranks number on from each other, every element is one rank's own.
+/// Every node has one owner and one number, the numbering of the ranks is contiguous, and every
+/// element belongs to one rank.
 fn numbers_fit_together<const D: usize>(world: &SimpleCommunicator, local: &LocalMesh<D>, whole: &Mesh<D>) {
     let index = &local.index;
     assert_eq!(index.total as usize, whole.points.len());
@@ -224,7 +227,7 @@ fn numbers_fit_together<const D: usize>(world: &SimpleCommunicator, local: &Loca
     assert!(sum(world, &own).iter().all(|&n| n == 1), "every element is one rank's own");
 }
 
-/// Facets of own elements have the same area together as those of the whole mesh.
+/// The total area of the facets of owned elements equals that of the whole mesh.
 fn areas_add_up<const D: usize>(world: &SimpleCommunicator, local: &LocalMesh<D>, whole: &Mesh<D>) {
     for (name, facets) in &local.mesh.facet_sets {
         let own: Vec<Facet> =
@@ -250,7 +253,7 @@ fn area<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> f64 {
     total
 }
 
-/// A mesh that can feed its ranks feeds them evenly.
+/// A mesh with enough elements for its ranks is distributed evenly.
 fn parts_are_even(world: &SimpleCommunicator) {
     let (_, report) = deal(world, &rectangle(ElementKind::Quad4, [0.0, 1.0], [40, 40]), &Plan::default());
     assert!(report.imbalance() < 1.03, "{report}");
@@ -258,7 +261,8 @@ fn parts_are_even(world: &SimpleCommunicator) {
     assert!(most * report.elements.len() <= 1600 + 80, "{report}");
 }
 
-/// Facing elements of two bodies that are tied stay together on two ranks, where each body would else have its own.
+/// Coupled facing elements of two bodies stay together on two ranks. Without the coupling each body
+/// would have its own rank.
 fn ties_hold(world: &SimpleCommunicator) {
     let whole = rectangles(ElementKind::Quad4, [12, 6]);
     let facing = |x: u32| Pair { elements: [60 + x, 72 + x], weight: 100 };
@@ -280,7 +284,7 @@ fn ties_hold(world: &SimpleCommunicator) {
     assert_eq!((parted(&plan), parted(&Plan::default())), (0, 12));
 }
 
-/// What rank 0 finds wrong is every rank's error.
+/// An error that rank 0 finds becomes an error of every rank.
 fn errors_are_shared(world: &SimpleCommunicator) {
     let mut lonely = rectangles(ElementKind::Quad4, [2, 2]);
     lonely.points.push([7.0, 8.0]);

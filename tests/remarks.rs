@@ -1,4 +1,5 @@
-//! What a user is told before it matters: what is not modelled, a start that can not be, restarts that agree to rounding only.
+//! Early messages to the user: what is not modelled, an impossible start, restarts that agree to
+//! rounding only.
 
 mod common;
 
@@ -13,8 +14,9 @@ fn with(from: &str, to: &str) -> String {
     SMALL_BLOCK.replacen(from, to, 1)
 }
 
-/// What the program does not model is told by `check` where a scene may need it: a ring with a slit that may close; and that stick
-/// has no multipliers. A block is not told so, nor a ring whose ends are the sides of a contact.
+/// `check` reports what the program does not model if a scene may need it: a ring with a slit that
+/// may close, and stick without multipliers. A block gets no such remark, nor does a ring whose
+/// ends are the sides of a contact.
 #[test]
 fn check_tells_what_is_not_modelled() {
     let folder = Folder::new("themselves");
@@ -48,7 +50,8 @@ fn check_tells_what_is_not_modelled() {
     assert!(told.contains("of the pressure alone, stick gives way by its return map"), "{told}");
 }
 
-/// Elements that lock and have no cure are told, by a run and by `check`, which also says what cure is taken by default.
+/// Elements that lock without a locking treatment are reported, by a run and by `check`. `check`
+/// also names the default treatment.
 #[test]
 fn locking_is_told_where_there_is_no_cure_on_1_and_2_ranks() {
     let folder = Folder::new("locking");
@@ -81,7 +84,8 @@ fn locking_is_told_where_there_is_no_cure_on_1_and_2_ranks() {
     assert!(record.contains("'block' locks"), "{record}");
 }
 
-/// Far from the origin a user is told how well forces are known, before the run and, where contact stayed shallow, after it.
+/// Far from the origin the accuracy of forces is reported before the run and, if contact stayed
+/// shallow, after it.
 #[test]
 fn blurred_coordinates_are_told() {
     let folder = Folder::new("blurred");
@@ -143,7 +147,8 @@ fn motions_far_away_are_reported_and_refused_on_1_and_2_ranks() {
     }
 }
 
-/// A start that presses a body by more than it is thick is told so, and not to use more increments.
+/// If a start presses a body by more than its thickness, this is reported, with the advice not to
+/// use more increments.
 #[test]
 fn a_press_deeper_than_the_body_is_told() {
     let folder = Folder::new("crushed");
@@ -163,7 +168,7 @@ fn a_press_deeper_than_the_body_is_told() {
     }
 }
 
-/// A block that falls on a floor, and a second one below if there are two.
+/// A block that falls on a floor, and optionally a second one below.
 fn impact(step: f64, second: &str) -> String {
     format!(
         "title: Impact\ndimension: 2\nbodies:\n  block:\n    mesh: {{ box: {{ min: [0, 0.5], max: [0.4, 0.9], cells: [4, 4] }} }}\n    \
@@ -176,8 +181,9 @@ fn impact(step: f64, second: &str) -> String {
     )
 }
 
-/// An impact in steps that are far too long: the speed at which the block arrives is told, also where the step is much longer than its
-/// flight, or what it meets moves itself; at the end the energy without a cause, with the steps that left it.
+/// An impact with steps that are far too long. The speed of the block on arrival is reported, also
+/// if the step is much longer than its flight, or if the other body moves itself. At the end the
+/// unexplained energy is reported, with the steps that caused it.
 #[test]
 fn energy_without_a_cause_is_told() {
     let folder = Folder::new("unexplained");
@@ -207,8 +213,9 @@ fn energy_without_a_cause_is_told() {
     }
 }
 
-/// A static load that acts at once grows within the first step: its work is half of the load times its way, which is what the body
-/// stores, but for what is not in a straight line. Before, nothing acts.
+/// A static load that acts at once grows within the first step. Its work is half of the load times
+/// its displacement, which equals the stored energy except for the nonlinear part. Nothing acts
+/// before the step.
 #[test]
 fn a_static_load_at_once_does_its_work() {
     let text = with(
@@ -238,8 +245,8 @@ fn a_static_load_at_once_does_its_work() {
     );
 }
 
-/// A block that is pressed upon a soft floor, stretched there and lifted. Its contact law is per current area: as the surface is stretched
-/// the contact stores more, for no work.
+/// A block that is pressed onto a soft floor, stretched there and lifted. Its contact law is per
+/// current area. As the surface is stretched, the contact stores more energy without work.
 const STRETCHED: &str = "
 dimension: 2
 bodies:
@@ -258,8 +265,8 @@ time: { end: 1, scheme: { static: { increments: 30 } } }
 output: { fields: { every: 0 } }
 ";
 
-/// Few per cent of energy from nowhere are reported in statics, with their steps, also after a restart; a contact law per
-/// reference area has a potential, and leaves nothing unexplained.
+/// A few per cent of unexplained energy are reported in statics, with their steps, also after a
+/// restart. A contact law per reference area has a potential, and leaves no unexplained energy.
 #[test]
 fn static_energy_without_a_cause_is_reported() {
     let folder = Folder::new("stretched");
@@ -289,8 +296,8 @@ fn static_energy_without_a_cause_is_reported() {
     assert_eq!(output.stderr, "");
 }
 
-/// The trapezoidal rule for the work of a load step is off by several per cent where a round body is pressed in one step or
-/// two. The estimate of its error explains that.
+/// The trapezoidal rule for the work of a load step has an error of several per cent if a round
+/// body is pressed in one step or two. The estimate of its error explains this.
 #[test]
 fn few_load_steps_are_no_energy_without_a_cause() {
     for increments in ["1", "2", "5"] {
@@ -319,7 +326,8 @@ fn few_load_steps_are_no_energy_without_a_cause() {
     }
 }
 
-/// Of restarts that agree to rounding alone is told who keeps checkpoints on several ranks, where MUMPS factorises.
+/// A remark on restarts that agree to rounding only is printed if checkpoints are kept on several
+/// ranks and MUMPS factorises.
 #[test]
 fn restarts_to_rounding_are_told() {
     let folder = Folder::new("rounding");

@@ -1,4 +1,5 @@
-//! The shipped scenes at reduced size, against closed-form answers: a wrong coefficient, law, sign or scheme fails.
+//! The shipped scenes at reduced size, compared with closed-form results. A wrong coefficient, law,
+//! sign or scheme fails.
 
 mod common;
 
@@ -18,13 +19,13 @@ impl Results {
     }
 }
 
-/// Runs a case on one rank; it must end well.
+/// Runs a case on one rank, which must succeed.
 #[track_caller]
 fn run(text: &str) -> Results {
     Results::of(text, 1)
 }
 
-/// The value of a column at the row of an instant.
+/// The value of a column in the row of a given time.
 #[track_caller]
 fn at(table: &Table, column: &str, time: f64) -> f64 {
     let times = table.numbers("time");
@@ -38,8 +39,9 @@ fn close(what: &str, value: f64, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() <= tolerance, "{what}: {value}, expected {expected} within {tolerance}");
 }
 
-/// Another program on the same mesh, `scripts/peer.py` (FEniCSx, forms and tangents derived by UFL): the static start to 1e-5, in which
-/// friction has no part yet, and the forces of the whole motion to 1 % of the largest. Its friction law is the smooth one.
+/// Comparison with another program on the same mesh, `scripts/peer.py` (FEniCSx, forms and tangents
+/// derived by UFL). The static start, which is frictionless, agrees to 1e-5. The forces of the
+/// whole motion agree to 1 % of the largest. The other program uses the smooth friction law.
 #[test]
 fn rubber_block_agrees_with_another_program() {
     let coarse = [("cells: [48, 50]", "cells: [16, 16]"), ("locking: selective_reduced", "locking: none")];
@@ -65,13 +67,13 @@ fn slope(mu: f64) -> f64 {
 
 const COARSE_INCLINE: [(&str, &str); 2] = [("cells: [16, 8]", "cells: [8, 4]"), ("end: 0.5", "end: 0.3")];
 
-/// Mean acceleration of the block after the ramp of the load.
+/// Mean acceleration of the block after the load ramp.
 fn acceleration(results: &Results) -> f64 {
     let probes = results.probes();
     (at(&probes, "centre.v_x", 0.3) - at(&probes, "centre.v_x", 0.25)) / 0.05
 }
 
-/// mu = 0.49 on tan = 0.5: a = g (sin - mu cos); another coefficient gives another acceleration.
+/// mu = 0.49 on tan = 0.5: a = g (sin - mu cos). Another coefficient gives another acceleration.
 #[test]
 fn the_block_on_the_incline_slides() {
     let text = shipped("incline/case.yml", &COARSE_INCLINE);
@@ -80,7 +82,8 @@ fn the_block_on_the_incline_slides() {
     close("mu = 0.4", acceleration(&run(&text)), slope(0.4), 1e-4);
 }
 
-/// mu = 0.5 on tan = 0.5 just holds: under the velocity law the block creeps, slower than the stick velocity.
+/// mu = 0.5 on tan = 0.5 is just enough. With the velocity law the block creeps, more slowly than
+/// the stick velocity.
 #[test]
 fn the_block_on_the_incline_creeps() {
     let probes = run(&shipped("incline/creep.yml", &COARSE_INCLINE)).probes();
@@ -88,7 +91,8 @@ fn the_block_on_the_incline_creeps() {
     assert!(crept > 0.5 * 1e-3 * 0.3 && crept < 1e-3 * 0.3, "crept {crept}");
 }
 
-/// mu = 0.51 on tan = 0.5 holds: with the return map the block gives way elastically and then stays.
+/// mu = 0.51 on tan = 0.5 is enough. With the return map the block slips elastically and then
+/// sticks.
 #[test]
 fn the_block_on_the_incline_stays() {
     let probes = run(&shipped("incline/stick.yml", &COARSE_INCLINE)).probes();
@@ -97,7 +101,8 @@ fn the_block_on_the_incline_stays() {
     close("elastic slip", settled, 0.0, 2e-6);
 }
 
-/// A block of 1 m/s on mu stops after v0 / (mu g) and v0^2 / (2 mu g), and friction has taken its energy.
+/// A block with 1 m/s and friction mu stops after v0 / (mu g) and v0^2 / (2 mu g), and friction has
+/// dissipated its energy.
 fn stops(case: &str, mu: f64, slack: f64) {
     let coarse = [("cells: [16, 4]", "cells: [8, 2]"), ("coefficient: 0.5", &*format!("coefficient: {mu}"))];
     let results = run(&shipped(case, &coarse));
@@ -130,12 +135,12 @@ fn the_sliding_block_stops_under_the_return_map() {
     stops("sliding-block/return-map.yml", 0.6, 5e-5);
 }
 
-/// What the bar did at the wall.
+/// The contact history of the bar at the wall.
 struct Rebound {
     begins: f64,
     ends: f64,
     force: f64,
-    /// Total energy at the end over that at the start.
+    /// Total energy at the end, divided by that at the start.
     kept: f64,
 }
 
@@ -153,7 +158,8 @@ fn rebound(case: &str) -> Rebound {
     }
 }
 
-/// The bar touches from 0.5 s to 7/6 s under rho c v0, and each scheme keeps the energy that it can keep.
+/// The bar is in contact from 0.5 s to 7/6 s under rho c v0, and each scheme conserves as much
+/// energy as it can.
 #[test]
 fn the_bar_rebounds() {
     for (case, force, kept) in [
@@ -185,7 +191,8 @@ fn stresses(results: &Results, step: &str) -> (usize, Vec<f64>) {
     (field.components, values.clone())
 }
 
-/// Every element: uniform stress, pressure and force of the contact, to rounding.
+/// For every element, stress and pressure are uniform, and the contact force is correct, to
+/// rounding.
 #[test]
 fn patches_are_uniform() {
     for (case, free, width) in [("plane", 1, 0.4), ("solid", 2, 0.16)] {
@@ -216,7 +223,7 @@ fn patches_are_uniform() {
     }
 }
 
-/// Largest difference of a column over the largest value of its kind.
+/// Largest difference of a column, divided by the largest value of its kind.
 #[track_caller]
 fn apart(one: &Table, other: &Table, columns: &[&str]) -> f64 {
     let mut worst = 0.0f64;
@@ -236,7 +243,8 @@ const TIGHT: (&str, &str) = (
     "solver: { linear: direct, newton: { tolerance: 1.0e-13, inexact: false } }",
 );
 
-/// With m_N = 1 and c_N = 1 / compliance the power law is Grosch-Schallamach's at -1/9: the same histories.
+/// With m_N = 1 and c_N = 1 / compliance the power law equals Grosch-Schallamach's at -1/9: the
+/// histories agree.
 #[test]
 fn the_power_law_is_grosch_schallamach() {
     let coarse = [(BLOCK, "cells: [8, 8]"), ("end: 0.07", "end: 0.05"), TIGHT];
@@ -253,7 +261,8 @@ fn the_power_law_is_grosch_schallamach() {
     assert!(apart(&power, &coulomb, &forces) > 1e-5, "the coefficient takes part");
 }
 
-/// All shipped friction models drag a coarse block: pressed, sheared the right way, unloaded at the trailing corner.
+/// All shipped friction models drag a coarse block. It is pressed, sheared in the correct
+/// direction, and unloaded at the trailing corner.
 #[test]
 fn every_rubber_block_runs() {
     let coarse = [(BLOCK, "cells: [12, 12]"), ("end: 0.07", "end: 0.03")];
@@ -288,8 +297,8 @@ fn every_rubber_block_runs() {
     }
 }
 
-/// The rubber cube over a plane, a ball and in a tube: in equilibrium with its support, symmetric where the scene
-/// is, and in full slip with friction mu t_n against the motion.
+/// The rubber cube over a plane, over a ball and in a tube. It is in equilibrium with its support
+/// and symmetric if the scene is. In full slip, friction is mu t_n against the motion.
 #[test]
 fn the_rubber_cube_is_dragged() {
     let coarse = [("cells: [10, 10, 10]", "cells: [4, 4, 4]"), ("end: 0.03", "end: 0.02")];
@@ -314,8 +323,8 @@ fn the_rubber_cube_is_dragged() {
     }
 }
 
-/// One cell whose left side is accelerated from rest: the support feels m a / 4 at once, since the right side swings
-/// back with a / 2 (consistent mass m / 6 of 2, 1, 1, 2).
+/// One cell whose left side is accelerated from rest. The support reaction is m a / 4 immediately,
+/// because the right side accelerates backwards with a / 2 (consistent mass m / 6 of 2, 1, 1, 2).
 #[test]
 fn the_support_feels_the_inertia_at_the_start() {
     let results = run("

@@ -1,6 +1,7 @@
-//! Contact between two bodies by mortar segments: the patch test to rounding, the same answer on any number of ranks and by every
-//! strategy and solver, sharp corners, surfaces that meet themselves, and what is refused. Leave the covered area out of a gap, or push along averaged normals, and
-//! the patches fail.
+//! Contact between two bodies by mortar segments: the patch test to rounding, the same results on
+//! any number of ranks and with every strategy and solver, sharp corners, self-contact, and refused
+//! input. If the covered area is omitted from a gap, or if averaged normals are used, the patch
+//! tests fail.
 
 mod common;
 
@@ -8,7 +9,8 @@ use common::{Folder, Results, run, shipped, stretch};
 use contact_petsc::output::vtu::VtuValues;
 use contact_petsc::output::vtu_reader::read_piece;
 
-/// Largest error of stress in all blocks and of pressure at all nodes of contactors at the last step, over the load of 0.1 MPa.
+/// Largest error of stress in all blocks and of pressure at all nodes of contactors at the last
+/// step, divided by the load of 0.1 MPa.
 fn errors(results: &Results, dimension: usize) -> [f64; 2] {
     const LOAD: f64 = 1e5;
     let mut steps: Vec<_> = std::fs::read_dir(results.0.join("out/fields"))
@@ -71,8 +73,8 @@ const TWO_PASSES: [&str; 2] = [
     "",
 ];
 
-/// Blocks on blocks under a uniform pressure, on matching meshes and on others: stress and pressure are uniform to 1e-9 with every
-/// kind of element, in the roles of the scene.
+/// Blocks on blocks under a uniform pressure, on matching and non-matching meshes. Stress and
+/// pressure are uniform to 1e-9 with every kind of element, with the roles of the scene.
 #[test]
 fn every_element_passes_the_patch_test() {
     let plane = ["quad4", "quad8", "quad9", "tri3", "tri6"].map(|element| ("blocks", 2, "quad4", element));
@@ -102,7 +104,8 @@ fn every_element_passes_the_patch_test() {
     }
 }
 
-/// Two blocks side by side on one block whose facets end elsewhere: contactor facets are covered in part by either.
+/// Two blocks side by side on one block whose facets end elsewhere. Each of the two covers
+/// contactor facets partly.
 const SIDE_BY_SIDE: &str = "
 dimension: 2
 bodies:
@@ -130,7 +133,7 @@ solver: { newton: { tolerance: 1.0e-12 } }
 output: { fields: { every: 2 } }
 ";
 
-/// The patch test on facets that are covered in part.
+/// The patch test on partly covered facets.
 #[test]
 fn partly_covered_facets_pass_the_patch_test() {
     for element in ["quad4", "quad9", "tri6"] {
@@ -153,7 +156,7 @@ fn partly_covered_facets_pass_the_patch_test() {
     }
 }
 
-/// Ironing in space at reduced size.
+/// 3D ironing at reduced size.
 fn ironing_solid() -> String {
     shipped(
         "ironing/solid.yml",
@@ -165,7 +168,7 @@ fn ironing_solid() -> String {
     )
 }
 
-/// Ironing in the plane at reduced size.
+/// 2D ironing at reduced size.
 fn ironing(strategy: &str) -> String {
     let text = shipped(
         "ironing/case.yml",
@@ -178,7 +181,7 @@ fn ironing(strategy: &str) -> String {
     format!("{text}solver: {strategy}\n")
 }
 
-/// Histories of a column agree to a part of its largest value.
+/// Checks that histories of a column agree to a fraction of its largest value.
 #[track_caller]
 fn agree(one: &Results, other: &Results, table: &str, column: &str, tolerance: f64) {
     let [one, other] = [one, other].map(|results| results.table(table).numbers(column));
@@ -189,7 +192,8 @@ fn agree(one: &Results, other: &Results, table: &str, column: &str, tolerance: f
     }
 }
 
-/// Displacements, forces, steps and Newton iterations are the same on 1, 2, 3, 4 and 8 ranks; on eight some own no contact.
+/// Displacements, forces, steps and Newton iterations are the same on 1, 2, 3, 4 and 8 ranks. On
+/// eight ranks some own no contact.
 #[test]
 fn the_same_on_1_2_3_4_8_ranks() {
     for (text, probe) in [(ironing_solid(), "nose.u_z"), (ironing("{ linear: auto }"), "way.u_y")] {
@@ -208,8 +212,8 @@ fn the_same_on_1_2_3_4_8_ranks() {
     }
 }
 
-/// A coarse curved target: the staggered strategy finds the forces of the monolithic one, and so do the preconditioners for contact.
-/// There is one equilibrium, whichever facet a vertex lies over.
+/// A coarse curved target: the staggered strategy and the contact preconditioners find the forces
+/// of the monolithic strategy. There is one equilibrium, independent of the facet below a vertex.
 #[test]
 fn strategies_and_solvers_agree_on_a_coarse_curved_target() {
     let monolithic = Results::of(&ironing("{ linear: direct }"), 1);
@@ -226,8 +230,9 @@ fn strategies_and_solvers_agree_on_a_coarse_curved_target() {
     }
 }
 
-/// Without friction the equilibrium does not depend on the path: ironing by five facets a step gives the forces of steps of a
-/// quarter of a facet. That is why only motion with friction is bounded.
+/// Without friction the equilibrium does not depend on the path. Ironing by five facets per step
+/// gives the forces of steps of a quarter of a facet. For this reason only motion with friction is
+/// limited.
 #[test]
 fn long_steps_without_friction_find_the_forces_of_short_ones() {
     let changes = [
@@ -258,7 +263,8 @@ fn long_steps_without_friction_find_the_forces_of_short_ones() {
     }
 }
 
-/// A block with sharp corners, pressed a tenth of its height into a longer slab of another mesh and dragged.
+/// A block with sharp corners, pressed by a tenth of its height into a longer slab with another
+/// mesh and dragged.
 const SHARP: &str = "
 dimension: 2
 bodies:
@@ -281,8 +287,9 @@ time: { end: 1, step: 2.5e-2, scheme: { static: {} } }
 output: { fields: { every: 100 } }
 ";
 
-/// A sharp block arrives without a cut step whichever side is the contactor, equal or ten times stiffer, with penalties of 1, 10 and 100 E/h,
-/// in few corrections a step; the forces do not depend on the step, and those of the two roles agree.
+/// The run of a sharp block completes without a cut step, with either side as the contactor, with
+/// equal or ten times the stiffness, with penalties of 1, 10 and 100 E/h, and in few corrections
+/// per step. The forces do not depend on the step, and those of the two roles agree.
 #[test]
 fn a_sharp_block_is_dragged_by_either_side() {
     let dragged = |young: &str, [contactor, target]: [&str; 2], penalty: f64, step: &str| {
@@ -323,8 +330,8 @@ fn a_sharp_block_is_dragged_by_either_side() {
     }
 }
 
-/// Two bodies that collide off their centres and part again: energy and both momenta to rounding, with and without friction, in the
-/// plane and in space. What friction takes is heat.
+/// Two bodies collide off-centre and separate. Energy and both momenta are conserved to rounding,
+/// with and without friction, in 2D and 3D. The energy lost to friction is heat.
 #[test]
 fn collisions_keep_energy_and_momentum() {
     let plane = [
@@ -366,8 +373,8 @@ fn collisions_keep_energy_and_momentum() {
     }
 }
 
-/// Two blocks that are one body, of `cells` in x and y each, with sets `seam` (both faces that touch), `base`, `lid` and `side`, as Gmsh
-/// writes them.
+/// Two blocks that are one body, of `cells` in x and y each, with sets `seam` (both touching
+/// faces), `base`, `lid` and `side`, in Gmsh's format.
 fn two_in_one(cells: [[usize; 2]; 2]) -> String {
     let mut nodes = Vec::new();
     let mut lines = Vec::new();
@@ -420,7 +427,8 @@ solver: { newton: { tolerance: 1.0e-12 } }
 output: { fields: { every: 2 } }
 ";
 
-/// A surface that is its own target passes the patch test: its facets are contactors and targets in turn, with half of the pressure each.
+/// A surface that is its own target passes the patch test. Its facets are contactors and targets in
+/// turn, with half of the pressure each.
 #[test]
 fn a_surface_meets_itself() {
     for ranks in [1, 3] {
@@ -437,7 +445,8 @@ fn a_surface_meets_itself() {
     }
 }
 
-/// Blocks of other meshes that stand upon each other and on a plane: every surface may meet every other one.
+/// Blocks with different meshes that stand on each other and on a plane. Every surface may touch
+/// every other one.
 const GENERAL: &str = "
 dimension: 2
 bodies:
@@ -458,8 +467,9 @@ solver: { newton: { tolerance: 1.0e-12 } }
 output: { fields: { every: 2 } }
 ";
 
-/// Contact of all surfaces with all others and with the obstacle passes the patch test, on any number of ranks: stress is uniform, and both
-/// contacts carry the load. Between the blocks each side has half of it as the contactor.
+/// Contact of all surfaces with all others and with the obstacle passes the patch test, on any
+/// number of ranks. The stress is uniform, and both contacts carry the load. Between the blocks
+/// each side carries half of it as the contactor.
 #[test]
 fn whatever_there_is_meets_whatever_else() {
     for ranks in [1, 3] {
@@ -474,8 +484,8 @@ fn whatever_there_is_meets_whatever_else() {
     }
 }
 
-/// A block that falls upon its corner: facets beside the corner stand at more than 60 degrees to the plane, so that all their nodes have a part in
-/// the force of the vertex.
+/// A block that falls on its corner. Facets next to the corner have an angle of more than 60
+/// degrees to the plane, so that all their nodes share the force of the vertex.
 const ON_A_CORNER: &str = "
 dimension: 2
 bodies:
@@ -490,7 +500,8 @@ time: { end: 0.05, step: 1.0e-3, scheme: conserving }
 output: { fields: { every: 0 } }
 ";
 
-/// Forces of a vertex reach the nodes of other ranks over a plane as well: energy and the momentum along the plane are kept to rounding.
+/// Forces of a vertex also reach the nodes of other ranks over a plane. Energy and the momentum
+/// along the plane are conserved to rounding.
 #[test]
 fn a_corner_on_a_plane_is_alike_on_1_2_3_4_ranks() {
     for ranks in [1, 2, 3, 4] {
@@ -505,8 +516,8 @@ fn a_corner_on_a_plane_is_alike_on_1_2_3_4_ranks() {
     }
 }
 
-/// A node that two contacts have, as every node of a surface under `contact: all`, has the pressure of the one that presses, in tables and
-/// in fields.
+/// A node of two contacts, such as every surface node under `contact: all`, has the pressure of the
+/// closed one, in tables and in fields.
 #[test]
 fn a_node_of_two_contacts_has_their_pressure() {
     let one =
@@ -518,8 +529,9 @@ fn a_node_of_two_contacts_has_their_pressure() {
     assert!((highest - 1e5).abs() < 1e-3, "{highest} Pa at most in the fields");
 }
 
-/// Rings of other meshes that touch on a circle, under pressure inside (`meshes/patch/rings.yml`): with the gaps of their polygons taken for
-/// none the pressure between them is Lame's, everywhere; else they do not even meet.
+/// Rings with different meshes that touch on a circle, under internal pressure
+/// (`meshes/patch/rings.yml`). If the gaps of their polygons are treated as zero, the contact
+/// pressure is Lame's everywhere. Otherwise the rings do not touch.
 #[test]
 fn polygons_on_one_circle_fit() {
     // Of unit radius, with bores and rims at 0.5 and 1.5, under 0.001 inside: overclosure over compliances.
@@ -536,8 +548,9 @@ fn polygons_on_one_circle_fit() {
     assert_eq!(apart.table("contact.csv").last("points"), 0.0);
 }
 
-/// Blocks fall upon each other and on the floor, tip over and slide off (`meshes/pile`): energy is kept to rounding, and without friction
-/// nothing pushes them sideways; on any number of ranks alike.
+/// Blocks fall on each other and on the floor, tip over and slide off (`meshes/pile`). Energy is
+/// conserved to rounding. Without friction no force acts sideways. The results are the same on any
+/// number of ranks.
 #[test]
 fn a_pile_keeps_its_energy() {
     let mut counts = Vec::new();
@@ -556,8 +569,8 @@ fn a_pile_keeps_its_energy() {
     assert_eq!(counts[0], counts[1]);
 }
 
-/// A thin tube under pressure touches itself, and is pressed onto itself, as an inextensible ring does (`meshes/tube/elastica.py`), on
-/// any number of ranks.
+/// A thin tube under pressure touches itself, and is flattened, like an inextensible ring
+/// (`meshes/tube/elastica.py`), on any number of ranks.
 #[test]
 fn a_tube_closes_at_the_pressure_of_the_elastica() {
     const UNIT: f64 = 0.7326;
@@ -585,7 +598,7 @@ fn a_tube_closes_at_the_pressure_of_the_elastica() {
     assert!(differ < 1e-6, "forces differ by {differ} N");
 }
 
-/// Surfaces that can not be told apart, or can not meet themselves, are refused at their line.
+/// Surfaces that cannot be distinguished, or cannot touch themselves, are refused with their line.
 #[test]
 fn sides_with_common_facets_are_refused() {
     for (contactor, target, words) in [

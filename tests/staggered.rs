@@ -1,4 +1,5 @@
-//! The staggered strategy and the two-stage preconditioner: the answers of the monolithic solve by symmetric matrices.
+//! The staggered strategy and the two-stage preconditioner: the results of the monolithic solve,
+//! with symmetric matrices.
 
 mod common;
 
@@ -28,7 +29,7 @@ time: { end: 5.0e-3, step: 5.0e-4, cuts: 0, scheme: { generalized_alpha: { spect
 output: { fields: { every: 100 }, probes: { left: { at: [0, 0] }, middle: { at: [0.2, 0] }, right: { at: [0.4, 0] } } }
 ";
 
-/// A cube dragged aslant over a plane; the return map makes friction a stiffness.
+/// A cube dragged obliquely over a plane. With the return map friction is a stiffness.
 const CUBE: &str = "
 dimension: 3
 bodies:
@@ -52,10 +53,11 @@ output: { fields: { every: 100 }, probes: { corner: { at: [0.1, 0.1, 0] }, centr
 
 const MONOLITHIC: &str = "{ linear: direct }";
 
-/// Tighter than the default, so that what is left of the sweeps does not add up over the steps.
+/// A tolerance tighter than the default, so that the remaining error of the sweeps does not
+/// accumulate over the steps.
 const STAGGERED: &str = "{ strategy: { staggered: { tolerance: 1e-8 } } }";
 
-/// A run with a coefficient of friction and what stands under `solver`.
+/// A run with a coefficient of friction and the given `solver` block.
 struct Solved {
     folder: Folder,
     output: Output,
@@ -89,7 +91,7 @@ impl Solved {
         record[key].as_u64().unwrap_or_else(|| panic!("no count {key}"))
     }
 
-    /// The columns of a table whose names hold a word.
+    /// The columns of a table whose names contain a word.
     fn columns(&self, table: &str, word: &str) -> Vec<Vec<f64>> {
         let table = self.table(table);
         let names = table.names().filter(|name| name.contains(word));
@@ -113,7 +115,7 @@ impl Solved {
     }
 }
 
-/// Largest difference of any column at any step over the largest value.
+/// Largest difference of any column at any step, divided by the largest value.
 #[track_caller]
 fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let lengths = |columns: &[Vec<f64>]| columns.iter().map(Vec::len).collect::<Vec<usize>>();
@@ -123,14 +125,14 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     differences.fold(0.0, f64::max) / largest
 }
 
-/// The same of the displacements of two runs.
+/// Largest difference of the displacements of two runs.
 #[track_caller]
 fn apart(a: &Solved, b: &Solved) -> f64 {
     difference(&a.displacements(), &b.displacements())
 }
 
-/// Two runs that took the same steps, none of them cut, agree at each of them: displacements to the first tolerance and
-/// contact forces to the second.
+/// Checks two runs with the same steps, none of them cut. They agree at each step: displacements to
+/// the first tolerance and contact forces to the second.
 #[track_caller]
 fn agree(a: &Solved, b: &Solved, tolerances: (f64, f64), what: &str) {
     assert_eq!((a.count("cut_steps"), b.count("cut_steps")), (0, 0), "{what}");
@@ -138,7 +140,8 @@ fn agree(a: &Solved, b: &Solved, tolerances: (f64, f64), what: &str) {
     assert!(found.0 < tolerances.0 && found.1 < tolerances.1, "{what}: {:.1e} and {:.1e}", found.0, found.1);
 }
 
-/// The shipped rubber block on 12 by 12 elements under a tenth of its pressure, which slips whatever its friction.
+/// The shipped rubber block on 12 by 12 elements under a tenth of its pressure, which slips with
+/// any friction.
 fn light(end: &str) -> String {
     let edits = [
         ("cells: [48, 50]", "cells: [12, 12]"),
@@ -151,8 +154,8 @@ fn light(end: &str) -> String {
     case.lines().filter(|line| !line.starts_with("solver:")).map(|line| format!("{line}\n")).collect()
 }
 
-/// Layer and cube, two coefficients: the staggered answer is the monolithic one at every step, on any number of ranks,
-/// and was found in more than one sweep.
+/// Layer and cube, two coefficients: the staggered result equals the monolithic one at every step,
+/// on any number of ranks, and takes more than one sweep.
 #[test]
 fn staggered_is_monolithic_on_1_2_3_ranks() {
     let all = &[1, 2, 3][..];
@@ -168,8 +171,8 @@ fn staggered_is_monolithic_on_1_2_3_ranks() {
     }
 }
 
-/// The answer as it comes by default is the monolithic one, also at the end of a long way on which all slips: what a step
-/// leaves open has the same sign each time and adds up.
+/// With default settings the result equals the monolithic one, also at the end of a long path with
+/// slip everywhere. The error of a step has the same sign each time and accumulates.
 #[test]
 fn what_slips_on_and_on_does_not_drift_on_1_rank() {
     let case = light("end: 0.07");
@@ -178,8 +181,9 @@ fn what_slips_on_and_on_does_not_drift_on_1_rank() {
     agree(&expected, &found, (1e-6, 1e-5), "mu = 0.3");
 }
 
-/// Sweeps that overshoot by more than they were off, 1.6 times at a coefficient of 4, converge at the step that was asked
-/// for, in either variant, to the monolithic answer; what is told of them is the contraction of whole sweeps.
+/// Sweeps that overshoot by more than their error, 1.6 times at a coefficient of 4, converge at the
+/// requested step, in both variants, to the monolithic result. The reported contraction is that of
+/// whole sweeps.
 #[test]
 fn what_overshoots_converges_at_the_given_step_on_1_2_ranks() {
     let case = light("end: 0.013");
@@ -196,8 +200,8 @@ fn what_overshoots_converges_at_the_given_step_on_1_2_ranks() {
     }
 }
 
-/// The forces of the full system are those that a step leaves behind: the monolithic residual is small at each last
-/// sweep, and the friction of the tables is that of the monolithic run.
+/// The forces of the full system are those that a step leaves. The monolithic residual is small at
+/// each last sweep, and the friction in the tables is that of the monolithic run.
 #[test]
 fn a_step_ends_with_the_full_balance_on_1_rank() {
     let found = Solved::by(LAYER, 0.3, STAGGERED, 1).well();
@@ -211,7 +215,8 @@ fn a_step_ends_with_the_full_balance_on_1_rank() {
     }
 }
 
-/// Contraction of a run: the median of the sweeps that are not yet at rounding, where the whole base slips.
+/// Contraction of a run: the median over the sweeps that are not yet at rounding, while the whole
+/// base slips.
 fn contraction(mu: f64) -> f64 {
     let solved = Solved::by(LAYER, mu, STAGGERED, 1).well();
     let sweeps = solved.table("iterations.csv").only("stage", "sweep");
@@ -234,7 +239,8 @@ fn contraction_is_proportional_to_mu_on_1_rank() {
     assert!((0.1..0.6).contains(&(factors[2] / 0.4)), "{factors:?}");
 }
 
-/// A sweep loop that hits its cap fails the step, with the figures and what to do, and keeps the steps before.
+/// A sweep loop that reaches its cap fails the step. It reports the figures and a remedy, and keeps
+/// the previous steps.
 #[test]
 fn a_cap_that_is_hit_fails_on_1_2_ranks() {
     for ranks in [1, 2] {
@@ -250,8 +256,9 @@ fn a_cap_that_is_hit_fails_on_1_2_ranks() {
     }
 }
 
-/// The variant that freezes the friction traction finds the same, and does so differently: without a look at the full
-/// balance it ends some 1e-3 away, with one to the tolerance of the sweeps 8e-7.
+/// The variant that freezes the friction traction finds the same result in another way. Without a
+/// check of the full residual it ends some 1e-3 away, with a check to the tolerance of the sweeps
+/// 8e-7.
 #[test]
 fn frozen_traction_agrees_on_2_ranks() {
     let solver = "{ strategy: { staggered: { variant: frozen_traction } } }";
@@ -263,7 +270,7 @@ fn frozen_traction_agrees_on_2_ranks() {
     assert_ne!(first(&found), first(&by_bound));
 }
 
-/// Both stages are solved by methods for symmetric matrices where the monolithic matrix refuses them.
+/// Both stages are solved with methods for symmetric matrices, which the monolithic matrix refuses.
 #[test]
 fn stages_are_solved_by_conjugate_gradients_on_2_ranks() {
     let refused = Solved::by(LAYER, 0.3, "{ linear: cg_icc }", 2).output;
@@ -283,7 +290,7 @@ fn stages_are_solved_by_conjugate_gradients_on_2_ranks() {
     }
 }
 
-/// Without friction there is nothing to take in turn, which is said.
+/// Without friction there is nothing to alternate, which is reported.
 #[test]
 fn staggered_without_friction_is_monolithic_on_1_rank() {
     let coulomb = "{ coulomb: { coefficient: MU, regularization: { stick_velocity: 1.0e-3 } } }";
@@ -299,8 +306,8 @@ fn staggered_without_friction_is_monolithic_on_1_rank() {
     assert!(!whole.1.contains("no contact has friction") && turns.1.contains("no contact has friction"));
 }
 
-/// Either reading of the preconditioner gives the answer of the factorisation in far fewer outer iterations than an
-/// incomplete factorisation, and tells its inner ones.
+/// Both forms of the preconditioner give the result of the factorisation in far fewer outer
+/// iterations than an incomplete factorisation, and report their inner iterations.
 #[test]
 fn two_stage_saves_outer_iterations_on_1_2_3_4_ranks() {
     for (case, ranks) in [(LAYER, &[1, 2, 3, 4][..]), (CUBE, &[3])] {
@@ -326,7 +333,7 @@ fn two_stage_saves_outer_iterations_on_1_2_3_4_ranks() {
     }
 }
 
-/// An inner solver that fails makes the preconditioner fail, and the next preset takes over.
+/// If an inner solver fails, the preconditioner fails, and the next preset takes over.
 #[test]
 fn two_stage_falls_back_on_1_2_ranks() {
     let expected = Solved::by(LAYER, 0.3, MONOLITHIC, 1).well();
@@ -340,8 +347,8 @@ fn two_stage_falls_back_on_1_2_ranks() {
     }
 }
 
-/// Steps that follow their error are those of the monolithic strategy: what all sweeps of a step take together is no reason for
-/// shorter ones.
+/// Error-controlled steps are those of the monolithic strategy. The total number of iterations over
+/// all sweeps of a step does not shorten the steps.
 #[test]
 fn sweeps_do_not_shorten_steps() {
     let changes = [
@@ -358,8 +365,9 @@ fn sweeps_do_not_shorten_steps() {
     assert!(staggered.abs_diff(monolithic) <= 2, "{monolithic} monolithic steps, {staggered} staggered ones");
 }
 
-/// A thin belt that touches a drum in small steps. Rounding leaves more of its balance than is asked for, and keeps the stages apart by
-/// more than their tolerance. Both variants recognise that, and find the forces of the monolithic solve.
+/// A thin belt that touches a drum in small steps. The rounding error of its residual exceeds the
+/// requested tolerance, and keeps the stages apart by more than their tolerance. Both variants
+/// detect this, and find the forces of the monolithic solve.
 #[test]
 fn stages_of_a_belt_agree_to_rounding() {
     let belt = |solver: &str| {

@@ -1,5 +1,5 @@
-//! A study from the file to the advice: every member run or told why not, the same on any number of ranks, and what was done
-//! before is not done again.
+//! A study from the file to the advice. Every member runs or is recorded with its reason, the
+//! results are the same on any number of ranks, and completed members do not run again.
 
 mod common;
 
@@ -46,7 +46,7 @@ fn settled(path: &Path) -> Vec<Vec<String>> {
     columns
 }
 
-/// On one rank and on two a study has the same rows; the member that fails is a row with its reason.
+/// On one rank and on two a study has the same rows. The failed member is a row with its reason.
 #[test]
 fn a_study_is_the_same_on_1_and_2_ranks() {
     let folders = [1, 2].map(|ranks| {
@@ -88,8 +88,8 @@ fn a_study_is_the_same_on_1_and_2_ranks() {
     }
 }
 
-/// A study that was killed goes on where it was; what is done is not run again, unless the case has changed, or it failed and
-/// that is asked for.
+/// A killed study resumes where it stopped. Completed members do not run again, unless the case has
+/// changed, or they failed and a repetition is requested.
 #[test]
 fn a_study_goes_on_where_it_was() {
     let whole = folder(STUDY);
@@ -126,7 +126,8 @@ fn a_study_goes_on_where_it_was() {
     assert_eq!(output.stdout.matches("(before)").count(), 0, "{}", output.stdout);
 }
 
-/// A wrong path, a wrong value and a wrong column are told at their places in the study; the first two before anything runs.
+/// A wrong path, a wrong value and a wrong column are reported with their location in the study,
+/// the first two before any run.
 #[test]
 fn wrong_studies_end_with_3_on_2_ranks() {
     for (from, to, words) in [
@@ -147,7 +148,8 @@ fn wrong_studies_end_with_3_on_2_ranks() {
     }
 }
 
-/// Results go where scene and study are both named, so that two studies of a scene do not meet.
+/// The results folder contains the names of scene and study, so that two studies of a scene do not
+/// collide.
 #[test]
 fn studies_of_a_scene_keep_apart() {
     let folder = folder(STUDY);
@@ -159,8 +161,8 @@ fn studies_of_a_scene_keep_apart() {
     }
 }
 
-/// A dry run lists the members and runs none; a folder of somebody else is left alone; without a member that completes the
-/// study has failed.
+/// A dry run lists the members and runs none. A folder of another program is not modified. A study
+/// without a completed member has failed.
 #[test]
 fn a_study_runs_nothing_that_it_should_not() {
     let folder = folder(STUDY);
@@ -195,8 +197,9 @@ fn a_study_runs_nothing_that_it_should_not() {
     );
 }
 
-/// A member whose case can not be built, or whose mesh is not there or is none, is a row with its reason; the study goes on,
-/// says how many failed, and tries them again once a file has changed, or when asked to.
+/// A member with an invalid case, or with a missing or invalid mesh, is a row with its reason. The
+/// study continues and reports the number of failures. It tries them again once a file has changed,
+/// or on request.
 #[test]
 fn members_that_can_not_begin_are_rows_on_1_and_2_ranks() {
     let members = "members:\n  first: {}\n  massless: { bodies.block.mass: redistributed, bodies.block.mesh.box.cells: [4, 1] }\n  \
@@ -245,7 +248,8 @@ fn members_that_can_not_begin_are_rows_on_1_and_2_ranks() {
     }
 }
 
-/// A study in which no member can begin has failed as one in which none converges; a signal ends it between members as well.
+/// A study in which no member can start has failed, as has one in which none converges. A signal
+/// also ends it between members.
 #[test]
 fn a_study_without_members_that_begin_ends() {
     let values: Vec<String> = (100..500).map(|k| format!("{k}: {k}.0e-6")).collect();
@@ -273,8 +277,9 @@ fn a_study_without_members_that_begin_ends() {
     assert!(Table::read(&folder.join("out/study.csv")).texts("verdict").iter().all(|word| *word == "failed"));
 }
 
-/// A member whose own wall time is over is a row with that reason, which is not run again unless asked; a signal within a member
-/// ends the study, and tells the way on with the study, not with the member.
+/// A member that exceeds its own wall time limit is a row with that reason, and runs again only on
+/// request. A signal within a member ends the study. The message tells how to resume the study, not
+/// the member.
 #[test]
 fn a_member_out_of_time_is_a_row_and_a_signal_ends_the_study() {
     let text = "case: case.yml\nset: { time.end: 1.0, time.step: 1.0e-4 }\nmembers:\n  short: { output.checkpoint: { every: 1000, wall_time: 0.2 } }\n  \
@@ -305,7 +310,7 @@ fn a_member_out_of_time_is_a_row_and_a_signal_ends_the_study() {
     }
 }
 
-/// The memory of a member is that of a run by itself, whatever ran before it.
+/// The memory of a member is that of a separate run, whatever ran before it.
 #[test]
 fn a_small_member_after_a_large_one_has_its_own_memory() {
     let text = "case: case.yml\nset: { time.end: 5.0e-4, output: { fields: { every: 0 } } }\nsweep:\n  cells: { key: \
@@ -322,8 +327,8 @@ fn a_small_member_after_a_large_one_has_its_own_memory() {
     assert!((small - alone).abs() < 6.0, "{small} MiB after a large one, {alone} MiB alone");
 }
 
-/// Results that are damaged are no values: a member whose tables were cut, changed or lost, or whose record or the study's
-/// marker is damaged, runs again, and the study comes to the same.
+/// Damaged results are not used. A member runs again if its tables were truncated, changed or lost,
+/// or if its record or the study's marker is damaged. The study then has the same results.
 #[test]
 fn damaged_members_run_again() {
     let text = "case: case.yml\nsweep:\n  step: { key: time.step, values: { a: 1.0e-3, b: 5.0e-4, c: 2.5e-4 } }\nreference: finest\n\
@@ -360,7 +365,8 @@ fn damaged_members_run_again() {
     assert_eq!(values(&[]), (whole, 0, 3));
 }
 
-/// One study at a time: a second one is refused, and one whose folder is moved ends.
+/// Only one study runs at a time in a folder: a second one is refused, and one whose folder is
+/// moved ends.
 #[test]
 fn a_study_has_its_folder_alone() {
     let folder = folder(&STUDY.replace("case: case.yml", "case: case.yml\nset: { time.end: 30.0 }"));

@@ -1,4 +1,5 @@
-//! A run among terminals, pipes and libraries: none of them ends it, slows it down, or goes unrecorded.
+//! A run with terminals, pipes and libraries: none of them ends it, slows it down, or remains
+//! unrecorded.
 
 mod common;
 
@@ -8,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use common::{ENVIRONMENT, Folder, PROGRAM, SMALL_BLOCK, Table, send};
 
-/// A line of the shell in which `$PROGRAM` is the program; without `OPENBLAS_NUM_THREADS` and `OMP_NUM_THREADS`, which the
-/// program does not need.
+/// A shell command in which `$PROGRAM` is the program, without `OPENBLAS_NUM_THREADS` and
+/// `OMP_NUM_THREADS`, which the program does not need.
 fn shell(line: &str, folder: &Folder) -> Output {
     let mut command = Command::new("timeout");
     command.args(["-k", "5", "300", "bash", "-c", line]).current_dir(&**folder).env("PROGRAM", PROGRAM);
@@ -22,14 +23,15 @@ fn record(folder: &Folder) -> serde_json::Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// A case that goes on for thousands of steps.
+/// A case with thousands of steps.
 fn long(name: &str) -> Folder {
     let folder = Folder::new(name);
     folder.write("case.yml", &SMALL_BLOCK.replace("end: 0.002", "end: 0.3"));
     folder
 }
 
-/// The BLAS has one thread, unless the user chose another number; both are on record, with the libraries by their names.
+/// The BLAS has one thread unless the user chose another number. Both are recorded, with the names
+/// of the libraries.
 #[test]
 fn the_blas_has_one_thread_unless_told() {
     let folder = Folder::new("threads");
@@ -54,7 +56,7 @@ fn the_blas_has_one_thread_unless_told() {
     assert!(versions.values().all(|version| version.as_str().is_some_and(number)), "{versions:?}");
 }
 
-/// A reader that goes away after three lines does not end the run, on one rank and on two.
+/// A reader that closes the pipe after three lines does not end the run, on one rank and on two.
 #[test]
 fn a_closed_pipe_ends_no_run_on_1_and_2_ranks() {
     for start in ["", "mpirun -n 2 "] {
@@ -71,8 +73,8 @@ fn a_closed_pipe_ends_no_run_on_1_and_2_ranks() {
     }
 }
 
-/// A folder that a run writes into is refused to a second one, which changes nothing; a run that was killed is told from one
-/// that goes on, and its folder is free.
+/// A second run is refused the folder of a run in progress, and changes nothing. A killed run is
+/// distinguished from a running one, and its folder is free.
 #[test]
 fn two_runs_do_not_share_a_folder() {
     let folder = Folder::new("shared");
@@ -100,7 +102,7 @@ fn two_runs_do_not_share_a_folder() {
     assert!(shell("$PROGRAM case.yml -q -o out", &folder).status.success());
 }
 
-/// Under `nohup` a terminal that goes away is no reason to stop; without, it is one (tests/restart).
+/// Under `nohup` a lost terminal does not stop a run; otherwise it does (tests/restart).
 #[test]
 fn nohup_keeps_a_run_going() {
     let folder = long("nohup");
@@ -125,11 +127,12 @@ fn nohup_keeps_a_run_going() {
     assert_eq!(running.wait().expect("its end").code(), Some(7));
 }
 
-/// A body beside the others that nothing touches.
+/// An additional body without any contact.
 const BIRD: &str = "  bird:\n    mesh: { box: { min: [9, 9], max: [9.1, 9.1], cells: [1, 1] } }\n    \
     material: { neo_hookean: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }\n    density: 1700\n";
 
-/// An option that nothing used is on record, and a quiet run tells it and nothing else; a body that flies is no warning.
+/// An unused option is recorded, and a quiet run prints it and nothing else. A flying body causes
+/// no warning.
 #[test]
 fn the_record_has_what_the_console_leaves_out() {
     let folder = Folder::new("record");
@@ -157,8 +160,9 @@ fn the_record_has_what_the_console_leaves_out() {
     assert!(!said.contains("'block' along"), "{said}");
 }
 
-/// Two ranks that share neither memory nor a working directory, and talk by TCP: the answer of one host in as many messages as
-/// planned. `scripts/two-hosts` without `SHORT` has them on two hosts, which takes network namespaces.
+/// Two ranks that share neither memory nor a working directory, and communicate by TCP. They give
+/// the results of one host with the planned number of messages. `scripts/two-hosts` without `SHORT`
+/// runs them on two hosts, which needs network namespaces.
 #[test]
 fn two_hosts_need_no_shared_memory_on_2_ranks() {
     let folder = Folder::new("hosts");
@@ -169,8 +173,9 @@ fn two_hosts_need_no_shared_memory_on_2_ranks() {
     assert!(output.status.success() && held == 8 && !said.contains("FAIL"), "{output:?}");
 }
 
-/// What a command prints into a full device is an error of code 4, on standard output as on standard error; help is no
-/// exception. So is what a run or a study says, whose results are whole.
+/// Printing into a full device is an error of code 4, on standard output and on standard error,
+/// also for help. It is also an error for the output of a run or a study, whose results are
+/// complete.
 #[test]
 fn a_full_device_is_no_place_to_print() {
     let folder = Folder::new("device");
@@ -193,8 +198,8 @@ fn a_full_device_is_no_place_to_print() {
     assert_eq!(warned.matches("hint: the results are complete").count(), 2, "{warned}");
 }
 
-/// A results folder that is moved, or a table that is deleted, emptied or changed while a run writes it, ends the run with code
-/// 4; nothing is made anew at the old place.
+/// If a results folder is moved, or a table is deleted, emptied or changed while a run writes it,
+/// the run ends with code 4. Nothing is created again at the old path.
 #[test]
 fn results_that_are_touched_end_the_run_on_1_and_2_ranks() {
     for (start, change, words) in [
@@ -230,7 +235,7 @@ fn results_that_are_touched_end_the_run_on_1_and_2_ranks() {
     }
 }
 
-/// Ranks that work in different folders write into the one that rank 0 means by a relative path.
+/// Ranks that work in different folders write to the relative path as rank 0 resolves it.
 #[test]
 fn ranks_in_different_folders_share_the_results_on_2_ranks() {
     let folder = Folder::new("apart");
@@ -270,8 +275,9 @@ fn a_limit_of_address_space_is_refused_on_1_and_2_ranks() {
     }
 }
 
-/// Where memory is limited OpenBLAS starts no threads before the program begins, which could wait for memory for ever, and memory
-/// has one arena, unless the user chose otherwise. A pipe as the case holds the program while its environment is looked at.
+/// If memory is limited, OpenBLAS starts no threads before the program begins, because they could
+/// wait for memory forever. Memory has one arena, unless the user chose otherwise. A pipe as the
+/// case blocks the program while its environment is checked.
 #[test]
 fn limited_memory_makes_libraries_frugal_from_the_start() {
     let folder = Folder::new("limited");
@@ -289,7 +295,8 @@ fn limited_memory_makes_libraries_frugal_from_the_start() {
     assert_eq!(said.lines().collect::<Vec<_>>(), expected, "{output:?}");
 }
 
-/// A limit on the size of files below what MPI needs to begin is an error of code 4, and none of commands without MPI.
+/// A file size limit below what MPI needs to start is an error of code 4. Commands without MPI are
+/// not affected.
 #[test]
 fn a_small_limit_on_files_is_refused_on_1_and_2_ranks() {
     let folder = Folder::new("files");
@@ -305,8 +312,8 @@ fn a_small_limit_on_files_is_refused_on_1_and_2_ranks() {
     }
 }
 
-/// Paths with spaces, quotes, line breaks and letters of other alphabets serve as well as others, and the command that goes on
-/// is one that a shell takes.
+/// Paths with spaces, quotes, line breaks and letters of other alphabets work. The printed command
+/// for a restart is valid in a shell.
 #[test]
 fn paths_of_any_letters_serve_on_1_and_2_ranks() {
     let folder = Folder::new("letters");
@@ -333,8 +340,8 @@ fn paths_of_any_letters_serve_on_1_and_2_ranks() {
     assert!(output.status.success(), "{output:?}");
 }
 
-/// A pipe without a writer, or a device without an end, in the place of a mesh, a checkpoint or a table is refused at once; the
-/// case alone may come by a pipe.
+/// A pipe without a writer, or an endless device, is refused immediately as a mesh, a checkpoint or
+/// a table. Only the case may be a pipe.
 #[test]
 fn pipes_and_devices_are_refused() {
     let folder = Folder::new("pipes");

@@ -10,43 +10,43 @@
 //! | a section of the paper | the words "of the paper" or the authors after the number, or "the paper's" before |
 //! | a section of another book | after the year of the book and a comma |
 //!
-//! Within `docs/theory.md` a section or chapter without these words is its own. Everything else that looks like a
-//! citation is an error: the test would not know what it means.
+//! Within `docs/theory.md` a section or chapter without these words is its own. Everything else
+//! that looks like a citation is an error: the test would not know what it means.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where citations are collected.
+/// Folders and files in which citations are collected.
 const PLACES: &[&str] =
     &["src", "docs", "meshes", "tests", "benches", "fuzz/src", "fuzz/targets", "README.md", "CHANGELOG.md"];
 
 /// Files that may hold citations.
 const ENDINGS: &[&str] = &["rs", "md", "yml"];
 
-/// Sections that the paper has.
+/// Sections of the paper.
 const PAPER: &[&str] = &["1", "2", "3", "4", "4.1", "4.2", "5"];
 
 /// Equations of the paper, all of which the theory must have: the last number of each series.
 const PRINTED: [(u32, u32); 2] = [(2, 16), (3, 10)];
 
-/// What a citation points to.
+/// The target of a citation.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Target {
     Equation(String),
-    /// Of the theory.
+    /// A section of the theory.
     Section(String),
-    /// Of the theory.
+    /// A chapter of the theory.
     Chapter(String),
-    /// Of the paper.
+    /// A section of the paper.
     Printed(String),
-    /// Of another book.
+    /// A section of another book.
     Book,
     /// A form that is not allowed.
     Unclear(String),
 }
 
-/// What the theory has.
+/// The numbers in the theory.
 struct Theory {
     equations: Vec<String>,
     sections: Vec<String>,
@@ -98,7 +98,8 @@ fn files(place: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The text as one line: a citation may be broken at the end of a line, behind which a comment begins anew.
+/// The text as one line. A citation may be broken at the end of a line, and the next line may start
+/// with a comment mark.
 fn joined(text: &str) -> String {
     let mut out = String::new();
     for line in text.lines() {
@@ -121,7 +122,8 @@ fn number(text: &str) -> Option<&str> {
     Some(if second == 0 { &text[..first] } else { &text[..first + 1 + second] })
 }
 
-/// Numbers of equations: one digit, a point, one or two digits without a leading zero, in parentheses that belong to no name.
+/// Numbers of equations: one digit, a point, one or two digits without a leading zero, in
+/// parentheses that do not belong to a name.
 fn equations(text: &str, found: &mut Vec<Target>) {
     for (place, _) in text.match_indices('(') {
         let belongs = |c: char| c.is_alphanumeric() || "_)]>!".contains(c);
@@ -139,7 +141,7 @@ fn equations(text: &str, found: &mut Vec<Target>) {
     }
 }
 
-/// Whether a text ends with a year and a comma, as the title of a book does.
+/// Whether a text ends with a year and a comma, like the title of a book.
 fn ends_with_year(text: &str) -> bool {
     let Some(rest) = text.trim_end().strip_suffix(',') else { return false };
     let digits = rest.chars().rev().take_while(char::is_ascii_digit).count();
@@ -186,7 +188,7 @@ fn citations(text: &str, within_theory: bool) -> Vec<Target> {
     found
 }
 
-/// Every citation in the repository resolves, and those of each kind are found.
+/// Every citation in the repository resolves, and citations of each kind are found.
 #[test]
 fn citations_resolve() {
     let theory = Theory::new(&read(&root().join("docs/theory.md")));
@@ -230,7 +232,8 @@ fn citations_resolve() {
     assert!(count(true, of_equations) >= 60 && count(true, of_sections) >= 15);
 }
 
-/// The theory has every equation of the paper under its own number, numbers nothing twice, and leaves out no number.
+/// The theory has every equation of the paper under its own number, uses no number twice, and skips
+/// no number.
 #[test]
 fn theory_is_numbered_without_gaps() {
     let theory = Theory::new(&read(&root().join("docs/theory.md")));
@@ -261,7 +264,7 @@ fn theory_is_numbered_without_gaps() {
     }
 }
 
-/// Each form of a citation is recognised, also across lines, and what is not a citation is left alone.
+/// Each form of a citation is recognised, also across lines. Other text is ignored.
 #[test]
 fn forms_are_recognised() {
     let of = |text: &str| citations(text, false);
@@ -284,7 +287,7 @@ fn forms_are_recognised() {
     assert_eq!(citations("as in section 2.3", true), [section("2.3")]);
 }
 
-/// What is not there does not resolve.
+/// Citations without a target do not resolve.
 #[test]
 fn broken_citations_are_found() {
     let theory = Theory::new("## 1. One\n### 1.1 First\n$$ x \\tag{1.1} $$\n## Sources\n");

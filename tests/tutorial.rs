@@ -1,5 +1,5 @@
-//! The first pages are true: every command of the tutorial runs and prints what the page says, and
-//! every case of the book is valid.
+//! The first pages are correct: every command of the tutorial runs and prints what the page shows,
+//! and every case of the book is valid.
 
 mod common;
 
@@ -45,8 +45,8 @@ fn has_gmsh() -> bool {
     Command::new("gmsh").arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// Every block `sh` of the tutorial runs in one shell, in order. Every line of a block `text` is in the
-/// output of the block `sh` before it.
+/// All `sh` blocks of the tutorial run in one shell, in order. Every line of a `text` block is in
+/// the output of the `sh` block before it.
 #[test]
 fn the_tutorial_is_true_on_2_ranks() {
     const MARK: &str = "=== block of the page";
@@ -91,7 +91,7 @@ fn the_tutorial_is_true_on_2_ranks() {
     }
 }
 
-/// The files that the page shows are those of its folder.
+/// The files that the page shows equal those of its folder.
 #[test]
 fn the_tutorial_shows_its_files() {
     let blocks = blocks("docs/tutorial.md");
@@ -101,7 +101,7 @@ fn the_tutorial_shows_its_files() {
     }
 }
 
-/// Every whole case that the first pages and the how-to pages show is valid.
+/// Every complete case that the first pages and the how-to pages show is valid.
 #[test]
 fn the_cases_of_the_book_are_valid() {
     let mut pages: Vec<String> = ["README.md", "docs/getting-started.md"].map(str::to_owned).into();

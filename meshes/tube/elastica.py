@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Reference values of this scene: an inextensible elastic ring under pressure that acts on its outer face.
 
-Forces are in E I / R^2, pressures in E I / R^3, lengths in R. The ring is cut at its lowest place and at y = 0; the equations of a planar
-rod are integrated from one cut to the other, and Newton's method finds the unknowns at the first cut. With zero thickness, the
-sides touch at 5.247 and are flat there from 10.34 on (Flaherty, Keller, Rubinow, SIAM J. Appl. Math. 23, 1972).
+Forces are in E I / R^2, pressures in E I / R^3, lengths in R. The ring is cut at its lowest point and
+at y = 0. The equations of a planar rod are integrated from one cut to the other, and Newton's method
+finds the unknowns at the first cut. With zero thickness the sides touch at 5.247, and the contact is
+flat from 10.34 on (Flaherty, Keller, Rubinow, SIAM J. Appl. Math. 23, 1972).
 """
 import sys
 from math import cos, pi, sin
@@ -12,7 +13,7 @@ STEPS = 200
 
 
 def other_cut(place, axial, curvature, pressure, shear, thickness):
-    """x, y, angle, curvature, force_x, force_y at y = 0, from those at the lowest place."""
+    """x, y, angle, curvature, force_x, force_y at y = 0, from those at the lowest point."""
 
     def slopes(state):
         _, _, angle, bend, force_x, force_y = state

@@ -1,5 +1,5 @@
-//! What the tests that run the whole program share: a run on several ranks that can not hang, a folder that goes
-//! away, and columns of tables by name.
+//! Shared parts of the tests that run the whole program: a run on several ranks with a time limit,
+//! a temporary folder, and columns of tables by name.
 
 #![allow(dead_code, reason = "each test file uses its part of this")]
 
@@ -18,10 +18,11 @@ use cores::Share;
 /// The program under test.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_contact-petsc");
 
-/// Most time that a run may take unless it says otherwise, generous for a loaded machine: a hang is a failure too.
+/// Default time limit of a run, generous for a loaded machine. A hang is a failure, too.
 pub const LIMIT: Duration = Duration::from_secs(300);
 
-/// As `scripts/environment`: what Open MPI needs for the superuser, in containers and on few cores.
+/// Settings of `scripts/environment`, which Open MPI needs for root, in containers and on few
+/// cores.
 pub const ENVIRONMENT: [(&str, &str); 9] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
@@ -34,31 +35,32 @@ pub const ENVIRONMENT: [(&str, &str); 9] = [
     ("OMP_NUM_THREADS", "1"),
 ];
 
-/// Seconds that `mpirun` leaves ranks between SIGTERM and SIGKILL when it was told to end or another rank ended with an error.
+/// Seconds between SIGTERM and SIGKILL that `mpirun` leaves to ranks when it must end or another
+/// rank ended with an error.
 const PATIENCE: &str = "OMPI_MCA_odls_base_sigkill_timeout";
 
-/// How a run ended and what it said.
+/// The end of a run and its output.
 #[derive(Debug, Clone)]
 pub struct Output {
-    /// Exit code; `None` where it was killed, by its time limit or by a signal.
+    /// Exit code. `None` if the run was killed by its time limit or by a signal.
     pub code: Option<i32>,
     /// Standard output.
     pub stdout: String,
     /// Standard error.
     pub stderr: String,
-    /// How long it took.
+    /// Duration.
     pub took: Duration,
 }
 
 impl Output {
-    /// The same run, which must have ended well.
+    /// Returns this run, which must have succeeded.
     #[track_caller]
     pub fn success(self) -> Self {
         assert_eq!(self.code, Some(0), "the run failed:\n{}\n{}", self.stdout, self.stderr);
         self
     }
 
-    /// All that it said.
+    /// The complete output.
     pub fn text(&self) -> String {
         format!("{}{}", self.stdout, self.stderr)
     }
@@ -69,20 +71,20 @@ pub fn run(ranks: usize, args: &[&str], folder: &Path) -> Output {
     run_within(LIMIT, ranks, args, folder)
 }
 
-/// Runs the program on `ranks` ranks in `folder`, and kills it and all its ranks after `limit`.
+/// Runs the program on `ranks` ranks in `folder`. Kills it and all its ranks after `limit`.
 pub fn run_within(limit: Duration, ranks: usize, args: &[&str], folder: &Path) -> Output {
     Running::start(ranks, args, folder).wait(limit)
 }
 
-/// Sends a signal to a process, or with a minus to its group; whether there was one. By the shell: small systems lack the
-/// program `kill`.
+/// Sends a signal to a process, or to its group for a negative id, and returns whether it existed.
+/// Uses the shell, because small systems lack the program `kill`.
 pub fn send(signal: &str, process: &str) -> bool {
     let mut shell = Command::new("bash");
     shell.args(["-c", "kill -s \"$0\" -- \"$1\"", signal, process]).stderr(Stdio::null());
     shell.status().is_ok_and(|status| status.success())
 }
 
-/// What starts a program on `ranks` ranks (0: without `mpirun`).
+/// The command that starts a program on `ranks` ranks (0: without `mpirun`).
 fn on_ranks(ranks: usize, program: impl AsRef<OsStr>) -> Command {
     let mut command = match ranks {
         0 => Command::new(program),
@@ -96,7 +98,7 @@ fn on_ranks(ranks: usize, program: impl AsRef<OsStr>) -> Command {
     command
 }
 
-/// A run that goes on.
+/// A run in progress.
 pub struct Running {
     child: Child,
     began: Instant,
@@ -112,22 +114,23 @@ impl Running {
         Self::of(command, ranks)
     }
 
-    /// The same with the time for an end in good order that `mpirun` leaves unless told.
+    /// Starts the program with the default time of `mpirun` for an orderly end.
     pub fn start_patient(ranks: usize, args: &[&str], folder: &Path) -> Self {
         let mut command = on_ranks(ranks, PROGRAM);
         command.env_remove(PATIENCE).args(args).current_dir(folder);
         Self::of(command, ranks)
     }
 
-    /// Starts this test program itself on `ranks` ranks (0: without `mpirun`), told by the environment what to do there.
+    /// Starts this test program itself on `ranks` ranks (0: without `mpirun`). The environment
+    /// selects its task.
     pub fn of_this_test(ranks: usize, told: &[(&str, &OsStr)]) -> Self {
         let mut command = on_ranks(ranks, std::env::current_exe().expect("the path of this program"));
         command.envs(told.iter().copied());
         Self::of(command, ranks)
     }
 
-    /// Starts a shell script in `folder`, in which `contact-petsc` is the program under test. At most
-    /// `ranks` ranks run at once.
+    /// Starts a shell script in `folder`, in which `contact-petsc` is the program under test. At
+    /// most `ranks` ranks run at once.
     pub fn script(ranks: usize, script: &str, folder: &Path) -> Self {
         let mut command = on_ranks(0, "bash");
         let programs = Path::new(PROGRAM).parent().expect("a folder of programs").to_owned();
@@ -148,17 +151,17 @@ impl Running {
         Self { child, began: Instant::now(), log, _cores: cores }
     }
 
-    /// The process: the program itself where it runs without `mpirun`.
+    /// The process id: that of the program if it runs without `mpirun`.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// Whether it has not ended yet.
+    /// Whether the run is still in progress.
     pub fn goes_on(&mut self) -> bool {
         matches!(self.child.try_wait(), Ok(None))
     }
 
-    /// Waits for the end, at most for `limit` from the start.
+    /// Waits for the end, for at most `limit` from the start.
     pub fn wait(mut self, limit: Duration) -> Output {
         let code = loop {
             match self.child.try_wait().expect("the state of the run") {
@@ -176,7 +179,8 @@ impl Running {
         Output { code, stdout: read("stdout"), stderr: read("stderr"), took }
     }
 
-    /// Kills the run and all its ranks: `mpirun` is asked first, since its ranks have groups of their own.
+    /// Kills the run and all its ranks. Signals `mpirun` first, because its ranks have their own
+    /// groups.
     fn kill(&mut self) {
         self.signal("TERM");
         let deadline = Instant::now() + Duration::from_secs(5);
@@ -201,11 +205,11 @@ impl Drop for Running {
     }
 }
 
-/// A folder of its own, removed at the end.
+/// A separate folder, removed at the end.
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// A new, empty folder; the name is for people.
+    /// A new, empty folder. The name is only for readability.
     pub fn new(name: &str) -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -215,7 +219,7 @@ impl Folder {
         Self(path)
     }
 
-    /// Writes a file into it and returns its path.
+    /// Writes a file into the folder and returns its path.
     pub fn write(&self, name: &str, text: &str) -> PathBuf {
         let path = self.0.join(name);
         fs::write(&path, text).expect("a file in the temporary folder");
@@ -236,7 +240,7 @@ impl Drop for Folder {
     }
 }
 
-/// The cells of a line; quotes hold commas together.
+/// The cells of a line. Commas in quotes do not separate cells.
 fn cells(line: &str) -> Vec<String> {
     let mut cells = vec![String::new()];
     let mut is_quoted = false;
@@ -259,7 +263,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV file; a last line without its end is left out.
+    /// Reads a CSV file. An incomplete last line is ignored.
     #[track_caller]
     pub fn read(path: &Path) -> Self {
         let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -285,12 +289,12 @@ impl Table {
         self.rows.len()
     }
 
-    /// Whether there is nothing but the header.
+    /// Whether the table has only the header.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// The rows in which a column holds a text, as the rows of one contact.
+    /// The rows in which a column has a given text, such as the rows of one contact.
     #[track_caller]
     pub fn only(&self, column: &str, text: &str) -> Self {
         let at = self.position(column);
@@ -305,7 +309,7 @@ impl Table {
         self.rows.iter().map(|row| row[at].as_str()).collect()
     }
 
-    /// A column as numbers; an empty cell is not a number.
+    /// A column as numbers. An empty cell is not a number.
     #[track_caller]
     pub fn numbers(&self, column: &str) -> Vec<f64> {
         self.texts(column).into_iter().map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()
@@ -325,7 +329,7 @@ impl Table {
     }
 }
 
-/// A case: a small block dragged over a floor, four steps.
+/// A case: a small block is dragged over a floor in four steps.
 pub const SMALL_BLOCK: &str = r#"title: Small block
 dimension: 2
 bodies:
@@ -348,7 +352,7 @@ time: { end: 0.002, step: 5.0e-4 }
 output: { probes: { corner: { at: [0, 0] } } }
 "#;
 
-/// A shipped case with some of its text replaced; each text must be there.
+/// A shipped case with some of its text replaced. Each replaced text must exist.
 #[track_caller]
 pub fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(case);
@@ -360,11 +364,11 @@ pub fn shipped(case: &str, changes: &[(&str, &str)]) -> String {
     text
 }
 
-/// Results of one run, which ended well, in the folder `out`.
+/// Results of one successful run, in the folder `out`.
 pub struct Results(pub Folder);
 
 impl Results {
-    /// Of the case `text` on so many ranks.
+    /// Runs the case `text` on the given number of ranks.
     #[track_caller]
     pub fn of(text: &str, ranks: usize) -> Self {
         let folder = Folder::new("results");
@@ -373,7 +377,7 @@ impl Results {
         Self(folder)
     }
 
-    /// A table by its name.
+    /// A table by name.
     pub fn table(&self, name: &str) -> Table {
         Table::read(&self.0.join("out").join(name))
     }
@@ -385,7 +389,8 @@ impl Results {
     }
 }
 
-/// Stretch across the load of a neo-Hookean block (E = 1 MPa, nu = 0.3) under 0.1 MPa, free in `free` directions.
+/// Stretch transverse to the load of a neo-Hookean block (E = 1 MPa, nu = 0.3) under 0.1 MPa, with
+/// `free` free directions.
 pub fn stretch(free: i32) -> f64 {
     let (shear, lambda, pressure) = (1e6 / 2.6, 0.3e6 / (1.3 * 0.4), 1e5);
     let across = |j: f64| 1.0 - lambda / shear * f64::ln(j);

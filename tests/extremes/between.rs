@@ -1,10 +1,12 @@
-//! Obstacles that are smaller than the spacing of contact points are seen; bodies that are smaller than a facet are met by segments.
+//! Obstacles smaller than the spacing of contact points are detected. Mortar segments detect
+//! contact with bodies smaller than a facet.
 
 use crate::row::{Results, Row, Verdict};
 
 const GROUP: &str = "between points";
 
-/// A block with a side of 1 m and facets of 0.25 m that flies down to what stands below it, with `more` of the case.
+/// A block with a side of 1 m and facets of 0.25 m that moves down towards the objects below it,
+/// with `more` of the case.
 fn block(title: &str, dimension: usize, speed: f64, bodies: &str, more: &str) -> String {
     let (low, high, cells, velocity) = match dimension {
         2 => ("[0, 0]", "[1, 0.5]", "[4, 2]", format!("[0, -{speed}]")),
@@ -23,7 +25,7 @@ fn contact(contactor: &str, target: &str) -> String {
     )
 }
 
-/// The same with a body `pin` that is held at its foot and ends 0.05 m below the block.
+/// The block above a body `pin`, which is fixed at its foot and ends 0.05 m below the block.
 fn pin(dimension: usize, speed: f64, mesh: &str, (contactor, target): (&str, &str)) -> String {
     let held = if dimension == 2 { "x: 0, y: 0" } else { "x: 0, y: 0, z: 0" };
     let bodies = format!(
@@ -44,7 +46,7 @@ pub fn rows() -> Vec<Row> {
     rows
 }
 
-/// A disc or cylinder smaller than what lies between the contact points is not passed unseen.
+/// A disc or cylinder smaller than the spacing of the contact points is not missed.
 fn obstacles(rows: &mut Vec<Row>) {
     let hit = contact("block.bottom", "pin");
     for (name, radius, speed) in
@@ -68,15 +70,15 @@ fn obstacles(rows: &mut Vec<Row>) {
     }
 }
 
-/// The bodies touched in some step.
+/// The bodies touched in any step.
 fn touched(results: &[Results]) -> Verdict {
     let most =
         results[0].contact("hit").numbers("points").iter().fold(0.0_f64, |most, points| most.max(*points));
     Verdict::says(format!("{most} points"), "met", most > 0.0)
 }
 
-/// A body, a tip or an edge that comes between two vertices is met, on any number of ranks; one that would be passed in a step is not
-/// passed unseen.
+/// Contact with a body, a tip or an edge between two vertices is found, on any number of ranks. A
+/// body that would be passed within one step is not missed.
 fn bodies(rows: &mut Vec<Row>) {
     let plane = "min: [0.365, -0.35], max: [0.385, -0.05], cells: [2, 6]";
     let spike = "min: [0.225, -0.35], max: [0.525, -0.05], cells: [6, 6], map: { y: \"y - (y + 0.35) / 0.3 * 1.5 * abs(x - 0.375)\" }";
@@ -103,8 +105,9 @@ fn bodies(rows: &mut Vec<Row>) {
     }
 }
 
-/// A pin that fits between vertices and is pressed in by less than they are apart is met in statics as well, where nothing moves on by
-/// itself; a disc, which has no mesh, is refused.
+/// Contact with a pin that fits between vertices, and is pressed in by less than their spacing, is
+/// also found in statics, where no velocity carries it further. A disc, which has no mesh, is
+/// refused.
 fn pressed(rows: &mut Vec<Row>) {
     let held = |dimension: usize| if dimension == 2 { "x: 0, y: 0" } else { "x: 0, y: 0, z: 0" };
     let press = |case: String, dimension: usize, depth: f64| {
@@ -176,7 +179,7 @@ fn pressed(rows: &mut Vec<Row>) {
     rows.push(Row::new(GROUP, "pyramid, pressed in", vec![case], warned).quick());
 }
 
-/// What is met by points, be it near an end, at a corner, or with the roles exchanged, is not cut.
+/// Contact found by points is not cut, also near an end, at a corner, or with the roles exchanged.
 fn seen(rows: &mut Vec<Row>) {
     let met = |results: &[Results]| {
         let most = results[0].contact("hit").numbers("points").iter().fold(0.0_f64, |m, p| m.max(*p));

@@ -1,5 +1,5 @@
-//! Rows in which the parameter that is swept changes the answer, by a closed form: waves in a bar, a stack that is sheared, a
-//! block that slides, a cylinder on a block.
+//! Rows in which the swept parameter changes the result, with closed forms: waves in a bar, a
+//! sheared stack, a sliding block, a cylinder on a block.
 
 use std::f64::consts::PI;
 
@@ -16,19 +16,20 @@ pub fn rows() -> Vec<Row> {
     rows
 }
 
-/// A bar of the width of its length that stands on a plane, held on its sides, when its weight begins to pull. A wave runs up
-/// from the foot and back: the force grows to twice the weight in `2 L / c`, and falls to nothing in as much again.
+/// A bar as wide as long that stands on a plane, with fixed sides, when its weight begins to act. A
+/// wave runs up from the foot and back. The force grows to twice the weight in `2 L / c`, and
+/// decreases to zero in the same time.
 #[derive(Debug, Clone, Copy)]
 struct Settling {
     /// Length [m].
     size: f64,
-    /// Material.
+    /// Young's modulus [Pa].
     young: f64,
     /// Density [kg/m3].
     density: f64,
     /// Step and end [s].
     times: [f64; 2],
-    /// Of the time.
+    /// Time integration scheme.
     scheme: &'static str,
 }
 
@@ -45,12 +46,12 @@ impl Settling {
         Solid { law: "neo_hookean", young: self.young, poisson: 0.3 }
     }
 
-    /// What a wave takes through the length [s].
+    /// Time in which a wave crosses the length [s].
     fn up(&self) -> f64 {
         self.size * (self.density / self.solid().confined()).sqrt()
     }
 
-    /// Of a strain of 1e-4 at the foot, on average.
+    /// Weight that causes a mean strain of 1e-4 at the foot.
     fn weight(&self) -> f64 {
         1e-4 * self.solid().confined() * self.size
     }
@@ -76,7 +77,7 @@ impl Settling {
         )
     }
 
-    /// Forces of all steps, root of the mean square of what they are off by, over the largest.
+    /// Root mean square error of the forces of all steps, divided by the largest force.
     fn follows(self, group: &'static str, name: String, tolerance: f64) -> Row {
         Row::new(group, name, vec![self.case()], move |results| {
             let sole = results[0].contact("sole");
@@ -89,7 +90,7 @@ impl Settling {
         })
     }
 
-    /// The force of the last step is the weight.
+    /// The force of the last step equals the weight.
     fn rests(self, group: &'static str, name: String, tolerance: f64) -> Row {
         Row::new(group, name, vec![self.case()], move |results| {
             Verdict::close(results[0].contact("sole").last("force_n"), self.weight(), tolerance)
@@ -131,12 +132,13 @@ fn settling(rows: &mut Vec<Row>) {
     rows.push(bar.rests("step [s]", format!("the whole run, {wave}"), 1e-6).quick());
 }
 
-/// Two blocks one on the other, no point of which moves up or down but as prescribed, dragged by the top: simple shear, in which
-/// neo-Hookean solids carry `G w / h` and pull at nothing else. Friction sticks in the first half of the way, and slips in the end.
+/// Two blocks, one on the other, dragged by the top, with all vertical motion prescribed. This is
+/// simple shear, in which neo-Hookean solids carry `G w / h` and exert no other force. Friction
+/// sticks in the first half of the path, and slips at the end.
 #[derive(Debug, Clone, Copy)]
 struct Sheared {
     size: f64,
-    /// Of the upper and of the lower block [Pa].
+    /// Young's moduli of the upper and of the lower block [Pa].
     young: [f64; 2],
     friction: f64,
 }
@@ -146,19 +148,19 @@ impl Sheared {
         young / 2.6
     }
 
-    /// Of normal contact and of stick, by the softer of both [m/Pa].
+    /// Compliances of normal contact and of stick, relative to the softer block [m/Pa].
     fn compliances(&self) -> [f64; 2] {
         let soft = Self::shear(self.young[0].min(self.young[1]));
         [1e-3 * self.size / soft, 2e-3 * self.size / soft]
     }
 
-    /// Shear that the ways `w` of the top brings while all sticks [Pa].
+    /// Shear caused by the displacements `w` of the top while all points stick [Pa].
     fn stuck(&self, way: f64) -> f64 {
         let layers: f64 = self.young.iter().map(|young| self.size / Self::shear(*young)).sum();
         way / (layers + self.compliances()[1])
     }
 
-    /// Depth of the contact, so little that the way is a small part of the length [m].
+    /// Depth of the contact, small enough that the displacement is a small part of the length [m].
     fn press(&self) -> f64 {
         1e-5 * self.size * (0.5 / self.friction).min(1.0)
     }
@@ -167,7 +169,7 @@ impl Sheared {
         self.press() / self.compliances()[0]
     }
 
-    /// Way of the top until the bound is reached [m].
+    /// Displacement of the top until the friction bound is reached [m].
     fn way(&self) -> f64 {
         self.friction * self.pressure() / self.stuck(1.0)
     }
@@ -236,8 +238,8 @@ fn sheared(rows: &mut Vec<Row>) {
     }
 }
 
-/// A block pressed onto a plane by what is prescribed, that slides freely along it: the normal force is known, and friction takes
-/// of the momentum what it says, however long the steps are.
+/// A block pressed onto a plane by prescribed displacements slides freely along it. The normal
+/// force is known, and friction removes the corresponding momentum for every step length.
 fn slides(rows: &mut Vec<Row>) {
     for (name, step) in
         [("1e-2, the whole run", 1e-2), ("1e-3", 1e-3), ("1e-4", 1e-4), ("1e-5", 1e-5), ("1e-6", 1e-6)]
@@ -262,8 +264,9 @@ fn slides(rows: &mut Vec<Row>) {
     }
 }
 
-/// A cylinder pressed into a block, points on the softer side: of the force that it takes, the pressure is that of Hertz, by what
-/// is left of both stiffnesses, here always the same. The finite block and the mesh, of eighteen elements over the half-width, leave 5 %.
+/// A cylinder pressed into a block, with contact points on the softer side. The pressure is that of
+/// Hertz for the measured force and the effective stiffness, which is the same in all rows. The
+/// finite block and the mesh, with eighteen elements over the half-width, cause an error of 5 %.
 fn cylinders(rows: &mut Vec<Row>) {
     let (radius, reduced) = (0.05, 1.0 / (0.91 / 70e9 + 0.91 / 210e9));
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/hertz/case.yml");

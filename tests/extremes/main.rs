@@ -1,6 +1,8 @@
-//! Parameters at their extremes: each row of the table converges with a checked answer, or ends with the reason.
+//! Parameters at their extremes: each row of the table converges to a checked result, or ends with
+//! the reason.
 //!
-//! The quick rows run with every test; `scripts/extremes` runs all of them and writes the table of `docs/validation/extremes.md`.
+//! The quick rows run with every test. `scripts/extremes` runs all of them and writes the table of
+//! `docs/validation/extremes.md`.
 
 mod between;
 #[path = "../common/mod.rs"]
@@ -20,10 +22,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use row::{Outcome, Row, judge};
 
-/// Rows judged at a time.
+/// Number of rows that run at a time.
 const AT_ONCE: usize = 3;
 
-/// Judges rows, a few at a time; the outcomes stand in the order of the rows.
+/// Runs rows, a few at a time. The outcomes are in the order of the rows.
 fn outcomes(rows: &[Row]) -> Vec<Option<Outcome>> {
     let (next, done) = (AtomicUsize::new(0), Mutex::new(rows.iter().map(|_| None).collect::<Vec<_>>()));
     std::thread::scope(|scope| {
@@ -67,7 +69,8 @@ fn hold(rows: Vec<Row>) {
     assert!(wrong.is_empty(), "{wrong}");
 }
 
-/// Stiffness, pair ratio, compliance, Poisson's ratio, snap-through, places far away, against closed forms.
+/// Stiffness, pair ratio, compliance, Poisson's ratio, snap-through and remote positions, compared
+/// with closed forms.
 #[test]
 fn statics_at_the_extremes() {
     hold(statics::rows());
@@ -79,13 +82,13 @@ fn motion_at_the_extremes() {
     hold(motion::rows());
 }
 
-/// Waves, shear and sliding by closed forms in which the parameter that is swept has its part.
+/// Waves, shear and sliding, compared with closed forms that depend on the swept parameter.
 #[test]
 fn what_is_known_at_the_extremes() {
     hold(known::rows());
 }
 
-/// Obstacles and bodies that are smaller than what lies between contact points, and what looks like them.
+/// Obstacles and bodies smaller than the spacing of contact points, and similar configurations.
 #[test]
 fn nothing_is_missed_between_points() {
     hold(between::rows());
@@ -97,13 +100,14 @@ fn shapes_at_the_extremes() {
     hold(shapes::rows());
 }
 
-/// The same answer in every unit.
+/// The result is the same in every unit system.
 #[test]
 fn units_make_no_difference() {
     hold(scaling::rows());
 }
 
-/// The whole table into the file named by `EXTREMES_TABLE`; only the groups that `EXTREMES_ONLY` names a part of.
+/// Writes the whole table to the file named by `EXTREMES_TABLE`. With `EXTREMES_ONLY` only groups
+/// whose name contains its text run.
 #[test]
 #[ignore = "minutes; scripts/extremes runs it"]
 fn the_whole_table() {

@@ -1,4 +1,4 @@
-//! Rows in motion: friction, stick velocity, steps, speeds, densities, thin targets.
+//! Dynamic rows: friction, stick velocity, steps, speeds, densities, thin targets.
 
 use crate::row::{Results, Row, Verdict};
 use crate::scenes::{Drag, Slider};
@@ -14,7 +14,7 @@ pub fn rows() -> Vec<Row> {
     rows
 }
 
-/// Friction over normal force is `mu min(v / eps, 1)`, and the normal force is the load.
+/// Friction over normal force is `mu min(v / eps, 1)`, and the normal force equals the load.
 fn slides(group: &'static str, name: String, slider: Slider) -> Row {
     Row::new(group, name, vec![slider.case()], move |results| {
         let table = results[0].contact("sole");
@@ -57,7 +57,8 @@ fn friction(rows: &mut Vec<Row>) {
     }
 }
 
-/// A block that sticks on an incline of half of its coefficient creeps with half of the stick velocity.
+/// A block that sticks on an incline of half of its coefficient creeps with half of the stick
+/// velocity.
 fn creeps(name: String, stick_velocity: f64) -> Row {
     let case = format!(
         "title: Block that creeps\ndimension: 2\n\
@@ -90,8 +91,8 @@ fn creeps(name: String, stick_velocity: f64) -> Row {
     })
 }
 
-/// A block that slides and may bounce loses about `mu g` of its speed every second, and `mu` times what it feels from below to the
-/// digit, in however many steps.
+/// A block that slides and may bounce loses about `mu g` of its speed per second. It loses `mu`
+/// times the impulse from below exactly, for every number of steps.
 fn steps(rows: &mut Vec<Row>) {
     for (name, step) in
         [("1e-2, the whole run", 1e-2), ("1e-3", 1e-3), ("1e-4", 1e-4), ("1e-5", 1e-5), ("1e-6", 1e-6)]
@@ -120,7 +121,8 @@ fn steps(rows: &mut Vec<Row>) {
     }
 }
 
-/// A bar thrown against a plane: it feels `rho c v` until its wave is back, and flies off as fast as it came.
+/// A bar thrown against a plane carries `rho c v` until its wave has returned, and rebounds with
+/// its initial speed.
 fn speeds(rows: &mut Vec<Row>) {
     for exponent in -6..=3 {
         let speed = 10f64.powi(exponent);
@@ -247,8 +249,8 @@ fn thin(rows: &mut Vec<Row>) {
     rows.push(row.on(3).quick());
 }
 
-/// Without mass a dynamic run is the static one, step by step; with mass in one of two bodies alone it is the limit of small
-/// densities of the other.
+/// A dynamic run without mass equals the static one, step by step. With mass in only one of two
+/// bodies it is the limit of small densities of the other.
 fn zero_density(rows: &mut Vec<Row>) {
     let case = |[block, base]: [f64; 2], scheme: &str| {
         format!(

@@ -1,4 +1,4 @@
-//! A row of the table: cases to run, and what is to be found in their results.
+//! A row of the table: cases to run, and the expected properties of their results.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,22 +6,22 @@ use std::time::Duration;
 
 use crate::common::{Folder, Table, run_within};
 
-/// Longest that one case may take: a hang is a failure.
+/// Time limit of one case. A hang is a failure.
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// What a row found.
+/// The finding of a row.
 #[derive(Debug, Clone)]
 pub struct Verdict {
-    /// In words and figures.
+    /// The finding in words and figures.
     pub answer: String,
-    /// What it had to be.
+    /// The expected finding.
     pub expected: String,
-    /// Whether it was.
+    /// Whether the finding is as expected.
     pub holds: bool,
 }
 
 impl Verdict {
-    /// A figure that shall be another one within a relative `tolerance`.
+    /// A figure that must equal another one within a relative `tolerance`.
     pub fn close(found: f64, expected: f64, tolerance: f64) -> Self {
         let error = (found - expected).abs() / expected.abs().max(f64::MIN_POSITIVE);
         Self {
@@ -31,7 +31,7 @@ impl Verdict {
         }
     }
 
-    /// A figure that shall be another one within `slack`, absolutely.
+    /// A figure that must equal another one within an absolute `slack`.
     pub fn near(found: f64, expected: f64, slack: f64) -> Self {
         Self {
             answer: format!("{found:.6e}"),
@@ -40,7 +40,7 @@ impl Verdict {
         }
     }
 
-    /// Lists of dimensionless figures that shall agree, relative to the largest of each.
+    /// Lists of dimensionless figures that must agree, relative to the largest of each.
     pub fn same(found: &[f64], expected: &[f64], tolerance: f64) -> Self {
         let off = |(f, e): (&f64, &f64)| (f - e).abs() / e.abs().max(f64::MIN_POSITIVE);
         let worst = found.iter().zip(expected).map(off).fold(0.0, f64::max);
@@ -56,7 +56,7 @@ impl Verdict {
         Self { answer, expected: expected.to_owned(), holds }
     }
 
-    /// Both.
+    /// Combines two findings.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -105,24 +105,24 @@ pub type Judge = Box<dyn Fn(&[Results]) -> Verdict + Sync>;
 
 /// A row of the table.
 pub struct Row {
-    /// What is swept.
+    /// The swept parameter.
     pub group: &'static str,
-    /// The value that it takes.
+    /// The value of the parameter.
     pub name: String,
-    /// Whether it belongs to the quick rows that every test run does.
+    /// Whether the row belongs to the quick rows, which every test run executes.
     pub quick: bool,
     /// Case files.
     pub cases: Vec<String>,
-    /// Ranks of each.
+    /// Ranks of each case.
     pub ranks: usize,
-    /// Exit codes that are right.
+    /// Accepted exit codes.
     pub codes: Vec<i32>,
-    /// What is asked of results that end with code 0.
+    /// Checks of results that end with code 0.
     pub judge: Judge,
 }
 
 impl Row {
-    /// A row that shall converge.
+    /// A row that must converge.
     pub fn new(
         group: &'static str,
         name: impl Into<String>,
@@ -133,7 +133,7 @@ impl Row {
         Self { group, name, quick: false, cases, ranks: 0, codes: vec![0], judge: Box::new(judge) }
     }
 
-    /// A row that shall be refused with one of `codes` and a reason that has `words` in it.
+    /// A row that must be refused with one of `codes` and a reason that contains `words`.
     pub fn refused(
         group: &'static str,
         name: impl Into<String>,
@@ -149,36 +149,36 @@ impl Row {
         Self { codes: codes.to_vec(), ..Self::new(group, name, vec![case], judge) }
     }
 
-    /// The same, among the quick ones.
+    /// Adds this row to the quick ones.
     #[must_use]
     pub fn quick(self) -> Self {
         Self { quick: true, ..self }
     }
 
-    /// The same on several ranks.
+    /// Runs this row on several ranks.
     #[must_use]
     pub fn on(self, ranks: usize) -> Self {
         Self { ranks, ..self }
     }
 
-    /// The same, which may also end with one of `codes` and a reason.
+    /// Permits this row to end with one of `codes` and a reason.
     #[must_use]
     pub fn or_refused(self, codes: &[i32]) -> Self {
         Self { codes: [&self.codes[..], codes].concat(), ..self }
     }
 }
 
-/// A row as it came out.
+/// The outcome of a row.
 pub struct Outcome {
     /// Its verdict.
     pub verdict: Verdict,
     /// Exit code of its last case.
     pub code: Option<i32>,
-    /// Of all its cases.
+    /// Seconds of all its cases.
     pub seconds: f64,
 }
 
-/// Runs a row. Never panics: what goes wrong is in the verdict.
+/// Runs a row. Never panics: failures are in the verdict.
 pub fn judge(row: &Row) -> Outcome {
     let folder = Folder::new("extremes");
     let (mut results, mut seconds) = (Vec::new(), 0.0);
@@ -215,7 +215,7 @@ pub fn judge(row: &Row) -> Outcome {
     Outcome { verdict, code, seconds }
 }
 
-/// The first file below `folder` in which a number is none, and where.
+/// The first file below `folder` with a non-finite number, and its location.
 fn not_a_number(folder: &Path) -> Option<String> {
     let entries = fs::read_dir(folder).ok()?;
     entries.filter_map(Result::ok).find_map(|entry| {

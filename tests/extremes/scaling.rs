@@ -1,9 +1,10 @@
-//! Rows without a closed form whose answer must not depend on units: size, stiffness, density, place.
+//! Rows without a closed form whose result must not depend on units: size, stiffness, density,
+//! position.
 
 use crate::row::{Results, Row, Verdict};
 use crate::scenes::Drag;
 
-/// Figures of every step in units of the scene: forces, depth, energies.
+/// Results of every step in units of the scene: forces, depth, energies.
 fn figures(results: &Results, drag: &Drag) -> Vec<f64> {
     let force = drag.young * drag.size.powi(drag.dimension as i32 - 1);
     let contact = results.contact("sole");

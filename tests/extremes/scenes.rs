@@ -1,4 +1,4 @@
-//! The scenes whose parameters are swept, as case files, with the answers that have a closed form.
+//! The scenes of the parameter sweeps as case files, with their closed-form results.
 
 /// Two constants of an isotropic solid and the law.
 #[derive(Debug, Clone, Copy)]
@@ -12,7 +12,7 @@ pub struct Solid {
 }
 
 impl Solid {
-    /// Rubber by the neo-Hookean law.
+    /// Rubber with the neo-Hookean law.
     pub const RUBBER: Self = Self { law: "neo_hookean", young: 5e6, poisson: 0.45 };
 
     fn text(&self) -> String {
@@ -31,7 +31,7 @@ impl Solid {
         lambda + 2.0 * mu
     }
 
-    /// Pressure [Pa] on the ends of a bar that is held on its sides and pressed to the stretch `1 + h`.
+    /// Pressure [Pa] on the ends of a bar with fixed sides that is pressed to the stretch `1 + h`.
     pub fn pressure(&self, h: f64) -> f64 {
         let (lambda, mu) = self.lame();
         let f = 1.0 + h;
@@ -42,7 +42,8 @@ impl Solid {
     }
 }
 
-/// The root of a growing function between two places, by halving: independent of any tolerance of the program.
+/// The root of an increasing function between two bounds, by bisection, independent of the
+/// tolerances of the program.
 pub fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
@@ -51,22 +52,23 @@ pub fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// A square of side `size` held on its sides, pressed by its top onto a rigid plane: statics, uniform strain.
+/// A square of side `size` with fixed sides, pressed by its top onto a rigid plane: statics,
+/// uniform strain.
 #[derive(Debug, Clone, Copy)]
 pub struct Bar {
     /// The material.
     pub solid: Solid,
     /// Side [m].
     pub size: f64,
-    /// Place of the lower left corner [m].
+    /// Position of the lower left corner [m].
     pub origin: [f64; 2],
-    /// Of the contact [m/Pa].
+    /// Compliance of the contact [m/Pa].
     pub compliance: f64,
-    /// What the top goes down [m].
+    /// Downward displacement of the top [m].
     pub press: f64,
-    /// Cells up.
+    /// Number of cells in height.
     pub cells: u32,
-    /// Cure for locking.
+    /// Locking treatment.
     pub locking: &'static str,
     /// Increments of the load.
     pub increments: u32,
@@ -103,7 +105,7 @@ impl Bar {
         )
     }
 
-    /// Force on the plane [N], exactly.
+    /// Exact force on the plane [N].
     pub fn force(&self) -> f64 {
         let pressure = |depth: f64| self.solid.pressure((depth - self.press) / self.size);
         let depth = root(0.0, self.press, |depth| depth / self.compliance - pressure(depth));
@@ -116,7 +118,8 @@ impl Bar {
     }
 }
 
-/// Two squares of a metre, one on the other, held on their sides: pair of stiffnesses, uniform pressure.
+/// Two squares of a metre with fixed sides, one on the other: pair of stiffnesses, uniform
+/// pressure.
 pub fn pair(upper: f64, lower: f64, compliance: f64, press: f64) -> (String, f64) {
     let solid = |young| Solid { law: "neo_hookean", young, poisson: 0.3 };
     let (up, low) = (solid(upper), solid(lower));
@@ -140,12 +143,13 @@ pub fn pair(upper: f64, lower: f64, compliance: f64, press: f64) -> (String, f64
     (case, root(0.0, most, total))
 }
 
-/// A square whose motion along x is prescribed as a whole, pressed onto a plane by a traction on its top.
+/// A square whose motion along x is fully prescribed, pressed onto a plane by a traction on its
+/// top.
 #[derive(Debug, Clone, Copy)]
 pub struct Slider {
     /// Coefficient of friction.
     pub friction: f64,
-    /// Regularisation [m/s].
+    /// Stick velocity [m/s].
     pub stick_velocity: f64,
     /// Speed [m/s].
     pub speed: f64,
@@ -158,7 +162,7 @@ pub struct Slider {
 }
 
 impl Slider {
-    /// Slips at a metre a second.
+    /// The scene slips at a metre per second.
     pub const BASE: Self =
         Self { friction: 0.5, stick_velocity: 1e-3, speed: 1.0, load: 1e4, end: 0.02, step: 2e-3 };
 
@@ -185,16 +189,17 @@ impl Slider {
     }
 }
 
-/// A block pressed onto a plane and dragged by its top, or onto another block: all that a unit can change is here.
+/// A block pressed onto a plane, or onto another block, and dragged by its top. The scene contains
+/// every quantity that a unit can change.
 #[derive(Debug, Clone, Copy)]
 pub struct Drag {
-    /// Length of the block [m], the height is half of it.
+    /// Length of the block [m]. The height is half of it.
     pub size: f64,
     /// Young's modulus [Pa].
     pub young: f64,
     /// Density [kg/m3].
     pub density: f64,
-    /// Place of the lower left corner over the size.
+    /// Position of the lower left corner, divided by the size.
     pub origin: [f64; 2],
     /// Poisson's ratio.
     pub poisson: f64,
@@ -202,7 +207,7 @@ pub struct Drag {
     pub friction: f64,
     /// Whether the target is a second block, twice as stiff.
     pub onto_block: bool,
-    /// Dimensions.
+    /// Number of dimensions.
     pub dimension: usize,
     /// Tolerance of Newton's method.
     pub tolerance: f64,
@@ -222,7 +227,7 @@ impl Drag {
         tolerance: 1e-11,
     };
 
-    /// Unit of time [s]: what a wave takes through the length.
+    /// Unit of time [s]: the time in which a wave crosses the length.
     pub fn time(&self) -> f64 {
         self.size * (self.density / self.young).sqrt()
     }

@@ -1,8 +1,9 @@
-//! Wedges, spikes, cliffs and internal edges, after K. Erleben's set of scenes that break contact algorithms (2018).
+//! Wedges, spikes, cliffs and internal edges, after K. Erleben's set of scenes that break contact
+//! algorithms (2018).
 
 use crate::row::{Results, Row, Verdict};
 
-/// A body of rubber: `cells` of the box from `low` to `high`, bent by `map`.
+/// A body of rubber: `cells` of the box from `low` to `high`, mapped by `map`.
 fn body(name: &str, low: [f64; 2], high: [f64; 2], cells: [u32; 2], map: &str) -> String {
     let map = if map.is_empty() { String::new() } else { format!(", map: {{ {map} }}") };
     format!(
@@ -11,7 +12,8 @@ fn body(name: &str, low: [f64; 2], high: [f64; 2], cells: [u32; 2], map: &str) -
     )
 }
 
-/// `upper` falls onto `lower`, which stands on its bottom; surfaces of the upper one meet those of the lower one.
+/// `upper` falls onto `lower`, which stands on its bottom. Surfaces of the upper body touch those
+/// of the lower one.
 fn scene(title: &str, upper: &str, lower: &str, pairs: &[(&str, &str)], friction: &str, end: f64) -> String {
     let contacts: String = pairs
         .iter()
@@ -33,7 +35,7 @@ fn scene(title: &str, upper: &str, lower: &str, pairs: &[(&str, &str)], friction
 
 const RUBBED: &str = "{ coulomb: { coefficient: 0.3, regularization: { stick_stiffness: 1e7 } } }";
 
-/// The weight of the upper body is what the contact carries, in the mean of the second half of the run.
+/// The mean contact force of the second half of the run equals the weight of the upper body.
 fn carries(weight: f64) -> impl Fn(&[Results]) -> Verdict {
     move |results| {
         let up = results[0].contact("c0").numbers("force_y");

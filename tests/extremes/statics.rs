@@ -1,4 +1,5 @@
-//! Rows with a closed form in statics: stiffness, compliance, Poisson's ratio, snap-through, places far away.
+//! Static rows with a closed form: stiffness, compliance, Poisson's ratio, snap-through, remote
+//! positions.
 
 use crate::row::{Results, Row, Verdict};
 use crate::scenes::{Bar, Solid, pair};
@@ -61,7 +62,8 @@ fn poisson(rows: &mut Vec<Row>) {
     }
 }
 
-/// Pressed between a clamp and a rough plane with free sides, against biquadratic elements with the cure.
+/// Pressed between a clamp and a rough plane with free sides, compared with biquadratic elements
+/// with the locking treatment.
 fn free_sides(poisson: f64, locking: &'static str) -> Row {
     let case = |element: &str, locking: &str| {
         format!(
@@ -128,7 +130,7 @@ fn snap(rows: &mut Vec<Row>) {
     }
 }
 
-/// A coordinate of 1e6 m is known to 1.2e-10 m, and no depth better than that.
+/// A coordinate of 1e6 m has a resolution of 1.2e-10 m, and no depth is more accurate.
 fn far(rows: &mut Vec<Row>) {
     for (size, away) in [(1.0, 1e3), (1.0, 1e6), (0.01, 1e6), (1.0, 1e9)] {
         let origin = [away + 0.01 * size, -away];

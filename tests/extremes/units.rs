@@ -1,15 +1,15 @@
-//! One scene in SI units and in other systems: the same results, in the units that the headers say.
+//! One scene in SI units and in other systems gives the same results, in the units of the headers.
 
 use crate::common::{Folder, Table, run};
 
-/// What a scene is written in.
+/// The unit system of a scene.
 struct System {
     head: &'static str,
     /// SI values of its units of length, mass and time.
     length: f64,
     mass: f64,
     time: f64,
-    /// What the headers have, with the SI value of each.
+    /// The units in the headers, with the SI value of each.
     units: &'static [(&'static str, f64)],
 }
 
@@ -77,7 +77,7 @@ impl System {
         format!("{:e}", si / unit)
     }
 
-    /// Two blocks, of which the upper one is pressed, drawn and thrown over the lower one.
+    /// Two blocks. The upper one is pressed, pulled and thrown over the lower one.
     fn case(&self, dimension: usize) -> String {
         let length = |si: f64| self.number(si, [0, 1, 0]);
         let at = |x: f64, depth: f64, height: f64| match dimension {
@@ -138,7 +138,7 @@ output: {{ probes: {{ corner: {{ at: {}, on: upper }} }}, fields: {{ every: 0 }}
     }
 }
 
-/// The numbers of a results folder in SI units, table by table; in the plane for a thickness of 1 m.
+/// The numbers of a results folder in SI units, table by table. In 2D the thickness is 1 m.
 fn results(folder: &std::path::Path, system: &System, dimension: usize) -> Vec<(String, Vec<f64>)> {
     let mut columns = Vec::new();
     for name in ["probes.csv", "contact.csv", "reactions.csv", "energy.csv", "momentum.csv"] {
@@ -186,8 +186,9 @@ fn compare(one: &[(String, Vec<f64>)], other: &[(String, Vec<f64>)], what: &str)
     }
 }
 
-/// In the plane and in space, on one rank and on two: results in mm, t, s and in mm, kg, ms are those in SI, and the headers
-/// have the units that belong to them. Take a conversion of a string with a unit away, or a factor of a heading, and it fails.
+/// In 2D and 3D, on one rank and on two, the results in mm, t, s and in mm, kg, ms equal those in
+/// SI. The headers have the corresponding units. If a conversion of a string with a unit or a
+/// factor of a header is omitted, the test fails.
 #[test]
 fn a_system_of_units_changes_nothing_but_the_units() {
     let folder = Folder::new("units");
@@ -204,8 +205,8 @@ fn a_system_of_units_changes_nothing_but_the_units() {
     }
 }
 
-/// What is said has the units of the case, a case in mm, t, s is not asked whether its units are right unless it does not say them, and
-/// a checkpoint in other units is refused.
+/// Messages have the units of the case. A case in mm, t, s is asked whether its units are correct
+/// only if it does not state them. A checkpoint in other units is refused.
 #[test]
 fn the_units_of_a_case_are_said_and_kept() {
     let folder = Folder::new("units-said");

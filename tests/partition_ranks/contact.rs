@@ -1,4 +1,5 @@
-//! Does every rank see the target facets that its contactor facets may meet, and does METIS keep them together?
+//! Does every rank have the target facets that its contactor facets may touch, and does METIS keep
+//! them together?
 
 use contact_petsc::assembly::targets::{ForeignNodes, Reach, Surfaces, TargetGather};
 use contact_petsc::mesh::{Bounds, BoxShape, ElementKind, Facet, Mesh, merge};
@@ -28,7 +29,7 @@ pub fn check_all(world: &SimpleCommunicator) {
     pairs_stay_together(world, &stacked([8, 8, 6], [7, 7, 7], Hex8));
 }
 
-/// Two boxes on top of each other whose meshes do not match.
+/// Two boxes on top of each other with non-matching meshes.
 fn stacked<const D: usize>(lower: [u32; D], upper: [u32; D], element: ElementKind) -> Mesh<D> {
     let (mut min, mut max) = ([0.0; D], [1.0; D]);
     let below = BoxShape { min, max, cells: lower, element }.mesh().expect("a box");
@@ -37,7 +38,7 @@ fn stacked<const D: usize>(lower: [u32; D], upper: [u32; D], element: ElementKin
     merge(vec![("lower".into(), below), ("upper".into(), above)]).expect("small")
 }
 
-/// Where a node of the whole mesh is now: shaken by up to `shake`.
+/// Current position of a node of the whole mesh: perturbed by up to `shake`.
 fn place<const D: usize>(whole: &Mesh<D>, node: u32, shake: f64) -> [f64; D] {
     let mut seed = u64::from(node) + 1;
     whole.points[node as usize].map(|x| {
@@ -56,7 +57,7 @@ fn around<const D: usize>(whole: &Mesh<D>, facet: Facet, shake: f64) -> Bounds<D
     Bounds::of_facet(whole.facet_kind(facet), nodes.iter().map(|&node| place(whole, node, shake)))
 }
 
-/// What is gathered is what a look at all facets of the whole mesh finds.
+/// The gathered facets equal those that a search over all facets of the whole mesh finds.
 fn targets_are_found<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>, plan: &Plan) {
     let (local, _) = deal(world, whole, plan);
     let (contactor, target) =
@@ -80,7 +81,7 @@ fn targets_are_found<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>
     }
 }
 
-/// Same facets, same nodes, same bodies, same reference points.
+/// Checks that facets, nodes, bodies and reference points are equal.
 fn facets_are_those<const D: usize>(
     world: &SimpleCommunicator,
     whole: &Mesh<D>,
@@ -107,7 +108,7 @@ fn facets_are_those<const D: usize>(
     assert!(beyond.points.iter().copied().eq(points));
 }
 
-/// The foreign nodes get their positions from their owners.
+/// The foreign nodes receive their positions from their owners.
 fn values_fit_the_facets<const D: usize>(
     world: &SimpleCommunicator,
     whole: &Mesh<D>,
@@ -123,7 +124,7 @@ fn values_fit_the_facets<const D: usize>(
     assert!(brought.iter().copied().eq(expected));
 }
 
-/// Motion within the slack is allowed, beyond it is not.
+/// Motion within the search margin is permitted, larger motion is not.
 fn motion_is_noticed<const D: usize>(gather: &TargetGather<D>, now: &[f64], slack: f64) {
     let at =
         |positions: &[f64]| gather.motion(|node| std::array::from_fn(|i| positions[D * node as usize + i]));
@@ -144,7 +145,7 @@ fn input_of_global<const D: usize>(world: &SimpleCommunicator, local: &LocalMesh
     sum(world, &input).into_iter().map(|node| node as u32).collect()
 }
 
-/// Contact weights put far fewer pairs across ranks, keep the balance, and are reported as they are.
+/// Contact weights cut far fewer pairs, keep the balance, and the report is correct.
 fn pairs_stay_together<const D: usize>(world: &SimpleCommunicator, whole: &Mesh<D>) {
     let plan = Plan::for_contact(Some(whole), &[COUPLE]).expect("both sets");
     let (_, report) = deal(world, whole, &plan);

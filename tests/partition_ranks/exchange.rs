@@ -1,4 +1,4 @@
-//! Do values, sums and rows reach the ranks that they belong to?
+//! Do values, sums and rows reach the correct ranks?
 
 use contact_petsc::mesh::{ElementKind, Mesh};
 use contact_petsc::partition::exchange::{
@@ -25,7 +25,7 @@ pub fn check_all(world: &SimpleCommunicator) {
     }
 }
 
-/// Any number that hangs on three others.
+/// A pseudo-random number from three others.
 fn hash(a: i32, b: i32, c: i32) -> i32 {
     let mut mixed =
         (a as u64).wrapping_mul(0x9E37_79B9) ^ (b as u64).wrapping_mul(0x85EB_CA6B) ^ (c as u64) << 7;
@@ -33,7 +33,7 @@ fn hash(a: i32, b: i32, c: i32) -> i32 {
     (mixed >> 40) as i32 & 0xffff
 }
 
-/// Every rank sends to some; what arrives is what was sent, by ascending source.
+/// Every rank sends to some ranks. The received data equal the sent data, by ascending source.
 fn lists_arrive(world: &SimpleCommunicator) {
     let list = |from: i32, to: i32| -> Vec<u32> {
         (0..hash(from, to, 0) % 4).map(|k| hash(from, to, k) as u32).collect()
@@ -46,7 +46,8 @@ fn lists_arrive(world: &SimpleCommunicator) {
     assert!(sparse_all_to_all::<f64>(world, &[]).is_empty());
 }
 
-/// Nodes of other ranks, one of `share`, in a wild order, the first of them twice; none for a share of nought.
+/// Nodes of other ranks, one of `share`, in random order, the first of them twice. No nodes for a
+/// share of zero.
 fn wanted(world: &SimpleCommunicator, local: &LocalMesh<2>, share: i32) -> Vec<i32> {
     let own = local.index.first..local.index.first + local.index.owned as i32;
     let chosen =
@@ -61,8 +62,8 @@ fn owned(local: &LocalMesh<2>) -> impl Iterator<Item = i32> + Clone {
     local.index.first..local.index.first + local.index.owned as i32
 }
 
-/// Each wanted node brings the values of its owner, exactly, one field alone, what a closure writes, or two
-/// in one message.
+/// Each requested node delivers the values of its owner exactly: one field alone, the output of a
+/// closure, or two fields in one message.
 fn values_come_from_their_owners(world: &SimpleCommunicator, local: &LocalMesh<2>, share: i32) {
     let wanted = wanted(world, local, share);
     let mut exchange = NodeExchange::new(world, &local.index, &wanted).expect("nodes that exist");
@@ -100,7 +101,7 @@ fn values_come_from_their_owners(world: &SimpleCommunicator, local: &LocalMesh<2
     assert!(sent.messages < world.size() as usize);
 }
 
-/// Every contribution arrives once, in the row of its node, on top of what was there.
+/// Every contribution arrives once, in the row of its node, and is added to the existing values.
 fn sums_are_conserved(world: &SimpleCommunicator, local: &LocalMesh<2>, share: i32) {
     let wanted = wanted(world, local, share);
     let mut exchange = NodeExchange::new(world, &local.index, &wanted).expect("nodes that exist");
@@ -117,7 +118,7 @@ fn sums_are_conserved(world: &SimpleCommunicator, local: &LocalMesh<2>, share: i
     assert_eq!(rows, expected);
 }
 
-/// Owners learn which blocks they get, and get them in that order, by ascending sender.
+/// Owners learn which blocks they receive, and receive them in that order, by ascending sender.
 fn rows_are_delivered(world: &SimpleCommunicator, local: &LocalMesh<2>, whole: &Mesh<2>) {
     let nodes = whole.points.len() as i32;
     let adds = |from: i32, row: i32, column: i32| hash(from, row, column) % 5 == 0;
@@ -185,7 +186,7 @@ fn rows_are_delivered(world: &SimpleCommunicator, local: &LocalMesh<2>, whole: &
     assert!(nothing.send_values(world, 4, &[]).numbers.is_empty());
 }
 
-/// One rank that asks for a node that is not there is every rank's error.
+/// If one rank requests a node that does not exist, every rank returns an error.
 fn unknown_nodes_are_errors(world: &SimpleCommunicator, local: &LocalMesh<2>) {
     let beyond = if world.rank() == 0 { vec![local.index.total] } else { vec![] };
     assert!(NodeExchange::new(world, &local.index, &beyond).is_err());

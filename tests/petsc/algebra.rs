@@ -41,7 +41,7 @@ fn wave(dof: usize) -> f64 {
     (dof as f64 * 0.7 + 0.3).sin()
 }
 
-/// Ghost values equal the owner's after an update, and add up at the owner.
+/// Ghost values equal those of the owner after an update, and are summed at the owner.
 fn ghosts_follow_their_owners(session: &Rc<Session>, local: &Local) {
     let d = local.lattice.dimension;
     let mut x = local.vector(session, |dof| dof as f64);
@@ -68,7 +68,7 @@ fn ghosts_follow_their_owners(session: &Rc<Session>, local: &Local) {
     assert!(close(total, mine.dot(&one).unwrap()));
 }
 
-/// The operations do what their formulas say, and a norm is not remembered after a change of the values.
+/// The operations follow their formulas, and a norm is recomputed after a change of the values.
 fn vector_algebra(session: &Rc<Session>, local: &Local) {
     let total = local.lattice.total() * local.lattice.dimension;
     let x = local.vector(session, wave);
@@ -102,7 +102,8 @@ fn vector_algebra(session: &Rc<Session>, local: &Local) {
     assert!(close(z.norm().unwrap(), 2.0 * before));
 }
 
-/// The matrix filled through the scatter has the dense reference's entries and acts like it.
+/// The matrix filled through the scatter has the entries of the dense reference and the same
+/// product.
 fn matrix_equals_dense(session: &Rc<Session>, local: &Local, format: Format) {
     let mut matrix = Matrix::new(session, &local.pattern, format).unwrap();
     // Twice: a second filling must not see the first one.
@@ -163,7 +164,7 @@ fn matrix_equals_dense(session: &Rc<Session>, local: &Local, format: Format) {
     assert!(agrees(&y, &|i, j| -2.0 * dense[i][j]));
 }
 
-/// Identity rows, masks, diagonal and isotropic additions change what they name and nothing else.
+/// Identity rows, masks, diagonal and isotropic additions change only the named entries.
 fn rows_and_masks(session: &Rc<Session>, local: &Local, format: Format) {
     let symmetric = local.with_skew(0.0);
     let mut matrix = Matrix::new(session, &symmetric.pattern, format).unwrap();
@@ -194,7 +195,7 @@ fn rows_and_masks(session: &Rc<Session>, local: &Local, format: Format) {
     assert!((0..x.len()).all(|i| close(y[i], if i % d == 1 { 6.0 * x[i] } else { 0.0 })));
 }
 
-/// The product with a scalar matrix spread over components, also after its values changed.
+/// The product with a scalar matrix applied to each component, also after its values changed.
 fn scalar_matrix_acts_on_components(session: &Rc<Session>, local: &Local) {
     let d = local.lattice.dimension;
     let mut scalar = Matrix::scalar(session, &local.pattern).unwrap();

@@ -1,4 +1,4 @@
-//! What goes wrong ends with the right words and the right code, on all ranks.
+//! Errors end with the correct message and code, on all ranks.
 
 use crate::lattice::{Lattice, Local};
 use contact_petsc::error::Error;
@@ -9,7 +9,7 @@ fn words(text: &str) -> Vec<String> {
     text.split_whitespace().map(str::to_owned).collect()
 }
 
-/// The other rank waits in a reduction that will never come; all must end at once.
+/// The other rank waits in a reduction that never completes. All ranks must end immediately.
 pub fn panic_on_one_rank() {
     let session = Session::start(&[]).expect("MPI and PETSc start");
     let vector = Vector::new(&session, 1, 2).unwrap();
@@ -17,7 +17,7 @@ pub fn panic_on_one_rank() {
     let _ = vector.norm();
 }
 
-/// As with a panic, with a code of our choice.
+/// Ends like a panic, with a code of our choice.
 pub fn abort_on_one_rank() {
     let session = Session::start(&[]).expect("MPI and PETSc start");
     let vector = Vector::new(&session, 1, 2).unwrap();
@@ -27,7 +27,7 @@ pub fn abort_on_one_rank() {
     let _ = vector.norm();
 }
 
-/// An error that the other ranks do not know of ends them all the same, within seconds and with its code.
+/// An error that is unknown to the other ranks also ends them, within seconds and with its code.
 pub fn error_on_one_rank() {
     let session = Session::start(&[]).expect("MPI and PETSc start");
     let vector = Vector::new(&session, 1, 2).unwrap();
@@ -37,7 +37,7 @@ pub fn error_on_one_rank() {
     let _ = vector.norm();
 }
 
-/// An error that all ranks know is said by rank 0 before any rank ends.
+/// Rank 0 reports an error that all ranks know before any rank ends.
 pub fn error_on_all_ranks() {
     let session = Session::start(&[]).expect("MPI and PETSc start");
     let told = session.tell(&Error::file("all ranks fail"));
@@ -46,7 +46,8 @@ pub fn error_on_all_ranks() {
     std::process::exit(told.exit_code());
 }
 
-/// PETSc's errors name the call, the code and the cause; malformed patterns are refused before PETSc sees them.
+/// PETSc's errors name the call, the code and the cause. Malformed patterns are refused before they
+/// reach PETSc.
 pub fn errors() {
     let session = Session::start(&[]).expect("MPI and PETSc start");
     assert!(Session::start(&[]).is_err_and(|error| error.message.contains("one session")));
@@ -85,7 +86,8 @@ pub fn errors() {
     println!("errors done");
 }
 
-/// The user's options win, unused ones are named, the program's own are not, and solvers do not disturb each other.
+/// User options take precedence and unused ones are named; the program's own options are not.
+/// Solvers do not affect each other.
 pub fn options() {
     let given =
         words("-ksp_max_it 3 -no_such_option 7 -flag_without_value -log_view :/dev/null -sub_pc_type lu");

@@ -1,18 +1,20 @@
-//! A lattice of nodes joined by springs: as simple as a mesh can be, with rigid-body modes like a solid's.
+//! A lattice of nodes joined by springs: the simplest mesh, with rigid-body modes like those of a
+//! solid.
 
 use contact_petsc::petsc::{BlockPattern, BlockValues, NO_SLOT, Session, Vector};
 use std::ops::Range;
 use std::rc::Rc;
 
-/// Unit spacing, `counts` nodes a direction (last 1 in the plane), neighbours also along diagonals.
+/// Unit spacing, `counts` nodes per direction (the last is 1 in 2D), neighbours also along
+/// diagonals.
 #[derive(Clone, Copy)]
 pub struct Lattice {
     pub counts: [usize; 3],
     pub dimension: usize,
-    /// Share of a non-symmetric part that every spring has.
+    /// Fraction of a non-symmetric part in every spring.
     pub skew: f64,
-    /// Nodes with x below are one body, the others another: between them there are places in the pattern, but no springs. 0 for
-    /// one body.
+    /// Nodes with smaller x form one body, the others another. The pattern has entries between
+    /// them, but there are no springs. 0 for one body.
     pub cut: usize,
 }
 
@@ -26,17 +28,17 @@ impl Lattice {
         [(node % nx) as f64, (node / nx % ny) as f64, (node / nx / ny) as f64]
     }
 
-    /// Nodes of the bottom layer are held.
+    /// Nodes of the bottom layer are fixed.
     pub fn held(&self, node: usize) -> bool {
         self.point(node)[self.dimension - 1] == 0.0
     }
 
-    /// Which body a node is of.
+    /// The body of a node.
     pub fn body(&self, node: usize) -> usize {
         usize::from(self.cut > 0 && self.point(node)[0] >= self.cut as f64)
     }
 
-    /// The node itself and its neighbours, ascending.
+    /// The node itself and its neighbours in ascending order.
     pub fn neighbours(&self, node: usize) -> Vec<usize> {
         let here = self.point(node);
         let near = |k: usize| {
@@ -52,7 +54,8 @@ impl Lattice {
         found
     }
 
-    /// The four blocks aa, ab, ba, bb of the spring between two nodes, row-major, held rows and columns left out.
+    /// The four blocks aa, ab, ba, bb of the spring between two nodes, row-major, without fixed
+    /// rows and columns.
     pub fn spring(&self, a: usize, b: usize) -> Vec<f64> {
         let d = self.dimension;
         let (p, q) = (self.point(a), self.point(b));
@@ -72,7 +75,7 @@ impl Lattice {
         blocks
     }
 
-    /// Every spring, each once.
+    /// All springs, each once.
     pub fn springs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         (0..self.total())
             .flat_map(|a| self.neighbours(a).into_iter().filter(move |&b| b > a).map(move |b| (a, b)))
@@ -87,7 +90,7 @@ pub struct Local {
 }
 
 impl Local {
-    /// `shares`: how many parts of the nodes each rank takes; a rank may take none.
+    /// `shares`: the number of node parts of each rank, which may be zero.
     pub fn new(session: &Session, lattice: Lattice, shares: &[usize]) -> Self {
         let (rank, total) = (session.rank() as usize, lattice.total());
         let parts: usize = shares.iter().sum();
@@ -108,7 +111,7 @@ impl Local {
         Self { lattice, pattern: Rc::new(pattern), ghosts }
     }
 
-    /// The same nodes on the same ranks with a lattice of another skewness.
+    /// A lattice with another skewness whose nodes are on the same ranks.
     pub fn with_skew(&self, skew: f64) -> Self {
         let lattice = Lattice { skew, ..self.lattice };
         Self { lattice, pattern: Rc::clone(&self.pattern), ghosts: self.ghosts.clone() }
@@ -119,7 +122,7 @@ impl Local {
         owned.start as usize..owned.end as usize
     }
 
-    /// Adds every spring that touches an owned node; held nodes get ones on the diagonal.
+    /// Adds every spring that touches an owned node. Fixed nodes get ones on the diagonal.
     pub fn fill(&self, values: &mut BlockValues) {
         let owned = self.owned();
         values.zero();
@@ -139,7 +142,7 @@ impl Local {
         }
     }
 
-    /// The same matrix, dense and whole, put together without any of the code under test.
+    /// The reference matrix, dense and whole, assembled without the code under test.
     pub fn dense(&self) -> Vec<Vec<f64>> {
         let d = self.lattice.dimension;
         let size = self.lattice.total() * d;
@@ -167,7 +170,7 @@ impl Local {
         vector
     }
 
-    /// Where the owned nodes are.
+    /// Positions of the owned nodes.
     pub fn coordinates(&self, session: &Rc<Session>) -> Vector {
         let d = self.lattice.dimension;
         self.vector(session, |dof| self.lattice.point(dof / d)[dof % d])

@@ -1,7 +1,7 @@
 //! The owners of PETSc's objects on one and more ranks.
 //!
-//! Run as a test this program starts itself again by `mpirun`, once for each line of `RUNS`; with a case's name in
-//! the environment it is one of the ranks and runs that case.
+//! Run as a test, this program starts itself again with `mpirun`, once for each line of `RUNS`.
+//! With the name of a case in the environment it is one of the ranks and runs that case.
 
 mod algebra;
 #[path = "../common/mod.rs"]
@@ -17,10 +17,11 @@ use common::Running;
 
 const CASE: &str = "CONTACT_PETSC_TEST_CASE";
 
-/// Most time that a run may take, generous for a loaded machine: a hang is a failure too.
+/// Time limit of a run, generous for a loaded machine. A hang is a failure, too.
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// A case, the number of ranks (0: started without `mpirun`), the exit code and a text to be printed.
+/// A case, the number of ranks (0: started without `mpirun`), the exit code and the expected
+/// output.
 type Run = (&'static str, usize, i32, &'static str);
 
 const RUNS: &[Run] = &[

@@ -1,4 +1,4 @@
-//! Linear solvers on both formats, in the combinations that the presets build on.
+//! Linear solvers on both matrix formats, in the combinations that the presets use.
 
 use crate::lattice::{Lattice, Local};
 use contact_petsc::petsc::{
@@ -35,7 +35,8 @@ const GAMG: Options = &[("pc_type", "gamg"), ("mg_levels_ksp_type", "chebyshev")
 const AIJ: &[Format] = &[Format::Aij];
 const BOTH: &[Format] = &[Format::Aij, Format::Baij];
 
-/// A preset: its problem's skewness, its options, the formats that PETSc has it for, the most iterations.
+/// A preset: the skewness of its problem, its options, the formats for which PETSc supports it, the
+/// largest number of iterations.
 struct Preset {
     name: &'static str,
     skew: f64,
@@ -107,7 +108,7 @@ fn right_hand_side(session: &Rc<Session>, local: &Local) -> Vector {
     local.vector(session, |dof| (dof as f64 * 0.37).cos())
 }
 
-/// Solves and returns the true relative residual with the outcome.
+/// Solves and returns the outcome with the true relative residual.
 fn solve(session: &Rc<Session>, local: &Local, krylov: &mut Krylov, matrix: &Matrix) -> (Outcome, f64) {
     let b = right_hand_side(session, local);
     let (mut x, mut work) = (b.like().unwrap(), b.like().unwrap());
@@ -115,7 +116,7 @@ fn solve(session: &Rc<Session>, local: &Local, krylov: &mut Krylov, matrix: &Mat
     (outcome, residual_norm(matrix, &b, &x, &mut work).unwrap() / b.norm().unwrap())
 }
 
-/// The preset converges, by the true residual, in no more iterations than it has been seen to need.
+/// The preset converges, by the true residual, within its known number of iterations.
 fn preset_solves(session: &Rc<Session>, local: &Local, format: Format, preset: &Preset) {
     let mut matrix = filled(session, local, format);
     if preset.skew == 0.0 {
@@ -137,7 +138,7 @@ fn preset_solves(session: &Rc<Session>, local: &Local, format: Format, preset: &
     }
 }
 
-/// Multigrid needs fewer iterations with the rigid-body modes than without.
+/// Multigrid needs fewer iterations with the rigid-body modes than without them.
 fn rigid_body_modes_help(session: &Rc<Session>, local: &Local) {
     let options = [CG, GAMG].concat();
     let mut matrix = filled(session, local, Format::Aij);
@@ -153,9 +154,10 @@ fn rigid_body_modes_help(session: &Rc<Session>, local: &Local) {
     assert!(with_modes.iterations < plain.iterations);
 }
 
-/// On an aggregate of nodes of one body the rigid motions of the whole are all those of that body: two bodies take as many
-/// iterations as one of their size, but for a fifth, and half as many again where the basis lacks the turns of one of them. A
-/// threshold of zero keeps places without springs from joining nodes of both.
+/// On an aggregate with nodes of one body, the rigid motions of the whole are all rigid motions of
+/// that body. Two bodies therefore take at most a fifth more iterations than one of their size, and
+/// half as many again if the basis lacks the rotations of one of them. With a threshold of zero,
+/// pattern entries without springs do not join nodes of both bodies.
 fn one_basis_serves_each_body(session: &Rc<Session>) {
     let options = [CG, GAMG, &[("pc_gamg_threshold", "0.0")]].concat();
     let iterations = |width: usize, cut: usize, turns: bool| {
@@ -180,7 +182,7 @@ fn one_basis_serves_each_body(session: &Rc<Session>) {
     assert!(both * 5 <= alone * 6 && half * 5 >= both * 7, "{alone}, {both}, {half}");
 }
 
-/// What PETSc has not for a format is an error with PETSc's words.
+/// A solver that PETSc does not support for a format is an error with PETSc's message.
 fn unfit_formats_are_errors(session: &Rc<Session>, local: &Local) {
     let matrix = filled(session, local, Format::Baij);
     for (preconditioner, words) in [(MUMPS_CHOLESKY, "SBAIJ or AIJ"), (GAMG, "creategraph")] {
@@ -192,7 +194,8 @@ fn unfit_formats_are_errors(session: &Rc<Session>, local: &Local) {
     }
 }
 
-/// A singular matrix, an indefinite one and too few iterations are told apart, and none is an error.
+/// A singular matrix, an indefinite one and too few iterations are distinguished, and none of them
+/// is an error.
 fn failures_are_outcomes(session: &Rc<Session>, local: &Local) {
     for format in [Format::Aij, Format::Baij] {
         let mut matrix = filled(session, local, format);
@@ -221,7 +224,8 @@ fn failures_are_outcomes(session: &Rc<Session>, local: &Local) {
     }
 }
 
-/// A kept direct factor of an old matrix serves as a preconditioner of the new one; a given start counts.
+/// A direct factor kept from an old matrix is a preconditioner of the new one. A given initial
+/// guess is used.
 fn preconditioner_is_kept_on_demand(session: &Rc<Session>, local: &Local) {
     let local = local.with_skew(0.05);
     let mut matrix = filled(session, &local, Format::Baij);
@@ -250,7 +254,8 @@ fn preconditioner_is_kept_on_demand(session: &Rc<Session>, local: &Local) {
     assert!(krylov.solve(&b, &mut x).unwrap().converged());
 }
 
-/// A closure that solves with another solver preconditions; its error is the solve's error, its captures are freed.
+/// A closure that solves with another solver is a preconditioner. Its error becomes the error of
+/// the solve, and its captures are freed.
 fn closures_precondition(session: &Rc<Session>, local: &Local) {
     let local = local.with_skew(0.05);
     let matrix = Rc::new(filled(session, &local, Format::Aij));
@@ -279,7 +284,8 @@ fn closures_precondition(session: &Rc<Session>, local: &Local) {
     assert!(error.message.contains("(83)") && error.message.ends_with("this closure refuses"), "{error}");
 }
 
-/// Ranks that own nothing take part in every kind of solve but one: PETSc 3.18's ICC of an empty BAIJ matrix crashes.
+/// Ranks that own nothing take part in every kind of solve except one: PETSc 3.18's ICC of an empty
+/// BAIJ matrix crashes.
 fn ranks_without_rows(session: &Rc<Session>) {
     let shares: Vec<usize> = (0..session.size() as usize).map(|rank| usize::from(rank != 1)).collect();
     let shares = if shares.len() == 2 { vec![1, 0] } else { shares };

@@ -1,11 +1,13 @@
-//! The same with each iterative solver that is chosen by itself or for contact, on few and on many ranks.
+//! The scenes of two deformable bodies with each iterative solver that is selected automatically or
+//! made for contact, on few and on many ranks.
 
 use super::{Scene, invariant_by, scene};
 
-/// Few and many, for Krylov methods: every scene sees all of [`RANKS`] with a factorisation.
+/// Few and many ranks, for Krylov methods. With a factorisation every scene runs on all of
+/// [`RANKS`].
 const KRYLOV_RANKS: [usize; 2] = [2, 8];
 
-/// The scenes for Krylov methods are short, so that many solvers fit in.
+/// The scenes for Krylov methods are short, so that many solvers can be tested.
 const PLANE: Scene = scene(
     "concrete-block/case.yml",
     &[
@@ -21,7 +23,7 @@ const CUBE_CELLS: [(&str, &str); 2] =
 const SOLID: Scene =
     scene("two-cubes/case.yml", &[CUBE_CELLS[0], CUBE_CELLS[1], ("end: 0.01,", "end: 5.0e-4,")]);
 
-/// The same without inertia.
+/// The scenes without inertia.
 const PRESSED: Scene = scene("two-cubes/case.yml", &[CUBE_CELLS[0], CUBE_CELLS[1], STATIC]);
 
 const STATIC: (&str, &str) = (
@@ -29,7 +31,7 @@ const STATIC: (&str, &str) = (
     "time: { end: 1.0e-3, step: 1.0e-3, scheme: { static: {} } }",
 );
 
-/// And without friction, hence symmetric.
+/// The scenes without inertia and without friction, hence with symmetric matrices.
 const SLIDING: Scene = scene(
     "two-cubes/case.yml",
     &[

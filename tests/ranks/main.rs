@@ -1,5 +1,7 @@
-//! Two deformable bodies on 1, 2, 3, 4 and 8 ranks: every scene at reduced size gives the same displacements, the same
-//! number of Newton iterations and the same contact points at every step; with a factorisation, and with each iterative solver that is chosen by itself or for contact; with elements of second order.
+//! Two deformable bodies on 1, 2, 3, 4 and 8 ranks. Every scene at reduced size gives the same
+//! displacements, the same number of Newton iterations and the same contact points at every step.
+//! The scenes run with a factorisation, with each iterative solver that is selected automatically
+//! or made for contact, and with second-order elements.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -10,10 +12,10 @@ use common::{Results, shipped};
 
 const RANKS: [usize; 4] = [2, 3, 4, 8];
 
-/// Displacements agree to this part of the largest one.
+/// Displacements agree to this fraction of the largest one.
 const AGREEMENT: f64 = 1e-9;
 
-/// A shipped case, what makes it small, and what makes it short.
+/// A shipped case, the changes that reduce its size, and those that reduce its duration.
 struct Scene {
     case: &'static str,
     changes: &'static [(&'static str, &'static str)],
@@ -29,7 +31,8 @@ const CONCRETE_CHANGES: [(&str, &str); 3] = [
     ("end: 0.094", "end: 5.0e-3"),
 ];
 
-/// As printed the penetration is 3 nm: a gap rounded like the coordinates of its two sides fails here.
+/// With the printed moduli the penetration is 3 nm. A gap rounded like the coordinates of its two
+/// sides would fail here.
 const CONCRETE: &[Scene] = &[
     scene("concrete-block/case.yml", &CONCRETE_CHANGES),
     scene("concrete-block/as-printed.yml", &CONCRETE_CHANGES),
@@ -48,7 +51,7 @@ const ROUND: &[Scene] = &[
     ),
 ];
 
-/// Nearer to each other and slower steps than as shipped.
+/// The bodies are closer and the steps slower than as shipped.
 const BARS: &[Scene] = &[scene(
     "bar-impact/two-bars.yml",
     &[
@@ -118,13 +121,13 @@ const CUBES: &[Scene] = &[scene(
     ],
 )];
 
-/// What one rank and any other number of them must agree on.
+/// The results that must agree between one rank and any other number of them.
 struct Answer {
     displacements: Vec<f64>,
     newton: serde_json::Value,
-    /// Linear solves that another preset had to end.
+    /// Linear solves that another preset had to complete.
     fallbacks: u64,
-    /// Of each step and contact: closed, sticking and slipping points.
+    /// Closed, sticking and slipping points of each step and contact.
     points: Vec<String>,
 }
 
@@ -144,12 +147,12 @@ impl Answer {
         }
     }
 
-    /// Whether anything touched.
+    /// Whether any contact closed.
     fn touches(&self) -> bool {
         self.points.iter().any(|row| row.split(' ').nth(2).is_some_and(|points| points != "0"))
     }
 
-    /// Largest difference of displacements over the largest of them.
+    /// Largest difference of displacements, divided by the largest displacement.
     fn apart(&self, other: &Self) -> f64 {
         let (a, b) = (&self.displacements, &other.displacements);
         assert!(!a.is_empty() && a.len() == b.len(), "{} and {} displacements", a.len(), b.len());
@@ -159,13 +162,14 @@ impl Answer {
     }
 }
 
-/// Each scene with a factorisation, so that the ranks differ by rounding alone.
+/// Runs each scene with a factorisation, so that the ranks differ by rounding only.
 #[track_caller]
 fn invariant(scenes: &[Scene]) {
     scenes.iter().for_each(|scene| invariant_by(scene, "linear: direct", &RANKS));
 }
 
-/// A scene solved as `solver` says: solves are exact, or to the tolerance of the Krylov method, in every iteration.
+/// Runs a scene with the solver `solver`. Solves are exact, or accurate to the tolerance of the
+/// Krylov method, in every iteration.
 #[track_caller]
 fn invariant_by(Scene { case, changes }: &Scene, solver: &str, ranks: &[usize]) {
     let text = shipped(case, changes);

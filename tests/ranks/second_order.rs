@@ -1,10 +1,11 @@
-//! The same with elements of second order, whose facets are curved: an indenter that slides over a slab, and a cube over a cube.
+//! Two deformable bodies of second-order elements, with curved facets: an indenter that slides over
+//! a slab, and a cube over a cube.
 
 use super::{Scene, invariant_by};
 
 const RANKS: [usize; 3] = [2, 3, 4];
 
-/// Facets of the indenter are as long as those of the slab, as those of second order may be.
+/// Facets of the indenter are as long as those of the slab, as is appropriate for second order.
 const IRONING: [(&str, &str); 3] =
     [("cells: [48, 6]", "cells: [5, 2]"), ("cells: [40, 10]", "cells: [16, 3]"), ("end: 1,", "end: 0.4,")];
 

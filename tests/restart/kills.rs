@@ -1,8 +1,8 @@
-//! Runs that are killed without a word.
+//! Runs that are killed without notice.
 
 use super::*;
 
-/// Numbers between 0 and 1 that are the same each time (a linear congruence).
+/// Reproducible pseudo-random numbers between 0 and 1 (a linear congruence).
 fn chance(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -16,9 +16,10 @@ fn size(results: &Path) -> u64 {
     fs::metadata(results.join("energy.csv")).map_or(0, |data| data.len())
 }
 
-/// Killed at random moments so many times, going on each time: the results are those of a run that was not disturbed.
-/// Every fourth kill comes while the process starts. The others come within `span` after the first new row, and only after
-/// the first checkpoint. So the next run can restart, however slow the machine is.
+/// Kills a run repeatedly at random times and resumes it each time. The results must be those of an
+/// uninterrupted run. Every fourth kill occurs while the process starts. The others occur within
+/// `span` after the first new row, and only after the first checkpoint, so that the next run can
+/// restart on a machine of any speed.
 fn survives(text: &str, ranks: usize, kills: usize, kill: impl Fn(&Running), span: Duration) {
     let folder = place(text);
     compute(&folder, ranks, "whole", &[]).success();
@@ -51,14 +52,14 @@ fn survives(text: &str, ranks: usize, kills: usize, kill: impl Fn(&Running), spa
     println!("{restarts} restarts after {kills} kills");
 }
 
-/// `kill -9`, twenty times.
+/// Kills a run with `kill -9` twenty times.
 #[test]
 fn survives_twenty_kills() {
     let text = rubber_block(GMRES, "end: 0.2", 5);
     survives(&text, 0, 20, |running| running.signal("KILL"), Duration::from_millis(450));
 }
 
-/// One rank of two is killed; the other goes with it.
+/// One rank of two is killed, and the other ends with it.
 #[test]
 fn survives_kills_of_a_rank_on_2_ranks() {
     let kill = |running: &Running| {

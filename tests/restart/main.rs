@@ -1,7 +1,9 @@
-//! A run that is interrupted and goes on leaves the results of one that was not: to the last bit on the same number of
-//! ranks, to rounding on another one. What is wrong with a checkpoint is told before anything is touched.
+//! A run that is interrupted and resumed has the results of an uninterrupted one: to the last bit
+//! on the same number of ranks, to rounding on another. Defects of a checkpoint are reported before
+//! any file is modified.
 //!
-//! Bits are compared with GMRES: MUMPS on several ranks rounds differently each time. The static start is factorised on one.
+//! Bits are compared with GMRES, because MUMPS on several ranks rounds differently each time. The
+//! static start is factorised on one rank.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -17,12 +19,13 @@ use std::time::Duration;
 
 use common::{Folder, Output, Running, Table, run, send};
 
-/// Displacements on other ranks agree to this part of the largest one.
+/// Displacements on other numbers of ranks agree to this fraction of the largest one.
 const AGREEMENT: f64 = 1e-10;
 const GMRES: &str = "{ linear: gmres_asm_ilu }";
 const TIGHT: &str = "{ linear: direct, newton: { inexact: false, tolerance: 1.0e-11 } }";
 
-/// A shipped case with some of its text replaced, a solver, and a checkpoint every so many steps, of which all are kept.
+/// A shipped case with some of its text replaced, a solver, and a checkpoint at fixed intervals of
+/// steps, all of which are kept.
 #[track_caller]
 fn shipped(case: &str, changes: &[(&str, &str)], solver: &str, every: u32) -> String {
     let checkpoint = format!("output:\n  checkpoint: {{ every: {every}, keep: 1000 }}\n");
@@ -31,13 +34,14 @@ fn shipped(case: &str, changes: &[(&str, &str)], solver: &str, every: u32) -> St
     others.chain([&*format!("solver: {solver}")]).map(|line| format!("{line}\n")).collect()
 }
 
-/// Friction by velocity on a rigid plane, Newmark.
+/// Velocity-regularised friction on a rigid plane, Newmark.
 fn rubber_block(solver: &str, end: &str, every: u32) -> String {
     let small = [("cells: [48, 50]", "cells: [12, 13]"), ("end: 0.07", end)];
     shipped("rubber-block/case.yml", &small, solver, every)
 }
 
-/// Two bodies, return map, statics: points change facets, the pattern of the matrix grows.
+/// Two bodies, return map, statics. Points move to other facets, and the sparsity pattern of the
+/// matrix grows.
 fn ironing(solver: &str) -> String {
     let small = [("cells: [48, 6]", "cells: [16, 3]"), ("cells: [40, 10]", "cells: [20, 4]")];
     shipped("ironing/case.yml", &small, solver, 8)
@@ -49,12 +53,13 @@ fn rubber_cube(solver: &str) -> String {
     shipped("rubber-cube/case.yml", &small, solver, 3)
 }
 
-/// Two bodies by velocity, generalised-alpha: the forces at the start of a step count.
+/// Two bodies with velocity-regularised friction, generalised-alpha. The forces at the start of a
+/// step matter.
 fn concrete_block(solver: &str) -> String {
     shipped("concrete-block/case.yml", &[("end: 0.094", "end: 0.01")], solver, 16)
 }
 
-/// A folder with a case, in which runs are made.
+/// A folder with a case and its runs.
 fn place(text: &str) -> Folder {
     let folder = Folder::new("restart");
     folder.write("case.yml", text);
@@ -65,7 +70,7 @@ fn compute(folder: &Folder, ranks: usize, output: &str, more: &[&str]) -> Output
     run(ranks, &[&["case.yml", "-q", "-o", output], more].concat(), folder)
 }
 
-/// All files of a result but the record and the checkpoints, by name.
+/// All files of a result by name, except the record and the checkpoints.
 fn files(results: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let (mut found, mut folders) = (BTreeMap::new(), vec![results.to_path_buf()]);
     while let Some(folder) = folders.pop() {
@@ -96,7 +101,7 @@ fn copy(from: &Path, to: &Path) {
     assert!(copied.is_ok_and(|status| status.success()));
 }
 
-/// The checkpoints that are whole; what a kill left half written ends in `part`.
+/// The complete checkpoints. The name of a half-written one ends in `part`.
 fn checkpoints(results: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(results.join("checkpoints")).into_iter().flatten().flatten();
     let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
@@ -110,7 +115,7 @@ fn record(results: &Path) -> serde_json::Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// Largest difference of the displacements of all probes over the largest of them.
+/// Largest difference of the displacements of all probes, divided by the largest displacement.
 #[track_caller]
 fn apart(one: &Path, other: &Path) -> f64 {
     let [one, other] = [one, other].map(|results| {

@@ -1,8 +1,8 @@
-//! What does not fit, a full disk, and branches.
+//! Incompatible checkpoints, a full disk, and branches.
 
 use super::*;
 
-/// The code, the words, and that no file of the results has changed.
+/// Checks the exit code, the words, and that no file of the results has changed.
 #[track_caller]
 fn refused(folder: &Folder, more: &[&str], code: i32, words: &[&str]) {
     let before = files(&folder.join("out"));
@@ -15,8 +15,8 @@ fn refused(folder: &Folder, more: &[&str], code: i32, words: &[&str]) {
     assert_eq!(files(&folder.join("out")), before);
 }
 
-/// A checkpoint that is not whole is an error that offers the one before; another case, another mesh and lost rows are
-/// errors, too. Nothing is touched by any of them.
+/// An incomplete checkpoint is an error that suggests the previous one. Another case, another mesh
+/// and lost rows are errors, too. None of them modifies a file.
 #[test]
 fn what_does_not_fit_is_refused() {
     let folder = place(&rubber_block(GMRES, "end: 0.01", 5));
@@ -83,8 +83,8 @@ fn what_does_not_fit_is_refused() {
     refused(&folder, &["--restart"], 4, &["no checkpoint to go on from", "start anew without --restart"]);
 }
 
-/// The disk is full when a checkpoint is written: an error that offers the older one, from which the run goes on as if
-/// nothing had been.
+/// If the disk is full when a checkpoint is written, the error suggests the older one. A run
+/// resumed from it has the results of an uninterrupted one.
 #[test]
 fn a_full_disk_loses_nothing_on_1_and_2_ranks() {
     let folder = place(&rubber_block(GMRES, "end: 0.005", 10));
@@ -118,8 +118,9 @@ fn a_full_disk_loses_nothing_on_1_and_2_ranks() {
     }
 }
 
-/// A checkpoint begins a branch in a new folder: its rows are those that the run went on with, and it can go on itself. The
-/// first run is left alone. Without a checkpoint to name there is nothing to go on from.
+/// A checkpoint starts a branch in a new folder. Its rows are those with which the resumed run
+/// continued, and the branch can be resumed itself. The first run is not modified. Without a
+/// checkpoint there is nothing to resume.
 #[test]
 fn a_run_branches_off_on_1_and_2_ranks() {
     for ranks in [0, 2] {
@@ -153,7 +154,8 @@ fn a_run_branches_off_on_1_and_2_ranks() {
     }
 }
 
-/// Fields that are gone when a run goes on leave the series, and the user reads how many; a damaged series is refused.
+/// Field files that are missing when a run resumes are removed from the series, and their number is
+/// reported. A damaged series is refused.
 #[test]
 fn the_series_names_no_fields_that_are_gone() {
     let text = rubber_block(GMRES, "end: 0.005", 5);

@@ -1,8 +1,8 @@
-//! Runs that are asked to stop, by a signal or by the clock.
+//! Runs that are stopped by a signal or by a time limit.
 
 use super::*;
 
-/// Waits until a run has written so many rows, then sends it a signal.
+/// Waits until a run has written the given number of rows, then sends it a signal.
 fn signalled(folder: &Folder, ranks: usize, signal: &str, more: &[&str]) -> Output {
     let rows = || fs::read_to_string(folder.join("out/energy.csv")).map_or(0, |text| text.lines().count());
     let before = rows();
@@ -15,7 +15,8 @@ fn signalled(folder: &Folder, ranks: usize, signal: &str, more: &[&str]) -> Outp
     running.wait(Duration::from_secs(300))
 }
 
-/// A signal ends the run with code 7 and a checkpoint, which the case need not ask for; so does `mpirun` with SIGUSR1.
+/// A signal ends the run with code 7 and a checkpoint, which the case need not request. SIGUSR1
+/// through `mpirun` does this as well.
 #[test]
 fn signals_stop_with_a_checkpoint() {
     // Under `nohup` the runs would ignore SIGHUP as this process does; what it catches is as it ever was for those it starts.
@@ -63,7 +64,7 @@ fn signals_stop_with_a_checkpoint() {
     assert!(apart <= AGREEMENT, "{apart:.1e}");
 }
 
-/// A block whose steps take long: a second or so each, in four to six iterations.
+/// A block with long steps: about a second each, in four to six iterations.
 fn slow_block() -> String {
     let slow = [("cells: [48, 50]", "cells: [72, 75]"), ("end: 0.07", "end: 0.002")];
     shipped("rubber-block/case.yml", &slow, TIGHT, 1000)
@@ -79,7 +80,7 @@ fn iterations(results: &Path) -> Vec<(String, String)> {
     text.lines().skip(1).filter(|line| line.split(',').count() > 5).map(words).collect()
 }
 
-/// Sends a signal as soon as there is an iteration of a step.
+/// Sends a signal as soon as a step has an iteration.
 fn signalled_within(folder: &Folder, ranks: usize, step: &str, signal: &str, more: &[&str]) -> Output {
     let running = Running::start_patient(ranks, &[&["case.yml", "-q", "-o", "out"], more].concat(), folder);
     let deadline = std::time::Instant::now() + Duration::from_secs(300);
@@ -92,8 +93,9 @@ fn signalled_within(folder: &Folder, ranks: usize, step: &str, signal: &str, mor
     running.wait(Duration::from_secs(300))
 }
 
-/// A signal does not wait for the end of a long step: the step is given up at its next iterate, the checkpoint is of the last one,
-/// and the run that goes on has each iteration once. In the static start there is nothing to keep.
+/// A signal does not wait for the end of a long step. The step is abandoned at its next iterate,
+/// and the checkpoint is of the last completed step. The resumed run has each iteration once. In
+/// the static start there is nothing to save.
 #[test]
 fn signals_stop_within_a_step_on_1_and_2_ranks() {
     let folder = place(&slow_block());
@@ -119,8 +121,8 @@ fn signals_stop_within_a_step_on_1_and_2_ranks() {
     assert!(apart <= AGREEMENT, "{apart:.1e}");
 }
 
-/// `mpirun` hands SIGTERM on, kills its ranks a second later and returns 1 whatever they do: by then the checkpoint is there,
-/// unless the machine is so busy that a second is not enough, three times.
+/// `mpirun` forwards SIGTERM, kills its ranks a second later and always returns 1. By then the
+/// checkpoint exists, unless the machine is so busy that a second is not enough, three times.
 #[test]
 fn mpirun_leaves_time_for_a_checkpoint() {
     let folder = place(&rubber_block(TIGHT, "end: 0.15", 1000));
@@ -135,8 +137,9 @@ fn mpirun_leaves_time_for_a_checkpoint() {
     compute(&folder, 2, "out", &["--restart"]).success();
 }
 
-/// A SIGINT or SIGTERM a second after the first does not wait for the end of the iteration, nor does the third, however early. Two at
-/// once, as `timeout` sends them to a process and to its group, are one request.
+/// A SIGINT or SIGTERM a second after the first one does not wait for the end of the iteration, nor
+/// does the third one at any time. Two simultaneous signals, such as `timeout` sends to a process
+/// and to its group, count as one request.
 #[test]
 fn a_later_signal_ends_at_once() {
     let slow = [("cells: [48, 50]", "cells: [300, 320]"), ("end: 0.07", "end: 0.01")];
@@ -170,7 +173,7 @@ fn a_later_signal_ends_at_once() {
     }
 }
 
-/// A run that stopped is not replaced unless it is told to begin anew; then nothing of it is left.
+/// A stopped run is not replaced unless a new start is requested. Then nothing of it remains.
 #[test]
 fn a_stopped_run_is_begun_anew() {
     let folder = place(&rubber_block(GMRES, "end: 0.15", 4));
@@ -192,8 +195,8 @@ fn a_stopped_run_is_begun_anew() {
     }
 }
 
-/// A wall time ends the run with code 7, from the command line or the case; jobs one after the other come to the end, and
-/// the last one may be told to go on once more.
+/// A wall time limit ends the run with code 7, from the command line or the case. Consecutive jobs
+/// complete the run, and the last one may be resumed once more.
 #[test]
 fn wall_times_chain() {
     let text = rubber_block(TIGHT, "end: 0.15", 1000);

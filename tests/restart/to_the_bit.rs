@@ -1,8 +1,9 @@
-//! A run that goes on from a checkpoint ends with the same bits on the same ranks, and to 1e-10 on others.
+//! A run resumed from a checkpoint ends with the same bits on the same number of ranks, and to
+//! 1e-10 on others.
 
 use super::*;
 
-/// Goes on from the first checkpoint and from the one in the middle of an uninterrupted run.
+/// Resumes from the first checkpoint and from the one in the middle of an uninterrupted run.
 #[track_caller]
 fn goes_on_to_the_last_bit(text: &str, ranks: usize) {
     let folder = place(text);
@@ -23,14 +24,14 @@ fn goes_on_to_the_last_bit(text: &str, ranks: usize) {
     }
 }
 
-/// A rigid target and friction by velocity.
+/// A rigid target and velocity-regularised friction.
 #[test]
 fn rubber_block_to_the_last_bit_on_1_and_2_ranks() {
     goes_on_to_the_last_bit(&rubber_block(GMRES, "end: 0.015", 8), 1);
     goes_on_to_the_last_bit(&rubber_block(GMRES, "end: 0.015", 8), 2);
 }
 
-/// Segments: what vertices remember is all there is to save.
+/// Mortar segments: only the state of the vertices must be saved.
 #[test]
 fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
     goes_on_to_the_last_bit(&ironing("{ linear: auto }"), 1);
@@ -38,7 +39,7 @@ fn segments_to_the_last_bit_on_1_2_and_3_ranks() {
     goes_on_to_the_last_bit(&ironing(GMRES), 3);
 }
 
-/// Forces at the start of a step, midpoint and stages.
+/// Forces at the start of a step, midpoint rule and stages.
 #[test]
 fn other_schemes_to_the_last_bit_on_1_and_2_ranks() {
     goes_on_to_the_last_bit(&concrete_block(GMRES), 2);
@@ -49,7 +50,7 @@ fn other_schemes_to_the_last_bit_on_1_and_2_ranks() {
     goes_on_to_the_last_bit(&shipped("sliding-block/return-map.yml", &small, staggered, 10), 1);
 }
 
-/// Steps that follow their errors, penalties that became stiffer, and the conserving scheme go on as they were.
+/// Error-controlled steps, increased penalties, and the conserving scheme resume with their state.
 #[test]
 fn accuracies_and_the_conserving_scheme_to_the_last_bit_on_1_and_2_ranks() {
     let tolerances = "accuracy: { time: 2.0e-3, penetration: 2.0e-5, slip: 1.0e-2, energy: none }\ntime:";
@@ -66,7 +67,7 @@ fn accuracies_and_the_conserving_scheme_to_the_last_bit_on_1_and_2_ranks() {
     goes_on_to_the_last_bit(&friction, 2);
 }
 
-/// Statics of bodies that contact and a spring in the matrix hold: the spring is as it was.
+/// Statics of bodies that contact and a spring in the matrix hold. The spring is restored.
 #[test]
 fn loose_bodies_to_the_last_bit_on_1_and_2_ranks() {
     let text = shipped("patch/plane.yml", &[("increments: 2", "increments: 6")], "{ linear: auto }", 2);
@@ -74,7 +75,8 @@ fn loose_bodies_to_the_last_bit_on_1_and_2_ranks() {
     goes_on_to_the_last_bit(&text.replace("linear: auto", "linear: gmres_asm_ilu"), 2);
 }
 
-/// Two runs from the start are the same to the bit on any number of ranks: the static start is factorised on one of them.
+/// Two runs from the start agree to the bit on any number of ranks. The static start is factorised
+/// on one of them.
 #[test]
 fn whole_runs_to_the_last_bit_on_3_and_4_ranks() {
     for (ranks, text) in [(3, concrete_block(GMRES)), (4, rubber_block(GMRES, "end: 0.005", 4))] {
@@ -86,7 +88,7 @@ fn whole_runs_to_the_last_bit_on_3_and_4_ranks() {
     }
 }
 
-/// Factorisations on one rank of several: whole runs are the same to the bit, and go on so.
+/// Factorisations on one rank of several: complete runs agree to the bit, and so do resumed ones.
 #[test]
 fn factors_on_one_rank_to_the_last_bit_on_3_ranks() {
     let petsc = "petsc: { pc_type: telescope, pc_telescope_reduction_factor: 3, telescope_pc_type: lu, \
@@ -107,7 +109,7 @@ fn rubber_cube_to_the_last_bit_on_1_and_2_ranks() {
     goes_on_to_the_last_bit(&rubber_cube(GMRES), 2);
 }
 
-/// A checkpoint of one number of ranks is one for any other, also when some own nothing.
+/// A checkpoint of one number of ranks is valid for any other, also if some ranks own nothing.
 #[test]
 fn other_ranks_agree() {
     for text in [rubber_block(TIGHT, "end: 0.01", 8), ironing(TIGHT), rubber_cube(TIGHT)] {

@@ -1,4 +1,5 @@
-//! The scenes of two deformable bodies at reduced size: what the paper says of them, and what must be kept.
+//! The scenes of two deformable bodies at reduced size: statements of the paper, and conserved
+//! quantities.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -9,7 +10,7 @@ mod strategies;
 use common::{Results, shipped};
 
 impl Results {
-    /// Columns of `probes.csv` whose names hold `part`.
+    /// Columns of `probes.csv` whose names contain `part`.
     fn probes(&self, part: &str) -> Vec<Vec<f64>> {
         let table = self.table("probes.csv");
         let names: Vec<&str> = table.names().filter(|name| name.contains(part)).collect();
@@ -21,7 +22,8 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
-/// Largest difference of displacements of all probes at all steps over the largest of them.
+/// Largest difference of displacements of all probes at all steps, divided by the largest
+/// displacement.
 #[track_caller]
 fn apart(one: &Results, other: &Results) -> f64 {
     let [a, b] = [one, other].map(|results| results.probes(".u_").concat());
@@ -47,7 +49,8 @@ fn supports_at_rest(results: &Results) -> [f64; 2] {
     })
 }
 
-/// The static start is in balance, nothing had to hold the block along x, and the block stands still until it is pushed.
+/// The static start is in equilibrium, no force had to restrain the block along x, and the block
+/// stays at rest until it is pushed.
 #[test]
 fn the_concrete_block_rests_on_its_base() {
     for case in ["concrete-block/case.yml", "concrete-block/as-printed.yml"] {
@@ -63,8 +66,8 @@ fn the_concrete_block_rests_on_its_base() {
     }
 }
 
-/// "An evident swaying process of the block evoked by the short-time load. The middle point C demonstrates a stable
-/// vertical displacement with a value which results from the initial state."
+/// "An evident swaying process of the block evoked by the short-time load. The middle point C
+/// demonstrates a stable vertical displacement with a value which results from the initial state."
 #[test]
 fn the_concrete_block_sways_about_its_middle() {
     let results = Results::of(&shipped("concrete-block/case.yml", &COARSE_BLOCK), 1);
@@ -85,7 +88,7 @@ fn the_concrete_block_sways_about_its_middle() {
     assert!((0.014..0.022).contains(&period), "period {period}");
 }
 
-/// Both strategies find the same motion, while the block is pushed and after.
+/// Both strategies find the same motion, during the push and after it.
 #[test]
 fn the_concrete_block_by_stages() {
     let text = shipped("concrete-block/case.yml", &COARSE_BLOCK).replace("end: 0.03", "end: 0.0125");
@@ -96,7 +99,7 @@ fn the_concrete_block_by_stages() {
     assert!(apart < 1e-6, "{apart:.1e}");
 }
 
-/// Largest change of columns of `momentum.csv` over the momentum that one body brings.
+/// Largest change of columns of `momentum.csv`, divided by the initial momentum of one body.
 fn change(results: &Results, columns: &[&str], scale: f64) -> f64 {
     let table = results.table("momentum.csv");
     let changes = columns.iter().flat_map(|column| {
@@ -113,7 +116,7 @@ const DISCS: [(&str, &str); 3] = [
     ("step: 5.0e-5", "step: 1.0e-4"),
 ];
 
-/// Without friction both momenta are kept to rounding.
+/// Without friction both momenta are conserved to rounding.
 #[test]
 fn colliding_discs_keep_their_momentum() {
     let results = Results::of(&shipped("collision/case.yml", &DISCS), 1);
@@ -130,8 +133,9 @@ fn colliding_discs_keep_their_momentum() {
     assert!(unexplained < 1e-6, "energy: {unexplained}");
 }
 
-/// With friction both momenta are kept to rounding, and energy less the heat. Friction sets the discs spinning. The midpoint
-/// rule, whose friction has the lever of the penetration, turns them about.
+/// With friction both momenta are conserved to rounding, and so is the energy including the heat.
+/// Friction makes the discs spin. With the midpoint rule, friction acts with the lever of the
+/// penetration and changes the angular momentum.
 #[test]
 fn colliding_discs_with_friction() {
     let case = shipped("collision/friction.yml", &DISCS);
@@ -149,7 +153,7 @@ fn colliding_discs_with_friction() {
     assert!(change(&plain, &["angular_z"], 0.09 * linear) > 1e-6);
 }
 
-/// Faces at gap zero bounce off each other like any others.
+/// Faces with zero gap rebound like any others.
 #[test]
 fn touching_blocks_bounce() {
     let changes =
@@ -195,12 +199,13 @@ fn colliding_balls_keep_their_momentum() {
     assert!(change(&smooth, &angular, 0.09 * scale) < 1e-10);
 }
 
-/// As fine as shipped where it matters: along the surfaces.
+/// The mesh is as fine as shipped along the surfaces, where it matters.
 const SHALLOW_IRON: [(&str, &str); 2] =
     [("cells: [48, 6]", "cells: [48, 2]"), ("cells: [40, 10]", "cells: [40, 5]")];
 
-/// Pressed with eight facets in contact and dragged over fifteen, half a facet a step: no step fails, the indenter's force is that of the contact, all of
-/// the sole slips, and the force changes little on its way.
+/// Pressed with eight facets in contact and dragged over fifteen, half a facet per step. No step
+/// fails, the indenter's reaction equals the contact force, the whole base slips, and the force
+/// changes little along the path.
 #[test]
 fn ironing_is_smooth() {
     let results = Results::of(&shipped("ironing/case.yml", &SHALLOW_IRON), 1);
@@ -230,8 +235,8 @@ fn ironing_is_smooth() {
     }
 }
 
-/// With three and a half to six facets of the slab under the indenter, half a facet a step: no step is cut, and the force is near the one
-/// on fine meshes.
+/// With three and a half to six facets of the slab under the indenter, half a facet per step, no
+/// step is cut. The force is close to that on fine meshes.
 #[test]
 fn ironing_on_a_coarse_slab_is_not_cut() {
     for (cells, bottom, bound) in [(20, 24, 0.025), (24, 29, 0.015), (28, 34, 0.01)] {
@@ -247,8 +252,9 @@ fn ironing_on_a_coarse_slab_is_not_cut() {
     }
 }
 
-/// The same on quadratic facets, as long on the indenter as on the slab: a step is not cut, and the pressing force is the one that linear
-/// facets approach from above (10.656, 10.516, 10.481 MN, see the scene).
+/// Ironing with quadratic facets, as long on the indenter as on the slab. No step is cut. The
+/// pressing force is the limit that linear facets approach from above (10.656, 10.516, 10.481 MN,
+/// see the scene).
 #[test]
 fn ironing_on_quadratic_facets() {
     for element in ["quad8", "quad9", "tri6"] {
@@ -261,8 +267,8 @@ fn ironing_on_quadratic_facets() {
     }
 }
 
-/// Where the facets of the target are a quarter as long as the contactor's, no step is cut, and the force is the one that meshes which fit
-/// have.
+/// If the facets of the target are a quarter as long as the contactor's, no step is cut. The force
+/// is that of matched meshes.
 #[test]
 fn a_finer_target_is_ironed_on_1_3_ranks() {
     let rows = [
@@ -285,16 +291,16 @@ fn a_finer_target_is_ironed_on_1_3_ranks() {
     }
 }
 
-/// In space, as shipped: points that slide out under the rim of the indenter go through its edge by a hair within a step, which is no
-/// contact that was missed.
+/// The shipped 3D scene. Points that slide out under the rim of the indenter pass through its edge
+/// slightly within a step, which is not a missed contact.
 #[test]
 fn ironing_in_space_is_not_cut() {
     let record = Results::of(&shipped("ironing/solid.yml", &[]), 1).record();
     assert_eq!((record["cut_steps"].as_u64(), record["steps"].as_u64()), (Some(0), Some(12)));
 }
 
-/// A block that starts 1 mm inside of another: what is adjusted neither presses nor counts, and what is pressed further
-/// answers like a block that started on the surface.
+/// A block that starts 1 mm inside another one. The adjusted overlap neither causes pressure nor
+/// counts as penetration. Further pressing has the response of a block that started on the surface.
 #[test]
 fn an_adjusted_overclosure_does_not_press() {
     let case = |overlap: f64, treatment: &str, push: f64| {

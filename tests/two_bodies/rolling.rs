@@ -1,8 +1,9 @@
-//! A wheel on a slab: friction that does not depend on how far a step takes the wheel.
+//! A wheel on a slab: friction that does not depend on the rotation per step.
 
 use crate::common::{Folder, Results, run};
 
-/// A wheel that is pressed on a slab until t = 0.1, and then rolls by 18 degrees each tenth of a second.
+/// A wheel that is pressed on a slab until t = 0.1, and then rolls by 18 degrees in each tenth of a
+/// second.
 fn wheel(step: f64, more: &str) -> String {
     let turn = "3.141592653589793 * max(t - 0.1, 0)";
     format!(
@@ -22,8 +23,9 @@ fn wheel(step: f64, more: &str) -> String {
     )
 }
 
-/// A step of 18 degrees, four facets, is cut until the wheel rolls by a facet at a time: its friction is that of short steps but for
-/// a fifth. It would be less than half of that. Where steps may be cut no further, the run says by how much they go too far.
+/// A step of 18 degrees, four facets, is cut until the wheel rolls by one facet at a time. Its
+/// friction is within a fifth of that of short steps. Without cuts it would be less than half of
+/// that. If no further cuts are permitted, the run reports by how much the steps are too long.
 #[test]
 fn a_wheel_rolls_by_a_facet_a_step() {
     let friction = |step: f64, more: &str| {

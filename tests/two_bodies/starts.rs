@@ -1,9 +1,11 @@
-//! Static starts of bodies that nothing but contact holds, and what may be mistaken for a contact that was missed.
+//! Static starts of bodies that only contact holds, and situations that may be mistaken for a
+//! missed contact.
 
 use super::*;
 
-/// A block that is a million times as stiff as its stratum rests on it as well: the spring under free bodies is soft beside what carries them,
-/// and a linear solve is asked for what rounding leaves of it.
+/// A block that is a million times as stiff as its stratum also rests on it. The spring under free
+/// bodies is soft compared with their support, and the tolerance of a linear solve is limited by
+/// rounding.
 #[test]
 fn a_block_rests_on_a_stratum_a_million_times_softer() {
     let mut text = shipped("concrete-block/case.yml", &COARSE_BLOCK).replace("end: 0.03", "end: 1.0e-3");
@@ -27,8 +29,9 @@ fn a_block_rests_on_a_stratum_a_million_times_softer() {
     assert!(settled.iter().all(|u| *u < 0.0 && (u / settled[0] - 1.0).abs() < 1e-5), "{settled:?}");
 }
 
-/// Off the middle of its stratum the block has no equilibrium near by without friction: it is held where it lies, by a small force that is told,
-/// on 1, 2 and 3 ranks alike; on its own mesh and on one that is graded.
+/// Off the middle of its stratum the block has no nearby frictionless equilibrium. It is held in
+/// its position by a small force, which is reported, equally on 1, 2 and 3 ranks, on its own mesh
+/// and on a graded one.
 #[test]
 fn the_concrete_block_is_held_off_the_middle_on_1_2_3_ranks() {
     let aside = ("min: [1.0, 1.0], max: [2.0, 1.5]", "min: [1.1137, 1.0], max: [2.1137, 1.5]");
@@ -54,8 +57,9 @@ fn the_concrete_block_is_held_off_the_middle_on_1_2_3_ranks() {
     }
 }
 
-/// Two elastic blocks of tetrahedra, one on the other and both on a base, whose meshes do not match: hardly anything resists their
-/// sliding, and what they bend to is far off. They are held where they lie, on 1, 2 and 3 ranks alike.
+/// Two elastic blocks of tetrahedra, one on the other and both on a base, with non-matching meshes.
+/// Hardly anything resists their sliding, and the bent equilibrium is far away. They are held in
+/// their positions, equally on 1, 2 and 3 ranks.
 #[test]
 fn a_stack_that_bends_is_held_on_1_2_3_ranks() {
     let alone = Results::of(STACK, 1);
@@ -96,8 +100,9 @@ time: { end: 1.0e-3, step: 5.0e-4, scheme: { generalized_alpha: { spectral_radiu
 output: { probes: { edge: { at: [0.7, 0.75, 0.8], on: top } } }
 ";
 
-/// Soft bodies above soft targets, or on them with a single node, fall until they touch, and are carried: a block a millimetre above, a
-/// disc whose lowest node is where the target begins, and a block over a round obstacle.
+/// Soft bodies above soft targets, or on them with a single node, fall until they touch, and are
+/// supported: a block a millimetre above, a disc whose lowest node is where the target begins, and
+/// a block over a round obstacle.
 #[test]
 fn soft_bodies_find_what_carries_them_on_1_and_2_ranks() {
     let slab = "slab: { mesh: { box: { min: [0, 0], max: [2, 0.3], cells: [17, 3] } }, material: *rubber, density: 1000 }";
@@ -142,8 +147,9 @@ output: {{ probes: {{ top: {{ at: {at}, on: a }} }} }}
     }
 }
 
-/// A block slides off a slab with its bottom and its left side in contacts: the corner of the slab, pressed a little into the bottom, is
-/// centimetres behind the left side, and has not got in there.
+/// A block slides off a slab with its bottom and its left side in contacts. The corner of the slab,
+/// pressed a little into the bottom, is centimetres behind the left side, but has not entered
+/// there.
 #[test]
 fn a_corner_comes_in_through_one_side_only_on_1_and_3_ranks() {
     for ranks in [1, 3] {

@@ -1,4 +1,4 @@
-//! Two bodies by both strategies where contact comes to an end, and where corrections would go round in a circle.
+//! Two bodies with both strategies, at the end of contact and with corrections that would cycle.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn body(name: &str, lower: [f64; 2], upper: [f64; 2], cells: [u32; 2], modulus: 
     )
 }
 
-/// A block that is dragged along a slab and off its end, from where on both are without any stress.
+/// A block that is dragged along a slab and beyond its end, after which both are free of stress.
 fn off_the_end() -> String {
     let slab = body("slab", [0.0, 0.0], [1.0, 0.3], [8, 2], 1e7, "");
     let block = body("block", [0.6, 0.3], [0.9, 0.5], [3, 2], 3e7, "");
@@ -32,7 +32,7 @@ output: {{ fields: {{ every: 100 }}, probes: {{ block: {{ at: [0.9, 0.3], on: bl
     )
 }
 
-/// Two blocks that fly at each other, meet and part again.
+/// Two blocks that approach each other, collide and separate.
 fn flight() -> String {
     let left = body("left", [0.0, 0.0], [0.1, 0.1], [3, 3], 5e6, "    initial_velocity: [2.0, 0.5]\n");
     let right = body("right", [0.105, 0.03], [0.205, 0.13], [2, 2], 5e6, "");
@@ -55,8 +55,9 @@ fn by(text: &str, solver: &str, ranks: usize) -> Results {
     Results::of(&format!("{text}solver: {solver}\n"), ranks)
 }
 
-/// Bodies that nothing presses any more, or not yet, have no forces but rounding: the staggered strategy ends its sweeps there as Newton's
-/// method ends its corrections, and finds what the monolithic one does at every step.
+/// Bodies without load, before or after contact, have forces of rounding size only. The staggered
+/// strategy ends its sweeps there as Newton's method ends its corrections. It finds the results of
+/// the monolithic strategy at every step.
 #[test]
 fn stages_end_where_no_force_is_left_on_1_2_ranks() {
     for text in [off_the_end(), flight()] {
@@ -70,7 +71,7 @@ fn stages_end_where_no_force_is_left_on_1_2_ranks() {
     }
 }
 
-/// Three blocks in a stack, the top one pushed to and fro.
+/// Three blocks in a stack, the top one pushed back and forth.
 fn stack() -> String {
     let base = body("base", [0.0, 0.0], [1.0, 0.3], [10, 3], 2e7, "");
     let middle = body("middle", [0.2, 0.3], [0.8, 0.5], [7, 3], 1e7, "");
@@ -101,8 +102,8 @@ output: {{ fields: {{ every: 100 }}, probes: {{ top: {{ at: [0.3, 0.7], on: top 
     )
 }
 
-/// Corrections that lead round in a circle, of nine iterates in step 60 of the monolithic strategy and of four in stage I of step 31 of the
-/// staggered one, are led off it: no step has to be cut.
+/// Cycles of corrections are broken: nine iterates in step 60 of the monolithic strategy, and four
+/// in stage I of step 31 of the staggered one. No step has to be cut.
 #[test]
 fn circles_are_left_on_1_2_ranks() {
     let monolithic = by(&stack().replace("END", "0.03"), "{ linear: direct }", 1);

@@ -1,4 +1,4 @@
-//! What the equations of motion keep: free fall, momentum, energy.
+//! Balances of the equations of motion: free fall, momentum, energy.
 
 use std::rc::Rc;
 
@@ -22,7 +22,8 @@ pub fn all(session: &Rc<Session>) {
     momentum::<3>(session, Tet10);
 }
 
-/// Nothing holds the body: `u = -g t^2 / 2`, `v = -g t`, and weight becomes kinetic energy.
+/// A body without supports: `u = -g t^2 / 2`, `v = -g t`, and the work of the weight becomes
+/// kinetic energy.
 fn free_fall<const D: usize>(session: &Rc<Session>) {
     let row = |value: &str| vec![value; D].join(", ");
     let g = if D == 2 { "0, -9.81" } else { "0, 0, -9.81" };
@@ -59,7 +60,7 @@ output: {{ fields: {{ every: 1000000 }}, probes: {{ corner: {{ at: [{}] }} }} }}
     closes(&results, 1e-9, "free fall");
 }
 
-/// What the ledger leaves over, against the largest energy.
+/// The residual of the energy balance, divided by the largest energy.
 fn closes(results: &Results, tolerance: f64, what: &str) {
     let table = results.table("energy.csv");
     let columns = ["kinetic", "strain", "external_work"].map(|name| table.column(name));
@@ -69,8 +70,9 @@ fn closes(results: &Results, tolerance: f64, what: &str) {
     assert!(worst < tolerance * scale, "{what}: {worst:.1e} of {scale:.1e} J left over");
 }
 
-/// The ledger of a linear bar under Newmark's average acceleration closes to rounding: oscillating freely, under a
-/// traction that comes at once, and on a support that accelerates evenly from the start.
+/// The energy balance of a linear bar with Newmark's average acceleration closes to rounding: in
+/// free oscillation, under a suddenly applied traction, and on a support with constant acceleration
+/// from the start.
 fn energy(session: &Rc<Session>) {
     let bar = |velocity: &str, boundary: &str| {
         let text = format!(
@@ -108,8 +110,8 @@ output: {{ fields: {{ every: 1000000 }} }}
     }
 }
 
-/// A free body that flies, spins and swings at finite strain keeps its linear momentum; its angular momentum drifts
-/// with the second power of the step.
+/// A free body that flies, spins and vibrates at finite strain conserves its linear momentum. Its
+/// angular momentum drifts with the square of the step.
 fn momentum<const D: usize>(session: &Rc<Session>, kind: ElementKind) {
     let [coarse, fine] = [0.04, 0.02].map(|step| drift::<D>(session, kind, step));
     let rate = (coarse / fine).log2();

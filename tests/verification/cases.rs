@@ -1,4 +1,4 @@
-//! Small scenes that have every term of the matrix at work between them, each of which says which.
+//! Small scenes that together contain every term of the matrix. Each lists its terms.
 
 use std::rc::Rc;
 
@@ -19,13 +19,13 @@ use super::scene::{Scene, Solid, function, load, support};
 const NH: &str = "neo_hookean";
 const SVK: &str = "saint_venant_kirchhoff";
 
-/// A scene with the terms that are at work in it, besides those of the solid and the normal contact.
+/// A scene with its terms, in addition to those of the solid and the normal contact.
 pub struct Case<const D: usize> {
     pub name: &'static str,
     solid: Solid,
     lumped: bool,
     obstacle: Rc<dyn Shape<D>>,
-    /// Elements of a second body that takes the place of the obstacle.
+    /// Elements of a second body that replaces the obstacle.
     bed: Option<ElementKind>,
     normal: NormalLaw,
     pub friction: Option<Friction>,
@@ -44,7 +44,7 @@ fn constant() -> Coefficient {
     Constant(0.6).into()
 }
 
-/// Points stick below this slip velocity [m/s], and slip above.
+/// Points stick below this slip velocity [m/s], and slip above it.
 fn velocity(limit: f64) -> Regularization {
     Regularization::stick_velocity(limit)
 }
@@ -58,7 +58,7 @@ fn floor<const D: usize>() -> Rc<dyn Shape<D>> {
     Rc::new(Plane::new(Vector::from_fn(|i, _| if i + 1 == D { 0.2 } else { 0.5 }), up))
 }
 
-/// A ball from below, into which the whole bottom has sunk.
+/// A ball from below that overlaps the whole bottom.
 fn ball<const D: usize>() -> Rc<dyn Shape<D>> {
     let centre = Vector::from_fn(|i, _| if i + 1 == D { -2.0 } else { 0.45 });
     Rc::new(Sphere::new(centre, 2.3, Side::Outside))
@@ -164,7 +164,7 @@ pub fn solid_cases() -> Vec<Case<3>> {
     ]
 }
 
-/// On the floor by a penalty, with consistent mass and tractions on the deformed area.
+/// On the floor with a penalty, with consistent mass and tractions on the deformed area.
 fn new<const D: usize>(
     name: &'static str,
     kind: ElementKind,
@@ -226,7 +226,8 @@ impl<const D: usize> Case<D> {
     }
 }
 
-/// A second body below the block, wider and of other cells, into whose top the whole bottom of the block has sunk.
+/// A second body below the block, wider and with different cells. The whole bottom of the block
+/// overlaps its top.
 fn beside<const D: usize>(mut block: Mesh<D>, bed: &Solid) -> Mesh<D> {
     let mut bed = BoxShape {
         min: std::array::from_fn(|i| if i + 1 == D { -1.0 } else { -0.45 }),

@@ -1,5 +1,5 @@
-//! Free motions of a static equilibrium: how many there are, what is told of one that is driven, and that a body that only
-//! friction would hold stays where it is.
+//! Free motions of a static equilibrium: their number, the report of a loaded one, and that a body
+//! that only friction would hold keeps its position.
 
 use std::rc::Rc;
 
@@ -24,7 +24,8 @@ pub fn all(session: &Rc<Session>) {
     pieces(session);
 }
 
-/// A case of one body over a plane through `point` with this `normal`, or of none where that is empty.
+/// A case of one body over a plane through `point` with this `normal`. There is no plane if
+/// `normal` is empty.
 fn case(dimension: usize, mesh: &str, point: &str, normal: &str, boundary: &str) -> String {
     let contact = "contact: { sole: { contactor: block.bottom, target: floor, normal: { penalty: { compliance: 1.0e-8 } }, \
                    friction: FRICTION, initial_overclosure: accept } }";
@@ -65,7 +66,7 @@ const BALL: &str = "min: [-1, -1, -1], max: [1, 1, 1], cells: [4, 4, 4], map: { 
 const NO_FRICTION: &str = "none";
 const STICK: &str = "{ coulomb: { coefficient: 0.5, regularization: { stick_stiffness: 1.0e8 } } }";
 
-/// The system of a case, distributed, and a stage at rest.
+/// The distributed system of a case, and a stage at rest.
 fn scene<const D: usize>(session: &Rc<Session>, text: &str, friction: &str) -> Scene<D> {
     let case = Case::parse(&text.replace("FRICTION", friction), "case.yml")
         .unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -81,7 +82,8 @@ fn scene<const D: usize>(session: &Rc<Session>, text: &str, friction: &str) -> S
     scene
 }
 
-/// The free motions of the undeformed state under its loads; those up to `allowed` count for nothing.
+/// The free motions of the undeformed state under its loads. Loads up to `allowed` along a motion
+/// are ignored.
 fn free<const D: usize>(session: &Rc<Session>, text: &str, friction: &str, allowed: f64) -> FreeMotions {
     let mut scene = scene::<D>(session, text, friction);
     let Scene { system, stage, .. } = &mut scene;
@@ -96,8 +98,9 @@ fn free<const D: usize>(session: &Rc<Session>, text: &str, friction: &str, allow
     FreeMotions::find(system, stage, &rhs, allowed).expect("PETSc")
 }
 
-/// On a plane a block slides, a disc slides and rolls; in space a block slides two ways and turns about the normal, a ball
-/// rolls two ways as well. Sticking friction and supports leave less.
+/// On a plane in 2D a block slides, and a disc slides and rolls. In 3D a block slides in two
+/// directions and rotates about the normal, and a ball also rolls in two directions. Sticking
+/// friction and supports leave fewer free motions.
 fn counts(session: &Rc<Session>) {
     let up = "normal: [0, 1]";
     let count2 = |text: &str, friction: &str| free::<2>(session, text, friction, f64::MAX).held();
@@ -128,7 +131,8 @@ fn counts(session: &Rc<Session>) {
     assert_eq!(count3(&case(3, CUBE, "", "", "")), 6, "there is nothing in space");
 }
 
-/// A motion that loads drive is not held, and is told with body, direction and resultant; the others are held.
+/// A motion with a load along it is not restrained, and is reported with body, direction and
+/// resultant. The others are restrained.
 fn driven(session: &Rc<Session>) {
     let load = |gravity: &str| format!("boundary: {{ weight: {{ on: block, gravity: {gravity} }} }}");
     let told = |text: &str| {
@@ -148,8 +152,8 @@ fn driven(session: &Rc<Session>) {
     assert!((turns.force / 1000.0 - 1.0).abs() < 1e-9, "{turns:?}");
 }
 
-/// A block on a plane, pressed unevenly: what friction would hold is left where it was, to rounding, although the block gives
-/// way by a millimetre and unevenly.
+/// A block on a plane, pressed unevenly. Along the motions that friction would restrain it keeps
+/// its position to rounding, although the block deforms by a millimetre and unevenly.
 fn stays(session: &Rc<Session>) {
     let press = "boundary: { press: { on: block.top, traction: { y: \"-1.0e5 * (0.5 + x)\" } }, weight: { on: block, gravity: [0, -10] } }";
     let text = case(2, &format!("{SQUARE}, map: {{ x: x + 0.2 * x * y, y: y }}"), "[0, 0]", "[0, 1]", press);
@@ -167,7 +171,8 @@ fn stays(session: &Rc<Session>) {
     assert!(shift.abs() < 1e-14, "the centre of mass moved by {shift} of {moved}");
 }
 
-/// Squares of a file at these places, which share nodes where they meet; the first is the set `held`.
+/// Squares in a mesh file at these positions, which share nodes where they touch. The first one is
+/// the set `held`.
 fn squares(session: &Rc<Session>, places: &[[u32; 2]]) -> String {
     let path = std::path::PathBuf::from(std::env::var(super::FOLDER).expect("a folder")).join("squares.msh");
     if session.rank() == 0 {
@@ -198,8 +203,8 @@ fn squares(session: &Rc<Session>, places: &[[u32; 2]]) -> String {
     path.display().to_string()
 }
 
-/// Pieces that hinge on a clamped one turn about it, a ring of squares folds, and islands move as they like; what loads drive is
-/// told by the piece.
+/// Pieces that hinge on a clamped one rotate about it, a ring of squares folds, and islands move
+/// freely. A loaded motion is reported with its piece.
 fn pieces(session: &Rc<Session>) {
     let clamp = "hold: { on: block.held, displacement: { x: 0, y: 0 } }";
     let text = |places: &[[u32; 2]], boundary: &str| {

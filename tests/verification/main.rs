@@ -1,8 +1,9 @@
-//! Does the program solve the system of `docs/theory.md`? Manufactured solutions, tangents, balances.
+//! Does the program solve the system of `docs/theory.md`? Manufactured solutions, tangents,
+//! balances.
 //!
-//! Run as a test this program starts itself again, alone or by `mpirun`, once for each line of `RUNS`; with a check's
-//! name in the environment it is one of the ranks and makes that check. `-- NAME` picks checks, `-- --nocapture` shows
-//! the rates.
+//! Run as a test, this program starts itself again, alone or with `mpirun`, once for each line of
+//! `RUNS`. With the name of a check in the environment it is one of the ranks and runs that check.
+//! `-- NAME` selects checks, `-- --nocapture` shows the rates.
 
 mod balances;
 mod cases;
@@ -26,13 +27,13 @@ use common::{Folder, Running};
 use contact_petsc::petsc::Session;
 
 const CHECK: &str = "CONTACT_PETSC_VERIFICATION";
-/// Where a check may write.
+/// Folder in which a check may write.
 const FOLDER: &str = "CONTACT_PETSC_VERIFICATION_FOLDER";
 
-/// Most time that a run may take, generous for a loaded machine: a hang is a failure too.
+/// Time limit of a run, generous for a loaded machine. A hang is a failure, too.
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// Most time for a mesh of a longer sweep.
+/// Time limit for a mesh of a longer sweep.
 const MESH: Duration = Duration::from_secs(2);
 
 /// A check, and the numbers of ranks for it (0: started without `mpirun`).

@@ -1,4 +1,5 @@
-//! Statics: order of convergence of every element to a manufactured solution, and patches under pressure.
+//! Statics: order of convergence of every element to a manufactured solution, and patches under
+//! pressure.
 
 use std::rc::Rc;
 
@@ -81,7 +82,7 @@ fn error<const D: usize>(session: &Rc<Session>, solid: &Solid, cells: u32) -> f6
     square.sqrt()
 }
 
-/// A homogeneous stretch under a pressure that follows the surface is exact on distorted meshes of every element.
+/// A homogeneous stretch under a follower pressure is exact on distorted meshes of every element.
 pub fn patches(session: &Rc<Session>) {
     for kind in [Quad4, Quad8, Quad9, Tri3, Tri6] {
         patch::<2>(session, &Solid::new(kind, NH));
@@ -97,7 +98,7 @@ pub fn patches(session: &Rc<Session>) {
     patch::<3>(session, &Solid::new(Hex8, SVK).linear());
 }
 
-/// Pressure that stretches by `s` in all `D` directions [Pa].
+/// Pressure that causes the stretch `s` in all `D` directions [Pa].
 fn pressure<const D: usize>(solid: &Solid, s: f64) -> f64 {
     use contact_petsc::element::Kinematics::Linear;
     let ((lambda, mu), d) = (lame(), D as f64);
@@ -111,7 +112,7 @@ fn pressure<const D: usize>(solid: &Solid, s: f64) -> f64 {
     -p / area
 }
 
-/// Moves inner points only; a curved tet10 is beyond its quadrature.
+/// Moves inner points only. The quadrature does not integrate a curved tet10 exactly.
 fn shift<const D: usize>(kind: ElementKind) -> impl Fn(&mut [f64; D]) {
     let size = if kind == Tet10 { 0.0 } else { 0.8 };
     move |point| {

@@ -1,4 +1,4 @@
-//! A case run by the program's own simulation, and the tables that it wrote.
+//! A case run with the program's own simulation, and the tables that it wrote.
 
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -20,12 +20,13 @@ pub struct Table {
     rows: Vec<Vec<String>>,
 }
 
-/// Runs a case; its results on rank 0, nothing elsewhere. Collective.
+/// Runs a case. Returns its results on rank 0, and nothing elsewhere. Collective.
 pub fn run(session: &Rc<Session>, text: &str) -> Option<Results> {
     attempt(session, text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Runs a case that may be refused; its results on rank 0, nothing elsewhere. Collective.
+/// Runs a case that may be refused. Returns its results on rank 0, and nothing elsewhere.
+/// Collective.
 pub fn attempt(session: &Rc<Session>, text: &str) -> Result<Option<Results>> {
     let scratch = PathBuf::from(std::env::var(super::FOLDER).expect("a folder for the check"));
     let (case_file, folder) = (scratch.join("case.yml"), scratch.join("results"));
@@ -51,7 +52,7 @@ impl Results {
 }
 
 impl Table {
-    /// The numbers of a column, named without its unit.
+    /// The numbers of a column, by its name without the unit.
     pub fn column(&self, name: &str) -> Vec<f64> {
         let column = self.header.iter().position(|title| title.split(" [").next() == Some(name));
         let column = column.unwrap_or_else(|| panic!("{name} is not among {:?}", self.header));

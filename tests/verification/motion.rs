@@ -1,7 +1,8 @@
-//! Order in time of every scheme and every element, on a motion that the mesh holds exactly.
+//! Order in time of every scheme and every element, on a motion that the mesh represents exactly.
 //!
-//! `u = a(t) B X` has the same deformation gradient everywhere: the mesh commits no error, what is left is the error of
-//! the time integration. Two sides follow the motion, the others bear the tractions `P N`, the inner points are free.
+//! `u = a(t) B X` has the same deformation gradient everywhere. The mesh therefore causes no error,
+//! and the remaining error is that of the time integration. Two sides follow the motion, the others
+//! carry the tractions `P N`, and the inner points are free.
 
 use std::rc::Rc;
 
@@ -11,7 +12,7 @@ use contact_petsc::tensor::{Tensor, Vector};
 use super::march::run;
 use super::scene::{DENSITY, POISSON, YOUNG, lame};
 
-/// `a(t)` with value 0, but rate and acceleration at the start, and its derivatives.
+/// `a(t)` with value 0, but non-zero rate and acceleration at the start, and its derivatives.
 const GROWTH: &str = "(0.08 * (sin(5*t) + 1 - cos(5*t)))";
 const GROWTH_SECOND: &str = "(0.08 * 25 * (cos(5*t) - sin(5*t)))";
 const END: f64 = 0.6;
@@ -49,7 +50,7 @@ fn along<const D: usize>(i: usize) -> String {
     format!("({})", terms.join(" + "))
 }
 
-/// The tractions `P N`, a polynomial in `a`, of Saint Venant and Kirchhoff's law.
+/// The tractions `P N` of Saint Venant and Kirchhoff's law, a polynomial in `a`.
 fn traction<const D: usize>(normal: Vector<D>) -> String {
     let ((lambda, mu), b) = (lame(), direction::<D>());
     let stress = |e: Tensor<D>| Tensor::<D>::identity() * (lambda * e.trace()) + e * (2.0 * mu);
@@ -147,7 +148,8 @@ fn converges<const D: usize>(session: &Rc<Session>, scheme: &str, element: &str,
     assert!(rates.iter().all(|rate| (rate - order).abs() < 0.1), "{scheme} {element}: rates {rates:?}");
 }
 
-/// At the start of the motion inertia balances the loads row by row: the supports have nothing to do.
+/// At the start of the motion inertia balances the loads row by row: the support reactions are
+/// zero.
 pub fn start(session: &Rc<Session>) {
     for element in ["quad4", "tri6"] {
         let Some(results) = run(session, &case::<2>("newmark: {}", element, 0.3)) else { continue };

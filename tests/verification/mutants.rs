@@ -1,9 +1,10 @@
-//! Meshes with the defects of real ones: each is refused, or the answer is right.
+//! Meshes with realistic defects: each is refused, or the result is correct.
 //!
-//! A block is stretched by a prescribed displacement or by a traction; its strain is uniform, so that every mesh whose
-//! elements fit together gives the exact force. Mutators duplicate nodes and elements, refine one side of an interface,
-//! cut pieces out, invert and displace elements, mix kinds and number everything anew, two at a time. Where a mutator
-//! leaves the block whole the force must be exact; in all cases reactions must balance what is applied to 1e-6.
+//! A block is stretched by a prescribed displacement or by a traction. Its strain is uniform, so
+//! every mesh with conforming elements gives the exact force. Mutators duplicate nodes and
+//! elements, refine one side of an interface, cut out pieces, invert and displace elements, mix
+//! kinds and renumber everything, two at a time. If a mutator leaves the block intact, the force
+//! must be exact. In all cases reactions must balance the applied loads to 1e-6.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -15,7 +16,7 @@ use contact_petsc::petsc::Session;
 
 use super::march::attempt;
 
-/// Numbers that are the same everywhere.
+/// Pseudo-random numbers that are the same everywhere.
 struct Random(u64);
 
 impl Random {
@@ -28,7 +29,7 @@ impl Random {
         (self.next() % bound as u64) as usize
     }
 
-    /// Between -1 and 1.
+    /// A number between -1 and 1.
     fn signed(&mut self) -> f64 {
         self.next() as f64 / f64::from(1 << 30) - 1.0
     }
@@ -38,7 +39,7 @@ impl Random {
     }
 }
 
-/// What a mutator does to the block.
+/// The effect of a mutator on the block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Mutation {
     Shuffle,
@@ -59,20 +60,22 @@ const MUTATIONS: [Mutation; 10] =
     [Shuffle, Jiggle, DuplicateNodes, DuplicateElement, Refine, Remove, Island, Swap, Displace, Mix];
 
 impl Mutation {
-    /// Whether the block still fills its place, so that a mesh which is taken must give the exact force.
+    /// Whether the block still fills its region, so that an accepted mesh must give the exact
+    /// force.
     fn leaves_the_block(self) -> bool {
         !matches!(self, Remove | Island | Displace)
     }
 }
 
-/// Whether the block is whole after all of these. Nodes that are moved where parts are not joined open a slit as wide.
+/// Whether the block is intact after all of these. If parts are not joined, moved nodes open a slit
+/// of the same width.
 fn leave_the_block(mutations: &[Mutation]) -> bool {
     let splits = |mutation: &Mutation| matches!(mutation, DuplicateNodes | DuplicateElement | Refine);
     let slit = mutations.iter().position(splits).is_some_and(|first| mutations[first..].contains(&Jiggle));
     !slit && mutations.iter().all(|mutation| mutation.leaves_the_block())
 }
 
-/// A mesh that is changed: elements as lists.
+/// A mutable mesh: elements as lists.
 #[derive(Clone)]
 struct Draft<const D: usize> {
     points: Vec<[f64; D]>,
@@ -208,7 +211,7 @@ impl<const D: usize> Draft<D> {
         }
     }
 
-    /// An element becomes one of the other order, or simplices.
+    /// Changes an element to one of the other order, or to simplices.
     fn mix(&mut self, random: &mut Random) {
         let element = random.below(self.elements.len());
         let (kind, nodes) = self.elements[element].clone();
@@ -243,7 +246,7 @@ impl<const D: usize> Draft<D> {
         self.elements[element] = (other, new);
     }
 
-    /// Whether a side of the top is bent, so that its corners do not tell its area.
+    /// Whether a side of the top is curved, so that its corners do not determine its area.
     fn is_curved_on_top(&self) -> bool {
         self.side(D - 1, 1.0).iter().any(|(kind, nodes)| {
             kind.parents().iter().zip(nodes).any(|(parents, &node)| {
@@ -257,7 +260,8 @@ impl<const D: usize> Draft<D> {
         })
     }
 
-    /// Facets of the boundary all of whose corners have this coordinate, as corners of their elements in Gmsh's order.
+    /// Boundary facets whose corners all have this coordinate, as corners of their elements in
+    /// Gmsh's order.
     fn side(&self, axis: usize, at: f64) -> Vec<(ElementKind, Vec<u32>)> {
         let mut mesh = Mesh::with_points(self.points.clone());
         for (kind, nodes) in &self.elements {
@@ -274,7 +278,7 @@ impl<const D: usize> Draft<D> {
         facets.map(nodes_of).collect()
     }
 
-    /// As a file of Gmsh, with the sides where x, y and z are 0 or 1 as far as there are any.
+    /// The mesh in Gmsh's format, with the existing sides at x, y and z of 0 or 1.
     fn msh(&self) -> String {
         let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n");
         let _ = writeln!(
@@ -340,7 +344,8 @@ output: {{ fields: {{ every: 0 }} }}
     )
 }
 
-/// Meshes whose parts are not joined are refused for a reason: taken as they are, some give another force.
+/// Meshes with unjoined parts are refused for a reason: without the refusal, some give another
+/// force.
 fn unchecked_meshes_are_wrong(session: &Rc<Session>) {
     for mutation in [DuplicateNodes, Refine] {
         let mut wrong = 0;
@@ -366,12 +371,12 @@ fn unchecked_meshes_are_wrong(session: &Rc<Session>) {
     }
 }
 
-/// Where the mesh of a run is.
+/// Path of the mesh of a run.
 fn path() -> std::path::PathBuf {
     std::path::PathBuf::from(std::env::var(super::FOLDER).expect("a folder")).join("mesh.msh")
 }
 
-/// What became of the meshes, to see that the sweep looks at something.
+/// Outcome of the meshes, to check that the sweep is meaningful.
 #[derive(Debug, Default)]
 struct Tally {
     refused: u32,
@@ -382,7 +387,7 @@ struct Tally {
 /// Number of meshes and seed of a longer sweep, see `scripts/fuzz-meshes`.
 pub const SWEEP: &str = "CONTACT_PETSC_MUTANTS";
 
-/// What a longer sweep is asked for.
+/// Parameters of a longer sweep.
 pub fn longer_sweep() -> Option<(u64, u64)> {
     let text = std::env::var(SWEEP).ok()?;
     let numbers: Vec<u64> =
@@ -413,7 +418,8 @@ pub fn all(session: &Rc<Session>) {
     }
 }
 
-/// Seeds of longer sweeps whose meshes gave another force: hexahedra beside tetrahedra on warped sides.
+/// Seeds of longer sweeps whose meshes gave another force: hexahedra next to tetrahedra on warped
+/// sides.
 const FOUND: [u64; 3] = [442, 705, 1408];
 
 /// Numbers of a mesh of a longer sweep.
@@ -430,7 +436,8 @@ fn random_kind(random: &mut Random) -> ElementKind {
     ElementKind::SOLIDS[random.below(ElementKind::SOLIDS.len())]
 }
 
-/// Meshes with one or two mutations, often with nodes moved and numbered anew, each from a seed of its own, so that one that fails can be made again alone.
+/// Meshes with one or two mutations, often with nodes moved and renumbered. Each has its own seed,
+/// so that a failed one can be repeated alone.
 fn random_sweep(session: &Rc<Session>, count: u64, seed: u64) {
     let mut tally = Tally::default();
     let mut failures = Vec::new();
@@ -549,7 +556,7 @@ fn verdict<const D: usize>(
 }
 
 impl<const D: usize> Draft<D> {
-    /// Area of a flat facet, by its corners.
+    /// Area of a flat facet from its corners.
     fn area(&self, kind: ElementKind, nodes: &[u32]) -> f64 {
         let at = |k: usize| self.points[nodes[k] as usize];
         let edge = |a: usize, b: usize| -> [f64; 2] { [at(b)[0] - at(a)[0], at(b)[1] - at(a)[1]] };
@@ -562,7 +569,8 @@ impl<const D: usize> Draft<D> {
     }
 }
 
-/// A refusal names the cause: a file with its place, a case with what nothing holds, or a solve that found no balance.
+/// A refusal names the cause: a file with the location, a case with the unsupported part, or a
+/// solve that did not converge to equilibrium.
 fn is_refused_well(error: &Error, what: &str) {
     let message = &error.message;
     match error.cause {

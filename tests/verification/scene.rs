@@ -1,4 +1,4 @@
-//! A scene made of the library's own parts: mesh, model, system, and its static equilibrium.
+//! A scene built from the library's own parts: mesh, model, system, and its static equilibrium.
 
 use std::rc::Rc;
 
@@ -19,7 +19,7 @@ use contact_petsc::time::Scheme;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-/// What a body is made of.
+/// The properties of a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Solid {
     pub kind: ElementKind,
@@ -51,7 +51,7 @@ impl Solid {
         Self { locking: Locking::SelectiveReduced, ..self }
     }
 
-    /// A model of the one body `block`, without supports and loads.
+    /// A model of the single body `block`, without supports and loads.
     pub fn model<const D: usize>(&self) -> Model<D> {
         let formulation = Formulation {
             material: Material::named(self.law, YOUNG, POISSON).expect("a known law"),
@@ -77,8 +77,8 @@ impl Solid {
         }
     }
 
-    /// The body `block`, a unit square or cube of `cells` cells along each axis, whose points `move_point` moves; the
-    /// set `block.surface` holds all points of its surface.
+    /// The body `block`, a unit square or cube of `cells` cells along each axis, whose points
+    /// `move_point` moves. The set `block.surface` holds all points of its surface.
     pub fn mesh<const D: usize>(&self, cells: u32, move_point: impl Fn(&mut [f64; D])) -> Mesh<D> {
         let shape = BoxShape { min: [0.0; D], max: [1.0; D], cells: [cells; D], element: self.kind };
         let mut mesh = shape.mesh().expect("a box");
@@ -173,7 +173,8 @@ impl<const D: usize> Scene<D> {
         total
     }
 
-    /// `int f(X, w(X)) dV` over the reference volume for nodal fields `w`, by a rule of high degree. Collective.
+    /// `int f(X, w(X)) dV` over the reference volume for nodal fields `w`, with a rule of high
+    /// degree. Collective.
     pub fn integrate<const F: usize, const N: usize>(
         &self,
         fields: [&[f64]; F],

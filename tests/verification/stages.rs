@@ -1,4 +1,5 @@
-//! The stages of the two-stage scheme: each with the tangent of what it holds, each with a symmetric matrix.
+//! The stages of the two-stage scheme: each has the tangent of its frozen state, and a symmetric
+//! matrix.
 
 use std::rc::Rc;
 
@@ -64,7 +65,8 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>) {
     nodes_in_contact_have_normals(&mut scene, &name);
 }
 
-/// The bodies joined by springs are symmetric, stiffer than the bodies alone, and that where there is contact alone.
+/// The matrix of the bodies joined by springs is symmetric. It is stiffer than that of the bodies
+/// alone, but only where there is contact.
 fn joints_are_symmetric<const D: usize>(scene: &mut super::scene::Scene<D>, name: &str) {
     let mut joined = scene.system.matrix().like().expect("PETSc");
     let mut bodies = joined.like().expect("PETSc");
@@ -86,7 +88,7 @@ fn joints_are_symmetric<const D: usize>(scene: &mut super::scene::Scene<D>, name
     assert!(stiffer.norm().expect("PETSc") > 1e-6 * size, "{name}: no spring");
 }
 
-/// The normals are unit vectors where there is contact and there alone.
+/// The normals are unit vectors where there is contact, and zero elsewhere.
 fn nodes_in_contact_have_normals<const D: usize>(scene: &mut super::scene::Scene<D>, name: &str) {
     let mut normals = scene.stage.trial.u.like().expect("PETSc");
     scene.system.contact_normals(&mut normals).expect("PETSc");

@@ -1,4 +1,5 @@
-//! The assembled matrix is the derivative of the whole residual: Taylor tests with every term in the game.
+//! The assembled matrix is the derivative of the whole residual: Taylor tests with every term
+//! active.
 
 use std::rc::Rc;
 
@@ -19,7 +20,8 @@ pub fn all(session: &Rc<Session>) {
     }
 }
 
-/// Numbers in (-1, 1) that look random, and depend on the node of the input mesh and not on the partition.
+/// Pseudo-random numbers in (-1, 1) that depend on the node of the input mesh and not on the
+/// partition.
 pub fn scatter<const D: usize>(scene: &Scene<D>, seed: f64) -> Vec<f64> {
     let entry = |node: &u32, i: usize| {
         ((f64::from(*node) * D as f64 + i as f64 + 1.0) * 12.9898 + seed * 78.233).sin()
@@ -32,7 +34,7 @@ pub fn set(vector: &mut Distributed, values: impl IntoIterator<Item = f64>) {
     vector.local_mut().iter_mut().zip(values).for_each(|(entry, value)| *entry = value);
 }
 
-/// One for the nodes of the block, zero for those of the body under it.
+/// One for the nodes of the block, zero for those of the body below.
 fn moving<const D: usize>(scene: &Scene<D>) -> Vec<f64> {
     let mesh = &scene.local().mesh;
     let mut moves = vec![1.0; mesh.points.len()];
@@ -42,7 +44,7 @@ fn moving<const D: usize>(scene: &Scene<D>) -> Vec<f64> {
     moves
 }
 
-/// Brings the stage to a random state in the middle of a step of generalised-alpha.
+/// Sets the stage to a random state in the middle of a step of generalised-alpha.
 pub fn disturb<const D: usize>(scene: &mut Scene<D>) {
     let [start, velocity, acceleration, forces, change] =
         [1.0, 2.0, 3.0, 4.0, 5.0].map(|seed| scatter(scene, seed));
@@ -112,8 +114,8 @@ pub fn rate<const D: usize>(scene: &mut Scene<D>, at: (&Distributed, &Distribute
     (coarse / fine).log2()
 }
 
-/// Order with which `R(u + h e) - R(u) + h rhs` vanishes, where prescribed unknowns change by `e` and `rhs` is what the
-/// matrix has moved to the right side for it, in statics.
+/// Order with which `R(u + h e) - R(u) + h rhs` vanishes. Prescribed unknowns change by `e`, and
+/// `rhs` is the term that the matrix moves to the right-hand side for this change, in statics.
 fn lift_rate<const D: usize>(scene: &mut Scene<D>, (u, e): (&Distributed, &mut Distributed)) -> f64 {
     e.update_ghosts().expect("PETSc");
     scene.stage.inertia = false;
@@ -140,7 +142,7 @@ fn lift_rate<const D: usize>(scene: &mut Scene<D>, (u, e): (&Distributed, &mut D
     (coarse / fine).log2()
 }
 
-/// Which owned unknowns are prescribed: those that `prescribe` changes.
+/// The owned unknowns that are prescribed: those that `prescribe` changes.
 pub fn prescribed<const D: usize>(scene: &mut Scene<D>) -> Vec<bool> {
     const FREE: f64 = 7.0;
     scene.stage.trial.u.set(FREE);

@@ -1,7 +1,7 @@
-//! A displacement whose stresses are known in closed form: a homogeneous deformation and a wave on it.
+//! A displacement with closed-form stresses: a homogeneous deformation and a wave superposed on it.
 //!
-//! `x = G X + d sin(k . X)`: `F = G + c d k^T` with `c = cos(k . X)` depends on the one number `c`, so
-//! `Div P = -sin(k . X) dP/dc k`.
+//! `x = G X + d sin(k . X)`: `F = G + c d k^T` with `c = cos(k . X)` depends only on the number
+//! `c`, so `Div P = -sin(k . X) dP/dc k`.
 
 use contact_petsc::element::Kinematics;
 use contact_petsc::model::{LoadKind, Model};
@@ -38,7 +38,8 @@ impl<const D: usize> Wave<D> {
         terms.join(" + ")
     }
 
-    /// Holds the whole surface and loads the volume of the model so that the wave is the solution.
+    /// Prescribes the motion of the whole surface and loads the volume of the model such that the
+    /// wave is the solution.
     pub fn impose(&self, solid: &Solid, model: &mut Model<D>) {
         let h = self.background - Tensor::identity();
         let components: Vec<String> = (0..D)
@@ -86,7 +87,8 @@ impl<const D: usize> Wave<D> {
         })
     }
 
-    /// `dP/dc k` of `P = mu (F - F^-T) + lambda ln J F^-T`, where `F^-T k = G^-T k / (1 + c s)`, `s = k . G^-1 d`.
+    /// `dP/dc k` of `P = mu (F - F^-T) + lambda ln J F^-T`, where `F^-T k = G^-T k / (1 + c s)`,
+    /// `s = k . G^-1 d`.
     fn neo_hookean(&self) -> [String; D] {
         let (lambda, mu) = lame();
         let (d, k) = (self.direction, self.wave);
@@ -104,7 +106,7 @@ impl<const D: usize> Wave<D> {
     }
 }
 
-/// By Cayley and Hamilton: `A^-1 = (tr(A) 1 - A) / det` in the plane, `(A^2 - tr(A) A + I_2 1) / det` in space.
+/// Cayley and Hamilton: `A^-1 = (tr(A) 1 - A) / det` in 2D, `(A^2 - tr(A) A + I_2 1) / det` in 3D.
 fn inverse<const D: usize>(a: &Tensor<D>, det: f64) -> Tensor<D> {
     let trace = a.trace();
     let adjugate = if D == 2 {
