@@ -39,7 +39,7 @@ pub fn write(path: &Path, schema: &Schema, sources: &[String]) -> Result<()> {
         text.extend(arrays.iter().map(|attributes| format!("<PDataArray {attributes}/>\n")));
         text.push_str(&format!("</{section}>\n"));
     }
-    text.extend(sources.iter().map(|source| format!("<VtuPiece Source=\"{}\"/>\n", escaped(source))));
+    text.extend(sources.iter().map(|source| format!("<Piece Source=\"{}\"/>\n", escaped(source))));
     text.push_str("</PUnstructuredGrid>\n</VTKFile>\n");
     write_whole(path, text.as_bytes())
 }

@@ -201,7 +201,7 @@ fn stream(
     ];
     writeln!(file, "<?xml version=\"1.0\"?>")?;
     writeln!(file, "<VTKFile type=\"UnstructuredGrid\" {ENCODING}>\n<UnstructuredGrid>")?;
-    writeln!(file, "<VtuPiece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
+    writeln!(file, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
     let mut offset = 0;
     for (section, arrays) in sections {
         writeln!(file, "<{section}>")?;
@@ -211,7 +211,7 @@ fn stream(
         }
         writeln!(file, "</{section}>")?;
     }
-    writeln!(file, "</VtuPiece>\n</UnstructuredGrid>")?;
+    writeln!(file, "</Piece>\n</UnstructuredGrid>")?;
     write!(file, "<AppendedData encoding=\"raw\">\n_")?;
     for array in sections.into_iter().flat_map(|(_, arrays)| arrays) {
         array.values.write(file)?;
