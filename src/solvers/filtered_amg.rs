@@ -11,9 +11,9 @@
 //! 3. exact solve on W again.
 //!
 //! The springs prevent the iterations from growing with the mesh. Without them the cycle separates
-//! the bodies. What W repairs over its depth of `l` elements of size `h` then has the condition `1
-//! + L / (l h)` of two overlapping subdomains. For long waves a joint as stiff as an element is as
-//! good as a rigid one.
+//! the bodies. What W repairs over its depth of `l` elements of size `h` then has the condition
+//! `1 + L / (l h)` of two overlapping subdomains. For long waves a joint as stiff as an element is
+//! as good as a rigid one.
 //!
 //! The interpolation is built from the bodies alone, before they are joined, so every aggregate
 //! lies on one side of a contact. The coarse matrices are those of the joined bodies. They

@@ -1,8 +1,8 @@
 //! Free motions of a static equilibrium, and their projection out of the correction.
 //!
 //! Some bodies are held only by friction. While friction is off, nothing resists their motion `n`,
-//! so the tangent is singular along it, `K n = 0`. If the loads have no component along it, `n . r
-//! = 0`, any position along it is an equilibrium. The body should stay where it is.
+//! so the tangent is singular along it, `K n = 0`. If the loads have no component along it,
+//! `n . r = 0`, any position along it is an equilibrium. The body should stay where it is.
 //!
 //! The rigid motions that the supports allow are therefore reduced to those that the present
 //! tangent, contact included, does not resist. If nothing drives them, they are removed from both
@@ -186,8 +186,8 @@ fn products(left: &[&Vector], right: &[&Vector]) -> Vec<f64> {
     all
 }
 
-/// Coefficients, as orthonormal columns, of the combinations of `fields` for which `K n` and `K^T
-/// n` are zero. Collective.
+/// Coefficients, as orthonormal columns, of the combinations of `fields` for which `K n` and
+/// `K^T n` are zero. Collective.
 fn unresisted(system: &dyn Dynamics, stage: &Stage, fields: &[&Vector]) -> Result<DMatrix<f64>> {
     let (matrix, unit, count) = (system.matrix(), system.unit(), fields.len());
     // The spring does not count as resistance.

@@ -29,8 +29,8 @@ impl Factor {
     /// Computes the factor from the lengths `d` and `last` of two consecutive differences and their
     /// scalar `product`.
     ///
-    /// If the stages exchange the part `part` of their change, the new difference is `d - (1 -
-    /// part) last = part J last`, with the matrix `J` of a full sweep.
+    /// If the stages exchange the part `part` of their change, the differences satisfy
+    /// `d - (1 - part) last = part J last`, with the matrix `J` of a full sweep.
     fn new(part: f64, d: f64, last: f64, product: f64) -> Self {
         let left = 1.0 - part;
         let cosine = product / (d * last).max(f64::MIN_POSITIVE);
@@ -119,9 +119,9 @@ impl Progress {
     /// Returns the relaxation factor of bound and friction traction for the next sweep, or `None`
     /// if no relaxation is needed.
     ///
-    /// Sweeps that overshoot by `q` oscillate about the solution, which lies at the fraction `1 /
-    /// (1 + q)` of the change. The factor `1 / (1 + q)` for the largest `q` seen so far also makes
-    /// every smaller overshoot contract. Sweeps that reach the `balance` within `max_sweeps`
+    /// Sweeps that overshoot by `q` oscillate about the solution, which lies at the fraction
+    /// `1 / (1 + q)` of the change. The factor `1 / (1 + q)` for the largest `q` seen so far also
+    /// makes every smaller overshoot contract. Sweeps that reach the `balance` within `max_sweeps`
     /// without relaxation are not relaxed.
     pub fn relax(&mut self, sweep: &Sweep, max_sweeps: u32, balance: f64) -> Option<f64> {
         let Some(factor) = self.factor.filter(Factor::overshoots) else { return self.relaxed() };

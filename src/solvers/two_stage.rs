@@ -1,7 +1,7 @@
 //! The two-stage scheme as preconditioner of the monolithic system (theory, section 6.3).
 //!
-//! With the symmetric operator `A_I` of stage I and the full `K`, one application to `r` is `z_1 =
-//! A_I^-1 r`, then `z = z_1 + A^-1 (r - K z_1)`.
+//! With the symmetric operator `A_I` of stage I and the full `K`, one application to `r` is
+//! `z_1 = A_I^-1 r`, then `z = z_1 + A^-1 (r - K z_1)`.
 //!
 //! With `A = A_I` and exact inner solves this is `z = A_I^-1 (r - (K - A_I) z_1)`, the effect of
 //! the new normal tractions on friction. `K - A_I` is `K_nT` plus the small non-symmetric terms.

@@ -1,8 +1,8 @@
 //! Error that a step adds to the displacement, estimated from displacements alone (4.13).
 //!
 //! A scheme of second order rotates each mode by a wrong angle, `(omega dt)^3 c` per step. A scheme
-//! of first order damps it, by `(omega dt)^2 c`. The displacement errors are `c dt^3 u'''` and `c
-//! dt^2 u''`, with derivatives from divided differences of the last displacements.
+//! of first order damps it, by `(omega dt)^2 c`. The displacement errors are `c dt^3 u'''` and
+//! `c dt^2 u''`, with derivatives from divided differences of the last displacements.
 //!
 //! Differences of accelerations, as used by Zienkiewicz and Xie, have the same limit. However, they
 //! weight modes that the step does not resolve by `(omega dt)^2`, and these modes dominate the
