@@ -1,4 +1,5 @@
-//! Contacts that can not close: how far apart their surfaces start, beside how far the bodies can get.
+//! Contacts that cannot close: how far apart their surfaces start, beside how far the bodies can
+//! get.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -14,8 +15,8 @@ use crate::model::{self, Model, Target};
 /// Steps at which prescribed motions are looked at, at most.
 const INSTANTS: f64 = 1.0e4;
 
-/// Factor on what motions and loads would do alone: a light body that is hit flies faster than what hits it, a load acts
-/// on an area that grows.
+/// Factor on what motions and loads would do alone: a light body that is hit flies faster than what
+/// hits it, a load acts on an area that grows.
 const GENEROUS: f64 = 10.0;
 
 /// The time that bodies have, and what acts in it.
@@ -41,18 +42,22 @@ struct Way {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Refuses a contact whose surfaces start further apart than the bodies can get within the time. Collective.
+    /// Refuses a contact whose surfaces start further apart than the bodies can get within the
+    /// time. Collective.
     ///
-    /// They can get as far as their own size (an elastic body that is held would have to be twice as long), and
-    /// ten times `|u| + (|v| + |v_0|) T + a T^2 / 2`, with the largest prescribed displacement and velocity, the
-    /// largest velocity at the start, and all loads on the lightest body. Nothing bounds what a load does in statics, or one that
-    /// varies in time otherwise than by a table. Surfaces that are prescribed as a whole get as far as that tells.
+    /// They can get as far as their own size (an elastic body that is held would have to be twice
+    /// as long), and ten times `|u| + (|v| + |v_0|) T + a T^2 / 2`, with the largest prescribed
+    /// displacement and velocity, the largest velocity at the start, and all loads on the lightest
+    /// body. Nothing bounds what a load does in statics, or one that varies in time otherwise than
+    /// by a table. Surfaces that are prescribed as a whole get as far as that tells.
     ///
-    /// Amounts count and directions do not: a load that pulls a body away may close a contact all the same. What is held swings back
-    /// with it by as much as it was drawn, and further while the load varies; a body that nothing holds turns about its centre of mass under a
-    /// load beside that, may be thrown back by a contact with a third body or an obstacle, and a partner may follow it that is hit
-    /// harder. Only the centres of mass of two bodies that nothing holds, and that touch nothing but each other, go where their loads
-    /// tell: so few cases that a false error would cost more than the message saves.
+    /// Amounts count and directions do not: a load that pulls a body away may close a contact all
+    /// the same. What is held swings back with it by as much as it was drawn, and further while the
+    /// load varies; a body that nothing holds turns about its centre of mass under a load beside
+    /// that, may be thrown back by a contact with a third body or an obstacle, and a partner may
+    /// follow it that is hit harder. Only the centres of mass of two bodies that nothing holds, and
+    /// that touch nothing but each other, go where their loads tell: so few cases that a false
+    /// error would cost more than the message saves.
     ///
     /// # Errors
     /// Names the contact, its gap and what there is to close it, the same on all ranks.
@@ -132,7 +137,8 @@ impl<const D: usize> ContactSystem<D> {
         contact.all_bodies().into_iter().map(size).sum()
     }
 
-    /// Whether the motion of the contactor is prescribed as a whole, and that of the target as well. Collective.
+    /// Whether the motion of the contactor is prescribed as a whole, and that of the target as
+    /// well. Collective.
     fn is_prescribed(&self, contact: &model::ContactModel<D>) -> Result<bool> {
         let mut sets = vec![&contact.contactor];
         if let Target::Surface { set, .. } = &contact.target {

@@ -32,7 +32,8 @@ impl<const D: usize> ContactSystem<D> {
         let phases = &self.phases;
         let fault = &mut self.fault;
         let mut bodies = || {
-            // Predicted branches change the contact alone, and come after the residual of the same state.
+            // Predicted branches change the contact alone, and come after the residual of the same
+            // state.
             if branches == Branches::Predicted {
                 return;
             }
@@ -65,8 +66,9 @@ impl<const D: usize> ContactSystem<D> {
         let [at_start, at_end] = stage.balance.mass;
         self.inertia.copy_from(&stage.trial.a)?;
         self.inertia.axpby(at_start, at_end, &stage.start.a)?;
-        // The scheme's own accelerations lag, so that their mean lies where the mean of the forces does. Prescribed
-        // accelerations do not lag: they take the weights of the forces, or the scheme falls to first order.
+        // The scheme's own accelerations lag, so that their mean lies where the mean of the forces
+        // does. Prescribed accelerations do not lag: they take the weights of the forces, or the
+        // scheme falls to first order.
         {
             let mut mean = self.inertia.owned_mut();
             let (start, end) = (stage.start.a.owned(), stage.trial.a.owned());
@@ -137,11 +139,12 @@ impl<const D: usize> ContactSystem<D> {
         Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
     }
 
-    /// Gives the nodes without mass the mean velocity of the step and no acceleration: what a scheme derives for them has no
-    /// inertia to settle it and would swing about from step to step. Collective.
+    /// Gives the nodes without mass the mean velocity of the step and no acceleration: what a
+    /// scheme derives for them has no inertia to settle it and would swing about from step to step.
+    /// Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn calm_massless(&self, stage: &mut Stage) -> Result<()> {
         let Some(mass) = self.mass.as_ref().filter(|mass| stage.inertia && mass.is_partial()) else {
             return Ok(());
@@ -159,8 +162,8 @@ impl<const D: usize> ContactSystem<D> {
         stage.trial.a.update_ghosts()
     }
 
-    /// Zero at the nodes without mass: they have no acceleration of their own, and their forces balance at every instant,
-    /// whatever those of an earlier one were.
+    /// Zero at the nodes without mass: they have no acceleration of their own, and their forces
+    /// balance at every instant, whatever those of an earlier one were.
     pub fn rest_massless(&self, rhs: &mut Vector) {
         let Some(mass) = &self.mass else { return };
         let mut rhs = rhs.owned_mut();
@@ -169,23 +172,24 @@ impl<const D: usize> ContactSystem<D> {
         }
     }
 
-    /// Sets the prescribed unknowns at the end of a step over which forces conserve; accelerations stay those of its middle,
-    /// which the reactions are for. Collective.
+    /// Sets the prescribed unknowns at the end of a step over which forces conserve; accelerations
+    /// stay those of its middle, which the reactions are for. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn settle_end(&mut self, stage: &mut Stage) -> Result<()> {
         self.work.copy_from(&stage.trial.a)?;
         self.prescribe(stage)?;
         stage.trial.a.copy_from(&self.work)
     }
 
-    /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones \[N\].
+    /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on
+    /// prescribed ones \[N\].
     ///
     /// To be called after [`Dynamics::residual`] at the same state. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn imbalance(&mut self, stage: &Stage, out: &mut Vector) -> Result<()> {
         match self.mass.as_ref().filter(|_| stage.inertia) {
             Some(mass) => mass.multiply(&stage.trial.a, out)?,

@@ -163,7 +163,8 @@ fn box_around<const D: usize>(
     std::array::from_fn(|i| all[i] + all[i + 3])
 }
 
-/// Largest coordinates of points of all ranks, then the largest of their negatives from the fourth place on \[m\]. Collective.
+/// Largest coordinates of points of all ranks, then the largest of their negatives from the fourth
+/// place on \[m\]. Collective.
 fn bounds_of<const D: usize>(
     world: &impl CommunicatorCollectives,
     points: impl Iterator<Item = [f64; D]>,
@@ -207,7 +208,8 @@ fn facet_area<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> f64 {
     facet_normals(local, facet).iter().map(|normal| normal.norm()).sum()
 }
 
-/// Undeformed outward normals at the quadrature points of a facet, as long as their shares of the area \[m^(D - 1)\].
+/// Undeformed outward normals at the quadrature points of a facet, as long as their shares of the
+/// area \[m^(D - 1)\].
 pub(super) fn facet_normals<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> Vec<Vector<D>> {
     let kind = local.mesh.facet_kind(facet);
     let mut nodes = Vec::new();

@@ -20,13 +20,15 @@ pub struct Closing {
     pub before: u64,
     /// All points.
     pub points: u64,
-    /// Largest speed at which a gap closed \[m/s\]: that of the surfaces towards each other at the start of the step, or that
-    /// of the gap over the step where it is larger. A step that is much longer than the flight has a small mean.
+    /// Largest speed at which a gap closed \[m/s\]: that of the surfaces towards each other at the
+    /// start of the step, or that of the gap over the step where it is larger. A step that is much
+    /// longer than the flight has a small mean.
     pub speed: f64,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// How each contact closed in the step that ends in the trial state; to be called before it is accepted. Collective.
+    /// How each contact closed in the step that ends in the trial state; to be called before it is
+    /// accepted. Collective.
     pub fn closings(&self, stage: &Stage) -> Vec<Closing> {
         let count = self.contacts.len();
         let targets = self.target_velocities(stage);
@@ -67,7 +69,8 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().enumerate().map(closing).collect()
     }
 
-    /// Mean velocity of each target surface at the start of the step \[m/s\]; zero where it is an obstacle. Collective.
+    /// Mean velocity of each target surface at the start of the step \[m/s\]; zero where it is an
+    /// obstacle. Collective.
     fn target_velocities(&self, stage: &Stage) -> Vec<Point<D>> {
         let velocity = stage.start.v.local();
         let mut own = vec![0.0_f64; self.contacts.len() * (D + 1)];

@@ -7,7 +7,8 @@ use super::interface::{Interface, RemoteForce};
 use super::phases::Phases;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 
-/// Adds the forces of the contacts, and does `meanwhile` while those of other ranks are on their way. Collective.
+/// Adds the forces of the contacts, and does `meanwhile` while those of other ranks are on their
+/// way. Collective.
 pub(super) fn add_contact_forces<const D: usize>(
     interface: &mut Interface<D>,
     contacts: &mut [LocalContact<D>],

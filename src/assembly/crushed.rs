@@ -8,7 +8,8 @@ use crate::model::Model;
 const PART: f64 = 0.8;
 
 impl<const D: usize> ContactSystem<D> {
-    /// The first support that moves its body at t = 0 by four fifths of its length along an axis or more, in words. Collective.
+    /// The first support that moves its body at t = 0 by four fifths of its length along an axis or
+    /// more, in words. Collective.
     pub fn crushed(&self, model: &Model<D>) -> Option<String> {
         let sides: Vec<[f64; D]> =
             (0..model.bodies.len()).map(|body| sides_of(self.session.world(), &self.local, body)).collect();

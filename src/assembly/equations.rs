@@ -27,7 +27,8 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             let (mut u, mut v, mut a) =
                 (stage.trial.u.local_mut(), stage.trial.v.local_mut(), stage.trial.a.local_mut());
             let fields = Fields { u: &mut u, v: &mut v, a: &mut a };
-            // Prescribed motion is known at the end of a step alone: its middle is the mean, or work would be lost.
+            // Prescribed motion is known at the end of a step alone: its middle is the mean, or
+            // work would be lost.
             let time = if stage.over_step == OverStep::Middle { stage.start.time + stage.dt } else { time };
             self.supports.fill(&self.local.mesh.points, time, factor, fields)
         };
@@ -81,7 +82,8 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             stick += summary.stick;
             slip += summary.slip;
         }
-        // Whether a rank was asked to stop goes along, so that all of them leave the step at the same iterate.
+        // Whether a rank was asked to stop goes along, so that all of them leave the step at the
+        // same iterate.
         let asked = usize::from(self.session.is_asked_to_stop());
         let counts =
             [own.closed, own.pressing, own.changed, own.alternating, own.flipped, stick, slip, asked]

@@ -11,7 +11,8 @@ use crate::petsc::Vector;
 use crate::tensor::Vector as Point;
 
 impl<const D: usize> ContactSystem<D> {
-    /// Forces of the loads along each motion, and the norm of all loads, at the last residual \[N\]. Collective.
+    /// Forces of the loads along each motion, and the norm of all loads, at the last residual
+    /// \[N\]. Collective.
     pub fn loads_along(&self, motions: &[RigidMotion]) -> (Vec<f64>, f64) {
         let loads = &self.parts.external;
         let dot = |motion: &RigidMotion| motion.field.owned().iter().zip(loads).map(|(n, f)| n * f).sum();
@@ -23,10 +24,11 @@ impl<const D: usize> ContactSystem<D> {
         (all, square.sqrt())
     }
 
-    /// Whether a point that was closed at the start of the step resists a motion: its gap closes, or it is under friction
-    /// and does not open. Collective.
+    /// Whether a point that was closed at the start of the step resists a motion: its gap closes,
+    /// or it is under friction and does not open. Collective.
     pub fn contact_resists(&self, motion: &Vector) -> bool {
-        /// Part of the largest motion of a node below which a gap neither closes nor opens: well above rounding.
+        /// Part of the largest motion of a node below which a gap neither closes nor opens: well
+        /// above rounding.
         const STILL: f64 = 1e-6;
         let field = motion.owned();
         let targets = self.mean_target_motions(&field);
@@ -51,7 +53,8 @@ impl<const D: usize> ContactSystem<D> {
         any > 0
     }
 
-    /// Mean motion of the nodes of each target surface; zero if the target is an obstacle. Collective.
+    /// Mean motion of the nodes of each target surface; zero if the target is an obstacle.
+    /// Collective.
     fn mean_target_motions(&self, field: &[f64]) -> Vec<Point<D>> {
         let mut own = vec![0.0_f64; self.contacts.len() * (D + 1)];
         let mut nodes = Vec::new();

@@ -9,7 +9,8 @@ use crate::mesh::ElementKind;
 use crate::model::Model;
 
 impl<const D: usize> ContactSystem<D> {
-    /// For each body the kinds of its elements, each with the cure for locking that is taken. Collective.
+    /// For each body the kinds of its elements, each with the cure for locking that is taken.
+    /// Collective.
     pub fn cures(&self, model: &Model<D>) -> Vec<Vec<(ElementKind, Locking)>> {
         let kinds = ElementKind::ALL.len();
         let mut own = vec![0u8; model.bodies.len() * kinds];
@@ -26,8 +27,8 @@ impl<const D: usize> ContactSystem<D> {
         model.bodies.iter().zip(all.chunks_exact(kinds)).map(of_body).collect()
     }
 
-    /// Bodies that lock because elements of theirs offer no cure, with the kinds: linear simplices at a high Poisson's ratio.
-    /// Collective.
+    /// Bodies that lock because elements of theirs offer no cure, with the kinds: linear simplices
+    /// at a high Poisson's ratio. Collective.
     pub fn locked_bodies(&self, model: &Model<D>) -> Vec<(String, Vec<ElementKind>)> {
         let cures = self.cures(model);
         let with_kinds = model.bodies.iter().zip(&cures).map(|(body, kinds)| {

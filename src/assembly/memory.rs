@@ -1,6 +1,7 @@
 //! What the next step needs of the last one: the tables of a checkpoint, filled and taken back.
 //!
-//! Rows are keyed by the nodes' numbers in the input mesh; contact points are vertices, which lie at nodes.
+//! Rows are keyed by the nodes' numbers in the input mesh; contact points are vertices, which lie
+//! at nodes.
 
 use super::contact::LocalContact;
 use super::system::ContactSystem;
@@ -17,8 +18,8 @@ const OWN: [&str; 1] = ["gap"];
 const FIELDS: [&str; 5] = ["u", "v", "a", "force", "drive"];
 
 impl<const D: usize> ContactSystem<D> {
-    /// The accepted state in `stage` with the ledger's `drive` \[N\] and the memory of the contact points that this rank
-    /// reports.
+    /// The accepted state in `stage` with the ledger's `drive` \[N\] and the memory of the contact
+    /// points that this rank reports.
     pub fn memory(&self, stage: &Stage, drive: &[f64]) -> Vec<StoredTable> {
         let mut tables = vec![self.node_table()];
         let start = &stage.start;
@@ -40,11 +41,11 @@ impl<const D: usize> ContactSystem<D> {
         std::iter::once(self.node_table()).chain(points).collect()
     }
 
-    /// Takes back what [`memory`](Self::memory) gave; the ledger's drive \[N\]. [`forget`](Self::forget) has to follow.
-    /// Collective.
+    /// Takes back what [`memory`](Self::memory) gave; the ledger's drive \[N\].
+    /// [`forget`](Self::forget) has to follow. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses, or the tables are not those of [`wanted`](Self::wanted).
+    /// If a PETSc call fails, or the tables are not those of [`wanted`](Self::wanted).
     pub fn restore(&mut self, stage: &mut Stage, tables: &[StoredTable]) -> Result<Vec<f64>> {
         let Some((nodes, points)) = tables.split_first() else {
             return Err(Error::internal("a checkpoint without nodes"));
@@ -71,11 +72,12 @@ impl<const D: usize> ContactSystem<D> {
         Ok(drive)
     }
 
-    /// Forgets all that a run which goes on from a checkpoint of this state can not know: contacts look around anew, and
-    /// the pattern of the matrix holds what is near now. `stage` is at the start of a step. Collective.
+    /// Forgets all that a run which goes on from a checkpoint of this state cannot know: contacts
+    /// look around anew, and the pattern of the matrix holds what is near now. `stage` is at the
+    /// start of a step. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn forget(&mut self, stage: &mut Stage) -> Result<()> {
         stage.trial.copy_from(&stage.start)?;
         self.contacts.iter_mut().for_each(LocalContact::begin_step);

@@ -18,7 +18,7 @@ impl Phases {
     /// Registers them with PETSc.
     ///
     /// # Errors
-    /// PETSc refuses.
+    /// a PETSc call fails.
     pub fn register(session: &Rc<Session>) -> Result<Self> {
         Ok(Self {
             contact: Event::register(session, "Contact")?,

@@ -1,13 +1,16 @@
-//! Mass without the nodes that may touch (mass redistribution: Khenous, Laborde, Renard 2008; Doyen, Ern,
-//! Piperno 2011; theory, section 4.6).
+//! Mass without the nodes that may touch (mass redistribution: Khenous, Laborde, Renard 2008;
+//! Doyen, Ern, Piperno 2011; theory, section 4.6).
 //!
-//! An element that has nodes on a contact surface keeps its mass on its other nodes: without the rows and columns of the
-//! former, scaled to the mass of the element. The mass is the mean of the consistent and the lumped one, whose errors of the
-//! wave speed are opposite: with the consistent mass alone short waves run ahead of the front, with the lumped one behind.
-//! Contact nodes then follow their neighbours without inertia, and the contact force has nothing to ring against. What that moves is brought back by a factor on the whole body,
-//! `m_ab (f_a + f_b) / 2` with `f` a polynomial of the reference position: the one of second degree that keeps mass, centre
-//! of mass and all second moments, hence the inertia about any axis; of first degree where the second does not do it (a
-//! body of one layer, say), which keeps mass and centre. `f` is 1 but for the square of element size over body size.
+//! An element that has nodes on a contact surface keeps its mass on its other nodes: without the
+//! rows and columns of the former, scaled to the mass of the element. The mass is the mean of the
+//! consistent and the lumped one, whose errors of the wave speed are opposite: with the consistent
+//! mass alone short waves run ahead of the front, with the lumped one behind. Contact nodes then
+//! follow their neighbours without inertia, and the contact force has nothing to ring against. What
+//! that moves is brought back by a factor on the whole body, `m_ab (f_a + f_b) / 2` with `f` a
+//! polynomial of the reference position: the one of second degree that keeps mass, centre of mass
+//! and all second moments, hence the inertia about any axis; of first degree where the second does
+//! not do it (a body of one layer, say), which keeps mass and centre. `f` is 1 but for the square
+//! of element size over body size.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -32,7 +35,7 @@ const ROUNDING: f64 = 1e-10;
 
 /// Which nodes have no mass, and by what factor the others have more.
 pub struct Redistribution {
-    /// Bodies whose mass is redistributed, and those that can not spare what they should.
+    /// Bodies whose mass is redistributed, and those that cannot spare what they should.
     bodies: [BTreeSet<usize>; 2],
     /// For each local node.
     massless: Vec<bool>,
@@ -51,8 +54,8 @@ impl Redistribution {
     /// The redistribution of all bodies that want it; none where no body does. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: a body that is left without mass, or would have to be changed a lot, unless it may keep its
-    /// mass.
+    /// The same on all ranks: a body that is left without mass, or would have to be changed a lot,
+    /// unless it may keep its mass.
     pub fn new<const D: usize>(
         session: &Rc<Session>,
         local: &LocalMesh<D>,
@@ -101,12 +104,13 @@ impl Redistribution {
         size_of_val(&self.massless[..]) + size_of_val(&self.factor[..])
     }
 
-    /// The bodies whose mass is redistributed, and those that can not spare what they should.
+    /// The bodies whose mass is redistributed, and those that cannot spare what they should.
     pub fn bodies(&self) -> &[BTreeSet<usize>; 2] {
         &self.bodies
     }
 
-    /// Takes the consistent mass `mass[a * n + b]` of the element with these nodes to its other nodes \[kg\].
+    /// Takes the consistent mass `mass[a * n + b]` of the element with these nodes to its other
+    /// nodes \[kg\].
     pub fn apply(&self, nodes: &[u32], mass: &[f64], out: &mut Vec<f64>) {
         self.strip(nodes, mass, out);
         let factor = |a: usize| self.factor[nodes[a] as usize];
@@ -172,7 +176,8 @@ impl Redistribution {
         false
     }
 
-    /// Moments of the mass that is left, weighted by each monomial, and of the mass as it was. Collective.
+    /// Moments of the mass that is left, weighted by each monomial, and of the mass as it was.
+    /// Collective.
     fn moments<const D: usize>(
         &self,
         world: &impl CommunicatorCollectives,

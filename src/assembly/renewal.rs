@@ -1,4 +1,5 @@
-//! Surfaces move: target facets are gathered anew, and the pattern of the matrix follows where it lacks a couple.
+//! Surfaces move: target facets are gathered anew, and the pattern of the matrix follows where it
+//! lacks a couple.
 
 use std::rc::Rc;
 
@@ -38,15 +39,17 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().any(|contact| contact.pair.is_stale(position, &step))
     }
 
-    /// Gathers target facets at these fields and finds the couples; the pattern grows where it lacks one. Collective.
+    /// Gathers target facets at these fields and finds the couples; the pattern grows where it
+    /// lacks one. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses; the same on all ranks.
+    /// If a PETSc call fails; the same on all ranks.
     pub(super) fn renew(&mut self, fields: &ContactFields, over_step: OverStep) -> Result<()> {
         self.look_around(fields, over_step, Known::Pattern)
     }
 
-    /// The same, and makes the pattern anew from what is near now: whatever was met before leaves no trace. Collective.
+    /// The same, and makes the pattern anew from what is near now: whatever was met before leaves
+    /// no trace. Collective.
     ///
     /// # Errors
     /// As [`renew`](Self::renew).
@@ -142,7 +145,8 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// How far a node moves from the start of the step to its middle \[m\], where forces act over the step; else zero.
+/// How far a node moves from the start of the step to its middle \[m\], where forces act over the
+/// step; else zero.
 fn half_step<const D: usize>(
     [u, u_start]: [&[f64]; 2],
     over_step: OverStep,

@@ -1,8 +1,9 @@
 //! Motions without strain that supports leave: what may be free where contact does not resist it.
 //!
-//! A piece of a body moves as a rigid one by `t + w x (x - c)` about the centre `c` of its nodes: 3 motions in the plane,
-//! 6 in space. Those combinations are left that vanish at all prescribed unknowns, and in which pieces that share a node
-//! move it alike; at the present places of the nodes, or where kinematics are linear at the first ones.
+//! A piece of a body moves as a rigid one by `t + w x (x - c)` about the centre `c` of its nodes: 3
+//! motions in the plane, 6 in space. Those combinations are left that vanish at all prescribed
+//! unknowns, and in which pieces that share a node move it alike; at the present places of the
+//! nodes, or where kinematics are linear at the first ones.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -14,7 +15,8 @@ use crate::element::Kinematics;
 use crate::error::Result;
 use crate::petsc::Vector;
 
-/// A combination that a support feels by less than this part of its square is not held by it; rounding is below.
+/// A combination that a support feels by less than this part of its square is not held by it;
+/// rounding is below.
 const UNFELT: f64 = 1e-12;
 
 /// Rigid motions of a body in `D` dimensions.
@@ -22,7 +24,8 @@ const fn motions(dimension: usize) -> usize {
     dimension * (dimension + 1) / 2
 }
 
-/// Displacement at an arm from the centre in motion `k`: translations first, then rotations about z, or x, y, z.
+/// Displacement at an arm from the centre in motion `k`: translations first, then rotations about
+/// z, or x, y, z.
 fn displacement<const D: usize>(k: usize, arm: &[f64; D]) -> [f64; D] {
     let mut moved = [0.0; D];
     if k < D {
@@ -37,18 +40,19 @@ fn displacement<const D: usize>(k: usize, arm: &[f64; D]) -> [f64; D] {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// For each group of pieces the number of motions that supports leave it in the undeformed state, if only to turn.
-    /// Collective.
+    /// For each group of pieces the number of motions that supports leave it in the undeformed
+    /// state, if only to turn. Collective.
     pub(super) fn leeway(&self) -> Vec<usize> {
         let places = self.places(&vec![0.0; self.local.mesh.points.len() * D]);
         let combinations = self.combinations(&places, &self.centres(&places));
         combinations.iter().map(|found| found.motions.ncols()).collect()
     }
 
-    /// The motions without strain that supports leave at the trial places; each group's are orthonormal. Collective.
+    /// The motions without strain that supports leave at the trial places; each group's are
+    /// orthonormal. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub(super) fn rigid_at(&self, stage: &Stage) -> Result<Vec<RigidMotion>> {
         self.rigid(&stage.trial.u.local())
     }
@@ -151,8 +155,8 @@ impl<const D: usize> ContactSystem<D> {
         all.chunks_exact(D + 1).map(centre).collect()
     }
 
-    /// For each group the combinations of the motions of its pieces that are orthonormal as fields, vanish at prescribed
-    /// unknowns, and agree at nodes that pieces share. Collective.
+    /// For each group the combinations of the motions of its pieces that are orthonormal as fields,
+    /// vanish at prescribed unknowns, and agree at nodes that pieces share. Collective.
     fn combinations(&self, places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
         let count = motions(D);
         let held = &self.supports.dofs.constrained;
@@ -168,8 +172,8 @@ impl<const D: usize> ContactSystem<D> {
             })
             .collect();
         let total: usize = widths.iter().map(|width| 3 * width * width).sum();
-        // Of each group the products of its motions: over the unknowns of all pieces, over those of all nodes once, and over
-        // what must not move.
+        // Of each group the products of its motions: over the unknowns of all pieces, over those of
+        // all nodes once, and over what must not move.
         let mut own = vec![0.0; total];
         let moved = |node: usize, piece: usize| -> Vec<[f64; D]> {
             let arm = places[node].arm(&centres[piece].at);
@@ -241,10 +245,11 @@ impl<const D: usize> ContactSystem<D> {
         starts.iter().zip(&widths).map(of_group).collect()
     }
 
-    /// `M n`, or `n` where there is no mass, zero in prescribed rows: what a motion weighs. Collective.
+    /// `M n`, or `n` where there is no mass, zero in prescribed rows: what a motion weighs.
+    /// Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub(super) fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()> {
         match &self.mass {
             Some(mass) => mass.multiply(motion, out)?,
@@ -327,8 +332,8 @@ mod tests {
         }
     }
 
-    /// A square of four nodes: free it has three motions, held along y two of them, pinned at a corner the turn about
-    /// that, held at two corners none.
+    /// A square of four nodes: free it has three motions, held along y two of them, pinned at a
+    /// corner the turn about that, held at two corners none.
     #[test]
     fn supports_leave_what_they_do_not_feel() {
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];

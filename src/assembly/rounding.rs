@@ -8,8 +8,9 @@ use crate::dynamics::Stage;
 use crate::error::Result;
 
 impl<const D: usize> ContactSystem<D> {
-    /// Size of the residual if the displacement of each node errs by its rounding, and each closed gap by that of a place
-    /// \[N\], by the matrix that was assembled last. It does not become smaller as the load does. Collective.
+    /// Size of the residual if the displacement of each node errs by its rounding, and each closed
+    /// gap by that of a place \[N\], by the matrix that was assembled last. It does not become
+    /// smaller as the load does. Collective.
     pub(super) fn rounding_of_forces(&self, stage: &Stage) -> Result<f64> {
         let mut diagonal = self.pattern_vector().like()?;
         self.matrix.diagonal(&mut diagonal)?;
@@ -26,7 +27,8 @@ impl<const D: usize> ContactSystem<D> {
 }
 
 impl<const D: usize> super::contact::LocalContact<D> {
-    /// Squares of the normal stiffnesses of the closed parts of this rank's facets, summed [N^2/m^2].
+    /// Squares of the normal stiffnesses of the closed parts of this rank's facets, summed
+    /// [N^2/m^2].
     fn squared_stiffness(&self) -> f64 {
         let law = &self.law().normal;
         let closed = self.state.current.iter();

@@ -6,11 +6,11 @@ use crate::error::Result;
 use crate::petsc::Vector;
 
 impl<const D: usize> ContactSystem<D> {
-    /// Root mean square of a nodal field, weighted by the mass, by the nodes where there is none; `weight` is that of
-    /// [`weight`](Self::weight). Collective.
+    /// Root mean square of a nodal field, weighted by the mass, by the nodes where there is none;
+    /// `weight` is that of [`weight`](Self::weight). Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn mean_size(&mut self, field: &Vector, weight: f64) -> Result<f64> {
         let square = self.weighted_square(field)?;
         Ok((square / weight).max(0.0).sqrt())
@@ -25,7 +25,7 @@ impl<const D: usize> ContactSystem<D> {
     /// Mass of all bodies \[kg\], or the number of nodes. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn weight(&mut self) -> Result<f64> {
         if self.mass.is_none() {
             return Ok(f64::from(self.local.index.total));
@@ -35,11 +35,12 @@ impl<const D: usize> ContactSystem<D> {
         Ok(self.weighted_square(&ones)? / D as f64)
     }
 
-    /// Sets the entries of prescribed unknowns to zero, and of nodes in contact that have mass the part along the normal: there
-    /// they swing on the penalty, and their bodies see what that moves of the nodes behind. Where most nodes touch it stays. Collective.
+    /// Sets the entries of prescribed unknowns to zero, and of nodes in contact that have mass the
+    /// part along the normal: there they swing on the penalty, and their bodies see what that moves
+    /// of the nodes behind. Where most nodes touch it stays. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn clear_uncounted(&mut self, field: &mut Vector) -> Result<()> {
         self.clear_prescribed(field);
         if self.contacts.iter().all(|contact| self.is_calm(contact)) {

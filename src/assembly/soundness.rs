@@ -1,5 +1,5 @@
-//! Whether computed values are finite and not too large, and if not, where: such a state must not be taken for a balance, nor
-//! reach a file.
+//! Whether computed values are finite and not too large, and if not, where: such a state must not
+//! be taken for a balance, nor reach a file.
 
 use super::system::ContactSystem;
 use crate::dynamics::Stage;
@@ -12,7 +12,8 @@ fn is_sound(value: f64) -> bool {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// The first unknown of this rank at which a force of the last residual is not finite or too large.
+    /// The first unknown of this rank at which a force of the last residual is not finite or too
+    /// large.
     pub(super) fn unsound_force(&self) -> Option<Error> {
         let forces = [
             ("internal force", &self.parts.internal),
@@ -26,8 +27,8 @@ impl<const D: usize> ContactSystem<D> {
         })
     }
 
-    /// Why the state at the end of the step in `stage` can not be accepted although it balances: a part of it is not finite or too
-    /// large. The same on all ranks. Collective.
+    /// Why the state at the end of the step in `stage` cannot be accepted although it balances: a
+    /// part of it is not finite or too large. The same on all ranks. Collective.
     pub fn unsound_state(&self, stage: &Stage) -> Option<String> {
         let (u, v, a) = (stage.trial.u.owned(), stage.trial.v.owned(), stage.trial.a.owned());
         let fields = [("displacement", &u[..]), ("velocity", &v[..]), ("acceleration", &a[..])];

@@ -17,7 +17,8 @@ pub enum Target<'a> {
     Own,
     /// One of the same pattern.
     Other(&'a mut Matrix),
-    /// The same, with springs in the place of contact that are no stiffer than the elements beneath it.
+    /// The same, with springs in the place of contact that are no stiffer than the elements beneath
+    /// it.
     Joined(&'a mut Matrix),
 }
 

@@ -34,7 +34,8 @@ impl<const D: usize> Supports<D> {
         self.dofs.fill(points, motion, fields)
     }
 
-    /// Largest prescribed displacement \[m\] and velocity \[m/s\] of any component on this rank at `instants` \[s\].
+    /// Largest prescribed displacement \[m\] and velocity \[m/s\] of any component on this rank at
+    /// `instants` \[s\].
     pub fn largest(&self, points: &[[f64; D]], instants: &[f64]) -> [f64; 2] {
         let mut most = [0.0_f64; 2];
         for (boundary, motions) in self.dofs.boundaries.iter().zip(&self.motions) {

@@ -97,7 +97,8 @@ impl<const D: usize> ContactSystem<D> {
             let lift = lifted.as_mut().map(LiftTarget::reborrow);
             match interface {
                 None => bodies(values, lift),
-                // Contact first, so that its blocks are there by the time that the elements are done.
+                // Contact first, so that its blocks are there by the time that the elements are
+                // done.
                 Some(interface) => {
                     let evaluate = |fields: &ContactFields, opening: &mut Opening| {
                         let _running = phases.contact.begin();

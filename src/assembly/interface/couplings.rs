@@ -1,7 +1,7 @@
 //! Nodes that each vertex couples, and where their blocks go.
 //!
-//! Rows of the rank's own nodes go to the matrix. Rows of other nodes are *remote*: collected in an agreed order and
-//! sent to the ranks that own them.
+//! Rows of the rank's own nodes go to the matrix. Rows of other nodes are *remote*: collected in an
+//! agreed order and sent to the ranks that own them.
 
 use super::numbering::Numbering;
 use crate::partition::exchange::ForeignRows;
@@ -16,7 +16,8 @@ pub struct Couplings {
     /// Those of vertex `p` are at `start[p]..start[p + 1]`.
     start: Vec<u32>,
     nodes: Vec<u32>,
-    /// Where the block of each pair of nodes goes, row-major; those of vertex `p` begin at `places_at[p]`.
+    /// Where the block of each pair of nodes goes, row-major; those of vertex `p` begin at
+    /// `places_at[p]`.
     places: Vec<u32>,
     places_at: Vec<u32>,
 }
@@ -82,7 +83,8 @@ impl Couplings {
         (self.places, self.places_at) = (places, places_at);
     }
 
-    /// Where block number `pair` of a vertex goes, its nodes being rows and columns; none where no matrix has it.
+    /// Where block number `pair` of a vertex goes, its nodes being rows and columns; none where no
+    /// matrix has it.
     pub fn place(&self, vertex: usize, pair: usize) -> Option<CouplingSlots> {
         match self.places[self.places_at[vertex] as usize + pair] {
             NO_SLOT => None,
@@ -92,7 +94,8 @@ impl Couplings {
     }
 }
 
-/// Blocks that couplings need: in the rank's own rows as (local row, global column), sorted, and in rows of others.
+/// Blocks that couplings need: in the rank's own rows as (local row, global column), sorted, and in
+/// rows of others.
 pub fn blocks_of<'a>(
     couplings: impl Iterator<Item = &'a Couplings>,
     numbering: &Numbering,
@@ -127,7 +130,8 @@ mod tests {
         }
     }
 
-    /// Own rows go to slots of the widened pattern, rows of ghosts and foreign nodes to remote blocks, all of them.
+    /// Own rows go to slots of the widened pattern, rows of ghosts and foreign nodes to remote
+    /// blocks, all of them.
     #[test]
     fn every_block_has_a_place() {
         let index = IndexMap { first: 4, owned: 2, ghosts: vec![1], total: 20 };

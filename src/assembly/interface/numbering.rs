@@ -1,4 +1,5 @@
-//! Nodes as contacts see them: the rank's own, its ghosts, then *foreign* nodes of targets on other ranks.
+//! Nodes as contacts see them: the rank's own, its ghosts, then *foreign* nodes of targets on other
+//! ranks.
 
 use crate::partition::IndexMap;
 

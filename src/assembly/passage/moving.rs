@@ -66,7 +66,8 @@ impl<const D: usize> Moving<D> {
         moving
     }
 
-    /// Facets of the target that come within `radius` \[m\] of the contactor's at the start. Collective.
+    /// Facets of the target that come within `radius` \[m\] of the contactor's at the start.
+    /// Collective.
     ///
     /// # Errors
     /// The same on all ranks, when a message is damaged.
@@ -117,7 +118,8 @@ impl<const D: usize> Moving<D> {
         simplices
     }
 
-    /// Each node once, and in space places on each edge as well, no further apart than `spacing` \[m\].
+    /// Each node once, and in space places on each edge as well, no further apart than `spacing`
+    /// \[m\].
     pub fn vertices(&self, spacing: f64) -> Vec<MovingVertex<D>> {
         let nodes = self.nodes.iter().zip(&self.paths);
         let mut vertices: Vec<MovingVertex<D>> =
@@ -145,7 +147,8 @@ impl<const D: usize> Moving<D> {
         edges.sort_by_key(|[(a, _), (b, _)]| [*a, *b]);
         edges.dedup_by_key(|[(a, _), (b, _)]| [*a, *b]);
         for [(first, a), (last, b)] in edges {
-            // Lengths are often multiples of each other by design: rounding must not add a piece then.
+            // Lengths are often multiples of each other by design: rounding must not add a piece
+            // then.
             let ratio = (a.end - b.end).norm() / spacing * (1.0 - 1e-9);
             let pieces = ratio.ceil().clamp(1.0, MOST_PIECES) as u32;
             vertices.extend((1..pieces).map(|piece| {

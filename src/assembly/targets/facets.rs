@@ -72,7 +72,8 @@ impl<'a, const D: usize> Gathered<'a, D> {
         }
     }
 
-    /// The facets by ascending identity, and the foreign nodes, which are numbered after the local ones.
+    /// The facets by ascending identity, and the foreign nodes, which are numbered after the local
+    /// ones.
     pub fn finish(mut self) -> (TargetFacets, ForeignNodes<D>) {
         self.facets.sort_unstable_by_key(|entry| entry.identity);
         self.foreign.sort_unstable_by_key(|(global, _)| *global);

@@ -7,8 +7,8 @@ use crate::mesh::{Bounds, ElementKind, Facet};
 
 /// Facets from one rank.
 ///
-/// Integers of a facet: kind, body, element of the input, side, global nodes. Reals: corners of its box, reference
-/// points of its nodes.
+/// Integers of a facet: kind, body, element of the input, side, global nodes. Reals: corners of its
+/// box, reference points of its nodes.
 pub(super) struct Parcel<'a> {
     pub integers: &'a [u32],
     pub reals: &'a [f64],
