@@ -220,7 +220,7 @@ impl<const D: usize> LocalContact<D> {
     /// `step` is the motion of the nodes as for [`ContactPair::is_stale`].
     ///
     /// # Errors
-    /// The same on all ranks.
+    /// All ranks return the same error.
     pub fn gather(
         &mut self,
         world: &impl CommunicatorCollectives,

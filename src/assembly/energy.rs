@@ -295,8 +295,8 @@ impl LoadStep {
     /// closes counts as resolved, and its error is underestimated by a factor of three.
     const RESOLVED: f64 = 0.05;
 
-    /// Smallest ratio of the changes of forces and displacements, divided by the squared length, at
-    /// which a neighbouring step is used.
+    /// Smallest change of forces times displacements in a neighbouring step, relative to this step
+    /// and to the square of the length ratio, at which the neighbour is used.
     ///
     /// A neighbour with far smaller changes gives no information on the path: after a load that
     /// acts suddenly, nothing changes in the following steps. From one step of a round body that is

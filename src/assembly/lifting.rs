@@ -24,11 +24,11 @@ impl<const D: usize> ContactSystem<D> {
         (all, square.sqrt())
     }
 
-    /// Whether a point that was closed at the start of the step resists a motion: its gap closes,
-    /// or it is under friction and does not open. Collective.
+    /// Whether a point that was closed at the start of the step resists a motion. Its gap closes,
+    /// or it has friction and does not open. Collective.
     pub fn contact_resists(&self, motion: &Vector) -> bool {
-        /// Part of the largest motion of a node below which a gap neither closes nor opens: well
-        /// above rounding.
+        /// Motion, relative to the largest motion of a node, below which a gap neither closes nor
+        /// opens. It is well above rounding.
         const STILL: f64 = 1e-6;
         let field = motion.owned();
         let targets = self.mean_target_motions(&field);
@@ -43,7 +43,7 @@ impl<const D: usize> ContactSystem<D> {
             let points = contact.state.history.iter().zip(&contact.state.current).zip(contact.vertices());
             points.filter(|((history, _), _)| history.gap <= touching).any(|((_, point), &node)| {
                 let moved = Point::<D>::from_column_slice(&field[node as usize * D..][..D]);
-                // Points of bodies that do not take part say nothing.
+                // Points whose bodies do not move are irrelevant.
                 (moved - target).dot(&point.normal) < least && (moved - target).amax() > STILL * largest
             })
         };

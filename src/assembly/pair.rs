@@ -212,7 +212,7 @@ impl<const D: usize> ContactPair<D> {
     /// Collective.
     ///
     /// # Errors
-    /// The same on all ranks.
+    /// All ranks return the same error.
     pub fn gather(
         &mut self,
         world: &impl CommunicatorCollectives,

@@ -114,7 +114,7 @@ impl<const D: usize> Interface<D> {
     /// Agrees with the other ranks on the rows that couplings contribute to. Collective.
     ///
     /// # Errors
-    /// The same on all ranks.
+    /// All ranks return the same error.
     pub fn agree_on<'a>(
         &mut self,
         world: &impl CommunicatorCollectives,
