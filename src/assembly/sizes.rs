@@ -6,8 +6,8 @@ use crate::error::Result;
 use crate::petsc::Vector;
 
 impl<const D: usize> ContactSystem<D> {
-    /// Root mean square of a nodal field, weighted by the mass, or by the number of nodes without
-    /// mass. `weight` is that of [`weight`](Self::weight). Collective.
+    /// Root mean square of a nodal field, weighted by the mass. In systems without mass, all nodes
+    /// have equal weight. `weight` is that of [`weight`](Self::weight). Collective.
     ///
     /// # Errors
     /// If a PETSc call fails.
