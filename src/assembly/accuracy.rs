@@ -1,4 +1,4 @@
-//! What an accuracy asks of contact.
+//! Requirements of a requested accuracy on contact.
 
 use std::collections::BTreeSet;
 
@@ -14,17 +14,18 @@ use crate::contact::point::Status;
 use crate::dynamics::{Dynamics, Shortfall};
 use crate::error::Result;
 
-/// Penetration that is asked for.
+/// Requested penetration tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Asked {
     /// As a length \[m\].
     Length(f64),
-    /// Over the mean size of the contactor's facets.
+    /// Relative to the mean size of the contactor's facets.
     Relative(f64),
 }
 
 impl Asked {
-    /// What is asked of this contact \[m\]. The penetration of a power law is that of its surface.
+    /// Tolerance for this contact \[m\]. The penetration of a power law is that of its surface and
+    /// has no tolerance.
     fn of<const D: usize>(self, contact: &LocalContact<D>) -> Option<f64> {
         let length = match self {
             Self::Length(length) => length,
@@ -34,7 +35,7 @@ impl Asked {
     }
 }
 
-/// How points that stick move all the same.
+/// Residual motion of points that stick.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Stuck {
     /// Largest slip velocity of a sticking point under a law with a stick velocity \[m/s\].
@@ -44,28 +45,28 @@ pub struct Stuck {
 }
 
 impl<const D: usize> LocalContact<D> {
-    /// Multipliers of the last accepted step.
+    /// Restores the multipliers of the last accepted step.
     pub fn recall_multipliers(&mut self) {
         let law = self.law().normal;
         self.state.recall_multipliers(|pressure| law.penetration(pressure));
     }
 
-    /// The current pressures as multipliers.
+    /// Takes the current pressures as multipliers.
     pub fn take_multipliers(&mut self) {
         let law = self.law().normal;
         self.state.take_multipliers(|pressure| law.penetration(pressure));
     }
 
-    /// Those that the next step begins with.
+    /// Stores the multipliers with which the next step begins.
     pub fn remember_multipliers(&mut self) {
         if let Some(compliance) = self.law().normal.law().linear_compliance() {
             self.state.remember_multipliers(1.0 / compliance);
         }
     }
 
-    /// Makes the penalty stiffer by `factor`, up to a most; returns the factor that it took.
+    /// Increases the penalty by `factor`, up to a maximum. Returns the factor that was applied.
     pub fn stiffen(&mut self, factor: f64) -> f64 {
-        /// Beyond it rounding takes over.
+        /// Maximum total factor. Above it, rounding dominates.
         const MOST: f64 = 65536.0;
         let factor = factor.min(MOST / self.stiffening);
         let Some(stiffer) = self.law().normal.law().stiffened(factor) else { return 1.0 };
@@ -75,7 +76,8 @@ impl<const D: usize> LocalContact<D> {
     }
 }
 
-/// How far the closed points of each contact are from touching exactly, over all ranks \[m\]. Collective.
+/// Largest deviation of the closed points of each contact from touching exactly, over all ranks
+/// \[m\]. Collective.
 fn depths<const D: usize>(world: &impl CommunicatorCollectives, contacts: &[LocalContact<D>]) -> Vec<f64> {
     let depth = |contact: &LocalContact<D>| {
         let closed = contact.state.current.iter().filter(|point| point.is_closed());
@@ -87,7 +89,8 @@ fn depths<const D: usize>(world: &impl CommunicatorCollectives, contacts: &[Loca
     all
 }
 
-/// The contact that is farthest from what was asked of it; `None` where nothing was asked. Collective.
+/// Returns the contact that misses its tolerance most; `None` if no tolerance was requested.
+/// Collective.
 pub fn shortfall<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[LocalContact<D>],
@@ -102,8 +105,8 @@ pub fn shortfall<const D: usize>(
     asked.map(shortfall).max_by(|a, b| a.ratio.total_cmp(&b.ratio))
 }
 
-/// Brings contacts that are not in motion closer to what was asked: by multipliers where they are sought, by a stiffer
-/// penalty elsewhere. Collective.
+/// Brings contacts that are not in motion closer to their tolerance, by multipliers if they are
+/// sought, otherwise by a stiffer penalty. Collective.
 pub fn improve<const D: usize>(world: &impl CommunicatorCollectives, contacts: &mut [LocalContact<D>]) {
     let depths = depths(world, contacts);
     for (contact, depth) in contacts.iter_mut().zip(depths) {
@@ -117,10 +120,12 @@ pub fn improve<const D: usize>(world: &impl CommunicatorCollectives, contacts: &
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Asks every penalty law to leave no more penetration: by multipliers where there is no inertia; in dynamics, where a
-    /// multiplier that changes pushes nodes by the whole tolerance within one step and feeds energy into the contact, by
-    /// a stiffer penalty, see [`keep_penetration`](Self::keep_penetration). A power law is left alone: its
-    /// penetration is that of the surface.
+    /// Limits the penetration of every penalty law.
+    ///
+    /// Without inertia, the limit is met by multipliers. In dynamics, a multiplier that changes
+    /// pushes nodes by the whole tolerance within one step and feeds energy into the contact. The
+    /// penalty is therefore increased instead, see [`keep_penetration`](Self::keep_penetration). A
+    /// power law is not changed, because its penetration is that of the surface.
     pub fn limit_penetration(&mut self, asked: Asked) {
         let multipliers = !self.is_dynamic();
         for contact in &mut self.contacts {
@@ -131,24 +136,28 @@ impl<const D: usize> ContactSystem<D> {
         }
     }
 
-    /// The smallest penetration that this asks of a contact \[m\]; `None` where no contact has a penalty.
+    /// Smallest tolerance that this request gives for a contact \[m\]; `None` if no contact has a
+    /// penalty.
     pub fn tolerance(&self, asked: Asked) -> Option<f64> {
         self.contacts.iter().filter_map(|contact| asked.of(contact)).reduce(f64::min)
     }
 
-    /// How far the closed points of contacts with a penalty are from touching exactly \[m\]. Collective.
+    /// Largest deviation of the closed points of penalty contacts from touching exactly \[m\].
+    /// Collective.
     pub fn depth(&self) -> f64 {
         let depths = depths(self.session.world(), &self.contacts).into_iter().zip(&self.contacts);
         let penalties = depths.filter(|(_, contact)| contact.law().normal.is_penalty());
         penalties.map(|(depth, _)| depth).fold(0.0, f64::max)
     }
 
-    /// Makes a contact in motion stiffer whose penetration would pass its tolerance if its pressure grew by half, and leaves
-    /// the tractions at the end of the present step, which is accepted, as they are. Collective.
+    /// Stiffens a contact in motion if half as much pressure again would exceed its penetration
+    /// tolerance. The tractions at the end of the present step, which is accepted, do not change.
+    /// Collective.
     pub fn keep_penetration(&mut self) {
-        /// Elastic part of the penetration over what is left of the tolerance, beyond which the contact becomes stiffer.
+        /// Ratio of the elastic part of the penetration to the remaining tolerance, above which the
+        /// contact becomes stiffer.
         const GROWTH: f64 = 2.0;
-        /// As much of the tolerance is taken to be left at least.
+        /// Smallest part of the tolerance that is assumed to remain.
         const LEAST: f64 = 0.25;
         if self.is_dynamic() {
             self.note_gaps();
@@ -156,19 +165,22 @@ impl<const D: usize> ContactSystem<D> {
         }
     }
 
-    /// Makes a contact in motion stiffer that passes its tolerance in the present step, and leaves the tractions at the
-    /// start of the step as they are. Whether there is one that gains by it, the same on all ranks. Collective.
+    /// Stiffens a contact in motion that exceeds its tolerance in the present step. The tractions
+    /// at the start of the step do not change. Collective.
+    ///
+    /// Returns whether a contact benefits, with the same result on all ranks.
     pub fn mend_penetration(&mut self) -> bool {
-        /// Elastic part over the tolerance that can not take a contact much further.
+        /// Ratio of elastic part to tolerance below which stiffening hardly changes a contact.
         const HARDLY: f64 = 1.0 / 32.0;
-        /// Part of the tolerance to be kept: what becomes stiffer gives way a little all the same.
+        /// Part of the tolerance to be kept, because a stiffened contact still yields a little.
         const INSIDE: f64 = 0.97;
         self.is_dynamic() && self.stiffen_where(|[depth, elastic]| depth > INSIDE && elastic > HARDLY)
     }
 
-    /// Makes contacts stiffer by their depth and its elastic part, both over the tolerance. Collective.
+    /// Stiffens contacts according to their depth and its elastic part, both relative to the
+    /// tolerance. Collective.
     fn stiffen_where(&mut self, stiffens: impl Fn([f64; 2]) -> bool) -> bool {
-        /// By this factor.
+        /// Factor of one stiffening.
         const FACTOR: f64 = 4.0;
         if self.contacts.iter().all(|contact| contact.tolerance.is_none()) {
             return false;
@@ -193,8 +205,10 @@ impl<const D: usize> ContactSystem<D> {
         stiffer
     }
 
-    /// Whether the mass of a node can rattle on a penalty that became stiffer: where the nodes of either side have no mass, the
-    /// elements behind them take part in every motion, and are softer.
+    /// Whether the mass of a node can chatter on a penalty that was stiffened.
+    ///
+    /// If the nodes of either side have no mass, the elements behind them participate in every
+    /// motion, and these are softer.
     pub fn rattles(&self) -> bool {
         let stiffer = self.contacts.iter().filter(|contact| contact.stiffening > 1.0);
         stiffer.into_iter().any(|contact| !self.is_calm(contact))
@@ -205,7 +219,8 @@ impl<const D: usize> ContactSystem<D> {
         self.redistribution.as_ref().is_some_and(|mass| contact.bodies.iter().any(|&body| mass.has(body)))
     }
 
-    /// Names of the bodies whose mass is redistributed, and of those that can not spare what they should.
+    /// Names of the bodies whose mass is redistributed, and of those whose mass cannot be
+    /// redistributed as required.
     pub fn redistributed(&self) -> [Vec<String>; 2] {
         let names = |bodies: &BTreeSet<usize>| {
             bodies.iter().map(|&body| self.bodies[body].name().to_owned()).collect()
@@ -213,18 +228,19 @@ impl<const D: usize> ContactSystem<D> {
         self.redistribution.as_ref().map_or_else(Default::default, |mass| mass.bodies().each_ref().map(names))
     }
 
-    /// Memory on this rank of the multipliers of contact points, and of what takes the mass off them \[bytes\].
+    /// Memory on this rank for the multipliers of contact points, and for the redistribution of
+    /// mass \[bytes\].
     pub fn bytes(&self) -> [usize; 2] {
         let multipliers = self.contacts.iter().map(|contact| contact.state.multiplier_bytes()).sum();
         [multipliers, self.redistribution.as_ref().map_or(0, Redistribution::bytes)]
     }
 
-    /// How much stiffer than their laws say the contacts are.
+    /// Factors by which the contacts are stiffer than their laws.
     pub fn stiffenings(&self) -> Vec<f64> {
         self.contacts.iter().map(|contact| contact.stiffening).collect()
     }
 
-    /// Makes the contacts as much stiffer than their laws say.
+    /// Restores the factors by which the contacts are stiffer than their laws.
     pub fn recall_stiffenings(&mut self, stiffenings: &[f64]) {
         let contacts = self.contacts.iter_mut().zip(stiffenings);
         for (contact, factor) in contacts {
@@ -235,21 +251,24 @@ impl<const D: usize> ContactSystem<D> {
         }
     }
 
-    /// Takes note of the gaps at the last residual as those of the last accepted step.
+    /// Records the gaps at the last residual as those of the last accepted step.
     pub fn note_gaps(&mut self) {
         self.contacts.iter_mut().for_each(|contact| contact.state.note_gaps());
     }
 
-    /// The smallest penetration that is asked for \[m\].
+    /// Smallest requested penetration tolerance \[m\].
     pub fn smallest_tolerance(&self) -> Option<f64> {
         self.contacts.iter().filter_map(|contact| contact.tolerance).reduce(f64::min)
     }
 
-    /// Makes stick so stiff that no sticking point gives way by more than `slip` \[m\] under the bound on its friction: a law
-    /// with a stick velocity, under which it would creep for ever, by the return map, stiffer by powers of two than the
-    /// `given` stiffness and than that of the normal law. Whether a law is not what it was. Collective.
+    /// Increases the stick stiffness so that no sticking point yields by more than `slip` \[m\]
+    /// under the bound on its friction. Collective.
+    ///
+    /// A law with a stick velocity would creep forever, so it gets a return map. The stiffness is a
+    /// power of two times the larger of the `given` stiffness and that of the normal law. Returns
+    /// whether a law changed.
     pub fn stiffen_stick(&mut self, given: &[Option<Regularization>], slip: f64) -> bool {
-        /// A law is made stiffer by this factor at most.
+        /// Largest factor by which a law is stiffened.
         const MOST: f64 = 1024.0;
         let mut changed = false;
         for (contact, given) in self.contacts.iter_mut().zip(given) {
@@ -260,12 +279,13 @@ impl<const D: usize> ContactSystem<D> {
             let mut bound = 0.0;
             self.session.world().all_reduce_into(&own, &mut bound, SystemOperation::max());
             let wanted = bound / slip;
-            // The power law is softest where nothing presses: what is wanted first sets the scale.
+            // The power law is softest without pressure, so the first required stiffness sets the
+            // scale.
             let normal = contact.law().normal.law().linear_compliance().map_or(0.0, f64::recip);
             let base = match given.stiffness() {
                 Some(stiffness) => stiffness.value.max(normal),
                 _ if normal > 0.0 => normal,
-                // Without a stiffness to begin with the law stays until something presses.
+                // Without an initial stiffness, the law is kept until a point is under pressure.
                 _ if wanted == 0.0 => continue,
                 _ => wanted.log2().ceil().exp2(),
             };
@@ -279,8 +299,8 @@ impl<const D: usize> ContactSystem<D> {
         changed
     }
 
-    /// For each contact, the root mean square speed of all bodies that an impulse on it gives to those of its bodies that are free
-    /// to move \[1/kg\]. Collective.
+    /// For each contact, the root mean square speed of all bodies that an impulse on it gives to
+    /// those of its bodies that are free to move \[1/kg\]. Collective.
     pub fn recoils(&self) -> Vec<f64> {
         let mut own = vec![0.0; self.bodies.len()];
         for solid in &self.solids {
@@ -302,16 +322,20 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().map(recoil).collect()
     }
 
-    /// Whether a side of each contact has nodes without mass: the forces of others are those of nodes that rattle, and no impulse.
+    /// Whether a side of each contact has nodes without mass. Forces of other contacts belong to
+    /// chattering nodes and are no measure of an impulse.
     pub fn calm(&self) -> Vec<bool> {
         self.contacts.iter().map(|contact| self.is_calm(contact)).collect()
     }
 
-    /// Time in which the nodes in contact swing on their penalty, `2 pi sqrt(m / k)` \[s\], by the mass that moves along the
-    /// normals and force over depth; 0 where nothing is closed. Collective.
+    /// Period in which the nodes in contact oscillate on their penalty, `2 pi sqrt(m / k)` \[s\].
+    /// Collective.
+    ///
+    /// It uses the mass that moves along the normals, and force over depth. It is 0 if nothing is
+    /// closed.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn swing(&mut self) -> Result<f64> {
         let mut normals = self.pattern_vector().like()?;
         self.contact_normals(&mut normals)?;
@@ -324,22 +348,23 @@ impl<const D: usize> ContactSystem<D> {
         Ok(if stiffness > 0.0 { std::f64::consts::TAU * (mass / stiffness).sqrt() } else { 0.0 })
     }
 
-    /// Whether slip that turns in the first guess of the next step is taken for an error of the guess.
+    /// Sets whether slip that reverses in the initial guess of the next step is attributed to an
+    /// error of the guess.
     pub fn doubt_first_slip(&mut self, doubtful: bool) {
         self.contacts.iter_mut().for_each(|contact| contact.state.doubt(doubtful));
     }
 
-    /// Nodes of all bodies on all ranks.
+    /// Number of nodes of all bodies on all ranks.
     pub fn nodes(&self) -> u32 {
         self.local.index.total.unsigned_abs()
     }
 
-    /// The regularisations of the friction laws as they are.
+    /// Current regularisations of the friction laws.
     pub fn regularizations(&self) -> Vec<Option<Regularization>> {
         self.contact_laws().map(|law| law.friction.map(|friction| friction.regularization)).collect()
     }
 
-    /// How points that stick move at the last residual, over all ranks. Collective.
+    /// Motion of sticking points at the last residual, over all ranks. Collective.
     pub fn stuck(&self) -> Stuck {
         let mut own = [0.0f64; 2];
         for contact in &self.contacts {

@@ -1,4 +1,4 @@
-//! Contacts that can not close: how far apart their surfaces start, beside how far the bodies can get.
+//! Contacts that cannot close, because their surfaces start further apart than the bodies can move.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -11,51 +11,61 @@ use crate::error::{Error, Result};
 use crate::mesh::{Bounds, Facet};
 use crate::model::{self, Model, Target};
 
-/// Steps at which prescribed motions are looked at, at most.
+/// Maximum number of instants at which prescribed motions are evaluated.
 const INSTANTS: f64 = 1.0e4;
 
-/// Factor on what motions and loads would do alone: a light body that is hit flies faster than what hits it, a load acts
-/// on an area that grows.
+/// Safety factor on the effect of motions and loads. A light body that is hit can move faster than
+/// the body that hits it, and a load can act on a growing area.
 const GENEROUS: f64 = 10.0;
 
-/// The time that bodies have, and what acts in it.
+/// Time of the motion, and the effects that act in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
     /// End of the motion \[s\].
     pub end: f64,
     /// Largest step \[s\].
     pub step: f64,
-    /// Inertia takes part.
+    /// Whether inertia is included.
     pub is_dynamic: bool,
-    /// The motion starts from a static equilibrium.
+    /// Whether the motion starts from a static equilibrium.
     pub from_equilibrium: bool,
 }
 
-/// How far a body can be brought.
+/// Bound on the motion of a body.
 #[derive(Clone, Copy)]
 struct Way {
-    /// By prescribed displacements \[m\].
+    /// Motion by prescribed displacements \[m\].
     travel: f64,
-    /// By its velocity and by loads \[m\].
+    /// Motion by its velocity and by loads \[m\].
     flight: f64,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Refuses a contact whose surfaces start further apart than the bodies can get within the time. Collective.
+    /// Rejects a contact whose surfaces start further apart than the bodies can move within the
+    /// time. Collective.
     ///
-    /// They can get as far as their own size (an elastic body that is held would have to be twice as long), and
-    /// ten times `|u| + (|v| + |v_0|) T + a T^2 / 2`, with the largest prescribed displacement and velocity, the
-    /// largest velocity at the start, and all loads on the lightest body. Nothing bounds what a load does in statics, or one that
-    /// varies in time otherwise than by a table. Surfaces that are prescribed as a whole get as far as that tells.
+    /// Bodies can move as far as their own size, because an elastic body that is held would have to
+    /// double its length. In addition they can move ten times `|u| + (|v| + |v_0|) T + a T^2 / 2`.
+    /// This uses the largest prescribed displacement and velocity, the largest initial velocity,
+    /// and all loads on the lightest body. There is no bound on the effect of a load in statics, or
+    /// of a load that varies in time other than by a table. Surfaces with completely prescribed
+    /// motion move exactly as prescribed.
     ///
-    /// Amounts count and directions do not: a load that pulls a body away may close a contact all the same. What is held swings back
-    /// with it by as much as it was drawn, and further while the load varies; a body that nothing holds turns about its centre of mass under a
-    /// load beside that, may be thrown back by a contact with a third body or an obstacle, and a partner may follow it that is hit
-    /// harder. Only the centres of mass of two bodies that nothing holds, and that touch nothing but each other, go where their loads
-    /// tell: so few cases that a false error would cost more than the message saves.
+    /// Only magnitudes count, not directions, because a load that pulls a body away may still close
+    /// a contact:
+    ///
+    /// - A held body swings back by the amount it was pulled, and further while the load varies.
+    /// - A free body rotates about its centre of mass under an eccentric load.
+    /// - A third body or an obstacle can throw it back.
+    /// - A partner that is hit harder may follow it.
+    ///
+    /// Only the centres of mass of two free bodies that touch nothing but each other move in the
+    /// direction of their loads. Such cases are so few that a false error would cost more than the
+    /// message saves.
     ///
     /// # Errors
-    /// Names the contact, its gap and what there is to close it, the same on all ranks.
+    /// If a contact cannot close. The error names the contact, its gap and the available motion,
+    /// the same on all ranks.
     pub fn require_reach(&mut self, model: &Model<D>, span: &Span) -> Result<()> {
         let mut motion = None;
         for (at, contact) in model.contacts.iter().enumerate() {
@@ -89,7 +99,7 @@ impl<const D: usize> ContactSystem<D> {
         Ok(())
     }
 
-    /// Distance of the boxes around the two surfaces of a contact between bodies \[m\].
+    /// Distance between the boxes around the two surfaces of a contact between bodies \[m\].
     fn between(&self, contact: &model::ContactModel<D>) -> Result<f64> {
         let Target::Surface { set, .. } = &contact.target else { return Ok(0.0) };
         let [one, other] = [&contact.contactor, set]
@@ -132,7 +142,8 @@ impl<const D: usize> ContactSystem<D> {
         contact.all_bodies().into_iter().map(size).sum()
     }
 
-    /// Whether the motion of the contactor is prescribed as a whole, and that of the target as well. Collective.
+    /// Whether the motion of the contactor, and of the target as well, is completely prescribed.
+    /// Collective.
     fn is_prescribed(&self, contact: &model::ContactModel<D>) -> Result<bool> {
         let mut sets = vec![&contact.contactor];
         if let Target::Surface { set, .. } = &contact.target {
@@ -152,7 +163,7 @@ impl<const D: usize> ContactSystem<D> {
         Ok(all == 0)
     }
 
-    /// How far prescribed motions, velocities at the start and loads can bring a body. Collective.
+    /// Bounds the motion of a body by prescribed motions, initial velocities and loads. Collective.
     fn way(&mut self, model: &Model<D>, span: &Span) -> Way {
         let kinks = model.kinks().into_iter().filter(|time| (0.0..=span.end).contains(time));
         let kinks: Vec<f64> = kinks.chain([0.0, span.end]).collect();
@@ -180,7 +191,7 @@ impl<const D: usize> ContactSystem<D> {
         Way { travel, flight }
     }
 
-    /// Sum of the loads on this rank's nodes, the largest of those at `instants` \[N\].
+    /// Sum of the loads on this rank's nodes, as the largest value at `instants` \[N\].
     fn load(&mut self, model: &Model<D>, instants: &[f64]) -> f64 {
         if !model.loads.iter().all(|load| load.kind.is_linear_between_kinks()) {
             return f64::INFINITY;
@@ -195,7 +206,7 @@ impl<const D: usize> ContactSystem<D> {
         instants.iter().map(at).fold(0.0, f64::max)
     }
 
-    /// Largest velocity that this rank's bodies have at the start \[m/s\].
+    /// Largest initial velocity of this rank's bodies \[m/s\].
     fn speed_at_start(&self, model: &Model<D>) -> f64 {
         let mesh = &self.local.mesh;
         let of_element = |element: usize| {

@@ -19,7 +19,7 @@ impl<const D: usize> ContactSystem<D> {
         Moment { time: stage.trial.time, u, factor: stage.load_factor }
     }
 
-    /// Fills the three parts of the forces at the trial state; remembers an inverted element.
+    /// Computes the three parts of the forces at the trial state. Records an inverted element.
     pub(super) fn sweep(&mut self, stage: &Stage, branches: Branches) {
         let (u, v, u_start) = (stage.trial.u.local(), stage.trial.v.local(), stage.start.u.local());
         let ForceParts { internal, contact, external } = &mut self.parts;
@@ -32,7 +32,8 @@ impl<const D: usize> ContactSystem<D> {
         let phases = &self.phases;
         let fault = &mut self.fault;
         let mut bodies = || {
-            // Predicted branches change the contact alone, and come after the residual of the same state.
+            // Predicted branches change only the contact forces, and follow a residual at the same
+            // state.
             if branches == Branches::Predicted {
                 return;
             }
@@ -52,11 +53,11 @@ impl<const D: usize> ContactSystem<D> {
         if branches == Branches::Actual {
             interface.bring(world, &fields);
         }
-        // Contact first, so that its forces are there by the time that the elements are done.
+        // Contact comes first, so that its forces have arrived when the elements are finished.
         add_contact_forces(interface, &mut self.contacts, world, phases, &request, contact, bodies);
     }
 
-    /// `M (w_0 a_start + w_1 a_end)` into `work`, and nothing where there is no inertia.
+    /// Computes `M (w_0 a_start + w_1 a_end)` into `work`. Does nothing without inertia.
     pub(super) fn weigh_inertia(&mut self, stage: &Stage) -> Result<()> {
         let Some(mass) = self.mass.as_ref().filter(|_| stage.inertia) else {
             self.work.set(0.0);
@@ -65,8 +66,9 @@ impl<const D: usize> ContactSystem<D> {
         let [at_start, at_end] = stage.balance.mass;
         self.inertia.copy_from(&stage.trial.a)?;
         self.inertia.axpby(at_start, at_end, &stage.start.a)?;
-        // The scheme's own accelerations lag, so that their mean lies where the mean of the forces does. Prescribed
-        // accelerations do not lag: they take the weights of the forces, or the scheme falls to first order.
+        // The scheme's own accelerations lag, so that their mean is at the time of the mean force.
+        // Prescribed accelerations do not lag. They take the weights of the forces; otherwise the
+        // scheme falls to first order.
         {
             let mut mean = self.inertia.owned_mut();
             let (start, end) = (stage.start.a.owned(), stage.trial.a.owned());
@@ -78,7 +80,7 @@ impl<const D: usize> ContactSystem<D> {
         mass.multiply(&self.inertia, &mut self.work)
     }
 
-    /// Residual on the free unknowns with the branches of the friction law as given.
+    /// Residual on the free unknowns for the given branches of the friction law.
     pub(super) fn balance(
         &mut self,
         stage: &Stage,
@@ -96,7 +98,7 @@ impl<const D: usize> ContactSystem<D> {
         self.weigh(stage, branches, out).map(|(residual, _)| residual)
     }
 
-    /// The residual, and whether contacts have to look around anew.
+    /// Computes the residual, and whether contacts have to search again.
     pub(super) fn weigh(
         &mut self,
         stage: &Stage,
@@ -131,17 +133,20 @@ impl<const D: usize> ContactSystem<D> {
             agree(self.session.world(), self.trouble.take().map_or(Ok(()), Err))?;
         }
         let scale = total[1..5].iter().copied().fold(0.0, f64::max).sqrt();
-        // Also if only prescribed unknowns are affected: no residual is small compared with NaN.
+        // This also applies if only prescribed unknowns are affected: no residual is small compared
+        // with NaN.
         let sound = total[1..5].iter().all(|sum| sum.is_finite());
         let residual = Residual { norm: if sound { total[0].sqrt() } else { f64::NAN }, scale };
         Ok((residual, total[6] > 0.0 && residual.norm.is_finite()))
     }
 
-    /// Gives the nodes without mass the mean velocity of the step and no acceleration: what a scheme derives for them has no
-    /// inertia to settle it and would swing about from step to step. Collective.
+    /// Gives the nodes without mass the mean velocity of the step and zero acceleration.
+    /// Collective.
+    ///
+    /// Without inertia, rates that a scheme derives for them would oscillate from step to step.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn calm_massless(&self, stage: &mut Stage) -> Result<()> {
         let Some(mass) = self.mass.as_ref().filter(|mass| stage.inertia && mass.is_partial()) else {
             return Ok(());
@@ -159,8 +164,8 @@ impl<const D: usize> ContactSystem<D> {
         stage.trial.a.update_ghosts()
     }
 
-    /// Zero at the nodes without mass: they have no acceleration of their own, and their forces balance at every instant,
-    /// whatever those of an earlier one were.
+    /// Sets the nodes without mass to zero. They have no acceleration of their own, and their
+    /// forces balance at every instant, independent of earlier ones.
     pub fn rest_massless(&self, rhs: &mut Vector) {
         let Some(mass) = &self.mass else { return };
         let mut rhs = rhs.owned_mut();
@@ -169,23 +174,24 @@ impl<const D: usize> ContactSystem<D> {
         }
     }
 
-    /// Sets the prescribed unknowns at the end of a step over which forces conserve; accelerations stay those of its middle,
-    /// which the reactions are for. Collective.
+    /// Sets the prescribed unknowns at the end of a step over which forces conserve. Accelerations
+    /// stay those of its midpoint, to which the reactions belong. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn settle_end(&mut self, stage: &mut Stage) -> Result<()> {
         self.work.copy_from(&stage.trial.a)?;
         self.prescribe(stage)?;
         stage.trial.a.copy_from(&self.work)
     }
 
-    /// `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions on prescribed ones \[N\].
+    /// Computes `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions
+    /// on prescribed ones \[N\].
     ///
-    /// To be called after [`Dynamics::residual`] at the same state. Collective.
+    /// Call it after [`Dynamics::residual`] at the same state. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn imbalance(&mut self, stage: &Stage, out: &mut Vector) -> Result<()> {
         match self.mass.as_ref().filter(|_| stage.inertia) {
             Some(mass) => mass.multiply(&stage.trial.a, out)?,

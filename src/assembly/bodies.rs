@@ -3,10 +3,10 @@
 use crate::element::Kinematics;
 use crate::model::{Body, Model};
 
-/// What a body is called and how it moves.
+/// Name and kinematics of a body.
 pub(super) struct NamedBody {
     name: String,
-    /// How its strains are measured.
+    /// Strain measure of the body.
     pub kinematics: Kinematics,
 }
 

@@ -1,4 +1,4 @@
-//! The parts of a system, built from the model on the rank's share of the mesh.
+//! Construction of the parts of a system from the model, on the rank's part of the mesh.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -22,9 +22,9 @@ use crate::tensor::Vector;
 pub(super) struct FreeBody {
     /// Index of the body.
     pub body: usize,
-    /// Group of pieces.
+    /// Index of the group of pieces.
     pub group: usize,
-    /// For people: name and directions.
+    /// Name and directions, for messages.
     pub words: String,
 }
 
@@ -41,10 +41,10 @@ pub(super) fn physics<const D: usize>(model: &Model<D>) -> Vec<BodyPhysics> {
     model.bodies.iter().map(body).collect()
 }
 
-/// The displacement boundaries.
+/// Creates the displacement boundaries.
 ///
 /// # Errors
-/// When a set is not there, or two boundaries contradict each other.
+/// If a set does not exist, or two boundaries contradict each other.
 pub(super) fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Result<Supports<D>> {
     let boundary = |support: &crate::model::Support<D>| Boundary {
         name: support.name.clone(),
@@ -57,10 +57,10 @@ pub(super) fn supports<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -
     Ok(Supports::new(DofMap::new(&local.mesh, &boundaries, same)?, &model.supports))
 }
 
-/// The contacts. Collective.
+/// Creates the contacts. Collective.
 ///
 /// # Errors
-/// The same on all ranks.
+/// All ranks return the same error.
 pub(super) fn contacts<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
@@ -88,7 +88,7 @@ fn measures<const D: usize>(
         let target = agree(world, facets_of(local, set))?;
         own.extend(size_of(local, target));
         most.push(extent_of(local, target));
-        // A body that meets itself may be folded, and is then thinner than the box around it.
+        // A body in contact with itself may be folded, and is then thinner than the box around it.
         let thinner = match *bodies == contact.bodies {
             true => height(world, local, contactor).min(height(world, local, target)),
             false => {
@@ -142,7 +142,7 @@ pub(super) fn height<const D: usize>(
     all
 }
 
-/// Sides of the box around a body \[m\]. Collective.
+/// Side lengths of the box around a body \[m\]. Collective.
 pub(super) fn sides_of<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
@@ -154,7 +154,7 @@ pub(super) fn sides_of<const D: usize>(
     box_around(world, nodes.map(|&node| mesh.points[node as usize]))
 }
 
-/// Sides of the box around points of all ranks \[m\]. Collective.
+/// Side lengths of the box around points of all ranks \[m\]. Collective.
 fn box_around<const D: usize>(
     world: &impl CommunicatorCollectives,
     points: impl Iterator<Item = [f64; D]>,
@@ -163,7 +163,8 @@ fn box_around<const D: usize>(
     std::array::from_fn(|i| all[i] + all[i + 3])
 }
 
-/// Largest coordinates of points of all ranks, then the largest of their negatives from the fourth place on \[m\]. Collective.
+/// Largest coordinates of points of all ranks \[m\], followed from the fourth entry on by the
+/// largest of their negatives. Collective.
 fn bounds_of<const D: usize>(
     world: &impl CommunicatorCollectives,
     points: impl Iterator<Item = [f64; D]>,
@@ -180,7 +181,7 @@ fn bounds_of<const D: usize>(
     all
 }
 
-/// The middle of the box around all bodies \[m\]. Collective.
+/// Centre of the box around all bodies \[m\]. Collective.
 pub(super) fn middle_of<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
@@ -189,7 +190,7 @@ pub(super) fn middle_of<const D: usize>(
     Vector::from_fn(|i, _| 0.5 * (all[i] - all[i + 3]))
 }
 
-/// Largest coordinate of all ranks \[m\]: its rounding is that of every place. Collective.
+/// Largest coordinate of all ranks \[m\]. Its rounding is that of every position. Collective.
 pub(super) fn farthest<const D: usize>(world: &impl CommunicatorCollectives, local: &LocalMesh<D>) -> f64 {
     let own = local.mesh.points.as_flattened().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut most = 0.0;
@@ -197,7 +198,7 @@ pub(super) fn farthest<const D: usize>(world: &impl CommunicatorCollectives, loc
     most
 }
 
-/// Of the facets that this rank reports the undeformed area and their number.
+/// Undeformed area and number of the facets that this rank reports.
 pub(super) fn size_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> [f64; 2] {
     let mine = facets.iter().filter(|facet| local.mine[facet.element as usize]);
     mine.fold([0.0; 2], |[area, count], &facet| [area + facet_area(local, facet), count + 1.0])
@@ -207,7 +208,8 @@ fn facet_area<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> f64 {
     facet_normals(local, facet).iter().map(|normal| normal.norm()).sum()
 }
 
-/// Undeformed outward normals at the quadrature points of a facet, as long as their shares of the area \[m^(D - 1)\].
+/// Undeformed outward normals at the quadrature points of a facet, scaled by their parts of the
+/// area \[m^(D - 1)\].
 pub(super) fn facet_normals<const D: usize>(local: &LocalMesh<D>, facet: Facet) -> Vec<Vector<D>> {
     let kind = local.mesh.facet_kind(facet);
     let mut nodes = Vec::new();
@@ -233,10 +235,10 @@ fn extent_of<const D: usize>(local: &LocalMesh<D>, facets: &[Facet]) -> f64 {
     facets.iter().map(&mut extent).fold(0.0, f64::max)
 }
 
-/// The loads.
+/// Creates the loads.
 ///
 /// # Errors
-/// When a set is not there.
+/// If a set does not exist.
 pub(super) fn loads<const D: usize>(
     local: &LocalMesh<D>,
     model: &Model<D>,
@@ -250,7 +252,8 @@ pub(super) fn loads<const D: usize>(
     )
 }
 
-/// Pieces of bodies that lack a support in some direction; the same on all ranks. Collective.
+/// Finds pieces of bodies that lack a support in some direction, with the same result on all ranks.
+/// Collective.
 pub(super) fn free_bodies<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
@@ -269,9 +272,9 @@ pub(super) fn free_bodies<const D: usize>(
     loose.map(describe).collect()
 }
 
-/// A stiffness is no typical one where the softest side of a contact is softer by more than this,
+/// Largest ratio of a typical stiffness to that of the softest side of a contact.
 const SOFTER: f64 = 1e3;
-/// nor where it is this part of the stiffest, which is near rounding.
+/// Smallest ratio of a typical stiffness to the largest one. Smaller values are near rounding.
 const ABOVE_ROUNDING: f64 = 1e-4;
 
 /// A typical diagonal entry of the stiffness, `E h^(D - 2)` \[N/m\].

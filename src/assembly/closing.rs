@@ -1,4 +1,4 @@
-//! Which contacts closed in a step, and how fast.
+//! Contacts that closed in a step, and their closing speeds.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -9,24 +9,28 @@ use crate::dynamics::Stage;
 use crate::mesh::Facet;
 use crate::tensor::Vector as Point;
 
-/// How a contact closed in a step, all ranks together.
+/// Data of a contact that closed in a step, over all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Closing {
     /// Name of the contact.
     pub contact: String,
-    /// Points that closed in the step.
+    /// Number of points that closed in the step.
     pub now: u64,
-    /// Points that were closed at its start.
+    /// Number of points that were closed at its start.
     pub before: u64,
-    /// All points.
+    /// Number of all points.
     pub points: u64,
-    /// Largest speed at which a gap closed \[m/s\]: that of the surfaces towards each other at the start of the step, or that
-    /// of the gap over the step where it is larger. A step that is much longer than the flight has a small mean.
+    /// Largest closing speed of a gap \[m/s\].
+    ///
+    /// It is the larger of the approach speed of the surfaces at the start of the step and the mean
+    /// speed of the gap over the step. The mean is small in a step that is much longer than the
+    /// flight.
     pub speed: f64,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// How each contact closed in the step that ends in the trial state; to be called before it is accepted. Collective.
+    /// Returns how each contact closed in the step that ends in the trial state. Call it before the
+    /// step is accepted. Collective.
     pub fn closings(&self, stage: &Stage) -> Vec<Closing> {
         let count = self.contacts.len();
         let targets = self.target_velocities(stage);
@@ -67,13 +71,14 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().enumerate().map(closing).collect()
     }
 
-    /// Mean velocity of each target surface at the start of the step \[m/s\]; zero where it is an obstacle. Collective.
+    /// Mean velocity of each target surface at the start of the step \[m/s\]; zero for an obstacle.
+    /// Collective.
     fn target_velocities(&self, stage: &Stage) -> Vec<Point<D>> {
         let velocity = stage.start.v.local();
         let mut own = vec![0.0_f64; self.contacts.len() * (D + 1)];
         let mut nodes = Vec::new();
         for (contact, sums) in self.contacts.iter().zip(own.chunks_exact_mut(D + 1)) {
-            // A facet that several ranks hold counts once.
+            // A facet that several ranks have counts once.
             let mine = |facet: &&Facet| self.local.mine[facet.element as usize];
             for &facet in contact.pair.target_facets().iter().filter(mine) {
                 self.local.mesh.facet_nodes(facet, &mut nodes);

@@ -1,4 +1,4 @@
-//! The contacts of a rank, evaluated into the system.
+//! The contacts of a rank and their contributions to the system.
 
 use mpi::traits::CommunicatorCollectives;
 
@@ -23,30 +23,30 @@ use crate::model::{self, Target};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector;
 
-/// One contact of the case on this rank.
+/// A contact of the case on this rank.
 pub struct LocalContact<const D: usize> {
     /// Name in the case file.
     pub name: String,
     /// Both sides and the laws. A vertex is evaluated on the rank that owns its node.
     pub pair: ContactPair<D>,
-    /// What its points remember.
+    /// State and history of its points.
     pub state: ContactState<D>,
-    /// Indices of the bodies that take part, each once.
+    /// Indices of the bodies in this contact, each once.
     pub bodies: Vec<usize>,
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
     /// Stiffness of an element of the softer side under the mean facet, `E / h` \[Pa/m\].
     pub beneath: f64,
-    /// Penetration that is asked for \[m\]; none where any will do.
+    /// Requested penetration tolerance \[m\]; `None` if there is no limit.
     pub tolerance: Option<f64>,
-    /// How much stiffer than its law says the contact is, to keep that penetration.
+    /// Factor by which the contact is stiffer than its law, to meet that tolerance.
     pub stiffening: f64,
 }
 
-/// Facets of a named set.
+/// Returns the facets of a named set.
 ///
 /// # Errors
-/// When there is no such set, with the names of those there are.
+/// If there is no such set. The error lists the existing sets.
 pub fn facets_of<'a, const D: usize>(local: &'a LocalMesh<D>, set: &str) -> Result<&'a [Facet]> {
     local.mesh.facet_sets.get(set).map(Vec::as_slice).ok_or_else(|| {
         let known: Vec<&str> = local.mesh.facet_sets.keys().map(String::as_str).collect();
@@ -54,20 +54,20 @@ pub fn facets_of<'a, const D: usize>(local: &'a LocalMesh<D>, set: &str) -> Resu
     })
 }
 
-/// What a contact needs to know of all ranks.
+/// Properties of a contact that depend on all ranks.
 #[derive(Debug, Clone, Copy)]
 pub struct Measures {
     /// Mean size of the contactor's facets \[m\].
     pub facet_size: f64,
-    /// How far the contact looks around.
+    /// Lengths of the contact search.
     pub radii: SearchRadii,
 }
 
 impl<const D: usize> LocalContact<D> {
-    /// The contact of the model on this rank.
+    /// Creates the contact of the model on this rank.
     ///
     /// # Errors
-    /// When the set or a derived law is no good.
+    /// If the set or a derived law is invalid.
     pub fn new(contact: &model::ContactModel<D>, measures: &Measures, local: &LocalMesh<D>) -> Result<Self> {
         let ownership = Ownership {
             owned_nodes: local.index.owned,
@@ -115,17 +115,18 @@ impl<const D: usize> LocalContact<D> {
         &self.pair.outline
     }
 
-    /// Local nodes of the vertices, which are the contact points. Each is one rank's.
+    /// Local nodes of the vertices, which are the contact points. Each belongs to exactly one rank.
     pub fn vertices(&self) -> &[u32] {
         self.pair.contact.surface.vertices()
     }
 
-    /// The obstacle, if it is the target.
+    /// The obstacle, if the target is one.
     pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
         self.pair.contact.target.obstacle()
     }
 
-    /// Largest extent of a facet of either side \[m\]; on an obstacle the mean size of those of the contactor.
+    /// Largest extent of a facet of either side \[m\]. For an obstacle, the mean size of the
+    /// contactor's facets.
     pub fn largest_facet(&self) -> f64 {
         if self.is_deformable() { self.pair.facet() } else { self.facet_size }
     }
@@ -135,7 +136,7 @@ impl<const D: usize> LocalContact<D> {
         self.obstacle().is_none()
     }
 
-    /// What this rank reports of the zone; merge it over ranks.
+    /// Summary of the contact zone on this rank, to be merged over ranks.
     pub fn summary(&self) -> ZoneSummary<D> {
         let mut summary = ZoneSummary::default();
         for point in &self.state.current {
@@ -145,7 +146,7 @@ impl<const D: usize> LocalContact<D> {
         summary
     }
 
-    /// Energies on this rank; call it before the step of length `dt` \[s\] is accepted.
+    /// Energies on this rank. Call it before the step of length `dt` \[s\] is accepted.
     pub fn energy(&self, dt: f64) -> ContactEnergy {
         let mut energy = ContactEnergy::default();
         for (point, history) in self.state.current.iter().zip(&self.state.history) {
@@ -155,10 +156,13 @@ impl<const D: usize> LocalContact<D> {
         energy
     }
 
-    /// Adds to each local node the area-weighted sum of a value of its vertices, `sum[node * K + k]`, and the weights, `weight[node]`; their
-    /// quotient is the nodal value once all ranks have added theirs. What a node gets is the mean, weighted by its own shape function, of
-    /// the value that is linear between vertices: values at vertices alone alternate where a contact ends. A node between corners has the
-    /// mean of those beside it.
+    /// Adds to each local node the area-weighted sum of a value of its vertices,
+    /// `sum[node * K + k]`, and the weights, `weight[node]`.
+    ///
+    /// Their quotient is the nodal value once all ranks have added theirs. It is the mean, weighted
+    /// by the node's own shape function, of the value that is linear between vertices. Values at
+    /// single vertices would alternate at the edge of a contact. A node between corners gets the
+    /// mean of its neighbours.
     pub fn gather_nodal<const K: usize>(
         &self,
         value: impl Fn(usize, &PointState<D>) -> [f64; K],
@@ -182,36 +186,41 @@ impl<const D: usize> LocalContact<D> {
         }
     }
 
-    /// Undeformed places of all points with their gaps \[m\].
+    /// Undeformed positions of all points with their gaps \[m\].
     pub fn gaps(&self) -> Vec<(f64, [f64; D])> {
         let surface = &self.pair.contact.surface;
         let points = self.state.current.iter().enumerate();
         points.map(|(vertex, point)| (point.gap, surface.reference_point(vertex).into())).collect()
     }
 
-    /// Its laws.
+    /// Laws of the contact.
     pub fn law(&self) -> &ContactLaw {
         &self.pair.contact.law
     }
 
-    /// Stiffness of the springs that stand for it in the matrix of joined bodies, at most \[Pa/m\]. What slides freely has
-    /// softer ones: multigrid that joins nodes across them ties sliding as well.
+    /// Largest stiffness of the springs that represent the contact in the matrix of joined bodies
+    /// \[Pa/m\].
+    ///
+    /// Frictionless contact has softer springs, because multigrid that joins nodes across them
+    /// would also tie sliding.
     pub fn joint(&self, friction: FrictionMode) -> f64 {
         const SLIDING: f64 = 0.2;
         let sticks = friction == FrictionMode::AsGiven && self.law().friction.is_some();
         if sticks { self.beneath } else { SLIDING * self.beneath }
     }
 
-    /// Its laws, to be changed between steps.
+    /// Laws of the contact, which may be changed between steps.
     pub fn law_mut(&mut self) -> &mut ContactLaw {
         &mut self.pair.contact.law
     }
 
-    /// Gathers the facets of a deformable target near by, at the current positions of the local nodes \[m\], with their `step` as for
-    /// [`ContactPair::is_stale`]. Collective.
+    /// Gathers the nearby facets of a deformable target at the current positions of the local nodes
+    /// \[m\]. Collective.
+    ///
+    /// `step` is the motion of the nodes as for [`ContactPair::is_stale`].
     ///
     /// # Errors
-    /// The same on all ranks.
+    /// All ranks return the same error.
     pub fn gather(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -222,7 +231,7 @@ impl<const D: usize> LocalContact<D> {
         self.pair.gather(world, local, positions, step, &self.state)
     }
 
-    /// Adds the forces.
+    /// Adds the contact forces.
     pub fn add_force(
         &mut self,
         fields: &ContactFields,
@@ -233,12 +242,12 @@ impl<const D: usize> LocalContact<D> {
         self.pair.add_force(fields, request, &mut self.state, own, remote);
     }
 
-    /// Adds the wanted terms of the matrix.
+    /// Adds the requested terms of the matrix.
     pub fn add_stiffness(&mut self, fields: &ContactFields, request: &ContactRequest, opening: &mut Opening) {
         self.pair.add_stiffness(fields, request, &mut self.state, opening);
     }
 
-    /// Adds the normals of the closed points, by area, to the nodes that they couple.
+    /// Adds the area-weighted normals of the closed points to the nodes that they couple.
     pub fn add_normals(&self, own: &mut [f64], remote: RemoteForce) {
         self.pair.add_normals(&self.state, own, remote);
     }
@@ -248,24 +257,26 @@ impl<const D: usize> LocalContact<D> {
         self.pair.add_marks(&self.state, own, remote);
     }
 
-    /// Whether tangents of frictionless contact on a fixed area are symmetric: over a plane, but for facets that stand at more than 60 degrees
-    /// to it. Over other obstacles points fade with their gap. Between bodies pressures act along the normals of the contactor, while gaps
-    /// change with the slope of the target as well.
+    /// Whether tangents of frictionless contact on a fixed area are symmetric.
+    ///
+    /// They are symmetric over a plane, except for facets at more than 60 degrees to it. Over other
+    /// obstacles, the weight of points decreases with their gap. Between bodies, pressures act
+    /// along the normals of the contactor, while gaps also change with the slope of the target.
     pub fn is_symmetric(&self) -> bool {
         self.pair.contact.area == AreaKind::Reference && self.obstacle().is_some_and(Shape::is_plane)
     }
 
-    /// How the forces of the points differ from the frozen ones.
+    /// Compares the forces of the points with the frozen ones.
     pub fn force_change(&self) -> ForceChange {
         self.state.force_change()
     }
 
-    /// Takes the current points as the new iterate.
+    /// Records the current points as the new iterate, and counts the changes.
     pub fn iterate(&mut self) -> Changes {
         self.state.iterate()
     }
 
-    /// Forgets the iterates of a step.
+    /// Discards the iterates of a step.
     pub fn begin_step(&mut self) {
         self.state.begin();
     }

@@ -1,4 +1,4 @@
-//! The forces of all contacts, with those of other ranks on their way meanwhile.
+//! Forces of all contacts, with overlapping communication.
 
 use mpi::traits::CommunicatorCollectives;
 
@@ -7,7 +7,8 @@ use super::interface::{Interface, RemoteForce};
 use super::phases::Phases;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 
-/// Adds the forces of the contacts, and does `meanwhile` while those of other ranks are on their way. Collective.
+/// Adds the forces of the contacts, and runs `meanwhile` while those of other ranks are being
+/// received. Collective.
 pub(super) fn add_contact_forces<const D: usize>(
     interface: &mut Interface<D>,
     contacts: &mut [LocalContact<D>],

@@ -1,14 +1,15 @@
-//! Bodies that prescribed displacements press by more than they are thick.
+//! Bodies that prescribed displacements compress by more than their thickness.
 
 use super::build::sides_of;
 use super::system::ContactSystem;
 use crate::model::Model;
 
-/// A body is crushed from this part of its thickness on.
+/// Part of its thickness from which on a body counts as crushed.
 const PART: f64 = 0.8;
 
 impl<const D: usize> ContactSystem<D> {
-    /// The first support that moves its body at t = 0 by four fifths of its length along an axis or more, in words. Collective.
+    /// Describes the first support that moves its body at t = 0 by at least four fifths of its
+    /// length along an axis. Collective.
     pub fn crushed(&self, model: &Model<D>) -> Option<String> {
         let sides: Vec<[f64; D]> =
             (0..model.bodies.len()).map(|body| sides_of(self.session.world(), &self.local, body)).collect();

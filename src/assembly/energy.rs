@@ -1,5 +1,5 @@
-//! The energy ledger (4.12): where energy is, where it went, and what the integration leaves over; and the
-//! momentum.
+//! Energy ledger (4.12): stored energies, work, heat and the numerical loss of the integration.
+//! Also the momentum.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -10,25 +10,25 @@ use crate::error::Result;
 use crate::petsc::Vector;
 use serde::{Deserialize, Serialize};
 
-/// Energies of one instant and sums since the start [J, per metre of depth in 2D].
+/// Energies at one instant and sums since the start [J, per metre of depth in 2D].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
-    /// `v . M v / 2`.
+    /// Kinetic energy, `v . M v / 2`.
     pub kinetic: f64,
-    /// Stored in the solids.
+    /// Strain energy of the solids.
     pub strain: f64,
-    /// Stored by the contact laws.
+    /// Energy stored by the contact laws.
     pub contact: f64,
-    /// Turned into heat by friction since the start.
+    /// Heat from friction since the start.
     pub friction_dissipated: f64,
     /// Work of loads and supports since the start.
     pub external_work: f64,
-    /// What was lost without a cause since the start: work done less energy gained less heat.
+    /// Numerical loss since the start: work done, minus gain of energy, minus heat.
     pub numerical: f64,
 }
 
 impl Energies {
-    /// Whether all are numbers.
+    /// Whether all energies are finite.
     pub fn is_finite(&self) -> bool {
         let Self { kinetic, strain, contact, friction_dissipated, external_work, numerical } = self;
         [kinetic, strain, contact, friction_dissipated, external_work, numerical]
@@ -36,22 +36,23 @@ impl Energies {
             .all(|e| e.is_finite())
     }
 
-    /// Kinetic, strain and contact energy.
+    /// Sum of kinetic, strain and contact energy.
     pub fn total(&self) -> f64 {
         self.kinetic + self.strain + self.contact
     }
 }
 
-/// Momentum of all bodies together at one instant, per metre of depth in 2D.
+/// Total momentum of all bodies at one instant, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Momentum {
-    /// `int rho v dV`, the components that the space has \[N s\].
+    /// `int rho v dV`, as many components as dimensions \[N s\].
     pub linear: [f64; 3],
-    /// `int rho x x v dV` about the origin at the current places; in the plane the last component alone [N m s].
+    /// `int rho x x v dV` about the origin at the current positions. In 2D only the last component
+    /// is used [N m s].
     pub angular: [f64; 3],
 }
 
-/// Sums up work and heat from step to step.
+/// Accumulates work and heat over the steps.
 pub struct EnergyLedger {
     /// Loads and reactions at the start of the step \[N\].
     drive: Vec<f64>,
@@ -59,13 +60,13 @@ pub struct EnergyLedger {
     now: Energies,
     momentum: Momentum,
     reactions: Vector,
-    /// The load step before, in statics.
+    /// The previous load step, in statics.
     last: Option<LoadStep>,
-    /// How far the work may be off \[J\].
+    /// Bound on the error of the work \[J\].
     work_error: f64,
 }
 
-/// A ledger before a step.
+/// State of a ledger before a step.
 pub struct SavedLedger {
     drive: Vec<f64>,
     now: Energies,
@@ -74,51 +75,52 @@ pub struct SavedLedger {
     work_error: f64,
 }
 
-/// What changed in a load step, owned unknowns.
+/// Changes in a load step, on owned unknowns.
 #[derive(Debug, Clone)]
 struct LoadStep {
     /// Change of loads and reactions \[N\].
     drive: Vec<f64>,
-    /// Displacement \[m\].
+    /// Change of the displacement \[m\].
     motion: Vec<f64>,
     /// Length of the step \[s\].
     dt: f64,
     /// `sum |dF_i du_i|` over all ranks \[J\].
     area: f64,
-    /// No step before was known, so that the error of the work is counted by its bound.
+    /// Whether no previous step was known, so that the error of the work is counted by its bound.
     first: bool,
 }
 
-/// What a ledger remembers from step to step, beside the [`EnergyLedger::drive`] of each rank.
+/// State of a ledger between steps, except for the [`EnergyLedger::drive`] of each rank.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balances {
     /// Energy at the start \[J\].
     pub at_start: f64,
     /// The energies of the last step.
     pub now: Energies,
-    /// How far the work may be off \[J\].
+    /// Bound on the error of the work \[J\].
     pub work_error: f64,
 }
 
 impl EnergyLedger {
-    /// A ledger that goes on from what another one remembered, with its `drive` \[N\]; `reactions` is where the next ones go.
+    /// Resumes a ledger from its saved balances and its `drive` \[N\]. The next reactions are
+    /// written to `reactions`.
     pub fn resume(balances: Balances, drive: Vec<f64>, reactions: Vector) -> Self {
         let Balances { at_start, now, work_error } = balances;
         Self { drive, at_start, now, momentum: Momentum::default(), reactions, last: None, work_error }
     }
 
-    /// What to go on from.
+    /// Returns the state that is needed to resume.
     pub fn balances(&self) -> Balances {
         Balances { at_start: self.at_start, now: self.now, work_error: self.work_error }
     }
 
-    /// Forgets the load step before, which a checkpoint does not keep.
+    /// Discards the previous load step, which a checkpoint does not store.
     pub fn forget(&mut self) {
         self.last = None;
     }
 
-    /// How far the work of loads and supports may be off since the start, because a load step sums it up by the
-    /// trapezoidal rule; 0 in dynamics \[J\].
+    /// Bound on the error of the work of loads and supports since the start \[J\]. A load step
+    /// integrates the work by the trapezoidal rule. The bound is 0 in dynamics.
     pub fn work_error(&self) -> f64 {
         self.work_error
     }
@@ -128,10 +130,11 @@ impl EnergyLedger {
         &self.drive
     }
 
-    /// A ledger that begins at the start of `stage`, where `reactions` act on the supports. Collective.
+    /// Creates a ledger at the start of `stage`, with the `reactions` that act on the supports.
+    /// Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn begin<const D: usize>(
         system: &mut ContactSystem<D>,
         stage: &mut Stage,
@@ -145,10 +148,11 @@ impl EnergyLedger {
         Ok(ledger)
     }
 
-    /// Energies at the end of the step in `stage`; to be called before it is accepted. Collective.
+    /// Computes the energies at the end of the step in `stage`. Call it before the step is
+    /// accepted. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn advance<const D: usize>(
         &mut self,
         system: &mut ContactSystem<D>,
@@ -166,7 +170,7 @@ impl EnergyLedger {
         Ok(self.now)
     }
 
-    /// What [`restore`](Self::restore) takes back to: the ledger before a step that may be repeated.
+    /// Saves the ledger before a step that may be repeated, for [`restore`](Self::restore).
     pub fn save(&self) -> SavedLedger {
         SavedLedger {
             drive: self.drive.clone(),
@@ -177,7 +181,7 @@ impl EnergyLedger {
         }
     }
 
-    /// The step since then is repeated.
+    /// Restores the saved state, because the step since then is repeated.
     pub fn restore(&mut self, saved: SavedLedger) {
         let SavedLedger { drive, now, momentum, last, work_error } = saved;
         self.drive = drive;
@@ -187,12 +191,12 @@ impl EnergyLedger {
         self.work_error = work_error;
     }
 
-    /// The energies of the last step.
+    /// Energies at the end of the last step.
     pub fn now(&self) -> &Energies {
         &self.now
     }
 
-    /// The momentum at the end of the last step.
+    /// Momentum at the end of the last step.
     pub fn momentum(&self) -> &Momentum {
         &self.momentum
     }
@@ -202,17 +206,18 @@ impl EnergyLedger {
         &self.reactions
     }
 
-    /// Estimates how far the trapezoidal rule is off over the load step in `stage`, which began with the drive `before`.
-    /// Collective.
+    /// Estimates the error of the trapezoidal rule over the load step in `stage`, which began with
+    /// the drive `before`. Collective.
     ///
-    /// The work of the step is the integral of `F . du` along the path of equilibria. A parabola through this step and the
-    /// one before, `r` times as long, gives
+    /// The work of the step is the integral of `F . du` along the path of equilibria. A parabola
+    /// through this step and the previous one, `r` times as long, gives
     ///
-    /// `W = trapezoid + (dF_before . du - dF . du_before) / (6 r (r + 1))`,
+    /// `W = trapezoid + (dF_before . du - dF . du_before) / (6 r (r + 1))`.
     ///
-    /// whose last term estimates the error where the path is resolved. Where it is not, each force may have acted with any
-    /// value between its values at the ends: `sum |dF_i du_i| / 2`. That also counts for a first step, until the next one
-    /// shows that it was resolved.
+    /// The last term estimates the error if the path is resolved. Otherwise each force may have
+    /// acted with any value between its values at the ends, which gives the bound
+    /// `sum |dF_i du_i| / 2`. This bound also applies to a first step, until the next one shows
+    /// that it was resolved.
     fn add_work_error<const D: usize>(
         &mut self,
         system: &ContactSystem<D>,
@@ -242,7 +247,7 @@ impl EnergyLedger {
         Ok(())
     }
 
-    /// Kinetic, strain, contact energy; heat and work of the step.
+    /// Computes kinetic, strain and contact energy, and heat and work of the step.
     fn step<const D: usize>(
         &mut self,
         system: &mut ContactSystem<D>,
@@ -267,7 +272,7 @@ impl EnergyLedger {
         for (i, drive) in self.drive.iter_mut().enumerate() {
             let reaction = if constrained[i] { reactions[i] } else { 0.0 };
             let now = system.parts.external[i] + reaction;
-            // Over a step that conserves, the forces now are those that acted all the while.
+            // Over a step that conserves energy, the present forces acted during the whole step.
             let mean = if stage.over_step == OverStep::End { now } else { 0.5 * (*drive + now) };
             own[4] += mean * (u[i] - before[i]);
             *drive = now;
@@ -281,15 +286,21 @@ impl EnergyLedger {
 }
 
 impl LoadStep {
-    /// A path is resolved if the rule through three points changes the work of a step by less than this part of its area.
-    /// `F ~ u^(3/2)`, of a round body that is pressed, has 0.04 in its second load step, and less in later ones; contact that
-    /// closes in the middle of a step has 0.08. With half of it the second step of such a body counts as not resolved,
-    /// with twice of it contact that closes counts as resolved, and its error is underestimated by a factor of three.
+    /// A path is resolved if the rule through three points changes the work of a step by less than
+    /// this part of its area.
+    ///
+    /// `F ~ u^(3/2)`, for a round body that is pressed, has 0.04 in its second load step, and less
+    /// in later ones. Contact that closes in the middle of a step has 0.08. With half of the value,
+    /// the second step of such a body counts as not resolved. With twice the value, contact that
+    /// closes counts as resolved, and its error is underestimated by a factor of three.
     const RESOLVED: f64 = 0.05;
 
-    /// A neighbour in which forces and displacements change far less, over the square of its length, says nothing of the path: a load that acts
-    /// at once is followed by steps in which nothing changes. From one step of a round body that is pressed to the next this part is
-    /// one half or more.
+    /// Smallest change of forces times displacements in a neighbouring step, relative to this step
+    /// and to the square of the length ratio, at which the neighbour is used.
+    ///
+    /// A neighbour with far smaller changes gives no information on the path: after a load that
+    /// acts suddenly, nothing changes in the following steps. From one step of a round body that is
+    /// pressed to the next, this ratio is one half or more.
     const ALIKE: f64 = 0.1;
 
     /// `sum |dF_i du_i|` of this rank \[J\].
@@ -303,8 +314,10 @@ impl LoadStep {
         dot(&self.drive, &next.motion) - dot(&next.drive, &self.motion)
     }
 
-    /// Size of the error of the trapezoidal rule in this step by a parabola through it and a `neighbour`, if both resolve the
-    /// path; `cross` is the [`cross`](Self::cross) of the two \[J\].
+    /// Estimates the error of the trapezoidal rule in this step by a parabola through it and a
+    /// `neighbour` \[J\]. Returns `None` if one of them does not resolve the path.
+    ///
+    /// `cross` is the [`cross`](Self::cross) of the two \[J\].
     fn error(&self, cross: f64, neighbour: &Self) -> Option<f64> {
         let ratio = neighbour.dt / self.dt;
         let error = cross.abs() / (6.0 * ratio * (ratio + 1.0));
@@ -314,7 +327,7 @@ impl LoadStep {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// This rank's shares of `v . M v / 2` \[J\] and of the momentum at the trial state. Collective.
+    /// This rank's parts of `v . M v / 2` \[J\] and of the momentum at the trial state. Collective.
     fn motion(&mut self, stage: &Stage) -> Result<(f64, Momentum)> {
         let Some(mass) = &self.mass else { return Ok((0.0, Momentum::default())) };
         mass.multiply(&stage.trial.v, &mut self.inertia)?;
@@ -338,7 +351,8 @@ impl<const D: usize> ContactSystem<D> {
 mod tests {
     use super::*;
 
-    /// Step from `t` of a force `t^power` along a displacement `t`, and how far the trapezoidal rule is off there.
+    /// A step from `t` of a force `t^power` along a displacement `t`, and the error of the
+    /// trapezoidal rule in it.
     fn step(power: f64, t: f64, dt: f64) -> (LoadStep, f64) {
         let end = t + dt;
         let (before, after) = (t.powf(power), end.powf(power));
@@ -348,7 +362,7 @@ mod tests {
         (step, 0.5 * (before + after) * dt - exact)
     }
 
-    /// A load that acts at once is not resolved, however little happens in the steps after it.
+    /// A load that acts suddenly is not resolved, even if little happens in the following steps.
     #[test]
     fn a_still_neighbour_says_nothing() {
         let (first, _) = step(1.5, 0.0, 1.0);
@@ -356,8 +370,8 @@ mod tests {
         assert!(first.error(first.cross(&still), &still).is_none());
     }
 
-    /// The estimate is exact for a force that is a parabola, in both of two steps of any length, and on the safe side for that
-    /// of a round body that is pressed, where the first step is not resolved.
+    /// The estimate is exact for a force that is a parabola, in two steps of any lengths. It is
+    /// conservative for a round body that is pressed, whose first step is not resolved.
     #[test]
     fn the_error_of_the_work_is_known() {
         for (first, second) in [(0.5, 0.5), (0.4, 0.6), (0.7, 0.1)] {

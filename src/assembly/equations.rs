@@ -1,4 +1,4 @@
-//! The system as solvers and integrators see it.
+//! Implementation of the system's interface to solvers and integrators.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -27,7 +27,8 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             let (mut u, mut v, mut a) =
                 (stage.trial.u.local_mut(), stage.trial.v.local_mut(), stage.trial.a.local_mut());
             let fields = Fields { u: &mut u, v: &mut v, a: &mut a };
-            // Prescribed motion is known at the end of a step alone: its middle is the mean, or work would be lost.
+            // Prescribed motion is evaluated only at the end of a step. Its midpoint value is the
+            // mean; otherwise work would be lost.
             let time = if stage.over_step == OverStep::Middle { stage.start.time + stage.dt } else { time };
             self.supports.fill(&self.local.mesh.points, time, factor, fields)
         };
@@ -81,7 +82,8 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
             stick += summary.stick;
             slip += summary.slip;
         }
-        // Whether a rank was asked to stop goes along, so that all of them leave the step at the same iterate.
+        // A stop request on one rank is communicated here, so that all ranks leave the step at the
+        // same iterate.
         let asked = usize::from(self.session.is_asked_to_stop());
         let counts =
             [own.closed, own.pressing, own.changed, own.alternating, own.flipped, stick, slip, asked]
@@ -171,7 +173,7 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
 
     fn fault(&mut self) -> Option<Error> {
         let told = |own: Option<Error>| agree(self.session.world(), own.map_or(Ok(()), Err)).err();
-        // An inverted element is the cause of values that are not finite, on whatever rank.
+        // An inverted element causes non-finite values on any rank.
         let inverted = self.fault.map(|inverted| self.describe(&inverted));
         told(inverted).or_else(|| told(self.unsound_force()))
     }
@@ -213,7 +215,8 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Takes the prescribed unknowns from the end of the step, where they were set, to its middle.
+    /// Moves the prescribed unknowns from the end of the step, where they were set, to its
+    /// midpoint.
     fn prescribe_middle(&self, stage: &mut Stage) {
         let Stage { start, trial, dt, .. } = stage;
         let (mut u, mut v, mut a) = (trial.u.local_mut(), trial.v.local_mut(), trial.a.local_mut());
@@ -225,7 +228,7 @@ impl<const D: usize> ContactSystem<D> {
         }
     }
 
-    /// The inverted element in words: number, place, determinant.
+    /// Describes the inverted element: number, position, determinant.
     fn describe(&self, inverted: &Inverted) -> Error {
         let mesh = &self.local.mesh;
         let centre = mesh.element_centre(inverted.element as usize);

@@ -1,4 +1,4 @@
-//! External forces: weight, tractions and pressures as the case gives them (3.4).
+//! External forces: weight, tractions and pressures of the case (3.4).
 
 use std::cell::Cell;
 
@@ -14,23 +14,23 @@ use crate::model::{Load, LoadKind};
 use crate::partition::{IndexMap, LocalMesh};
 use crate::petsc::{BlockPattern, BlockValues};
 
-/// Facets with one number of nodes under one load.
+/// Facets with equal numbers of nodes under one load.
 struct Patch<const D: usize> {
     surface: LoadedSurface<D>,
     map: ScatterMap,
 }
 
-/// One load of the case on this rank.
+/// A load of the case on this rank.
 struct Applied<const D: usize> {
     kind: LoadKind<D>,
     /// Bodies that a body force acts on.
     bodies: Vec<bool>,
     patches: Vec<Patch<D>>,
-    /// Pressure follows the surface.
+    /// Whether the pressure follows the surface.
     follows: bool,
 }
 
-/// Where the loads are resolved.
+/// Data of the rank that are needed to resolve the loads.
 pub struct LoadContext<'a, const D: usize> {
     /// The rank's mesh.
     pub local: &'a LocalMesh<D>,
@@ -45,10 +45,10 @@ pub struct LoadContext<'a, const D: usize> {
 /// All loads of a rank.
 pub struct External<const D: usize> {
     loads: Vec<Applied<D>>,
-    /// Dead loads at one time, kept while time stands still.
+    /// Dead loads at one time, reused until the time changes.
     dead: Vec<f64>,
     dead_at: Option<f64>,
-    /// A non-finite load.
+    /// The first non-finite load, if there is one.
     trouble: Trouble,
 }
 
@@ -56,19 +56,19 @@ impl<const D: usize> External<D> {
     /// Resolves the loads on the rank's mesh.
     ///
     /// # Errors
-    /// When a set is not there.
+    /// If a set does not exist.
     pub fn new(loads: &[Load<D>], place: &LoadContext<D>) -> Result<Self> {
         let loads = loads.iter().map(|load| Applied::new(load, place)).collect::<Result<_>>()?;
         Ok(Self { loads, dead: Vec::new(), dead_at: None, trouble: Trouble::default() })
     }
 
-    /// Looks the places of all entries up in another pattern.
+    /// Recomputes the positions of all entries for another pattern.
     pub fn relocate(&mut self, pattern: &BlockPattern, index: &IndexMap) {
         let patches = self.loads.iter_mut().flat_map(|load| &mut load.patches);
         patches.for_each(|patch| patch.map.relocate(pattern, index));
     }
 
-    /// Whether a load depends on the displacement, and so has a (non-symmetric) stiffness.
+    /// Whether a load depends on the displacement, and therefore has a (non-symmetric) stiffness.
     pub fn follows(&self) -> bool {
         self.loads.iter().any(|load| load.follows)
     }
@@ -84,7 +84,7 @@ impl<const D: usize> External<D> {
         }
     }
 
-    /// The first non-finite load on this rank since the last call.
+    /// Returns the first non-finite load on this rank since the last call.
     pub fn take_trouble(&mut self) -> Option<Error> {
         self.trouble.0.take()
     }
@@ -110,7 +110,7 @@ impl<const D: usize> External<D> {
         }
     }
 
-    /// Assembles the dead loads anew where they change with time.
+    /// Assembles the dead loads again if they change with time.
     fn refresh(&mut self, time: f64, solids: &[SolidElements<D>], rows: usize) {
         let steady = self.loads.iter().all(|load| load.follows || load.kind.is_constant_in_time());
         if self.dead_at == Some(time) || (steady && self.dead_at.is_some()) {
@@ -127,9 +127,9 @@ impl<const D: usize> External<D> {
     }
 }
 
-/// Instant, displacement and factor at which loads act.
+/// Time, displacement and factor at which loads act.
 pub struct Moment<'a> {
-    /// Instant \[s\].
+    /// Time \[s\].
     pub time: f64,
     /// Local displacement \[m\].
     pub u: &'a [f64],
@@ -211,7 +211,7 @@ impl Trouble {
     }
 }
 
-/// The facets sorted by their number of nodes, each sort with its map.
+/// Groups the facets by their number of nodes, each group with its map.
 fn patches<const D: usize>(mesh: &Mesh<D>, facets: &[Facet], place: &LoadContext<D>) -> Vec<Patch<D>> {
     let width = |facet: &Facet| mesh.facet_kind(*facet).nodes();
     let mut widths: Vec<usize> = facets.iter().map(width).collect();

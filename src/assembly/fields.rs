@@ -8,39 +8,39 @@ use crate::petsc::Vector;
 /// Stress and volume ratio of each local element.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StressFields {
-    /// Mean Cauchy stress `xx, yy, zz, xy, yz, xz` \[Pa\], six an element.
+    /// Mean Cauchy stress `xx, yy, zz, xy, yz, xz` \[Pa\], six values per element.
     pub cauchy_stress: Vec<f64>,
     /// Mean `det F`.
     pub det_f: Vec<f64>,
 }
 
-/// Contact at each local node; zero off the contactors.
+/// Contact quantities at each local node; zero at nodes that are not on a contactor.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactFields {
-    /// `t_n` \[Pa\].
+    /// Contact pressure `t_n` \[Pa\].
     pub contact_pressure: Vec<f64>,
-    /// `t_T` \[Pa\], D values a node.
+    /// Friction traction `t_T` \[Pa\], D values per node.
     pub traction_t: Vec<f64>,
-    /// `g_n` \[m\].
+    /// Gap `g_n` \[m\].
     pub gap: Vec<f64>,
-    /// Path slid in contact \[m\].
+    /// Slip path in contact \[m\].
     pub slip: Vec<f64>,
-    /// `v_T` \[m/s\], D values a node.
+    /// Slip velocity `v_T` \[m/s\], D values per node.
     pub slip_velocity: Vec<f64>,
-    /// 0 open, 1 stick, 2 slip.
+    /// Status: 0 open, 1 stick, 2 slip.
     pub status: Vec<u8>,
-    /// Heat of friction [J/m2].
+    /// Frictional heat [J/m2].
     pub friction_work: Vec<f64>,
 }
 
 /// Facets of all contactors of a rank as cells.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SurfaceCells {
-    /// Start of each facet in `nodes`, one more than facets.
+    /// Start of each facet in `nodes`, with one entry more than facets.
     pub offsets: Vec<u32>,
     /// Local nodes.
     pub nodes: Vec<u32>,
-    /// VTK's number of each kind.
+    /// VTK cell type of each facet.
     pub vtk_types: Vec<u8>,
     /// Index of the contact.
     pub contact: Vec<u16>,
@@ -77,11 +77,13 @@ impl<const D: usize> ContactSystem<D> {
         cells
     }
 
-    /// Contact at the local nodes, ghosts included. Where several contacts have a node, tractions and work add up, the gap is the smallest,
-    /// and the node slips if it slips in any. Collective.
+    /// Contact quantities at the local nodes, including ghosts. Collective.
+    ///
+    /// At a node of several contacts, tractions and work are summed and the gap is the smallest.
+    /// The node slips if it slips in any of them.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn contact_fields(&self) -> Result<ContactFields> {
         const WIDTH: usize = 12;
         let index = &self.local.index;

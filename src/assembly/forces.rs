@@ -12,12 +12,13 @@ use crate::terms::Terms;
 pub struct At<'a> {
     /// The trial state.
     pub u: &'a [f64],
-    /// The start of the step, where forces conserve over a step in whose middle the trial state is.
+    /// The state at the start of the step, if forces conserve over a step and the trial state is
+    /// its midpoint.
     pub start: Option<&'a [f64]>,
 }
 
 impl<'a> At<'a> {
-    /// The trial state `u` of `stage`, whose start is at `start`.
+    /// Uses the trial state `u` of `stage`, whose start is `start`.
     pub fn of(stage: &Stage, u: &'a [f64], start: &'a [f64]) -> Self {
         Self { u, start: (stage.over_step == OverStep::Middle).then_some(start) }
     }
@@ -27,7 +28,7 @@ impl<const D: usize> SolidElements<D> {
     /// Adds `Q` to the owned rows of `force` \[N\].
     ///
     /// # Errors
-    /// The first element that is turned inside out.
+    /// The first inverted element.
     pub fn add_force(&self, at: &At, force: &mut [f64]) -> std::result::Result<(), Inverted> {
         self.evaluate(at, Request::FORCE, &mut ForceSink::<D> { map: &self.map, force })
     }
@@ -44,10 +45,10 @@ impl<const D: usize> SolidElements<D> {
         }
     }
 
-    /// Adds the wanted stiffness terms to the matrix.
+    /// Adds the requested stiffness terms to the matrix.
     ///
     /// # Errors
-    /// The first element that is turned inside out.
+    /// The first inverted element.
     pub fn add_stiffness(
         &self,
         at: &At,

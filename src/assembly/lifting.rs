@@ -11,7 +11,8 @@ use crate::petsc::Vector;
 use crate::tensor::Vector as Point;
 
 impl<const D: usize> ContactSystem<D> {
-    /// Forces of the loads along each motion, and the norm of all loads, at the last residual \[N\]. Collective.
+    /// Forces of the loads along each motion, and the norm of all loads, at the last residual
+    /// \[N\]. Collective.
     pub fn loads_along(&self, motions: &[RigidMotion]) -> (Vec<f64>, f64) {
         let loads = &self.parts.external;
         let dot = |motion: &RigidMotion| motion.field.owned().iter().zip(loads).map(|(n, f)| n * f).sum();
@@ -23,10 +24,11 @@ impl<const D: usize> ContactSystem<D> {
         (all, square.sqrt())
     }
 
-    /// Whether a point that was closed at the start of the step resists a motion: its gap closes, or it is under friction
-    /// and does not open. Collective.
+    /// Whether a point that was closed at the start of the step resists a motion. Its gap closes,
+    /// or it has friction and does not open. Collective.
     pub fn contact_resists(&self, motion: &Vector) -> bool {
-        /// Part of the largest motion of a node below which a gap neither closes nor opens: well above rounding.
+        /// Motion, relative to the largest motion of a node, below which a gap neither closes nor
+        /// opens. It is well above rounding.
         const STILL: f64 = 1e-6;
         let field = motion.owned();
         let targets = self.mean_target_motions(&field);
@@ -41,7 +43,7 @@ impl<const D: usize> ContactSystem<D> {
             let points = contact.state.history.iter().zip(&contact.state.current).zip(contact.vertices());
             points.filter(|((history, _), _)| history.gap <= touching).any(|((_, point), &node)| {
                 let moved = Point::<D>::from_column_slice(&field[node as usize * D..][..D]);
-                // Points of bodies that do not take part say nothing.
+                // Points whose bodies do not move are irrelevant.
                 (moved - target).dot(&point.normal) < least && (moved - target).amax() > STILL * largest
             })
         };
@@ -51,7 +53,8 @@ impl<const D: usize> ContactSystem<D> {
         any > 0
     }
 
-    /// Mean motion of the nodes of each target surface; zero if the target is an obstacle. Collective.
+    /// Mean motion of the nodes of each target surface; zero if the target is an obstacle.
+    /// Collective.
     fn mean_target_motions(&self, field: &[f64]) -> Vec<Point<D>> {
         let mut own = vec![0.0_f64; self.contacts.len() * (D + 1)];
         let mut nodes = Vec::new();

@@ -1,4 +1,5 @@
-//! Which elements of which bodies lock: nearly incompressible ones that offer no cure.
+//! Detection of bodies with locking elements: nearly incompressible ones for which no remedy is
+//! available.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -9,7 +10,7 @@ use crate::mesh::ElementKind;
 use crate::model::Model;
 
 impl<const D: usize> ContactSystem<D> {
-    /// For each body the kinds of its elements, each with the cure for locking that is taken. Collective.
+    /// For each body, the kinds of its elements, each with the locking remedy in use. Collective.
     pub fn cures(&self, model: &Model<D>) -> Vec<Vec<(ElementKind, Locking)>> {
         let kinds = ElementKind::ALL.len();
         let mut own = vec![0u8; model.bodies.len() * kinds];
@@ -26,8 +27,8 @@ impl<const D: usize> ContactSystem<D> {
         model.bodies.iter().zip(all.chunks_exact(kinds)).map(of_body).collect()
     }
 
-    /// Bodies that lock because elements of theirs offer no cure, with the kinds: linear simplices at a high Poisson's ratio.
-    /// Collective.
+    /// Bodies that lock because some of their elements have no remedy, with the kinds: linear
+    /// simplices at a high Poisson's ratio. Collective.
     pub fn locked_bodies(&self, model: &Model<D>) -> Vec<(String, Vec<ElementKind>)> {
         let cures = self.cures(model);
         let with_kinds = model.bodies.iter().zip(&cures).map(|(body, kinds)| {

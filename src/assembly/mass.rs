@@ -1,4 +1,4 @@
-//! The mass matrix: one value a node pair, the same for all components.
+//! The mass matrix: one value per node pair, equal for all components.
 
 use std::rc::Rc;
 
@@ -11,13 +11,13 @@ use crate::error::Result;
 use crate::partition::IndexMap;
 use crate::petsc::{BlockPattern, BlockValues, Kronecker, Matrix, Operator, Session, Vector};
 
-/// `M` of (3.5).
+/// The mass matrix `M` of (3.5).
 pub struct MassMatrix {
-    /// `m_ab` of each slot [kg, per metre of depth in 2D].
+    /// Mass `m_ab` of each slot [kg, per metre of depth in 2D].
     values: Vec<f64>,
-    /// Slots that touch prescribed unknowns, with the components of row and column.
+    /// Slots of prescribed unknowns, with the components of row and column.
     masked: Vec<(u32, u8, u8)>,
-    /// Owned nodes without mass, and whether any rank has some.
+    /// Owned nodes without mass. `anywhere` is true if any rank has one.
     massless: Vec<u32>,
     anywhere: bool,
     operator: Kronecker,
@@ -28,7 +28,7 @@ impl MassMatrix {
     /// Assembles the mass of all solids. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn new<const D: usize>(
         session: &Rc<Session>,
         pattern: &Rc<BlockPattern>,
@@ -55,7 +55,8 @@ impl MassMatrix {
         Ok(Self { values, masked, massless, anywhere, operator, _nodes: nodes })
     }
 
-    /// Makes a matrix of the same pattern `factor M`, without the rows and columns of prescribed unknowns.
+    /// Writes `factor M` into a matrix of the same pattern, without the rows and columns of
+    /// prescribed unknowns.
     pub fn write_to(&self, factor: f64, values: &mut BlockValues) {
         values.set_isotropic(factor, &self.values);
         for &(slot, rows, columns) in &self.masked {
@@ -63,26 +64,26 @@ impl MassMatrix {
         }
     }
 
-    /// Owned nodes without mass: their rows are zero.
+    /// Owned nodes without mass. Their rows are zero.
     pub fn massless(&self) -> &[u32] {
         &self.massless
     }
 
-    /// Whether a node of any rank is without mass.
+    /// Whether any rank has a node without mass.
     pub fn is_partial(&self) -> bool {
         self.anywhere
     }
 
-    /// `out = M a` \[N\]. Collective.
+    /// Computes `out = M a` \[N\]. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn multiply(&self, a: &Vector, out: &mut Vector) -> Result<()> {
         self.operator.multiply(a, out)
     }
 }
 
-/// The prescribed unknowns as the pattern sees them.
+/// The prescribed unknowns and the numbering of the nodes.
 pub struct Supported<'a> {
     /// Prescribed local unknowns.
     pub constrained: &'a [bool],

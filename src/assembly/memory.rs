@@ -1,6 +1,8 @@
-//! What the next step needs of the last one: the tables of a checkpoint, filled and taken back.
+//! State that the next step needs from the last one, written to and read from the tables of a
+//! checkpoint.
 //!
-//! Rows are keyed by the nodes' numbers in the input mesh; contact points are vertices, which lie at nodes.
+//! Rows are keyed by the nodes' numbers in the input mesh. Contact points are vertices, which are
+//! at nodes.
 
 use super::contact::LocalContact;
 use super::system::ContactSystem;
@@ -10,21 +12,21 @@ use crate::contact::history::History;
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
 
-/// Nodes that are written at a time.
+/// Number of nodes that are written at a time.
 const NODES: u64 = 1 << 16;
-/// Columns of a contact point before those of its history.
+/// Columns of a contact point that precede those of its history.
 const OWN: [&str; 1] = ["gap"];
 const FIELDS: [&str; 5] = ["u", "v", "a", "force", "drive"];
 
 impl<const D: usize> ContactSystem<D> {
-    /// The accepted state in `stage` with the ledger's `drive` \[N\] and the memory of the contact points that this rank
-    /// reports.
+    /// Writes the accepted state in `stage` with the ledger's `drive` \[N\] and the history of the
+    /// contact points that this rank reports.
     pub fn memory(&self, stage: &Stage, drive: &[f64]) -> Vec<StoredTable> {
         let mut tables = vec![self.node_table()];
         let start = &stage.start;
         let fields = [start.u.owned(), start.v.owned(), start.a.owned(), stage.start_forces.owned()];
         for (node, row) in tables[0].rows_mut().enumerate() {
-            // Where there is no inertia, accelerations are zeros.
+            // Without inertia, accelerations are zero.
             let of = |field: &[f64], i: usize| field.get(node * D + i).copied().unwrap_or(0.0);
             let all = fields.iter().flat_map(|field| (0..D).map(move |i| of(field, i)));
             let values = all.chain(drive[node * D..(node + 1) * D].iter().copied());
@@ -34,17 +36,17 @@ impl<const D: usize> ContactSystem<D> {
         tables
     }
 
-    /// Empty tables of all that this rank wants to know again.
+    /// Creates empty tables of all data that this rank has to read.
     pub fn wanted(&self) -> Vec<StoredTable> {
         let points = self.contacts.iter().map(|contact| self.point_table(contact));
         std::iter::once(self.node_table()).chain(points).collect()
     }
 
-    /// Takes back what [`memory`](Self::memory) gave; the ledger's drive \[N\]. [`forget`](Self::forget) has to follow.
-    /// Collective.
+    /// Restores the tables of [`memory`](Self::memory) and returns the ledger's drive \[N\]. Call
+    /// [`forget`](Self::forget) afterwards. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses, or the tables are not those of [`wanted`](Self::wanted).
+    /// If a PETSc call fails, or the tables are not those of [`wanted`](Self::wanted).
     pub fn restore(&mut self, stage: &mut Stage, tables: &[StoredTable]) -> Result<Vec<f64>> {
         let Some((nodes, points)) = tables.split_first() else {
             return Err(Error::internal("a checkpoint without nodes"));
@@ -71,11 +73,14 @@ impl<const D: usize> ContactSystem<D> {
         Ok(drive)
     }
 
-    /// Forgets all that a run which goes on from a checkpoint of this state can not know: contacts look around anew, and
-    /// the pattern of the matrix holds what is near now. `stage` is at the start of a step. Collective.
+    /// Discards all data that a run resumed from a checkpoint of this state cannot have.
+    /// Collective.
+    ///
+    /// Contacts search again, and the pattern of the matrix contains the current neighbours.
+    /// `stage` is at the start of a step.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn forget(&mut self, stage: &mut Stage) -> Result<()> {
         stage.trial.copy_from(&stage.start)?;
         self.contacts.iter_mut().for_each(LocalContact::begin_step);
@@ -112,7 +117,8 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// Gives the points of a contact the memory of a table that holds all of them in their order.
+/// Restores the history of the points of a contact from a table that contains all of them in their
+/// order.
 fn recall<const D: usize>(contact: &mut LocalContact<D>, table: &StoredTable) -> Result<()> {
     if table.keys.len() != contact.state.history.len() {
         return Err(Error::internal("a checkpoint that does not fit the points of a contact"));

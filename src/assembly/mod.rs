@@ -1,7 +1,8 @@
-//! The one place where kernels, contact and PETSc meet: residual and matrix of the whole system (3.5), (3.9).
+//! Combines element kernels, contact and PETSc: residual and matrix of the whole system (3.5),
+//! (3.9).
 //!
-//! Each rank evaluates every element and facet that touches one of its nodes and keeps its own rows, so that
-//! nothing is sent to other ranks while assembling.
+//! Each rank evaluates every element and facet that touches one of its nodes and keeps its own
+//! rows. The assembly therefore sends nothing to other ranks.
 
 mod accuracy;
 mod apart;

@@ -1,4 +1,4 @@
-//! A contact on this rank: what is near, and which nodes each vertex couples.
+//! A contact on this rank: nearby facets, and the nodes that each vertex couples.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -19,32 +19,36 @@ use crate::mesh::{Facet, Mesh};
 use crate::partition::{IndexMap, LocalMesh};
 use crate::tensor::Vector as Point;
 
-/// How far ahead couples are to be known.
+/// How far ahead couplings must be known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CandidateHorizon {
-    /// Until the surfaces have moved so far that the target is gathered anew.
+    /// Until the surfaces have moved so far that the target is gathered again.
     Now,
-    /// Twice as far: what the pattern of the matrix holds.
+    /// Twice as far, as in the pattern of the matrix.
     Ahead,
 }
 
-/// Lengths by which a contact looks around.
+/// Search lengths of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchRadii {
     /// Largest extent of a facet of either side \[m\].
     pub facet: f64,
-    /// Half the thickness of the thinner body: what is deeper than this comes from its other side \[m\]. No limit over an obstacle.
+    /// Half the thickness of the thinner body \[m\]. Penetrations deeper than this belong to its
+    /// other side. Unlimited for an obstacle.
     pub depth: f64,
 }
 
 impl SearchRadii {
-    /// Relative motion of the surfaces, over the size of a facet, before candidates are sought anew. Half of it seeks twice as often;
-    /// twice as much couples a quarter more nodes.
+    /// Relative motion of the surfaces, relative to the facet size, after which candidates are
+    /// searched again. Half of the value searches twice as often; twice the value couples a quarter
+    /// more nodes.
     const SLACK: f64 = 0.3;
-    /// Motion along a tilted axis over its largest component, at most: the root of the dimension.
+    /// Largest ratio of a motion along a tilted axis to its largest component: the square root of
+    /// the dimension.
     const TILT: f64 = 1.7321;
 
-    /// With `below` the depth of the deepest vertex and `swing` the relative motion of the surfaces over the step \[m\].
+    /// Computes the reach from the depth `below` of the deepest vertex and the relative motion
+    /// `swing` of the surfaces over the step \[m\].
     fn reach(&self, below: f64, swing: f64) -> Reach {
         Reach {
             radius: self.range(below, swing, CandidateHorizon::Ahead).across,
@@ -61,18 +65,18 @@ impl SearchRadii {
     }
 }
 
-/// Motion of the surfaces between the ends of a step and its middle, where forces act over the step. Segments at the ends are
-/// needed then as well.
+/// Motion of the surfaces between the ends of a step and its midpoint, if forces act over the step.
+/// Segments at the ends are then also needed.
 #[derive(Debug, Clone, Copy)]
 struct Swing<const D: usize> {
-    /// What both surfaces have in common \[m\].
+    /// Mean motion of both surfaces \[m\].
     mean: Point<D>,
-    /// Largest motion of a node beside that \[m\].
+    /// Largest motion of a node relative to the mean \[m\].
     most: f64,
 }
 
 impl<const D: usize> Swing<D> {
-    /// Relative motion of the two surfaces, at most \[m\].
+    /// Largest relative motion of the two surfaces \[m\].
     fn relative(&self) -> f64 {
         2.0 * self.most
     }
@@ -81,7 +85,7 @@ impl<const D: usize> Swing<D> {
         nodes.iter().map(|&node| (step(node) - self.mean).norm()).fold(0.0, f64::max)
     }
 
-    /// Of the nodes of all ranks. Collective.
+    /// Evaluates the nodes of all ranks. Collective.
     fn of(world: &impl CommunicatorCollectives, nodes: &[u32], step: impl Fn(u32) -> Point<D>) -> Self {
         let mut own = [0.0; 4];
         own[3] = nodes.len() as f64;
@@ -99,29 +103,29 @@ impl<const D: usize> Swing<D> {
     }
 }
 
-/// The two sides of a contact, and what is near.
+/// The two sides of a contact, and the nearby target facets.
 pub struct ContactPair<const D: usize> {
-    /// Laws, vertices, and the target as far as this rank knows it.
+    /// Laws, vertices, and the part of the target that this rank knows.
     pub contact: VertexContact<D>,
     /// The facets of the contactor that this rank reports.
     pub outline: ContactSurface<D>,
-    /// Nodes that each vertex couples, with the places of their blocks.
+    /// Nodes that each vertex couples, with the positions of their blocks.
     pub couplings: Couplings,
     candidates: Candidates<D>,
     radii: SearchRadii,
     /// Depth of the deepest vertex when the target was gathered \[m\].
     below: f64,
-    /// Motion over the step when the target was gathered.
+    /// Motion over the step for which the target was gathered.
     swing: Swing<D>,
     contactor: Vec<Facet>,
     target: Vec<Facet>,
-    /// Local nodes of both.
+    /// Local nodes of both surfaces.
     nodes: Vec<u32>,
     gather: Option<TargetGather<D>>,
 }
 
 impl<const D: usize> ContactPair<D> {
-    /// A contact with the local facets `target`, whose target has not been gathered yet.
+    /// Creates a contact with the local facets `target`. The target is not gathered yet.
     pub fn new(
         contact: VertexContact<D>,
         outline: ContactSurface<D>,
@@ -153,8 +157,8 @@ impl<const D: usize> ContactPair<D> {
         }
     }
 
-    /// Motion by which no vertex can pass through the target \[m\]: half a facet, and half the depth at which points count as its own. A
-    /// plane has no other side.
+    /// Motion by which no vertex can pass through the target \[m\]: half a facet, and at most half
+    /// the depth limit. Unlimited for a plane, which has no other side.
     pub fn stride(&self) -> f64 {
         match self.contact.target.obstacle() {
             Some(obstacle) if obstacle.is_plane() => f64::INFINITY,
@@ -162,15 +166,18 @@ impl<const D: usize> ContactPair<D> {
         }
     }
 
-    /// Whether each vertex has a force on its own node alone, as over a plane, so that the pattern of the elements has all blocks. Forces over
-    /// a step, which act on the undeformed area, have parts at all nodes around the vertex: discrete gradients of the area.
+    /// Whether each vertex exerts a force only on its own node, as over a plane, so that the
+    /// pattern of the elements has all blocks.
+    ///
+    /// Forces over a step act on the undeformed area. They have parts at all nodes around the
+    /// vertex, which are discrete gradients of the area.
     fn acts_on_own_node(&self) -> bool {
         let facets = self.contact.surface.facets();
         let lumped = |obstacle| facets.iter().all(|facet| is_lumped(obstacle, facet.kind));
         self.contact.area == AreaKind::Current && self.contact.target.obstacle().is_some_and(lumped)
     }
 
-    /// The nodes that vertices couple beyond what elements couple, if there are any.
+    /// The nodes that vertices couple in addition to the couplings of elements, if there are any.
     pub fn wider_couplings(&self) -> Option<&Couplings> {
         (!self.acts_on_own_node()).then_some(&self.couplings)
     }
@@ -180,17 +187,18 @@ impl<const D: usize> ContactPair<D> {
         self.radii.facet
     }
 
-    /// What is deeper than this below the target comes from its other side \[m\].
+    /// Penetration below the target beyond which a point belongs to the other side \[m\].
     pub fn depth(&self) -> f64 {
         self.radii.depth
     }
 
-    /// Both sides: facets around the vertices of this rank, and those of the target in its share of the mesh.
+    /// Both sides: facets around the vertices of this rank, and the target facets in its part of
+    /// the mesh.
     pub fn surfaces<'a>(&'a self, local: &'a LocalMesh<D>) -> Surfaces<'a, D> {
         Surfaces { local, contactor: &self.contactor, target: &self.target }
     }
 
-    /// Facets of the target in this rank's share of the mesh.
+    /// Facets of the target in this rank's part of the mesh.
     pub fn target_facets(&self) -> &[Facet] {
         &self.target
     }
@@ -200,10 +208,11 @@ impl<const D: usize> ContactPair<D> {
         if self.contact.target.obstacle().is_some() { f64::MAX } else { OPEN * self.radii.facet }
     }
 
-    /// Gathers the target facets near by, at the current positions of the local nodes \[m\]. Collective.
+    /// Gathers the nearby target facets at the current positions of the local nodes \[m\].
+    /// Collective.
     ///
     /// # Errors
-    /// The same on all ranks.
+    /// All ranks return the same error.
     pub fn gather(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -225,7 +234,8 @@ impl<const D: usize> ContactPair<D> {
         Ok(())
     }
 
-    /// Takes the gathered facets as the target; `points` are the reference points of all nodes of `foreign` and before.
+    /// Takes the gathered facets as the target. `points` are the reference points of all nodes: the
+    /// local ones, then those of `foreign`.
     pub fn adopt(&mut self, index: &IndexMap, foreign: &[i32], points: &[[f64; D]]) {
         let Some(gather) = &self.gather else { return };
         let nodes = gather.placed(index, foreign);
@@ -238,10 +248,11 @@ impl<const D: usize> ContactPair<D> {
         self.gather.iter().flat_map(TargetGather::foreign_nodes)
     }
 
-    /// Whether this rank's facets moved so far since the gathering that others may have come near.
+    /// Whether this rank's facets have moved so far since the gathering that other facets may have
+    /// come near.
     ///
-    /// `position` and `step` of a local node: where it is \[m\], and how far it moves from the start of the step to its middle if forces
-    /// act over the step, else zero \[m\].
+    /// `position` is the position of a local node \[m\]. `step` is its motion from the start of the
+    /// step to its midpoint \[m\], or zero unless forces act over the step.
     pub fn is_stale(&self, position: impl Fn(u32) -> [f64; D], step: impl Fn(u32) -> Point<D>) -> bool {
         let Some(gather) = &self.gather else { return self.contact.target.obstacle().is_none() };
         let [contactor, target] = gather.motion(position);
@@ -249,7 +260,8 @@ impl<const D: usize> ContactPair<D> {
         !gather.holds([2.0 * contactor.max(target), beyond])
     }
 
-    /// Facets that may meet at the displacements of all nodes, and the nodes that vertices couple by them.
+    /// Finds facets that may touch at the displacements of all nodes, and the nodes that vertices
+    /// couple through them.
     pub fn find_couplings(&mut self, u: &[f64], outlook: CandidateHorizon) {
         self.candidates =
             self.contact.candidates(u, &self.radii.range(self.below, self.swing.relative(), outlook));
@@ -282,7 +294,7 @@ impl<const D: usize> ContactPair<D> {
         });
     }
 
-    /// Evaluates the forces.
+    /// Evaluates the contact forces.
     pub fn add_force(
         &self,
         fields: &ContactFields,
@@ -295,7 +307,7 @@ impl<const D: usize> ContactPair<D> {
         self.contact.evaluate(&self.candidates, fields, request, state, &mut sink);
     }
 
-    /// Evaluates the stiffness.
+    /// Evaluates the contact stiffness.
     pub fn add_stiffness(
         &self,
         fields: &ContactFields,
@@ -314,7 +326,7 @@ impl<const D: usize> ContactPair<D> {
         self.contact.evaluate(&self.candidates, fields, request, state, &mut sink);
     }
 
-    /// Adds the normals of the closed vertices, by area, to all nodes that they couple.
+    /// Adds the area-weighted normals of the closed vertices to all nodes that they couple.
     pub fn add_normals(&self, state: &ContactState<D>, own: &mut [f64], remote: RemoteForce) {
         self.add_closed(
             state,

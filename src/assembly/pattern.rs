@@ -1,4 +1,4 @@
-//! The sparsity of the system: which nodes meet, by row of the rank's own nodes.
+//! Sparsity pattern of the system: coupled nodes, by row of the rank's own nodes.
 
 use crate::mesh::Mesh;
 use crate::partition::LocalMesh;
@@ -29,13 +29,13 @@ pub fn pattern_of_elements<const D: usize>(local: &LocalMesh<D>) -> BlockPattern
     BlockPattern { block_size: D, first_row: index.first, row_offsets, columns, places }
 }
 
-/// For each owned node the elements that use it, in compressed form.
+/// The elements that use each owned node, in compressed form.
 struct Touching {
     offsets: Vec<u32>,
     elements: Vec<u32>,
 }
 
-/// By counting sort.
+/// Finds the elements at nodes by counting sort.
 fn elements_at_nodes<const D: usize>(mesh: &Mesh<D>, assembled: usize, owned: usize) -> Touching {
     let nodes_of = |element: u32| {
         mesh.element_nodes(element as usize).iter().map(|&n| n as usize).filter(move |&n| n < owned)

@@ -1,11 +1,11 @@
-//! Phases of the work whose time is recorded.
+//! Work phases whose time is recorded.
 
 use std::rc::Rc;
 
 use crate::error::Result;
 use crate::petsc::{Event, Session};
 
-/// Phases whose time is recorded.
+/// The work phases whose time is recorded.
 pub(super) struct Phases {
     pub contact: Event,
     pub forces: Event,
@@ -15,10 +15,10 @@ pub(super) struct Phases {
 }
 
 impl Phases {
-    /// Registers them with PETSc.
+    /// Registers the phases with PETSc.
     ///
     /// # Errors
-    /// PETSc refuses.
+    /// If a PETSc call fails.
     pub fn register(session: &Rc<Session>) -> Result<Self> {
         Ok(Self {
             contact: Event::register(session, "Contact")?,

@@ -1,5 +1,7 @@
-//! Pieces of bodies: what moves as a rigid body where nothing holds it. A body whose elements all share sides is one piece;
-//! pieces that share single nodes hinge on them, and make one group.
+//! Pieces of bodies, which move as rigid bodies if nothing holds them.
+//!
+//! A body whose elements are all connected through sides is one piece. Pieces that share only nodes
+//! are hinged at these and form one group.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -9,16 +11,16 @@ use crate::mesh::{DisjointSets, Mesh, spelled};
 use crate::model::{Model, Target};
 use crate::partition::LocalMesh;
 
-/// What is known of a piece; the same on all ranks.
+/// Properties of a piece, with the same values on all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BodyPiece<const D: usize> {
     /// Index of its body.
     pub body: usize,
-    /// Its group.
+    /// Index of its group.
     pub group: usize,
     /// Number of its elements.
     pub elements: u64,
-    /// Mean of the middles of its elements \[m\].
+    /// Mean of the centres of its elements \[m\].
     pub centre: [f64; D],
 }
 
@@ -26,11 +28,11 @@ pub(super) struct BodyPiece<const D: usize> {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Pieces<const D: usize> {
     pub all: Vec<BodyPiece<D>>,
-    /// Pieces of each group, those that hinge on each other; ascending.
+    /// Pieces of each group, which are hinged to each other, in ascending order.
     pub groups: Vec<Vec<usize>>,
-    /// Owned nodes that several pieces share, with the pieces, ascending.
+    /// Owned nodes that several pieces share, with these pieces, in ascending order.
     pub hinges: Vec<(u32, Vec<usize>)>,
-    /// Whether a contact names a surface of a group.
+    /// Whether a contact uses a surface of each group.
     pub touched: Vec<bool>,
     names: Vec<String>,
     /// The unit of length.
@@ -38,7 +40,7 @@ pub(super) struct Pieces<const D: usize> {
 }
 
 impl<const D: usize> Pieces<D> {
-    /// The pieces of the distributed mesh. Collective.
+    /// Finds the pieces of the distributed mesh. Collective.
     pub fn new(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, model: &Model<D>) -> Self {
         let mesh = &local.mesh;
         let own = mesh.piece.iter().max().map_or(0, |last| last + 1);
@@ -77,7 +79,7 @@ impl<const D: usize> Pieces<D> {
         Self { all, groups, hinges, touched, names, unit: model.units.of("m") }
     }
 
-    /// How messages call a piece: by its body, where that is in one piece.
+    /// Name of a piece in messages: that of its body, if the body is in one piece.
     pub fn name(&self, piece: usize) -> String {
         let BodyPiece { body, elements, centre, .. } = &self.all[piece];
         let name = &self.names[*body];
@@ -85,12 +87,12 @@ impl<const D: usize> Pieces<D> {
             return format!("'{name}'");
         }
         let s = if *elements == 1 { "" } else { "s" };
-        // Enough digits to find it.
+        // Enough digits to locate the piece.
         let centre = centre.map(|x| format!("{x:.4e}").parse().unwrap_or(x));
         format!("the piece of '{name}' with {elements} element{s} around {} {}", spelled(&centre), self.unit)
     }
 
-    /// How messages call a group.
+    /// Name of a group in messages.
     pub fn group_name(&self, group: usize) -> String {
         let pieces = &self.groups[group];
         let names: Vec<String> = pieces.iter().map(|&piece| self.name(piece)).collect();
@@ -122,7 +124,8 @@ impl<const D: usize> Pieces<D> {
     }
 }
 
-/// Owned nodes at elements of several pieces, with those. All elements at an owned node are local.
+/// Owned nodes at elements of several pieces, with these pieces. All elements at an owned node are
+/// local.
 fn hinges<const D: usize>(mesh: &Mesh<D>, owned: usize) -> Vec<(u32, Vec<usize>)> {
     let mut first = vec![u32::MAX; owned];
     let mut more: Vec<(u32, u32)> = Vec::new();
@@ -149,7 +152,7 @@ fn hinges<const D: usize>(mesh: &Mesh<D>, owned: usize) -> Vec<(u32, Vec<usize>)
     at_nodes.map(hinge).collect()
 }
 
-/// The group of each piece, and the pieces of each group. Collective.
+/// Finds the group of each piece, and the pieces of each group. Collective.
 fn group(
     world: &impl CommunicatorCollectives,
     hinges: &[(u32, Vec<usize>)],
@@ -161,7 +164,8 @@ fn group(
             sets.join(pair[0] as u32, pair[1] as u32);
         });
     }
-    // Each round every rank learns the lowest member that another rank knows of the sets of its own.
+    // In each round, every rank learns the lowest member that another rank knows of each of its
+    // sets.
     loop {
         let own: Vec<u32> = (0..count as u32).map(|piece| sets.find(piece)).collect();
         let mut all = vec![0; count];
@@ -182,7 +186,7 @@ fn group(
     (group, groups)
 }
 
-/// Whether contacts name a surface of each group. Collective.
+/// Whether contacts use a surface of each group. Collective.
 fn touched<const D: usize>(
     world: &impl CommunicatorCollectives,
     mesh: &Mesh<D>,

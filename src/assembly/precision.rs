@@ -1,4 +1,5 @@
-//! How well places are known: coordinates are rounded, and elements and depths of contact are differences of them.
+//! Precision of positions. Coordinates are rounded, and element sizes and contact depths are
+//! differences of coordinates.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -6,25 +7,27 @@ use mpi::traits::CommunicatorCollectives;
 use super::system::ContactSystem;
 use crate::dynamics::Stage;
 
-/// What coordinates are compared with.
+/// Lengths with which coordinates are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Precision {
     /// Largest coordinate, or largest displacement if [`moved`](Self::moved) \[m\].
     pub farthest: f64,
-    /// Whether bodies have moved there. Otherwise they start there.
+    /// Whether bodies have moved to the largest coordinate. Otherwise they start there.
     pub moved: bool,
-    /// Distance between neighbouring numbers there \[m\].
+    /// Distance between adjacent floating-point numbers at `farthest` \[m\].
     pub spacing: f64,
     /// Shortest distance between two corners of an element \[m\].
     pub edge: f64,
-    /// Name of each contact, and its depth at a high pressure, a tenth of the softer modulus \[m\].
+    /// Name of each contact, and its depth at a high pressure (a tenth of the softer modulus)
+    /// \[m\].
     pub depths: Vec<(String, f64)>,
-    /// The unit of these lengths.
+    /// Unit of these lengths.
     pub unit: String,
 }
 
 impl Precision {
-    /// The precision of bodies that have moved as far as `farthest` \[m\], if that is farther than before.
+    /// Returns the precision of bodies that have moved as far as `farthest` \[m\], if that is
+    /// farther than before.
     #[must_use]
     pub fn at(&self, farthest: f64) -> Self {
         if farthest <= self.farthest {
@@ -34,18 +37,20 @@ impl Precision {
     }
 }
 
-/// Which displacements [`ContactSystem::farthest_motion`] covers.
+/// Displacements that [`ContactSystem::farthest_motion`] covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Motions {
-    /// All of them.
+    /// All displacements.
     All,
-    /// Those that supports prescribe.
+    /// Prescribed displacements.
     Prescribed,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// The largest component of a displacement, or of a displaced place, at the trial state \[m\]. Strains are differences of
-    /// displacements, gaps are differences of places. Collective.
+    /// Largest component of a displacement, or of a displaced position, at the trial state \[m\].
+    /// Collective.
+    ///
+    /// Strains are differences of displacements, gaps are differences of positions.
     pub fn farthest_motion(&self, stage: &Stage, motions: Motions) -> f64 {
         let u = stage.trial.u.owned();
         let places = self.local.mesh.points.as_flattened();
@@ -60,7 +65,7 @@ impl<const D: usize> ContactSystem<D> {
         most
     }
 
-    /// How well the places of this system are known. Collective.
+    /// Precision of the positions of this system. Collective.
     pub fn precision(&self) -> Precision {
         let mesh = &self.local.mesh;
         let edge = |element: usize| {

@@ -1,13 +1,18 @@
-//! Mass without the nodes that may touch (mass redistribution: Khenous, Laborde, Renard 2008; Doyen, Ern,
-//! Piperno 2011; theory, section 4.6).
+//! Mass redistribution: mass without the nodes that may touch (Khenous, Laborde, Renard 2008;
+//! Doyen, Ern, Piperno 2011; theory, section 4.6).
 //!
-//! An element that has nodes on a contact surface keeps its mass on its other nodes: without the rows and columns of the
-//! former, scaled to the mass of the element. The mass is the mean of the consistent and the lumped one, whose errors of the
-//! wave speed are opposite: with the consistent mass alone short waves run ahead of the front, with the lumped one behind.
-//! Contact nodes then follow their neighbours without inertia, and the contact force has nothing to ring against. What that moves is brought back by a factor on the whole body,
-//! `m_ab (f_a + f_b) / 2` with `f` a polynomial of the reference position: the one of second degree that keeps mass, centre
-//! of mass and all second moments, hence the inertia about any axis; of first degree where the second does not do it (a
-//! body of one layer, say), which keeps mass and centre. `f` is 1 but for the square of element size over body size.
+//! An element with nodes on a contact surface moves its mass to its other nodes. The rows and
+//! columns of the contact nodes are removed, and the rest is scaled to the mass of the element. The
+//! mass is the mean of the consistent and the lumped mass, whose errors of the wave speed have
+//! opposite signs. With the consistent mass alone, short waves run ahead of the front; with the
+//! lumped one, behind it. Contact nodes then follow their neighbours without inertia, so that the
+//! contact force excites no oscillation of them.
+//!
+//! The moments that this changes are restored by a factor on the whole body, `m_ab (f_a + f_b) / 2`
+//! with `f` a polynomial of the reference position. The polynomial of second degree keeps mass,
+//! centre of mass and all second moments, hence the inertia about any axis. If it cannot do this
+//! (for a body of one layer, for example), one of first degree keeps mass and centre. `f` differs
+//! from 1 by the square of the ratio of element size to body size.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -24,23 +29,24 @@ use crate::model::{MassChoice, Model, Target};
 use crate::partition::LocalMesh;
 use crate::petsc::{Session, Vector};
 
-/// A factor out of this range is not a small correction.
+/// Range of factors that count as a small correction.
 const FACTORS: [f64; 2] = [0.25, 4.0];
 
-/// What of a moment may be missing, relative to the body's mass and size.
+/// Largest accepted error of a moment, relative to the body's mass and size.
 const ROUNDING: f64 = 1e-10;
 
-/// Which nodes have no mass, and by what factor the others have more.
+/// Nodes without mass, and the factors on the mass of the others.
 pub struct Redistribution {
-    /// Bodies whose mass is redistributed, and those that can not spare what they should.
+    /// Bodies whose mass is redistributed, and those whose mass cannot be redistributed as
+    /// required.
     bodies: [BTreeSet<usize>; 2],
-    /// For each local node.
+    /// For each local node, whether it has no mass.
     massless: Vec<bool>,
-    /// The same.
+    /// For each local node, the factor on its mass.
     factor: Vec<f64>,
 }
 
-/// A body's frame: monomials are of `(X - centre) / size`.
+/// Coordinate frame of a body. Monomials are of `(X - centre) / size`.
 #[derive(Clone, Copy)]
 struct Frame<const D: usize> {
     centre: [f64; D],
@@ -48,11 +54,11 @@ struct Frame<const D: usize> {
 }
 
 impl Redistribution {
-    /// The redistribution of all bodies that want it; none where no body does. Collective.
+    /// Redistributes the mass of all bodies that request it; `None` if no body does. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: a body that is left without mass, or would have to be changed a lot, unless it may keep its
-    /// mass.
+    /// If a body would be left without mass, or would have to change a lot, unless it may keep its
+    /// mass. All ranks return the same error.
     pub fn new<const D: usize>(
         session: &Rc<Session>,
         local: &LocalMesh<D>,
@@ -96,17 +102,19 @@ impl Redistribution {
         self.bodies[0].contains(&body)
     }
 
-    /// Memory of marks and factors of the nodes \[bytes\].
+    /// Memory for the marks and factors of the nodes \[bytes\].
     pub fn bytes(&self) -> usize {
         size_of_val(&self.massless[..]) + size_of_val(&self.factor[..])
     }
 
-    /// The bodies whose mass is redistributed, and those that can not spare what they should.
+    /// The bodies whose mass is redistributed, and those whose mass cannot be redistributed as
+    /// required.
     pub fn bodies(&self) -> &[BTreeSet<usize>; 2] {
         &self.bodies
     }
 
-    /// Takes the consistent mass `mass[a * n + b]` of the element with these nodes to its other nodes \[kg\].
+    /// Moves the consistent mass `mass[a * n + b]` of the element with these nodes to its other
+    /// nodes \[kg\].
     pub fn apply(&self, nodes: &[u32], mass: &[f64], out: &mut Vec<f64>) {
         self.strip(nodes, mass, out);
         let factor = |a: usize| self.factor[nodes[a] as usize];
@@ -116,7 +124,7 @@ impl Redistribution {
         }
     }
 
-    /// The same without the factor.
+    /// Moves the consistent mass of an element to its other nodes, without the factor.
     fn strip(&self, nodes: &[u32], mass: &[f64], out: &mut Vec<f64>) {
         let n = nodes.len();
         let heavy = |a: usize| !self.massless[nodes[a] as usize];
@@ -133,7 +141,7 @@ impl Redistribution {
         out.iter_mut().for_each(|m| *m *= scale);
     }
 
-    /// Finds the factor of a body; whether there is one. Collective.
+    /// Finds the factor of a body. Returns whether there is one. Collective.
     fn balance<const D: usize>(
         &mut self,
         session: &Rc<Session>,
@@ -172,7 +180,8 @@ impl Redistribution {
         false
     }
 
-    /// Moments of the mass that is left, weighted by each monomial, and of the mass as it was. Collective.
+    /// Moments of the remaining mass, weighted by each monomial, and of the original mass.
+    /// Collective.
     fn moments<const D: usize>(
         &self,
         world: &impl CommunicatorCollectives,
@@ -221,7 +230,7 @@ fn refusal(name: &str) -> Error {
     .hint("mesh it finer: some layers must lie behind the surface; or use mass: consistent")
 }
 
-/// The owned nodes of bodies in `wanting` that lie on a surface of some contact.
+/// The owned nodes of bodies in `wanting` that are on a surface of a contact.
 fn touching<const D: usize>(
     local: &LocalMesh<D>,
     model: &Model<D>,
@@ -251,7 +260,7 @@ fn touching<const D: usize>(
 }
 
 impl<const D: usize> Frame<D> {
-    /// The frame of the box around nodes of all ranks. Collective.
+    /// Frame of the box around nodes of all ranks. Collective.
     fn around(world: &impl CommunicatorCollectives, local: &LocalMesh<D>, nodes: &[u32]) -> Self {
         let mut own = [f64::INFINITY; 6];
         for point in nodes.iter().map(|&node| &local.mesh.points[node as usize]) {
@@ -267,14 +276,14 @@ impl<const D: usize> Frame<D> {
         Self { centre, size: 0.5 * size }
     }
 
-    /// One, the coordinates, and their products, at `point`.
+    /// Values at `point` of one, the coordinates, and their products.
     fn monomials(&self, point: &[f64; D]) -> Vec<f64> {
         let x: [f64; D] = std::array::from_fn(|i| (point[i] - self.centre[i]) / self.size);
         let products = (0..D).flat_map(|i| (i..D).map(move |j| x[i] * x[j]));
         std::iter::once(1.0).chain(x).chain(products).collect()
     }
 
-    /// What a mass between nodes with the monomials `a` and `b` adds to moment `row`.
+    /// Contribution to moment `row` of a mass between nodes with the monomials `a` and `b`.
     fn moment(&self, row: usize, a: &[f64], b: &[f64]) -> f64 {
         if row <= D {
             return 0.5 * (a[row] + b[row]);
@@ -285,7 +294,7 @@ impl<const D: usize> Frame<D> {
     }
 }
 
-/// The smallest polynomial that keeps all moments; none where there is none.
+/// Finds the smallest polynomial that keeps all moments; `None` if there is no such polynomial.
 fn solve((matrix, right): &(DMatrix<f64>, DVector<f64>)) -> Option<DVector<f64>> {
     let mass = right[0];
     if mass.is_nan() || mass <= 0.0 {

@@ -1,4 +1,5 @@
-//! Surfaces move: target facets are gathered anew, and the pattern of the matrix follows where it lacks a couple.
+//! Updates after surfaces have moved: target facets are gathered again, and the pattern of the
+//! matrix is extended if it lacks a coupling.
 
 use std::rc::Rc;
 
@@ -16,17 +17,17 @@ use crate::error::Result;
 use crate::petsc::{BlockPattern, Matrix};
 use crate::tensor::Vector;
 
-/// What a look around starts from.
+/// Starting point of a new search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Known {
-    /// The pattern, which may do.
+    /// The current pattern, which may be sufficient.
     Pattern,
-    /// Nothing.
+    /// No existing pattern.
     Nothing,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Whether some contact of this rank has to look around anew.
+    /// Whether a contact of this rank has to search again.
     pub(super) fn is_stale(&self, stage: &Stage) -> bool {
         let (u, u_start) = (stage.trial.u.local(), stage.start.u.local());
         let step = half_step::<D>([&u, &u_start], stage.over_step);
@@ -38,18 +39,20 @@ impl<const D: usize> ContactSystem<D> {
         self.contacts.iter().any(|contact| contact.pair.is_stale(position, &step))
     }
 
-    /// Gathers target facets at these fields and finds the couples; the pattern grows where it lacks one. Collective.
+    /// Gathers target facets at these fields and finds the couplings. The pattern is extended if it
+    /// lacks one. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses; the same on all ranks.
+    /// If a PETSc call fails, the same on all ranks.
     pub(super) fn renew(&mut self, fields: &ContactFields, over_step: OverStep) -> Result<()> {
         self.look_around(fields, over_step, Known::Pattern)
     }
 
-    /// The same, and makes the pattern anew from what is near now: whatever was met before leaves no trace. Collective.
+    /// Gathers target facets at these fields and rebuilds the pattern from the current couplings,
+    /// independent of earlier ones. Collective.
     ///
     /// # Errors
-    /// As [`renew`](Self::renew).
+    /// As for [`renew`](Self::renew).
     pub(super) fn renew_all(&mut self, fields: &ContactFields) -> Result<()> {
         self.look_around(fields, OverStep::No, Known::Nothing)?;
         self.contacts.iter_mut().for_each(LocalContact::begin_step);
@@ -92,7 +95,7 @@ impl<const D: usize> ContactSystem<D> {
         Ok(())
     }
 
-    /// One numbering of the foreign nodes of all contacts. Collective.
+    /// Creates a common numbering of the foreign nodes of all contacts. Collective.
     fn meet(&mut self) -> Result<Interface<D>> {
         let mut foreign: Vec<(i32, [f64; D])> =
             self.contacts.iter().flat_map(|contact| contact.pair.foreign()).collect();
@@ -111,7 +114,7 @@ impl<const D: usize> ContactSystem<D> {
         )
     }
 
-    /// Whether the pattern has every block that is needed, on all ranks. Collective.
+    /// Whether the pattern contains every required block, on all ranks. Collective.
     fn pattern_holds(&self, interface: &Interface<D>) -> bool {
         let pattern = self.matrix.pattern();
         let lacks =
@@ -121,7 +124,7 @@ impl<const D: usize> ContactSystem<D> {
         any == 0
     }
 
-    /// Builds the matrix and all places in it anew. Collective.
+    /// Rebuilds the matrix and all positions in it. Collective.
     fn adopt_pattern(&mut self, pattern: BlockPattern) -> Result<()> {
         let pattern = Rc::new(pattern);
         let index = &self.local.index;
@@ -142,7 +145,8 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// How far a node moves from the start of the step to its middle \[m\], where forces act over the step; else zero.
+/// Motion of a node from the start of the step to its midpoint \[m\], if forces act over the step;
+/// otherwise zero.
 fn half_step<const D: usize>(
     [u, u_start]: [&[f64]; 2],
     over_step: OverStep,

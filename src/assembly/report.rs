@@ -1,4 +1,4 @@
-//! What a step reports: contact zones, reactions, and the points that probes watch.
+//! Reports of a step: contact zones, reactions, and the points that probes watch.
 
 use std::rc::Rc;
 
@@ -15,37 +15,37 @@ use crate::partition::IndexMap;
 use crate::petsc::{Session, Vector};
 use crate::tensor::Vector as Point;
 
-/// Contact as seen at a node: averages over its points, weighted by area.
+/// Contact quantities at a node: area-weighted averages over its points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NodalContact {
-    /// `t_n` \[Pa\].
+    /// Normal traction `t_n` \[Pa\].
     pub normal_traction: f64,
-    /// In the plane the component of `t_T` along the tangent, in space its magnitude \[Pa\].
+    /// Friction traction `t_T` \[Pa\]: in 2D its component along the tangent, in 3D its magnitude.
     pub friction_traction: f64,
-    /// `g_n` \[m\].
+    /// Gap `g_n` \[m\].
     pub gap: f64,
-    /// Like the friction traction \[m/s\].
+    /// Slip velocity \[m/s\]: in 2D its component along the tangent, in 3D its magnitude.
     pub slip_velocity: f64,
-    /// The status of most of the area.
+    /// Status of most of the area.
     pub status: Status,
 }
 
-/// A node that is watched.
+/// A node that a probe watches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Watched<const D: usize> {
     /// Name of the probe.
     pub name: String,
-    /// Line of the case file that asks for it; 0 where unknown.
+    /// Line of the case file that requests it; 0 if unknown.
     pub line: usize,
     /// Rank that owns the node.
     pub rank: i32,
-    /// Its local number there.
+    /// Local number of the node on that rank.
     pub node: u32,
     /// Reference position of the node \[m\].
     pub place: [f64; D],
-    /// How far that is from where it was asked for \[m\].
+    /// Distance of the node from the requested position \[m\].
     pub distance: f64,
-    /// The contact whose surface holds the node, where there is one.
+    /// Index of the contact whose surface contains the node, if there is one.
     pub contact: Option<usize>,
 }
 
@@ -56,11 +56,11 @@ pub struct PointReport<const D: usize> {
     pub u: [f64; D],
     /// Velocity \[m/s\].
     pub v: [f64; D],
-    /// Contact, where the node lies on a contactor.
+    /// Contact quantities, if the node is on a contactor.
     pub contact: Option<NodalContact>,
 }
 
-/// What a contact reports each step; the same on all ranks.
+/// Summary of a contact after each step, with the same values on all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactSummary<const D: usize> {
     /// Name of the contact.
@@ -71,20 +71,22 @@ pub struct ContactSummary<const D: usize> {
     pub zone: ZoneSummary<D>,
 }
 
-/// Nodal values of one contact: area-weighted sums at local nodes.
+/// Nodal values of a contact as area-weighted sums at local nodes.
 pub struct NodalSums {
-    /// `[node * FIELDS + k]`: as in [`NodalContact`], then the closed and the slipping share, the path slid, the
-    /// friction work, friction traction and slip velocity in space.
+    /// Sums `[node * FIELDS + k]`: the values of [`NodalContact`], then the closed and the slipping
+    /// share, the slip path, the friction work, friction traction and slip velocity in space.
     pub sums: Vec<f64>,
     /// Area of each node.
     pub weights: Vec<f64>,
 }
 
 impl NodalSums {
-    /// Values a node.
+    /// Number of values per node.
     pub const FIELDS: usize = 14;
 
-    /// Gathers all points of a contact; complete at owned nodes after [`complete`](Self::complete). Between bodies a gap is at most a quarter of the largest facet.
+    /// Sums up all points of a contact. Values at owned nodes are complete after
+    /// [`complete`](Self::complete). Between bodies a gap is at most a quarter of the largest
+    /// facet.
     pub fn of<const D: usize>(contact: &LocalContact<D>, nodes: usize) -> Self {
         let furthest = contact.pair.reach();
         let mut gathered = Self { sums: vec![0.0; nodes * Self::FIELDS], weights: vec![0.0; nodes] };
@@ -115,10 +117,10 @@ impl NodalSums {
         gathered
     }
 
-    /// Adds what other ranks evaluated at this rank's nodes. Collective.
+    /// Adds the contributions of other ranks to this rank's nodes. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn complete(&mut self, session: &Rc<Session>, index: &IndexMap) -> Result<()> {
         const WIDTH: usize = NodalSums::FIELDS + 1;
         let mut all = Vector::ghosted(session, index.owned, WIDTH, &index.ghosts)?;
@@ -136,7 +138,7 @@ impl NodalSums {
         Ok(())
     }
 
-    /// The averages at a node; `None` off the surface.
+    /// Returns the averages at a node; `None` if it is not on the surface.
     pub fn at(&self, node: u32) -> Option<(NodalContact, [f64; 2])> {
         let node = node as usize;
         let weight = self.weights[node];
@@ -144,7 +146,8 @@ impl NodalSums {
             return None;
         }
         let mean = |k: usize| self.sums[node * Self::FIELDS + k] / weight;
-        // A tie counts as closed and as slip whatever the order of summation, which depends on the partition.
+        // A tie counts as closed and as slip, whatever the order of summation, which depends on the
+        // partition.
         let tie = 0.5 - 1e-9;
         let status = match (mean(4) < tie, mean(5) < tie * mean(4)) {
             (true, _) => Status::Open,
@@ -163,25 +166,25 @@ impl NodalSums {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// The nodes nearest to the probes: on all ranks the same. Collective.
+    /// Finds the nodes nearest to the probes, with the same result on all ranks. Collective.
     ///
     /// # Errors
-    /// When a body has no node at all.
+    /// If a body has no nodes.
     pub fn watch(&self, probes: &[ProbeModel<D>]) -> Result<Vec<Watched<D>>> {
         let sums = (0..self.contacts.len()).map(|contact| self.nodal_sums(contact));
         let sums = sums.collect::<Result<Vec<_>>>()?;
         probes.iter().map(|probe| self.nearest(probe, &sums)).collect()
     }
 
-    /// Nodal sums of a contact, complete at owned nodes. Collective.
+    /// Computes the nodal sums of a contact, which are complete at owned nodes. Collective.
     pub(super) fn nodal_sums(&self, contact: usize) -> Result<NodalSums> {
         let mut sums = NodalSums::of(&self.contacts[contact], self.local.mesh.points.len());
         sums.complete(&self.session, &self.local.index)?;
         Ok(sums)
     }
 
-    /// Contacts, with their normal stiffness at a high pressure, a tenth of the softer modulus, over that of the elements
-    /// beneath them.
+    /// Names of the contacts with their normal stiffness at a high pressure (a tenth of the softer
+    /// modulus), relative to that of the elements beneath them.
     pub fn relative_stiffnesses(&self) -> impl Iterator<Item = (&str, f64)> {
         self.contacts.iter().map(|contact| {
             let law = contact.law().normal;
@@ -229,17 +232,18 @@ impl<const D: usize> ContactSystem<D> {
         Ok(Watched { name: probe.name.clone(), line, rank, node, place, distance: least, contact })
     }
 
-    /// Motion and contact at the watched nodes; the same on all ranks. Collective.
+    /// Reports motion and contact at the watched nodes, with the same result on all ranks.
+    /// Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn points(&self, watched: &[Watched<D>], u: &Vector, v: &Vector) -> Result<Vec<PointReport<D>>> {
         let world = self.session.world();
         let width = 2 * D + 5;
         let mut own = vec![0.0; watched.len() * width];
         let (u, v) = (u.owned(), v.owned());
         let here = |point: &Watched<D>| point.rank == world.rank();
-        // All ranks take part and know of all probes.
+        // All ranks call this and have the same list of probes.
         let wanted = watched.iter().any(|point| point.contact.is_some());
         let contacts = if wanted { 0..self.contacts.len() } else { 0..0 };
         let sums = contacts.map(|index| self.nodal_sums(index)).collect::<Result<Vec<_>>>()?;
@@ -247,7 +251,8 @@ impl<const D: usize> ContactSystem<D> {
             let start = point.node as usize * D;
             row[..D].copy_from_slice(&u[start..start + D]);
             row[D..2 * D].copy_from_slice(&v[start..start + D]);
-            // Of several contacts that have the node, the one that presses most, or comes nearest.
+            // If several contacts contain the node, take the one with the highest pressure, or else
+            // with the smallest gap.
             let found = sums.iter().filter_map(|sums| sums.at(point.node)).map(|(contact, _)| contact);
             let most = found
                 .max_by(|a, b| a.normal_traction.total_cmp(&b.normal_traction).then(b.gap.total_cmp(&a.gap)));
@@ -273,7 +278,7 @@ impl<const D: usize> ContactSystem<D> {
         Ok(reports.collect())
     }
 
-    /// Zones of all contacts; the same on all ranks. Collective.
+    /// Summarises the zones of all contacts, with the same result on all ranks. Collective.
     pub fn contact_summaries(&self) -> Vec<ContactSummary<D>> {
         let world = self.session.world();
         let reduce = |contact: &LocalContact<D>| {
@@ -313,7 +318,8 @@ impl<const D: usize> ContactSystem<D> {
             .collect()
     }
 
-    /// Name of each support and the force that it exerts, from the reactions \[N\]; the same on all ranks. Collective.
+    /// Returns the name of each support and the force that it exerts, from the reactions \[N\]. The
+    /// same on all ranks. Collective.
     pub fn reactions(&self, imbalance: &Vector) -> Vec<(String, [f64; D])> {
         let imbalance = imbalance.owned();
         let boundaries = &self.supports.dofs.boundaries;

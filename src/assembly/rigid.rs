@@ -1,8 +1,9 @@
-//! Motions without strain that supports leave: what may be free where contact does not resist it.
+//! Strain-free motions that supports allow. They may be free if contact does not resist them.
 //!
-//! A piece of a body moves as a rigid one by `t + w x (x - c)` about the centre `c` of its nodes: 3 motions in the plane,
-//! 6 in space. Those combinations are left that vanish at all prescribed unknowns, and in which pieces that share a node
-//! move it alike; at the present places of the nodes, or where kinematics are linear at the first ones.
+//! A piece of a body moves as a rigid body by `t + w x (x - c)` about the centre `c` of its nodes,
+//! with 3 motions in 2D and 6 in 3D. The allowed combinations vanish at all prescribed unknowns,
+//! and pieces that share a node move it equally. They use the current positions of the nodes, or
+//! the initial ones if kinematics are linear.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -14,15 +15,16 @@ use crate::element::Kinematics;
 use crate::error::Result;
 use crate::petsc::Vector;
 
-/// A combination that a support feels by less than this part of its square is not held by it; rounding is below.
+/// Relative square below which a support does not resist a combination. Rounding is below it.
 const UNFELT: f64 = 1e-12;
 
-/// Rigid motions of a body in `D` dimensions.
+/// Number of rigid motions of a body in `D` dimensions.
 const fn motions(dimension: usize) -> usize {
     dimension * (dimension + 1) / 2
 }
 
-/// Displacement at an arm from the centre in motion `k`: translations first, then rotations about z, or x, y, z.
+/// Displacement at an arm from the centre in motion `k`: translations first, then rotations about
+/// z, or x, y, z.
 fn displacement<const D: usize>(k: usize, arm: &[f64; D]) -> [f64; D] {
     let mut moved = [0.0; D];
     if k < D {
@@ -37,18 +39,19 @@ fn displacement<const D: usize>(k: usize, arm: &[f64; D]) -> [f64; D] {
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// For each group of pieces the number of motions that supports leave it in the undeformed state, if only to turn.
-    /// Collective.
+    /// For each group of pieces, the number of motions that supports allow in the undeformed state,
+    /// including rotations only. Collective.
     pub(super) fn leeway(&self) -> Vec<usize> {
         let places = self.places(&vec![0.0; self.local.mesh.points.len() * D]);
         let combinations = self.combinations(&places, &self.centres(&places));
         combinations.iter().map(|found| found.motions.ncols()).collect()
     }
 
-    /// The motions without strain that supports leave at the trial places; each group's are orthonormal. Collective.
+    /// Computes the strain-free motions that supports allow at the trial positions. Those of each
+    /// group are orthonormal. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub(super) fn rigid_at(&self, stage: &Stage) -> Result<Vec<RigidMotion>> {
         self.rigid(&stage.trial.u.local())
     }
@@ -103,7 +106,8 @@ impl<const D: usize> ContactSystem<D> {
         Ok(found)
     }
 
-    /// Piece and place of each owned node; of several pieces the lowest.
+    /// Piece and position of each owned node. If it belongs to several pieces, the one with the
+    /// lowest index.
     fn places(&self, u: &[f64]) -> Vec<Place<D>> {
         let mesh = &self.local.mesh;
         let mut places = vec![Place { piece: None, at: [0.0; D] }; self.local.index.owned];
@@ -123,7 +127,7 @@ impl<const D: usize> ContactSystem<D> {
         places
     }
 
-    /// Owned nodes with each piece that has them.
+    /// Owned nodes with each piece that contains them.
     fn members<'a>(&'a self, places: &'a [Place<D>]) -> impl Iterator<Item = (usize, usize)> + 'a {
         let own = places.iter().enumerate().filter_map(|(node, place)| Some((node, place.piece?)));
         let more = self
@@ -151,12 +155,12 @@ impl<const D: usize> ContactSystem<D> {
         all.chunks_exact(D + 1).map(centre).collect()
     }
 
-    /// For each group the combinations of the motions of its pieces that are orthonormal as fields, vanish at prescribed
-    /// unknowns, and agree at nodes that pieces share. Collective.
+    /// Finds for each group the combinations of the motions of its pieces that are orthonormal as
+    /// fields, vanish at prescribed unknowns, and agree at nodes that pieces share. Collective.
     fn combinations(&self, places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
         let count = motions(D);
         let held = &self.supports.dofs.constrained;
-        // Rotations by the extent, so that all are of one size.
+        // Rotations are scaled by the extent, so that all motions have similar size.
         let scale = |k: usize| if k < D { 1.0 } else { 1.0 / self.size };
         let widths: Vec<usize> = self.pieces.groups.iter().map(|pieces| pieces.len() * count).collect();
         let starts: Vec<usize> = widths
@@ -168,8 +172,8 @@ impl<const D: usize> ContactSystem<D> {
             })
             .collect();
         let total: usize = widths.iter().map(|width| 3 * width * width).sum();
-        // Of each group the products of its motions: over the unknowns of all pieces, over those of all nodes once, and over
-        // what must not move.
+        // Products of the motions of each group: over the unknowns of all pieces, over those of all
+        // nodes once, and over the constraints.
         let mut own = vec![0.0; total];
         let moved = |node: usize, piece: usize| -> Vec<[f64; D]> {
             let arm = places[node].arm(&centres[piece].at);
@@ -241,10 +245,11 @@ impl<const D: usize> ContactSystem<D> {
         starts.iter().zip(&widths).map(of_group).collect()
     }
 
-    /// `M n`, or `n` where there is no mass, zero in prescribed rows: what a motion weighs. Collective.
+    /// Computes the weight of a motion: `M n`, or `n` in systems without mass, zero in prescribed
+    /// rows. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub(super) fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()> {
         match &self.mass {
             Some(mass) => mass.multiply(motion, out)?,
@@ -257,7 +262,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// Where a node is, and whose it is.
+/// Position of a node, and its piece.
 #[derive(Clone)]
 struct Place<const D: usize> {
     piece: Option<usize>,
@@ -265,13 +270,13 @@ struct Place<const D: usize> {
 }
 
 impl<const D: usize> Place<D> {
-    /// The way to it from a centre \[m\].
+    /// Vector from a centre to the node \[m\].
     fn arm(&self, centre: &[f64; D]) -> [f64; D] {
         std::array::from_fn(|i| self.at[i] - centre[i])
     }
 }
 
-/// The nodes of a piece.
+/// Number and centre of the nodes of a piece.
 struct Centre<const D: usize> {
     nodes: f64,
     at: [f64; D],
@@ -279,13 +284,13 @@ struct Centre<const D: usize> {
 
 /// Motions of a group.
 struct Combinations {
-    /// Factors of the motions of its pieces, one motion a column.
+    /// Factors of the motions of its pieces, one motion per column.
     motions: DMatrix<f64>,
-    /// Of each piece, see [`MovingPart::spread`].
+    /// Spread of each piece, see [`MovingPart::spread`].
     spreads: Vec<f64>,
 }
 
-/// Columns of the same span that are orthonormal in `whole`.
+/// Columns with the same span that are orthonormal in `whole`.
 fn orthonormal(columns: &DMatrix<f64>, whole: &DMatrix<f64>) -> DMatrix<f64> {
     let products = columns.transpose() * whole * columns;
     match Cholesky::new(products).and_then(|root| root.l().try_inverse()) {
@@ -316,7 +321,7 @@ fn unfelt(whole: &DMatrix<f64>, felt: &DMatrix<f64>) -> DMatrix<f64> {
 mod tests {
     use super::*;
 
-    /// Rotations are cross products: about z in the plane, about each axis in space.
+    /// Rotations are cross products: about z in 2D, about each axis in 3D.
     #[test]
     fn rotations_are_cross_products() {
         assert_eq!(displacement::<2>(2, &[1.0, 2.0]), [-2.0, 1.0]);
@@ -327,8 +332,8 @@ mod tests {
         }
     }
 
-    /// A square of four nodes: free it has three motions, held along y two of them, pinned at a corner the turn about
-    /// that, held at two corners none.
+    /// A square of four nodes has three motions when free and two when held along y. Pinned at a
+    /// corner, it has the rotation about that corner. Held at two corners, it has no motion.
     #[test]
     fn supports_leave_what_they_do_not_feel() {
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];

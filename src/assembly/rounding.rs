@@ -1,4 +1,4 @@
-//! What the rounding of displacements and places leaves in the residual.
+//! Residual that is left by the rounding of displacements and positions.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -8,8 +8,10 @@ use crate::dynamics::Stage;
 use crate::error::Result;
 
 impl<const D: usize> ContactSystem<D> {
-    /// Size of the residual if the displacement of each node errs by its rounding, and each closed gap by that of a place
-    /// \[N\], by the matrix that was assembled last. It does not become smaller as the load does. Collective.
+    /// Norm of the residual if the displacement of each node has its rounding error, and each
+    /// closed gap that of a position \[N\]. Collective.
+    ///
+    /// It uses the matrix that was assembled last. It does not decrease with the load.
     pub(super) fn rounding_of_forces(&self, stage: &Stage) -> Result<f64> {
         let mut diagonal = self.pattern_vector().like()?;
         self.matrix.diagonal(&mut diagonal)?;
@@ -26,7 +28,7 @@ impl<const D: usize> ContactSystem<D> {
 }
 
 impl<const D: usize> super::contact::LocalContact<D> {
-    /// Squares of the normal stiffnesses of the closed parts of this rank's facets, summed [N^2/m^2].
+    /// Sum of the squared normal stiffnesses of the closed parts of this rank's facets [N^2/m^2].
     fn squared_stiffness(&self) -> f64 {
         let law = &self.law().normal;
         let closed = self.state.current.iter();

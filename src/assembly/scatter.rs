@@ -1,4 +1,5 @@
-//! Where the entries of element and facet matrices go: computed once, so that insertion is an indexed add.
+//! Positions of the entries of element and facet matrices. They are computed once, so that
+//! insertion is an indexed add.
 
 use crate::element::ElementSink;
 use crate::partition::IndexMap;
@@ -6,7 +7,7 @@ use crate::petsc::{BlockPattern, BlockValues, NO_SLOT};
 
 /// Scatter map of pieces (elements or facets) with the same number of nodes.
 pub struct ScatterMap {
-    /// Nodes a piece.
+    /// Number of nodes per piece.
     pub width: usize,
     /// Local nodes, piece by piece.
     nodes: Vec<u32>,
@@ -17,7 +18,7 @@ pub struct ScatterMap {
 }
 
 impl ScatterMap {
-    /// The map of pieces given by their local nodes, `width` each.
+    /// Creates the map of pieces that are given by their local nodes, `width` each.
     pub fn new<const D: usize>(
         width: usize,
         nodes: Vec<u32>,
@@ -32,7 +33,7 @@ impl ScatterMap {
         map
     }
 
-    /// Looks all slots up in another pattern.
+    /// Recomputes all slots for another pattern.
     pub fn relocate(&mut self, pattern: &BlockPattern, index: &IndexMap) {
         let width = self.width.max(1);
         let globals: Vec<i32> = self.nodes.iter().map(|&node| index.global(node)).collect();
@@ -59,7 +60,7 @@ impl ScatterMap {
     }
 }
 
-/// Right side that takes the columns of prescribed unknowns: `rhs -= K_fd change`.
+/// Right side from which the columns of prescribed unknowns are subtracted: `rhs -= K_fd change`.
 pub struct LiftTarget<'a> {
     /// Change of the prescribed unknowns, owned and ghost \[m\].
     pub change: &'a [f64],
@@ -68,15 +69,15 @@ pub struct LiftTarget<'a> {
 }
 
 impl LiftTarget<'_> {
-    /// The same target for a shorter time.
+    /// Borrows this target for a shorter lifetime.
     pub fn reborrow(&mut self) -> LiftTarget<'_> {
         LiftTarget { change: self.change, rhs: &mut *self.rhs }
     }
 }
 
-/// Takes forces only: owned rows, local node order \[N\].
+/// Receives forces only: owned rows, local node order \[N\].
 pub struct ForceSink<'a, const D: usize> {
-    /// Map of the group being swept.
+    /// Map of the current group.
     pub map: &'a ScatterMap,
     /// Owned rows.
     pub force: &'a mut [f64],
@@ -94,9 +95,10 @@ impl<const D: usize> ElementSink for ForceSink<'_, D> {
     }
 }
 
-/// Takes stiffness only; rows and columns of prescribed unknowns are left out and, where asked for, lifted.
+/// Receives stiffness only. Rows and columns of prescribed unknowns are omitted and, if requested,
+/// moved to the right side.
 pub struct MatrixSink<'a, 'm, const D: usize> {
-    /// Map of the group being swept.
+    /// Map of the current group.
     pub map: &'a ScatterMap,
     /// Prescribed local unknowns.
     pub constrained: &'a [bool],

@@ -1,4 +1,4 @@
-//! The sizes of nodal fields that errors in time are told and compared by.
+//! Sizes of nodal fields, with which errors in time are measured and compared.
 
 use super::system::ContactSystem;
 use crate::dynamics::Dynamics;
@@ -6,11 +6,11 @@ use crate::error::Result;
 use crate::petsc::Vector;
 
 impl<const D: usize> ContactSystem<D> {
-    /// Root mean square of a nodal field, weighted by the mass, by the nodes where there is none; `weight` is that of
-    /// [`weight`](Self::weight). Collective.
+    /// Root mean square of a nodal field, weighted by the mass. In systems without mass, all nodes
+    /// have equal weight. `weight` is that of [`weight`](Self::weight). Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn mean_size(&mut self, field: &Vector, weight: f64) -> Result<f64> {
         let square = self.weighted_square(field)?;
         Ok((square / weight).max(0.0).sqrt())
@@ -22,10 +22,10 @@ impl<const D: usize> ContactSystem<D> {
         field.dot(&self.work)
     }
 
-    /// Mass of all bodies \[kg\], or the number of nodes. Collective.
+    /// Mass of all bodies \[kg\], or the number of nodes in systems without mass. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn weight(&mut self) -> Result<f64> {
         if self.mass.is_none() {
             return Ok(f64::from(self.local.index.total));
@@ -35,11 +35,14 @@ impl<const D: usize> ContactSystem<D> {
         Ok(self.weighted_square(&ones)? / D as f64)
     }
 
-    /// Sets the entries of prescribed unknowns to zero, and of nodes in contact that have mass the part along the normal: there
-    /// they swing on the penalty, and their bodies see what that moves of the nodes behind. Where most nodes touch it stays. Collective.
+    /// Sets entries to zero that errors do not count: prescribed unknowns, and the normal part at
+    /// nodes in contact that have mass. Collective.
+    ///
+    /// Such nodes oscillate on the penalty along the normal. Their bodies respond only to what this
+    /// moves at the nodes behind them. If most nodes are in contact, the normal part is kept.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn clear_uncounted(&mut self, field: &mut Vector) -> Result<()> {
         self.clear_prescribed(field);
         if self.contacts.iter().all(|contact| self.is_calm(contact)) {

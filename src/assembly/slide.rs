@@ -1,4 +1,4 @@
-//! How far surfaces in contact move over each other in a step, beside their facets.
+//! Sliding distance of surfaces in contact in a step, compared with their facets.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -7,7 +7,8 @@ use super::contact::LocalContact;
 use super::system::ContactSystem;
 use crate::dynamics::Stage;
 
-/// Motion of the two surfaces of a contact with friction in a step; the same on all ranks.
+/// Motion of the two surfaces of a contact with friction in a step, with the same values on all
+/// ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slide {
     /// Name of the contact.
@@ -16,15 +17,16 @@ pub struct Slide {
     pub facet: f64,
     /// Largest displacement of a node of either side in the step \[m\].
     pub motion: f64,
-    /// Largest distance that surfaces in contact at the end slid in the step \[m\]; 0 on an obstacle, which has no facets.
+    /// Largest sliding distance in the step of surfaces that are in contact at its end \[m\]. It is
+    /// 0 on an obstacle, which has no facets.
     pub slid: f64,
-    /// Centre of the normal forces on the undeformed contactor \[m\]; `None` where the contact is open. It moves where one
-    /// surface rolls on the other.
+    /// Centre of the normal forces on the undeformed contactor \[m\]; `None` if the contact is
+    /// open. It moves when one surface rolls on the other.
     pub centre: Option<[f64; 3]>,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// The contacts with friction as they moved in the step that ends in the trial state. Collective.
+    /// Motions of the contacts with friction in the step that ends in the trial state. Collective.
     pub fn slides(&self, stage: &Stage) -> Vec<Slide> {
         let contacts: Vec<&LocalContact<D>> =
             self.contacts.iter().filter(|contact| contact.law().friction.is_some()).collect();
@@ -75,7 +77,8 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// Largest slip of this rank's points in contact \[m\]; their normal force \[N\] and its moments about the undeformed vertices \[N m\].
+/// Largest slip of this rank's points in contact \[m\], their normal force \[N\], and its moments
+/// about the undeformed vertices \[N m\].
 fn slid_and_pressed<const D: usize>(contact: &LocalContact<D>) -> (f64, [f64; 4]) {
     let mut slid = 0.0_f64;
     let mut sums = [0.0; 4];

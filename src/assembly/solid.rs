@@ -1,4 +1,5 @@
-//! The solids of a rank: elements by body and kind, with their kernels and the places of their entries.
+//! The solids of a rank: elements by body and kind, with their kernels and the positions of their
+//! entries.
 
 use std::collections::BTreeMap;
 
@@ -9,42 +10,43 @@ use crate::mesh::ElementKind;
 use crate::partition::LocalMesh;
 use crate::petsc::BlockPattern;
 
-/// How the mass is spread over the nodes.
+/// Distribution of the mass over the nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MassKind {
-    /// `int rho N_a N_b dV`.
+    /// Consistent mass, `int rho N_a N_b dV`.
     Consistent,
-    /// Diagonal.
+    /// Diagonal mass.
     Lumped,
-    /// Consistent, without the nodes that may touch, see [`super::redistribution`].
+    /// Consistent mass without the nodes that may touch, see [`super::redistribution`].
     Redistributed,
 }
 
-/// Elements of one kind and body, with the places of their entries.
+/// Elements of one kind and body, with the positions of their entries.
 pub struct SolidElements<const D: usize> {
     /// The kernel.
     pub group: ElementGroup<D>,
-    /// Where its entries go.
+    /// Positions of its entries.
     pub map: ScatterMap,
-    /// How its mass is spread.
+    /// Distribution of its mass.
     pub mass: MassKind,
     /// Index of the body.
     pub body: usize,
 }
 
-/// Physics of one body.
+/// Physical model of one body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyPhysics {
     /// Law, kinematics, locking, density.
     pub formulation: Formulation,
-    /// How the mass is spread.
+    /// Distribution of the mass.
     pub mass: MassKind,
 }
 
-/// The solids of a rank: one group for each body and kind of element, elements in local order.
+/// Creates the solids of a rank: one group for each body and kind of element, with elements in
+/// local order.
 ///
 /// # Errors
-/// When a formulation does not fit its elements.
+/// If a formulation does not fit its elements.
 pub fn solids<const D: usize>(
     local: &LocalMesh<D>,
     bodies: &[BodyPhysics],

@@ -1,18 +1,19 @@
-//! Whether computed values are finite and not too large, and if not, where: such a state must not be taken for a balance, nor
-//! reach a file.
+//! Checks whether computed values are finite and not too large, and locates those that are not.
+//! Such a state must not be accepted as a balance or be written to a file.
 
 use super::system::ContactSystem;
 use crate::dynamics::Stage;
 use crate::error::{Error, agree};
 use crate::mesh::spelled;
 
-/// Whether a value can be compared and summed by its square.
+/// Whether a value and its square can be compared and summed.
 fn is_sound(value: f64) -> bool {
     (value * value).is_finite()
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// The first unknown of this rank at which a force of the last residual is not finite or too large.
+    /// The first unknown of this rank at which a force of the last residual is not finite or too
+    /// large.
     pub(super) fn unsound_force(&self) -> Option<Error> {
         let forces = [
             ("internal force", &self.parts.internal),
@@ -26,8 +27,8 @@ impl<const D: usize> ContactSystem<D> {
         })
     }
 
-    /// Why the state at the end of the step in `stage` can not be accepted although it balances: a part of it is not finite or too
-    /// large. The same on all ranks. Collective.
+    /// Returns why the state at the end of the step in `stage` cannot be accepted although it
+    /// balances: a part of it is not finite or is too large. The same on all ranks. Collective.
     pub fn unsound_state(&self, stage: &Stage) -> Option<String> {
         let (u, v, a) = (stage.trial.u.owned(), stage.trial.v.owned(), stage.trial.a.owned());
         let fields = [("displacement", &u[..]), ("velocity", &v[..]), ("acceleration", &a[..])];
@@ -39,7 +40,7 @@ impl<const D: usize> ContactSystem<D> {
         agree(self.session.world(), own.map_or(Ok(()), Err)).err().map(|error| error.message)
     }
 
-    /// A contact with a point whose tractions are not finite or too large.
+    /// Finds a contact with a point whose tractions are not finite or are too large.
     fn unsound_contact(&self) -> Option<Error> {
         let sound = |contact: &&super::contact::LocalContact<D>| {
             contact.state.current.iter().all(|point| {

@@ -1,4 +1,5 @@
-//! What the stages of the two-stage scheme (3.6), (3.7) hold, put to the contacts.
+//! Applies the stages of the two-stage scheme (3.6), (3.7) to the contacts: which quantities each
+//! stage holds fixed.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -11,17 +12,18 @@ use crate::dynamics::{ForceChange, Freeze, FrictionMode, KnownFriction, Split, S
 use crate::petsc::{Matrix, Vector};
 use crate::tensor::Vector as Point;
 
-/// The matrix that takes an assembly.
+/// The matrix into which terms are assembled.
 pub enum Target<'a> {
-    /// The system's own.
+    /// The system's own matrix.
     Own,
-    /// One of the same pattern.
+    /// Another matrix with the same pattern.
     Other(&'a mut Matrix),
-    /// The same, with springs in the place of contact that are no stiffer than the elements beneath it.
+    /// Another matrix with the same pattern, with springs in place of contact that are at most as
+    /// stiff as the elements beneath it.
     Joined(&'a mut Matrix),
 }
 
-/// What the contact law is told for this stage.
+/// Quantities that the contact law holds fixed in this stage.
 pub fn hold(stage: &Stage) -> Hold {
     match (stage.friction, stage.split) {
         (FrictionMode::Off, _) => Hold::Frictionless,
@@ -32,7 +34,7 @@ pub fn hold(stage: &Stage) -> Hold {
     }
 }
 
-/// Keeps tractions of all points for the stages to hold.
+/// Stores tractions of all points that the stages hold fixed.
 pub fn freeze<const D: usize>(contacts: &mut [LocalContact<D>], what: Freeze) {
     let keep = match what {
         Freeze::LastStep => Keep::LastStep,
@@ -43,7 +45,7 @@ pub fn freeze<const D: usize>(contacts: &mut [LocalContact<D>], what: Freeze) {
     contacts.iter_mut().for_each(|contact| contact.state.freeze(keep));
 }
 
-/// How the friction forces differ from the frozen ones, over all ranks. Collective.
+/// Compares the friction forces with the frozen ones, over all ranks. Collective.
 pub fn force_change<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[LocalContact<D>],
@@ -55,7 +57,8 @@ pub fn force_change<const D: usize>(
     ForceChange { friction: total[0].sqrt(), normal: total[1].sqrt() }
 }
 
-/// Mean normals of the closed points at each owned node, made unit vectors, into `out`. Collective.
+/// Computes mean normals of the closed points at each owned node, normalised to unit length, into
+/// `out`. Collective.
 pub fn contact_normals<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[LocalContact<D>],
@@ -77,7 +80,7 @@ pub fn contact_normals<const D: usize>(
     }
 }
 
-/// Which of the owned nodes belong to facets with a closed point, on either side. Collective.
+/// Marks the owned nodes that belong to facets with a closed point, on either side. Collective.
 pub fn contact_nodes<const D: usize>(
     world: &impl CommunicatorCollectives,
     contacts: &[LocalContact<D>],

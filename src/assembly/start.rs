@@ -1,4 +1,4 @@
-//! Points that penetrate before the start: counted, refused, or moved out.
+//! Points that penetrate before the start: they are counted, rejected, or moved out.
 
 use std::collections::BTreeSet;
 
@@ -16,46 +16,47 @@ use crate::model::{ContactModel, InitialOverclosure};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector;
 
-/// Largest overclosure of a contact in the undeformed state; the same on all ranks.
+/// Largest overclosure of a contact in the undeformed state, with the same values on all ranks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Overclosure<const D: usize> {
     /// Name of the contact.
     pub contact: String,
-    /// Smallest gap of all contactor nodes, or points of a deformable contact, negative where they penetrate \[m\];
-    /// infinite where no target is near.
+    /// Smallest gap of all contactor nodes, or of all points of a deformable contact \[m\]. It is
+    /// negative if they penetrate, and infinite if no target is near.
     pub smallest_gap: f64,
-    /// Where that is \[m\].
+    /// Position of the smallest gap \[m\].
     pub place: [f64; D],
-    /// Largest gap of those with a target near \[m\].
+    /// Largest gap of the nodes or points with a target nearby \[m\].
     pub largest_gap: f64,
-    /// Where that is \[m\].
+    /// Position of the largest gap \[m\].
     pub far_place: [f64; D],
-    /// Number of those that penetrate.
+    /// Number of nodes or points that penetrate.
     pub nodes: u64,
-    /// Number of those with a target near.
+    /// Number of nodes or points with a target nearby.
     pub paired: u64,
-    /// Number of those that may touch.
+    /// Number of nodes or points that may touch.
     pub candidates: u64,
-    /// Whether all facets of the contactor look away from an obstacle.
+    /// Whether all facets of the contactor face away from an obstacle.
     pub looks_away: bool,
 }
 
-/// Surfaces that overlap by less than this part of the extent of all bodies touch exactly: more is not known of a
-/// coordinate.
+/// Relative accuracy of coordinates. Surfaces that overlap by less than this part of the extent of
+/// all bodies touch exactly.
 const ROUNDING: f64 = 1e-12;
-/// Far from the origin, so many times the rounding of the largest coordinate.
+/// Accuracy far from the origin, in units of the rounding of the largest coordinate.
 const ROUNDINGS: f64 = 8.0;
 
-/// Length by which places of bodies with this extent and this largest coordinate are known \[m\].
+/// Accuracy of positions of bodies with this extent and this largest coordinate \[m\].
 pub fn known(extent: f64, farthest: f64) -> f64 {
     (ROUNDING * extent).max(ROUNDINGS * f64::EPSILON * farthest)
 }
 
-/// Looks for contactor nodes behind an obstacle and treats them as the case says; places are `known` so well
-/// \[m\]. Collective.
+/// Finds contactor nodes behind an obstacle and treats them as the case requires. Collective.
+///
+/// `known` is the accuracy of positions \[m\].
 ///
 /// # Errors
-/// When the case wants an overclosure to be an error, or the whole body lies behind the obstacle.
+/// If the case defines an overclosure as an error, or the whole body is behind the obstacle.
 pub fn resolve_overclosure<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &mut LocalMesh<D>,
@@ -93,11 +94,13 @@ pub fn resolve_overclosure<const D: usize>(
     Ok(found)
 }
 
-/// Looks for contact points below a deformable target, as evaluated on the undeformed bodies, and treats them as the case
-/// says; places are `known` so well \[m\]. Collective.
+/// Finds contact points below a deformable target, evaluated on the undeformed bodies, and treats
+/// them as the case requires. Collective.
+///
+/// `known` is the accuracy of positions \[m\].
 ///
 /// # Errors
-/// When the case wants an overclosure to be an error.
+/// If the case defines an overclosure as an error.
 pub fn resolve_overclosure_of_points<const D: usize>(
     world: &impl CommunicatorCollectives,
     given: &ContactModel<D>,
@@ -112,7 +115,8 @@ pub fn resolve_overclosure_of_points<const D: usize>(
     Ok(found)
 }
 
-/// Largest gap at which nodes or points are treated as touching, in addition to those that penetrate \[m\]; `None` if all gaps are kept.
+/// Largest gap at which nodes or points are treated as touching, in addition to those that
+/// penetrate \[m\]; `None` if all gaps are kept.
 fn adjusted<const D: usize>(
     contact: &ContactModel<D>,
     units: Units,
@@ -150,14 +154,17 @@ fn refusal<const D: usize>(
     .hint("move the body, or set initial_overclosure to adjust, conform or accept")
 }
 
-/// Overclosure over the size of a facet that may be adjusted. The error of a mesh on a curved surface is `h^2 / (8 R)`, an
-/// eighth of a facet where it is as long as the radius; a body that is moved by more loses its shape.
+/// Largest overclosure that may be adjusted, relative to the size of a facet.
+///
+/// The error of a mesh on a curved surface is `h^2 / (8 R)`, an eighth of a facet that is as long
+/// as the radius. A body that is moved by more loses its shape.
 const ADJUSTABLE: f64 = 0.25;
 
-/// Gap over the size of a facet that is closed where surfaces are meant to touch: up to the gap from which on points have less weight.
+/// Largest gap that is closed if surfaces are meant to touch, relative to the size of a facet. It
+/// is the gap above which points have less weight.
 const CLOSABLE: f64 = 0.5 * OPEN;
 
-/// Refuses to adjust what is no small error of meshes.
+/// Refuses to adjust more than small mesh errors.
 fn require_small<const D: usize>(
     contact: &ContactModel<D>,
     units: Units,
@@ -189,7 +196,7 @@ fn mean_facet<const D: usize>(
     (sums[0] / sums[1]).powf(1.0 / (D as f64 - 1.0))
 }
 
-/// A body that lies behind its target as a whole tells of an obstacle that is inside out.
+/// Reports an obstacle that is inside out, if a body is completely behind its target.
 fn require_free_side<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
@@ -233,7 +240,7 @@ fn look_away<const D: usize>(
     any == 0
 }
 
-/// Nodes of the facets that look towards the obstacle.
+/// Nodes of the facets that face the obstacle.
 fn facing_nodes<const D: usize>(
     local: &LocalMesh<D>,
     facets: &[Facet],
@@ -251,7 +258,8 @@ fn facing_nodes<const D: usize>(
     facing
 }
 
-/// Moves a point onto the surface of the obstacle where it lies behind it, or no farther than `apart` before it \[m\].
+/// Moves a point onto the surface of the obstacle if it is behind it, or at most `apart` in front
+/// of it \[m\].
 fn move_onto<const D: usize>(point: &mut [f64; D], obstacle: &dyn Shape<D>, apart: f64) {
     let at = obstacle.proximity(&Vector::from(*point));
     if at.gap < 0.0 || at.gap <= apart {
@@ -259,7 +267,7 @@ fn move_onto<const D: usize>(point: &mut [f64; D], obstacle: &dyn Shape<D>, apar
     }
 }
 
-/// The gaps, zero where they are the rounding of coordinates.
+/// Returns the gaps, with those at the rounding of coordinates set to zero.
 fn touching<const D: usize>(
     known: f64,
     gaps: impl Iterator<Item = (f64, [f64; D])>,
@@ -267,7 +275,9 @@ fn touching<const D: usize>(
     gaps.map(move |(gap, point)| (if gap.abs() <= known { 0.0 } else { gap }, point))
 }
 
-/// The smallest and the largest of the ranks' gaps and how many there are; places are `known` so well \[m\]. Collective.
+/// Finds the smallest and the largest gap of all ranks and counts the gaps. Collective.
+///
+/// `known` is the accuracy of positions \[m\].
 fn worst<const D: usize>(
     world: &impl CommunicatorCollectives,
     contact: &str,
@@ -298,8 +308,10 @@ fn worst<const D: usize>(
     }
 }
 
-/// The least of the ranks' values and its place; of places with the same value, to what is `known` of one \[m\], that with
-/// the lowest coordinates, so that it does not depend on the ranks. Collective.
+/// Finds the smallest value of all ranks and its position. Collective.
+///
+/// Values whose difference is below the accuracy `known` \[m\] count as equal. The position with
+/// the lowest coordinates is then chosen, so that the result does not depend on the ranks.
 fn least<const D: usize>(
     world: &impl CommunicatorCollectives,
     known: f64,

@@ -1,4 +1,4 @@
-//! Prescribed displacements: their motion in time, and the forces that they exert.
+//! Prescribed displacements: their motion in time, and their reaction forces.
 
 use crate::case::PlacedFunction;
 use crate::error::{Error, Result};
@@ -13,7 +13,7 @@ pub struct Supports<const D: usize> {
 }
 
 impl<const D: usize> Supports<D> {
-    /// Supports whose unknowns are resolved in `dofs`, in the same order.
+    /// Creates supports whose unknowns are resolved in `dofs`, in the same order.
     pub fn new(dofs: DofMap<D>, supports: &[Support<D>]) -> Self {
         Self { dofs, motions: supports.iter().map(|support| support.components.clone()).collect() }
     }
@@ -21,7 +21,7 @@ impl<const D: usize> Supports<D> {
     /// Writes prescribed `u`, `v`, `a` at `time`, times `factor`, into the local arrays.
     ///
     /// # Errors
-    /// When a prescribed value is not finite, or so large that nothing could be computed with it.
+    /// If a prescribed value is not finite, or too large for computations.
     pub fn fill(&self, points: &[[f64; D]], time: f64, factor: f64, fields: Fields) -> Result<()> {
         let motion = |boundary: usize, component: usize, point: &[f64; D]| {
             let Some(function) = &self.motions[boundary][component] else {
@@ -34,7 +34,8 @@ impl<const D: usize> Supports<D> {
         self.dofs.fill(points, motion, fields)
     }
 
-    /// Largest prescribed displacement \[m\] and velocity \[m/s\] of any component on this rank at `instants` \[s\].
+    /// Largest prescribed displacement \[m\] and velocity \[m/s\] of any component on this rank at
+    /// `instants` \[s\].
     pub fn largest(&self, points: &[[f64; D]], instants: &[f64]) -> [f64; 2] {
         let mut most = [0.0_f64; 2];
         for (boundary, motions) in self.dofs.boundaries.iter().zip(&self.motions) {
@@ -54,7 +55,7 @@ impl<const D: usize> Supports<D> {
     }
 }
 
-/// A point of the plane or of space with all three coordinates.
+/// A point in 2D or 3D with all three coordinates.
 pub fn in_space<const D: usize>(point: &[f64; D]) -> [f64; 3] {
     std::array::from_fn(|i| point.get(i).copied().unwrap_or(0.0))
 }

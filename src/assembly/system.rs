@@ -1,4 +1,4 @@
-//! The discretised bodies of one rank's share: what there is, how it is built, how a step ends.
+//! The discretised bodies of one rank: contents, construction, and the end of a step.
 
 use std::rc::Rc;
 
@@ -32,16 +32,16 @@ use crate::model::Model;
 use crate::partition::LocalMesh;
 use crate::petsc::{BlockPattern, Format, Matrix, Session, Vector};
 
-/// What the system is built for.
+/// Options for the construction of a system.
 #[derive(Debug, Clone, Copy)]
 pub struct SystemOptions {
-    /// Inertia takes part.
+    /// Whether to include inertia.
     pub inertia: bool,
-    /// Storage of the matrix.
+    /// Format of the matrix.
     pub format: Format,
 }
 
-/// Forces on the owned unknowns by origin \[N\].
+/// Forces on the owned unknowns, by origin \[N\].
 #[derive(Default)]
 pub(super) struct ForceParts {
     pub internal: Vec<f64>,
@@ -49,9 +49,10 @@ pub(super) struct ForceParts {
     pub external: Vec<f64>,
 }
 
-/// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`, `F_T`.
+/// The discretised bodies with their contacts, supports and loads: `M`, `Q(q)`, `F_ext`, `F_n`,
+/// `F_T`.
 pub struct ContactSystem<const D: usize> {
-    /// The units of all numbers, for messages.
+    /// Units of all numbers, for messages.
     pub(super) units: Units,
     pub(super) session: Rc<Session>,
     pub(super) local: LocalMesh<D>,
@@ -67,39 +68,42 @@ pub struct ContactSystem<const D: usize> {
     /// `M a` at the last trial state \[N\].
     pub(super) inertia: Vector,
     overclosures: Vec<Overclosure<D>>,
-    /// Couplings by elements alone.
+    /// Couplings by elements only.
     pub(super) elements: Rc<BlockPattern>,
-    /// What deformable contacts share.
+    /// Data that deformable contacts share.
     pub(super) interface: Option<Interface<D>>,
-    /// The matrix knows the rigid-body modes.
+    /// Whether the matrix has the rigid-body modes.
     pub(super) has_modes: bool,
     pub(super) matrix: Matrix,
     pub(super) work: Vector,
     pub(super) fault: Option<Inverted>,
-    /// A prescribed value that is not finite. It is reported with the next residual, which is collective.
+    /// A prescribed value that is not finite. It is reported with the next residual, which is
+    /// collective.
     pub(super) trouble: Option<Error>,
     pub(super) changes: Changes,
     /// Extent of all bodies \[m\].
     pub(super) size: f64,
-    /// Size of the numbers that tell places: the extent, or the distance from the origin \[m\].
+    /// Largest magnitude of coordinates: the extent, or the distance from the origin \[m\].
     pub(super) extent: f64,
-    /// Forces that conserve over a step have a symmetric matrix: everything is linear, and targets are flat.
+    /// Whether the matrix of forces that conserve over a step is symmetric: everything is linear,
+    /// and targets are flat.
     pub(super) symmetric_steps: bool,
     pub(super) free_bodies: Vec<FreeBody>,
     pub(super) bodies: Vec<NamedBody>,
     pub(super) pieces: Pieces<D>,
-    /// For each group of pieces how many motions without strain supports leave it, if only to turn about a point.
+    /// For each group of pieces, the number of strain-free motions that supports allow, including
+    /// rotations only.
     leeway: Vec<usize>,
-    /// Stiffness of the unit rows of prescribed unknowns \[N/m\].
+    /// Stiffness in the unit rows of prescribed unknowns \[N/m\].
     pub(super) unit: f64,
     pub(super) phases: Phases,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Builds everything that the model names on the rank's share of the mesh. Collective.
+    /// Builds all parts of the model on the rank's part of the mesh. Collective.
     ///
     /// # Errors
-    /// When the model does not fit the mesh, the same on all ranks.
+    /// If the model does not fit the mesh, the same on all ranks.
     pub fn new(
         session: &Rc<Session>,
         mut local: LocalMesh<D>,
@@ -187,7 +191,7 @@ impl<const D: usize> ContactSystem<D> {
         Ok(system)
     }
 
-    /// Finds the targets of deformable contacts and the gaps at the start. Collective.
+    /// Finds the targets of deformable contacts and the initial gaps. Collective.
     fn meet_undeformed(&mut self, model: &Model<D>) -> Result<()> {
         let zero = vec![0.0; self.local.mesh.points.len() * D];
         self.renew(&ContactFields { u: &zero, v: &zero, u_start: &zero }, OverStep::No)?;
@@ -211,17 +215,17 @@ impl<const D: usize> ContactSystem<D> {
         Ok(())
     }
 
-    /// The session of all ranks.
+    /// The session, shared by all ranks.
     pub fn session(&self) -> &Rc<Session> {
         &self.session
     }
 
-    /// A zero vector of the system's layout: what states are made of.
+    /// A zero vector with the layout of the system, used to create states.
     pub fn pattern_vector(&self) -> &Vector {
         &self.forces
     }
 
-    /// The rank's share of the mesh.
+    /// The rank's part of the mesh.
     pub fn local(&self) -> &LocalMesh<D> {
         &self.local
     }
@@ -231,12 +235,12 @@ impl<const D: usize> ContactSystem<D> {
         &self.overclosures
     }
 
-    /// Laws of the contacts, derived ones resolved, in the order of the model.
+    /// Laws of the contacts in the order of the model, with derived laws resolved.
     pub fn contact_laws(&self) -> impl Iterator<Item = &ContactLaw> {
         self.contacts.iter().map(LocalContact::law)
     }
 
-    /// Number of prescribed unknowns over all ranks. Collective.
+    /// Number of prescribed unknowns on all ranks. Collective.
     pub fn prescribed(&self) -> usize {
         let rows = self.local.index.owned * D;
         let own = self.supports.dofs.constrained[..rows].iter().filter(|held| **held).count() as u64;
@@ -245,7 +249,7 @@ impl<const D: usize> ContactSystem<D> {
         total as usize
     }
 
-    /// Number of unknowns over all ranks, prescribed ones included.
+    /// Number of unknowns on all ranks, including prescribed ones.
     pub fn unknowns(&self) -> usize {
         self.local.index.total as usize * D
     }
@@ -260,7 +264,8 @@ impl<const D: usize> ContactSystem<D> {
         self.external.follows()
     }
 
-    /// Whether the matrix of forces that conserve over a step is symmetric, where loads and friction leave it so.
+    /// Whether the matrix of forces that conserve over a step is symmetric, apart from the effects
+    /// of loads and friction.
     pub fn has_symmetric_steps(&self) -> bool {
         self.symmetric_steps
     }
@@ -280,14 +285,15 @@ impl<const D: usize> ContactSystem<D> {
         self.free_bodies.iter().map(|free| free.words.clone()).collect()
     }
 
-    /// Those of them that no contact can hold either.
+    /// Bodies that neither a support nor a contact can hold.
     pub fn lost_bodies(&self) -> Vec<String> {
         let lost = self.free_bodies.iter().filter(|free| !self.pieces.touched[free.group]);
         lost.map(|free| free.words.clone()).collect()
     }
 
-    /// Bodies, or pieces of them, that are supported along all axes and that no contact touches, but that can move all the
-    /// same, as about a single point that is held; with the number of such motions.
+    /// Bodies, or pieces of them, that are supported along all axes and touched by no contact, but
+    /// can still move, for example about a single held point. Returns the number of such motions
+    /// for each.
     pub fn hinged_bodies(&self) -> Vec<(String, usize)> {
         let loose = |group: &usize| {
             let free = self.free_bodies.iter().any(|free| free.group == *group);
@@ -297,10 +303,11 @@ impl<const D: usize> ContactSystem<D> {
         groups.map(|group| (self.pieces.group_name(group), self.leeway[group])).collect()
     }
 
-    /// Sets the start velocity of the bodies; prescribed components follow their supports. Collective.
+    /// Sets the initial velocity of the bodies. Prescribed components follow their supports.
+    /// Collective.
     ///
     /// # Errors
-    /// When a velocity is not finite, the same on all ranks, or PETSc refuses.
+    /// If a velocity is not finite (the same on all ranks), or a PETSc call fails.
     pub fn set_velocity(&mut self, stage: &mut Stage, model: &Model<D>) -> Result<()> {
         let own = self.fill_velocity(&mut stage.start.v.local_mut(), model);
         agree(self.session.world(), own)?;
@@ -328,7 +335,7 @@ impl<const D: usize> ContactSystem<D> {
     /// Takes contact tractions and forces of the trial state as those at the start of the motion.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn remember_start(&mut self, stage: &mut Stage) -> Result<()> {
         for contact in &mut self.contacts {
             let state = &mut contact.state;
@@ -348,24 +355,25 @@ impl<const D: usize> ContactSystem<D> {
         self.units
     }
 
-    /// Whether friction takes part anywhere.
+    /// Whether any contact has friction.
     pub fn has_friction(&self) -> bool {
         self.contacts.iter().any(|contact| contact.law().friction.is_some())
     }
 
-    /// Whether there is contact at all.
+    /// Whether there is any contact.
     pub fn has_contact(&self) -> bool {
         !self.contacts.is_empty()
     }
 
-    /// Gives the matrix the rigid-body modes of its nodes, for multigrid. Collective.
+    /// Provides the matrix with the rigid-body modes of its nodes, for multigrid. Collective.
     ///
-    /// One basis for all bodies: multigrid uses it aggregate by aggregate, and on nodes of one body the motions of the whole
-    /// are all motions of that body. A basis for each body would span no more there, and would make the unknowns of the
-    /// coarse levels as many times as many; on an aggregate that joins two bodies it would let them move apart.
+    /// There is one basis for all bodies. Multigrid uses it aggregate by aggregate, and on nodes of
+    /// one body the motions of the whole are exactly the motions of that body. Separate bases for
+    /// the bodies would span nothing more there, and would multiply the number of unknowns on
+    /// coarse levels. On an aggregate that joins two bodies, they would let the bodies separate.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn set_rigid_body_modes(&mut self) -> Result<()> {
         self.has_modes = true;
         let mut coordinates = Vector::new(&self.session, self.local.index.owned, D)?;
@@ -376,11 +384,11 @@ impl<const D: usize> ContactSystem<D> {
         self.matrix.set_near_null_space(&coordinates)
     }
 
-    /// Ends the step: contact points remember their tractions, the forces become those at the start of the next
-    /// step, the trial state becomes its start.
+    /// Ends the step. Contact points store their tractions, the forces become those at the start of
+    /// the next step, and the trial state becomes its start.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn accept(&mut self, stage: &mut Stage) -> Result<()> {
         let dt = stage.dt;
         for contact in &mut self.contacts {

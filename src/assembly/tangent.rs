@@ -1,4 +1,4 @@
-//! The matrix of (3.5), (3.6) or (3.7): the wanted terms of the derivative of the residual.
+//! The matrix of (3.5), (3.6) or (3.7): the requested terms of the derivative of the residual.
 
 use super::contact::LocalContact;
 use super::external::External;
@@ -59,7 +59,7 @@ impl<const D: usize> ContactSystem<D> {
                 None => values.zero(),
             }
             if let Some(mass) = mass.filter(|_| terms == Terms::MASS) {
-                // The mass alone is singular at nodes without any.
+                // The mass alone is singular at nodes without mass.
                 let massless =
                     mass.massless().iter().flat_map(|&node| (0..D).map(move |i| node as usize * D + i));
                 massless.filter(|&dof| !constrained[dof]).for_each(|dof| values.add_diagonal(dof, unit));
@@ -97,7 +97,8 @@ impl<const D: usize> ContactSystem<D> {
             let lift = lifted.as_mut().map(LiftTarget::reborrow);
             match interface {
                 None => bodies(values, lift),
-                // Contact first, so that its blocks are there by the time that the elements are done.
+                // Contact comes first, so that its blocks have arrived when the elements are
+                // finished.
                 Some(interface) => {
                     let evaluate = |fields: &ContactFields, opening: &mut Opening| {
                         let _running = phases.contact.begin();
@@ -117,7 +118,8 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// Friction, a changing area or a following load make the matrix non-symmetric.
+/// Whether the matrix is symmetric. Friction, a changing area or a following load make it
+/// non-symmetric.
 pub(super) fn symmetric<const D: usize>(
     contacts: &[LocalContact<D>],
     external: &External<D>,

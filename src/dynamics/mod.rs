@@ -1,8 +1,9 @@
-//! What solvers and integrators see of the system: states, one stage of a step, residual and tangent.
+//! The interface of the system to solvers and integrators: states, the stage of a step, residual
+//! and tangent.
 //!
-//! Time integration sees only `u`, `v`, `a` and two shifts (the derivatives of `v` and `a` with respect to
-//! `u`); a solver sees a [`Stage`] and asks the [`Dynamics`] for its residual and its matrix. Neither knows
-//! elements, contact or the mesh.
+//! Time integration uses only `u`, `v`, `a` and two shifts, the derivatives of `v` and `a` with
+//! respect to `u`. A solver works on a [`Stage`] and obtains its residual and its matrix from
+//! [`Dynamics`]. Neither depends on elements, contact or the mesh.
 
 mod split;
 
@@ -13,25 +14,26 @@ use crate::error::{Error, Result};
 use crate::petsc::{Matrix, Vector};
 use crate::terms::Terms;
 
-/// Displacement, velocity and acceleration of all nodes at one instant: `q`, `q'`, `q''` of the paper.
+/// Displacement, velocity and acceleration of all nodes at one instant: `q`, `q'`, `q''` of the
+/// paper.
 ///
 /// Ghosted vectors, node-major: entry `node * D + component`; m, m/s, m/s2.
 pub struct State {
-    /// Instant \[s\].
+    /// Time \[s\].
     pub time: f64,
     /// Displacement \[m\].
     pub u: Vector,
     /// Velocity \[m/s\].
     pub v: Vector,
-    /// Acceleration \[m/s2\]; without entries where there is no inertia.
+    /// Acceleration \[m/s2\]. The vector has no entries in systems without inertia.
     pub a: Vector,
 }
 
 impl State {
-    /// The undeformed state at rest, with the layout of `pattern`.
+    /// Creates the undeformed state at rest, with the layout of `pattern`.
     ///
     /// # Errors
-    /// When PETSc can not allocate.
+    /// If PETSc cannot allocate.
     pub fn at_rest(pattern: &Vector) -> Result<Self> {
         Self::new(pattern, true)
     }
@@ -43,7 +45,7 @@ impl State {
     /// Copies all three fields and the time. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses the copy.
+    /// If the PETSc copy fails.
     pub fn copy_from(&mut self, other: &Self) -> Result<()> {
         self.time = other.time;
         self.u.copy_from(&other.u)?;
@@ -62,7 +64,10 @@ pub struct Shifts {
 }
 
 /// Weights of the balance `M (mass.0 a_start + mass.1 a_end) + start_force r_start + r_end = 0`,
-/// `r = Q - F_ext - F_n - F_T`; scaled so that the forces at the end carry 1 and the tangent needs no factor.
+/// with `r = Q - F_ext - F_n - F_T`.
+///
+/// The balance is scaled so that the forces at the end have weight 1. The tangent then needs no
+/// factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Balance {
     /// Weights of the inertia at the start and the end of the step.
@@ -79,85 +84,96 @@ impl Balance {
 /// How the friction law enters a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrictionMode {
-    /// As the case says.
+    /// As defined in the case.
     AsGiven,
-    /// Switched off: the frictionless start of the paper.
+    /// Switched off, for the frictionless start of the paper.
     Off,
 }
 
-/// How far contact is from what was asked.
+/// By how much contact misses the requested tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shortfall {
-    /// Penetration, or gap under pressure, over what is allowed: the largest of all points.
+    /// Largest ratio, over all points, of penetration (or of the gap under pressure) to its
+    /// tolerance.
     pub ratio: f64,
-    /// That penetration or gap \[m\].
+    /// The penetration or gap at that point \[m\].
     pub depth: f64,
 }
 
-/// Whether forces are taken over a step as a whole, such that their work is the change of energy.
+/// Whether forces are evaluated over the whole step, so that their work equals the change of
+/// energy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OverStep {
-    /// Forces are those of the trial state.
+    /// Forces are evaluated at the trial state.
     #[default]
     No,
-    /// The trial state is the middle of the step, which ends as far from it as it started.
+    /// The trial state is the midpoint of the step. The step ends as far from it as it started.
     Middle,
-    /// The trial state is the end of the step; forces and accelerations are still those of its middle.
+    /// The trial state is the end of the step. Forces and accelerations are still those of the
+    /// midpoint.
     End,
 }
 
-/// One step on its way: where it starts, where it is, and how the rates follow from the displacement.
+/// A step in progress: its start, its current iterate, and how the rates follow from the
+/// displacement.
 pub struct Stage {
     /// The accepted state at the start of the step.
     pub start: State,
     /// The iterate at the end of the step.
     pub trial: State,
-    /// Step \[s\].
+    /// Length of the step \[s\].
     pub dt: f64,
-    /// `dv/du`, `da/du`.
+    /// Derivatives of the rates, `dv/du` and `da/du`.
     pub shifts: Shifts,
     /// Weights of inertia and forces.
     pub balance: Balance,
-    /// Whether the inertia takes part.
+    /// Whether inertia is included.
     pub inertia: bool,
-    /// Whether forces conserve over the step.
+    /// Whether forces conserve energy over the step.
     pub over_step: OverStep,
-    /// Friction as given or off.
+    /// Whether friction acts as given or is switched off.
     pub friction: FrictionMode,
-    /// What a staggered solve holds at present.
+    /// Which quantities a staggered solve currently holds fixed.
     pub split: Split,
-    /// Spring on every free unknown, relative to a typical diagonal entry, that is in the matrix and not in the
-    /// residual: makes the matrix regular where nothing holds a body, without changing the equilibrium that is found.
-    /// Above zero it also says that free motions are to be looked for.
+    /// Stiffness of a spring on every free unknown, relative to a typical diagonal entry.
+    ///
+    /// The spring is in the matrix but not in the residual. It makes the matrix regular where
+    /// nothing holds a body, and it does not change the equilibrium. A value above zero also
+    /// enables the search for free motions.
     pub holding: f64,
-    /// Resistance, over a typical diagonal entry, up to which a motion of a body counts as free and is held in a static solve; 0
-    /// where only those that nothing resists are.
+    /// Resistance, relative to a typical diagonal entry, up to which a motion of a body counts as
+    /// free. A static solve holds such motions. With 0, only motions without any resistance count
+    /// as free.
     pub yielding: f64,
-    /// Residual over the largest force that is enough, whatever the strategy asks: 0 but for states on the way to another.
+    /// Residual, relative to the largest force, at which the solve may stop, whatever the strategy
+    /// requires. It is 0 except for states that are only intermediate.
     pub enough: f64,
-    /// Factor on loads and prescribed displacements, 1 but for the increments of a static start.
+    /// Factor on loads and prescribed displacements. It is 1 except in the increments of a static
+    /// start.
     pub load_factor: f64,
     /// `r = Q - F_ext - F_n - F_T` at the start \[N\].
     pub start_forces: Vector,
-    /// `v` at the end if `u` did not change \[m/s\].
+    /// `v` at the end if `u` does not change \[m/s\].
     pub velocity_base: Vector,
-    /// `a` at the end if `u` did not change \[m/s2\]; without entries where there is no inertia.
+    /// `a` at the end if `u` does not change \[m/s2\]. The vector has no entries in systems without
+    /// inertia.
     pub acceleration_base: Vector,
 }
 
 impl Stage {
-    /// A stage at rest with the layout of `pattern`; an integrator fills it.
+    /// Creates a stage at rest with the layout of `pattern`. An integrator fills it.
     ///
     /// # Errors
-    /// When PETSc can not allocate.
+    /// If PETSc cannot allocate.
     pub fn at_rest(pattern: &Vector) -> Result<Self> {
         Self::new(pattern, true)
     }
 
-    /// The same; without `inertia` it has no accelerations and can take no other scheme than the static one.
+    /// Creates a stage at rest with the layout of `pattern`, with or without `inertia`. Without
+    /// inertia it has no accelerations, and only the static scheme can use it.
     ///
     /// # Errors
-    /// When PETSc can not allocate.
+    /// If PETSc cannot allocate.
     pub fn new(pattern: &Vector, inertia: bool) -> Result<Self> {
         Ok(Self {
             start: State::new(pattern, inertia)?,
@@ -179,10 +195,11 @@ impl Stage {
         })
     }
 
-    /// Sets `v` and `a` of the trial state from its `u`. Prescribed rows are the system's to overwrite.
+    /// Sets `v` and `a` of the trial state from its `u`. The system has to overwrite the prescribed
+    /// rows.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn update_rates(&mut self) -> Result<()> {
         let Self { start, trial, shifts, velocity_base, acceleration_base, .. } = self;
         let (u, start_u) = (trial.u.owned(), start.u.owned());
@@ -204,197 +221,220 @@ impl Stage {
     }
 }
 
-/// Size of the residual on the free unknowns, and what it is compared with.
+/// Norm of the residual on the free unknowns, and the force scale that it is compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residual {
-    /// 2-norm over the free unknowns \[N\]; not finite where the trial state was rejected.
+    /// 2-norm over the free unknowns \[N\]. It is not finite if the trial state was rejected.
     pub norm: f64,
-    /// Largest 2-norm among internal, contact, external and inertia forces \[N\].
+    /// Largest 2-norm of the internal, contact, external and inertia forces \[N\].
     pub scale: f64,
 }
 
-/// The contact points of an iterate, counted once each.
+/// Numbers of contact points of an iterate. Each point is counted once.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ContactCounts {
     /// Closed points.
     pub closed: u64,
-    /// Closed points that do more than touch: whether the gap of any other is positive or negative, rounding decides.
+    /// Closed points with more than a touching contact. At other closed points, rounding decides
+    /// the sign of the gap.
     pub pressing: u64,
     /// Closed points that stick.
     pub stick: u64,
     /// Closed points that slip.
     pub slip: u64,
-    /// Points whose status differs from the iterate before.
+    /// Points whose status differs from the previous iterate.
     pub changed: u64,
     /// Points whose slip direction reversed.
     pub flipped: u64,
 }
 
-/// A motion without strain that supports leave: of a body as a rigid one, or of pieces that hinge on each other.
+/// A strain-free motion that the supports allow: a rigid motion of a body, or a motion of pieces
+/// that are hinged to each other.
 pub struct RigidMotion {
-    /// Number of the group of pieces that moves.
+    /// Index of the group of pieces that moves.
     pub group: usize,
-    /// The motion: zero on others and at prescribed unknowns, 2-norm 1.
+    /// The motion, with 2-norm 1. It is zero on other groups and at prescribed unknowns.
     pub field: Vector,
     /// How each piece of the group moves.
     pub parts: Vec<MovingPart>,
 }
 
-/// How a piece of a body takes part in a [`RigidMotion`].
+/// Contribution of a piece of a body to a [`RigidMotion`].
 pub struct MovingPart {
-    /// What messages call it, `'block'`.
+    /// Name in messages, `'block'`.
     pub name: String,
     /// Number of its nodes.
     pub nodes: f64,
-    /// Sum of the squares by which its nodes move when it turns by 1, the mean over the axes \[m2\].
+    /// Sum of the squared displacements of its nodes under a unit rotation, averaged over the axes
+    /// \[m2\].
     pub spread: f64,
-    /// How far the centre of its nodes moves, x, y, z.
+    /// Translation of the centre of its nodes, x, y, z.
     pub shift: [f64; 3],
-    /// How far it turns about that, about x, y, z \[1/m\].
+    /// Rotation about that centre, about x, y, z \[1/m\].
     pub spin: [f64; 3],
 }
 
-/// A set of prescribed changes that goes to the right side: `rhs -= K_fd change`.
+/// A set of prescribed changes that is moved to the right side: `rhs -= K_fd change`.
 pub struct Lift<'a> {
     /// Change of the prescribed unknowns, zero on the free ones \[m\].
     pub change: &'a Vector,
-    /// Right side that takes it \[N\].
+    /// Right side that is modified \[N\].
     pub rhs: &'a mut Vector,
 }
 
 /// The equations of motion `M a + Q(u) - F_ext(t) - F_n(u) - F_T(u, v) = 0` (3.9).
 pub trait Dynamics {
-    /// Sets `u`, `v`, `a` of the prescribed unknowns at the trial state's time, times the load factor, and
-    /// refreshes the ghosts of `u` and `v`. Collective.
+    /// Sets `u`, `v`, `a` of the prescribed unknowns at the trial state's time, times the load
+    /// factor, and refreshes the ghosts of `u` and `v`. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses; a prescribed value that is not finite is told by the next residual.
+    /// If a PETSc call fails. The next residual reports a prescribed value that is not finite.
     fn prescribe(&mut self, stage: &mut Stage) -> Result<()>;
 
-    /// Residual of the balance at the trial state, zero in prescribed rows \[N\]. Collective.
+    /// Computes the residual of the balance at the trial state, zero in prescribed rows \[N\].
+    /// Collective.
     ///
-    /// A rejected trial (det F <= 0) is no error: its norm is not finite and [`Dynamics::fault`] tells why.
+    /// A rejected trial state (det F <= 0) is not an error. Its norm is not finite, and
+    /// [`Dynamics::fault`] returns the reason.
     ///
     /// # Errors
-    /// When PETSc refuses, or a prescribed value is not finite on some rank.
+    /// If a PETSc call fails, or a prescribed value is not finite on some rank.
     fn residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual>;
 
-    /// Whether the next correction is better computed from [`Dynamics::predicted_residual`].
+    /// Whether [`Dynamics::predicted_residual`] is the better right side for the next correction.
     fn predicts(&self) -> bool;
 
-    /// The residual with stick assumed where the slip direction flipped: the right side of the next correction,
-    /// whose matrix [`Dynamics::jacobian`] always is. To be called after [`Dynamics::residual`] at the same state: only
-    /// the contact forces are computed anew. Collective.
+    /// Computes the residual with stick assumed where the slip direction flipped. Collective.
+    ///
+    /// It is the right side of the next correction, and [`Dynamics::jacobian`] always assembles the
+    /// matching matrix. Call it after [`Dynamics::residual`] at the same state, because it
+    /// recomputes only the contact forces.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn predicted_residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual>;
 
-    /// Assembles the derivative of the residual, restricted to `terms`, into [`Dynamics::matrix`]. Collective.
+    /// Assembles the derivative of the residual, restricted to `terms`, into [`Dynamics::matrix`].
+    /// Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()>;
 
-    /// Assembles the same into a matrix of the system's pattern that is not the system's own, as that of a
-    /// preconditioner, with the symmetry that its terms have. Collective.
+    /// Assembles the derivative of the residual, restricted to `terms`, into another matrix with
+    /// the system's pattern. Collective.
+    ///
+    /// The matrix can be that of a preconditioner. Its symmetry is the symmetry of its terms.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()>;
 
-    /// Assembles [`Terms::BODIES`] with springs where contact is closed into a matrix of the system's pattern: of the
-    /// stiffness of `K_CN` and `K_T`, yet no stiffer than the elements beneath them, and softer at points without
-    /// friction. Symmetric. Collective.
+    /// Assembles [`Terms::BODIES`] with springs at closed contact points into a matrix with the
+    /// system's pattern. Symmetric. Collective.
+    ///
+    /// The springs have the stiffness of `K_CN` and `K_T`, but are at most as stiff as the elements
+    /// beneath them. They are softer at points without friction.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()>;
 
-    /// The units of all numbers, for messages.
+    /// Units of all numbers, for messages.
     fn units(&self) -> Units;
 
     /// The assembled matrix \[N/m\].
     fn matrix(&self) -> &Matrix;
 
-    /// Whether the matrix of these terms is symmetric for this case.
+    /// Whether the matrix of `terms` is symmetric for this case.
     fn is_symmetric(&self, stage: &Stage, terms: Terms) -> bool;
 
-    /// Compares the contact points with the iterate before and arms the safeguards. Collective.
+    /// Compares the contact points with the previous iterate and activates the safeguards.
+    /// Collective.
     ///
     /// # Errors
-    /// When a rank failed.
+    /// If another rank failed.
     fn observe(&mut self) -> Result<ContactCounts>;
 
-    /// Keeps tractions for the stages of a [`Split`] to hold.
+    /// Stores tractions that the stages of a [`Split`] hold fixed.
     fn freeze(&mut self, what: Freeze);
 
-    /// How the friction forces of the last residual differ from those frozen. Collective.
+    /// Compares the friction forces of the last residual with the frozen ones. Collective.
     fn force_change(&self) -> ForceChange;
 
-    /// Unit normals at the owned nodes in contact at the last residual, zero elsewhere. Collective.
+    /// Computes unit normals at the owned nodes in contact at the last residual, zero elsewhere.
+    /// Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn contact_normals(&mut self, out: &mut Vector) -> Result<()>;
 
-    /// The owned nodes of facets in contact at the last residual, both sides of deformable ones. Collective.
+    /// Marks the owned nodes of facets in contact at the last residual, on both sides of deformable
+    /// contacts. Collective.
     fn contact_nodes(&mut self) -> Vec<bool>;
 
-    /// The owned nodes of bodies that no support holds in some direction.
+    /// Marks the owned nodes of bodies that no support holds in some direction.
     fn floating_nodes(&self) -> Vec<bool>;
 
-    /// The rigid motions of bodies that supports leave at the trial places, contact left aside; orthonormal. Collective.
+    /// Returns the rigid motions of bodies that supports allow at the trial positions, ignoring
+    /// contact. They are orthonormal. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn rigid_motions(&self, stage: &Stage) -> Result<Vec<RigidMotion>>;
 
-    /// `M n` of a motion `n`, or `n` where there is no mass, zero in prescribed rows. Collective.
+    /// Computes `M n` of a motion `n`, or `n` in systems without mass. Prescribed rows are zero.
+    /// Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()>;
 
-    /// A typical diagonal entry of the stiffness \[N/m\], which [`Stage::holding`] counts in.
+    /// A typical diagonal entry of the stiffness \[N/m\]. It is the unit of [`Stage::holding`].
     fn unit(&self) -> f64;
 
-    /// Whether a slip direction reversed between the last iterate and the last residual. Collective.
+    /// Whether a slip direction reversed between the last iterate and the last residual.
+    /// Collective.
     fn reverses(&self) -> bool;
 
-    /// Whether the contact points returned to the statuses of two iterates before.
+    /// Whether the contact points returned to their statuses of two iterates ago.
     fn is_cycling(&self) -> bool;
 
-    /// Longest motion of a node in one correction of bodies that contact alone holds \[m\]: one that nothing holds yet
-    /// would pass through its target in a single stride.
+    /// Largest motion of a node in one correction of bodies that only contact holds \[m\].
+    ///
+    /// Without this limit, a body that nothing holds yet would pass through its target in a single
+    /// correction.
     fn stride(&self) -> f64;
 
-    /// Forgets the iterates since the start of the step.
+    /// Discards the iterates since the start of the step.
     fn rewind(&mut self);
 
-    /// Why the last residual was not finite, the same on all ranks. Collective.
+    /// Returns why the last residual was not finite, with the same result on all ranks. Collective.
     fn fault(&mut self) -> Option<Error>;
 
-    /// The contact points that changed last, as a phrase for a message; empty if no point changed.
+    /// Describes the contact points that changed last, as a phrase for a message. Empty if no point
+    /// changed.
     fn restless_points(&self) -> String;
 
-    /// Takes the multipliers that are sought as the last accepted step left them.
+    /// Resets the multipliers that are sought to those of the last accepted step.
     fn recall_multipliers(&mut self);
 
-    /// How far contact points of the last residual are from touching exactly; `None` where no tolerance was asked for.
-    /// Collective.
+    /// Returns how far contact points of the last residual are from touching exactly. `None` if no
+    /// tolerance was requested. Collective.
     fn shortfall(&self) -> Option<Shortfall>;
 
-    /// Brings contact that is not in motion closer to what was asked, by multipliers or by a stiffer penalty. Collective.
+    /// Brings contacts that are not in motion closer to the requested tolerance, by multipliers or
+    /// by a stiffer penalty. Collective.
     fn improve(&mut self);
 
-    /// Size of the residual that the rounding of displacements and places leaves at the trial state \[N\], by the matrix that was
-    /// assembled last. Collective.
+    /// Estimates the norm of the residual that rounding of displacements and positions causes at
+    /// the trial state \[N\]. The estimate uses the matrix that was assembled last. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn rounding(&self, stage: &Stage) -> Result<f64>;
 
-    /// Extent of all bodies, or their largest coordinate far from the origin \[m\]: what rounding is measured against.
+    /// Extent of all bodies, or their largest coordinate if they are far from the origin \[m\]. It
+    /// is the length scale of rounding errors.
     fn extent(&self) -> f64;
 }

@@ -1,37 +1,40 @@
-//! What the stages of a staggered solve cut and hold.
+//! The quantities that the stages of a staggered solve hold fixed.
 
-/// Which of the couplings between normal contact and friction a stage cuts, by holding what the other stage finds.
+/// Which coupling between normal contact and friction a stage cuts, by holding fixed what the other
+/// stage solves for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Split {
-    /// None: the balance itself, (3.5).
+    /// No coupling is cut: the balance itself, (3.5).
     #[default]
     Monolithic,
-    /// Stage I (3.6): normal contact is sought, friction is known as far as `KnownFriction` says.
+    /// Stage I (3.6): normal contact is solved for. `KnownFriction` defines which part of friction
+    /// is known.
     NormalStage(KnownFriction),
-    /// Stage II (3.7): friction is sought under known normal tractions in a known zone.
+    /// Stage II (3.7): friction is solved for, with known normal tractions in a known zone.
     FrictionStage,
 }
 
-/// What stage I knows of friction.
+/// Which part of friction is known in stage I.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum KnownFriction {
-    /// The bound; the friction traction follows the slip up to it.
+    /// The friction bound. The friction traction follows the slip up to it.
     #[default]
     Bound,
     /// The friction traction itself.
     Traction,
 }
 
-/// Tractions that a stage is to hold from now on.
+/// Tractions that a stage holds fixed from now on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Freeze {
     /// Bound and friction traction at the end of the last step.
     LastStep,
-    /// Normal tractions at the last residual, and the friction bound that belongs to them.
+    /// Normal tractions at the last residual, and the friction bound that follows from them.
     NormalTractions,
     /// Friction tractions at the last residual.
     FrictionTractions,
-    /// Bound and friction traction, this part of the way from what was held before to what is held now.
+    /// Bound and friction traction, moved by this fraction from the previously frozen values to the
+    /// current ones.
     Part(f64),
 }
 

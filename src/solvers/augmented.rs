@@ -1,8 +1,10 @@
-//! Augmented Lagrange: the penetration that is asked for, by multipliers in place of an ever stiffer penalty.
+//! Augmented Lagrange: meets the requested penetration by multipliers instead of an ever stiffer
+//! penalty.
 //!
-//! `t_n = <lambda - g / eps_n>` (2.24) is solved with `lambda` held; the pressure found is the next `lambda` (Uzawa), until what
-//! is left of the gap at closed points is small enough. Each update reduces it by about the stiffness of the
-//! bodies over that of the penalty. The multipliers of the last step are where the next one begins.
+//! `t_n = <lambda - g / eps_n>` (2.24) is solved with fixed `lambda`. The resulting pressure is the
+//! next `lambda` (Uzawa), until the remaining gap at closed points is small enough. Each update
+//! reduces it by about the ratio of the stiffness of the bodies to that of the penalty. Each step
+//! starts with the multipliers of the last one.
 
 use super::convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
 use super::linear::Fallback;
@@ -16,14 +18,14 @@ pub struct Augmented {
 }
 
 impl Augmented {
-    /// Updates of the multipliers before the step is cut.
+    /// Maximum number of multiplier updates before the step is cut.
     const MOST: u32 = 25;
-    /// Updates that bring nothing, in a row, before the step is cut.
+    /// Number of consecutive updates without progress before the step is cut.
     const IDLE: u32 = 4;
-    /// An update that leaves more than this of the gap brings nothing.
+    /// An update that leaves more than this part of the gap makes no progress.
     const PROGRESS: f64 = 0.95;
 
-    /// Solves by `inner` with multipliers held.
+    /// Creates a strategy that solves with `inner` while the multipliers are fixed.
     pub fn new(inner: Box<dyn Strategy>) -> Self {
         Self { inner }
     }
@@ -50,7 +52,8 @@ impl Strategy for Augmented {
             if let Outcome::Failed(_, reason) = outcome {
                 return Ok(Outcome::Failed(report, reason));
             }
-            // In motion the penalty grows between steps instead: inertia leaves it no chance within one.
+            // In dynamics the penalty increases between steps instead, because inertia prevents a
+            // correction within one step.
             let left = if stage.inertia { None } else { system.shortfall() };
             let Some(left) = left.filter(|left| left.ratio > 1.0) else {
                 return Ok(Outcome::Converged(report));

@@ -1,25 +1,26 @@
-//! What an iteration did, and how a solve ended (theory, section 5.1).
+//! Reports of the iterations and of the outcome of a solve (theory, section 5.1).
 
 use super::held::HeldMotions;
 use crate::dynamics::ContactCounts;
 
-/// What an iteration belongs to.
+/// The part of a solve that an iteration belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolvePhase {
     /// Newton's method on the full system.
     Monolithic,
     /// Stage I of the two-stage scheme.
     NormalStage,
-    /// Stage II of it.
+    /// Stage II of the two-stage scheme.
     FrictionStage,
-    /// The end of a sweep over both stages: the balance of the full system at the result of stage I.
+    /// The end of a sweep over both stages: the balance of the full system with the result of stage
+    /// I.
     Sweep,
     /// An update of the multipliers of contact.
     Augment,
 }
 
 impl SolvePhase {
-    /// The word in `iterations.csv`.
+    /// Name of the phase in `iterations.csv`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Monolithic => "monolithic",
@@ -31,30 +32,34 @@ impl SolvePhase {
     }
 }
 
-/// One Newton iteration, a row of `iterations.csv` and of the table at `-v`.
+/// One Newton iteration: a row of `iterations.csv` and of the table that `-v` prints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationReport {
-    /// What it belongs to.
+    /// Phase of the solve.
     pub phase: SolvePhase,
-    /// Number of corrections applied so far; 0 is the first guess. Of a sweep or an update its number, from 1 on.
+    /// Number of corrections applied so far; 0 is the initial guess. For a sweep or an update, its
+    /// number, counted from 1.
     pub iteration: u32,
-    /// Residual over the largest force.
+    /// Residual, relative to the largest force.
     pub residual: f64,
-    /// 2-norm of the correction that led here \[m\]; 0 for the first guess. Of a sweep the distance of the stages, of
-    /// an update the penetration or gap that is left.
+    /// 2-norm of the last correction \[m\]; 0 for the initial guess.
+    ///
+    /// For a sweep it is the distance between the stages. For an update it is the remaining
+    /// penetration or gap.
     pub increment: f64,
-    /// Krylov iterations of that correction; of what carried the first guess along with prescribed motion.
+    /// Krylov iterations of that correction. For the initial guess, those of the solve that moves
+    /// it with the prescribed motion.
     pub krylov: u32,
     /// Contact points of this iterate.
     pub contact: ContactCounts,
-    /// Length of the step along the correction, 1 where it was taken whole.
+    /// Step length along the correction; 1 for a full correction.
     pub line_search: f64,
-    /// Of a sweep: distance of the stages over that of the sweep before.
+    /// For a sweep: distance between the stages, relative to that of the previous sweep.
     pub contraction: Option<f64>,
 }
 
 impl IterationReport {
-    /// The first guess of a Newton iteration.
+    /// Reports the initial guess of a Newton iteration.
     pub fn first(residual: f64, contact: ContactCounts) -> Self {
         let (iteration, increment, krylov, line_search) = (0, 0.0, 0, 1.0);
         let phase = SolvePhase::Monolithic;
@@ -62,13 +67,13 @@ impl IterationReport {
     }
 }
 
-/// What kept a solve from its balance: decides what may help.
+/// Reason why a solve found no balance. It decides which remedies are tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Trouble {
-    /// Newton's method finds no balance.
+    /// Newton's method does not converge.
     #[default]
     Balance,
-    /// The multipliers of contact do not reach the penetration that is asked for.
+    /// The multipliers of contact do not reach the requested penetration.
     Multipliers,
     /// The stages of a staggered step do not agree.
     Sweeps,
@@ -80,59 +85,63 @@ pub enum Trouble {
     Numbers,
 }
 
-/// Totals of one solve; the linear solve that carries prescribed motion into its first guess counts, with iteration 0.
+/// Totals of one solve. They include the linear solve that moves the initial guess with the
+/// prescribed motion, which is iteration 0.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SolveReport {
-    /// Newton corrections.
+    /// Number of Newton corrections.
     pub newton: u32,
-    /// Those of one solve, where there were several: of the first one before multipliers are updated, of the longest of two stages.
+    /// Newton corrections of a single solve, if there were several: of the first one before
+    /// multiplier updates, or of the longer of two stages.
     pub single: Option<u32>,
-    /// Krylov iterations.
+    /// Number of Krylov iterations.
     pub krylov: u32,
-    /// Krylov iterations within preconditioners.
+    /// Number of Krylov iterations within preconditioners.
     pub inner: u32,
-    /// Residual over the largest force at the end.
+    /// Final residual, relative to the largest force.
     pub residual: f64,
     /// Contact points at the end.
     pub contact: ContactCounts,
     /// Free motions that were held in the last correction.
     pub held: HeldMotions,
-    /// Loads drove a body along a motion that nothing resists.
+    /// Whether loads drove a body along a motion that nothing resists.
     pub driven: bool,
-    /// What kept a solve that failed from its balance.
+    /// Why the solve found no balance, if it failed.
     pub trouble: Trouble,
 }
 
 impl SolveReport {
-    /// Newton corrections by which the length of a step is judged: updates of multipliers, and sweeps over two stages, cost what
-    /// they cost whatever it is.
+    /// Newton corrections that are used to judge the length of a step. Updates of multipliers and
+    /// sweeps over two stages are not counted, because their cost hardly depends on the step.
     pub fn effort(&self) -> u32 {
         self.single.unwrap_or(self.newton)
     }
 
-    /// Adds the work of another solve, the last one so far.
+    /// Adds the work of another solve, which is the latest one so far.
     pub fn add_work(&mut self, other: &Self) {
         self.newton += other.newton;
         self.krylov += other.krylov;
         self.inner += other.inner;
-        // Where nothing was corrected free motions were not looked for.
+        // Without a correction there was no search for free motions.
         if other.newton > 0 {
             self.held.clone_from(&other.held);
         }
     }
 }
 
-/// How a solve ended.
+/// Outcome of a solve.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
-    /// The balance holds to the tolerance.
+    /// The residual meets the tolerance.
     Converged(SolveReport),
-    /// It does not; the step may be cut. The sentence carries figures and thresholds.
+    /// The solve did not converge, and the step may be cut. The message contains values and
+    /// thresholds.
     Failed(SolveReport, String),
 }
 
 impl Outcome {
-    /// The same with the work of an earlier solve that led nowhere; the length of the step is judged without that.
+    /// Adds the work of an earlier failed attempt. That work does not count when the length of the
+    /// step is judged.
     #[must_use]
     pub fn after(mut self, earlier: &SolveReport) -> Self {
         let (Self::Converged(report) | Self::Failed(report, _)) = &mut self;
@@ -148,7 +157,8 @@ impl Outcome {
 mod tests {
     use super::*;
 
-    /// What a first guess cost counts, and is none of what the length of the step is judged by.
+    /// The cost of an initial guess counts in the totals, but not when the length of the step is
+    /// judged.
     #[test]
     fn work_that_led_nowhere_counts() {
         let spent = SolveReport { newton: 25, krylov: 60, inner: 3, ..SolveReport::default() };

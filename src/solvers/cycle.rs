@@ -1,23 +1,23 @@
-//! Newton iterates that come back to where they were.
+//! Detection of Newton iterates that return to an earlier state.
 
 use crate::dynamics::Split;
 
-/// Along which corrections the least residual is searched for.
+/// Corrections along which a line search is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Search {
-    /// Those alone that lead too far.
+    /// Only corrections that lead too far.
     Never,
-    /// Those that do not reduce it, but across a turn of the slip.
+    /// Corrections that do not reduce the residual, except across a reversal of the slip.
     Slow,
-    /// Whatever they do: whole ones lead round in a circle.
+    /// All corrections, because full ones form a cycle.
     Always,
 }
 
-/// Watches the residuals of a solve for one that was there before.
+/// Detects residuals of a solve that occurred before.
 ///
-/// Points that open, slip or turn by turns may lead the corrections round in a circle of any length: the same few iterates again
-/// and again, each of which is one of the exceptions that take the correction whole. The next ones are then searched along
-/// without exception, which leads off the circle.
+/// Points that open, slip or reverse in turn can make the corrections cycle through the same few
+/// iterates. Each iterate may be one of the exceptions that take the full correction. The next
+/// corrections are then searched along without exception, which leaves the cycle.
 #[derive(Debug)]
 pub struct Cycle {
     seen: Vec<f64>,
@@ -26,20 +26,29 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// Residuals that agree to this part are those of one iterate; linear solves that end early leave as much.
+    /// Residuals with at most this relative difference belong to the same iterate. Linear solves
+    /// that end early cause differences of this size.
     const SAME: f64 = 1e-6;
-    /// Corrections that are searched along after a cycle: one of the full system, where whole ones across a turn of the slip are mostly
-    /// right (with two, the rubber block at a coefficient of 16 has 104 steps cut for 25), and more of a stage, whose forces have a potential.
+    /// Number of corrections that are searched along after a cycle, for the full system and for a
+    /// stage.
+    ///
+    /// For the full system it is one, because full corrections across a reversal of the slip are
+    /// mostly right. With two, the rubber block at a coefficient of 16 has 104 steps cut instead of
+    /// 25. A stage has more, because its forces have a potential.
     const SEARCHED: [u32; 2] = [1, 3];
 
-    /// For a solve of the full system or of a stage.
+    /// Creates the detector for a solve of the full system or of a stage.
     pub fn of(split: Split) -> Self {
         let of_stage = usize::from(split != Split::Monolithic);
         Self { seen: Vec::new(), left: 0, searched: Self::SEARCHED[of_stage] }
     }
 
-    /// How the correction at a residual of size `norm` is searched along, where it may be: once there were `many` before it, or where
-    /// points `alternate`, if it does not help; in a circle only after `many`, since rounding repeats itself as well.
+    /// Selects the line search for the correction at a residual of size `norm`, where it `may` be
+    /// made.
+    ///
+    /// A correction that does not help is searched along once `many` corrections precede it, or if
+    /// points `alternate`. A cycle counts only after `many`, because rounding repeats values as
+    /// well.
     pub fn search(&mut self, norm: f64, [many, alternate]: [bool; 2], may: bool) -> Search {
         match self.closes(norm) {
             _ if !may => Search::Never,
@@ -49,7 +58,8 @@ impl Cycle {
         }
     }
 
-    /// Takes the residual `norm` of an iterate into account; whether the next correction is to lead off a cycle.
+    /// Records the residual `norm` of an iterate. Returns whether the next correction must leave a
+    /// cycle.
     fn closes(&mut self, norm: f64) -> bool {
         self.left = self.left.saturating_sub(1);
         if self.seen.iter().any(|seen| (seen - norm).abs() <= Self::SAME * norm) {
@@ -65,7 +75,8 @@ impl Cycle {
 mod tests {
     use super::*;
 
-    /// Four iterates in turn are seen when the first comes back, and for a few corrections from there.
+    /// A cycle of four iterates is detected when the first one returns, and for a few corrections
+    /// after that.
     #[test]
     fn what_comes_back_is_seen() {
         let mut cycle = Cycle::of(Split::FrictionStage);
@@ -74,7 +85,7 @@ mod tests {
         assert_eq!(told, [false, false, false, false, true, true, true, false]);
     }
 
-    /// Along all corrections where they lead round in a circle, along those that do not help, or not at all.
+    /// The search covers all corrections in a cycle, or those that do not help, or no corrections.
     #[test]
     fn what_is_searched_along() {
         let mut cycle = Cycle::of(Split::Monolithic);
@@ -86,7 +97,7 @@ mod tests {
         assert_eq!(cycle.search(0.4, [true; 2], false), Search::Never);
     }
 
-    /// What converges, fast or slowly, is let be.
+    /// A convergent sequence, fast or slow, is not treated as a cycle.
     #[test]
     fn what_converges_is_no_cycle() {
         for factor in [0.99, 0.5, 1e-4] {

@@ -1,23 +1,25 @@
-//! Whether the residual of a Newton solve still falls, and whether a line search that failed is reason to give up.
+//! Whether the residual of a Newton solve still falls, and whether to give up after failed line
+//! searches.
 
-/// What the iterates of one solve did to the residual.
+/// History of the residual over the iterates of one solve.
 #[derive(Debug)]
 pub(super) struct Descent {
-    /// Least residual of the iterates so far \[N\].
+    /// Smallest residual of the iterates so far \[N\].
     least: f64,
-    /// Searches without descent since then, and those in a row.
+    /// Searches without descent since then, and the number of consecutive ones.
     failed: u32,
     in_a_row: u32,
 }
 
-/// A correction along which the least residual was searched for.
+/// A correction with a line search for the smallest residual.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Searched {
-    /// Residual before it and after it \[N\].
+    /// Residual before and after it \[N\].
     pub norms: [f64; 2],
-    /// The same over the largest force of each iterate, by which convergence is judged.
+    /// Residual before and after it, relative to the largest force of each iterate, as in the
+    /// convergence criterion.
     pub relative: [f64; 2],
-    /// Whether the shortest length of all was the best.
+    /// Whether the shortest of all lengths was the best.
     pub shortest: bool,
 }
 
@@ -28,23 +30,26 @@ impl Default for Descent {
 }
 
 impl Descent {
-    /// A correction that leaves more than this part of the least residual has not made it smaller. Newton's method leaves
-    /// far less unless rounding, or points that change their state, keep it up.
+    /// A correction that leaves more than this part of the smallest residual has not reduced it.
+    /// Newton's method leaves far less, unless rounding or status changes prevent it.
     const FALL: f64 = 0.5;
-    /// Searches in a row that end at the shortest length without a smaller residual: the direction is no descent. One of
-    /// them may be a change of state. The residual must also become smaller beside the largest force: past a critical load
-    /// both fall, the forces faster, and the balance moves away.
+    /// Maximum number of consecutive searches that end at the shortest length without a smaller
+    /// residual. The direction is then not one of descent; a single such search may be a change of
+    /// status.
+    ///
+    /// The residual must also fall relative to the largest force. Past a critical load both fall,
+    /// but the forces fall faster, and the iteration diverges from the balance.
     const IN_A_ROW: u32 = 2;
-    /// The same, in all, since the residual was least: from there on the iterates go round in a circle. Ironing comes off
-    /// such a circle after three.
+    /// Maximum total number of searches without descent since the smallest residual. After that the
+    /// iterates form a cycle. The ironing case leaves such a cycle after three.
     const IN_ALL: u32 = 4;
 
-    /// Whether the residual of size `norm` is no smaller than those of the iterates before.
+    /// Whether the residual of size `norm` is no smaller than those of the previous iterates.
     pub fn has_stopped(&self, norm: f64) -> bool {
         norm > Self::FALL * self.least
     }
 
-    /// Takes the residual of an iterate into account.
+    /// Records the residual of an iterate.
     pub fn reach(&mut self, norm: f64) {
         if norm < self.least {
             self.least = norm;
@@ -52,7 +57,8 @@ impl Descent {
         }
     }
 
-    /// Takes the correction to the next iterate into account, if it was searched along; whether the solve is to be given up.
+    /// Records the correction to the next iterate, if a search was made along it. Returns whether
+    /// to give up the solve.
     pub fn is_lost(&mut self, searched: Option<Searched>) -> bool {
         let Some(Searched { norms: [before, after], relative, shortest }) = searched else {
             self.in_a_row = 0;
@@ -69,7 +75,8 @@ impl Descent {
 mod tests {
     use super::*;
 
-    /// Whether the solve is given up at each of the searches; a residual, then length 1/512 or not.
+    /// Whether the solve is given up at each of the searches, given a residual and whether the
+    /// length was 1/512.
     fn judge(start: f64, steps: &[(f64, Option<bool>)]) -> Vec<bool> {
         let mut descent = Descent::default();
         let mut before = start;
@@ -84,8 +91,8 @@ mod tests {
         lost
     }
 
-    /// A residual that rises slowly under the shortest steps is not followed, nor a circle of rises and falls; one failure
-    /// between descents is.
+    /// The solve is given up if the residual rises slowly under the shortest steps, or rises and
+    /// falls in a cycle. A single failure between descents is accepted.
     #[test]
     fn a_direction_that_is_no_descent_is_not_followed() {
         assert_eq!(judge(0.1, &[(0.101, Some(true)), (0.102, Some(true))]), [false, true]);
@@ -100,7 +107,7 @@ mod tests {
         );
     }
 
-    /// A residual that falls more slowly than the forces is not followed.
+    /// The solve is given up if the residual falls more slowly than the forces.
     #[test]
     fn a_balance_that_moves_away_is_not_followed() {
         let lost = |relative| {
@@ -112,7 +119,7 @@ mod tests {
         assert_eq!(lost([0.2, 0.199]), [false, false]);
     }
 
-    /// What is halved still falls.
+    /// A residual that is halved still falls.
     #[test]
     fn a_residual_that_is_halved_falls() {
         let mut descent = Descent::default();

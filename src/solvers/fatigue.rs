@@ -1,37 +1,40 @@
-//! How long a preconditioner serves matrices that came after its own.
+//! Age of a preconditioner that is reused for later matrices.
 
-/// Whether a preconditioner of an earlier matrix still serves: contact and step change the matrix little, and an
-/// incomplete factorisation costs as much as several iterations.
+/// Whether a preconditioner of an earlier matrix still serves. Contact and step change the matrix
+/// little, and an incomplete factorisation costs as much as several iterations.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SetupAge {
-    /// Most digits an iteration gained with the present preconditioner; 0 before there is one.
+    /// Largest number of digits gained per iteration with the present preconditioner; 0 before
+    /// there is one.
     fresh: f64,
-    /// Most digits an iteration ever gained.
+    /// Largest number of digits gained per iteration so far.
     best: f64,
-    /// Digits an iteration gained last.
+    /// Number of digits gained per iteration in the last solve.
     last: f64,
     /// Solves since the preconditioner was made.
     age: u32,
-    /// Age at which one that was poor from the start is made anew: its matrix may have been an odd one, as that of
-    /// an iterate that led nowhere. Twice as many each time that this does not help; one that had to be made, for another
-    /// pattern, is no such attempt.
+    /// Age at which a preconditioner that was poor from the start is rebuilt. Its matrix may have
+    /// been unusual, such as that of an iterate of a failed attempt.
+    ///
+    /// The age doubles each time that the rebuild does not help. A rebuild that a new pattern
+    /// forces is not counted.
     patience: u32,
 }
 
 impl SetupAge {
-    /// A preconditioner is made anew when an iteration gains less than this part of what it gained at first.
+    /// A preconditioner is rebuilt when an iteration gains less than this part of its initial gain.
     const WORTH: f64 = 0.7;
 
     pub fn is_tired(self) -> bool {
         self.last <= Self::WORTH * self.fresh || self.is_poor() && self.age >= self.patience
     }
 
-    /// Whether the last iteration gained much less than was possible once.
+    /// Whether the last iteration gained much less than the best gain so far.
     pub fn is_poor(self) -> bool {
         self.last <= Self::WORTH * self.best
     }
 
-    /// The preconditioner is gone, not what such a one can do.
+    /// Discards the preconditioner, but not the knowledge of its best gain.
     pub fn forget(&mut self) {
         *self = Self { best: self.best, patience: self.patience, ..Self::default() };
     }
@@ -60,7 +63,8 @@ impl SetupAge {
 mod tests {
     use super::*;
 
-    /// Iterations of solves, each with a new preconditioner where the last one is tired; which of them had one.
+    /// Simulates solves with these iterations, each with a new preconditioner if the last one has
+    /// aged. Returns the solves that had a new one.
     fn renewals(iterations: impl IntoIterator<Item = u32>) -> Vec<usize> {
         let mut fatigue = SetupAge::default();
         let renewed = iterations.into_iter().enumerate().filter_map(|(solve, iterations)| {
@@ -71,20 +75,21 @@ mod tests {
         renewed.collect()
     }
 
-    /// Made once and kept while it serves, made anew after a solve in which it did not.
+    /// A preconditioner is kept while it serves, and rebuilt after a solve in which it did not.
     #[test]
     fn what_serves_is_kept() {
         assert_eq!(renewals([12, 13, 15, 14, 12]), [0]);
         assert_eq!(renewals([12, 13, 30, 13, 12]), [0, 3]);
     }
 
-    /// One made for a matrix that led nowhere does not stay; where every matrix is hard it is seldom tried again.
+    /// A preconditioner for an unusual matrix is replaced. If every matrix is hard, rebuilds are
+    /// rare.
     #[test]
     fn what_was_poor_from_the_start_is_tried_again() {
         assert_eq!(renewals([12, 35, 34, 13, 13, 13]), [0, 2, 3]);
         let hard = renewals(std::iter::once(12).chain(std::iter::repeat_n(30, 63)));
         assert!(hard.len() <= 8, "{hard:?}");
-        // Ones that ever new patterns ask for are not held against renewals.
+        // Rebuilds that new patterns force do not count against renewals.
         let mut fatigue = SetupAge::default();
         fatigue.record(true, 12, 1e-8);
         for _ in 0..6 {
@@ -93,7 +98,7 @@ mod tests {
             fatigue.record(true, 28, 1e-8);
         }
         assert!(fatigue.is_tired());
-        // However often a new one is poor beside the first.
+        // The patience grows, however often a new one is poor compared with the first.
         let worse = [30, 50].into_iter().cycle().take(200);
         assert_eq!(renewals(std::iter::once(12).chain(worse))[0], 0);
     }

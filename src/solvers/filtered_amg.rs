@@ -1,18 +1,28 @@
-//! Multigrid that sees contact as soft joints, and a factorisation that sees it as it is
-//! (theory, section 6.4).
+//! Multigrid on bodies with softened contact joints, combined with a factorisation of the true
+//! contact (theory, section 6.4).
 //!
-//! Penalty couples a thin layer with entries far above those of the bulk, on which aggregation breaks. So let W be the
-//! nodes of facets in contact and of some element layers around them. One application to `r`, with the residual of the
-//! full operator `K` in between: exact solve with the part of `K` on W; one cycle of multigrid with rigid-body modes
-//! on the matrix of the bodies, joined where they touch by springs no stiffer than an element; exact solve on W again.
+//! The penalty couples a thin layer with entries far above those of the bulk, and aggregation fails
+//! on them. Let W be the nodes of facets in contact and of some element layers around them. One
+//! application to `r`, with the residual of the full operator `K` in between, has three parts:
 //!
-//! The springs are what keeps the iterations from growing with the mesh: without them the cycle parts the bodies, and
-//! what W repairs over its depth of `l` elements of size `h` has the condition `1 + L / (l h)` of two overlapping
-//! subdomains. To long waves a joint as stiff as an element is as good as a rigid one. Interpolation is made of the bodies
-//! alone, before they are joined: every aggregate lies on one side of a contact, so that the coarse matrices, which are
-//! of the joined bodies, have the joint as it is, whether it sticks, slips or opens, and no coarse level ties what slides.
-//! That lasts as long as the bodies do. The matrices on the levels serve until a twentieth of the points does something else
-//! than before, or an iteration gains less; the factors of W until a node there has got other rows: each point would cost iterations.
+//! 1. exact solve with the part of `K` on W;
+//! 2. one cycle of multigrid with rigid-body modes on the matrix of the bodies, joined in contact
+//!    by springs at most as stiff as an element;
+//! 3. exact solve on W again.
+//!
+//! The springs prevent the iterations from growing with the mesh. Without them the cycle separates
+//! the bodies. What W repairs over its depth of `l` elements of size `h` then has the condition
+//! `1 + L / (l h)` of two overlapping subdomains. For long waves a joint as stiff as an element is
+//! as good as a rigid one.
+//!
+//! The interpolation is built from the bodies alone, before they are joined, so every aggregate
+//! lies on one side of a contact. The coarse matrices are those of the joined bodies. They
+//! therefore contain the joint as it is, whether it sticks, slips or opens, and no coarse level
+//! ties sliding bodies.
+//!
+//! The interpolation is kept as long as the bodies remain. The matrices on the levels are kept
+//! until a twentieth of the points changes its status, or an iteration gains less. The factors of W
+//! are kept until the rows of a node there change, because each such point would cost iterations.
 
 use super::own::{CustomPreconditioner, Origin};
 use super::zone::Zone;
@@ -22,22 +32,22 @@ use crate::petsc::{Event, Format, Krylov, Matrix, Operator, Reuse, SharedOperato
 use crate::terms::Terms;
 use std::rc::Rc;
 
-/// When the solve on W takes place.
+/// When the system on W is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Passes {
-    /// Before the cycle of multigrid and after it.
+    /// Before and after the cycle of multigrid.
     #[default]
     Around,
-    /// Only before it: cheaper, and worse by a third.
+    /// Only before the cycle: cheaper, and worse by a third.
     Before,
 }
 
-/// What the case says of the preconditioner.
+/// Settings of the preconditioner in the case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FilteredAmgSettings {
-    /// Element layers of W around the facets in contact.
+    /// Number of element layers of W around the facets in contact.
     pub layers: u32,
-    /// When W is solved on.
+    /// When the system on W is solved.
     pub passes: Passes,
 }
 
@@ -47,20 +57,20 @@ impl Default for FilteredAmgSettings {
     }
 }
 
-/// The bodies with joints for contacts, and multigrid for them.
+/// The bodies with joints in place of contact, and their multigrid.
 struct Bulk {
     matrix: Matrix,
     krylov: Krylov,
-    /// Part of the closed points that slips: when the matrix was assembled, and now.
+    /// Slipping part of the closed points: when the matrix was assembled, and now.
     slipping: [f64; 2],
-    /// Changes of status since then, over closed points.
+    /// Changes of status since the matrix was assembled, relative to the closed points.
     turned: f64,
-    /// `da/du` and spring of the matrix; `None` before there is one.
+    /// `da/du` and spring of the matrix; `None` before the first assembly.
     made_for: Option<[f64; 2]>,
-    /// Assembled since the last set-up.
+    /// Whether the matrix was assembled since the last setup.
     changed: bool,
-    /// The interpolation is to be made, or made anew: the first solve with the present one was poor, and it may be of an odd
-    /// iterate.
+    /// Whether to build the interpolation, for the first time or again. The first solve with the
+    /// present one was poor, possibly because it belongs to an unusual iterate.
     poor: bool,
     set_up: Event,
     renewal: Event,
@@ -70,8 +80,11 @@ struct Bulk {
 impl Bulk {
     /// Prefix of PETSc's options for the multigrid.
     const PREFIX: &str = "bulk_";
-    /// One W-cycle: coarse levels are a seventh of the work. The threshold keeps stored zeros, places for contact, from joining
-    /// nodes of two bodies. Bounds of the smoothers are estimated for each matrix: PETSc would take those of the interpolation's.
+    /// One W-cycle, whose coarse levels are a seventh of the work.
+    ///
+    /// The threshold prevents stored zeros, which are reserved for contact, from joining nodes of
+    /// two bodies. Bounds of the smoothers are estimated for each matrix, because PETSc would
+    /// otherwise take those from the interpolation.
     const OPTIONS: [(&str, &str); 6] = [
         ("ksp_type", "preonly"),
         ("pc_type", "gamg"),
@@ -80,12 +93,12 @@ impl Bulk {
         ("pc_gamg_use_sa_esteig", "false"),
         ("pc_mg_cycle_type", "w"),
     ];
-    /// Spring on the unknowns of a floating body, over the diagonal entry, what inertia gives included.
+    /// Spring on the unknowns of a floating body, relative to the diagonal entry including inertia.
     const SHIFT: f64 = 1e-4;
-    /// The matrix is assembled anew when this part of the contact points has turned to slip, to stick or away: their joints
-    /// are others.
+    /// The matrix is assembled again when this part of the contact points has changed to slip,
+    /// stick or open. Their joints are then different.
     const TURNED: f64 = 0.05;
-    /// The weight of inertia may change by this factor before the matrix is assembled anew.
+    /// Factor by which the weight of inertia may change before the matrix is assembled again.
     const RANGE: f64 = 2.0;
 
     fn new(origin: &Origin) -> Result<Self> {
@@ -108,16 +121,16 @@ impl Bulk {
         })
     }
 
-    /// Hears how many points do something else than before.
+    /// Records how many points have changed their status.
     fn heed(&mut self, contact: &ContactCounts) {
         let part = |points: u64| points as f64 / contact.closed.max(1) as f64;
         self.turned += part(contact.changed);
         self.slipping[1] = part(contact.slip);
     }
 
-    /// Whether the matrix serves at the stage.
+    /// Whether the matrix can be used at the stage.
     fn serves(&self, wanted: [f64; 2]) -> bool {
-        // The first iterate of a step has none before it from which points would have turned.
+        // The first iterate of a step has no predecessor from which points could have changed.
         let [made, now] = self.slipping;
         self.turned.max((made - now).abs()) <= Self::TURNED
             && self.made_for.is_some_and(|made| {
@@ -147,7 +160,7 @@ impl Bulk {
         if std::mem::take(&mut self.poor) {
             system.jacobian_into(stage, Terms::BODIES, &mut self.matrix)?;
             self.hold_floating(system, &inertia)?;
-            // Resetting is not enough: the levels of PETSc 3.18 keep their sizes.
+            // A reset is not sufficient: the levels of PETSc 3.18 keep their sizes.
             self.krylov.configure(&Self::OPTIONS)?;
             self.set_up()?;
         }
@@ -160,7 +173,7 @@ impl Bulk {
         Ok(())
     }
 
-    /// Springs for what nothing but contact holds, which may slide or be open.
+    /// Adds springs to bodies that only contact holds, because contact can slide or be open.
     fn hold_floating(&mut self, system: &dyn Dynamics, inertia: &Vector) -> Result<()> {
         let floats = system.floating_nodes();
         let mut diagonal = inertia.like()?;
@@ -173,7 +186,7 @@ impl Bulk {
         })
     }
 
-    /// The levels of the matrix as it is: with their interpolation, where there is none yet.
+    /// Sets up the levels for the current matrix. Builds the interpolation if there is none yet.
     fn set_up(&mut self) -> Result<()> {
         let (_set_up, _renewal) = (self.set_up.begin(), self.renewal.begin());
         self.krylov.set_operators(&self.matrix, &self.matrix)?;
@@ -184,7 +197,7 @@ impl Bulk {
         if self.changed { self.set_up() } else { Ok(()) }
     }
 
-    /// Hears how the first solve after a renewal went.
+    /// Records whether the first solve after a renewal was poor.
     fn learn(&mut self, poor: bool) {
         if std::mem::take(&mut self.changed) {
             self.poor = poor;
@@ -203,10 +216,10 @@ pub struct FilteredAmg {
 }
 
 impl FilteredAmg {
-    /// A preconditioner whose matrices are still zero. Collective.
+    /// Creates a preconditioner whose matrices are still zero. Collective.
     ///
     /// # Errors
-    /// No memory.
+    /// If memory is insufficient.
     pub fn new(origin: &Origin, settings: FilteredAmgSettings) -> Result<Self> {
         Ok(Self {
             passes: settings.passes,
@@ -230,7 +243,7 @@ impl CustomPreconditioner for FilteredAmg {
 
     fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage, reuse: Reuse) -> Result<()> {
         self.zone.observe(system.contact_nodes());
-        // Factors that were kept are renewed first: the hierarchy may not be at fault.
+        // Factors that were kept are renewed first, because the hierarchy may not be the cause.
         let reuse = if self.zone.is_kept() { Reuse::Keep } else { reuse };
         self.bulk.assemble(system, stage, &self.residual, reuse)
     }

@@ -1,56 +1,58 @@
-//! Forcing terms of the inexact Newton method (Eisenstat and Walker 1996), tight enough to leave no trace
-//! (theory, section 6.5).
+//! Forcing terms of the inexact Newton method (Eisenstat and Walker 1996), tight enough that linear
+//! errors do not affect the result (theory, section 6.5).
 //!
-//! A linear solve that stops early leaves an error that depends on the preconditioner, and so on the number of
-//! ranks. Each tolerance therefore stays a margin below the reduction that Newton's method is expected to
-//! reach by itself, and an iterate whose linear error may have decided how small its residual is does not end the
-//! iteration: the number of iterates and the contact points are then those of exact linear solves.
+//! A linear solve that stops early leaves an error that depends on the preconditioner, and so on
+//! the number of ranks. Each tolerance therefore stays a margin below the reduction that Newton's
+//! method is expected to reach. An iterate does not end the iteration if its linear error may have
+//! determined its residual. The number of iterates and the contact points are then those of exact
+//! linear solves.
 
-/// Relative tolerance of each linear solve, from the progress of the residual.
+/// Relative tolerance of each linear solve, computed from the progress of the residual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Forcing {
     loosest: f64,
     tightest: f64,
-    /// Residual at the solve before.
+    /// Residual at the previous solve.
     last: Option<f64>,
     /// Reduction by the first correction of the last Newton solve that had a second.
     opening: Option<f64>,
-    /// The last one that was asked.
+    /// The last requested tolerance.
     tolerance: f64,
     solves: u32,
     decides: bool,
 }
 
 impl Forcing {
-    /// A linear solve reduces the residual further than Newton's method by this factor.
+    /// Factor by which a linear solve reduces the residual further than Newton's method.
     const MARGIN: f64 = 1e-3;
-    /// Newton's method may be better than expected by this factor: where it may so meet the target, the linear solve is
-    /// good enough for it.
+    /// Factor by which Newton's method may be better than expected. If it may meet the target in
+    /// this way, the linear solve is accurate enough for it.
     const LUCK: f64 = 1e-2;
 
-    /// Up to this many times the tolerance a reduction is the linear solver's.
+    /// Reductions of up to this many times the tolerance are attributed to the linear solver.
     const BLUR: f64 = 10.0;
-    /// A solve that may end the iteration may be tighter than all others by this factor.
+    /// Factor by which a solve that may end the iteration may be tighter than all others.
     const LAST: f64 = 1e-2;
 
-    /// Tolerances between `tightest` and `loosest`; equal bounds give a fixed tolerance.
+    /// Creates tolerances between `tightest` and `loosest`. Equal bounds give a fixed tolerance.
     pub fn new(loosest: f64, tightest: f64) -> Self {
         Self { loosest, tightest, last: None, opening: None, tolerance: 0.0, solves: 0, decides: true }
     }
 
-    /// Forgets the progress: a new solve begins.
+    /// Discards the progress at the start of a new solve.
     pub fn restart(&mut self) {
         self.last = None;
         self.solves = 0;
     }
 
-    /// Whether the error of the last linear solve is small against the target: the residual after it is Newton's own.
+    /// Whether the error of the last linear solve is small compared with the target, so that the
+    /// residual after it is Newton's own.
     pub fn decides(&self) -> bool {
         self.decides
     }
 
-    /// Tolerance of a linear solve at residual `norm` with a tangent that was kept, which is to reach `target`; it tells
-    /// nothing of Newton's method.
+    /// Tolerance of a linear solve at residual `norm` with a kept tangent, which should reach
+    /// `target`. It gives no information on Newton's method.
     pub fn next_kept(&mut self, norm: f64, target: f64) -> f64 {
         self.restart();
         self.decides = true;
@@ -59,12 +61,14 @@ impl Forcing {
         self.tolerance
     }
 
-    /// Tolerance of the next linear solve at residual `norm`, when `target` ends the Newton iteration.
+    /// Tolerance of the next linear solve at residual `norm`, when `target` ends the Newton
+    /// iteration.
     ///
-    /// Quadratic convergence squares the last reduction; the first one is taken to be that of the last step. Beyond
-    /// `target` no solve need go.
+    /// Quadratic convergence squares the last reduction. The first reduction is assumed to equal
+    /// that of the last step. No solve needs to reduce the residual below `target`.
     pub fn next(&mut self, norm: f64, target: f64) -> f64 {
-        // What hardly exceeds the last tolerance tells of the linear solve; Newton's method may have done any better.
+        // A reduction that hardly exceeds the last tolerance reflects the linear solve. Newton's
+        // method may have been better by any amount.
         let own = |ratio: f64| if ratio <= Self::BLUR * self.tolerance { 0.0 } else { ratio };
         let reduction = self.last.map(|before| own(norm / before));
         if self.solves == 1 {
@@ -88,7 +92,8 @@ impl Forcing {
 mod tests {
     use super::*;
 
-    /// The first solve ever is tight, later ones follow the square of the progress, and the bounds hold.
+    /// The very first solve is tight. Later ones follow the square of the progress, within the
+    /// bounds.
     #[test]
     fn follows_the_progress() {
         let mut forcing = Forcing::new(1e-2, 1e-8);
@@ -99,7 +104,7 @@ mod tests {
         assert_eq!(Forcing::new(1e-3, 1e-3).next(1.0, 1e-9), 1e-3);
     }
 
-    /// The first solve of a step takes the reduction that the first correction of the last step brought.
+    /// The first solve of a step uses the reduction of the first correction in the last step.
     #[test]
     fn begins_as_the_last_step_did() {
         let mut forcing = Forcing::new(1e-2, 1e-8);
@@ -110,7 +115,8 @@ mod tests {
         assert!((forcing.next(3.0, 1e-12) - 1e-5).abs() < 1e-12);
     }
 
-    /// A solve that may leave an error as large as the target does not end the iteration, one close to the target does.
+    /// A solve whose error may be as large as the target does not end the iteration. One close to
+    /// the target does.
     #[test]
     fn only_a_tight_solve_decides() {
         let mut forcing = Forcing::new(1e-4, 1e-8);
@@ -122,7 +128,8 @@ mod tests {
         assert!(forcing.decides());
     }
 
-    /// A reduction that is the linear solver's own tells nothing, so the next solve may be the last.
+    /// A reduction due to the linear solver gives no information, so the next solve may be the
+    /// last.
     #[test]
     fn a_reduction_to_the_tolerance_tells_nothing() {
         let mut forcing = Forcing::new(1e-4, 1e-8);
@@ -132,7 +139,7 @@ mod tests {
         assert!(loose > 1e-6 && forcing.decides());
     }
 
-    /// Close to the target the linear solve is no tighter than the target needs.
+    /// Close to the target the linear solve is no tighter than the target requires.
     #[test]
     fn does_not_solve_beyond_the_target() {
         let mut forcing = Forcing::new(0.5, 1e-10);

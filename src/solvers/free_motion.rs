@@ -1,22 +1,29 @@
-//! Free motions of a static equilibrium: found, and projected out of the correction.
+//! Free motions of a static equilibrium, and their projection out of the correction.
 //!
-//! A body that only friction will hold has no force against it while friction is off: the tangent is singular along that
-//! motion `n`, `K n = 0`, and where the loads have no part in it, `n . r = 0`, any place along it is an equilibrium. The body
-//! shall stay where it is. So the rigid motions that supports leave are reduced to those that the present tangent, contact
-//! included, does not resist; where nothing drives them they are taken out of both sides of
+//! Some bodies are held only by friction. While friction is off, nothing resists their motion `n`,
+//! so the tangent is singular along it, `K n = 0`. If the loads have no component along it,
+//! `n . r = 0`, any position along it is an equilibrium. The body should stay where it is.
 //!
-//! `K x = b`: `b - M n (n . b)` is solved for, and `x - n (n . M x)` is taken, `n . M n = 1` (5.4),
+//! The rigid motions that the supports allow are therefore reduced to those that the present
+//! tangent, contact included, does not resist. If nothing drives them, they are removed from both
+//! sides of
 //!
-//! which moves neither the centre of mass nor the mean angle along `n`. The weak spring of
-//! [`Stage::holding`](crate::dynamics::Stage) makes the factorisation regular and has no part in the answer.
+//! `K x = b`: the solver uses `b - M n (n . b)` and takes `x - n (n . M x)`, with `n . M n = 1`
+//! (5.4).
 //!
-//! On a target that gives way a body is resisted, if weakly, wherever the target is not bent evenly, and its equilibrium may be
-//! far off. With [`Stage::yielding`](crate::dynamics::Stage) above zero such motions are held as well, by a force that is taken
-//! out of the residual and told ([`HeldMotions`]): friction has to carry it from then on.
+//! This moves neither the centre of mass nor the mean angle along `n`. The weak spring of
+//! [`Stage::holding`](crate::dynamics::Stage) makes the factorisation regular and does not affect
+//! the solution.
 //!
-//! A motion that loads drive is no equilibrium: the body moves along it until it touches what resists, carried by the
-//! spring in strides. Of several free motions that is the one combination in which the loads lie; the others are
-//! still held. If nothing ever resists, the solve fails and tells body, direction and force.
+//! A target that deforms resists a body weakly wherever the target is not bent evenly, and the
+//! equilibrium of the body may be far away. If [`Stage::yielding`](crate::dynamics::Stage) is above
+//! zero, such motions are held as well, by a force that is removed from the residual and reported
+//! ([`HeldMotions`]). Friction has to carry this force from then on.
+//!
+//! A motion that loads drive is not an equilibrium. The spring carries the body along it, in steps
+//! of limited length, until something resists. If there are several free motions, this is the one
+//! combination along which the loads act. The others are still held. If nothing ever resists, the
+//! solve fails and reports body, direction and force.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -28,11 +35,11 @@ use crate::dynamics::{Dynamics, RigidMotion, Stage};
 use crate::error::Result;
 use crate::petsc::{Operator, Vector};
 
-/// A motion that is held, what it weighs, and along what it is taken out of corrections.
+/// A held motion, its weight, and the direction along which it is removed from corrections.
 struct Motion {
     field: Vector,
     weight: Vector,
-    /// `K^-1 M n`, where it is not `n` up to a factor.
+    /// `K^-1 M n`, unless it is a multiple of `n`.
     answer: Option<Vector>,
 }
 
@@ -46,28 +53,29 @@ impl Motion {
 #[derive(Default)]
 pub struct FreeMotions {
     units: Units,
-    /// All that supports leave.
+    /// All rigid motions that the supports allow.
     rigid: Vec<RigidMotion>,
     held: Vec<Motion>,
-    /// Number of motions that contact does not resist, held or driven.
+    /// Number of motions that contact does not resist, whether held or driven.
     pub free: usize,
     /// The motion that loads drive.
     pub driven: Option<Driven>,
 }
 
-/// Resistance over a typical diagonal entry up to which a motion is free: above rounding, below the softest penalty.
+/// Resistance, relative to a typical diagonal entry, up to which a motion is free. It is above
+/// rounding and below the softest penalty.
 const FREE: f64 = 1e-12;
-/// The same over the largest entry, in roundings.
+/// Resistance up to which a motion is free, relative to the largest entry and in units of rounding.
 const ROUNDINGS: f64 = 32.0;
-/// The whole force of a motion may be larger by this factor than its part in the space of rigid motions.
+/// Factor by which the total force of a motion may exceed its part in the space of rigid motions.
 const WHOLE: f64 = 10.0;
 
 impl FreeMotions {
-    /// The free motions at the matrix that the system has assembled for `stage`. Forces `b` along them that are no larger
-    /// than `allowed` \[N\] are none. Collective.
+    /// Finds the free motions at the matrix that the system has assembled for `stage`. Forces `b`
+    /// along them of at most `allowed` \[N\] count as zero. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn find(system: &dyn Dynamics, stage: &Stage, b: &Vector, allowed: f64) -> Result<Self> {
         let rigid = system.rigid_motions(stage)?;
         if rigid.is_empty() {
@@ -97,17 +105,18 @@ impl FreeMotions {
         self.held.len()
     }
 
-    /// Takes what is along the held motions out of forces. Collective.
+    /// Removes the part of the forces along the held motions. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn clear_force(&self, b: &mut Vector) -> Result<()> {
         let fields: Vec<&Vector> = self.held.iter().map(|motion| &motion.field).collect();
         let parts = products(&fields, &[b]);
         self.held.iter().zip(parts).try_for_each(|(motion, part)| b.axpy(-part, &motion.weight))
     }
 
-    /// Lets `solve` find what each held motion is taken out along, where something resists them. Collective.
+    /// Uses `solve` to find the direction along which each held motion is removed, if something
+    /// resists the motion. Collective.
     ///
     /// # Errors
     /// Those of `solve`.
@@ -119,10 +128,10 @@ impl FreeMotions {
         Ok(())
     }
 
-    /// Takes the held motions out of a correction. Collective.
+    /// Removes the held motions from a correction. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn clear_motion(&self, x: &mut Vector) -> Result<()> {
         let weights: Vec<&Vector> = self.held.iter().map(|motion| &motion.weight).collect();
         let answers: Option<Vec<&Vector>> = self.held.iter().map(|motion| motion.answer.as_ref()).collect();
@@ -139,11 +148,11 @@ impl FreeMotions {
         self.held.iter().zip(parts).try_for_each(|(motion, part)| x.axpy(-part, &motion.field))
     }
 
-    /// What the forces `r` that are left over have along the held motions, over the force `scale` \[N\]; `carries` where
-    /// that is what holds them. Collective.
+    /// Components of the remaining forces `r` along the held motions, relative to the force `scale`
+    /// \[N\]. `carries` states that these forces hold the motions. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn needed(&self, r: &Vector, scale: f64, carries: bool) -> Result<HeldMotions> {
         let fields: Vec<&Vector> = self.held.iter().map(|motion| &motion.field).collect();
         let parts = products(&fields, &[r]);
@@ -159,7 +168,7 @@ impl FreeMotions {
         let mut holding = r.like()?;
         self.held.iter().zip(&parts).try_for_each(|(motion, part)| holding.axpy(*part, &motion.weight))?;
         let rigid: Vec<&Vector> = self.rigid.iter().map(|motion| &motion.field).collect();
-        // What drives the bodies is against what holds them.
+        // The driving force is opposite to the holding force.
         let drive = -DVector::from_vec(products(&rigid, &[&holding]));
         let way = &drive / drive.norm();
         Ok(HeldMotions { motions, force, by: Some(describe(&self.rigid, &way, &drive, self.units)) })
@@ -177,10 +186,11 @@ fn products(left: &[&Vector], right: &[&Vector]) -> Vec<f64> {
     all
 }
 
-/// Coefficients, as orthonormal columns, of the combinations of `fields` for which `K n` and `K^T n` are zero. Collective.
+/// Coefficients, as orthonormal columns, of the combinations of `fields` for which `K n` and
+/// `K^T n` are zero. Collective.
 fn unresisted(system: &dyn Dynamics, stage: &Stage, fields: &[&Vector]) -> Result<DMatrix<f64>> {
     let (matrix, unit, count) = (system.matrix(), system.unit(), fields.len());
-    // The spring is no resistance.
+    // The spring does not count as resistance.
     let spring = stage.holding * unit;
     let mut image = fields[0].like()?;
     matrix.diagonal(&mut image)?;
@@ -196,7 +206,8 @@ fn unresisted(system: &dyn Dynamics, stage: &Stage, fields: &[&Vector]) -> Resul
         return Ok(DMatrix::zeros(count, 0));
     }
     let mut free = null_space(&stiffness, tolerance);
-    // A part in the space of rigid motions may vanish where the whole does not: under stress a turn changes forces.
+    // The part in the space of rigid motions can vanish although the total does not: under stress,
+    // a rotation changes forces.
     let mut kept = Vec::new();
     let mut sum = fields[0].like()?;
     for column in free.column_iter() {
@@ -229,7 +240,8 @@ fn null_space(a: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
     if free.is_empty() { DMatrix::zeros(count, 0) } else { DMatrix::from_columns(&free) }
 }
 
-/// Orthonormal columns that are orthogonal to a unit vector, one less than its length: those of its reflection onto the first axis.
+/// Orthonormal columns that are orthogonal to a unit vector, one fewer than its length. They come
+/// from its reflection onto the first axis.
 fn complement(unit: &DVector<f64>) -> DMatrix<f64> {
     let count = unit.len();
     let mut axis = unit.clone();
@@ -244,7 +256,8 @@ fn combine<'a>(fields: &[&Vector], factors: impl Iterator<Item = &'a f64>, into:
     fields.iter().zip(factors).try_for_each(|(field, &factor)| into.axpy(factor, field))
 }
 
-/// The combinations of `fields` by the columns of `idle`, made orthonormal by weight. Collective.
+/// Combines `fields` by the columns of `idle` and orthonormalises the results with the weight.
+/// Collective.
 fn weighed(system: &dyn Dynamics, fields: &[&Vector], idle: &DMatrix<f64>) -> Result<Vec<Motion>> {
     let mut motions = Vec::with_capacity(idle.ncols());
     for column in idle.column_iter() {
@@ -257,7 +270,7 @@ fn weighed(system: &dyn Dynamics, fields: &[&Vector], idle: &DMatrix<f64>) -> Re
     let (own, weights) = (parts(|motion| &motion.field), parts(|motion| &motion.weight));
     let masses = DMatrix::from_row_slice(own.len(), own.len(), &products(&own, &weights));
     let Some(mixed) = Cholesky::new(masses).and_then(|root| root.l().try_inverse()) else {
-        // Bodies without mass: the mean of the nodes is what stays.
+        // For bodies without mass, the mean of the nodes stays fixed.
         let plain = |motion: Motion| -> Result<Motion> {
             let mut weight = motion.weight;
             weight.copy_from(&motion.field)?;
@@ -279,7 +292,8 @@ fn weighed(system: &dyn Dynamics, fields: &[&Vector], idle: &DMatrix<f64>) -> Re
 mod tests {
     use super::*;
 
-    /// Singular on both sides, or not at all: a motion that changes friction elsewhere is not free.
+    /// A matrix has to be singular on both sides: a motion that changes friction elsewhere is not
+    /// free.
     #[test]
     fn a_free_motion_is_free_on_both_sides() {
         let a = DMatrix::from_row_slice(3, 3, &[0.0, 0.0, 0.0, 0.0, 2.0, 1.0, 0.0, 1.0, 3.0]);
@@ -292,7 +306,7 @@ mod tests {
         assert_eq!(null_space(&(a + DMatrix::identity(3, 3) * 1e-3), 1e-12).ncols(), 0);
     }
 
-    /// What is left beside a direction is orthonormal and orthogonal to it.
+    /// The complement of a direction is orthonormal and orthogonal to it.
     #[test]
     fn the_complement_is_orthonormal() {
         for unit in [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.6, -0.8]] {

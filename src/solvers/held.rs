@@ -1,41 +1,43 @@
-//! What free motions of a static start are told as: a motion that loads drive, and what it took to hold the others.
+//! Messages on free motions of a static start: a motion that loads drive, and the force that holds
+//! the others.
 
 use nalgebra::DVector;
 
 use crate::case::Units;
 use crate::dynamics::RigidMotion;
 
-/// A motion of a body, and the force along it.
+/// A motion of a body that loads drive, and the force along it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Driven {
     /// Body and direction.
     pub words: String,
-    /// Resultant along or about it.
+    /// Resultant force or moment of the motion.
     pub force: f64,
-    /// That of a force or a moment.
+    /// Unit of the resultant, a force or a moment.
     pub unit: String,
 }
 
 impl Driven {
-    /// As the reason of a failure.
+    /// Describes the motion as the reason of a failure.
     pub fn tell(&self) -> String {
         format!("nothing resists {}, and {:.3e} {} drive it", self.words, self.force, self.unit)
     }
 }
 
-/// What was held of a converged equilibrium.
+/// The motions that were held in a converged equilibrium.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeldMotions {
     /// Number of motions.
     pub motions: u32,
-    /// Largest force along one of them over the largest force: what holding took or, where `by` is none, would have needed.
+    /// Largest force along one of the motions, relative to the largest force. If `by` is `None`, it
+    /// is the force that holding would have required.
     pub force: f64,
-    /// The force that held them: body, direction and resultant where it is largest.
+    /// The force that held them, with body, direction and resultant where it is largest.
     pub by: Option<Driven>,
 }
 
 impl HeldMotions {
-    /// For people.
+    /// Describes the held motions for the user.
     pub fn note(&self) -> String {
         let Self { motions, force, by } = self;
         let (s, were) = if *motions == 1 { ("", "was") } else { ("s", "were") };
@@ -55,14 +57,14 @@ impl HeldMotions {
         }
     }
 
-    /// As the reason of a failure.
+    /// Describes the held motions as the reason of a failure.
     pub fn tell(&self) -> String {
         format!("a free motion would need {:.1e} of the largest force to be held", self.force)
     }
 }
 
-/// Piece, direction and resultant of a motion with coefficients `way` under the `loads` along each rigid motion. Of several
-/// pieces that move it is the one that moves most.
+/// Returns piece, direction and resultant of a motion with coefficients `way` under the `loads`
+/// along each rigid motion. If several pieces move, it describes the one that moves most.
 pub fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVector<f64>, units: Units) -> Driven {
     let share = |group: usize| -> f64 {
         rigid.iter().zip(way.iter()).filter(|(motion, _)| motion.group == group).map(|(_, c)| c * c).sum()
@@ -101,7 +103,7 @@ pub fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVector<f64>,
     Driven { words, force: power / size, unit }
 }
 
-/// An axis by name, anything else by its components.
+/// Names an axis, or lists the components of any other direction.
 fn direction(unit: &[f64; 3]) -> String {
     const AXIS: f64 = 0.9999;
     for (i, name) in ["x", "y", "z"].into_iter().enumerate() {
@@ -109,7 +111,7 @@ fn direction(unit: &[f64; 3]) -> String {
             return if unit[i] < 0.0 { format!("-{name}") } else { name.to_owned() };
         }
     }
-    // Without the sign of what is rounded to zero.
+    // Removes the sign of values that are rounded to zero.
     let [x, y, z] = unit.map(|value| (value * 1e3).round() / 1e3 + 0.0);
     format!("({x:.3}, {y:.3}, {z:.3})")
 }
@@ -124,7 +126,7 @@ mod tests {
         assert_eq!(direction(&[0.6, 0.8, -1e-4]), "(0.600, 0.800, 0.000)");
     }
 
-    /// It is said that no force was needed where none was, and never where one was.
+    /// The message states that no force was needed exactly when no force was needed.
     #[test]
     fn a_force_that_holds_is_told() {
         let held = |motions, force, by| HeldMotions { motions, force, by }.note();

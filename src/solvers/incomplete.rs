@@ -1,20 +1,23 @@
 //! Incomplete LU factors without fill, ILU(0), of a matrix of D by D blocks.
 //!
-//! `(1 + L) D (1 + U)` agrees with the matrix wherever that has a block. Both triangles stand in memory in the order in
-//! which the solves pass through them, and scaled, so that from one unknown to the next there is one product of a
-//! block: these chains, not the products, are what a solve takes its time for.
+//! `(1 + L) D (1 + U)` agrees with the matrix wherever that has a block. Both triangles are stored
+//! in the order in which the solves traverse them. They are scaled so that only one block product
+//! leads from one unknown to the next. These dependency chains, not the number of products,
+//! determine the time of a solve.
 
-/// A block by columns: `block[j][i]` with `i` the row.
+/// A block in column order: `block[j][i]` with `i` the row.
 pub(super) type Block<const D: usize> = [[f64; D]; D];
 
-/// Which blocks the matrix has: row `i` has the columns `columns[offsets[i]..offsets[i + 1]]`, ascending, `i` among them.
+/// Block pattern of the matrix. Row `i` has the columns `columns[offsets[i]..offsets[i + 1]]`, in
+/// ascending order and including `i`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Rows {
     pub offsets: Vec<u32>,
     pub columns: Vec<u32>,
 }
 
-/// One triangle, rows in the order of its solve; in each row the unknown that was found last comes last.
+/// One triangle, with rows in the order of its solve. In each row, the unknown that was solved last
+/// comes last.
 #[derive(Debug, Clone, Default)]
 struct Triangle<const D: usize> {
     ends: Vec<u32>,
@@ -26,20 +29,21 @@ struct Triangle<const D: usize> {
 #[derive(Debug, Clone)]
 pub(super) struct Incomplete<const D: usize> {
     lower: Triangle<D>,
-    /// Rows and their columns descend.
+    /// Rows and their columns are in descending order.
     upper: Triangle<D>,
     /// Inverses of the blocks of D.
     inverses: Vec<Block<D>>,
-    /// The matrix, and where in `work` the row that is eliminated has each column.
+    /// Pattern of the matrix, and the position in `work` of each column of the row that is
+    /// eliminated.
     rows: Rows,
     places: Vec<u32>,
     work: Vec<Block<D>>,
 }
 
-/// No place.
+/// Marks a missing position.
 const NOWHERE: u32 = u32::MAX;
 
-/// What takes the place of a pivot that is exactly zero, as PETSc has it.
+/// Replacement for a pivot that is exactly zero, as in PETSc.
 const TINY: f64 = 100.0 * f64::EPSILON;
 
 impl Rows {
@@ -54,7 +58,8 @@ impl Rows {
 }
 
 impl<const D: usize> Triangle<D> {
-    /// The columns of each row, in the order of the solve; the blocks are still zero.
+    /// Creates a triangle with the columns of each row, in the order of the solve. The blocks are
+    /// still zero.
     fn new<'a>(rows: impl Iterator<Item = &'a [u32]>, descending: bool) -> Self {
         let mut triangle = Self::default();
         for row in rows {
@@ -69,14 +74,14 @@ impl<const D: usize> Triangle<D> {
         triangle
     }
 
-    /// Blocks of the row that comes as number `at` in the solve.
+    /// Blocks of the row at position `at` of the solve.
     fn row(&self, at: usize) -> std::ops::Range<usize> {
         at.checked_sub(1).map_or(0, |before| self.ends[before] as usize)..self.ends[at] as usize
     }
 }
 
 impl<const D: usize> Incomplete<D> {
-    /// Factors of a matrix with such rows, to be [filled](Self::factorise).
+    /// Creates factors of a matrix with such rows, to be [filled](Self::factorise).
     pub fn new(rows: Rows) -> Self {
         let count = rows.count();
         let part = |row: usize, above: bool| {
@@ -122,7 +127,7 @@ impl<const D: usize> Incomplete<D> {
         }
     }
 
-    /// Solves with the factors, `x` being the right side before and the solution after.
+    /// Solves with the factors. `x` is the right side on entry and the solution on return.
     pub fn solve(&self, x: &mut [[f64; D]]) {
         let mut start = 0;
         for (row, &end) in self.lower.ends.iter().enumerate() {
@@ -139,7 +144,7 @@ impl<const D: usize> Incomplete<D> {
 }
 
 impl<const D: usize> Triangle<D> {
-    /// `value` less the products of a row's blocks with their unknowns.
+    /// `value` minus the products of a row's blocks with their unknowns.
     #[inline(always)]
     fn less(&self, value: [f64; D], row: std::ops::Range<usize>, x: &[[f64; D]]) -> [f64; D] {
         let mut value = value;
@@ -185,9 +190,11 @@ fn subtract<const D: usize>(from: &mut Block<D>, a: &Block<D>, b: &Block<D>) {
     }
 }
 
-/// The inverse, by elimination with the largest pivot of each column; a pivot of zero is replaced by a tiny one.
+/// Inverts a block by elimination with the largest pivot of each column. A zero pivot is replaced
+/// by a tiny one.
 fn inverse<const D: usize>(block: Block<D>) -> Block<D> {
-    // Rows of the transpose are the columns, and the inverse of the transpose is the transpose of the inverse.
+    // Rows of the transpose are the columns, and the inverse of the transpose is the transpose of
+    // the inverse.
     let mut a = block;
     let mut out = [[0.0; D]; D];
     (0..D).for_each(|i| out[i][i] = 1.0);
@@ -215,7 +222,8 @@ fn inverse<const D: usize>(block: Block<D>) -> Block<D> {
 mod tests {
     use super::*;
 
-    /// A matrix of blocks on a lattice of `n` by `n` nodes, each coupled with the eight around it, rows of unlike sizes.
+    /// A matrix of blocks on a lattice of `n` by `n` nodes, each coupled with the eight around it.
+    /// Rows have different sizes.
     fn lattice<const D: usize>(n: i32) -> (Rows, Vec<Block<D>>) {
         let mut rows = Rows { offsets: vec![0], columns: vec![] };
         let mut blocks = vec![];
@@ -229,7 +237,8 @@ mod tests {
                 blocks.push(std::array::from_fn(|j| {
                     std::array::from_fn(|i| {
                         let noise = f64::from((node * 7 + other * 13 + (3 * i + j) as i32) % 11) / 11.0 - 0.4;
-                        // The largest entry of a column of a diagonal block is not the diagonal one.
+                        // The largest entry of a column of a diagonal block is not the diagonal
+                        // one.
                         noise + if node == other && (i + 1) % D == j { 12.0 } else { 0.0 }
                     })
                 }));
@@ -249,7 +258,8 @@ mod tests {
         (0..rows.count()).map(row).collect()
     }
 
-    /// The matrix that the factors stand for, `(1 + L) D (1 + U)`, at the block of a row and a column.
+    /// The matrix that the factors represent, `(1 + L) D (1 + U)`, at the block of a row and a
+    /// column.
     fn restored<const D: usize>(factors: &Incomplete<D>, row: usize, column: usize) -> Block<D> {
         let count = factors.rows.count();
         let find = |triangle: &Triangle<D>, at: usize, column: usize| {
@@ -271,7 +281,7 @@ mod tests {
     fn agrees_on_the_pattern<const D: usize>() {
         let (rows, blocks) = lattice::<D>(5);
         let mut factors = Incomplete::new(rows.clone());
-        // Twice: nothing of the first time is left over.
+        // The second factorisation must not depend on the first.
         factors.factorise(|k| std::array::from_fn(|j| blocks[k][(j + 1) % D]));
         factors.factorise(|k| blocks[k]);
         for row in 0..rows.count() {
@@ -284,7 +294,8 @@ mod tests {
         }
     }
 
-    /// What defines ILU(0): the product of the factors is the matrix wherever that has a block, for blocks of any size.
+    /// Definition of ILU(0): the product of the factors equals the matrix wherever that has a
+    /// block, for blocks of any size.
     #[test]
     fn factors_agree_with_the_matrix_on_its_pattern() {
         agrees_on_the_pattern::<1>();
@@ -292,7 +303,7 @@ mod tests {
         agrees_on_the_pattern::<3>();
     }
 
-    /// Where nothing is dropped, as in a chain, the solve is exact.
+    /// If nothing is dropped, as in a chain, the solve is exact.
     #[test]
     fn solves_a_chain_exactly() {
         let count = 40_u32;
@@ -324,7 +335,7 @@ mod tests {
         assert!(apart < 1e-12, "{apart:.1e}");
     }
 
-    /// A block that is singular makes large numbers, not a panic; and without rows there is nothing to do.
+    /// A singular block gives large numbers, not a panic. A matrix without rows is accepted.
     #[test]
     fn takes_any_matrix() {
         let rows = Rows { offsets: vec![0, 1, 2], columns: vec![0, 1] };

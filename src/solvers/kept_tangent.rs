@@ -1,45 +1,50 @@
-//! Whether the tangent of an earlier correction serves for one more.
+//! Whether the tangent of an earlier correction can be reused for another one.
 //!
-//! Where steps are short and Newton's tolerance is what the rest of the run warrants, one correction a step does, and the
-//! tangent hardly changes from one step to the next: `|u - u*|` then falls by `|1 - K_old^-1 K|` a correction, which is
-//! enough. What is saved is the assembly and the preconditioner; the balance is checked as ever.
+//! If steps are short and Newton's tolerance matches the accuracy of the run, one correction per
+//! step is sufficient, and the tangent hardly changes from one step to the next. Each correction
+//! then reduces `|u - u*|` by `|1 - K_old^-1 K|`, which is enough. This saves the assembly and the
+//! preconditioner. The balance is still checked.
 //!
-//! Rounding does not decide whether a tangent serves: where points press that did not, or the other way round, it is another
-//! tangent; and what a correction leaves is measured down to a part of the target, not to its rounding.
+//! Rounding does not decide whether a tangent is reused. A change in the points that press makes a
+//! different tangent. The residual after a correction is measured only down to a part of the
+//! target, not to its rounding.
 
 use std::rc::Rc;
 
 use crate::dynamics::Shifts;
 use crate::petsc::BlockPattern;
 
-/// What a tangent was assembled for.
+/// State for which a tangent was assembled.
 #[derive(Clone)]
 struct Made {
     pattern: Rc<BlockPattern>,
     shifts: Shifts,
-    /// Contact points that were closed, and of these those that pressed.
+    /// Number of contact points that were closed, and number of these that pressed.
     points: [u64; 2],
 }
 
-/// The tangent at hand, and how fast tangents age.
+/// The current tangent, and how fast tangents age.
 #[derive(Default)]
 pub(super) struct KeptTangent {
     made: Option<Made>,
-    /// Corrections with it, its own not counted.
+    /// Number of corrections with it, except the one it was assembled for.
     uses: u32,
-    /// Reduction of the residual that the first further correction misses; twice as much the second, and so on.
+    /// Loss in the reduction of the residual at the first further correction. The second one loses
+    /// twice as much, and so on.
     ageing: f64,
 }
 
 impl KeptTangent {
-    /// Part of the ageing that is remembered with each tangent that is made: what aged fast may have been an event.
+    /// Part of the ageing that is kept with each new tangent. Fast ageing may have been due to an
+    /// event.
     const MEMORY: f64 = 0.5;
-    /// Part of the target below which a residual is taken to be this part: what is less may be rounding. At a target of 1e-9 of the
-    /// largest force rounding is some 1e-13 of it.
+    /// Part of the target to which smaller residuals are raised, because they may be rounding. At a
+    /// target of 1e-9 of the largest force, rounding is some 1e-13 of it.
     const LEAST: f64 = 1e-2;
 
-    /// Whether one more correction with the tangent at hand would bring a residual of `excess` times the target to it, where
-    /// as many contact `points` are closed and press.
+    /// Whether another correction with the current tangent would reduce a residual of `excess`
+    /// times the target to the target. This requires that the same numbers of contact `points` are
+    /// closed and press.
     pub fn serves(&self, shifts: Shifts, pattern: &Rc<BlockPattern>, points: [u64; 2], excess: f64) -> bool {
         let fits = self.made.as_ref().is_some_and(|made| {
             Rc::ptr_eq(&made.pattern, pattern) && made.shifts == shifts && made.points == points
@@ -47,7 +52,8 @@ impl KeptTangent {
         fits && self.ageing * f64::from(self.uses + 1) * excess <= 1.0
     }
 
-    /// A correction with the kept tangent took the residual from `before` to `after` times the target.
+    /// Records that a correction with the kept tangent changed the residual from `before` to
+    /// `after` times the target.
     pub fn used(&mut self, [before, after]: [f64; 2]) {
         self.uses += 1;
         let reduction = after.max(Self::LEAST) / before;
@@ -57,14 +63,14 @@ impl KeptTangent {
         }
     }
 
-    /// A tangent was assembled.
+    /// Records that a tangent was assembled.
     pub fn made(&mut self, shifts: Shifts, pattern: &Rc<BlockPattern>, points: [u64; 2]) {
         self.made = Some(Made { pattern: Rc::clone(pattern), shifts, points });
         self.uses = 0;
         self.ageing *= Self::MEMORY;
     }
 
-    /// The matrix at hand is no tangent any more.
+    /// Records that the current matrix is no longer a tangent.
     pub fn forget(&mut self) {
         self.made = None;
     }
@@ -85,7 +91,8 @@ mod tests {
         Shifts { velocity: 2.0 / dt, acceleration: 4.0 / (dt * dt) }
     }
 
-    /// What is kept serves the same step and pattern, for as long as it ages by less than the residual has to fall.
+    /// A kept tangent serves the same step and pattern, as long as it ages by less than the
+    /// residual has to fall.
     #[test]
     fn a_tangent_serves_until_it_is_too_old() {
         let mut kept = KeptTangent::default();
@@ -108,7 +115,7 @@ mod tests {
         assert!(!kept.serves(shifts(1.0), &here, [3, 3], 2.0));
     }
 
-    /// How far below the target rounding left a residual, does not matter.
+    /// The amount by which rounding left a residual below the target does not matter.
     #[test]
     fn rounding_is_no_age() {
         let here = pattern();
@@ -123,7 +130,8 @@ mod tests {
         }
     }
 
-    /// One that failed is no longer used, and the next ones not until that is half forgotten often enough.
+    /// A tangent that failed is not reused. The next ones are not reused either until repeated
+    /// halving has reduced the remembered ageing.
     #[test]
     fn a_failure_is_remembered_for_a_while() {
         let mut kept = KeptTangent::default();

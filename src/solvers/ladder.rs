@@ -1,4 +1,4 @@
-//! Which linear solver comes first, and which follow when it fails.
+//! Choice of the first linear solver and of those that follow when it fails.
 
 use super::filtered_amg::FilteredAmgSettings;
 use super::presets::{CG_FILTERED_AMG, FILTERED_AMG, Preset, TWO_STAGE};
@@ -6,10 +6,10 @@ use super::two_stage::TwoStageSettings;
 use crate::error::{Error, Result};
 use crate::petsc::Format;
 
-/// What the case asks for.
+/// Linear solver that the case requests.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LinearChoice {
-    /// Chosen by size, dimension, inertia and symmetry.
+    /// Chosen from size, dimension, inertia and symmetry.
     Auto,
     /// A preset by name.
     Named(&'static str),
@@ -20,7 +20,7 @@ pub enum LinearChoice {
 }
 
 impl LinearChoice {
-    /// The two-stage preconditioner that it asks for, the inner solver chosen.
+    /// Settings of the two-stage preconditioner, with the inner solver chosen.
     pub(super) fn stages(&self, problem: &Problem) -> TwoStageSettings {
         let asked = match self {
             Self::TwoStage(settings) => *settings,
@@ -29,7 +29,7 @@ impl LinearChoice {
         TwoStageSettings { inner: asked.inner.or(Some(problem.inner())), ..asked }
     }
 
-    /// The filtered multigrid that it asks for.
+    /// Settings of the filtered multigrid.
     pub(super) fn filter(&self) -> FilteredAmgSettings {
         match self {
             Self::FilteredAmg(_, settings) => *settings,
@@ -38,25 +38,25 @@ impl LinearChoice {
     }
 }
 
-/// What the choice depends on.
+/// Properties of the problem that determine the choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Problem {
-    /// Unknowns of the whole problem.
+    /// Number of unknowns of the whole problem.
     pub unknowns: usize,
-    /// 2 or 3.
+    /// Dimension, 2 or 3.
     pub dimension: usize,
-    /// Inertia takes part.
+    /// Whether the problem includes inertia.
     pub dynamic: bool,
-    /// The matrix is symmetric.
+    /// Whether the matrix is symmetric.
     pub symmetric: bool,
-    /// Contact takes part.
+    /// Whether the problem includes contact.
     pub contact: bool,
-    /// Storage of the matrix; `None` while it is to be chosen.
+    /// Format of the matrix; `None` if it is still to be chosen.
     pub format: Option<Format>,
 }
 
 impl Problem {
-    /// Largest problem that goes to a factorisation first.
+    /// Whether the problem is small enough to use a factorisation first.
     fn is_small(&self) -> bool {
         self.unknowns
             < match (self.dimension, self.dynamic) {
@@ -68,7 +68,7 @@ impl Problem {
     }
 
     fn names(&self) -> &'static [&'static str] {
-        // The factorisations and preconditioners that gain from symmetry want scalar rows.
+        // Factorisations and preconditioners that exploit symmetry need scalar rows.
         let symmetric = self.symmetric && self.format != Some(Format::Baij);
         match (self.is_small(), symmetric, self.dynamic) {
             (true, true, _) => &["cholesky", "direct"],
@@ -83,11 +83,12 @@ impl Problem {
         }
     }
 
-    /// What solves with the symmetric matrices of the two-stage preconditioner where the case does not say.
+    /// Inner solver for the symmetric matrices of the two-stage preconditioner, unless the case
+    /// sets one.
     fn inner(&self) -> &'static str {
         let symmetric = Self { symmetric: true, format: Some(Format::Aij), ..*self };
         let names = symmetric.names().iter();
-        // A preconditioner with matrices of its own does not nest.
+        // A preconditioner with its own matrices cannot be nested.
         let plain = |name: &&&str| Preset::named(name).is_some_and(|preset| !preset.is_own());
         names.copied().find(|name| plain(&name)).unwrap_or("cg_icc")
     }
@@ -97,10 +98,11 @@ impl Problem {
     }
 }
 
-/// The solvers to try in turn, all for the storage that the problem has.
+/// Returns the solvers to try in turn, all for the matrix format of the problem.
 ///
 /// # Errors
-/// [`Cause::Case`](crate::error::Cause) when the user names a solver for symmetric matrices and this one is not.
+/// [`Cause::Case`](crate::error::Cause) if the user names a solver for symmetric matrices and the
+/// matrix is not symmetric.
 pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static Preset>> {
     let names: Vec<&str> = match choice {
         LinearChoice::Auto => problem.names().to_vec(),
@@ -125,7 +127,7 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
     Ok(presets)
 }
 
-/// The storage that the first of the solvers works best with and all of them work with.
+/// Returns the format that is best for the first solver among those that all of them support.
 pub fn storage(presets: &[&Preset]) -> Format {
     let fits = |format: &&Format| presets.iter().all(|preset| preset.formats.contains(format));
     presets.first().and_then(|first| first.formats.iter().find(fits)).copied().unwrap_or(Format::Aij)
@@ -158,7 +160,7 @@ mod tests {
         })
     }
 
-    /// A solver for symmetric matrices is refused where friction makes the matrix non-symmetric.
+    /// A solver for symmetric matrices is rejected if friction makes the matrix non-symmetric.
     #[test]
     fn conjugate_gradients_need_symmetry() {
         let refused = ladder(&LinearChoice::Named("cg_icc"), &SCENE);
@@ -169,7 +171,7 @@ mod tests {
         }
     }
 
-    /// Every ladder ends with a factorisation that takes any matrix.
+    /// Every ladder ends with a factorisation for any matrix.
     #[test]
     fn ladders_end_with_a_factorisation() {
         for problem in all_problems() {
@@ -178,7 +180,7 @@ mod tests {
         }
     }
 
-    /// A ladder keeps to the storage that there is, and a storage chosen for a ladder suits every rung of it.
+    /// A ladder keeps the given format, and a format chosen for a ladder suits every rung of it.
     #[test]
     fn ladders_respect_the_storage() {
         for problem in all_problems() {

@@ -1,4 +1,4 @@
-//! Linear solves: the presets of a ladder, each checked by the true residual.
+//! Linear solves with a ladder of presets. Each solution is checked by its true residual.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -16,31 +16,31 @@ use crate::dynamics::{ContactCounts, Dynamics, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
 
-/// How a linear solve ended.
+/// Result of a linear solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
     /// Krylov iterations of all attempts.
     pub iterations: u32,
     /// Krylov iterations within the preconditioner.
     pub inner: u32,
-    /// True residual over the right side.
+    /// True residual, relative to the right side.
     pub residual: f64,
-    /// The preset that did it.
+    /// The preset that succeeded.
     pub preset: &'static str,
 }
 
-/// A preset failed and the next one took over.
+/// Record that a preset failed and the next one replaced it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fallback {
     /// The preset that failed.
     pub from: &'static str,
-    /// The preset that took over.
+    /// The preset that replaced it.
     pub to: &'static str,
-    /// How it failed, in words.
+    /// Reason of the failure, in words.
     pub why: String,
 }
 
-/// Solves with the current preset of the ladder and steps up where that fails.
+/// Solves with the current preset of the ladder, and moves to the next preset when it fails.
 pub struct LinearSolver {
     session: Rc<Session>,
     prefix: String,
@@ -48,25 +48,25 @@ pub struct LinearSolver {
     solvers: Vec<Option<Krylov>>,
     /// Current rung.
     rung: usize,
-    /// Solves since the last step up.
+    /// Number of solves since the last move to a higher rung.
     calm: u32,
-    /// Solves on a higher rung before the first is tried again.
+    /// Number of solves on a higher rung before the first rung is tried again.
     patience: u32,
     symmetric: bool,
     fallbacks: Vec<Fallback>,
     fatigue: SetupAge,
-    /// Pattern of the last matrix: what was made for another one is of no use.
+    /// Pattern of the last matrix. Setups for another pattern cannot be reused.
     pattern: Option<Rc<BlockPattern>>,
-    /// The preconditioner with matrices of its own, made when it is first used; PETSc calls it back. A ladder has one
-    /// such preset at most.
+    /// The preconditioner with its own matrices, created on first use and called back by PETSc. A
+    /// ladder has at most one such preset.
     own: Rc<RefCell<Option<Box<dyn CustomPreconditioner>>>>,
-    /// Factors on overlapping subdomains, made when they are first used.
+    /// Factors on overlapping subdomains, created on first use.
     subdomain: Rc<RefCell<Option<Subdomain>>>,
-    /// What the contact points did when they were last observed.
+    /// State of the contact points when they were last observed.
     contact: ContactCounts,
     stages: TwoStageSettings,
     filter: FilteredAmgSettings,
-    /// Factorisations are made on one rank.
+    /// Whether factorisations run on a single rank.
     alone: bool,
     work: Vector,
     setup: Event,
@@ -74,17 +74,21 @@ pub struct LinearSolver {
 }
 
 impl LinearSolver {
-    /// Iterations after which a preset counts as failed,
+    /// Number of iterations after which a preset counts as failed.
     const MAX_ITERATIONS: usize = 500;
-    /// and where filtered multigrid stands by: so many cheap iterations cost as much as its dear ones.
+    /// Number of iterations after which a preset counts as failed if filtered multigrid is
+    /// available. That many cheap iterations cost as much as the expensive ones of filtered
+    /// multigrid.
     const WORTHWHILE: usize = 200;
-    /// Solves on a higher rung before the first is tried again, for the first time; twice as many each time after.
+    /// Number of solves on a higher rung before the first rung is tried again. The number doubles
+    /// each time.
     const PATIENCE: u32 = 25;
 
-    /// A solver for such problems with vectors like `pattern` and PETSc options under `prefix`. Collective.
+    /// Creates a solver for problems of this kind, with vectors like `pattern` and PETSc options
+    /// under `prefix`. Collective.
     ///
     /// # Errors
-    /// When the choice, or a method that the user's options name, does not fit the problem.
+    /// If the choice, or a method in the user's options, does not fit the problem.
     pub fn new(pattern: &Vector, prefix: &str, choice: &LinearChoice, problem: &Problem) -> Result<Self> {
         let session = pattern.session();
         let ladder = ladder(choice, problem)?;
@@ -114,14 +118,19 @@ impl LinearSolver {
         Ok(solver)
     }
 
-    /// The same, with factorisations on one rank, to the same bits each time; an error where PETSc refuses. Collective.
+    /// Makes this solver factorise on one rank, so that results are bitwise reproducible.
+    /// Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
     pub fn on_one_rank(mut self) -> Result<Self> {
         (self.alone, self.solvers[self.rung]) = (true, None);
         self.krylov()?;
         Ok(self)
     }
 
-    /// The presets in the order in which they are tried, or that the user chose by options of PETSc.
+    /// Lists the presets in the order in which they are tried, or reports that the user chose the
+    /// solver by PETSc options.
     pub fn describe(&self) -> String {
         let given = |name: &str| self.session.is_given(&format!("{}{name}", self.prefix));
         let presets = self.ladder.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", then ");
@@ -132,19 +141,20 @@ impl LinearSolver {
         }
     }
 
-    /// The preset in use.
+    /// The preset that is in use.
     pub fn preset(&self) -> &'static Preset {
         self.ladder[self.rung]
     }
 
-    /// Whether a multigrid is on the ladder, or one that the user chose by options.
+    /// Whether the ladder contains a multigrid, or the user chose one by options.
     pub fn wants_rigid_body_modes(&self) -> bool {
         let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
         let inner = self.stages.inner.and_then(Preset::named).filter(|_| self.ladder[0].is_two_stage());
         chosen || self.ladder.iter().copied().chain(inner).any(|preset| preset.multigrid)
     }
 
-    /// Whether the first preset factorises on all of several ranks, where MUMPS rounds differently each time.
+    /// Whether the first preset factorises on several ranks, where MUMPS rounds differently in each
+    /// run.
     pub fn factorises_together(&self) -> bool {
         let preset = self.ladder[0];
         let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
@@ -153,18 +163,18 @@ impl LinearSolver {
         self.session.size() > 1 && factorises && !chosen
     }
 
-    /// Hears what the contact points do: a preconditioner may go by it.
+    /// Passes the state of the contact points to the preconditioner, which may depend on it.
     pub fn heed(&mut self, contact: ContactCounts) {
         self.contact = contact;
     }
 
-    /// What failed since the last call.
+    /// Returns the presets that failed since the last call.
     pub fn take_fallbacks(&mut self) -> Vec<Fallback> {
         std::mem::take(&mut self.fallbacks)
     }
 
-    /// Brings matrices of the preconditioner that are not the system's own up to date; nothing where there are none, or
-    /// where the system's is `kept` and they serve it.
+    /// Updates the preconditioner's own matrices, if there are any. If the system's matrix is
+    /// `kept`, they are updated only when they no longer fit.
     fn refresh(&mut self, system: &mut dyn Dynamics, stage: &Stage, kept: bool) -> Result<()> {
         let preset = self.preset();
         if !preset.is_own() || kept && !self.fatigue.is_tired() {
@@ -182,7 +192,8 @@ impl LinearSolver {
         Ok(())
     }
 
-    /// The preconditioner of a preset that has matrices of its own, for such a matrix. Collective.
+    /// Creates the preconditioner of a preset that has its own matrices, for a matrix like `like`.
+    /// Collective.
     fn make(&self, preset: &Preset, like: &Matrix) -> Result<Box<dyn CustomPreconditioner>> {
         let origin = Origin { session: &self.session, like, pattern: &self.work };
         Ok(match preset.is_two_stage() {
@@ -194,11 +205,14 @@ impl LinearSolver {
         })
     }
 
-    /// `x` with `|matrix x - rhs| <= tolerance |rhs|` for the matrix that the system has assembled, anew or `kept` since the
-    /// last solve, or `None` where the last rung failed too. Collective.
+    /// Solves for `x` with `|matrix x - rhs| <= tolerance |rhs|`. Returns `None` if the last rung
+    /// failed too. Collective.
+    ///
+    /// The matrix is the one that the system has assembled. It is either new or `kept` since the
+    /// last solve.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn solve_system(
         &mut self,
         system: &mut dyn Dynamics,
@@ -216,10 +230,11 @@ impl LinearSolver {
         })
     }
 
-    /// The same for a matrix alone, hence without presets that want more of the system. Collective.
+    /// Solves for `x` with a matrix alone, hence without presets that need more than the matrix.
+    /// Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn solve(
         &mut self,
         matrix: &Matrix,
@@ -232,7 +247,7 @@ impl LinearSolver {
         self.climb(|solver| solver.attempt(matrix, rhs, size, x, tolerance))
     }
 
-    /// Tries the current preset and, while they fail, those that follow.
+    /// Tries the current preset and, on failure, the following ones.
     fn climb(
         &mut self,
         mut attempt: impl FnMut(&mut Self) -> Result<LinearAttempt>,
@@ -255,21 +270,22 @@ impl LinearSolver {
         }
     }
 
-    /// Whether a factorisation does the work, which is to be of the matrix at hand.
+    /// Whether the solver is a factorisation, which has to be of the current matrix.
     fn factorises(&self) -> bool {
         let preset = self.preset();
         let inner = self.stages.inner.and_then(Preset::named).filter(|_| preset.is_two_stage());
         !inner.unwrap_or(preset).iterative
     }
 
-    /// Whether the current preset works on overlapping subdomains, and the user leaves them to the program.
+    /// Whether the current preset uses overlapping subdomains that the program makes, without
+    /// options of the user for them.
     fn overlaps(&self) -> bool {
         let kinds = ["pc_", "sub_"].map(|kind| format!("-{}{kind}", self.prefix));
         let chosen = |name: &String| kinds.iter().any(|kind| name.starts_with(kind));
         self.preset().is_overlapping() && !self.session.given(&self.prefix).iter().any(chosen)
     }
 
-    /// Brings the factors on subdomains up to date; those of an earlier matrix may be kept. Collective.
+    /// Updates the factors on subdomains. Those of an earlier matrix may be kept. Collective.
     fn factorise(&self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
         let mut slot = self.subdomain.borrow_mut();
         let kept = slot.take().filter(|made| made.fits(matrix));
@@ -285,13 +301,13 @@ impl LinearSolver {
         Ok(())
     }
 
-    /// Iterations after which the current preset counts as failed.
+    /// Number of iterations after which the current preset counts as failed.
     fn most(&self) -> usize {
         let next = self.ladder.get(self.rung + 1).is_some_and(|next| next.is_own());
         if next { Self::WORTHWHILE } else { Self::MAX_ITERATIONS }
     }
 
-    /// Starts afresh where contact has given the matrix another pattern.
+    /// Restarts if contact has changed the pattern of the matrix.
     fn notice(&mut self, matrix: &Matrix) {
         let known = self.pattern.replace(Rc::clone(matrix.pattern()));
         if known.is_some_and(|known| !Rc::ptr_eq(&known, matrix.pattern())) {
@@ -311,7 +327,7 @@ impl LinearSolver {
         self.fallbacks.push(Fallback { from, to: self.preset().name, why });
     }
 
-    /// Goes back to the first rung after a calm time.
+    /// Returns to the first rung after enough solves without a failure.
     fn step_down(&mut self) {
         self.calm += 1;
         if self.rung > 0 && self.calm > self.patience {
@@ -321,7 +337,7 @@ impl LinearSolver {
         }
     }
 
-    /// One solve on the current rung; `rhs` comes with its norm.
+    /// Solves once on the current rung. `rhs` comes with its norm.
     fn attempt(
         &mut self,
         matrix: &Matrix,
@@ -365,13 +381,14 @@ impl LinearSolver {
         if renew || tried.is_good() {
             return Ok(tried);
         }
-        // The preconditioner of an earlier matrix may be at fault: the preset gets a second try with its own.
+        // The failure may be due to the preconditioner of an earlier matrix. The preset is tried
+        // again with a new one.
         self.fatigue.forget();
         let again = self.attempt(matrix, rhs, size, x, tolerance)?;
         Ok(LinearAttempt { iterations: iterations + again.iterations, ..again })
     }
 
-    /// The Krylov solver of the current rung, made on first use.
+    /// The Krylov solver of the current rung, created on first use.
     fn krylov(&mut self) -> Result<&mut Krylov> {
         if self.solvers[self.rung].is_none() {
             let mut krylov = Krylov::new(&self.session, &self.prefix)?;

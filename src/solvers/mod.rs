@@ -1,8 +1,8 @@
-//! Solvers of one stage: Newton's method on the full system (3.10), the two-stage scheme (3.6), (3.7), and the linear
-//! solvers below both.
+//! Solvers of one stage: Newton's method on the full system (3.10), the two-stage scheme (3.6),
+//! (3.7), and the linear solvers that both use.
 //!
-//! A solver sees a [`Stage`](crate::dynamics::Stage) and the equations as
-//! [`Dynamics`](crate::dynamics::Dynamics); it knows neither elements nor time integration.
+//! A solver uses a [`Stage`](crate::dynamics::Stage) and the equations as
+//! [`Dynamics`](crate::dynamics::Dynamics). It does not depend on elements or time integration.
 
 mod augmented;
 mod convergence;

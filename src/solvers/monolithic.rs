@@ -1,10 +1,12 @@
-//! Newton's method on the full, non-symmetric system (3.10), with the safeguards that contact needs.
+//! Newton's method on the full, non-symmetric system (3.10), with the safeguards that contact
+//! needs.
 //!
-//! Three things go wrong in contact and each has its answer (theory, section 5.2): points that open and
-//! close in turn (line search for the smallest residual), a whole interface that reverses its slip in turn
-//! (the correction assumes stick there, see
-//! [`Dynamics::predicts`]), and trial states with det F <= 0 (the
-//! correction is halved).
+//! Contact causes three difficulties, each with its remedy (theory, section 5.2):
+//!
+//! - Points open and close in turn. A line search minimises the residual.
+//! - A whole interface reverses its slip in turn. The correction assumes stick there, see
+//!   [`Dynamics::predicts`].
+//! - The trial state has det F <= 0. The correction is halved.
 
 mod follow;
 
@@ -21,37 +23,40 @@ use crate::error::Result;
 use crate::petsc::Vector;
 use crate::terms::Terms;
 
-/// Residual over the largest force from which on pressures are not yet those of the solution: a deep first guess has a thousand times theirs,
-/// and the geometric stiffness that they carry leads astray (Hertz's cylinder: 45 iterations with it, 24 without; a tenth of this
-/// is the same).
+/// Residual, relative to the largest force, above which pressures are still far from those of the
+/// solution.
+///
+/// A deep initial guess has a thousand times the final pressures, and their geometric stiffness
+/// misleads the iteration. Hertz's cylinder takes 45 iterations with it and 24 without; a tenth of
+/// this value gives the same result.
 const FAR: f64 = 0.1;
 
-/// Those of the wanted `terms` that a tangent has at this residual.
+/// The subset of `terms` that a tangent contains at this residual.
 fn terms_at(now: &Residual, terms: Terms) -> Terms {
     if now.norm > FAR * now.scale { terms - Terms::NORMAL_GEOMETRY } else { terms }
 }
 
-/// When Newton's method ends, and how it safeguards itself.
+/// Convergence criteria of Newton's method, and its safeguards.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewtonSettings {
-    /// Residual over the largest force at which the balance holds.
+    /// Residual, relative to the largest force, at which the balance is met.
     pub tolerance: f64,
-    /// Most corrections in one solve.
+    /// Maximum number of corrections in one solve.
     pub max_iterations: u32,
-    /// Bounds of the linear tolerances, firmest first.
+    /// Bounds of the linear tolerances, the loosest first.
     pub linear: [f64; 2],
-    /// Search along a correction that does not reduce the residual.
+    /// Whether to search along a correction that does not reduce the residual.
     pub line_search: bool,
     /// Terms of the tangent.
     pub terms: Terms,
-    /// A tangent of an earlier step serves where it does.
+    /// Whether a tangent of an earlier step is reused while it still serves.
     pub keep_tangent: bool,
 }
 
 /// The monolithic strategy.
 pub struct Monolithic {
     settings: NewtonSettings,
-    /// Residual over the largest force at which the present solve ends.
+    /// Residual, relative to the largest force, at which the present solve ends.
     target: f64,
     forcing: Forcing,
     linear: LinearSolver,
@@ -61,19 +66,21 @@ pub struct Monolithic {
     correction: Vector,
     origin: Vector,
     free: FreeMotions,
-    /// What carries motions that are held though something resists them.
+    /// Forces that hold motions although something resists them.
     carried: HeldMotions,
-    /// Number of free motions at the iterate that was held best, and the one that was driven there.
+    /// Number of free motions at the iterate with the fewest free motions, and the motion that was
+    /// driven there.
     firmest: (usize, Option<Driven>),
-    /// Krylov iterations, and those within preconditioners, of the first guess of the next solve.
+    /// Krylov iterations of the initial guess of the next solve, and those within preconditioners.
     ahead: [u32; 2],
 }
 
-/// Where along a correction the next iterate lies.
+/// Position of the next iterate along a correction.
 struct Point {
     length: f64,
     residual: Residual,
-    /// The shortest length that was tried is the best of a search; `None` where the correction was not searched along.
+    /// Whether the shortest length that was tried is the best of a search. `None` if there was no
+    /// search along the correction.
     searched: Option<bool>,
 }
 
@@ -84,36 +91,40 @@ impl Point {
 }
 
 impl Monolithic {
-    /// A full correction is taken while the residual grows by less than this factor.
+    /// A full correction is accepted while the residual grows by less than this factor.
     const GROWTH: f64 = 10.0;
-    /// Iterations without line search.
+    /// Number of iterations without line search.
     const PATIENCE: u32 = 5;
-    /// From then on each iteration shall reduce the residual by this factor, or the line is searched.
+    /// After that, each iteration must reduce the residual by this factor. Otherwise a line search
+    /// follows.
     const REDUCTION: f64 = 3.0;
-    /// A correction that is smaller than this part of the displacements is rounding. Well above the noise that is
-    /// seen, half of it, so that no partition is on the other side.
+    /// A correction that is smaller than this part of the displacements is rounding. Observed noise
+    /// is half of this value, so that the decision does not depend on the partition.
     const ROUNDING: f64 = 8.0 * f64::EPSILON;
-    /// Where the residual no longer falls and is of the size that rounding leaves, a correction up to this part of the
-    /// displacements is rounding, too: slender bodies bend by many times the rounding of their places.
+    /// Relative size of a correction that also counts as rounding, if the residual no longer falls
+    /// and is as small as rounding leaves it. Slender bodies bend by many times the rounding of
+    /// their positions.
     const NEGLIGIBLE: f64 = 1e-12;
-    /// The residual that rounding leaves is known up to this factor.
+    /// Factor up to which the residual left by rounding is known.
     const ROUNDINGS: f64 = 16.0;
-    /// Part of the largest force that may hold a motion that is not quite free: friction takes it over.
+    /// Part of the largest force that may hold a motion that is not quite free. Friction carries
+    /// this force later.
     const CARRIED: f64 = 0.1;
-    /// Forces along a free motion up to this part of the tolerance are none: all of them together do not keep the balance
-    /// from being met.
+    /// Forces along a free motion up to this part of the tolerance count as zero. Even their sum
+    /// does not prevent convergence.
     const NO_FORCE: f64 = 0.1;
-    /// Before the first iterate: worse than any.
+    /// Initial value before the first iterate, worse than any other.
     const NOT_HELD: (usize, Option<Driven>) = (usize::MAX, None);
-    /// No linear solve for a predicted residual is tighter, unless all are.
+    /// Tightest tolerance of a linear solve for a predicted residual, unless all tolerances are
+    /// tighter.
     const PREDICTED: f64 = 1e-12;
-    /// Shortest step along a correction is `2^-HALVINGS`.
+    /// The shortest step along a correction is `2^-HALVINGS`.
     const HALVINGS: i32 = 9;
 
-    /// A solver for states with the layout of `pattern`.
+    /// Creates a solver for states with the layout of `pattern`.
     ///
     /// # Errors
-    /// When PETSc can not allocate.
+    /// If PETSc cannot allocate.
     pub fn new(settings: NewtonSettings, linear: LinearSolver, pattern: &Vector) -> Result<Self> {
         Ok(Self {
             forcing: Forcing::new(settings.linear[0], settings.linear[1]),
@@ -132,25 +143,26 @@ impl Monolithic {
         })
     }
 
-    /// The linear solver in use.
+    /// The linear solver that is in use.
     pub fn linear(&self) -> &LinearSolver {
         &self.linear
     }
 
-    /// Whether the last solve may end at this residual over the largest force: one that ended above it ended at rounding.
+    /// Whether the last solve may end at this residual, relative to the largest force. A solve that
+    /// ended above it ended at rounding.
     pub(super) fn ends_at(&self, residual: f64) -> bool {
         residual <= self.target
     }
 
-    /// Linear solvers that failed since the last call, and what took over.
+    /// Returns the linear solvers that failed since the last call, and their replacements.
     pub fn take_fallbacks(&mut self) -> Vec<Fallback> {
         self.linear.take_fallbacks()
     }
 
-    /// Corrects `stage.trial` until the balance holds. Collective.
+    /// Corrects `stage.trial` until the balance is met. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses; a solve that does not converge is an [`Outcome`].
+    /// If a PETSc call fails. A solve that does not converge is an [`Outcome`].
     pub fn solve(
         &mut self,
         system: &mut dyn Dynamics,
@@ -257,7 +269,8 @@ impl Monolithic {
                 ..row
             };
             at_rounding = self.at_rounding(&row, system)?;
-            // The effect of a correction on a residual at rounding says nothing about its tangent.
+            // At rounding level, the effect of a correction on the residual says nothing about its
+            // tangent.
             if keeps && !at_rounding {
                 let target = self.target * now.scale;
                 self.kept.used([before.norm / target, now.norm / target]);
@@ -268,7 +281,7 @@ impl Monolithic {
         }
     }
 
-    /// Residual at `stage.trial.u`, after rates and prescribed values were brought up to date.
+    /// Computes the residual at `stage.trial.u`, after an update of rates and prescribed values.
     pub(super) fn evaluate(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<Residual> {
         stage.update_rates()?;
         system.prescribe(stage)?;
@@ -276,20 +289,21 @@ impl Monolithic {
         if stage.yielding == 0.0 || self.free.held() == 0 {
             return Ok(now);
         }
-        // What is held is held by a force of its own.
+        // Held motions are held by a separate force.
         self.carried = self.free.needed(&self.residual, now.scale, true)?;
         self.free.clear_force(&mut self.residual)?;
         Ok(Residual { norm: self.residual.norm()?, ..now })
     }
 
-    /// Whether the next correction goes by the tangent at hand.
+    /// Whether the next correction reuses the current tangent.
     fn keeps_tangent(&self, system: &dyn Dynamics, stage: &Stage, now: Residual, points: [u64; 2]) -> bool {
         let excess = now.norm / (self.target * now.scale);
         let fit = self.settings.keep_tangent && stage.inertia && !system.predicts();
         fit && self.kept.serves(stage.shifts, system.matrix().pattern(), points, excess)
     }
 
-    /// The correction at the current residual, by Newton's method or with a kept tangent; or the reason why there is no correction.
+    /// Computes the correction at the current residual, by Newton's method or with a kept tangent.
+    /// Otherwise returns the reason why there is no correction.
     fn correct(
         &mut self,
         system: &mut dyn Dynamics,
@@ -320,7 +334,8 @@ impl Monolithic {
         let allowed = if stage.yielding > 0.0 { Self::CARRIED } else { Self::NO_FORCE * self.target };
         self.release(system, stage, allowed * now.scale)?;
         let asked = self.forcing.next(now.norm, self.target * now.scale);
-        // Stick continued beyond the bound is far out of balance: the solve is to err by no more than it would else.
+        // A residual with stick assumed beyond the bound is far out of balance. The linear error
+        // must be no larger than for the true residual.
         let tolerance = match system.predicts() {
             true => (asked * now.norm / self.rhs.norm()?).max(Self::PREDICTED).min(asked),
             false => asked,
@@ -328,7 +343,7 @@ impl Monolithic {
         Ok(self.solve_held(system, stage, tolerance)?.ok_or(UNSOLVED))
     }
 
-    /// The correction for the right side at hand, without what is held.
+    /// Solves for the correction with the current right side, without the held motions.
     fn solve_held(
         &mut self,
         system: &mut dyn Dynamics,
@@ -350,8 +365,8 @@ impl Monolithic {
         Ok(solved)
     }
 
-    /// Finds the free motions of a static equilibrium at the assembled matrix, and takes forces along them that are no
-    /// larger than `allowed` \[N\] out of the right side.
+    /// Finds the free motions of a static equilibrium at the assembled matrix. Removes forces along
+    /// them that are at most `allowed` \[N\] from the right side.
     fn release(&mut self, system: &dyn Dynamics, stage: &Stage, allowed: f64) -> Result<()> {
         if stage.holding == 0.0 {
             return Ok(());
@@ -363,7 +378,7 @@ impl Monolithic {
         self.free.clear_force(&mut self.rhs)
     }
 
-    /// Takes the correction whole, or the part of it that the safeguards allow.
+    /// Takes the full correction, or the part of it that the safeguards allow.
     fn advance(
         &mut self,
         system: &mut dyn Dynamics,
@@ -378,8 +393,8 @@ impl Monolithic {
         if good && (fast || self.converged(full) || whole < 1.0 || search == Search::Never) {
             return Ok(Point::taken(whole, full));
         }
-        // Between opposite slip branches lies stick, which the next correction assumes; a shorter step would stay
-        // on the flat branch and creep.
+        // Stick lies between opposite slip branches, and the next correction assumes it. A shorter
+        // step would stay on the flat branch and creep.
         if full.norm.is_finite() && search != Search::Always && system.reverses() {
             return Ok(Point::taken(whole, full));
         }
@@ -402,8 +417,9 @@ impl Monolithic {
         Ok(Point { length: best.length, residual, searched })
     }
 
-    /// The part of the correction that is taken at most: all of it, unless it carries a body that nothing holds, where
-    /// the residual knows nothing of the target until it is touched.
+    /// Largest part of the correction that may be taken. It is 1, except for a correction that
+    /// carries a body that nothing holds. The residual does not depend on the target before the
+    /// body touches it.
     fn stride(&self, system: &dyn Dynamics, stage: &Stage) -> Result<f64> {
         if stage.holding == 0.0 {
             return Ok(1.0);
@@ -413,13 +429,14 @@ impl Monolithic {
         Ok(if motion > limit { limit / motion } else { 1.0 })
     }
 
-    /// Residual at the origin plus a part of the correction.
+    /// Computes the residual at the origin plus a part of the correction.
     fn at(&mut self, system: &mut dyn Dynamics, stage: &mut Stage, length: f64) -> Result<Residual> {
         stage.trial.u.waxpy(length, &self.correction, &self.origin)?;
         self.evaluate(system, stage)
     }
 
-    /// The balance holds, and not by the error of a linear solve, which another number of ranks would not make.
+    /// Whether the balance is met independently of the error of a linear solve, which would depend
+    /// on the number of ranks.
     fn settled(&self, now: Residual, iteration: u32) -> bool {
         let decides = self.forcing.decides() || !self.linear.preset().iterative;
         self.converged(now) && (iteration == 0 || now.norm == 0.0 || decides)
@@ -429,16 +446,18 @@ impl Monolithic {
         now.norm <= self.target * now.scale
     }
 
-    /// The last correction was lost in the rounding of the displacements: no iterate can be better. A body in free
-    /// flight ends here, since its forces are nothing but rounding.
+    /// Whether the last correction was below the rounding of the displacements, so that no iterate
+    /// can be better. A body in free flight ends here, because its forces are only rounding.
     fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> Result<bool> {
         let size = system.extent() + self.origin.norm()?;
-        // The whole correction, also where a part of it was taken: noise has no direction worth a search.
+        // The full correction counts, even if only a part was taken. A search along noise is
+        // useless.
         Ok(row.increment <= Self::ROUNDING * size * row.line_search)
     }
 
-    /// The residual, which no longer falls, is of the size that the rounding of the displacements leaves, and the last correction
-    /// is hardly more. What is compared does not become smaller as the load does, so a shorter step changes nothing.
+    /// Whether the residual stopped falling at the level that rounding of the displacements leaves,
+    /// with a last correction hardly larger than that. This level does not decrease with the load,
+    /// so a shorter step changes nothing.
     fn stands_at_rounding(
         &self,
         row: &IterationReport,
@@ -451,12 +470,13 @@ impl Monolithic {
         Ok(is_small && Self::is_rounding(now, system, stage)?)
     }
 
-    /// Whether a residual is no larger than what rounding may leave at the trial state, by the matrix made last.
+    /// Whether a residual is no larger than what rounding may leave at the trial state, estimated
+    /// with the last assembled matrix.
     pub(super) fn is_rounding(now: Residual, system: &dyn Dynamics, stage: &Stage) -> Result<bool> {
         Ok(now.norm <= Self::ROUNDINGS * system.rounding(stage)?)
     }
 
-    /// Why the iteration ran out, with figures and the points that do not settle.
+    /// Explains why the iteration limit was reached, with values and the points that do not settle.
     fn slow(&self, report: &SolveReport, system: &dyn Dynamics) -> String {
         let restless = system.restless_points();
         format!(
@@ -469,12 +489,12 @@ impl Monolithic {
     }
 }
 
-/// Residual over the largest force; 0 where there is no force at all.
+/// Residual, relative to the largest force; 0 if there is no force at all.
 pub(super) fn relative(now: Residual) -> f64 {
     if now.norm == 0.0 { 0.0 } else { now.norm / now.scale }
 }
 
-/// Why a trial state was rejected.
+/// Explains why a trial state was rejected.
 fn rejected(system: &mut dyn Dynamics) -> String {
     system.fault().map_or_else(|| "the residual is not a number".to_owned(), |fault| fault.message)
 }

@@ -1,4 +1,4 @@
-//! Preconditioners that the program makes itself, with matrices of their own.
+//! Preconditioners that the program implements, with their own matrices.
 
 use std::rc::Rc;
 
@@ -6,48 +6,51 @@ use crate::dynamics::{ContactCounts, Dynamics, Stage};
 use crate::error::Result;
 use crate::petsc::{Matrix, Reuse, Session, Vector};
 
-/// Where matrices and options of such a preconditioner come from.
+/// Objects from which such a preconditioner creates its matrices and options.
 pub struct Origin<'a> {
     /// The session.
     pub session: &'a Rc<Session>,
-    /// A matrix of the pattern.
+    /// A matrix with the pattern.
     pub like: &'a Matrix,
-    /// A vector of the layout.
+    /// A vector with the layout.
     pub pattern: &'a Vector,
 }
 
-/// A preconditioner that asks the system for more than its matrix.
+/// A preconditioner that needs more from the system than its matrix.
 pub trait CustomPreconditioner {
     /// Whether its matrices have the pattern of `matrix`.
     fn fits(&self, matrix: &Matrix) -> bool;
 
-    /// Hears what the contact points do.
+    /// Receives the current state of the contact points.
     fn heed(&mut self, _contact: &ContactCounts) {}
 
-    /// Assembles its matrices at the trial state, at least those that it wants new whatever `reuse` says. Collective.
+    /// Assembles its matrices at the trial state, at least those that it needs to renew regardless
+    /// of `reuse`. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage, reuse: Reuse) -> Result<()>;
 
-    /// Prepares to precondition `matrix`, with factors of an earlier one where they are kept. Collective.
+    /// Prepares to precondition `matrix`. Factors of an earlier matrix may be kept. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()>;
 
-    /// Computes an approximation `z` of `matrix^-1 r`. On failure `z` is not finite, which ends the outer method, so that the next
-    /// preset takes over. Collective.
+    /// Computes an approximation `z` of `matrix^-1 r`. Collective.
+    ///
+    /// On failure `z` is not finite. This ends the outer method, so that the next preset replaces
+    /// this one.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn apply(&mut self, r: &Vector, z: &mut Vector) -> Result<()>;
 
-    /// Inner iterations since the last call.
+    /// Returns the inner iterations since the last call.
     fn take_iterations(&mut self) -> u32 {
         0
     }
 
-    /// Hears whether the last solve was poor beside the best so far.
+    /// Receives whether the last solve was poor compared with the best so far.
     fn learn(&mut self, _poor: bool) {}
 }

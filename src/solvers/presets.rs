@@ -1,4 +1,4 @@
-//! Linear solvers by name: each a few options of PETSc, which the user's own options override.
+//! Named linear solvers. Each is a set of PETSc options that the user's own options override.
 
 use crate::petsc::Format;
 
@@ -7,26 +7,27 @@ use crate::petsc::Format;
 pub struct Preset {
     /// Key in the case file.
     pub name: &'static str,
-    /// One sentence.
+    /// Description in one sentence.
     pub about: &'static str,
-    /// Needs a symmetric matrix.
+    /// Whether it needs a symmetric matrix.
     pub symmetric: bool,
-    /// Solves by iteration; a factorisation meets any tolerance in one go.
+    /// Whether it iterates. A factorisation meets any tolerance in one solve.
     pub iterative: bool,
-    /// Storages that its preconditioner works with, the better one first.
+    /// Matrix formats that its preconditioner supports, the better one first.
     pub formats: &'static [Format],
-    /// Multigrid, which wants to know the rigid-body modes.
+    /// Whether it is a multigrid that uses the rigid-body modes.
     pub multigrid: bool,
-    /// Options without the prefix, for any number of ranks.
+    /// Options without prefix, for any number of ranks.
     pub options: &'static [(&'static str, &'static str)],
-    /// Options that replace some of these on one rank.
+    /// Options that replace some of `options` on one rank.
     pub alone: &'static [(&'static str, &'static str)],
 }
 
-/// Blocks make products and incomplete factors twice as fast.
+/// Block storage makes products and incomplete factors twice as fast.
 const BOTH: &[Format] = &[Format::Baij, Format::Aij];
 
-/// PETSc's multigrid and MUMPS's Cholesky refuse blocks, its ICC crashes on a rank that has none.
+/// PETSc's multigrid and MUMPS's Cholesky do not support blocks. PETSc's ICC crashes on a rank
+/// without blocks.
 const AIJ: &[Format] = &[Format::Aij];
 
 const GMRES: [(&str, &str); 3] =
@@ -35,9 +36,10 @@ const GMRES: [(&str, &str); 3] =
 /// Name of the preset whose preconditioner is the two-stage scheme.
 pub const TWO_STAGE: &str = "two_stage";
 
-/// Names of the presets whose preconditioner is multigrid beside a factorisation of what is in contact.
+/// Name of the preset that combines multigrid with a factorisation of the unknowns in contact.
 pub const FILTERED_AMG: &str = "filtered_amg";
-/// The same for symmetric matrices.
+/// Name of the preset that combines multigrid with a factorisation of the unknowns in contact, for
+/// symmetric matrices.
 pub const CG_FILTERED_AMG: &str = "cg_filtered_amg";
 
 /// Name of the preset with ILU(0) on overlapping subdomains.
@@ -45,9 +47,10 @@ const OVERLAPPING: &str = "gmres_asm_ilu";
 
 /// All presets, for `contact-petsc list`, hints and the ladder.
 ///
-/// Right preconditioning throughout GMRES: its residual is the true one. Overlap 1 at least: block Jacobi needs an order
-/// of magnitude more iterations where a partition boundary meets the contact zone. The options of
-/// [overlapping](Preset::is_overlapping) subdomains are there for users who choose some of them.
+/// GMRES always uses right preconditioning, because its residual is then the true one. The overlap
+/// is at least 1: block Jacobi needs an order of magnitude more iterations if a partition boundary
+/// meets the contact zone. The options of [overlapping](Preset::is_overlapping) subdomains apply
+/// when the user sets some of them.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "direct",
@@ -209,23 +212,23 @@ impl Preset {
         self.name == TWO_STAGE
     }
 
-    /// Whether the program makes its preconditioner, with matrices of its own.
+    /// Whether the program implements its preconditioner, with separate matrices.
     pub fn is_own(&self) -> bool {
         self.is_two_stage() || [FILTERED_AMG, CG_FILTERED_AMG].contains(&self.name)
     }
 
-    /// Whether its preconditioner is ILU(0) on overlapping subdomains, which the program makes unless the user has options
-    /// for it.
+    /// Whether its preconditioner is ILU(0) on overlapping subdomains. The program implements it,
+    /// unless the user has options for it.
     pub fn is_overlapping(&self) -> bool {
         self.name == OVERLAPPING
     }
 
-    /// The preset of that name.
+    /// Finds the preset with this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)
     }
 
-    /// Its options on `ranks` ranks.
+    /// Options of the preset on `ranks` ranks.
     pub fn options_on(&self, ranks: usize) -> Vec<(&'static str, &'static str)> {
         let replaced = if ranks == 1 { self.alone } else { &[] };
         let kept = |key: &str| !replaced.iter().any(|(other, _)| *other == key);
@@ -239,7 +242,8 @@ impl Preset {
     }
 }
 
-/// What a factorisation is asked for, and what the same is called where one of several ranks makes it.
+/// Options of a factorisation on all ranks, and the corresponding options for a factorisation on
+/// one of several ranks.
 const ON_ONE_RANK: [(&str, &str); 4] = [
     ("pc_type", "telescope_pc_type"),
     ("pc_factor_mat_solver_type", "telescope_pc_factor_mat_solver_type"),
@@ -247,8 +251,10 @@ const ON_ONE_RANK: [(&str, &str); 4] = [
     ("mat_mumps_icntl_14", "telescope_mat_mumps_icntl_14"),
 ];
 
-/// Options of a factorisation, made on one of so many `ranks`: MUMPS on several rounds differently each time, and is not faster
-/// on small problems. Where the user chose a preconditioner there is none.
+/// Returns the options of a factorisation that runs on one of `ranks` ranks. They do not apply if
+/// the user chose a preconditioner.
+///
+/// On several ranks MUMPS rounds differently in each run, and it is not faster on small problems.
 pub fn on_one_rank<'a>(options: &[(&'a str, &'a str)], ranks: &'a str) -> Vec<(&'a str, &'a str)> {
     let there = |(key, value): &(&'a str, &'a str)| {
         let known = ON_ONE_RANK.iter().find(|(own, _)| own == key);
@@ -266,7 +272,8 @@ pub fn on_one_rank<'a>(options: &[(&'a str, &'a str)], ranks: &'a str) -> Vec<(&
 mod tests {
     use super::*;
 
-    /// Names are unique and found, and one rank gets no subdomain options where it has a plain preconditioner.
+    /// Names are unique and can be found. On one rank, a plain preconditioner gets no subdomain
+    /// options.
     #[test]
     fn presets_are_found_by_name() {
         for preset in PRESETS {

@@ -1,32 +1,36 @@
-//! What the sweeps of a staggered step tell of those to come.
+//! Convergence of the sweeps of a staggered step, extrapolated to the next sweeps.
 
-/// How far the stages are from agreement after a sweep.
+/// Differences between the stages after a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sweep {
     /// `|u_I - u_II|` \[m\].
     pub distance: f64,
-    /// The same over the increment of the step.
+    /// Distance `|u_I - u_II|`, relative to the increment of the step.
     pub relative_distance: f64,
-    /// Change of the friction forces over the normal forces.
+    /// Change of the friction forces, relative to the normal forces.
     pub friction: f64,
-    /// Balance of the full system at `u_I`.
+    /// Residual of the full system at `u_I`.
     pub residual: f64,
-    /// `(u_I - u_II) . (u_I - u_II)'`, with that of the sweep before \[m^2\].
+    /// Scalar product of `u_I - u_II` with that of the previous sweep \[m^2\].
     pub product: f64,
 }
 
-/// How a sweep changes what the stages differ by, if it goes all the way.
+/// Factor by which a full sweep, without relaxation, changes the difference between the stages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Factor {
-    /// Length over length.
+    /// Ratio of the lengths.
     contraction: f64,
-    /// Component along the difference before, over that: negative where the sweep overshoots.
+    /// Component along the previous difference, relative to its length. It is negative if the sweep
+    /// overshoots.
     along: f64,
 }
 
 impl Factor {
-    /// Of the differences `d` and `last` of two sweeps in a row, `product` their scalar product, where the stages told each
-    /// other the part `part` of their way: `d - (1 - part) last = part J last` with the matrix `J` of a whole sweep.
+    /// Computes the factor from the lengths `d` and `last` of two consecutive differences and their
+    /// scalar `product`.
+    ///
+    /// If the stages exchange the part `part` of their change, the differences satisfy
+    /// `d - (1 - part) last = part J last`, with the matrix `J` of a full sweep.
     fn new(part: f64, d: f64, last: f64, product: f64) -> Self {
         let left = 1.0 - part;
         let cosine = product / (d * last).max(f64::MIN_POSITIVE);
@@ -36,13 +40,14 @@ impl Factor {
         Self { contraction, along: (ratio * cosine - left) / part }
     }
 
-    /// The sweep undoes the one before, and more or less: what is left is one motion to and fro.
+    /// Whether the sweep reverses the previous one and only changes its size. The remaining motion
+    /// is then an oscillation along one direction.
     fn overshoots(&self) -> bool {
         self.along < -Progress::STRAIGHT * self.contraction
     }
 }
 
-/// What the sweeps so far tell of the next ones.
+/// State of the convergence estimate over the sweeps so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     number: u32,
@@ -50,7 +55,7 @@ pub struct Progress {
     factor: Option<Factor>,
     least: Option<f64>,
     idle: u32,
-    /// Part of its way that what a stage finds goes on to the next.
+    /// Relaxation factor: the part of its change that a stage passes to the next one.
     part: f64,
 }
 
@@ -61,20 +66,23 @@ impl Default for Progress {
 }
 
 impl Progress {
-    /// Sweeps without a smaller change of friction after which none is expected.
+    /// Number of sweeps without a smaller change of friction after which no improvement is
+    /// expected.
     const PATIENCE: u32 = 10;
-    /// The same where the balance is met to rounding, so that none is asked for.
+    /// Number of sweeps without a smaller change of friction after which sweeps stop, if the
+    /// balance is met to rounding.
     const PAUSE: u32 = 2;
-    /// Largest contraction that the error is told from.
+    /// Largest contraction that is used to estimate the error.
     const MOST: f64 = 0.9;
-    /// Sweeps that tell of the way to the solution, not yet of its neighbourhood.
+    /// Number of first sweeps that only approach the solution and give no asymptotic contraction.
     const FIRST: u32 = 5;
-    /// Cosine between two differences in a row from which on they are one motion to and fro.
+    /// Cosine between two consecutive differences above which they form an oscillation along one
+    /// direction.
     const STRAIGHT: f64 = 0.9;
-    /// Least part of its way that something goes.
+    /// Smallest relaxation factor.
     const LEAST: f64 = 0.1;
 
-    /// Takes a sweep into account.
+    /// Records a sweep.
     pub fn record(&mut self, sweep: &Sweep) {
         let last = self.last.filter(|last| *last > 0.0);
         self.factor = last.map(|last| Factor::new(self.part, sweep.distance, last, sweep.product));
@@ -85,32 +93,36 @@ impl Progress {
         self.number += 1;
     }
 
-    /// Distance of the stages over that of the sweep before, as it is where all that a stage finds goes on to the next.
+    /// Ratio of the distance between the stages to that of the previous sweep, for a sweep without
+    /// relaxation.
     pub fn contraction(&self) -> Option<f64> {
         self.factor.map(|factor| factor.contraction)
     }
 
-    /// The error over the last change, `1 / (1 - q)`: all sweeps to come added up. Noise may make `q` anything: it counts up to
-    /// [`MOST`](Self::MOST).
+    /// Ratio of the error to the last change, `1 / (1 - q)`, which is the sum of all future sweeps.
+    /// Because noise can make `q` arbitrary, `q` is limited to [`MOST`](Self::MOST).
     pub fn amplification(&self) -> f64 {
         1.0 / (1.0 - self.contraction().unwrap_or(0.0).clamp(0.0, Self::MOST))
     }
 
-    /// Friction has stopped to change less.
+    /// Whether the change of friction no longer decreases.
     pub fn stagnates(&self) -> bool {
         self.idle >= Self::PATIENCE
     }
 
-    /// The last sweeps left friction no closer, which rounding does as well.
+    /// Whether the last sweeps did not reduce the change of friction. Rounding can cause this as
+    /// well.
     pub fn pauses(&self) -> bool {
         self.idle >= Self::PAUSE
     }
 
-    /// Part of the way that bound and friction traction are to go to the next sweep, where that is not all of it.
+    /// Returns the relaxation factor of bound and friction traction for the next sweep, or `None`
+    /// if no relaxation is needed.
     ///
-    /// Sweeps that overshoot by `q` go to and fro about what they seek: it lies `1 / (1 + q)` of the way off, and the part that
-    /// is `1 / (1 + q)` for the largest `q` seen makes every smaller overshoot contract as well. Sweeps that come to the
-    /// `balance` within `max_sweeps` at their own pace are left alone.
+    /// Sweeps that overshoot by `q` oscillate about the solution, which lies at the fraction
+    /// `1 / (1 + q)` of the change. The factor `1 / (1 + q)` for the largest `q` seen so far also
+    /// makes every smaller overshoot contract. Sweeps that reach the `balance` within `max_sweeps`
+    /// without relaxation are not relaxed.
     pub fn relax(&mut self, sweep: &Sweep, max_sweeps: u32, balance: f64) -> Option<f64> {
         let Some(factor) = self.factor.filter(Factor::overshoots) else { return self.relaxed() };
         if self.part == 1.0 {
@@ -127,7 +139,8 @@ impl Progress {
         Some(self.part).filter(|part| *part < 1.0)
     }
 
-    /// Whether sweeps that contract as this one bring the residual down to `balance` before there are `max_sweeps`.
+    /// Whether sweeps with the contraction of this one reduce the residual to `balance` within
+    /// `max_sweeps` sweeps.
     fn arrives(&self, factor: &Factor, sweep: &Sweep, max_sweeps: u32, balance: f64) -> bool {
         let left = f64::from(max_sweeps.saturating_sub(self.number));
         factor.contraction < 1.0 && sweep.residual * factor.contraction.powf(left) <= balance
@@ -142,7 +155,8 @@ mod tests {
         Sweep { distance, relative_distance: distance, friction, residual: distance, product: 0.0 }
     }
 
-    /// The contraction is the quotient of two distances in a row, and is not known after the first.
+    /// The contraction is the ratio of two consecutive distances, so it is unknown after the first
+    /// sweep.
     #[test]
     fn contraction_compares_two_sweeps() {
         let mut progress = Progress::default();
@@ -152,7 +166,7 @@ mod tests {
         assert!(progress.contraction().is_some_and(|c| (c - 0.2).abs() < 1e-12));
     }
 
-    /// A slow contraction leaves more open than the last change tells.
+    /// With a slow contraction the error is larger than the last change.
     #[test]
     fn the_error_is_all_sweeps_to_come() {
         let mut progress = Progress::default();
@@ -164,7 +178,8 @@ mod tests {
         assert!((progress.amplification() - 10.0).abs() < 1e-12);
     }
 
-    /// Friction that does not become smaller in ten sweeps will not, however far the stages are apart.
+    /// Friction that does not improve in ten sweeps counts as stagnating, however large the
+    /// distance between the stages.
     #[test]
     fn stagnation_is_seen() {
         let mut progress = Progress::default();
@@ -179,7 +194,8 @@ mod tests {
         assert!(!progress.stagnates());
     }
 
-    /// Sweeps with the eigenvalues `modes`, each beginning at 1: their contractions, and the distance that is left.
+    /// Sweeps with the eigenvalues `modes`, each starting at 1. Returns their contractions and the
+    /// remaining distance.
     fn sweeps(modes: &[f64], count: usize) -> (Vec<f64>, f64) {
         let mut errors = vec![1.0; modes.len()];
         let mut progress = Progress::default();
@@ -200,8 +216,8 @@ mod tests {
         (contractions, progress.last.unwrap_or(f64::NAN))
     }
 
-    /// What overshoots by more than it was off converges, with smaller overshoots beside it, and what is told of it is still
-    /// the contraction of a whole sweep.
+    /// Sweeps that overshoot by more than the initial error converge, together with smaller
+    /// overshoots. The reported contraction is still that of a full sweep.
     #[test]
     fn overshoots_are_relaxed() {
         for largest in [-0.95, -1.2, -1.6, -4.0] {
@@ -212,7 +228,7 @@ mod tests {
         }
     }
 
-    /// What converges at its own pace, or does not overshoot, is left alone.
+    /// Sweeps that converge without relaxation, or do not overshoot, are not relaxed.
     #[test]
     fn nothing_else_is_relaxed() {
         for modes in [&[-0.8, 0.2][..], &[0.95, -0.2]] {

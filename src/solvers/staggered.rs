@@ -1,10 +1,12 @@
-//! The two-stage scheme (3.6), (3.7): normal contact under known friction, then friction under known pressure, in
-//! turn until both agree (theory, section 5.4).
+//! The two-stage scheme (3.6), (3.7) (theory, section 5.4).
 //!
-//! Either stage drops one coupling from the residual and every non-symmetric term from the matrix, so that both are
-//! solved by methods for symmetric matrices. The scheme contracts by a factor proportional to the coefficient
-//! of friction, hence not at all where that is large. What overshoots there, to and fro, converges where the stages tell
-//! each other a part of their way alone ([`Progress::relax`]); a step that does not contract even so has failed.
+//! It alternates between normal contact under known friction and friction under known pressure,
+//! until both agree. Each stage drops one coupling from the residual and every non-symmetric term
+//! from the matrix. Both stages can therefore use methods for symmetric matrices.
+//!
+//! The scheme contracts by a factor proportional to the coefficient of friction, hence does not
+//! converge if that is large. Oscillating overshoots still converge if the stages exchange only a
+//! part of their change ([`Progress::relax`]). A step that does not contract even then has failed.
 
 use super::convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
 use super::linear::{Fallback, LinearSolver};
@@ -16,56 +18,63 @@ use crate::error::Result;
 use crate::petsc::Vector;
 use crate::terms::Terms;
 
-/// When the sweeps end.
+/// Convergence criteria of the sweeps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StaggeredSettings {
-    /// Error of the displacements over the increment of the step, and of the friction forces over the normal forces, as the
-    /// contraction tells them, at which the stages agree. The full system must balance to Newton's tolerance as well.
+    /// Estimated error at which the stages agree: of the displacements, relative to the increment
+    /// of the step, and of the friction forces, relative to the normal forces.
+    ///
+    /// The errors are estimated from the contraction. The full system must also balance to Newton's
+    /// tolerance.
     pub tolerance: f64,
-    /// Most sweeps over both stages.
+    /// Maximum number of sweeps over both stages.
     pub max_sweeps: u32,
-    /// What stage I knows of friction.
+    /// Which part of friction is known in stage I.
     pub known: KnownFriction,
 }
 
 /// The staggered strategy.
 pub struct Staggered {
     settings: StaggeredSettings,
-    /// Residual of the full system over the largest force at which it balances: a part of Newton's own tolerance.
+    /// Residual of the full system, relative to the largest force, at which it balances. It is a
+    /// fraction of Newton's own tolerance.
     balance: f64,
     normal: Monolithic,
     friction: Monolithic,
-    /// What stage I found, the result.
+    /// Displacement found by stage I, which is the result.
     found: Vector,
-    /// `u_II - u_I` of this sweep, and of the one before.
+    /// `u_II - u_I` of this sweep, and of the previous one.
     apart: Vector,
     apart_before: Vector,
     work: Vector,
 }
 
 impl Staggered {
-    /// Each stage is solved to this residual over the largest force at least: the stages are compared, and can not
-    /// agree better than each is solved.
+    /// Residual, relative to the largest force, to which each stage is solved at least. The stages
+    /// are compared, and cannot agree better than each is solved.
     const STAGE_TOLERANCE: f64 = 1e-10;
-    /// The same where friction is held whole: under a stiff stick the friction that belongs to a displacement errs by some
-    /// thirty times the residual that the displacement was solved to, and the full system is to balance with it.
+    /// Residual to which each stage is solved at least if the friction traction is held. Under a
+    /// stiff stick law, the friction that belongs to a displacement has an error of some thirty
+    /// times the residual of the displacement. The full system has to balance with this friction.
     const STAGE_TOLERANCE_TRACTION: f64 = 1e-12;
-    /// Residual of the full system over Newton's tolerance at which a step may end. Newton's last correction leaves far less than
-    /// it is asked for, sweeps do not, and what they leave has the same sign step after step: where all slips for 70 steps the
-    /// force misses by 1.0e-6 at 1, by 5.5e-7 at this, for a hundredth more solves.
+    /// Residual of the full system, relative to Newton's tolerance, at which a step may end.
+    ///
+    /// Newton's last correction leaves far less than requested. Sweeps do not, and their residual
+    /// has the same sign in each step. If all points slip for 70 steps, the force error is 1.0e-6
+    /// at 1 and 5.5e-7 at this value, for one hundredth more solves.
     const BALANCE: f64 = 0.3;
-    /// Corrections of a stage, whose matrix is not the whole derivative.
+    /// Maximum number of corrections of a stage, whose matrix is not the complete derivative.
     const STAGE_ITERATIONS: u32 = 60;
-    /// Stages that differ by this part of the displacements differ by rounding.
+    /// Stages that differ by this part of the displacements differ only by rounding.
     const ROUNDING: f64 = 8.0 * f64::EPSILON;
-    /// Residuals of one state that are both rounding, over each other.
+    /// Largest ratio of two residuals of one state that are both rounding.
     const NOISE: f64 = 4.0;
 
-    /// A solver for states with the layout of `pattern`; `newton` is how each stage is solved, `linear` makes the
-    /// linear solver of a stage.
+    /// Creates a solver for states with the layout of `pattern`. `newton` defines how each stage is
+    /// solved, and `linear` creates the linear solver of a stage.
     ///
     /// # Errors
-    /// When PETSc can not allocate.
+    /// If PETSc cannot allocate.
     pub fn new(
         settings: StaggeredSettings,
         newton: &NewtonSettings,
@@ -81,7 +90,7 @@ impl Staggered {
                 tolerance: newton.tolerance.min(tight),
                 max_iterations: newton.max_iterations.max(Self::STAGE_ITERATIONS),
                 terms,
-                // The stages take turns with one matrix.
+                // The stages alternate in using one matrix.
                 keep_tangent: false,
                 ..newton.clone()
             };
@@ -99,7 +108,8 @@ impl Staggered {
         })
     }
 
-    /// Stage I, then the full balance there, which tells the pressure and the bound that stage II holds.
+    /// Solves stage I and evaluates the full balance there, which gives the pressure and the bound
+    /// that stage II holds fixed.
     fn find_contact(
         &mut self,
         system: &mut dyn Dynamics,
@@ -117,7 +127,7 @@ impl Staggered {
         Ok((outcome, balance))
     }
 
-    /// Stage II, then how far both stages are apart.
+    /// Solves stage II and evaluates the differences between both stages.
     fn find_friction(
         &mut self,
         system: &mut dyn Dynamics,
@@ -147,13 +157,17 @@ impl Staggered {
         Ok((outcome, sweep))
     }
 
-    /// Both stages agree, and what they agree on balances as well as a monolithic step does.
+    /// Whether both stages agree, and their result balances as well as a monolithic step does.
     ///
-    /// Sweeps that contract by `q` leave `|u - u_I| <= |u_I - u_II| / (1 - q)` open, and as much of the friction. What is left
-    /// open has the same sign step after step and adds up: where all slips, the last force would miss by a thousand times
-    /// the tolerance but for the balance. Where stages differ by rounding alone, or friction has stopped to change less, no
-    /// sweep can do better; nor where stage I ended at a `residual` above its tolerance, which is rounding then: bodies in free
-    /// flight, or one that has left what it slid on, have no other forces.
+    /// Sweeps that contract by `q` leave an error of `|u - u_I| <= |u_I - u_II| / (1 - q)`, and a
+    /// friction error in the same proportion. The error has the same sign in each step and
+    /// accumulates. If all points slip, the last force would miss by a thousand times the tolerance
+    /// without the balance criterion.
+    ///
+    /// In three cases no sweep can improve the result: the stages differ only by rounding, friction
+    /// no longer changes less, or stage I ended at a `residual` above its tolerance. Such a
+    /// residual is rounding: bodies in free flight, or a body that has left the surface it slid on,
+    /// have no other forces.
     fn agrees(&self, sweep: &Sweep, residual: f64, progress: &Progress) -> bool {
         let open = sweep.relative_distance.max(sweep.friction) * progress.amplification();
         let exhausted = sweep.relative_distance == 0.0 || progress.stagnates();
@@ -162,9 +176,9 @@ impl Staggered {
         open <= self.settings.tolerance && sweep.residual <= balance.max(rounding)
     }
 
-    /// No sweep brings the stages closer, and the full system balances: to what rounding leaves, by the measure of Newton's
-    /// method, or as well as is asked for. Between stages of a slender body rounding leaves a distance that is far above the
-    /// rounding of its places.
+    /// Whether no sweep brings the stages closer, while the full system balances, either as well as
+    /// requested or to rounding level as Newton's method measures it. For a slender body, rounding
+    /// leaves a distance between the stages that is far above the rounding of its positions.
     fn stands_at_rounding(
         &self,
         sweep: &Sweep,
@@ -179,7 +193,7 @@ impl Staggered {
         Ok(progress.pauses() && Monolithic::is_rounding(balance, system, stage)?)
     }
 
-    /// Why the sweeps end without agreement, where they do.
+    /// Explains why the sweeps end without agreement, if they do.
     fn hopeless(&self, number: u32, sweep: &Sweep, progress: &Progress) -> Option<String> {
         if number < self.settings.max_sweeps && !progress.stagnates() {
             return None;
@@ -235,7 +249,7 @@ impl Staggered {
                 system.freeze(Freeze::Part(part));
             }
         }
-        // What follows reads forces, tractions and statuses off the last evaluation.
+        // The following steps read forces, tractions and statuses from the last evaluation.
         report.residual = relative(self.normal.evaluate(system, stage)?);
         system.rewind();
         report.contact = system.observe()?;
@@ -243,7 +257,7 @@ impl Staggered {
     }
 }
 
-/// Adds up the work of a stage; the outcome of the step where the stage failed.
+/// Adds the work of a stage. Returns the outcome of the step if the stage failed.
 fn failure(report: &mut SolveReport, outcome: Outcome, name: &str) -> Option<Outcome> {
     let (Outcome::Converged(of_stage) | Outcome::Failed(of_stage, _)) = &outcome;
     report.add_work(of_stage);

@@ -1,4 +1,4 @@
-//! How a step is solved: at once, or normal contact and friction in turn.
+//! Strategies to solve a step: monolithic, or normal contact and friction in turn.
 
 use super::convergence::{IterationReport, Outcome};
 use super::linear::Fallback;
@@ -11,7 +11,7 @@ use crate::error::Result;
 pub struct Entry {
     /// Key in the case file.
     pub name: &'static str,
-    /// One sentence.
+    /// Description in one sentence.
     pub about: &'static str,
 }
 
@@ -26,12 +26,13 @@ pub const STRATEGIES: &[Entry] = &[
     },
 ];
 
-/// A way to bring `stage.trial` to the balance at the end of a step.
+/// A method that brings `stage.trial` to the balance at the end of a step.
 pub trait Strategy {
-    /// Corrects `stage.trial` until the balance holds; its forces are then those of the full system. Collective.
+    /// Corrects `stage.trial` until the balance is met. Its forces are then those of the full
+    /// system. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses; a solve that does not converge is an [`Outcome`].
+    /// If a PETSc call fails. A solve that does not converge is an [`Outcome`].
     fn solve(
         &mut self,
         system: &mut dyn Dynamics,
@@ -39,23 +40,23 @@ pub trait Strategy {
         watch: &mut dyn FnMut(&IterationReport),
     ) -> Result<Outcome>;
 
-    /// Moves the prescribed unknowns to their values at the trial instant and the free ones along with them;
-    /// `false` where the linear solve failed. Collective.
+    /// Moves the prescribed unknowns to their values at the trial time, and the free ones with
+    /// them. Returns `false` if the linear solve failed. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool>;
 
-    /// Strategy and linear solvers, for people.
+    /// Describes strategy and linear solvers for the user.
     fn describe(&self) -> String;
 
-    /// Whether a linear solver wants the rigid-body modes.
+    /// Whether a linear solver uses the rigid-body modes.
     fn wants_rigid_body_modes(&self) -> bool;
 
-    /// Whether a factorisation is shared by all ranks, which then rounds differently each time.
+    /// Whether a factorisation runs on all ranks, and therefore rounds differently in each run.
     fn factorises_together(&self) -> bool;
 
-    /// Linear solvers that failed since the last call, and what took over.
+    /// Returns the linear solvers that failed since the last call, and their replacements.
     fn take_fallbacks(&mut self) -> Vec<Fallback>;
 }
 

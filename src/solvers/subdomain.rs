@@ -1,9 +1,13 @@
-//! ILU(0) on the rank's rows and some layers of its neighbours' around them: restricted additive Schwarz.
+//! ILU(0) on the rank's rows and some layers of its neighbours' rows around them: restricted
+//! additive Schwarz.
 //!
-//! Two things decide how many more iterations that takes than ILU(0) of the whole matrix. The order of elimination: all
-//! ranks eliminate in one order of all nodes, whatever rank owns them. With the neighbours' nodes before or behind the
-//! own ones a front would run along the border, where ILU drops most, and a wider overlap would gain nothing. And the
-//! overlap, which grows while a further layer costs less than what it saves.
+//! Two properties determine how many more iterations this takes than ILU(0) of the whole matrix:
+//!
+//! - The order of elimination. All ranks eliminate in one order of all nodes, independent of
+//!   ownership. If the neighbours' nodes came before or after the rank's own ones, a front would
+//!   run along the border. ILU would drop most entries there, and a wider overlap would gain
+//!   nothing.
+//! - The overlap. It grows while a further layer costs less than it saves.
 
 use std::rc::Rc;
 
@@ -16,8 +20,10 @@ use crate::partition::IndexMap;
 use crate::partition::exchange::NodeExchange;
 use crate::petsc::{BlockPattern, Event, Matrix, Session, Vector};
 
-/// The first layer has to be; of the others each may add so many rows to those of its rank: the second saves a tenth of the
-/// iterations, the third a fiftieth (five matrices of the rubber block, 128 by 128, in two parts).
+/// Rows that each layer may add, relative to those of its rank. The first layer is always added.
+///
+/// The second layer saves a tenth of the iterations and the third a fiftieth (five matrices of the
+/// rubber block, 128 by 128, in two parts).
 const LAYERS: [f64; 3] = [f64::INFINITY, 0.1, 0.025];
 
 /// The preconditioner, for blocks of any size.
@@ -28,17 +34,18 @@ pub(super) struct Subdomain {
     renewal: Event,
 }
 
-/// What it does for blocks of one size.
+/// Operations of the preconditioner for blocks of one size.
 trait Factors {
     fn renew(&mut self, session: &Session, matrix: &Matrix) -> Result<()>;
     fn solve(&mut self, session: &Session, r: &Vector, z: &mut Vector);
 }
 
 impl Subdomain {
-    /// For matrices of the pattern of this one; to be [renewed](Self::renew) before it is used. Collective.
+    /// Creates a preconditioner for matrices with the pattern of `matrix`. [Renew](Self::renew) it
+    /// before use. Collective.
     ///
     /// # Errors
-    /// The pattern names a node that does not exist.
+    /// If the pattern names a node that does not exist.
     pub fn new(session: &Rc<Session>, matrix: &Matrix) -> Result<Self> {
         let pattern = Rc::clone(matrix.pattern());
         let grown = Grown::new(session, &pattern)?;
@@ -56,34 +63,35 @@ impl Subdomain {
         Rc::ptr_eq(&self.pattern, matrix.pattern())
     }
 
-    /// Factorises anew. Collective.
+    /// Computes new factors. Collective.
     ///
     /// # Errors
-    /// PETSc refuses its arrays.
+    /// If PETSc does not provide its arrays.
     pub fn renew(&mut self, matrix: &Matrix) -> Result<()> {
         let _running = self.renewal.begin();
         self.factors.renew(&self.session, matrix)
     }
 
-    /// `z` about `matrix^-1 r`. Collective.
+    /// Computes `z`, an approximation of `matrix^-1 r`. Collective.
     pub fn apply(&mut self, r: &Vector, z: &mut Vector) {
         self.factors.solve(&self.session, r, z);
     }
 }
 
-/// The neighbours' nodes of a subdomain with their rows, and who sends them.
+/// The neighbours' nodes of a subdomain with their rows, and the ranks that send them.
 struct Grown {
-    /// Global numbers, ascending.
+    /// Global numbers, in ascending order.
     ghosts: Vec<i32>,
     exchange: NodeExchange,
-    /// Most blocks in a row, on any rank.
+    /// Largest number of blocks in a row, on any rank.
     width: usize,
-    /// For each ghost its place in the order, the number of its columns, these, and room up to `width` of them.
+    /// For each ghost: its position in the order, the number of its columns, the columns, and
+    /// padding up to `width` of them.
     rows: Vec<f64>,
 }
 
 impl Grown {
-    /// Values of a row that travel before its columns.
+    /// Number of values that precede the columns of a row in a message.
     const HEAD: usize = 2;
 
     fn new(session: &Session, pattern: &BlockPattern) -> Result<Self> {
@@ -110,7 +118,7 @@ impl Grown {
         Self::ask(session, pattern, &index, ghosts, width as usize)
     }
 
-    /// The rows of these nodes from their owners. Collective.
+    /// Requests the rows of these nodes from their owners. Collective.
     fn ask(
         session: &Session,
         pattern: &BlockPattern,
@@ -145,7 +153,8 @@ impl Grown {
     }
 }
 
-/// Those of the global nodes that are neither owned nor among the `ghosts`, ascending and once.
+/// The global nodes that are neither owned nor among the `ghosts`, in ascending order and without
+/// duplicates.
 fn outside(pattern: &BlockPattern, nodes: impl Iterator<Item = i32>, ghosts: &[i32]) -> Vec<i32> {
     let known = |node: &i32| pattern.owned().contains(node) || ghosts.binary_search(node).is_ok();
     let mut others: Vec<i32> = nodes.filter(|node| !known(node)).collect();
@@ -154,24 +163,24 @@ fn outside(pattern: &BlockPattern, nodes: impl Iterator<Item = i32>, ghosts: &[i
     others
 }
 
-/// Where a block of the subdomain's matrix comes from.
+/// Origin of a block of the subdomain's matrix.
 #[derive(Debug, Clone, Copy)]
 enum Source {
-    /// This slot of the rank's own rows.
+    /// A slot of the rank's own rows.
     Own(u32),
-    /// This block of those that the neighbours send.
+    /// A block among those that the neighbours send.
     Sent(u32),
 }
 
-/// The subdomain's matrix, its factors, and what travels.
+/// The subdomain's matrix, its factors, and the data that are exchanged.
 struct Overlapping<const D: usize> {
     pattern: Rc<BlockPattern>,
     exchange: NodeExchange,
     width: usize,
-    /// Owned nodes, then ghosts, in the order of elimination; and the place of each in it.
+    /// Owned nodes, then ghosts, in the order of elimination, and the position of each in it.
     order: Vec<u32>,
     factors: Incomplete<D>,
-    /// For each block of the factors' rows.
+    /// Source of each block of the factors' rows.
     sources: Vec<Source>,
     sent: Vec<f64>,
     halo: Vec<f64>,

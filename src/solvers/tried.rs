@@ -1,34 +1,38 @@
-//! What became of a linear solve, and whether it counts.
+//! Result of a linear solve, and whether it is accepted.
 
 use crate::error::Result;
 use crate::petsc::{Matrix, Vector};
 
-/// What became of the preset on one rung.
+/// Result of the preset on one rung.
 pub(super) struct LinearAttempt {
     pub iterations: u32,
     pub residual: f64,
-    /// Residual that was asked for: the user's option where there is one.
+    /// Requested residual, from the user's option if there is one.
     pub tolerance: f64,
-    /// PETSc's word on how it ended.
+    /// PETSc's reason why it ended.
     pub reason: String,
 }
 
 impl LinearAttempt {
-    /// The true residual may miss the tolerance by this factor before the solve counts as failed.
+    /// Factor by which the true residual may miss the tolerance before the solve counts as failed.
     const SLACK: f64 = 10.0;
-    /// No true residual is asked to be smaller: a factorisation can not do better on a stiff contact.
+    /// Smallest true residual that is required. A factorisation cannot do better on a stiff
+    /// contact.
     const ROUNDING: f64 = 1e-9;
 
-    /// Whether the solve counts.
+    /// Whether the solve is accepted.
     pub fn is_good(&self) -> bool {
         self.residual <= Self::SLACK * self.tolerance.max(Self::ROUNDING)
     }
 
-    /// As it is, or where it is not good, with the tolerance that rounding leaves a factorisation: products of the largest
-    /// entries with a solution that is large where another body gives way. `size` is the norm of the right side. Collective.
+    /// Returns the result unchanged if it is good, otherwise with the tolerance that rounding
+    /// leaves a factorisation. Collective.
+    ///
+    /// The tolerance comes from products of the largest entries with the solution, which is large
+    /// where another body gives way. `size` is the norm of the right side.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn at_rounding(self, matrix: &Matrix, x: &Vector, work: &mut Vector, size: f64) -> Result<Self> {
         if self.is_good() || !self.residual.is_finite() {
             return Ok(self);

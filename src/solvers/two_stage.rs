@@ -1,12 +1,16 @@
 //! The two-stage scheme as preconditioner of the monolithic system (theory, section 6.3).
 //!
 //! With the symmetric operator `A_I` of stage I and the full `K`, one application to `r` is
-//! `z_1 = A_I^-1 r`, then `z = z_1 + A^-1 (r - K z_1)`. Where `A = A_I` and the inner solves are exact this is
-//! `z = A_I^-1 (r - (K - A_I) z_1)`, the friction that the new normal tractions bring: `K - A_I` is `K_nT` and the
-//! small non-symmetric terms. Written with `K` it takes one product, no matrix of its own for `K_nT`, and corrects the
-//! error of an inexact `z_1` as well. The second reading takes the operator of the paper's stage II,
-//! `A = A_II = A_I - K_CN`, with the normal components of `z_1` kept at the nodes in contact: without that it would
-//! forget the penalty.
+//! `z_1 = A_I^-1 r`, then `z = z_1 + A^-1 (r - K z_1)`.
+//!
+//! With `A = A_I` and exact inner solves this is `z = A_I^-1 (r - (K - A_I) z_1)`, the effect of
+//! the new normal tractions on friction. `K - A_I` is `K_nT` plus the small non-symmetric terms.
+//! The form with `K` takes one product, needs no matrix for `K_nT`, and also corrects the error of
+//! an inexact `z_1`.
+//!
+//! The second variant uses the operator of the paper's stage II, `A = A_II = A_I - K_CN`, and keeps
+//! the normal components of `z_1` at the nodes in contact. Otherwise the result would not include
+//! the penalty.
 
 use std::rc::Rc;
 
@@ -20,23 +24,23 @@ use crate::terms::Terms;
 /// Operator of the second half of an application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SecondOperator {
-    /// That of stage I again: the friction-normal coupling is all that it makes up for.
+    /// The operator of stage I again. It only compensates for the friction-normal coupling.
     #[default]
     Coupling,
-    /// The paper's stage II, normal components kept at contact nodes.
+    /// The operator of the paper's stage II, with normal components kept at contact nodes.
     FrictionStage,
 }
 
-/// What the case says of the preconditioner.
+/// Settings of the preconditioner in the case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TwoStageSettings {
     /// Operator of the second half.
     pub second: SecondOperator,
-    /// Preset for the symmetric matrices; chosen by the problem where `None`.
+    /// Preset for the symmetric matrices. `None` selects it from the properties of the problem.
     pub inner: Option<&'static str>,
 }
 
-/// One symmetric operator and what solves with it.
+/// One symmetric operator and its solver.
 struct Half {
     matrix: Matrix,
     terms: Terms,
@@ -47,7 +51,7 @@ struct Half {
 pub struct TwoStage {
     normal: Half,
     friction: Option<Half>,
-    /// `K`; known from the first solve on.
+    /// `K`; known after the first solve has started.
     operator: Option<SharedOperator>,
     residual: Vector,
     correction: Vector,
@@ -62,7 +66,7 @@ impl Half {
         Ok(Self { matrix: origin.like.like()?, terms, krylov })
     }
 
-    /// Looks at new values of the matrix.
+    /// Notes new values of the matrix.
     fn prepare(&mut self, reuse: Reuse) -> Result<()> {
         self.krylov.set_operators(&self.matrix, &self.matrix)?;
         self.krylov.reuse_preconditioner(reuse)?;
@@ -70,7 +74,7 @@ impl Half {
         self.krylov.set_up()
     }
 
-    /// `x = matrix^-1 b`, roughly; the iterations, or `None` where it failed.
+    /// Solves `x = matrix^-1 b` approximately. Returns the iterations, or `None` if it failed.
     fn solve(&mut self, b: &Vector, x: &mut Vector) -> Result<Option<u32>> {
         let outcome = self.krylov.solve(b, x)?;
         Ok(outcome.converged().then_some(outcome.iterations as u32))
@@ -82,15 +86,15 @@ impl TwoStage {
     pub const PREFIX: &str = "two_stage_";
     /// Relative tolerance of the inner solves.
     const TOLERANCE: f64 = 1e-2;
-    /// Iterations after which an inner solve counts as failed.
+    /// Number of iterations after which an inner solve counts as failed.
     const MAX_ITERATIONS: usize = 1000;
-    /// Stiffness that keeps the normal components at contact nodes, over the diagonal.
+    /// Stiffness that keeps the normal components at contact nodes, relative to the diagonal.
     const HOLD: f64 = 1e6;
 
-    /// A preconditioner whose matrices are still zero. Collective.
+    /// Creates a preconditioner whose matrices are still zero. Collective.
     ///
     /// # Errors
-    /// No memory, or the inner preset is not one for symmetric matrices.
+    /// If memory is insufficient, or the inner preset is not one for symmetric matrices.
     pub fn new(origin: &Origin, second: SecondOperator, inner: &str) -> Result<Self> {
         let preset = Preset::named(inner).filter(|preset| preset.symmetric).ok_or_else(|| {
             Error::case(format!("'{inner}' does not solve the symmetric systems of two_stage"))

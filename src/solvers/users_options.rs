@@ -1,10 +1,11 @@
-//! PETSc's options of the user against those of a preset: his own win, and what the matrix does not allow is refused.
+//! Combination of the user's PETSc options with those of a preset. The user's options take
+//! precedence, and methods that the matrix does not allow are rejected.
 
 use crate::error::{Error, Result};
 use crate::petsc::Krylov;
 
-/// What remains of a preset beside the user's options: a method or a preconditioner of his own takes the place of
-/// the preset's with all that belongs to it.
+/// Options of a preset that remain beside the user's options. A method or preconditioner of the
+/// user replaces that of the preset, with all related options.
 pub(super) fn beside_the_users(
     mut options: Vec<(&'static str, &'static str)>,
     given: impl Fn(&str) -> bool,
@@ -22,10 +23,10 @@ pub(super) fn beside_the_users(
 /// Methods of PETSc that rely on a symmetric operator.
 const SYMMETRIC_METHODS: [&str; 8] = ["cg", "fcg", "pipecg", "groppcg", "minres", "symmlq", "nash", "stcg"];
 
-/// The user may have chosen a method by PETSc's options that this matrix does not allow.
+/// Rejects a method that the user chose by PETSc options and that this matrix does not allow.
 ///
 /// # Errors
-/// When he has.
+/// If the user chose such a method.
 pub(super) fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
     let (method, _) = krylov.types()?;
     if !SYMMETRIC_METHODS.contains(&method.as_str()) {
@@ -42,7 +43,7 @@ mod tests {
     use super::*;
     use crate::solvers::PRESETS;
 
-    /// The user's method or preconditioner does not meet options of the preset's.
+    /// The user's method or preconditioner is not combined with the preset's options for it.
     #[test]
     fn the_users_choice_replaces_the_presets() {
         for preset in PRESETS {

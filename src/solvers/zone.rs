@@ -8,18 +8,19 @@ use mpi::traits::CommunicatorCollectives;
 use crate::error::Result;
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Operator, Reuse, Session, SubMatrix, Vector};
 
-/// W of the filtered multigrid. A little larger than the facets in contact need, so that it may stay while they change.
+/// W of the filtered multigrid. It is slightly larger than the facets in contact need, so that it
+/// can be kept while they change.
 pub(super) struct Zone {
     session: Rc<Session>,
     layers: u32,
-    /// Owned nodes in contact at present.
+    /// Owned nodes currently in contact.
     touching: Vec<bool>,
-    /// Owned nodes that may come into contact before W is chosen anew.
+    /// Owned nodes that may come into contact before W is chosen again.
     covered: Vec<bool>,
-    /// Nodes in contact when W was chosen, on all ranks.
+    /// Number of nodes in contact when W was chosen, on all ranks.
     chosen_for: u64,
     solver: Option<Solver>,
-    /// The factors are those of an earlier matrix.
+    /// Whether the factors are those of an earlier matrix.
     kept: bool,
     renewal: Event,
     correction: Event,
@@ -31,10 +32,10 @@ struct Solver {
     krylov: Krylov,
     rhs: Vector,
     solution: Vector,
-    /// A vector without order on W, zero elsewhere, and what the matrix makes of it.
+    /// An irregular vector on W, zero elsewhere, and its product with the matrix.
     sample: Vector,
     product: Vector,
-    /// The same and the diagonal, on W, of the matrix that the factors are of.
+    /// Product with the sample and diagonal, on W, of the matrix that was factorised.
     made_of: [Vector; 2],
 }
 
@@ -48,13 +49,13 @@ impl Zone {
         ("mat_mumps_icntl_7", "5"),
         ("mat_mumps_icntl_14", "50"),
     ];
-    /// W is chosen anew when contact has shrunk by this factor.
+    /// W is chosen again when contact has shrunk by this factor.
     const SHRUNK: u64 = 4;
 
-    /// Nothing, until nodes in contact are observed.
+    /// Creates an empty W, until nodes in contact are observed.
     ///
     /// # Errors
-    /// When PETSc can not register the phase.
+    /// If PETSc cannot register the phase.
     pub fn new(session: &Rc<Session>, layers: u32) -> Result<Self> {
         let (touching, covered) = (Vec::new(), Vec::new());
         let renewal = Event::register(session, "ZoneFactors")?;
@@ -64,7 +65,7 @@ impl Zone {
         Ok(Self { session, layers, touching, covered, chosen_for, solver, kept, renewal, correction })
     }
 
-    /// Takes the owned nodes in contact.
+    /// Records the owned nodes in contact.
     pub fn observe(&mut self, touching: Vec<bool>) {
         self.touching = touching;
     }
@@ -79,11 +80,12 @@ impl Zone {
         self.kept
     }
 
-    /// Factorises the part of `matrix` on W, which is chosen anew where contact has left it. Factors of an earlier matrix
-    /// are kept where `reuse` allows it and no node of W has got other rows. Collective.
+    /// Factorises the part of `matrix` on W, which is chosen again if contact has left it. Factors
+    /// of an earlier matrix are kept if `reuse` allows it and the rows of all nodes of W are
+    /// unchanged. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses; a zero pivot is told by the solve.
+    /// If a PETSc call fails. The solve reports a zero pivot.
     pub fn prepare(&mut self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
         let left = self
             .touching
@@ -114,10 +116,10 @@ impl Zone {
         solver.factorise(matrix)
     }
 
-    /// `z += P (P^T K P)^-1 P^T r`; whether it could be done. Collective.
+    /// Computes `z += P (P^T K P)^-1 P^T r`. Returns whether this was possible. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn correct(&mut self, r: &Vector, z: &mut Vector) -> Result<bool> {
         let Some(Solver { part, krylov, rhs, solution, .. }) = &mut self.solver else { return Ok(true) };
         let _running = self.correction.begin();
@@ -149,7 +151,7 @@ impl Zone {
         krylov.configure(&Self::OPTIONS)?;
         let (mut rhs, solution) = (part.vector()?, part.vector()?);
         let made_of = [part.vector()?, part.vector()?];
-        // Zero outside of W, so that the product knows no other columns.
+        // The sample is zero outside of W, so that the product contains no other columns.
         let mut sample = matrix.irregular(0)?;
         let product = sample.like()?;
         part.restrict(&sample, &mut rhs);
@@ -161,12 +163,15 @@ impl Zone {
 }
 
 impl Solver {
-    /// Rows of a node are others when their product with the sample has changed by more than this part of its least diagonal
-    /// entry: less than a point of a facet does that begins to slip, more than a small strain. A penalty that turns with its
-    /// normal matters to what slides, not to what sticks as stiffly.
+    /// Change of the product with the sample, relative to the least diagonal entry of a node, above
+    /// which the rows of the node count as changed.
+    ///
+    /// It is less than the change of one point of a facet that begins to slip, and more than that
+    /// of a small strain. A penalty that rotates with its normal matters for sliding points, not
+    /// for points that stick with the same stiffness.
     const CHANGED: f64 = 0.1;
 
-    /// Whether the rows of an owned node on W are others than those that the factors are of. Collective.
+    /// Whether the rows of an owned node on W differ from those that were factorised. Collective.
     fn changed(&mut self, matrix: &Matrix) -> Result<bool> {
         matrix.multiply(&self.sample, &mut self.product)?;
         self.part.restrict(&self.product, &mut self.rhs);
@@ -182,7 +187,8 @@ impl Solver {
         }))
     }
 
-    /// Factorises the part, and keeps what tells whether the factors are still of the matrix. Collective.
+    /// Factorises the part, and stores the data that show whether the factors still fit the matrix.
+    /// Collective.
     fn factorise(&mut self, matrix: &Matrix) -> Result<()> {
         let [made, diagonal] = &mut self.made_of;
         matrix.multiply(&self.sample, &mut self.product)?;
@@ -194,7 +200,7 @@ impl Solver {
     }
 }
 
-/// Marks that spread over the couplings of a pattern, those with nodes of other ranks included.
+/// Marks that spread over the couplings of a pattern, including those with nodes of other ranks.
 struct Growth {
     couplings: Matrix,
     marks: Vector,

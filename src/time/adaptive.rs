@@ -1,68 +1,77 @@
-//! Steps as long as the errors allow, landing on given instants.
+//! Time steps controlled by error estimates, which end at given instants.
 //!
-//! What a step adds to an error is compared with its share of what may be added until the end
-//! ([`Budget`](super::Budget)); the next step is the one at which the mean of the last errors would be nine tenths of that: the error
-//! of an oscillation comes and goes within its period, and steps that follow it vary for nothing. They lie on a
-//! grid of lengths, the nearest is taken, and so small changes of the error leave the step as it is. A contact
-//! that opens or closes makes the velocity jump: such a step is an event, for which a lump of the budget may be spent, and
-//! the estimate begins anew behind it, so that the jump does not drive the step to nothing.
+//! The error that a step adds is compared with its share of the error that may still be added until
+//! the end ([`Budget`](super::Budget)). The next step is the one at which the mean of the last
+//! errors would be nine tenths of that share. The mean is used because the error of an oscillation
+//! rises and falls within each period, and steps need not follow it.
+//!
+//! Step lengths are taken from a grid, by rounding to the nearest one. Small changes of the error
+//! therefore leave the step unchanged.
+//!
+//! A contact that opens or closes makes the velocity jump. Such a step is an event, which may spend
+//! a fixed part of the budget. The estimate restarts after the event, so that the jump does not
+//! reduce the step without limit.
 
 use serde::{Deserialize, Serialize};
 
 use super::retry::Retry;
 
-/// What a step that could be solved did.
+/// Assessment of a step that was solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judgement {
-    /// The largest of the errors of the step over what was allowed.
+    /// Largest ratio of an error of the step to its allowed value.
     pub ratio: f64,
-    /// Power of the step with which that ratio falls.
+    /// Power of the step length with which that ratio falls.
     pub order: f64,
-    /// The velocity jumps in this step, or did just before.
+    /// Whether the velocity jumps in this step, or jumped just before it.
     pub event: bool,
-    /// Longest growth of the next step that the solver wants.
+    /// Largest growth factor of the next step that the solver allows.
     pub ease: f64,
 }
 
-/// Walks from start to end in steps of varying length.
+/// Advances from start to end in steps of varying length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Adaptive {
     start: f64,
     now: f64,
-    /// Instants that a step shall end at, increasing; the last is the end.
+    /// Instants at which a step must end, in increasing order. The last one is the end.
     instants: Vec<f64>,
     largest: f64,
     smallest: f64,
-    /// The step that is wanted, whatever instant is near.
+    /// Desired step length, independent of the next instant.
     wish: f64,
-    /// The shortest step after failures.
+    /// Shortest step after failures.
     floor: f64,
-    /// Mean of the last errors over what they might be and over the power of the step that they fall with.
+    /// Mean of the last error ratios, each divided by the power of the step with which it falls.
     density: Option<f64>,
-    /// Where the step that was judged ends.
+    /// End of the step that was judged.
     landing: Option<f64>,
-    /// Steps that shall not grow.
+    /// Number of further steps that must not grow.
     hold: u32,
     cuts: u64,
     rejected: u64,
 }
 
 impl Adaptive {
-    /// Errors shorten a step down to this part of the largest, no further.
+    /// Errors shorten a step at most to this fraction of the largest step.
     const SMALLEST: f64 = 1.0 / 1024.0;
-    /// Steps aim at this part of what is allowed, as errors are more likely to grow at once than to fall.
+    /// Fraction of the allowed error that steps aim at, because errors are more likely to grow
+    /// suddenly than to fall.
     const AIM: f64 = 0.9;
-    /// A step is repeated where it exceeds what is allowed by this factor; less is made up for by the next ones.
+    /// A step is repeated if its error exceeds the allowed value by this factor. Later steps
+    /// compensate a smaller excess.
     const PATIENCE: f64 = 2.0;
     /// Weight of the newest error in the mean.
     const NEWEST: f64 = 0.3;
     const GROWTH: f64 = 2.0;
     const SHRINKAGE: f64 = 0.2;
-    /// Steps are wished for in this part of an octave, so that rounding does not tell ranks apart.
+    /// Number of step lengths in an octave of the grid. The grid prevents rounding from giving
+    /// different steps on different ranks.
     const GRAIN: f64 = 16.0;
 
-    /// Steps of at most `largest` from `start` to `end` \[s\], ending at each of `instants` between; a step that fails
-    /// is halved `max_cuts` times beyond the smallest that errors may ask for.
+    /// Creates steps of at most `largest` from `start` to `end` \[s\] that end at each of
+    /// `instants`. A step that fails is halved up to `max_cuts` times below the smallest step that
+    /// errors can request.
     pub fn new([start, end]: [f64; 2], largest: f64, instants: &[f64], max_cuts: u32) -> Self {
         let close = 1e-9 * (end - start);
         let mut instants: Vec<f64> =
@@ -92,23 +101,23 @@ impl Adaptive {
         self.instants.last().copied().unwrap_or(self.now)
     }
 
-    /// The end is reached.
+    /// Whether the end is reached.
     pub fn finished(&self) -> bool {
         self.now >= self.end()
     }
 
-    /// Instant now \[s\].
+    /// Current time \[s\].
     pub fn time(&self) -> f64 {
         self.now
     }
 
-    /// Completed part of the interval.
+    /// Completed fraction of the interval.
     pub fn fraction(&self) -> f64 {
         (self.now - self.start) / (self.end() - self.start)
     }
 
-    /// Instant at the end of the next step \[s\]: the next given instant where it is near, half way to it where one step
-    /// would leave a sliver.
+    /// End of the next step \[s\]: the next given instant if it is near. If one step would leave a
+    /// very short remainder, the step covers half of the distance.
     pub fn end_of_step(&self) -> f64 {
         let Some(&target) = self.instants.iter().find(|&&t| t > self.now) else { return self.now };
         let left = target - self.now;
@@ -124,22 +133,22 @@ impl Adaptive {
         self.end_of_step() - self.now
     }
 
-    /// Whether the next step is the shortest that errors may ask for, or shorter.
+    /// Whether the next step is at most the shortest step that errors can request.
     pub fn is_shortest(&self) -> bool {
         self.wish <= self.smallest * (1.0 + 1e-9)
     }
 
-    /// Steps that were cut since they could not be solved.
+    /// Number of steps that were cut because they could not be solved.
     pub fn cuts(&self) -> u64 {
         self.cuts
     }
 
-    /// Steps that were solved and repeated since their errors were too large.
+    /// Number of steps that were solved and repeated because their errors were too large.
     pub fn rejected(&self) -> u64 {
         self.rejected
     }
 
-    /// Whether the step is taken; the next one offered is as long as this one allows.
+    /// Decides whether the step is accepted, and sets the length of the next step from its errors.
     pub fn judge(&mut self, judgement: &Judgement) -> bool {
         let dt = self.dt();
         let Judgement { ratio, order, event, ease } = *judgement;
@@ -156,9 +165,10 @@ impl Adaptive {
         let newest = ratio / Self::AIM / dt.powf(order);
         let density = self.density.map_or(newest, |mean| mean + Self::NEWEST * (newest - mean));
         let control = density.powf(-1.0 / order) / dt;
-        // What an event leaves behind is compared with a lump of the budget, and says nothing of what follows.
+        // The error after an event is compared with the event's part of the budget. It does not
+        // predict later errors.
         self.density = (!held).then_some(density);
-        // A step that was shortened to end at an instant says little against the longer one.
+        // A step that was shortened to end at an instant is weak evidence against the longer one.
         let longest = Self::GROWTH.max(self.wish / dt).min(ease.max(0.5));
         let factor = control.clamp(Self::SHRINKAGE, if held { 1.0f64.min(longest) } else { longest });
         self.hold = if event { 2 } else { self.hold.saturating_sub(1) };
@@ -169,23 +179,23 @@ impl Adaptive {
         true
     }
 
-    /// The length of the grid that is nearest to a wish.
+    /// Returns the length on the grid that is nearest to `wish`.
     fn grained(&self, wish: f64) -> f64 {
         let octaves = (Self::GRAIN * (wish / self.largest).log2()).round() / Self::GRAIN;
         (self.largest * octaves.exp2()).clamp(self.smallest, self.largest)
     }
 
-    /// The step that was judged is accepted.
+    /// Accepts the step that was judged.
     pub fn succeed(&mut self) {
         self.now = self.landing.take().unwrap_or_else(|| self.end_of_step());
     }
 
-    /// Whether half of the step may be offered.
+    /// Whether half of the step can be tried.
     pub fn can_cut(&self) -> bool {
         0.5 * self.dt() >= self.floor
     }
 
-    /// The step could not be solved.
+    /// Records that the step could not be solved.
     pub fn fail(&mut self) -> Retry {
         if !self.can_cut() {
             return Retry::GiveUp;
@@ -211,7 +221,7 @@ mod tests {
         (control.dt() / step - 1.0).abs() < 1e-12
     }
 
-    /// Every instant that is asked for is the end of a step, to the last digit, and no step is a sliver.
+    /// Every requested instant is exactly the end of a step, and no step is very short.
     #[test]
     fn lands_on_instants() {
         let instants = [0.3, 0.301, 0.7];
@@ -227,7 +237,8 @@ mod tests {
         assert_eq!(ends.last(), Some(&1.0));
     }
 
-    /// An error that is the square of the step over what a time scale allows leads to steps of that scale.
+    /// With an error equal to the squared ratio of the step to a time scale, the steps approach
+    /// that time scale.
     #[test]
     fn follows_the_error() {
         let allowed = |t: f64| if t < 0.5 { 0.02 } else { 0.005 };
@@ -247,7 +258,8 @@ mod tests {
         assert!(control.rejected() >= 1 && control.rejected() < 4, "{}", control.rejected());
     }
 
-    /// The error of an oscillation comes and goes within eight steps; the steps hardly follow it, and use what they aim at.
+    /// The error of an oscillation rises and falls within eight steps. The steps hardly follow it,
+    /// and use the error that they aim at.
     #[test]
     fn an_error_that_comes_and_goes_leaves_the_step() {
         let mut control = Adaptive::new([0.0, 1.0], 0.05, &[], 5);
@@ -270,7 +282,7 @@ mod tests {
         assert!((used / Adaptive::AIM - 1.0).abs() < 0.1, "{used}");
     }
 
-    /// Errors that change little leave the step as it is.
+    /// Small changes of the error leave the step unchanged.
     #[test]
     fn small_changes_leave_the_step() {
         let mut control = Adaptive::new([0.0, 1.0], 1e-2, &[], 5);
@@ -283,7 +295,8 @@ mod tests {
         }
     }
 
-    /// What an event leaves behind is small beside the lump that it is compared with: the step that follows goes by its own error.
+    /// The error after an event is small relative to the event's part of the budget. The next step
+    /// depends on its own error.
     #[test]
     fn what_an_event_leaves_behind_says_nothing() {
         let mut control = Adaptive::new([0.0, 1.0], 0.1, &[], 5);
@@ -297,7 +310,8 @@ mod tests {
         assert!(is_as_long(&control, step), "{}", control.dt());
     }
 
-    /// Behind an event the step neither grows nor falls to nothing; where no step is small enough the run goes on.
+    /// After an event the step neither grows nor falls to zero. If no step is small enough, the run
+    /// continues.
     #[test]
     fn events_do_not_stop_the_run() {
         let mut control = Adaptive::new([0.0, 1.0], 0.1, &[], 5);
@@ -315,7 +329,8 @@ mod tests {
         assert!(control.is_shortest() && tries < 10 && control.dt() >= 0.1 / 1024.0 * 0.999);
     }
 
-    /// Steps that can not be solved are halved until it is hopeless, and the control survives being written down.
+    /// Steps that cannot be solved are halved down to the floor. The control survives
+    /// serialization.
     #[test]
     fn gives_up_at_the_floor() {
         let mut control = Adaptive::new([0.0, 1.0], 0.1, &[0.25], 2);

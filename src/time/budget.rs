@@ -1,11 +1,11 @@
-//! How much error may be added until the end, and which share of it a step may use.
+//! The error that may still be added until the end, and the share of it that a step may use.
 
 use serde::{Deserialize, Serialize};
 
-/// Error that the steps may add up to.
+/// Error that the steps may add in total.
 ///
-/// The sum of what the steps add shall not pass `tolerance * scale`; the scale is the largest there was so far. What
-/// quiet times leave over is there for lively ones.
+/// The sum of the errors of all steps must not exceed `tolerance * scale`. The scale is the largest
+/// size observed so far. Error that quiet phases do not use is available in later phases.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     tolerance: f64,
@@ -14,29 +14,31 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// A step may use its even share times this at most, where others have left it over.
+    /// Largest multiple of its even share that a step may use, if other steps have left enough.
     const MOST: f64 = 4.0;
-    /// And times this at least, where they have used up all there was: the run goes on.
+    /// Smallest multiple of its even share that a step may use. The run continues even if the
+    /// budget is used up.
     const LEAST: f64 = 0.25;
-    /// Part of what is left that an event may use.
+    /// Fraction of the remaining budget that an event may use.
     const EVENT: f64 = 0.05;
 
-    /// Errors up to `tolerance` times a scale that is not known yet.
+    /// Creates a budget of `tolerance` times a scale that is not known yet.
     pub fn new(tolerance: f64) -> Self {
         Self { tolerance, scale: 0.0, spent: 0.0 }
     }
 
-    /// Takes note of the present size of what the error is compared with.
+    /// Records the current size of the quantity that the error is compared with.
     pub fn observe(&mut self, size: f64) {
         self.scale = self.scale.max(size);
     }
 
-    /// The largest size there was.
+    /// The largest size observed so far.
     pub fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// What a step may add that takes the part `share` of all the time, and the part `left` of it is left.
+    /// Error that a step may add. The step takes the fraction `share` of the total time, and the
+    /// fraction `left` of it remains.
     pub fn share(&self, share: f64, left: f64) -> f64 {
         let all = self.tolerance * self.scale;
         let even = all * share;
@@ -44,17 +46,17 @@ impl Budget {
         fair.clamp(Self::LEAST * even, Self::MOST * even)
     }
 
-    /// What an event may add.
+    /// Error that an event may add.
     pub fn event(&self) -> f64 {
         Self::EVENT * (self.tolerance * self.scale - self.spent).max(0.0)
     }
 
-    /// A step added as much.
+    /// Records the error that a step added.
     pub fn spend(&mut self, error: f64) {
         self.spent += error;
     }
 
-    /// Sum of what was added, over the scale.
+    /// Sum of the added errors, divided by the scale.
     pub fn achieved(&self) -> f64 {
         if self.spent == 0.0 { 0.0 } else { self.spent / self.scale }
     }
@@ -64,7 +66,8 @@ impl Budget {
 mod tests {
     use super::*;
 
-    /// Steps that use their shares add up to what was allowed; a quiet beginning leaves more for the rest.
+    /// Steps that use their shares add up to the allowed error. A quiet beginning leaves more for
+    /// the later steps.
     #[test]
     fn shares_add_up() {
         let mut budget = Budget::new(1e-2);

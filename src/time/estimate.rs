@@ -1,21 +1,26 @@
-//! What a step adds to the error of the displacement, from displacements alone (4.13).
+//! Error that a step adds to the displacement, estimated from displacements alone (4.13).
 //!
-//! A scheme of second order turns each mode by a wrong angle, `(omega dt)^3 c` a step, one of first order damps it, by
-//! `(omega dt)^2 c`: displacements err by `c dt^3 u'''` and `c dt^2 u''`. The derivatives are divided differences of the last
-//! displacements. Differences of accelerations, as Zienkiewicz and Xie take them, have the same limit, but weight
-//! modes that the step does not resolve by `(omega dt)^2`, and so see nothing else behind an impact.
+//! A scheme of second order rotates each mode by a wrong angle, `(omega dt)^3 c` per step. A scheme
+//! of first order damps it, by `(omega dt)^2 c`. The displacement errors are `c dt^3 u'''` and
+//! `c dt^2 u''`, with derivatives from divided differences of the last displacements.
+//!
+//! Differences of accelerations, as used by Zienkiewicz and Xie, have the same limit. However, they
+//! weight modes that the step does not resolve by `(omega dt)^2`, and these modes dominate the
+//! estimate after an impact.
 
 use super::scheme::Scheme;
 
-/// Fields that an estimate is a sum of, in this order: displacements two steps ago, one step ago, at the start and at the
-/// end of the step; velocity and acceleration at its start.
+/// Number of fields in the weighted sum of an estimate.
+///
+/// In order: displacements two steps ago, one step ago, at the start and at the end of the step;
+/// velocity and acceleration at its start.
 pub const FIELDS: usize = 6;
 
-/// Instants of the displacements: two steps ago, one step ago, start and end \[s\].
+/// Times of the displacements: two steps ago, one step ago, start and end \[s\].
 pub type Instants = [f64; 4];
 
 impl Scheme {
-    /// Factors of `dt^2 u''` and `dt^3 u'''` in the error of a step; nothing in statics.
+    /// Factors of `dt^2 u''` and `dt^3 u'''` in the error of a step. `None` in statics.
     pub fn local_error(self) -> Option<[f64; 2]> {
         match self {
             Self::Newmark { beta, gamma, alpha_m, alpha_f } => {
@@ -38,8 +43,8 @@ impl Scheme {
     }
 }
 
-/// Weights of the [`FIELDS`] in the error of a step, when `known` (0 to 2) displacements before its start tell of the
-/// same smooth motion.
+/// Weights of the [`FIELDS`] in the error of a step. `known` (0 to 2) is the number of
+/// displacements before its start that belong to the same smooth motion.
 pub fn weights([damping, turn]: [f64; 2], instants: &Instants, known: usize) -> [f64; FIELDS] {
     let dt = instants[3] - instants[2];
     std::array::from_fn(|field| {
@@ -49,7 +54,8 @@ pub fn weights([damping, turn]: [f64; 2], instants: &Instants, known: usize) -> 
     })
 }
 
-/// Weights of three displacements, one an instant, in the parabola through them at `at` \[s\].
+/// Weights of three displacements, one per instant, in the parabola through them, evaluated at `at`
+/// \[s\].
 pub fn extrapolation(instants: [f64; 3], at: f64) -> [f64; 3] {
     std::array::from_fn(|k| {
         let others = (0..3).filter(|other| *other != k);
@@ -57,8 +63,8 @@ pub fn extrapolation(instants: [f64; 3], at: f64) -> [f64; 3] {
     })
 }
 
-/// Divided differences of second and third order up to the end of the step; rates at its start take the place of
-/// displacements before it that are not known.
+/// Divided differences of second and third order up to the end of the step. Rates at its start
+/// replace unknown earlier displacements.
 fn differences(t: &Instants, fields: &[f64; FIELDS], known: usize) -> [f64; 2] {
     let [u0, u1, u2, u3, v, a] = *fields;
     let dt = t[3] - t[2];
@@ -82,8 +88,8 @@ fn differences(t: &Instants, fields: &[f64; FIELDS], known: usize) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// An oscillator `u'' = -omega^2 u`, stepped by the scheme at steps that vary; the sum of the estimates and the
-    /// largest true error in displacement and scaled velocity.
+    /// Integrates an oscillator `u'' = -omega^2 u` with varying steps of the scheme. Returns the
+    /// sum of the estimates and the largest true error in displacement and scaled velocity.
     fn oscillate(scheme: Scheme, steps: usize) -> [f64; 2] {
         let (omega, end) = (5.0f64, 2.0);
         let dts: Vec<f64> = (0..steps).map(|k| 1.0 + 0.2 * (k as f64 * 0.7).sin()).collect();
@@ -126,8 +132,8 @@ mod tests {
         [sum, worst]
     }
 
-    /// The sum of the estimates is about the true error, between half and twice of it, for every scheme; it falls with
-    /// the order of the scheme.
+    /// For every scheme, the sum of the estimates is between half and twice the true error. It
+    /// falls with the order of the scheme.
     #[test]
     fn estimates_add_up_to_the_error() {
         let schemes = [
@@ -147,7 +153,7 @@ mod tests {
         assert_eq!(Scheme::Static.local_error(), None);
     }
 
-    /// A parabola is continued exactly.
+    /// A parabola is extrapolated exactly.
     #[test]
     fn extrapolates_parabolas() {
         let u = |t: f64| 3.0 * t * t - t + 2.0;
@@ -156,7 +162,7 @@ mod tests {
         assert!((value - u(0.5)).abs() < 1e-13);
     }
 
-    /// Where only rates at the start are known the differences are those of a smooth motion all the same.
+    /// If only rates at the start are known, the differences are still those of a smooth motion.
     #[test]
     fn rates_replace_displacements() {
         let instants = [0.0, 0.1, 0.25, 0.45];

@@ -1,12 +1,13 @@
-//! Steps that fail are cut in two, and grow again when both halves are done.
+//! Nominal time steps that are halved on failure and grow again when both halves are done.
 
 use serde::{Deserialize, Serialize};
 
 use super::retry::Retry;
 
-/// Walks from start to end in steps of the nominal length, each of which may split into halves, recursively.
+/// Advances from start to end in steps of the nominal length. Each step can split into halves,
+/// recursively.
 ///
-/// Instants are computed from counters, not by accumulation, so that the last one is the end exactly.
+/// Times are computed from counters, not by accumulation, so that the last one is exactly the end.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Halving {
     start: f64,
@@ -22,9 +23,10 @@ pub struct Halving {
 }
 
 impl Halving {
-    /// Steps of about `step` from `start` to `end` \[s\], cut at most `max_depth` times.
+    /// Creates steps of about `step` from `start` to `end` \[s\], each cut at most `max_depth`
+    /// times.
     ///
-    /// The nominal step is the largest that divides the interval and does not pass `step`.
+    /// The nominal step is the largest that divides the interval and does not exceed `step`.
     pub fn new(start: f64, end: f64, step: f64, max_depth: u32) -> Self {
         let steps = ((end - start) / step * (1.0 - 1e-12)).ceil().max(1.0);
         Self {
@@ -39,7 +41,7 @@ impl Halving {
         }
     }
 
-    /// The end is reached.
+    /// Whether the end is reached.
     pub fn finished(&self) -> bool {
         self.done == self.steps
     }
@@ -49,13 +51,13 @@ impl Halving {
         self.nominal / (1u64 << self.depth) as f64
     }
 
-    /// Instant now \[s\].
+    /// Current time \[s\].
     pub fn time(&self) -> f64 {
         let within = self.position as f64 / (1u64 << self.depth) as f64;
         self.start + self.nominal * (self.done as f64 + within)
     }
 
-    /// Instant at the end of the next step \[s\].
+    /// Time at the end of the next step \[s\].
     pub fn end_of_step(&self) -> f64 {
         let within = (self.position + 1) as f64 / (1u64 << self.depth) as f64;
         self.start + self.nominal * (self.done as f64 + within)
@@ -66,7 +68,7 @@ impl Halving {
         self.start + self.nominal * self.steps as f64
     }
 
-    /// Completed part of the interval, between 0 and 1.
+    /// Completed fraction of the interval, between 0 and 1.
     pub fn fraction(&self) -> f64 {
         (self.time() - self.start) / (self.nominal * self.steps as f64)
     }
@@ -81,7 +83,8 @@ impl Halving {
         self.cuts
     }
 
-    /// The step succeeded; where both halves of a cut are done the next step is longer again.
+    /// Records that the step succeeded. When both halves of a cut are done, the next step is longer
+    /// again.
     pub fn succeed(&mut self) {
         self.position += 1;
         while self.depth > 0 && self.position.is_multiple_of(2) {
@@ -94,12 +97,12 @@ impl Halving {
         }
     }
 
-    /// Whether half of the step may be offered.
+    /// Whether half of the step can be tried.
     pub fn can_cut(&self) -> bool {
         self.depth < self.max_depth
     }
 
-    /// The step failed: offers half of it, down to the depth that was allowed.
+    /// Records that the step failed, and halves it down to the allowed depth.
     pub fn fail(&mut self) -> Retry {
         if !self.can_cut() {
             return Retry::GiveUp;
@@ -115,7 +118,8 @@ impl Halving {
 mod tests {
     use super::*;
 
-    /// Without failures the instants are the multiples of the step and the last is the end exactly.
+    /// Without failures the step ends are multiples of the step, and the last one is exactly the
+    /// end.
     #[test]
     fn walks_to_the_end() {
         let mut control = Halving::new(0.0, 0.07, 5e-4, 5);
@@ -126,7 +130,7 @@ mod tests {
         assert_eq!(control.time(), 0.07);
     }
 
-    /// A failed step is done in halves and quarters, and the step is whole again afterwards.
+    /// A failed step is computed in halves and quarters. The next step has full length again.
     #[test]
     fn cuts_and_grows_again() {
         let mut control = Halving::new(0.0, 2.0, 1.0, 5);
@@ -141,7 +145,7 @@ mod tests {
         assert_eq!(control.cuts(), 2);
     }
 
-    /// At the allowed depth it gives up instead of cutting for ever.
+    /// At the allowed depth the control gives up and cuts no further.
     #[test]
     fn gives_up_at_the_depth() {
         let mut control = Halving::new(0.0, 1.0, 0.3, 1);

@@ -1,7 +1,7 @@
-//! Time integration: Newmark and its family, and the control of the step.
+//! Time integration: the Newmark family of schemes, and step control.
 //!
-//! An integrator turns an accepted state and a step into a [`Stage`](crate::dynamics::Stage); it sees
-//! displacement, velocity, acceleration and two shifts, nothing else.
+//! An integrator turns an accepted state and a step into a [`Stage`](crate::dynamics::Stage). It
+//! uses only displacement, velocity, acceleration and two shifts.
 
 mod adaptive;
 mod budget;

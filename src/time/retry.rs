@@ -1,10 +1,10 @@
-//! What follows a failed attempt at a step.
+//! The decision after a failed attempt at a step.
 
 /// What to do after a failed attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Retry {
-    /// Try the smaller step that the control now offers.
+    /// Try the smaller step that the control now provides.
     Cut,
-    /// The step can not be cut further.
+    /// The step cannot be cut further.
     GiveUp,
 }

@@ -1,36 +1,43 @@
-//! How often the error of a mode counts, at most (4.14).
+//! Limit on how often the error of a mode is counted (4.14).
 //!
-//! A step turns or damps a mode of frequency `w` by `c (w dt)^p`, and the sum of it over time grows without end. The error does
-//! not: a mode whose phase is lost errs by its own size, once. So the estimates pass a filter that takes from them what
-//! is faster than the modes lost by the end: `1 / (1 + (w / w_c)^2)^(p/2)`, where `c w_c^p dt^(p-1) T` is the number of times
-//! that a lost mode shall count in the time `T`. Slow modes pass as they are. The filter is `p` sections of first order in a
-//! row.
+//! A step rotates or damps a mode of frequency `w` by `c (w dt)^p`. The sum of this error over time
+//! grows without bound. The true error does not: a mode whose phase is lost has an error of its own
+//! size, once.
+//!
+//! The estimates therefore pass a filter that attenuates modes faster than those that lose their
+//! phase by the end: `1 / (1 + (w / w_c)^2)^(p/2)`. Here `c w_c^p dt^(p-1) T` is how many times a
+//! lost mode counts in the time `T`. Slow modes pass unchanged. The filter consists of `p`
+//! first-order sections in series.
 
 use serde::{Deserialize, Serialize};
 
 use super::scheme::Scheme;
 
-/// Sections of the filter, at most.
+/// Largest number of sections of the filter.
 pub const SECTIONS: usize = 3;
 
 /// The filter during one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Section {
-    /// Part of the way to its input that a section goes.
+    /// Fraction of the distance to its input that the state of a section moves in the step.
     pub gain: f64,
-    /// Sections in use, 2 or 3.
+    /// Number of sections in use, 2 or 3.
     pub count: usize,
 }
 
-/// How much of a constant input has come through each section since the filter began.
+/// Fraction of a constant input that has passed each section since the filter started.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Passed([f64; SECTIONS]);
 
 impl Scheme {
-    /// The filter for a step of `dt`, where `span` is the time in which modes may lose their phase \[s\].
+    /// Returns the filter for a step of `dt`, where `span` is the time in which modes can lose
+    /// their phase \[s\].
     pub fn saturation(self, dt: f64, span: f64) -> Section {
-        /// How often a lost mode counts: two motions of the same size and any phases are the square root of two times
-        /// it apart, and six times of that keep the sum above the true error where sections overlap, as measured.
+        /// Number of times that a lost mode counts.
+        ///
+        /// Two motions of equal size and arbitrary phases differ by the square root of two times
+        /// that size. By measurement, six times this value keeps the sum above the true error where
+        /// sections overlap.
         const LOST: f64 = 6.0 * std::f64::consts::SQRT_2;
         let [damping, turn] = self.local_error().unwrap_or_default();
         let damped = (LOST / (damping * dt * span)).sqrt();
@@ -41,10 +48,11 @@ impl Scheme {
 }
 
 impl Section {
-    /// Lets everything through.
+    /// A section that passes its input unchanged.
     pub const WHOLE: Self = Self { gain: 1.0, count: SECTIONS };
 
-    /// Weights of the states of the sections, then of the input, in the state of section `last` after the step.
+    /// Weights of the states of the sections, followed by that of the input, in the state of
+    /// section `last` after the step.
     pub fn weights(&self, last: usize) -> [f64; SECTIONS + 1] {
         let Self { gain, .. } = *self;
         let mut weights = [0.0; SECTIONS + 1];
@@ -57,7 +65,7 @@ impl Section {
 }
 
 impl Passed {
-    /// After another step.
+    /// Returns the fractions after one more step.
     pub fn after(self, section: &Section) -> Self {
         let mut input = 1.0;
         Self(self.0.map(|state| {
@@ -66,7 +74,7 @@ impl Passed {
         }))
     }
 
-    /// Part of a constant input that has come through.
+    /// Fraction of a constant input that has passed the filter.
     pub fn part(&self, section: &Section) -> f64 {
         self.0[section.count - 1]
     }
@@ -76,7 +84,7 @@ impl Passed {
 mod tests {
     use super::*;
 
-    /// What the filter leaves of `cos(w t)`, largest of the last half of `steps`.
+    /// Largest filtered value of `cos(w t)` in the last half of `steps`.
     fn passed(section: &Section, w: f64, dt: f64, steps: u32) -> f64 {
         let mut states = [0.0; SECTIONS];
         let mut most = 0.0f64;
@@ -93,7 +101,8 @@ mod tests {
         most
     }
 
-    /// A slow mode passes whole; a fast one counts a few times over the span, whatever its frequency.
+    /// A slow mode passes unchanged. A fast one counts a few times over the span, whatever its
+    /// frequency.
     #[test]
     fn lost_modes_count_a_few_times() {
         let scheme = Scheme::Midpoint;
@@ -114,7 +123,7 @@ mod tests {
         assert!((7.0..10.0).contains(&counted), "{counted}");
     }
 
-    /// A constant comes through by and by, as much as [`Passed`] says.
+    /// A constant passes gradually, by the fraction that [`Passed`] gives.
     #[test]
     fn constants_pass() {
         let section = Scheme::Midpoint.saturation(1e-2, 1.0);

@@ -1,42 +1,50 @@
-//! Newmark, HHT, generalised-alpha, midpoint, backward Euler and statics as one family (theory, chapter 4).
+//! Newmark, HHT, generalised-alpha, midpoint, backward Euler and statics as one family of schemes
+//! (theory, chapter 4).
 
 use crate::dynamics::{Balance, OverStep, Shifts, Stage};
 use crate::error::Result;
 
-/// A one-step scheme whose only unknown is the displacement at the end of the step, or in its middle.
+/// A one-step scheme. Its only unknown is the displacement at the end of the step or at its
+/// midpoint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scheme {
-    /// Displacement and velocity by Newmark's formulas, inertia and forces weighted between start and end.
+    /// Displacement and velocity follow from Newmark's formulas. Inertia and forces are weighted
+    /// between start and end.
     ///
     /// `a_end = (u_end - u_start - dt v_start) / (beta dt^2) - (1 - 2 beta) / (2 beta) a_start`,
     /// `v_end = v_start + dt ((1 - gamma) a_start + gamma a_end)`.
     Newmark {
-        /// The paper's alpha.
+        /// Alpha of the paper.
         beta: f64,
-        /// The paper's beta.
+        /// Beta of the paper.
         gamma: f64,
         /// Weight of the inertia at the start.
         alpha_m: f64,
         /// Weight of the forces at the start.
         alpha_f: f64,
     },
-    /// `v = du/dt`, `a = dv/dt`: first order, damps strongly.
+    /// `v = du/dt`, `a = dv/dt`. First order, with strong damping.
     BackwardEuler,
-    /// Balance in the middle of the step, at the mean of the displacements and of the velocities: backward Euler over
-    /// half of the step, continued in a straight line by [`Scheme::finish`]. Keeps linear and angular momentum.
+    /// Balance at the midpoint of the step, with the mean displacement and the mean velocity.
+    /// Conserves linear and angular momentum.
+    ///
+    /// It is backward Euler over half of the step, extrapolated linearly by [`Scheme::finish`].
     Midpoint,
-    /// The midpoint rule with forces that change the energy by the work they do over the step, in the bulk and in contact:
-    /// keeps energy (less what friction turns into heat) and, without supports, linear and angular momentum.
+    /// The midpoint rule with forces in the bulk and in contact that change the energy by exactly
+    /// the work they do over the step.
+    ///
+    /// Conserves energy, less the heat from friction. Without supports it also conserves linear and
+    /// angular momentum.
     Conserving,
-    /// No inertia; the velocity `du/dt` drives friction alone.
+    /// No inertia. The velocity `du/dt` is used for friction only.
     Static,
 }
 
-/// A scheme as users know it.
+/// Description of a scheme for users.
 pub struct SchemeEntry {
     /// Key in the case file.
     pub name: &'static str,
-    /// One sentence.
+    /// Description in one sentence.
     pub about: &'static str,
 }
 
@@ -72,13 +80,13 @@ impl Scheme {
         Self::Newmark { beta, gamma, alpha_m: 0.0, alpha_f: 0.0 }
     }
 
-    /// Hilber, Hughes, Taylor by the spectral radius at infinity, in `[1/2, 1]`.
+    /// Hilber, Hughes, Taylor scheme, given the spectral radius at infinity, in `[1/2, 1]`.
     pub fn hht(spectral_radius: f64) -> Self {
         let alpha_f = (1.0 - spectral_radius) / (1.0 + spectral_radius);
         Self::Newmark { beta: 0.25 * (1.0 + alpha_f).powi(2), gamma: 0.5 + alpha_f, alpha_m: 0.0, alpha_f }
     }
 
-    /// Chung, Hulbert by the spectral radius at infinity, in `[0, 1]`.
+    /// Chung, Hulbert scheme, given the spectral radius at infinity, in `[0, 1]`.
     pub fn generalized_alpha(spectral_radius: f64) -> Self {
         let alpha_m = (2.0 * spectral_radius - 1.0) / (spectral_radius + 1.0);
         let alpha_f = spectral_radius / (spectral_radius + 1.0);
@@ -114,16 +122,16 @@ impl Scheme {
         }
     }
 
-    /// Whether the forces are balanced in the middle of the step.
+    /// Whether the forces are balanced at the midpoint of the step.
     pub fn is_midpoint(self) -> bool {
         matches!(self, Self::Midpoint | Self::Conserving)
     }
 
-    /// Prepares a step from `stage.start` to the instant `end` \[s\]: shifts, bases, and the start displacement as first
-    /// guess.
+    /// Prepares a step from `stage.start` to the time `end` \[s\]. Sets shifts and bases, and takes
+    /// the start displacement as initial guess.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn prepare(self, stage: &mut Stage, dt: f64, end: f64) -> Result<()> {
         stage.dt = dt;
         stage.shifts = self.shifts(dt);
@@ -135,10 +143,10 @@ impl Scheme {
         stage.trial.u.copy_from(&stage.start.u)
     }
 
-    /// Moves the first guess along the velocity at the start, `u_start + dt v_start`.
+    /// Moves the initial guess along the velocity at the start, to `u_start + dt v_start`.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn extrapolate(self, stage: &mut Stage) -> Result<()> {
         match self {
             Self::Static => Ok(()),
@@ -147,11 +155,14 @@ impl Scheme {
         }
     }
 
-    /// Goes on from the middle of the step to its end, where the trial state is not there yet: `u` and `v` in a straight
-    /// line, `a` as in the middle. Prescribed values and forces are the system's to follow; true where they have to.
+    /// Advances a trial state from the midpoint of the step to its end: `u` and `v` linearly, `a`
+    /// as at the midpoint.
+    ///
+    /// Returns `true` if the trial state was at the midpoint. The system then has to update
+    /// prescribed values and forces.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn finish(self, stage: &mut Stage, end: f64) -> Result<bool> {
         if !self.is_midpoint() {
             return Ok(false);
@@ -165,7 +176,7 @@ impl Scheme {
         Ok(true)
     }
 
-    /// `v` and `a` at the end of the step if the displacement did not change.
+    /// Computes `v` and `a` at the end of the step for an unchanged displacement.
     fn bases(self, stage: &mut Stage) -> Result<()> {
         let dt = stage.dt;
         if self == Self::Static {
@@ -195,7 +206,8 @@ impl Scheme {
 mod tests {
     use super::*;
 
-    /// Advances `m a + c v + k u = 0` by the scheme's own weights and shifts; returns `u` at the end.
+    /// Advances `m a + c v + k u = 0` with the scheme's own weights and shifts. Returns `u` at the
+    /// end.
     fn oscillate(scheme: Scheme, steps: usize, end: f64) -> f64 {
         let (m, k) = (2.0, 18.0);
         let dt = end / steps as f64;
@@ -227,7 +239,8 @@ mod tests {
         u
     }
 
-    /// Newmark, HHT, generalised-alpha and midpoint converge with order 2 on an oscillator, backward Euler with order 1.
+    /// Newmark, HHT, generalised-alpha and midpoint converge with order 2 on an oscillator,
+    /// backward Euler with order 1.
     #[test]
     fn schemes_converge_with_their_order() {
         let exact = (3.0f64 * 1.0).cos() + 0.5 / 3.0 * (3.0f64 * 1.0).sin();
@@ -246,7 +259,8 @@ mod tests {
         }
     }
 
-    /// With spectral radius 1 both damped schemes are the average-acceleration method or the midpoint form of it.
+    /// With spectral radius 1, both damped schemes are the average-acceleration method or its
+    /// midpoint form.
     #[test]
     fn undamped_limits() {
         assert_eq!(Scheme::hht(1.0), Scheme::newmark(0.25, 0.5));

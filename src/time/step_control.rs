@@ -1,4 +1,4 @@
-//! How a run walks through time: in equal steps, or in steps as long as the errors allow.
+//! Step control of a run: equal steps, or steps as long as the errors allow.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,28 +6,30 @@ use super::adaptive::{Adaptive, Judgement};
 use super::halving::Halving;
 use super::retry::Retry;
 
-/// The steps of a run. What it holds is all that it needs to go on.
+/// Step control of a run. It contains the complete state that is needed to resume.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StepControl {
-    /// Equal steps that are cut in two where they fail.
+    /// Equal steps that are halved on failure.
     Halving(Halving),
-    /// Steps that follow an estimate of their errors.
+    /// Steps that follow an error estimate.
     Adaptive(Adaptive),
 }
 
 impl StepControl {
-    /// Steps of about `step` from `start` to `end` \[s\], cut at most `max_depth` times; see [`Halving`].
+    /// Creates steps of about `step` from `start` to `end` \[s\], each cut at most `max_depth`
+    /// times; see [`Halving`].
     pub fn new(start: f64, end: f64, step: f64, max_depth: u32) -> Self {
         Self::Halving(Halving::new(start, end, step, max_depth))
     }
 
-    /// Steps of at most `largest` that follow their errors and end at each of `instants` \[s\]; see [`Adaptive`].
+    /// Creates steps of at most `largest` that follow their errors and end at each of `instants`
+    /// \[s\]; see [`Adaptive`].
     pub fn adaptive([start, end]: [f64; 2], largest: f64, instants: &[f64], max_cuts: u32) -> Self {
         Self::Adaptive(Adaptive::new([start, end], largest, instants, max_cuts))
     }
 
-    /// The end is reached.
+    /// Whether the end is reached.
     pub fn finished(&self) -> bool {
         match self {
             Self::Halving(steps) => steps.finished(),
@@ -43,7 +45,7 @@ impl StepControl {
         }
     }
 
-    /// Instant now \[s\].
+    /// Current time \[s\].
     pub fn time(&self) -> f64 {
         match self {
             Self::Halving(steps) => steps.time(),
@@ -51,7 +53,7 @@ impl StepControl {
         }
     }
 
-    /// Instant at the end of the next step \[s\].
+    /// Time at the end of the next step \[s\].
     pub fn end_of_step(&self) -> f64 {
         match self {
             Self::Halving(steps) => steps.end_of_step(),
@@ -67,7 +69,7 @@ impl StepControl {
         }
     }
 
-    /// Completed part of the interval, between 0 and 1.
+    /// Completed fraction of the interval, between 0 and 1.
     pub fn fraction(&self) -> f64 {
         match self {
             Self::Halving(steps) => steps.fraction(),
@@ -75,7 +77,8 @@ impl StepControl {
         }
     }
 
-    /// Cuts of a step: after an attempt that was rolled back, or before the step was tried.
+    /// Number of cuts of steps, either after an attempt that was rolled back or before the step was
+    /// tried.
     pub fn cuts(&self) -> u64 {
         match self {
             Self::Halving(steps) => steps.cuts(),
@@ -83,7 +86,7 @@ impl StepControl {
         }
     }
 
-    /// Steps that were solved and repeated, since their errors were too large.
+    /// Number of steps that were solved and repeated because their errors were too large.
     pub fn rejected(&self) -> u64 {
         match self {
             Self::Halving(_) => 0,
@@ -91,7 +94,7 @@ impl StepControl {
         }
     }
 
-    /// Whether the next step is the shortest that errors may ask for.
+    /// Whether the next step is at most the shortest that errors can request.
     pub fn is_shortest(&self) -> bool {
         match self {
             Self::Halving(_) => false,
@@ -99,7 +102,7 @@ impl StepControl {
         }
     }
 
-    /// Whether a step that was solved is taken; equal steps always are.
+    /// Decides whether a solved step is accepted. Equal steps are always accepted.
     pub fn judge(&mut self, judgement: &Judgement) -> bool {
         match self {
             Self::Halving(_) => true,
@@ -107,7 +110,7 @@ impl StepControl {
         }
     }
 
-    /// The step is accepted.
+    /// Records that the step is accepted.
     pub fn succeed(&mut self) {
         match self {
             Self::Halving(steps) => steps.succeed(),
@@ -115,7 +118,7 @@ impl StepControl {
         }
     }
 
-    /// Whether a shorter step can be offered.
+    /// Whether a shorter step can be tried.
     pub fn can_cut(&self) -> bool {
         match self {
             Self::Halving(steps) => steps.can_cut(),
@@ -123,7 +126,7 @@ impl StepControl {
         }
     }
 
-    /// The step failed: offers a shorter one.
+    /// Records that the step failed, and shortens it.
     pub fn fail(&mut self) -> Retry {
         match self {
             Self::Halving(steps) => steps.fail(),

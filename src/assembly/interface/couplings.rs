@@ -1,44 +1,46 @@
-//! Nodes that each vertex couples, and where their blocks go.
+//! Nodes that each vertex couples, and the destinations of their blocks.
 //!
-//! Rows of the rank's own nodes go to the matrix. Rows of other nodes are *remote*: collected in an agreed order and
-//! sent to the ranks that own them.
+//! Rows of the rank's own nodes go to the matrix. Rows of other nodes are *remote*: they are
+//! collected in an agreed order and sent to the ranks that own them.
 
 use super::numbering::Numbering;
 use crate::partition::exchange::ForeignRows;
 use crate::petsc::{BlockPattern, NO_SLOT};
 
-/// Marks a place among the remote blocks.
+/// Marks a position among the remote blocks.
 const REMOTE: u32 = 1 << 31;
 
 /// The nodes that each vertex of a contact couples.
 #[derive(Debug, Clone)]
 pub struct Couplings {
-    /// Those of vertex `p` are at `start[p]..start[p + 1]`.
+    /// The nodes of vertex `p` are at `start[p]..start[p + 1]`.
     start: Vec<u32>,
     nodes: Vec<u32>,
-    /// Where the block of each pair of nodes goes, row-major; those of vertex `p` begin at `places_at[p]`.
+    /// Destination of the block of each pair of nodes, row-major. Those of vertex `p` begin at
+    /// `places_at[p]`.
     places: Vec<u32>,
     places_at: Vec<u32>,
 }
 
 impl Default for Couplings {
-    /// Those of no vertex.
+    /// Creates couplings without vertices.
     fn default() -> Self {
         Self::new(0, |_, _| ())
     }
 }
 
-/// Where a block goes.
+/// Destination of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CouplingSlots {
-    /// To a slot of the rank's own rows.
+    /// A slot of the rank's own rows.
     Slot(u32),
-    /// To a block of the remote rows.
+    /// A block of the remote rows.
     Remote(u32),
 }
 
 impl Couplings {
-    /// Those of `vertices` vertices; `nodes` appends the nodes of one, none where nothing is near.
+    /// Creates the couplings of `vertices` vertices. `nodes` appends the nodes of one vertex, or no
+    /// nodes if no target is near.
     pub fn new(vertices: usize, mut nodes: impl FnMut(usize, &mut Vec<u32>)) -> Self {
         let mut all =
             Self { start: vec![0], nodes: Vec::new(), places: Vec::new(), places_at: vec![0; vertices] };
@@ -49,7 +51,7 @@ impl Couplings {
         all
     }
 
-    /// Nodes of every vertex in turn.
+    /// Lists the nodes of each vertex in turn.
     pub fn node_lists(&self) -> impl Iterator<Item = &[u32]> {
         self.start.windows(2).map(|ends| &self.nodes[ends[0] as usize..ends[1] as usize])
     }
@@ -59,7 +61,7 @@ impl Couplings {
         &self.nodes[self.start[vertex] as usize..self.start[vertex + 1] as usize]
     }
 
-    /// Looks up the places of all blocks in a pattern that holds them.
+    /// Finds the positions of all blocks in a pattern that contains them.
     pub fn locate(&mut self, numbering: &Numbering, pattern: &BlockPattern, remote: &ForeignRows) {
         let mut places = Vec::new();
         let mut places_at = Vec::with_capacity(self.places_at.len());
@@ -82,7 +84,8 @@ impl Couplings {
         (self.places, self.places_at) = (places, places_at);
     }
 
-    /// Where block number `pair` of a vertex goes, its nodes being rows and columns; none where no matrix has it.
+    /// Destination of block number `pair` of a vertex, whose nodes are rows and columns. `None` if
+    /// no matrix contains it.
     pub fn place(&self, vertex: usize, pair: usize) -> Option<CouplingSlots> {
         match self.places[self.places_at[vertex] as usize + pair] {
             NO_SLOT => None,
@@ -92,7 +95,8 @@ impl Couplings {
     }
 }
 
-/// Blocks that couplings need: in the rank's own rows as (local row, global column), sorted, and in rows of others.
+/// Blocks that couplings need: in the rank's own rows as (local row, global column), sorted, and in
+/// rows of other ranks.
 pub fn blocks_of<'a>(
     couplings: impl Iterator<Item = &'a Couplings>,
     numbering: &Numbering,
@@ -127,7 +131,8 @@ mod tests {
         }
     }
 
-    /// Own rows go to slots of the widened pattern, rows of ghosts and foreign nodes to remote blocks, all of them.
+    /// Own rows go to slots of the widened pattern. All rows of ghosts and foreign nodes go to
+    /// remote blocks.
     #[test]
     fn every_block_has_a_place() {
         let index = IndexMap { first: 4, owned: 2, ghosts: vec![1], total: 20 };

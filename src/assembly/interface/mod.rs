@@ -1,8 +1,9 @@
-//! What the contacts of a rank share: fields of foreign nodes, and the way of forces and blocks to the
-//! ranks that own their rows.
+//! Data that the contacts of a rank share: fields of foreign nodes, and the transfer of forces and
+//! blocks to the ranks that own their rows.
 //!
-//! A vertex is evaluated by the rank that owns its node. What it contributes to rows of other ranks is collected and sent, one
-//! message a neighbour, in an order agreed when the couplings were found.
+//! A vertex is evaluated by the rank that owns its node. Its contributions to rows of other ranks
+//! are collected and sent, with one message per neighbour. Their order is agreed when the couplings
+//! are found.
 
 mod couplings;
 mod numbering;
@@ -21,18 +22,18 @@ pub use couplings::{Couplings, blocks_of};
 pub use numbering::Numbering;
 pub use sinks::{NO_ROW, PairLift, RemoteForce, VertexForces, VertexStiffness, add_forces};
 
-/// Fields beyond the rank's own mesh, rows of other ranks, and who gets what.
+/// Fields beyond the rank's own mesh, rows of other ranks, and the communication pattern.
 pub struct Interface<const D: usize> {
     foreign: Vec<i32>,
     bring: NodeExchange,
-    /// Local nodes, then foreign ones.
+    /// Values at local nodes, then at foreign ones.
     u: Vec<f64>,
     v: Vec<f64>,
     u_start: Vec<f64>,
     change: Vec<f64>,
     constrained: Vec<bool>,
     rows: Option<Rows>,
-    /// The time that messages take.
+    /// Event that measures the time of the messages.
     exchange: Event,
 }
 
@@ -42,7 +43,7 @@ struct Rows {
     blocks: RowExchange,
     remote: ForeignRows,
     row_of: Vec<u32>,
-    /// Blocks of the rank's own rows that couples need, those that others add to included.
+    /// Blocks of the rank's own rows that couplings need, including those to which others add.
     own: Vec<(u32, i32)>,
     /// Slots of the blocks that may arrive, and of those that did.
     received: Vec<u32>,
@@ -52,10 +53,11 @@ struct Rows {
 }
 
 impl<const D: usize> Interface<D> {
-    /// An interface that knows the foreign nodes, ascending, and nothing of couplings. Collective.
+    /// Creates an interface with the foreign nodes, in ascending order, and without couplings.
+    /// Collective.
     ///
     /// # Errors
-    /// The same on all ranks, when a node does not exist.
+    /// The same on all ranks, if a node does not exist.
     pub fn new(
         world: &impl CommunicatorCollectives,
         index: &IndexMap,
@@ -84,13 +86,13 @@ impl<const D: usize> Interface<D> {
         })
     }
 
-    /// Numbers of the nodes that the fields hold.
+    /// Numbers of the nodes in the fields.
     pub fn numbering<'a>(&'a self, index: &'a IndexMap) -> Numbering<'a> {
         Numbering { index, foreign: &self.foreign }
     }
 
-    /// Brings the fields of the rank's nodes, ghosts included, and those of the foreign nodes: one message a
-    /// neighbour. Collective.
+    /// Updates the fields of the rank's nodes, including ghosts, and of the foreign nodes, with one
+    /// message per neighbour. Collective.
     pub fn bring(&mut self, world: &impl CommunicatorCollectives, fields: &ContactFields) {
         let state = [(&mut self.u, fields.u), (&mut self.v, fields.v), (&mut self.u_start, fields.u_start)];
         let _running = self.exchange.begin();
@@ -98,21 +100,21 @@ impl<const D: usize> Interface<D> {
         self.bring.forward_many(world, &mut travelling);
     }
 
-    /// Whether these are the fields that were brought last, as far as this rank can tell.
+    /// Whether these fields equal the last updated ones, as far as this rank can determine.
     fn has_brought(&self, fields: &ContactFields) -> bool {
         let state = [(&self.u, fields.u), (&self.v, fields.v), (&self.u_start, fields.u_start)];
         state.into_iter().all(|(all, owned)| all.get(..owned.len()) == Some(owned))
     }
 
-    /// The fields brought last.
+    /// The last updated fields.
     pub fn fields(&self) -> ContactFields<'_> {
         ContactFields { u: &self.u, v: &self.v, u_start: &self.u_start }
     }
 
-    /// Agrees with the other ranks on the rows that couples touch. Collective.
+    /// Agrees with the other ranks on the rows that couplings contribute to. Collective.
     ///
     /// # Errors
-    /// The same on all ranks.
+    /// All ranks return the same error.
     pub fn agree_on<'a>(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -138,12 +140,12 @@ impl<const D: usize> Interface<D> {
         Ok(())
     }
 
-    /// Blocks (owned row, global column) that the couples need on this rank, sorted.
+    /// Blocks (owned row, global column) that the couplings need on this rank, sorted.
     pub fn blocks(&self) -> &[(u32, i32)] {
         self.rows.as_ref().map_or(&[], |rows| &rows.own)
     }
 
-    /// Looks the places of all blocks up in a pattern that holds them.
+    /// Finds the positions of all blocks in a pattern that contains them.
     pub fn locate<'a>(
         &mut self,
         index: &IndexMap,
@@ -160,8 +162,10 @@ impl<const D: usize> Interface<D> {
         }
     }
 
-    /// Lets `evaluate` collect forces, then sends those of other ranks' rows, and does `meanwhile`, which is to wait for no
-    /// other rank, until those of others are there. Collective.
+    /// Collects forces with `evaluate`, sends those of other ranks' rows, and runs `meanwhile`
+    /// until those of other ranks arrive. Collective.
+    ///
+    /// `meanwhile` must not wait for another rank.
     pub fn add_forces(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -184,9 +188,12 @@ impl<const D: usize> Interface<D> {
         });
     }
 
-    /// Lets `evaluate` collect blocks at the fields that were brought for the forces, and columns of prescribed unknowns where there
-    /// is a `lift` (their change at owned nodes, ghosts after them, which is brought, and the owned rows that take it); sends those of
-    /// other ranks' rows, and does `meanwhile`, as in [`add_forces`](Self::add_forces), until those of others are there. Collective.
+    /// Collects blocks with `evaluate`, sends those of other ranks' rows, and runs `meanwhile`
+    /// until those of other ranks arrive, as in [`add_forces`](Self::add_forces). Collective.
+    ///
+    /// The blocks are evaluated with the fields that were updated for the forces. A `lift` adds the
+    /// columns of prescribed unknowns. It contains their change at owned nodes followed by ghosts,
+    /// which is updated, and the owned rows that are modified.
     pub fn add_stiffness(
         &mut self,
         (world, fields): (&impl CommunicatorCollectives, &ContactFields),
@@ -233,21 +240,22 @@ impl<const D: usize> Interface<D> {
     }
 }
 
-/// Where pairs put their blocks.
+/// Destination of the blocks of pairs.
 pub struct Opening<'a, 'm> {
     /// Prescribed unknowns of all nodes.
     pub constrained: &'a [bool],
-    /// Matrix values of the own rows.
+    /// Matrix values of the rank's own rows.
     pub values: &'a mut BlockValues<'m>,
-    /// Blocks of the others.
+    /// Blocks of rows of other ranks.
     pub remote: &'a mut [f64],
     /// Right side for prescribed changes.
     pub lift: Option<PairLift<'a>>,
-    /// What the matrix promises.
+    /// Symmetry that the matrix guarantees.
     pub symmetry: Symmetry,
 }
 
-/// A field of the rank's nodes on its way to those who want it: copied to the front of `all`, behind which the foreign ones come.
+/// A field of the rank's nodes, prepared for exchange. It is copied to the front of `all`, and the
+/// foreign values follow.
 fn travel<'a, const D: usize>(all: &'a mut [f64], owned: &'a [f64]) -> Field<'a> {
     let (local, wanted) = all.split_at_mut(owned.len());
     local.copy_from_slice(owned);

@@ -1,23 +1,24 @@
-//! Nodes as contacts see them: the rank's own, its ghosts, then *foreign* nodes of targets on other ranks.
+//! Node numbering of contacts: the rank's own nodes, its ghosts, then *foreign* nodes of targets on
+//! other ranks.
 
 use crate::partition::IndexMap;
 
-/// Numbers of the nodes that field arrays of contacts hold.
+/// Numbers of the nodes in field arrays of contacts.
 #[derive(Debug, Clone, Copy)]
 pub struct Numbering<'a> {
     /// Owned nodes and ghosts.
     pub index: &'a IndexMap,
-    /// Global numbers of the foreign nodes, ascending.
+    /// Global numbers of the foreign nodes, in ascending order.
     pub foreign: &'a [i32],
 }
 
 impl Numbering<'_> {
-    /// Nodes in all.
+    /// Total number of nodes.
     pub fn count(&self) -> usize {
         self.index.local_count() + self.foreign.len()
     }
 
-    /// Whether the node's rows are this rank's.
+    /// Whether this rank owns the node's rows.
     pub fn is_owned(&self, node: u32) -> bool {
         (node as usize) < self.index.owned
     }

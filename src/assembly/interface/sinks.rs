@@ -1,13 +1,14 @@
-//! Takes what contact pairs contribute: own rows at once, rows of other ranks into buffers that are sent later.
+//! Receivers of the contributions of contact pairs. Own rows are added at once; rows of other ranks
+//! go to buffers that are sent later.
 
 use super::couplings::{CouplingSlots, Couplings};
 use crate::contact::mortar::contact::ContactSink;
 use crate::petsc::{BlockValues, Symmetry};
 
-/// Stands for a node beyond the owned ones that no couple has.
+/// Marks a node beyond the owned ones that has no coupling.
 pub const NO_ROW: u32 = u32::MAX;
 
-/// Where forces of rows that this rank does not own are collected.
+/// Buffer for forces on rows that this rank does not own.
 pub struct RemoteForce<'a> {
     /// Number of the remote row of each node beyond the owned ones.
     pub row_of: &'a [u32],
@@ -16,7 +17,7 @@ pub struct RemoteForce<'a> {
 }
 
 impl RemoteForce<'_> {
-    /// The same for a shorter time.
+    /// Borrows this buffer for a shorter lifetime.
     pub fn reborrow(&mut self) -> RemoteForce<'_> {
         RemoteForce { row_of: self.row_of, values: &mut *self.values }
     }
@@ -47,11 +48,11 @@ pub fn add_forces<const D: usize>(
     }
 }
 
-/// Takes the forces of a contact.
+/// Receives the forces of a contact.
 pub struct VertexForces<'a, const D: usize> {
     /// Owned rows \[N\].
     pub own: &'a mut [f64],
-    /// The others.
+    /// Rows of other ranks.
     pub remote: RemoteForce<'a>,
 }
 
@@ -63,37 +64,39 @@ impl<const D: usize> ContactSink for VertexForces<'_, D> {
     fn stiffness(&mut self, _: usize, _: &[u32], _: &[f64]) {}
 }
 
-/// The prescribed unknowns, and where their columns go.
+/// The prescribed unknowns, and the destination of their columns.
 pub struct PairLift<'a> {
     /// Change of the prescribed unknowns at all nodes \[m\].
     pub change: &'a [f64],
     /// Right side, owned rows \[N\].
     pub rhs: &'a mut [f64],
-    /// Right side, other rows.
+    /// Right side, rows of other ranks.
     pub remote: RemoteForce<'a>,
 }
 
 impl PairLift<'_> {
-    /// The same for a shorter time.
+    /// Borrows this target for a shorter lifetime.
     pub fn reborrow(&mut self) -> PairLift<'_> {
         let remote = self.remote.reborrow();
         PairLift { change: self.change, rhs: &mut *self.rhs, remote }
     }
 }
 
-/// Takes stiffness only; rows and columns of prescribed unknowns are left out and, where asked for, lifted.
+/// Receives stiffness only. Rows and columns of prescribed unknowns are omitted and, if requested,
+/// moved to the right side.
 pub struct VertexStiffness<'a, 'm, const D: usize> {
     /// Nodes that the vertices of the contact couple.
     pub couplings: &'a Couplings,
     /// Prescribed unknowns of all nodes.
     pub constrained: &'a [bool],
-    /// Matrix values of the own rows.
+    /// Matrix values of the rank's own rows.
     pub values: &'a mut BlockValues<'m>,
-    /// Blocks of the others, D * D each.
+    /// Blocks of rows of other ranks, D * D values each.
     pub remote: &'a mut [f64],
     /// Right side for prescribed changes.
     pub lift: Option<PairLift<'a>>,
-    /// What the matrix promises: where it is symmetric, each block is replaced by its symmetric part.
+    /// Symmetry that the matrix guarantees. If it is symmetric, each block is replaced by its
+    /// symmetric part.
     pub symmetry: Symmetry,
 }
 
@@ -114,7 +117,8 @@ impl<const D: usize> ContactSink for VertexStiffness<'_, '_, D> {
 }
 
 impl<const D: usize> VertexStiffness<'_, '_, D> {
-    /// Adds the blocks of `nodes`; `place(a, b)` is the number of their block among those of the vertex.
+    /// Adds the blocks of `nodes`; `place(a, b)` is the number of their block among those of the
+    /// vertex.
     fn add(
         &mut self,
         vertex: usize,
@@ -147,7 +151,7 @@ impl<const D: usize> VertexStiffness<'_, '_, D> {
         }
     }
 
-    /// Takes prescribed rows and columns out of a block; the columns go to the right side.
+    /// Removes prescribed rows and columns from a block. The columns go to the right side.
     fn release(&mut self, row: u32, column: u32, block: &mut [f64]) {
         let (row, column) = (row as usize * D, column as usize * D);
         for i in 0..D {

@@ -1,5 +1,7 @@
-//! Whether a contact was missed: a body went through its target between the ends of a step, or an obstacle is smaller than the
-//! spacing of the points of its contactor.
+//! Detection of missed contact.
+//!
+//! A body can pass through its target between the ends of a step. An obstacle can also be smaller
+//! than the spacing of the contactor's points.
 
 mod moving;
 
@@ -19,24 +21,28 @@ use crate::mesh::{Bounds, BoundsTree};
 use crate::tensor::Vector as Point;
 use moving::{Moving, StepEnds, around, nodes_of, parts, points_of};
 
-/// Surfaces that move by this many times the expected motion did not pass through a target: the balance that was found is another one.
+/// Factor on the expected motion above which surfaces did not pass through a target. The balance
+/// that was found is then a different one.
 const RUNAWAY: f64 = 20.0;
 
-/// What was found of each contact on this rank, to be summed over all.
+/// Findings for each contact on this rank, to be summed over all ranks.
 struct Found {
-    /// Facets around small obstacles.
+    /// Number of facets around small obstacles.
     between: Vec<u64>,
-    /// Points that went through the target.
+    /// Number of points that passed through the target.
     through: Vec<u64>,
 }
 
 impl<const D: usize> ContactSystem<D> {
-    /// Why the step of `stage` can not be accepted although it balances: a surface went through a target and is open on
-    /// the other side, or an obstacle lies between the points of a contactor. What surfaces may have met on their way is gathered
-    /// only where something moved further than it may unseen. Collective.
+    /// Returns why the step of `stage` cannot be accepted although it balances, or `None`.
+    /// Collective.
+    ///
+    /// Either a surface passed through a target and is open on the other side, or an obstacle is
+    /// between the points of a contactor. Facets along the path are gathered only if something
+    /// moved further than the search limit allows.
     ///
     /// # Errors
-    /// The same on all ranks, when a message is damaged.
+    /// If a message is damaged, the same on all ranks.
     pub fn missed_contact(&mut self, stage: &Stage) -> Result<Option<String>> {
         if self.contacts.is_empty() {
             return Ok(None);
@@ -73,8 +79,8 @@ impl<const D: usize> ContactSystem<D> {
         Ok(None)
     }
 
-    /// How far the speed and the acceleration at the start take any node in the step, at most, and supports those that they
-    /// move \[m\]. Collective.
+    /// Largest motion \[m\] that speed and acceleration at the start predict for any node in the
+    /// step, plus the motion of supports. Collective.
     fn expected_motion(&self, stage: &Stage) -> f64 {
         let largest = |field: &[f64]| field.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
         let (u, u_start) = (stage.trial.u.owned(), stage.start.u.owned());
@@ -87,8 +93,10 @@ impl<const D: usize> ContactSystem<D> {
         all[0] * stage.dt + 0.5 * all[1] * stage.dt.powi(2) + all[2]
     }
 
-    /// Looks for all of it. `motions` has for each contact those of [`shifts`](Self::shifts), and whether a point may meet the obstacle or lies
-    /// deep in a body; of all ranks. Collective.
+    /// Checks all contacts. Collective.
+    ///
+    /// For each contact, `motions` contains those of [`shifts`](Self::shifts), and whether a point
+    /// may touch the obstacle or is deep in a body. All values are maxima over all ranks.
     fn find(&self, ends: StepEnds<'_>, motions: &[f64]) -> Result<Found> {
         let mut found = Found { between: Vec::new(), through: Vec::new() };
         for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(3)) {
@@ -99,8 +107,9 @@ impl<const D: usize> ContactSystem<D> {
                     (between_points(contact, obstacle, ends, met > 0.0), through)
                 }
                 None => {
-                    // Points deeper than half the depth have less weight. A place that gets there in one long step may not be pushed
-                    // back, and one that was there at the start of the step may get deeper.
+                    // Points deeper than half the depth have less weight. A point that gets there
+                    // in one long step may not be pushed back, and one that was there at the start
+                    // of the step may get deeper.
                     let depth = contact.pair.depth();
                     let mut through = 0;
                     if motion > contact.pair.stride() {
@@ -118,7 +127,8 @@ impl<const D: usize> ContactSystem<D> {
         Ok(found)
     }
 
-    /// Places of either surface that went deeper than `depth` behind the other one, while the surfaces moved by `motion` \[m\]. Collective.
+    /// Counts points of either surface that went deeper than `depth` behind the other one, while
+    /// the surfaces moved by `motion` \[m\]. Collective.
     fn swept(&self, pair: &ContactPair<D>, ends: StepEnds<'_>, motion: f64, depth: f64) -> Result<u64> {
         let surfaces = pair.surfaces(&self.local);
         let target = Moving::gathered(&self.session, &surfaces, ends, motion + depth)?;
@@ -127,7 +137,7 @@ impl<const D: usize> ContactSystem<D> {
         Ok(crossings(&contactor, &target, depth, spacing) + crossings(&target, &contactor, depth, spacing))
     }
 
-    /// How far own nodes of contactor and target move in the step, at most \[m\].
+    /// Largest motions of own nodes of contactor and target in the step \[m\].
     fn shifts(&self, contact: &LocalContact<D>, ends: StepEnds<'_>) -> [f64; 2] {
         let of_node = |node: u32| {
             let dofs = node as usize * D..node as usize * D + D;
@@ -146,10 +156,12 @@ impl<const D: usize> ContactSystem<D> {
     }
 }
 
-/// Distance of places on edges that are followed through facets, over the size of a facet: edges that cross each other meet one.
+/// Spacing of the points on edges whose paths are tested, relative to the size of a facet. Two
+/// edges that cross each other are detected by such a point.
 const EDGE: f64 = 0.25;
 
-/// Nodes of the facets `a`, and places on their edges, that went through a facet of `b` and end more than `depth` \[m\] behind it.
+/// Counts nodes of the facets `a`, and points on their edges, that passed through a facet of `b`
+/// and end more than `depth` \[m\] behind it.
 fn crossings<const D: usize>(a: &Moving<D>, b: &Moving<D>, depth: f64, spacing: f64) -> u64 {
     let simplices = b.simplices();
     let boxes: Vec<Bounds<D>> = simplices.iter().map(|corners| around(corners)).collect();
@@ -161,8 +173,8 @@ fn crossings<const D: usize>(a: &Moving<D>, b: &Moving<D>, depth: f64, spacing: 
     a.vertices(spacing).iter().filter(|vertex| crosses(&vertex.path)).count() as u64
 }
 
-/// Why a step with points beyond their target is rejected. The surfaces move by `motion` \[m\] in the step; speeds and accelerations at
-/// its start predict `expected` at most, if that is known.
+/// Explains why a step with points beyond their target is rejected. The surfaces move by `motion`
+/// \[m\] in the step. Speeds and accelerations at its start predict at most `expected`, if known.
 fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> String {
     match expected.filter(|expected| *expected > 0.0 && motion > RUNAWAY * expected) {
         Some(expected) => format!(
@@ -184,19 +196,23 @@ fn tell_between<const D: usize>(contact: &LocalContact<D>, facets: u64, m: &str)
     )
 }
 
-/// Whether a vertex of this rank lay so deep in its target at the start of the step that points around it have lost weight.
+/// Whether a vertex of this rank was so deep in its target at the start of the step that points
+/// around it have lost weight.
 fn is_deep<const D: usize>(contact: &LocalContact<D>) -> bool {
     let gap = |(vertex, history): (usize, &History<D>)| history.gap + contact.state.adjusted(vertex);
     contact.state.history.iter().enumerate().map(gap).any(|gap| gap < -0.5 * contact.pair.depth())
 }
 
-/// A round obstacle none of the points can meet has sunk in from this part of a facet's length on.
+/// Depth, relative to the length of a facet, from which a round obstacle that no point can touch
+/// counts as sunk in.
 const SHALLOW: f64 = 0.02;
 
-/// Whether a point of this rank lies over a round obstacle, so that it would touch before the facet is a radius deep.
+/// Whether a point of this rank is above a round obstacle, so that it would touch before the facet
+/// is one radius deep.
 fn has_a_point_at_its_obstacle<const D: usize>(contact: &LocalContact<D>, ends: StepEnds<'_>) -> bool {
     let Some(obstacle) = contact.obstacle() else { return false };
-    // The points of a facet that is no longer than the obstacle is thick all but touch it.
+    // If a facet is no longer than the thickness of the obstacle, its points nearly touch the
+    // obstacle.
     let core = obstacle.core().filter(|core| core.radius < 4.0 * contact.facet_size);
     let Some(core) = core else { return true };
     let surface = contact.surface();
@@ -215,7 +231,7 @@ fn has_a_point_at_its_obstacle<const D: usize>(contact: &LocalContact<D>, ends: 
     })
 }
 
-/// Points of this rank's facets that went through an obstacle.
+/// Counts points of this rank's facets that passed through an obstacle.
 fn passing<const D: usize>(contact: &LocalContact<D>, obstacle: &dyn Shape<D>, ends: StepEnds<'_>) -> u64 {
     let surface = contact.surface();
     let of_facet = |facet: &SurfaceFacet| {
@@ -225,8 +241,11 @@ fn passing<const D: usize>(contact: &LocalContact<D>, obstacle: &dyn Shape<D>, e
     surface.facets().iter().map(of_facet).sum()
 }
 
-/// Facets of this rank none of whose points touches, and in which a small round obstacle lies: half of its radius deep, or at all where no
-/// point of the contact is `met` by it however deep.
+/// Counts facets of this rank that contain a small round obstacle but have no point that touches
+/// it.
+///
+/// If a point of the contact can touch the obstacle (`met`), the obstacle must be half of its
+/// radius deep. Otherwise a shallow depth is sufficient.
 fn between_points<const D: usize>(
     contact: &LocalContact<D>,
     obstacle: &dyn Shape<D>,
@@ -243,7 +262,8 @@ fn between_points<const D: usize>(
         }
         let around = around(&corners);
         let size = (Point::<D>::from(around.high) - Point::from(around.low)).norm();
-        // A facet that is not longer than the obstacle is thick always has a point in it before it lies so deep.
+        // A facet no longer than the thickness of the obstacle always has a point in it before
+        // reaching this depth.
         let deep = if met { 0.5 * radius } else { (SHALLOW * size).min(0.5 * radius) };
         if radius >= 2.0 * size || obstacle.gap(&corners[0].end) > size - deep {
             continue;
@@ -261,7 +281,8 @@ fn between_points<const D: usize>(
 mod tests {
     use super::tell_through;
 
-    /// Points that pass through their target are reported as such, except when the iterate has blown up, which is reported instead.
+    /// Points that pass through their target are reported as such, except when the iterate has
+    /// blown up, which is reported instead.
     #[test]
     fn a_balance_that_is_far_off_is_no_passage() {
         let through = tell_through("hit", 1.5, Some(1.4), "m");

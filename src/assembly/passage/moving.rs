@@ -1,4 +1,4 @@
-//! Facets of both sides of a contact as they move in a step.
+//! Facets of both sides of a contact during the motion of a step.
 
 use super::super::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::mortar::obstacle::rule_of;
@@ -21,30 +21,30 @@ pub(super) struct StepEnds<'a> {
 }
 
 impl StepEnds<'_> {
-    /// The way of a node from its reference point.
+    /// Path of a node, given its reference point.
     pub fn path<const D: usize>(&self, reference: &Point<D>, node: u32) -> Path<D> {
         let at = |u: &[f64]| reference + Point::from_fn(|i, _| u[node as usize * D + i]);
         Path { start: at(self.start), end: at(self.end) }
     }
 }
 
-/// Facets of a target with the ways of their nodes.
+/// Facets of a target with the paths of their nodes.
 #[derive(Default)]
 pub(super) struct Moving<const D: usize> {
     kinds: Vec<ElementKind>,
     offsets: Vec<usize>,
-    /// Which nodes are the same ones.
+    /// Numbers that identify shared nodes.
     nodes: Vec<u32>,
     paths: Vec<Path<D>>,
 }
 
-/// A node of a target, or a place on an edge between two.
+/// A node of a target, or a point on an edge between two nodes.
 pub(super) struct MovingVertex<const D: usize> {
     ends: [u32; 2],
     pub path: Path<D>,
 }
 
-/// Most pieces of an edge: more are not worth their price.
+/// Maximum number of pieces of an edge. More are not worth their cost.
 const MOST_PIECES: f64 = 100.0;
 
 impl<const D: usize> Moving<D> {
@@ -55,7 +55,7 @@ impl<const D: usize> Moving<D> {
         self.paths.extend((0..nodes.len()).map(path));
     }
 
-    /// Facets of this rank's share of the mesh.
+    /// Collects facets of this rank's part of the mesh.
     pub fn local(local: &LocalMesh<D>, facets: &[Facet], ends: StepEnds<'_>) -> Self {
         let (mut moving, mut nodes) = (Self::default(), Vec::new());
         for &facet in facets {
@@ -66,10 +66,11 @@ impl<const D: usize> Moving<D> {
         moving
     }
 
-    /// Facets of the target that come within `radius` \[m\] of the contactor's at the start. Collective.
+    /// Collects facets of the target that are within `radius` \[m\] of the contactor's at the
+    /// start. Collective.
     ///
     /// # Errors
-    /// The same on all ranks, when a message is damaged.
+    /// If a message is damaged, the same on all ranks.
     pub fn gathered(
         session: &Session,
         surfaces: &Surfaces<'_, D>,
@@ -100,14 +101,14 @@ impl<const D: usize> Moving<D> {
         Ok(moving)
     }
 
-    /// Nodes of a facet with their ways.
+    /// Nodes of a facet with their paths.
     fn facet(&self, facet: usize) -> (&[u32], &[Path<D>]) {
         let end = self.offsets.get(facet + 1).copied().unwrap_or(self.nodes.len());
         let range = self.offsets[facet]..end;
         (&self.nodes[range.clone()], &self.paths[range])
     }
 
-    /// The facets as lines or triangles between their corners.
+    /// Returns the facets as lines or triangles between their corners.
     pub fn simplices(&self) -> Vec<[Path<D>; D]> {
         let mut simplices = Vec::with_capacity(self.kinds.len());
         for (facet, &kind) in self.kinds.iter().enumerate() {
@@ -117,7 +118,8 @@ impl<const D: usize> Moving<D> {
         simplices
     }
 
-    /// Each node once, and in space places on each edge as well, no further apart than `spacing` \[m\].
+    /// Returns each node once. In 3D, it also returns points on each edge, at most `spacing` \[m\]
+    /// apart.
     pub fn vertices(&self, spacing: f64) -> Vec<MovingVertex<D>> {
         let nodes = self.nodes.iter().zip(&self.paths);
         let mut vertices: Vec<MovingVertex<D>> =
@@ -145,7 +147,8 @@ impl<const D: usize> Moving<D> {
         edges.sort_by_key(|[(a, _), (b, _)]| [*a, *b]);
         edges.dedup_by_key(|[(a, _), (b, _)]| [*a, *b]);
         for [(first, a), (last, b)] in edges {
-            // Lengths are often multiples of each other by design: rounding must not add a piece then.
+            // Lengths are often exact multiples of each other by design. Rounding must not add a
+            // piece then.
             let ratio = (a.end - b.end).norm() / spacing * (1.0 - 1e-9);
             let pieces = ratio.ceil().clamp(1.0, MOST_PIECES) as u32;
             vertices.extend((1..pieces).map(|piece| {
@@ -159,7 +162,7 @@ impl<const D: usize> Moving<D> {
     }
 }
 
-/// The ways of the nodes of a contactor facet.
+/// Paths of the nodes of a contactor facet.
 pub(super) fn nodes_of<const D: usize>(
     surface: &ContactSurface<D>,
     facet: &SurfaceFacet,
@@ -169,7 +172,7 @@ pub(super) fn nodes_of<const D: usize>(
     nodes.map(|(reference, &node)| ends.path(reference, node)).collect()
 }
 
-/// The ways of the points of a contactor facet over an obstacle, given those of its nodes.
+/// Paths of the points of a contactor facet over an obstacle, given those of its nodes.
 pub(super) fn points_of<const D: usize>(
     obstacle: &dyn Shape<D>,
     kind: ElementKind,

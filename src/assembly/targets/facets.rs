@@ -4,7 +4,7 @@ use crate::contact::target::TargetFacets;
 use crate::mesh::{ElementKind, Facet};
 use crate::partition::LocalMesh;
 
-/// Nodes of target facets that this rank does not hold, ascending.
+/// Nodes of target facets that are not on this rank, in ascending order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ForeignNodes<const D: usize> {
     /// Global numbers.
@@ -24,11 +24,11 @@ pub(super) struct Arrived<'a, const D: usize> {
     pub points: &'a [[f64; D]],
 }
 
-/// Facets while they come in.
+/// Facets during the gathering.
 pub(super) struct Gathered<'a, const D: usize> {
     local: &'a LocalMesh<D>,
     facets: Vec<Entry>,
-    /// Global nodes of all facets one after the other.
+    /// Global nodes of all facets, facet by facet.
     globals: Vec<i32>,
     foreign: Vec<(i32, [f64; D])>,
 }
@@ -60,7 +60,7 @@ impl<'a, const D: usize> Gathered<'a, D> {
         self.globals.extend(nodes.iter().map(|&node| self.local.index.global(node)));
     }
 
-    /// Adds a facet of another rank, of which this one may hold some nodes.
+    /// Adds a facet of another rank. Some of its nodes may be on this rank.
     pub fn push(&mut self, facet: &Arrived<'_, D>) {
         let Arrived { kind, body, identity, globals, points } = *facet;
         self.facets.push(Entry { identity, kind, body, first: self.globals.len() });
@@ -72,7 +72,8 @@ impl<'a, const D: usize> Gathered<'a, D> {
         }
     }
 
-    /// The facets by ascending identity, and the foreign nodes, which are numbered after the local ones.
+    /// Returns the facets in ascending order of identity, and the foreign nodes, which are numbered
+    /// after the local ones.
     pub fn finish(mut self) -> (TargetFacets, ForeignNodes<D>) {
         self.facets.sort_unstable_by_key(|entry| entry.identity);
         self.foreign.sort_unstable_by_key(|(global, _)| *global);

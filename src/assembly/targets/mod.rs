@@ -1,7 +1,8 @@
-//! The facets of the target that this rank's contactor facets may meet, also those that other ranks hold.
+//! The target facets that this rank's contactor facets may touch, including those of other ranks.
 //!
-//! Every rank tells in a few boxes where its contactor facets lie; target facets travel only where boxes meet. What is
-//! gathered holds while the surfaces move less than a slack, so that it is done once in many steps.
+//! Every rank describes the position of its contactor facets by a few boxes. Target facets are sent
+//! only where boxes overlap. A gathering remains valid while the surfaces move less than a slack,
+//! so that many steps share it.
 
 mod facets;
 mod parcel;
@@ -18,35 +19,37 @@ pub use facets::ForeignNodes;
 use facets::Gathered;
 use parcel::Parcel;
 
-/// Boxes by which a rank tells where its contactor facets lie: so many that a long or bent surface does not meet all.
+/// Number of boxes per rank around its contactor facets. With so many, a long or bent surface does
+/// not overlap all target boxes.
 const CLUSTERS: usize = 8;
 
 /// The two surfaces of one contact on this rank.
 #[derive(Debug, Clone, Copy)]
 pub struct Surfaces<'a, const D: usize> {
-    /// What the rank holds.
+    /// The rank's part of the mesh.
     pub local: &'a LocalMesh<D>,
     /// Local facets of the contactor.
     pub contactor: &'a [Facet],
-    /// Local facets of the target; those of other ranks' elements are passed over.
+    /// Local facets of the target. Those of other ranks' elements are skipped.
     pub target: &'a [Facet],
 }
 
-/// How far to look.
+/// Search distances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
     /// Target facets within this distance of a contactor facet are never missed \[m\].
     pub radius: f64,
-    /// So far the surfaces may move towards each other before the next gathering \[m\].
+    /// Distance that the surfaces may move towards each other before the next gathering \[m\].
     pub slack: f64,
 }
 
-/// Target facets near this rank's contactor facets, and where the surfaces were when they were gathered.
+/// Target facets near this rank's contactor facets, and the positions of the surfaces when they
+/// were gathered.
 #[derive(Debug, Clone)]
 pub struct TargetGather<const D: usize> {
-    /// The facets by ascending identity, on local nodes, then foreign ones.
+    /// The facets in ascending order of identity, on local nodes, then foreign ones.
     pub facets: TargetFacets,
-    /// The nodes that this rank does not hold.
+    /// The nodes that are not on this rank.
     pub foreign: ForeignNodes<D>,
     slack: f64,
     contactor: Track<D>,
@@ -54,14 +57,16 @@ pub struct TargetGather<const D: usize> {
 }
 
 impl<const D: usize> TargetGather<D> {
-    /// Gathers the target facets whose boxes meet, on the current positions and with the reach around, a box of one of
-    /// this rank's own contactor facets. Collective.
+    /// Gathers the target facets whose boxes overlap a box of one of this rank's own contactor
+    /// facets. Collective.
     ///
-    /// `positions`: current positions of all local nodes, `D` each \[m\]. The result depends on which contactor facets are
-    /// the rank's own, and on nothing else of the partition; facets come by ascending identity.
+    /// The boxes use the current positions and are enlarged by the reach. `positions` are the
+    /// current positions of all local nodes, `D` each \[m\]. The result depends on which contactor
+    /// facets are the rank's own, but on nothing else of the partition. Facets are in ascending
+    /// order of identity.
     ///
     /// # Errors
-    /// The same on every rank, when a message is damaged.
+    /// If a message is damaged, the same on every rank.
     pub fn new(
         world: &impl CommunicatorCollectives,
         surfaces: &Surfaces<'_, D>,
@@ -103,7 +108,8 @@ impl<const D: usize> TargetGather<D> {
         })
     }
 
-    /// Places of the nodes of the facets in fields of local nodes with the nodes `foreign` behind them.
+    /// Indices of the facets' nodes in fields that contain the local nodes followed by the nodes
+    /// `foreign`.
     pub fn placed(&self, index: &IndexMap, foreign: &[i32]) -> Vec<u32> {
         let numbers = &self.foreign.numbers;
         let place = |&node: &u32| match (node as usize).checked_sub(index.local_count()) {
@@ -116,26 +122,29 @@ impl<const D: usize> TargetGather<D> {
         self.facets.nodes.iter().map(place).collect()
     }
 
-    /// The nodes that this rank does not hold, with their reference points.
+    /// The nodes that are not on this rank, with their reference points.
     pub fn foreign_nodes(&self) -> impl Iterator<Item = (i32, [f64; D])> + '_ {
         self.foreign.numbers.iter().copied().zip(self.foreign.points.iter().copied())
     }
 
-    /// How far this rank's own facets of contactor and target have moved since they were gathered, at most \[m\].
+    /// Largest motion of this rank's own facets of contactor and target since they were gathered
+    /// \[m\].
     ///
-    /// `position` tells the current position of a local node \[m\]. The largest of each over all ranks goes to
-    /// [`holds`](Self::holds).
+    /// `position` is the current position of a local node \[m\]. Pass the largest of each over all
+    /// ranks to [`holds`](Self::holds).
     pub fn motion(&self, position: impl Fn(u32) -> [f64; D]) -> [f64; 2] {
         [self.contactor.motion(&position), self.target.motion(&position)]
     }
 
-    /// Whether the facets still are all that matter, after the surfaces moved by `motion` (largest of all ranks) \[m\].
+    /// Whether the gathered facets are still sufficient after the surfaces moved by `motion`
+    /// (largest of all ranks) \[m\].
     pub fn holds(&self, motion: [f64; 2]) -> bool {
         motion[0] + motion[1] <= self.slack
     }
 }
 
-/// Nodes of a surface where they were, and how much further than they a point of their facets may have moved.
+/// Former positions of the nodes of a surface, and how much further than the nodes a point of their
+/// facets may have moved.
 #[derive(Debug, Clone)]
 struct Track<const D: usize> {
     nodes: Vec<u32>,
@@ -159,7 +168,8 @@ impl<const D: usize> Track<D> {
         Self { nodes, places, stretch: most }
     }
 
-    /// In the norm of the largest component, in which boxes are inflated. Infinite if a position is not finite.
+    /// Largest component of the motion, which is the norm in which boxes are enlarged. Infinite if
+    /// a position is not finite.
     fn motion(&self, position: impl Fn(u32) -> [f64; D]) -> f64 {
         let mut most = 0.0_f64;
         for (&node, place) in self.nodes.iter().zip(&self.places) {
@@ -193,7 +203,7 @@ fn position<const D: usize>(positions: &[f64], node: u32) -> [f64; D] {
     std::array::from_fn(|k| positions[node as usize * D + k])
 }
 
-/// For each rank the boxes around its contactor facets. Collective.
+/// The boxes around the contactor facets of each rank. Collective.
 fn places<const D: usize>(world: &impl CommunicatorCollectives, own: &[Bounds<D>]) -> Vec<Vec<Bounds<D>>> {
     let mut clusters = Bounds::clusters(&mut own.to_vec(), CLUSTERS);
     clusters.resize(CLUSTERS, Bounds::EMPTY);

@@ -1,4 +1,4 @@
-//! Target facets on their way to another rank: two flat lists.
+//! Target facets that are sent to another rank, as two flat lists.
 
 use super::Surfaces;
 use super::facets::{Arrived, Gathered};
@@ -7,14 +7,14 @@ use crate::mesh::{Bounds, ElementKind, Facet};
 
 /// Facets from one rank.
 ///
-/// Integers of a facet: kind, body, element of the input, side, global nodes. Reals: corners of its box, reference
-/// points of its nodes.
+/// Integers of a facet: kind, body, element of the input, side, global nodes. Real values: corners
+/// of its box, reference points of its nodes.
 pub(super) struct Parcel<'a> {
     pub integers: &'a [u32],
     pub reals: &'a [f64],
 }
 
-/// What goes to which rank.
+/// Facets to be sent to each rank.
 #[derive(Default)]
 pub(super) struct Outgoing {
     pub integers: Vec<(i32, Vec<u32>)>,
@@ -22,7 +22,7 @@ pub(super) struct Outgoing {
 }
 
 impl Parcel<'_> {
-    /// Packs own facets for all other ranks one of whose `places` their boxes meet.
+    /// Packs own facets for all other ranks that have a box in `places` which overlaps theirs.
     pub fn pack_for<const D: usize>(
         this: i32,
         places: &[Vec<Bounds<D>>],
@@ -55,7 +55,7 @@ impl Parcel<'_> {
         outgoing
     }
 
-    /// Adds the facets whose boxes are `near`. `None` when the lists do not fit together.
+    /// Adds the facets whose boxes are `near`. Returns `None` if the lists are inconsistent.
     pub fn unpack<const D: usize>(
         self,
         near: impl Fn(&Bounds<D>) -> bool,

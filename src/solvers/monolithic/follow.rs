@@ -1,24 +1,25 @@
-//! The first guess where supports move: prescribed unknowns take the free ones along.
+//! Initial guess for moving supports: prescribed unknowns move the free ones with them.
 
 use super::{Monolithic, terms_at};
 use crate::dynamics::{Dynamics, Lift, Stage};
 use crate::error::Result;
 
 impl Monolithic {
-    /// Moves the prescribed unknowns to their values at the trial instant and the free ones along with them, by
-    /// one linear solve at the state before: `K_ff du_f = -(r_f + K_fd du_d)`. Collective.
+    /// Moves the prescribed unknowns to their values at the trial time, and the free ones with
+    /// them. Collective.
     ///
-    /// Without it a large prescribed increment would invert the first row of elements. Returns `false` where
+    /// It uses one linear solve at the previous state: `K_ff du_f = -(r_f + K_fd du_d)`. Without
+    /// it, a large prescribed increment would invert the first row of elements. Returns `false` if
     /// the linear solve failed.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// If a PETSc call fails.
     pub fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
         system.rewind();
         self.origin.copy_from(&stage.trial.u)?;
         stage.update_rates()?;
         system.prescribe(stage)?;
-        // `correction` holds the prescribed change, the free rows of which are zero.
+        // `correction` contains the prescribed change. Its free rows are zero.
         self.correction.waxpy(-1.0, &self.origin, &stage.trial.u)?;
         stage.trial.u.copy_from(&self.origin)?;
         self.correction.update_ghosts()?;
@@ -36,7 +37,8 @@ impl Monolithic {
             return Ok(false);
         }
         let tolerance = self.settings.linear[1];
-        // What nothing resists stays where it is: how far loads drive a body is for the corrections, which look where it goes.
+        // Motions that nothing resists are excluded. The corrections determine how far loads drive
+        // a body, because they check its path.
         self.release(system, stage, f64::INFINITY)?;
         let solved = self.solve_held(system, stage, tolerance)?;
         let Some(solved) = solved else { return Ok(false) };
