@@ -54,7 +54,7 @@ impl<const D: usize> ContactTable<D> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(columns::<D>()), past)? })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }

@@ -60,7 +60,7 @@ impl EnergyTable {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(COLUMNS), past)? })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }

@@ -76,7 +76,7 @@ impl IterationTable {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(COLUMNS), past)? })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }

@@ -71,7 +71,7 @@ impl<const D: usize> ProbeTable<D> {
         Ok(Self { table, probes })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }

@@ -33,7 +33,7 @@ impl<const D: usize> ReactionTable<D> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(columns::<D>()), past)? })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }

@@ -242,7 +242,7 @@ impl Table {
         ))
     }
 
-    /// The file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }

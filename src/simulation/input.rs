@@ -37,7 +37,7 @@ pub(super) fn shared_bytes(session: &Rc<Session>, own: Result<Vec<u8>>) -> Resul
 /// Returns the names that were set.
 ///
 /// # Errors
-/// PETSc refuses a name.
+/// PETSc rejects a name.
 pub fn give_options(session: &Session, case: &Case) -> Result<Vec<String>> {
     let mut taken = Vec::new();
     for (name, value) in case.petsc.iter() {
@@ -52,7 +52,7 @@ pub fn give_options(session: &Session, case: &Case) -> Result<Vec<String>> {
 /// Removes the options of a case before the same process runs another case.
 ///
 /// # Errors
-/// PETSc refuses a name.
+/// PETSc rejects a name.
 pub fn take_back_options(session: &Session, taken: &[String]) -> Result<()> {
     taken.iter().try_for_each(|name| session.take_back(name))
 }

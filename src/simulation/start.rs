@@ -27,7 +27,7 @@ const PASSING: f64 = 1e-3;
 const HOLDING: f64 = 1e-7;
 
 /// Number of unknowns up to which the start is factorised on one rank. The start is then bitwise
-/// reproducible, and takes a few tenths longer.
+/// reproducible. This costs a few tenths of the time of the start.
 const ON_ONE_RANK: usize = 30_000;
 
 /// Resistance relative to a typical diagonal entry. Below it, motions are held in a start that

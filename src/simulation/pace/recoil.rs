@@ -21,8 +21,8 @@ pub fn loads<const D: usize>(system: &ContactSystem<D>) -> Vec<f64> {
     system.contact_summaries().into_iter().map(load).collect()
 }
 
-/// Error of the speed over the length of a step in which contacts close as a whole or open as a
-/// whole \[m/s2\].
+/// Error of the speed, divided by the length of the step, when contacts close as a whole or open as
+/// a whole \[m/s2\].
 ///
 /// `recoils` is given for each contact \[1/kg\], `calm` says whether it is calm, and the loads are
 /// those before and after \[N\]. Returns the error from the calm contacts, whose forces are
