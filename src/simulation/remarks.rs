@@ -25,8 +25,8 @@ pub(super) fn untouched<const D: usize>(contact: &ContactModel<D>) -> Penetratio
     }
 }
 
-/// A warning on a contact that never closed or was poorly resolved. A contact between all surfaces
-/// may stay open.
+/// A warning on a contact that never closed, was poorly resolved, or exceeded its penetration
+/// tolerance. A contact between all surfaces may stay open.
 pub(super) fn warning(contact: &PenetrationRecord, is_general: bool, units: Units) -> Option<String> {
     let name = &contact.contact;
     let [between, facets] = contact.between;
@@ -81,7 +81,8 @@ fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
     found.paired > 0
 }
 
-/// Notes before the run: in dynamics, bodies that are free to fly.
+/// Notes before the run: bodies that in dynamics are free to fly, and bodies with massless contact
+/// nodes.
 pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     let mut notes = loose(system);
     let [spared, _] = system.redistributed();
