@@ -1,4 +1,5 @@
-//! The bytes of a checkpoint, on rank 0: written through a hash, checked before anything is taken from them.
+//! Reads and writes the bytes of a checkpoint on rank 0. The bytes are hashed while they are
+//! written, and checked before any of them is used.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -18,13 +19,13 @@ const MAGIC: &[u8; 25] = b"contact-petsc checkpoint\n";
 /// Magic, format and length of the header.
 const HEAD: u64 = MAGIC.len() as u64 + 12;
 const HASH: u64 = 32;
-/// No header is longer: what says so is damaged.
+/// Upper limit of the length of a header. A longer one is damaged.
 const LONGEST_HEADER: u64 = 1 << 26;
 
-/// What stands in front of the sections.
+/// The header, which precedes the sections.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// What the run says of itself.
+    /// Description of the run.
     pub state: Value,
     /// The sections in their order.
     pub sections: Vec<FileSection>,
@@ -47,7 +48,8 @@ impl FileSection {
     }
 }
 
-/// A file under way. It is there under its own name when [`Writer::finish`] returns, and not before.
+/// A file that is being written. It appears under its final name only when [`Writer::finish`]
+/// returns.
 pub(super) struct Writer {
     path: PathBuf,
     part: PathBuf,
@@ -86,7 +88,7 @@ impl Writer {
         words.iter().try_for_each(|word| self.bytes(&word.to_le_bytes()))
     }
 
-    /// Makes the file durable, then visible.
+    /// Flushes the file to the disk, then makes it visible.
     pub fn finish(mut self) -> Result<()> {
         let hash = std::mem::take(&mut self.hash).finalize();
         let flushed = self.file.write_all(&hash).and_then(|()| self.file.flush());
@@ -108,7 +110,7 @@ impl Drop for Writer {
     }
 }
 
-/// The sections of a file that [`verify`] has found whole.
+/// The sections of a file that [`verify`] has accepted.
 pub(super) struct Reader<R> {
     path: PathBuf,
     file: R,
@@ -122,7 +124,7 @@ impl Reader<BufReader<File>> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Of anything that can be read; the path stands in errors only.
+    /// A reader of any source. The path is used in errors only.
     pub fn new(path: &Path, mut file: R) -> Result<Self> {
         let (header, _) = head(path, &mut file)?;
         Ok(Self { path: path.to_path_buf(), file, header })
@@ -141,17 +143,19 @@ impl<R: Read> Reader<R> {
 /// Reads the whole file and compares its hash. Rank 0 only.
 ///
 /// # Errors
-/// It can not be read, is no checkpoint, of another format, cut short or damaged: each in its words.
+/// The file can not be read, is not a checkpoint, has another format, or is truncated or damaged.
+/// Each case has its own message.
 pub fn verify(path: &Path) -> Result<Header> {
     let mut file = open(path)?;
     let length = file.get_ref().metadata().map_err(|error| unreadable(path, &error))?.len();
     examine(path, &mut file, length)
 }
 
-/// The same of anything that can be read and wound back, of a length \[bytes\]; the path stands in errors only.
+/// Verifies any source that can be read and rewound, of the given length \[bytes\]. The path is
+/// used in errors only.
 ///
 /// # Errors
-/// As [`verify`].
+/// See [`verify`].
 pub fn examine(path: &Path, file: &mut (impl Read + Seek), length: u64) -> Result<Header> {
     let (header, start) = head(path, file)?;
     let sections = header.sections.iter().fold(0u64, |sum, section| sum.saturating_add(section.bytes()));
@@ -178,7 +182,7 @@ pub fn examine(path: &Path, file: &mut (impl Read + Seek), length: u64) -> Resul
     Ok(header)
 }
 
-/// The header, and where the sections begin.
+/// Reads the header and returns it with the position of the first section.
 fn head(path: &Path, file: &mut impl Read) -> Result<(Header, u64)> {
     let name = path.display();
     let short = |_| Error::file(format!("{name}: cut short within its header"));
@@ -197,7 +201,8 @@ fn head(path: &Path, file: &mut impl Read) -> Result<(Header, u64)> {
     if length > LONGEST_HEADER {
         return Err(Error::file(format!("{name}: damaged: a header of {length} bytes")));
     }
-    // Grows with what is there: the length is a word of a file that may be damaged.
+    // The buffer grows with the data read, because the length comes from a file that may be
+    // damaged.
     let mut text = Vec::new();
     let read = file.take(length).read_to_end(&mut text).map_err(short)?;
     if (read as u64) < length {
@@ -207,7 +212,8 @@ fn head(path: &Path, file: &mut impl Read) -> Result<(Header, u64)> {
     Ok((serde_json::from_slice(&text).map_err(damaged)?, HEAD + length))
 }
 
-/// Makes the folder of the checkpoints, but not the results folder: one that is gone is not to be made again.
+/// Creates the folder of the checkpoints, but not the results folder, which must not be created
+/// again if it was deleted.
 fn make_folder(path: &Path) -> std::io::Result<()> {
     match std::fs::create_dir(path) {
         Err(error) if !path.is_dir() => Err(error),
@@ -248,7 +254,7 @@ mod tests {
         folder.join(name)
     }
 
-    /// What was written comes back, to the last bit.
+    /// Data are read back bit by bit.
     #[test]
     fn comes_back() {
         let path = scratch("a.ckpt");
@@ -261,7 +267,7 @@ mod tests {
         assert!(!path.with_extension("part").exists());
     }
 
-    /// Every byte that is another, and every length that is another, is found out.
+    /// Any changed byte and any changed length is detected.
     #[test]
     fn every_damage_is_found() {
         let path = scratch("b.ckpt");
@@ -284,7 +290,7 @@ mod tests {
         assert!(verify(&path).unwrap_err().message.contains("format 4; this program reads format 3"));
     }
 
-    /// What is given up before its end leaves nothing.
+    /// A writer that is dropped before it finishes leaves no file.
     #[test]
     fn nothing_is_left_of_half_a_file() {
         let path = scratch("c.ckpt");

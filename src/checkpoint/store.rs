@@ -1,4 +1,5 @@
-//! The checkpoints of a results folder: their names, which are kept, which one to go on from.
+//! The checkpoints of a results folder: their names, which are kept, and from which one a run
+//! resumes.
 
 use std::path::{Path, PathBuf};
 
@@ -11,12 +12,12 @@ pub struct Store {
     folder: PathBuf,
 }
 
-/// A checkpoint that is whole.
+/// A checkpoint that was verified.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoundCheckpoint {
     /// The file.
     pub path: PathBuf,
-    /// What it says.
+    /// Its header.
     pub header: Header,
 }
 
@@ -43,9 +44,10 @@ impl Store {
         found
     }
 
-    /// Removes all but the last `keep` up to `step`, which is on the disk: older ones, later ones of a future that was
-    /// given up by going on from an older one, and what a killed run left half written. A file that can not be removed
-    /// stays.
+    /// Removes all checkpoints except the last `keep` up to `step`, which is already on the disk.
+    /// Later checkpoints are also removed: they belong to a run that was abandoned by a restart
+    /// from an older one. So are incomplete files of a killed run. A file that can not be removed
+    /// is kept.
     pub fn prune(&self, step: u64, keep: usize) {
         let all = self.list();
         let later = all.iter().filter(|(other, _)| *other > step);
@@ -56,10 +58,12 @@ impl Store {
         parts.for_each(|entry| drop(std::fs::remove_file(entry.path())));
     }
 
-    /// The checkpoint to go on from: `asked`, or the newest. `again` makes the command that goes on from another one.
+    /// The checkpoint from which to resume: `asked`, or the newest. `again` creates the command
+    /// that resumes from another one.
     ///
     /// # Errors
-    /// There is none, or it is not whole. The error then offers one that is: the last one before it, or else the first one after it.
+    /// There is no checkpoint, or it is damaged. The error then suggests an intact one: the last
+    /// one before it, or else the first one after it.
     pub fn find(&self, asked: Option<&Path>, again: impl Fn(&Path) -> String) -> Result<FoundCheckpoint> {
         let all = self.list();
         let newest = all.first().map(|(_, path)| path.clone());
@@ -94,14 +98,14 @@ impl Store {
         })
     }
 
-    /// A path as the user gave it, or its name in this folder.
+    /// Resolves a path as the user gave it, or a file name in this folder.
     fn resolve(&self, path: &Path) -> PathBuf {
         let here = path.file_name().map(|name| self.folder.join(name)).filter(|here| here.exists());
         if path.exists() { path.to_path_buf() } else { here.unwrap_or_else(|| path.to_path_buf()) }
     }
 }
 
-/// The step in the name of a checkpoint; `None` if the name is another one.
+/// The step in the name of a checkpoint; `None` for any other name.
 fn step_of(path: &Path) -> Option<u64> {
     path.file_name()?.to_str()?.strip_prefix("step-")?.strip_suffix(".ckpt")?.parse().ok()
 }
@@ -110,7 +114,8 @@ fn step_of(path: &Path) -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// Of the steps up to the last one as many are kept as asked for; later ones and half files go.
+    /// The requested number of checkpoints up to the last step is kept. Later ones and incomplete
+    /// files are removed.
     #[test]
     fn keeps_the_last_ones() {
         let results = std::env::temp_dir().join(format!("contact-petsc-{}-store", std::process::id()));

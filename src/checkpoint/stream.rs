@@ -1,4 +1,4 @@
-//! The way of tables between all ranks and the file of rank 0, piece by piece.
+//! Transfers tables between all ranks and the file on rank 0, piece by piece.
 
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -12,14 +12,15 @@ use super::file::{FileSection, Header, Reader, Writer, examine, unreadable};
 use super::table::StoredTable;
 use crate::error::{Error, Result, agree};
 
-/// Words that rank 0 reads at a time.
+/// Number of words that rank 0 reads at a time.
 const PIECE: usize = 1 << 17;
 
-/// Writes a checkpoint of the rows of all ranks; each row is given by one rank. What rank 0 says as `state` goes to the
-/// header. Collective.
+/// Writes a checkpoint with the rows of all ranks. Each row is given by one rank. The `state` of
+/// rank 0 goes into the header. Collective.
 ///
 /// # Errors
-/// The same on all ranks, as on a full disk; nothing is left of the file then.
+/// The file can not be written, for example on a full disk. The error is the same on all ranks, and
+/// the file is removed.
 pub fn write(
     world: &impl CommunicatorCollectives,
     path: &Path,
@@ -43,8 +44,8 @@ pub fn write(
     agree(world, writer.map_or(Ok(()), Writer::finish))
 }
 
-/// Brings the rows of all ranks to rank 0 by ascending key, a range of keys at a time. Collective; after the first error
-/// of `take` rank 0 lets the rest pass.
+/// Sends the rows of all ranks to rank 0 by ascending key, one range of keys at a time. After the
+/// first error of `take`, rank 0 discards the remaining rows. Collective.
 fn collect(
     world: &impl CommunicatorCollectives,
     table: &StoredTable,
@@ -81,7 +82,7 @@ fn collect(
     outcome
 }
 
-/// The words of all ranks on rank 0; nothing on the others. Collective.
+/// Gathers the words of all ranks on rank 0; the result is empty on the others. Collective.
 fn gather(world: &impl CommunicatorCollectives, words: &[u64]) -> Vec<u64> {
     let root = world.process_at_rank(0);
     let count = words.len() as i32;
@@ -99,10 +100,10 @@ fn gather(world: &impl CommunicatorCollectives, words: &[u64]) -> Vec<u64> {
     all
 }
 
-/// Fills the rows of `tables`, whose keys are given, from a checkpoint that is whole. Collective.
+/// Fills the rows of `tables`, whose keys are given, from a verified checkpoint. Collective.
 ///
 /// # Errors
-/// The same on all ranks: when the sections are other ones, or lack a row.
+/// The sections differ or a row is missing. The error is the same on all ranks.
 pub fn read(world: &impl CommunicatorCollectives, path: &Path, tables: &mut [StoredTable]) -> Result<()> {
     let opened = if world.rank() == 0 { Reader::open(path).map(Some) } else { Ok(None) };
     let mut reader = agree(world, opened)?;
@@ -119,11 +120,11 @@ pub fn read(world: &impl CommunicatorCollectives, path: &Path, tables: &mut [Sto
     Ok(())
 }
 
-/// The same for one process without MPI, of anything that can be read and wound back, of a length \[bytes\]; the path
-/// stands in errors only.
+/// Fills tables like [`read`] in one process without MPI, from any source that can be read and
+/// rewound, of the given length \[bytes\]. The path is used in errors only.
 ///
 /// # Errors
-/// As [`read`], and as [`examine`].
+/// See [`read`] and [`examine`].
 pub fn fill(
     path: &Path,
     file: &mut (impl Read + Seek),
@@ -159,8 +160,9 @@ fn compare(sections: &[FileSection], tables: &[StoredTable]) -> Result<()> {
         .hint("go on with the version of the program that wrote it, or start anew without --restart"))
 }
 
-/// Reads a section of so many rows by `bring`, which rank 0 does, and `share`, which gives them to all, and lets each rank
-/// take those of its keys; how many it did not find. Collective where `share` is.
+/// Reads a section with the given number of rows. Rank 0 reads pieces with `bring`, `share`
+/// distributes them to all ranks, and each rank takes the rows of its keys. Returns the number of
+/// rows that it did not find. Collective if `share` is.
 fn spread(
     table: &mut StoredTable,
     rows: u64,
@@ -202,8 +204,8 @@ mod tests {
 
     use super::*;
 
-    /// Rows come back by their keys, in whatever order they are wanted; a row that is not there, or another column, is
-    /// told.
+    /// Rows are returned by key in any requested order. A missing row or a different column is an
+    /// error.
     #[test]
     fn rows_come_back_by_their_keys() {
         let folder = std::env::temp_dir().join(format!("contact-petsc-{}-stream", std::process::id()));

@@ -1,10 +1,10 @@
-//! `contact-petsc chart TABLE`: what the command line says, in the plotter's terms.
+//! `contact-petsc chart TABLE`: converts the command line to the input of the plotter.
 
 use crate::cli::{ChartArguments, ChartAxis};
 use crate::error::{Error, Result};
 use crate::plot::TableFigure;
 
-/// The figure that the arguments ask for.
+/// The figure that the arguments describe.
 ///
 /// # Errors
 /// A condition is not `COLUMN=VALUE,...`.

@@ -1,5 +1,5 @@
-//! `contact-petsc check case.yml`: everything up to the first solve, told as a case file with remarks; of a study the list
-//! of its members, whose cases are all read.
+//! `contact-petsc check case.yml`: everything up to the first solve, printed as a case file with
+//! remarks. For a study it prints the list of its members, after reading all their cases.
 
 use std::path::Path;
 
@@ -9,11 +9,11 @@ use crate::petsc::Session;
 use crate::simulation::{self, give_options, shared_text};
 use crate::study::Study;
 
-/// The completed case and what follows from it, as YAML whose comments hold the derived numbers; of a study what
-/// `study --dry-run` says. Collective.
+/// The completed case with derived quantities, as YAML whose comments hold the derived numbers. For
+/// a study, the output of `study --dry-run`. Collective.
 ///
 /// # Errors
-/// The same on all ranks, and the same that a run would meet before its first solve.
+/// Any error that a run would return before its first solve, the same on all ranks.
 pub fn check(path: &Path, petsc: &[String]) -> Result<String> {
     let session = Session::start(petsc)?;
     let own = if session.rank() == 0 { Case::load(path) } else { Ok(String::new()) };

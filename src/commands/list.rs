@@ -1,4 +1,5 @@
-//! `contact-petsc list`: what a case can name, from the tables that hold the laws themselves.
+//! `contact-petsc list`: the names that a case can use, taken from the tables of the implemented
+//! laws.
 
 use crate::case::LEVELS;
 use crate::contact::friction::FRICTION_LAWS;
@@ -12,7 +13,8 @@ use crate::mesh::ElementKind;
 use crate::solvers::{PRESETS, STRATEGIES};
 use crate::time::SCHEMES;
 
-/// A heading, the key of the case file under which the names stand, and names with a sentence each.
+/// A heading, the key of the case file to which the names belong, and the names with a sentence
+/// each.
 type Group = (&'static str, &'static str, Vec<(&'static str, String)>);
 
 fn groups() -> Vec<Group> {
@@ -50,7 +52,7 @@ fn groups() -> Vec<Group> {
     ]
 }
 
-/// All of it as text.
+/// The whole list as text.
 pub fn list() -> String {
     let mut text = String::new();
     for (heading, key, entries) in groups() {
@@ -66,7 +68,7 @@ pub fn list() -> String {
 mod tests {
     use super::*;
 
-    /// Whatever is listed can be named in a case: the schema knows the word.
+    /// Every listed name is known to the schema, so that a case can use it.
     #[test]
     fn a_case_can_name_what_is_listed() {
         let schema = crate::case::schema().to_string();

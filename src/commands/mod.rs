@@ -1,4 +1,4 @@
-//! The commands of the program: each a few calls of what the other modules offer.
+//! The commands of the program. Each consists of a few calls to the other modules.
 
 mod chart;
 mod check;
@@ -14,10 +14,10 @@ use crate::cli::{self, Command};
 use crate::error::{Error, Result};
 use crate::plot;
 
-/// Does what the command line says. Collective for the commands that compute.
+/// Executes the command line. Collective for the commands that compute.
 ///
 /// # Errors
-/// The same on all ranks.
+/// The command fails; the error is the same on all ranks.
 pub fn execute(command: Command) -> Result<()> {
     match command {
         Command::Run(arguments) => run::run(&arguments),
@@ -51,15 +51,16 @@ pub fn execute(command: Command) -> Result<()> {
     }
 }
 
-/// Whether this process may speak: alone, or rank 0 under Open MPI, also before MPI has started.
+/// Whether this process prints: it is the only process, or rank 0 under Open MPI. This also works
+/// before MPI has started.
 pub fn speaks() -> bool {
     std::env::var("OMPI_COMM_WORLD_RANK").map_or(true, |rank| rank == "0")
 }
 
-/// Prints to standard output; a reader that went away is no error.
+/// Prints to standard output. A reader that has closed the pipe is not an error.
 ///
 /// # Errors
-/// What was printed is lost, as on a full disk.
+/// The output could not be written, for example on a full disk.
 fn print(text: &str) -> Result<()> {
     let mut out = std::io::stdout();
     if speaks() {
@@ -69,7 +70,7 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Remarks about what was left out, on standard error.
+/// Prints notes on what was left out on standard error.
 fn tell(notes: &[String]) -> Result<()> {
     let text: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
     spoken("standard error", std::io::stderr().write_all(text.as_bytes()))

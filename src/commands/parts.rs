@@ -1,4 +1,5 @@
-//! `contact-petsc parts case.yml 2 64 1024`: what numbers of parts would cost, as a table.
+//! `contact-petsc parts case.yml 2 64 1024`: the cost of partitions with these numbers of parts, as
+//! a table.
 
 use std::path::Path;
 
@@ -6,10 +7,10 @@ use crate::case::Case;
 use crate::error::Result;
 use crate::simulation;
 
-/// A table with a row for each number of parts. One process does it, without MPI.
+/// A table with a row for each number of parts. It needs one process and no MPI.
 ///
 /// # Errors
-/// Those that a run meets before its mesh is shared out.
+/// Any error that a run would return before its mesh is distributed.
 pub fn parts(path: &Path, counts: &[u32]) -> Result<String> {
     let case = Case::parse(&Case::load(path)?, &path.display().to_string())?;
     match case.dimension.value {

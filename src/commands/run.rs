@@ -1,4 +1,5 @@
-//! `contact-petsc case.yml`: reads the case once, gives it to all ranks, runs it in its dimension.
+//! `contact-petsc case.yml`: reads the case once, sends it to all ranks, and runs it in its
+//! dimension.
 
 use std::path::Path;
 use std::rc::Rc;
@@ -14,7 +15,7 @@ use crate::simulation::{self, Begin, RunRequest, give_options, shared_text};
 /// Runs a case. Collective.
 ///
 /// # Errors
-/// The same on all ranks.
+/// The case is invalid or the run fails; the error is the same on all ranks.
 pub fn run(arguments: &RunArguments) -> Result<()> {
     let session = Session::start(&arguments.petsc)?;
     let computed = compute(&session, arguments).and_then(|()| agree(session.world(), require_printed()));
@@ -50,10 +51,10 @@ fn monitor_linear_solvers(session: &Session) -> Result<()> {
     Ok(())
 }
 
-/// The case, read on rank 0 and parsed by all. Collective.
+/// Reads the case on rank 0 and parses it on all ranks. Collective.
 ///
 /// # Errors
-/// The same on all ranks.
+/// The case can not be read or is invalid; the error is the same on all ranks.
 pub fn read(session: &Rc<Session>, path: &Path) -> Result<Case> {
     let own = if session.rank() == 0 {
         Case::load(path).map_err(|error| cli::mistyped(path).unwrap_or(error))

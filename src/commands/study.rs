@@ -1,4 +1,5 @@
-//! `contact-petsc study study.yml`: reads study and case once, gives them to all ranks, runs every member.
+//! `contact-petsc study study.yml`: reads study and case once, sends them to all ranks, and runs
+//! every member.
 
 use std::path::Path;
 use std::rc::Rc;
@@ -14,7 +15,7 @@ use crate::study::{self, Planned, StudyOptions};
 /// Runs a study, or lists its members. Collective.
 ///
 /// # Errors
-/// The same on all ranks.
+/// The study is invalid or fails; the error is the same on all ranks.
 pub fn study(arguments: &StudyArguments) -> Result<()> {
     let session = Session::start(&arguments.petsc)?;
     let computed = compute(&session, arguments).and_then(|()| agree(session.world(), require_printed()));
@@ -41,15 +42,15 @@ fn compute(session: &Rc<Session>, arguments: &StudyArguments) -> Result<()> {
     study::run(session, &planned, &options).map(drop)
 }
 
-/// What the study at `path` would run, as text. Collective.
+/// Lists the members that the study at `path` would run, as text. Collective.
 ///
 /// # Errors
-/// The same on all ranks: the study is wrong, or the case of a member.
+/// The study or the case of a member is invalid; the error is the same on all ranks.
 pub fn listing(session: &Rc<Session>, path: &Path) -> Result<String> {
     read(session, path).map(|planned| planned.listing())
 }
 
-/// The study and its cases, read on rank 0 and understood by all. Collective.
+/// Reads the study and its cases on rank 0 and parses them on all ranks. Collective.
 fn read(session: &Rc<Session>, path: &Path) -> Result<Planned> {
     let load = |path: &Path| {
         let own = if session.rank() == 0 { Case::load(path) } else { Ok(String::new()) };

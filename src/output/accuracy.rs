@@ -1,42 +1,43 @@
-//! What accuracy was asked and achieved, for `run.json` and the console.
+//! Requested and achieved accuracy, for `run.json` and the console.
 
 use serde::Serialize;
 
 use crate::case::Units;
 
-/// Four errors; a part that plays no role in the run is absent.
+/// Four errors. An error that plays no role in the run is absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Errors {
     /// Largest penetration, and largest gap under pressure, at the end of a step \[m\].
     #[serde(rename = "penetration [m]", skip_serializing_if = "Option::is_none")]
     pub penetration: Option<f64>,
-    /// Creep of sticking points until the end at the fastest there was, over the largest displacement.
+    /// Creep of sticking points extrapolated to the end at its largest rate, over the largest
+    /// displacement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slip: Option<f64>,
     /// Sum of the estimated errors of all steps, over the largest displacement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
-    /// Largest energy without a cause, over the largest energy.
+    /// Largest unexplained energy, over the largest energy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<f64>,
 }
 
-/// Asked and achieved.
+/// Requested and achieved accuracy.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct AccuracyRecord {
-    /// What the case wants.
+    /// The tolerances that the case requests.
     pub asked: Errors,
-    /// What came of it so far.
+    /// The errors so far.
     pub achieved: Errors,
-    /// Steps that were solved and repeated since their errors were too large.
+    /// Number of steps that were solved and repeated because their errors were too large.
     pub repeated_steps: u64,
-    /// Bodies whose contact surfaces have no mass, so that a penalty can be stiff.
+    /// Bodies whose contact surfaces are massless, which permits a stiff penalty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mass_redistributed: Vec<String>,
 }
 
 impl AccuracyRecord {
-    /// Name, achieved, asked of each part that was asked for.
+    /// Name, achieved error and tolerance of each requested part.
     fn parts(&self) -> impl Iterator<Item = (&'static str, f64, f64)> {
         let (asked, achieved) = (&self.asked, &self.achieved);
         [
@@ -49,7 +50,7 @@ impl AccuracyRecord {
         .filter_map(|(name, achieved, asked)| Some((name, achieved?, asked?)))
     }
 
-    /// The parts that missed what was asked, as a warning.
+    /// A warning that lists the parts that exceed their tolerance.
     pub fn warning(&self, units: Units) -> Option<String> {
         let missed: Vec<String> = self
             .parts()
@@ -61,7 +62,7 @@ impl AccuracyRecord {
         (!missed.is_empty()).then(|| format!("warning: the accuracy was not met: {}", missed.join("; ")))
     }
 
-    /// For people.
+    /// The accuracy as text for the console.
     pub fn told(&self, units: Units) -> String {
         let parts: Vec<String> = self
             .parts()
@@ -75,7 +76,7 @@ impl AccuracyRecord {
 mod tests {
     use super::*;
 
-    /// Only what was asked is compared, and what misses it is named.
+    /// Only requested parts are compared, and those that exceed their tolerance are named.
     #[test]
     fn tells_what_was_missed() {
         let asked = Errors { time: Some(1e-3), energy: Some(1e-2), ..Errors::default() };

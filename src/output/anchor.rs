@@ -11,8 +11,8 @@ use super::io_error::trouble;
 
 /// A file or folder that is held open while its path is in use.
 ///
-/// While it is open, the system assigns its inode to no other file. So a comparison of device and inode detects a folder that
-/// was moved, deleted or created again.
+/// While it is open, the operating system assigns its inode to no other file. A comparison of
+/// device and inode therefore detects a folder that was moved, deleted or created again.
 #[derive(Debug)]
 pub struct Anchor {
     path: PathBuf,
@@ -29,16 +29,16 @@ impl Anchor {
         Ok(Self { path: path.to_path_buf(), file })
     }
 
-    /// Makes sure that the path still refers to it.
+    /// Checks that the path still refers to it.
     ///
     /// # Errors
-    /// The path refers to another file or to none.
+    /// The path refers to another file, or to no file.
     pub fn check(&self) -> Result<()> {
         require_same(&self.file, &self.path)
     }
 
-    /// The outcome of writing below this folder. If that failed because the folder was moved or deleted meanwhile, the error
-    /// says so in place of the name of the file that could not be opened.
+    /// The outcome of writing below this folder. If writing failed because the folder was moved or
+    /// deleted, the error says so, instead of naming the file that could not be opened.
     ///
     /// # Errors
     /// Writing failed.
@@ -47,10 +47,10 @@ impl Anchor {
     }
 }
 
-/// Makes sure that the path of an open file still refers to it.
+/// Checks that the path of an open file still refers to it.
 ///
 /// # Errors
-/// The path refers to another file or to none.
+/// The path refers to another file, or to no file.
 pub(super) fn require_same(file: &File, path: &Path) -> Result<()> {
     let same = is_same(file, path).map_err(|e| trouble(path, "find", &e))?;
     same.then_some(()).ok_or_else(|| {
@@ -64,7 +64,7 @@ pub(super) fn require_same(file: &File, path: &Path) -> Result<()> {
 /// Whether the path of an open file refers to it.
 ///
 /// # Errors
-/// The system can not look the path up.
+/// The operating system can not look the path up.
 pub(super) fn is_same(file: &File, path: &Path) -> std::io::Result<bool> {
     let own = file.metadata()?;
     match metadata(path) {
@@ -81,7 +81,8 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    /// A folder that was moved, deleted, or deleted and created again is detected; one that gained files is the same.
+    /// A folder that was moved, deleted, or deleted and created again is detected. A folder that
+    /// gained files counts as the same.
     #[test]
     fn another_folder_of_the_same_name_is_found_out() {
         let scratch = Scratch::new("anchor");

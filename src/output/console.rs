@@ -1,8 +1,9 @@
-//! What a run says. Rank 0 alone speaks: the start-up report and the summary on standard output, progress on
-//! standard error.
+//! Console output of a run. Only rank 0 prints: the start-up report and the summary on standard
+//! output, progress on standard error.
 //!
-//! Output that cannot be printed does not stop a run. What standard output did not take is an error at the end, except when its
-//! reader went away; progress on standard error is not missed.
+//! Output that cannot be printed does not stop a run. Failed writes to standard output are reported
+//! as an error at the end, except when the reader has closed the pipe. Failed writes to standard
+//! error are ignored.
 
 use std::io::{Error as IoError, ErrorKind, IsTerminal, Write};
 use std::sync::OnceLock;
@@ -18,20 +19,20 @@ use super::pace::{PaceDisplay, duration};
 use super::record::Record;
 use super::summary::{StartUp, summary};
 
-/// How much is said.
+/// Amount of console output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
-    /// Nothing but errors: other ranks than the first, members of studies.
+    /// Only errors. Used for ranks other than the first and for members of studies.
     Silent,
-    /// `-q`: warnings as well.
+    /// `-q`: errors and warnings.
     Warnings,
-    /// Reports, and one line a step.
+    /// Also reports, and one line per step.
     Normal,
-    /// `-v`: the Newton table as well.
+    /// `-v`: also the Newton table.
     Verbose,
 }
 
-/// What the line of a step tells.
+/// Data of the line that is printed for a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepLine {
     /// Number of the step.
@@ -42,31 +43,31 @@ pub struct StepLine {
     pub dt: f64,
     /// Newton iterations.
     pub iterations: u64,
-    /// Krylov iterations of all of them.
+    /// Krylov iterations, summed over the Newton iterations.
     pub krylov_iterations: u64,
-    /// Contact points that stick.
+    /// Number of sticking contact points.
     pub stick: u64,
-    /// Contact points that slip.
+    /// Number of slipping contact points.
     pub slip: u64,
 }
 
-/// Where a nonlinear solve stands; the header of a Newton table.
+/// Identifies a nonlinear solve, for the header of its Newton table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attempt {
-    /// Step that is sought.
+    /// Number of the step.
     pub step: u64,
     /// Time at its end \[s\].
     pub time: f64,
     /// Its length \[s\].
     pub dt: f64,
-    /// 1 for the first try.
+    /// Number of the attempt, from 1.
     pub attempt: u64,
 }
 
 /// The first failure to print on standard output.
 static LOST: OnceLock<IoError> = OnceLock::new();
 
-/// Prints a text on standard output; a failure is reported by [`require_printed`].
+/// Prints a text on standard output. A failure is reported by [`require_printed`].
 pub fn say(text: &str) {
     print(&mut std::io::stdout(), text);
 }
@@ -78,10 +79,10 @@ fn print(out: &mut dyn Write, text: &str) {
     }
 }
 
-/// Makes sure that standard output took all that a run or a study said.
+/// Checks that everything was written to standard output.
 ///
 /// # Errors
-/// It did not, as on a full device.
+/// A write failed, for example on a full device.
 pub fn require_printed() -> Result<()> {
     LOST.get().map_or(Ok(()), |error| {
         let text = format!("standard output can not be written: {error}");
@@ -90,7 +91,7 @@ pub fn require_printed() -> Result<()> {
     })
 }
 
-/// The voice of a rank; mute on all but rank 0.
+/// The console of a rank. It prints only on rank 0.
 pub struct Console {
     verbosity: Verbosity,
     out: Box<dyn Write>,
@@ -116,7 +117,7 @@ impl Console {
         Self { verbosity, out, err, bar: None, pace, last, span: [0.0, 0.0], unit: "s".to_owned() }
     }
 
-    /// The start-up report, and of what it says the warnings.
+    /// Prints the start-up report, and the warnings that it contains.
     pub fn start_up(&mut self, report: &StartUp, warnings: &[String]) {
         if self.verbosity > Verbosity::Warnings {
             print(&mut self.out, &report.to_string());
@@ -125,8 +126,8 @@ impl Console {
         }
     }
 
-    /// The march through time begins, from `start` to `end` \[s\]; a bar appears where standard error is a
-    /// terminal.
+    /// Starts the time stepping from `start` to `end` \[s\]. A progress bar appears if standard
+    /// error is a terminal.
     pub fn begin(&mut self, start: f64, end: f64) {
         self.span = [start, end];
         self.last = Instant::now();
@@ -139,7 +140,7 @@ impl Console {
         }
     }
 
-    /// A step was accepted.
+    /// Prints the line of an accepted step.
     pub fn step(&mut self, line: &StepLine) {
         let wall = self.last.elapsed();
         self.last = Instant::now();
@@ -153,12 +154,12 @@ impl Console {
         }
     }
 
-    /// A remark, as that a step was cut and why.
+    /// Prints a remark, for example that a step was cut and why.
     pub fn note(&mut self, text: &str) {
         self.progress(text);
     }
 
-    /// What a user should mind, also where all else is left out.
+    /// Prints a warning, which also appears with `-q`.
     pub fn warn(&mut self, text: &str) {
         match self.verbosity {
             Verbosity::Silent => {}
@@ -167,7 +168,8 @@ impl Console {
         }
     }
 
-    /// A load level of the static start, `factor` of all loads; the header of its Newton table.
+    /// Prints the header of the Newton table of a load level of the static start, at `factor` of
+    /// all loads.
     pub fn start_header(&mut self, factor: f64) {
         let is_full = factor == 1.0;
         let place = match is_full {
@@ -181,7 +183,7 @@ impl Console {
         }
     }
 
-    /// Header of the Newton table of one attempt.
+    /// Prints the header of the Newton table of one attempt.
     pub fn newton_header(&mut self, attempt: &Attempt) {
         if self.verbosity >= Verbosity::Verbose {
             let Attempt { step, time, dt, attempt } = attempt;
@@ -191,14 +193,14 @@ impl Console {
         }
     }
 
-    /// One row of the Newton table.
+    /// Prints one row of the Newton table.
     pub fn newton_row(&mut self, row: &IterationRow) {
         if self.verbosity >= Verbosity::Verbose {
             self.progress(&newton_text(row));
         }
     }
 
-    /// The bar goes; the summary comes.
+    /// Removes the progress bar and prints the summary.
     pub fn finish(&mut self, record: &Record) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
@@ -311,7 +313,8 @@ mod tests {
         (out.text(), err.text())
     }
 
-    /// Silent says nothing, quiet the warnings, normal one line a step, verbose the table as well; all of it on standard error.
+    /// Silent prints nothing, quiet the warnings, normal one line per step, verbose the Newton
+    /// table as well. All of it goes to standard error.
     #[test]
     fn speaks_as_much_as_asked() {
         assert_eq!(run(Verbosity::Silent), (String::new(), String::new()));
@@ -324,14 +327,14 @@ mod tests {
         assert_eq!(verbose.lines().count(), 6);
     }
 
-    /// Ranks other than the first are mute whatever is asked.
+    /// Ranks other than the first print nothing, whatever the verbosity.
     #[test]
     fn other_ranks_are_mute() {
         assert_eq!(Console::new(1, Verbosity::Verbose, Units::SI).verbosity, Verbosity::Silent);
         assert_eq!(Console::new(0, Verbosity::Verbose, Units::SI).verbosity, Verbosity::Verbose);
     }
 
-    /// The rows of the Newton table stand under their headings.
+    /// The rows of the Newton table are aligned with their headings.
     #[test]
     fn newton_rows_are_aligned() {
         let full = IterationRow { iteration: 12, increment: Some(1e-9), line_search: Some(0.5), ..ROW };

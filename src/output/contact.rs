@@ -1,4 +1,4 @@
-//! `contact.csv`: resultants and counts of each contact, one row a step and contact.
+//! `contact.csv`: resultants and counts of each contact, one row per step and contact.
 
 use std::path::Path;
 
@@ -15,23 +15,24 @@ pub struct ContactRow<const D: usize> {
     pub force_n: f64,
     /// Resultant of normal and friction tractions \[N\].
     pub force: [f64; D],
-    /// Friction on the contactor \[N\]. In the plane `int t_T . e da` with its sign, `e` the normal outward from the target turned
-    /// clockwise by a right angle (to the right on a target that faces up); in space the length `|int t_T da|`.
+    /// Friction on the contactor \[N\]. In the plane `int t_T . e da` with its sign, `e` the normal
+    /// outward from the target turned clockwise by a right angle (to the right on a target that
+    /// faces up); in space the length `|int t_T da|`.
     pub force_t: f64,
     /// Area of the contact zone \[m2\].
     pub area: f64,
     /// Contact points with gap <= 0.
     pub points: u64,
-    /// Those that stick.
+    /// Number of sticking points among them.
     pub stick: u64,
-    /// Those that slip.
+    /// Number of slipping points among them.
     pub slip: u64,
-    /// Largest `-g_n` \[m\], 0 where all is open.
+    /// Largest `-g_n` \[m\], 0 if the contact is open.
     pub max_penetration: f64,
     /// Largest `t_n` \[Pa\].
     pub max_pressure: f64,
-    /// `-int t_T . v_T da` \[W\]: what friction takes out of the motion at that instant. Never negative in the velocity form; elastic
-    /// stick gives back what it took.
+    /// `-int t_T . v_T da` \[W\]: the power that friction removes from the motion at that instant.
+    /// It is never negative in the velocity form. Elastic stick returns the energy that it stored.
     pub friction_power: f64,
 }
 
@@ -45,15 +46,15 @@ impl<const D: usize> ContactTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "contact.csv";
 
-    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
+    /// Opens the table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// As there.
+    /// See [`Table::open`].
     pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(columns::<D>()), past)? })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }
@@ -61,7 +62,7 @@ impl<const D: usize> ContactTable<D> {
     /// Writes the row of one contact at a time \[s\].
     ///
     /// # Errors
-    /// A value is not finite, or the disk refuses.
+    /// A value is not finite, or the disk can not be written.
     pub fn row(&mut self, step: u64, time: f64, contact: &str, row: &ContactRow<D>) -> Result<()> {
         let mut cells =
             vec![Cell::Count(step), Cell::Number(time), Cell::Text(contact), Cell::Number(row.force_n)];
@@ -86,7 +87,7 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    /// Header and row are the contract's in 2D, the header in 3D has `force_z`.
+    /// Header and row in 2D follow the documented format; the header in 3D has `force_z`.
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("contact");

@@ -1,4 +1,5 @@
-//! `energy.csv`: the ledger, one row a step. Energies are per unit of length of depth in 2D.
+//! `energy.csv`: the energy balance, one row per step. Energies are per unit of length of depth in
+//! 2D.
 
 use std::path::Path;
 
@@ -20,7 +21,7 @@ const COLUMNS: [&str; 10] = [
     "total [J]",
 ];
 
-/// The ledger of one step \[J\].
+/// The energy balance of one step \[J\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EnergyRow {
     /// `v . M v / 2`.
@@ -35,13 +36,13 @@ pub struct EnergyRow {
     pub damping_dissipated: f64,
     /// Work of loads and supports since the start.
     pub external_work: f64,
-    /// What the balance leaves over.
+    /// Energy that the balance leaves unexplained.
     pub numerical: f64,
     /// `kinetic + strain + contact`.
     pub total: f64,
 }
 
-/// The table of the ledger.
+/// The table of the energy balance.
 #[derive(Debug)]
 pub struct EnergyTable {
     table: Table,
@@ -51,15 +52,15 @@ impl EnergyTable {
     /// Name of the file in the results folder.
     pub const FILE: &str = "energy.csv";
 
-    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
+    /// Opens the table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// As there.
+    /// See [`Table::open`].
     pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(COLUMNS), past)? })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }
@@ -67,7 +68,7 @@ impl EnergyTable {
     /// Writes the row of a step at a time \[s\].
     ///
     /// # Errors
-    /// A value is not finite, or the disk refuses.
+    /// A value is not finite, or the disk can not be written.
     pub fn row(&mut self, step: u64, time: f64, row: &EnergyRow) -> Result<()> {
         let head = [Cell::Count(step), Cell::Number(time)];
         let stored = [row.kinetic, row.strain, row.contact];
@@ -83,7 +84,7 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    /// Header and row are the contract's, each value under its name.
+    /// Header and row follow the documented format, with each value under its name.
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("energy");

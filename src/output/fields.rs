@@ -1,15 +1,15 @@
 //! The fields for ParaView: the bodies and their contact surfaces, every n-th step.
 //!
 //! ```text
-//! fields.pvd                             both grids of every step (part 0 the bodies, part 1 the contact surfaces)
+//! fields.pvd                             both grids of every step (part 0 bodies, part 1 surfaces)
 //! contact.pvd                            the contact surfaces alone
 //! fields/step_000010/volume.pvtu         index of the pieces, contact.pvtu alike
 //! fields/step_000010/volume_0000.vtu     the piece of rank 0, contact_0000.vtu alike
 //! ```
 //!
-//! Points are reference positions: warp by `displacement` to see the deformed bodies. Stress and det F are
-//! constant in each element, as the element computes them: nothing is smoothed across bodies. A case without
-//! contact has no contact grid.
+//! Points are reference positions: warp by `displacement` to see the deformed bodies. Stress and
+//! det F are constant in each element, as the element computes them. They are not smoothed across
+//! bodies. A case without contact has no contact grid.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -27,16 +27,16 @@ use super::pvtu::{self, Schema};
 use super::selection::FieldSelection;
 use super::vtu;
 
-/// Which rank of how many writes.
+/// Number of this rank and of all ranks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ranks {
-    /// This rank.
+    /// Number of this rank.
     pub rank: usize,
-    /// All ranks.
+    /// Number of all ranks.
     pub size: usize,
 }
 
-/// A rank's writer of fields: what does not change is kept, compacted to the cells that it writes.
+/// A rank's writer of fields. It stores the constant data of the cells that it writes.
 #[derive(Debug)]
 pub struct FieldWriter<const D: usize> {
     folder: PathBuf,
@@ -71,8 +71,8 @@ impl Grid {
 }
 
 impl<const D: usize> FieldWriter<D> {
-    /// Prepares a writer in the results folder; `surface` is given on all ranks where the case has contact,
-    /// else on none.
+    /// Prepares a writer in the results folder. `surface` is given on all ranks if the case has
+    /// contact, and on no rank otherwise.
     ///
     /// # Errors
     /// This rank can not open the folder.
@@ -89,13 +89,14 @@ impl<const D: usize> FieldWriter<D> {
         })
     }
 
-    /// Steps whose fields the series names; on rank 0 only.
+    /// Number of steps whose fields the series lists; on rank 0 only.
     pub fn steps(&self) -> u64 {
         self.all.steps()
     }
 
-    /// Lets the series name only what is there; how many steps are gone since they were written. Pieces of other ranks may
-    /// become visible a moment later. Rank 0 only.
+    /// Removes entries whose files are missing from the series. Returns how many steps have
+    /// disappeared since they were written. Pieces of other ranks may become visible a moment
+    /// later. Rank 0 only.
     ///
     /// # Errors
     /// A series can not be written.
@@ -110,12 +111,13 @@ impl<const D: usize> FieldWriter<D> {
         Ok(before - self.all.steps())
     }
 
-    /// Goes on with the series of an earlier run from a checkpoint at `last_step` and `last_time` \[s\]; pieces of later steps
-    /// are removed, since another number of ranks may not write over all of them. [`Self::drop_lost`] and [`Self::steps`] report which
-    /// earlier steps are missing. Rank 0 only, before any rank writes.
+    /// Continues the series of an earlier run from a checkpoint at `last_step` and `last_time`
+    /// \[s\]. Pieces of later steps are removed, because a different number of ranks may not
+    /// overwrite all of them. [`Self::drop_lost`] and [`Self::steps`] report which earlier steps
+    /// are missing. Rank 0 only, before any rank writes.
     ///
     /// # Errors
-    /// A series can not be read, or a piece not be removed.
+    /// A series can not be read, or a piece can not be removed.
     pub fn resume(&mut self, last_step: u64, last_time: f64) -> Result<()> {
         self.all = PvdSeries::resume(&self.folder.join("fields.pvd"), last_time)?;
         self.contact = PvdSeries::resume(&self.folder.join("contact.pvd"), last_time)?;
@@ -132,7 +134,7 @@ impl<const D: usize> FieldWriter<D> {
     /// Writes this rank's pieces of a step. Every rank does so, in any order; no rank waits.
     ///
     /// # Errors
-    /// A field does not fit the mesh (an internal fault), or the disk refuses.
+    /// A field does not fit the mesh (an internal fault), or the disk can not be written.
     pub fn write(&mut self, step: u64, volume: &VolumeFields, surface: Option<&SurfaceFields>) -> Result<()> {
         self.place.check()?;
         let written = self.write_pieces(step, volume, surface);
@@ -146,7 +148,8 @@ impl<const D: usize> FieldWriter<D> {
         surface: Option<&SurfaceFields>,
     ) -> Result<()> {
         let folder = self.folder.join(step_folder(step));
-        // Not the results folder: where that is gone, it is not to be made again by one rank.
+        // The results folder itself is not created here: if it was deleted, a single rank must not
+        // create it again.
         make_folder(&self.folder.join("fields"))?;
         make_folder(&folder)?;
         let mut pieces = vec![(Grid::Volume, self.volume.volume_piece(volume, D)?)];
@@ -160,11 +163,11 @@ impl<const D: usize> FieldWriter<D> {
         Ok(())
     }
 
-    /// Makes a step visible: its indices and the series. Rank 0 only, when all ranks have returned from
-    /// [`Self::write`].
+    /// Makes a step visible by writing its indices and the series. Rank 0 only, after all ranks
+    /// have returned from [`Self::write`].
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The disk can not be written.
     pub fn publish(&mut self, step: u64, time: f64) -> Result<()> {
         let written = self.write_indices(step, time);
         self.place.explain(written)
@@ -185,11 +188,12 @@ impl<const D: usize> FieldWriter<D> {
     }
 }
 
-/// How long rank 0 waits for pieces that other ranks have written. Network file systems keep what they know of a folder for three
-/// seconds by default.
+/// Time for which rank 0 waits for pieces that other ranks have written. Network file systems cache
+/// the contents of a folder for three seconds by default.
 const DELAY: Duration = Duration::from_secs(4);
 
-/// Makes a folder that another rank may have made already. This host may not see it yet, although the file system knows it.
+/// Creates a folder that another rank may already have created. This host may not see it yet,
+/// although the file system already has it.
 fn make_folder(path: &Path) -> Result<()> {
     let is_file = || std::fs::metadata(path).is_ok_and(|found| !found.is_dir());
     match std::fs::create_dir(path) {
@@ -210,7 +214,8 @@ mod tests {
     use super::super::{pvd, pvtu};
     use super::*;
 
-    /// Two quadrilaterals side by side, six nodes; the second is written, the first belongs to another rank.
+    /// Two quadrilaterals side by side, six nodes. The second is written; the first belongs to
+    /// another rank.
     fn two_quads(mine: &[bool]) -> Cells<'_, 2> {
         Cells {
             points: &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]],
@@ -255,7 +260,8 @@ mod tests {
         }
     }
 
-    /// A rank writes its own cells with the nodes that they use, renumbered, each value still at its node.
+    /// A rank writes its own cells with the nodes that they use, renumbered, and each value stays
+    /// at its node.
     #[test]
     fn writes_own_cells_with_their_values() {
         let scratch = Scratch::new("fields");
@@ -280,7 +286,8 @@ mod tests {
         assert_eq!(float(&contact.point_data["slip"].values), [1.0, 2.0]);
     }
 
-    /// A rank that owns nothing writes an empty piece with the arrays of the others, and the index takes it.
+    /// A rank that owns no cells writes an empty piece with the arrays of the others, and the index
+    /// includes it.
     #[test]
     fn a_rank_without_cells_writes_an_empty_piece() {
         let scratch = Scratch::new("fields-empty");
@@ -307,7 +314,8 @@ mod tests {
         assert_eq!(pvd::read(&scratch.0.join("contact.pvd")).unwrap().len(), 1);
     }
 
-    /// Steps whose files are gone, whole or in part, leave the series; the others stay.
+    /// Steps whose files are missing, completely or in part, are removed from the series; the
+    /// others remain.
     #[test]
     fn the_series_names_what_is_there() {
         let scratch = Scratch::new("fields-lost");
@@ -334,7 +342,7 @@ mod tests {
         assert_eq!((writer.drop_lost().unwrap(), writer.steps()), (2, 0));
     }
 
-    /// A piece of another rank that becomes visible a moment later is not gone.
+    /// A piece of another rank that becomes visible a moment later does not count as missing.
     #[test]
     fn late_pieces_are_waited_for() {
         let scratch = Scratch::new("fields-late");
@@ -353,7 +361,7 @@ mod tests {
         });
     }
 
-    /// No rank makes a results folder again that is gone.
+    /// No rank creates a deleted results folder again.
     #[test]
     fn a_folder_that_is_gone_stays_so() {
         let scratch = Scratch::new("fields-moved");
@@ -368,7 +376,7 @@ mod tests {
         assert!(!folder.exists());
     }
 
-    /// Statics has no velocity and a case without contact no contact grid: neither is written.
+    /// Statics has no velocity, and a case without contact has no contact grid. Neither is written.
     #[test]
     fn writes_only_what_the_case_has() {
         let scratch = Scratch::new("fields-static");

@@ -1,5 +1,4 @@
-//! The results folder: where it lies, when it may be replaced, and files that never look whole before they
-//! are.
+//! The results folder: its location, when it may be replaced, and how files are written atomically.
 
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -15,14 +14,14 @@ use super::process;
 use crate::error::{Error, Result};
 use crate::files;
 
-/// The value of `program` in `run.json`, by which a results folder is known as ours.
+/// The value of `program` in `run.json` that identifies a results folder of this program.
 pub const PROGRAM: &str = "contact-petsc";
 
-/// The run record, which is the marker of a results folder as well.
+/// The run record, which also marks a results folder.
 pub const RECORD: &str = "run.json";
 
-/// What a run may leave in its folder, apart from [`RECORD`]; only these are removed when a result is
-/// replaced.
+/// Files that a run may leave in its folder, apart from [`RECORD`]. Only these are removed when a
+/// result is replaced.
 const OWN: [&str; 12] = [
     "probes.csv",
     "contact.csv",
@@ -38,21 +37,21 @@ const OWN: [&str; 12] = [
     "report.html",
 ];
 
-/// End of the name of a file until it is whole.
+/// Suffix of the name of a file until it is complete.
 const PART: &str = ".part";
 
-/// A folder that this program made.
+/// A folder that this program created.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ResultsFolder {
     path: PathBuf,
 }
 
-/// Where the results of a case go unless `--output` says otherwise: `results/<name>` in the working
-/// directory, `name` being the folder of the case for a file called `case.yml` and the stem of the file for
-/// any other.
+/// Default location of the results of a case, without `--output`: `results/<name>` in the working
+/// directory. `name` is the folder of the case for a file called `case.yml`, and the stem of the
+/// file for any other.
 ///
 /// # Errors
-/// The path names no file, or the working directory is gone.
+/// The path names no file, or the working directory does not exist.
 pub fn default_folder(case_file: &Path) -> Result<PathBuf> {
     let whole = std::path::absolute(case_file).map_err(|e| trouble(case_file, "resolve", &e))?;
     let whole = whole.canonicalize().unwrap_or(whole);
@@ -65,13 +64,14 @@ pub fn default_folder(case_file: &Path) -> Result<PathBuf> {
 }
 
 impl ResultsFolder {
-    /// Makes the folder, or empties one that an earlier run made. Rank 0 only.
+    /// Creates the folder, or empties one that an earlier run created. Rank 0 only.
     ///
-    /// Afterwards a `run.json` with the verdict `running` marks it as ours, and the lock keeps other runs away. Files that no
-    /// run of ours writes are kept.
+    /// Afterwards a `run.json` with the verdict `running` marks it as a results folder, and the
+    /// lock excludes other runs. Files that no run of this program writes are kept.
     ///
     /// # Errors
-    /// The folder holds something that this program did not make, another run writes into it, or it can not be written.
+    /// The folder holds something that this program did not create, another run writes into it, or
+    /// it can not be written.
     pub fn create(path: &Path) -> Result<(Self, Lock)> {
         let folder = Self { path: path.to_path_buf() };
         if is_occupied(path)? && !is_ours(path) {
@@ -89,8 +89,9 @@ impl ResultsFolder {
         Ok((folder, lock))
     }
 
-    /// Empties a folder whose `run.json` is damaged or gone, where nothing else lies in it than a run of ours leaves. Whether
-    /// there was such a folder. For folders that are known to be ours by the one that they lie in.
+    /// Empties a folder whose `run.json` is damaged or missing, if it holds only files that a run
+    /// leaves. Returns whether there was such a folder. Use it for folders whose parent folder
+    /// identifies them as created by this program.
     ///
     /// # Errors
     /// It can not be read or written.
@@ -108,7 +109,7 @@ impl ResultsFolder {
             let name = name.strip_suffix(PART).unwrap_or(name);
             OWN.contains(&name) || [RECORD, LOCK].contains(&name)
         };
-        // A record that can be read is of another program.
+        // A readable record belongs to another program.
         let is_foreign = !record(path).is_null();
         if is_foreign || !names.iter().all(is_known) {
             return Ok(false);
@@ -118,19 +119,19 @@ impl ResultsFolder {
         Ok(true)
     }
 
-    /// Opens a folder that a run made, to plot it or to go on in it.
+    /// Opens a folder that a run created, to plot it or to resume the run.
     ///
     /// # Errors
-    /// The folder is not there, or holds no `run.json` of this program.
+    /// The folder does not exist, or holds no `run.json` of this program.
     pub fn open(path: &Path) -> Result<Self> {
         let cure = "give the results folder of a run, as in `contact-petsc plot results/rubber-block`";
         Self::find(path).map_err(|error| error.hint(cure))
     }
 
-    /// As [`open`](Self::open), for callers that know what else to do.
+    /// Opens a folder like [`open`](Self::open), for callers that give their own hint.
     ///
     /// # Errors
-    /// As there, without a cure.
+    /// The folder does not exist, or holds no `run.json` of this program. The error has no hint.
     pub fn find(path: &Path) -> Result<Self> {
         if !path.is_dir() {
             return Err(Error::file(format!("{}: no such folder", path.display())));
@@ -142,7 +143,7 @@ impl ResultsFolder {
         Ok(Self { path: path.to_path_buf() })
     }
 
-    /// Whether there is nothing at this path, or an empty folder: room for results of their own.
+    /// Whether the path does not exist or is an empty folder, so that results can be written there.
     pub fn is_free(path: &Path) -> bool {
         matches!(is_occupied(path), Ok(false))
     }
@@ -158,18 +159,20 @@ impl ResultsFolder {
     }
 }
 
-/// Writes a file so that a reader sees the old content or the new, never a part: temporary file, then rename.
+/// Writes a file so that a reader sees either the old or the new content. It writes a temporary
+/// file and renames it.
 ///
 /// # Errors
-/// The file system refuses.
+/// The file system reports an error.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     write_whole_with(path, |file| file.write_all(content))
 }
 
-/// As [`write_whole`], the content being streamed by `fill`. Nothing is left behind when `fill` fails.
+/// Writes a file like [`write_whole`], with the content streamed by `fill`. No file is left behind
+/// when `fill` fails.
 ///
 /// # Errors
-/// The file system refuses, or `fill` does.
+/// The file system or `fill` reports an error.
 pub fn write_whole_with<F>(path: &Path, fill: F) -> Result<()>
 where
     F: FnOnce(&mut std::io::BufWriter<fs::File>) -> std::io::Result<()>,
@@ -188,19 +191,21 @@ where
     })
 }
 
-/// Attempts to rename a file over one that another process has open.
+/// Number of attempts to rename a file over one that another process has open.
 ///
-/// With [`PAUSE`] between them they last two seconds, far longer than a reader has a small file open. With half of it a slow file
-/// server is more likely to end a run; with twice of it a lasting refusal is reported two seconds later.
+/// With [`PAUSE`] between them they last two seconds, far longer than a reader has a small file
+/// open. With half of it a slow file server is more likely to end a run. With twice of it a
+/// permanent refusal is reported two seconds later.
 const TRIES: u32 = 20;
 
 /// Time between two attempts to rename a file.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Renames a file, and repeats it while it is refused for a reason that may pass.
+/// Renames a file, and repeats the attempt while it fails for a reason that may be temporary.
 ///
-/// Network file systems such as SMB refuse to rename over a file while a reader has it open, with one of the errors below,
-/// depending on the server. On a local disk the first attempt succeeds or fails for good.
+/// Network file systems such as SMB refuse to rename over a file while a reader has it open. The
+/// error code, one of those below, depends on the server. On a local disk the first attempt
+/// decides.
 ///
 /// # Errors
 /// The error of the last attempt, or the first error of another kind.
@@ -265,7 +270,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::error::Cause;
 
-    /// An empty folder of its own for each test, removed when the test ends.
+    /// A separate empty folder for each test, removed when the test ends.
     pub(crate) struct Scratch(pub PathBuf);
 
     impl Scratch {
@@ -283,7 +288,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// The folder's name comes from the case's folder for `case.yml` and from the stem for anything else.
+    /// The folder's name comes from the case's folder for `case.yml`, and from the stem for any
+    /// other file.
     #[test]
     fn names_the_folder_after_the_case() {
         assert_eq!(
@@ -302,7 +308,8 @@ pub(crate) mod tests {
         assert_eq!(default_folder(Path::new("/case.yml")).unwrap(), Path::new("results/case"));
     }
 
-    /// A result of ours is replaced, stale files go, and what a user put beside them stays.
+    /// A result of this program is replaced and its stale files are removed. Files that a user
+    /// added are kept.
     #[test]
     fn replaces_its_own_results_only() {
         let scratch = Scratch::new("replace");
@@ -319,8 +326,8 @@ pub(crate) mod tests {
         assert_eq!(ResultsFolder::open(&path).unwrap(), folder);
     }
 
-    /// A folder whose record is damaged or gone is emptied where all in it is ours; a file of somebody else, or a record of
-    /// another program, keeps it as it is.
+    /// A folder whose record is damaged or missing is emptied if it holds only files of this
+    /// program. A foreign file, or a record of another program, keeps it unchanged.
     #[test]
     fn reclaims_what_lost_its_record() {
         let scratch = Scratch::new("reclaim");
@@ -340,7 +347,8 @@ pub(crate) mod tests {
         );
     }
 
-    /// A rename that is refused while a reader has the file open is tried again; one that fails for good is not.
+    /// A rename that is refused while a reader has the file open is repeated; one that fails
+    /// permanently is not.
     #[test]
     fn renames_are_repeated() {
         let mut calls = 0;
@@ -356,7 +364,7 @@ pub(crate) mod tests {
         assert_eq!(rename(ErrorKind::StorageFull, 2), (false, 1));
     }
 
-    /// A folder of somebody else is refused and left untouched; an empty one is welcome.
+    /// A foreign folder is refused and left untouched; an empty one is accepted.
     #[test]
     fn refuses_foreign_folders() {
         let scratch = Scratch::new("foreign");
@@ -375,7 +383,8 @@ pub(crate) mod tests {
         assert!(ResultsFolder::create(&empty.0).is_ok());
     }
 
-    /// A file in the way is an error of cause `File`, whether it is the folder itself or a part of its path.
+    /// A file that blocks the path is an error of cause `File`, whether it is at the folder itself
+    /// or at a part of its path.
     #[test]
     fn names_a_file_in_the_way() {
         let scratch = Scratch::new("in-the-way");

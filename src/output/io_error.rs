@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::error::Error;
 
-/// The error for a path that can not be written, with its cure where the cause is known.
+/// The error for a path that can not be written, with a hint if the cause is known.
 pub(crate) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
     let error_text = trouble(path, "write", error);
     match error.kind() {

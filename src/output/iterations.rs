@@ -1,4 +1,4 @@
-//! `iterations.csv`: how each step was solved, one row an iteration, failed attempts included.
+//! `iterations.csv`: how each step was solved, one row per iteration, including failed attempts.
 
 use std::path::Path;
 
@@ -26,20 +26,21 @@ const COLUMNS: [&str; 13] = [
 /// One iteration of a nonlinear solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationRow<'a> {
-    /// Step that is sought.
+    /// Number of the step.
     pub step: u64,
     /// Time at its end \[s\].
     pub time: f64,
     /// Its length \[s\].
     pub dt: f64,
-    /// 1 for the first try, one more after each cut.
+    /// 1 for the first attempt, one more after each cut.
     pub attempt: u64,
-    /// What is being solved: `start`, `monolithic`, or of the staggered strategy `I`, `II` and `sweep`, which ends a
-    /// sweep over both: its number, the monolithic residual, the distance of the stages.
+    /// What is being solved: `start`, `monolithic`, or of the staggered strategy `I`, `II` and
+    /// `sweep`. A `sweep` row ends a sweep over both stages: it has the number of the sweep, the
+    /// monolithic residual and the distance of the stages.
     pub stage: &'a str,
     /// 0 is the predicted state, before any correction.
     pub iteration: u64,
-    /// Norm of the residual as the convergence test sees it; `None` where a trial state could not be
+    /// Norm of the residual that the convergence test uses; `None` if a trial state could not be
     /// evaluated.
     pub residual: Option<f64>,
     /// Norm of the correction; `None` before the first.
@@ -52,7 +53,8 @@ pub struct IterationRow<'a> {
     pub changed: u64,
     /// Factor on the correction; `None` before the first.
     pub line_search: Option<f64>,
-    /// Distance of the stages over that of the sweep before; `None` but for a sweep that had one before it.
+    /// Distance of the stages over that of the previous sweep; `None` except for a sweep with a
+    /// predecessor.
     pub contraction: Option<f64>,
 }
 
@@ -66,15 +68,15 @@ impl IterationTable {
     /// Name of the file in the results folder.
     pub const FILE: &str = "iterations.csv";
 
-    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
+    /// Opens the table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// As there.
+    /// See [`Table::open`].
     pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(COLUMNS), past)? })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }
@@ -82,7 +84,7 @@ impl IterationTable {
     /// Writes the row of an iteration.
     ///
     /// # Errors
-    /// A value is not finite, or the disk refuses.
+    /// A value is not finite, or the disk can not be written.
     pub fn row(&mut self, row: &IterationRow) -> Result<()> {
         self.table.row(&[
             Cell::Count(row.step),
@@ -107,7 +109,7 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    /// Header and rows are the contract's; what is not known yet is an empty field.
+    /// Header and rows follow the documented format; an unknown value is an empty field.
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("iterations");

@@ -1,8 +1,9 @@
-//! One writer for a folder, also where several hosts share it.
+//! Ensures that one process writes into a folder, even if several hosts share it.
 //!
-//! The file `run.lock` is locked by the system. On one host this suffices: the system frees the lock of a process that died. Some
-//! file systems have no locks between hosts. Therefore the owner changes the file every two seconds, and a run that finds the file
-//! of another host waits long enough to see whether it changes.
+//! The file `run.lock` is locked by the operating system. On one host this suffices, because the
+//! system frees the lock of a process that died. Some file systems have no locks between hosts.
+//! Therefore the owner changes the file every two seconds. A run that finds the file of another
+//! host waits long enough to see whether it changes.
 
 use std::fs::{File, OpenOptions, TryLockError, read_to_string};
 use std::os::unix::fs::FileExt;
@@ -24,31 +25,32 @@ use super::process::host;
 /// Name of the file in the folder.
 pub const LOCK: &str = "run.lock";
 
-/// How often the file changes. Half of it doubles the writes on a shared file system. Twice of it doubles the time for which a
-/// run waits in the folder of a run that was killed on another host.
+/// Interval at which the file changes. Half of it doubles the writes on a shared file system. Twice
+/// of it doubles the time for which a run waits in the folder of a run that was killed on another
+/// host.
 const BEAT: Duration = Duration::from_secs(2);
 
-/// Time after which a file that did not change belongs to a dead run. It allows for a host that caches what it reads, and for a
-/// busy one that misses a beat.
+/// Time after which an unchanged file belongs to a dead run. It allows for a host that caches its
+/// reads, and for a busy one that misses a beat.
 const SILENCE: Duration = Duration::from_secs(7);
 
-/// How long a run that is being killed may take to end.
+/// Time that a run that is being killed may take to end.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A folder that this process alone writes into, until it is dropped.
+/// A folder into which only this process writes, until the lock is dropped.
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,
     file: Arc<File>,
     token: String,
-    /// Another run has taken the folder.
+    /// Set when another run has taken the folder.
     lost: Arc<AtomicBool>,
     stop: Arc<(Mutex<bool>, Condvar)>,
     heart: Option<JoinHandle<()>>,
 }
 
 impl Lock {
-    /// Takes a folder that is there. Rank 0 only.
+    /// Locks an existing folder. Rank 0 only.
     ///
     /// # Errors
     /// Another run writes into it, or the file can not be written.
@@ -70,10 +72,10 @@ impl Lock {
                     continue;
                 }
                 Err(TryLockError::WouldBlock) => return Err(in_use(folder, &before)),
-                // The file system knows no locks.
+                // The file system does not support locks.
                 Err(TryLockError::Error(_)) => false,
             };
-            // Its last owner may have removed it meanwhile.
+            // Its last owner may have removed it in the meantime.
             if !is_same(&file, &path).map_err(|e| trouble(&path, "find", &e))? {
                 continue;
             }
@@ -86,7 +88,8 @@ impl Lock {
     }
 
     fn own(path: PathBuf, file: File) -> Result<Self> {
-        // The clock may be set back, so the kernel and the number of the process distinguish runs too.
+        // The clock may be set back, so the boot identifier and the process number also distinguish
+        // runs.
         let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
         let token = format!("{}-{}-{now}", kernel(), std::process::id());
         let written = file.set_len(0).and_then(|()| file.write_all_at(text(&token, 0).as_bytes(), 0));
@@ -135,7 +138,7 @@ impl Lock {
         &self.token
     }
 
-    /// Makes sure that the folder is still ours.
+    /// Checks that this run still holds the folder.
     ///
     /// # Errors
     /// Another run has taken it.
@@ -167,7 +170,8 @@ impl Drop for Lock {
     }
 }
 
-/// The content of the file. It has the same length at every beat, so that no reader sees a part.
+/// The content of the file. It has the same length at every beat, so that no reader sees an
+/// incomplete text.
 fn text(token: &str, beat: u64) -> String {
     let owner = json!({ "token": token, "kernel": kernel(), "host": host(), "process": std::process::id() });
     let beat = format!("{beat:020}");
@@ -183,7 +187,7 @@ fn owner(content: &str) -> Value {
     whole["owner"].clone()
 }
 
-/// Whether the file changes within the time in which a living run changes it.
+/// Whether the file changes within the interval in which a live run changes it.
 fn beats(path: &Path, before: &str, silence: Duration) -> bool {
     let deadline = Instant::now() + silence;
     while Instant::now() < deadline {
@@ -195,7 +199,7 @@ fn beats(path: &Path, before: &str, silence: Duration) -> bool {
     false
 }
 
-/// An identifier of this start of the operating system. Unlike the name of a host, it is unique.
+/// An identifier of this boot of the operating system. Unlike the name of a host, it is unique.
 fn kernel() -> String {
     let id = read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     if id.trim().is_empty() { host() } else { id.trim().to_owned() }
@@ -218,14 +222,15 @@ mod tests {
 
     const SOON: [Duration; 2] = [Duration::from_millis(60), Duration::from_millis(400)];
 
-    /// What another host would have left.
+    /// The content that another host would have left.
     fn foreign(beat: u64) -> String {
         format!(
             "{{\"owner\":{{\"token\":\"t\",\"kernel\":\"k\",\"host\":\"h\",\"process\":1}},\"beat\":{beat}}}"
         )
     }
 
-    /// A second writer is refused with the number of the first, and accepted when the first has ended, which removes the file.
+    /// A second writer is refused with the process number of the first. It is accepted when the
+    /// first has ended, which removes the file.
     #[test]
     fn one_writer_at_a_time() {
         let scratch = Scratch::new("lock");
@@ -239,8 +244,9 @@ mod tests {
         drop(Lock::take_within(&scratch.0, SOON).unwrap());
     }
 
-    /// A file that another host keeps changing is respected although the system grants its lock. One that stays as it is belongs
-    /// to a dead run. Damaged files and those of dead processes of this host are replaced.
+    /// A file that another host keeps changing is respected although the system grants its lock. An
+    /// unchanged one belongs to a dead run. Damaged files and those of dead processes of this host
+    /// are replaced.
     #[test]
     fn a_run_of_another_host_is_known_by_its_beats() {
         let scratch = Scratch::new("lock-beats");
@@ -271,7 +277,8 @@ mod tests {
         }
     }
 
-    /// A run whose folder was taken by another run reports it at the next check. A missing file is not reported.
+    /// A run whose folder was taken by another run reports it at the next check. A missing file is
+    /// not reported.
     #[test]
     fn a_folder_that_was_taken_is_noticed() {
         let scratch = Scratch::new("lock-lost");

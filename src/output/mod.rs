@@ -1,15 +1,16 @@
-//! What a run leaves behind: CSV tables, ParaView files, the run record, and what the console says.
+//! Output of a run: CSV tables, ParaView files, the run record, and the console.
 //!
-//! The writers take plain data that is already reduced over the ranks; they know no solver. Rank 0 writes the
-//! tables, the indices and the record, every rank writes its own piece of the fields.
+//! The writers take plain data that is already reduced over the ranks; they do not depend on the
+//! solver. Rank 0 writes the tables, the indices and the record. Every rank writes its own piece of
+//! the fields.
 //!
-//! | File | Written by | When it is whole |
+//! | File | Written by | When it is complete |
 //! |---|---|---|
 //! | `*.csv` | [`table::Table`] and the row structs beside it | after each row: a row is one write |
 //! | `fields/step_*/` | [`fields::FieldWriter`] | each file appears by renaming |
-//! | `fields.pvd`, `contact.pvd` | [`pvd::PvdSeries`] | rewritten by renaming, never names a step that is not there |
+//! | `fields.pvd`, `contact.pvd` | [`pvd::PvdSeries`] | rewritten by renaming, names only steps that exist |
 //! | `run.json` | [`record::Record`] | rewritten by renaming; `running` until the end, with the [process] that writes it; at the end with rows and hashes of the tables |
-//! | `run.lock` | [`lock::Lock`] | there while a run writes into the folder |
+//! | `run.lock` | [`lock::Lock`] | present while a run writes into the folder |
 
 pub mod accuracy;
 pub mod anchor;
@@ -37,15 +38,15 @@ pub mod vtu;
 pub mod vtu_reader;
 pub mod xml;
 
-/// The status of a contact point as it stands in files: `open`, `stick`, `slip`, or 0, 1, 2.
+/// The status of a contact point as it is written to files: `open`, `stick`, `slip`, or 0, 1, 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Status {
     /// The gap is positive: no traction.
     Open = 0,
-    /// In contact, the friction traction is below its bound.
+    /// In contact, with the friction traction below its bound.
     Stick = 1,
-    /// In contact, the friction traction is at its bound.
+    /// In contact, with the friction traction at its bound.
     Slip = 2,
 }
 

@@ -1,4 +1,4 @@
-//! `momentum.csv`: linear and angular momentum of all bodies together, one row a step.
+//! `momentum.csv`: linear and angular momentum of all bodies together, one row per step.
 
 use std::path::Path;
 
@@ -11,9 +11,10 @@ use super::table::{Cell, Marks, Table, named};
 /// The momentum at the end of one step, per metre of depth in 2D.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MomentumRow {
-    /// `int rho v dV` \[N s\]; the plane has the first two components.
+    /// `int rho v dV` \[N s\]; 2D has the first two components.
     pub linear: [f64; 3],
-    /// `int rho x x v dV` about the origin at the current places [N m s]; the plane has the last component.
+    /// `int rho x x v dV` about the origin in the current configuration [N m s]; 2D has the last
+    /// component.
     pub angular: [f64; 3],
 }
 
@@ -27,15 +28,15 @@ impl<const D: usize> MomentumTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "momentum.csv";
 
-    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
+    /// Opens the table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// As there.
+    /// See [`Table::open`].
     pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(columns::<D>()), past)? })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }
@@ -43,7 +44,7 @@ impl<const D: usize> MomentumTable<D> {
     /// Writes the row of a step at a time \[s\].
     ///
     /// # Errors
-    /// A value is not finite, or the disk refuses.
+    /// A value is not finite, or the disk can not be written.
     pub fn row(&mut self, step: u64, time: f64, row: &MomentumRow) -> Result<()> {
         let head = [Cell::Count(step), Cell::Number(time)];
         let values = row.linear[..D].iter().chain(&row.angular[turning::<D>()]).copied().map(Cell::Number);
@@ -51,7 +52,7 @@ impl<const D: usize> MomentumTable<D> {
     }
 }
 
-/// The axes about which bodies of `D` dimensions can turn.
+/// The axes about which bodies in `D` dimensions can rotate.
 fn turning<const D: usize>() -> std::ops::Range<usize> {
     if D == 2 { 2..3 } else { 0..3 }
 }
@@ -68,7 +69,7 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    /// Header and rows in 2D and 3D: what a space has not is left out.
+    /// Header and rows in 2D and 3D; components that do not exist in 2D are left out.
     #[test]
     fn has_the_components_of_its_space() {
         let scratch = Scratch::new("momentum");

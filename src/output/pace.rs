@@ -1,10 +1,10 @@
-//! Wall time: how it reads, and how much of it a run still needs.
+//! Formats and parses wall times, and estimates the wall time that a run still needs.
 
 use std::time::Duration;
 
 use crate::reader::{quantity, unit};
 
-/// A length of time as one reads it: `0.53 s`, `12.3 s`, `3 min 20 s`, `2 h 05 min`.
+/// Formats a duration: `0.53 s`, `12.3 s`, `3 min 20 s`, `2 h 05 min`.
 pub fn duration(length: Duration) -> String {
     let seconds = length.as_secs_f64();
     let whole = seconds.round() as u64;
@@ -16,11 +16,11 @@ pub fn duration(length: Duration) -> String {
     }
 }
 
-/// A wall time as users and queues write it: seconds, a number with a unit of time, or hours, minutes and seconds as in
-/// `0:55:00`; > 0.
+/// Parses a wall time > 0 as users and batch systems write it: seconds, a number with a unit of
+/// time, or hours, minutes and seconds as in `0:55:00`.
 ///
 /// # Errors
-/// How it is written, for people.
+/// A message that explains the accepted formats.
 pub fn wall_time(text: &str) -> Result<Duration, String> {
     let clock = || {
         let parts: Option<Vec<f64>> = text.split(':').map(|part| part.parse().ok()).collect();
@@ -36,7 +36,7 @@ pub fn wall_time(text: &str) -> Result<Duration, String> {
     length.ok_or_else(|| "not a length of time > 0, as in 3300, \"55 min\" or 0:55:00".to_owned())
 }
 
-/// Wall time per simulated time, the last twenty steps or so counting most.
+/// Wall time per simulated time. The last twenty steps or so have the largest weight.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct PaceDisplay {
     wall: f64,
@@ -46,7 +46,7 @@ pub(super) struct PaceDisplay {
 impl PaceDisplay {
     const MEMORY: f64 = 0.95;
 
-    /// One step took `wall` for a `simulated` time \[s\].
+    /// Records a step that took `wall` for a `simulated` time \[s\].
     pub(super) fn advance(&mut self, wall: Duration, simulated: f64) {
         self.wall = Self::MEMORY * self.wall + wall.as_secs_f64();
         self.simulated = Self::MEMORY * self.simulated + simulated;
@@ -62,7 +62,7 @@ impl PaceDisplay {
 mod tests {
     use super::*;
 
-    /// Wall times read as queues and people write them.
+    /// Wall times are parsed as batch systems and users write them.
     #[test]
     fn wall_times_are_read() {
         for (text, seconds) in [("90", 90), ("2 min", 120), ("0:55:00", 3300), ("1.5 h", 5400)] {
@@ -73,7 +73,7 @@ mod tests {
         }
     }
 
-    /// The time to go follows the pace of late steps, and is absent before the first.
+    /// The remaining time follows the pace of recent steps, and is absent before the first.
     #[test]
     fn time_to_go_follows_the_pace() {
         let mut pace = PaceDisplay::default();
@@ -84,7 +84,7 @@ mod tests {
         assert!((pace.time_left(1.0).unwrap().as_secs_f64() - 20.0).abs() < 0.01);
     }
 
-    /// Lengths of time read well at every size.
+    /// Durations are formatted readably at every size.
     #[test]
     fn durations_read_well() {
         let texts =

@@ -1,4 +1,4 @@
-//! `probes.csv`: displacement, velocity and contact state of chosen points, one row a step.
+//! `probes.csv`: displacement, velocity and contact state of chosen points, one row per step.
 
 use std::path::Path;
 
@@ -8,23 +8,24 @@ use crate::error::Result;
 use super::table::{Cell, Marks, Table};
 use super::{AXES, Status};
 
-/// What a probe is called, and whether it lies on a contact surface.
+/// Name of a probe, and whether it lies on a contact surface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProbeColumns {
     /// Name in the case file.
     pub name: String,
-    /// The probe has the five contact columns.
+    /// Whether the probe has the five contact columns.
     pub on_contact: bool,
 }
 
-/// One probe in one row.
+/// Values of one probe in one row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeRow<const D: usize> {
     /// Displacement \[m\].
     pub u: [f64; D],
     /// Velocity \[m/s\].
     pub v: [f64; D],
-    /// The contact columns; written only where [`ProbeColumns::on_contact`] holds, where `None` leaves them empty.
+    /// The contact columns. They are written only if [`ProbeColumns::on_contact`] is set; `None`
+    /// then leaves them empty.
     pub contact: Option<ProbeContact>,
 }
 
@@ -33,11 +34,13 @@ pub struct ProbeRow<const D: usize> {
 pub struct ProbeContact {
     /// `t_n` \[Pa\], positive in compression.
     pub contact_pressure: f64,
-    /// Friction traction on the contactor \[Pa\]: signed along the target's tangent in 2D, its length in 3D.
+    /// Friction traction on the contactor \[Pa\]: signed along the target's tangent in 2D, its
+    /// length in 3D.
     pub traction_t: f64,
-    /// `g_n` \[m\], positive where open; `None` where no target lies opposite.
+    /// `g_n` \[m\], positive if open; `None` if there is no target opposite.
     pub gap: Option<f64>,
-    /// Speed of the contactor against the target \[m/s\]: signed as `traction_t` in 2D, its length in 3D.
+    /// Speed of the contactor against the target \[m/s\]: signed as `traction_t` in 2D, its length
+    /// in 3D.
     pub slip_velocity: f64,
     /// Open, stick or slip.
     pub status: Status,
@@ -54,10 +57,10 @@ impl<const D: usize> ProbeTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "probes.csv";
 
-    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
+    /// Opens the table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// As there.
+    /// See [`Table::open`].
     pub fn open(
         folder: &Path,
         units: Units,
@@ -68,7 +71,7 @@ impl<const D: usize> ProbeTable<D> {
         Ok(Self { table, probes })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }
@@ -77,7 +80,7 @@ impl<const D: usize> ProbeTable<D> {
     /// [`Self::open`].
     ///
     /// # Errors
-    /// A value is not finite, the count of probes is wrong, or the disk refuses.
+    /// A value is not finite, the number of probes is wrong, or the disk can not be written.
     pub fn row(&mut self, step: u64, time: f64, dt: f64, rows: &[ProbeRow<D>]) -> Result<()> {
         let mut cells = vec![Cell::Count(step), Cell::Number(time), Cell::Number(dt)];
         for (probe, row) in self.probes.iter().zip(rows) {
@@ -124,7 +127,8 @@ mod tests {
         ProbeColumns { name: name.into(), on_contact }
     }
 
-    /// The header is the contract's, in the plane, with contact columns only where there is contact.
+    /// The header in 2D follows the documented format, with contact columns only for probes on a
+    /// contact surface.
     #[test]
     fn plane_header_and_rows_follow_the_contract() {
         let scratch = Scratch::new("probes-2d");
@@ -157,7 +161,7 @@ mod tests {
         assert!(table.row(5, 2e-3, 5e-4, &[first]).is_err());
     }
 
-    /// In space each vector has its third component.
+    /// In 3D each vector has its third component.
     #[test]
     fn space_header_follows_the_contract() {
         assert_eq!(

@@ -1,4 +1,5 @@
-//! The process that writes a run record, by which a reader knows a run that was killed from one that goes on.
+//! Identifies the process that writes a run record, so that a reader distinguishes a killed run
+//! from a running one.
 
 use std::fs;
 use std::path::Path;
@@ -9,14 +10,17 @@ use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 
-/// This process, as it stands in `run.json`: host, number, and the name that the system has for it.
+/// This process as it is recorded in `run.json`: host, number, and the name that the operating
+/// system gives it.
 pub fn own() -> Value {
     json!({ "host": host(), "id": std::process::id(), "name": name("self") })
 }
 
-/// The verdict of a run record; `killed` where it says `running` and the process that wrote it is no longer there.
+/// The verdict of a run record. It is `killed` if the record says `running` and the process that
+/// wrote it does not exist.
 ///
-/// Of a run on another host nothing can be told: its verdict stays.
+/// The verdict of a run on another host is returned unchanged, because its process can not be
+/// checked.
 pub fn verdict(record: &Value) -> &str {
     match record["verdict"].as_str() {
         Some("running") if on_this_host(record).is_some_and(|id| !is_there(record, id)) => "killed",
@@ -24,10 +28,11 @@ pub fn verdict(record: &Value) -> &str {
     }
 }
 
-/// Makes sure that no other run writes into a results folder; one that is being killed may take a second to go.
+/// Checks that no other run writes into a results folder. A run that is being killed may take a
+/// second to end.
 ///
 /// # Errors
-/// Another run on this host does.
+/// Another run on this host writes into the folder.
 pub fn claim(folder: &Path) -> Result<()> {
     let record = super::folder::record(folder);
     let Some(id) = on_this_host(&record).filter(|_| record["verdict"] == "running") else { return Ok(()) };
@@ -45,10 +50,10 @@ pub fn claim(folder: &Path) -> Result<()> {
     .hint("wait for its end, or give another folder with --output"))
 }
 
-/// Looks at a process before it is believed to stay, a tenth of a second apart.
+/// Number of checks, a tenth of a second apart, before a process counts as alive.
 const PATIENCE: u32 = 10;
 
-/// Number of the process of a record, where it ran on this host.
+/// Number of the process of a record, if it ran on this host.
 fn on_this_host(record: &Value) -> Option<u64> {
     let process = &record["process"];
     let here = process["host"].as_str().is_some_and(|there| !there.is_empty() && there == host());
@@ -64,7 +69,7 @@ pub fn host() -> String {
     fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_owned()
 }
 
-/// Name of a process, without the dead whose parents have not asked for them.
+/// Name of a process; `None` for zombies, whose parents have not waited for them.
 fn name(id: &str) -> Option<String> {
     let status = fs::read_to_string(format!("/proc/{id}/status")).ok()?;
     let entry = |key: &str| status.lines().find_map(|line| line.strip_prefix(key)).map(str::trim);
@@ -80,7 +85,7 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    /// A process that sleeps. It is there a moment before it has its name.
+    /// Starts a process that sleeps. It exists a moment before its name is set.
     fn sleeper() -> Child {
         let child = Command::new("sleep").arg("60").spawn().unwrap();
         while name(&child.id().to_string()).as_deref() != Some("sleep") {
@@ -94,8 +99,9 @@ mod tests {
         json!({ "verdict": verdict, "process": process })
     }
 
-    /// A run whose process is there is running, one whose process is dead was killed, whether its parent asked for it
-    /// or not; of another host, of a process that is not told, and of a run that ended nothing is changed.
+    /// A run whose process exists is running. A run whose process is dead was killed, whether its
+    /// parent has waited for it or not. The verdict is unchanged for another host, for a record
+    /// without a process, and for a run that has ended.
     #[test]
     fn a_killed_run_is_told_from_one_that_goes_on() {
         assert_eq!(verdict(&json!({ "verdict": "running", "process": own() })), "running");
@@ -116,8 +122,8 @@ mod tests {
         assert_eq!(verdict(&json!({})), "unknown");
     }
 
-    /// A folder that a living process writes into is refused, and free as soon as the process is gone or has ended
-    /// its run.
+    /// A folder into which a live process writes is refused. It is free as soon as the process or
+    /// its run has ended.
     #[test]
     fn a_folder_in_use_is_refused() {
         let scratch = Scratch::new("claimed");

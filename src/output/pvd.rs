@@ -1,4 +1,4 @@
-//! A time series of grids, what one opens in ParaView.
+//! A time series of grids, which is the file to open in ParaView.
 
 use std::path::{Path, PathBuf};
 
@@ -15,13 +15,13 @@ use super::xml::{escaped, tags};
 pub struct Entry {
     /// Time \[s\].
     pub time: f64,
-    /// Which of the grids of that time.
+    /// Index of the grid among those of that time.
     pub part: u32,
-    /// Index of the pieces, relative to the series.
+    /// The index file of the pieces, relative to the series.
     pub file: String,
 }
 
-/// A `.pvd` file that grows; every version of it is whole and names only grids that are there.
+/// A `.pvd` file that grows. Every version of it is complete and names only grids that exist.
 #[derive(Debug)]
 pub struct PvdSeries {
     path: PathBuf,
@@ -34,7 +34,7 @@ impl PvdSeries {
         Self { path: path.to_path_buf(), entries: Vec::new() }
     }
 
-    /// Goes on with a series after a restart, without what comes after `last_time` \[s\].
+    /// Continues a series after a restart, without the entries after `last_time` \[s\].
     ///
     /// # Errors
     /// The file can not be read or written.
@@ -50,10 +50,11 @@ impl PvdSeries {
         Ok(series)
     }
 
-    /// Drops the grids whose files are gone, so that the series names only what is there; how many it drops.
+    /// Removes the grids whose files are missing, so that the series names only existing files.
+    /// Returns the number removed.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The disk can not be written.
     pub fn drop_lost(&mut self) -> Result<usize> {
         let before = self.entries.len();
         let folder = self.path.parent().unwrap_or(Path::new("")).to_path_buf();
@@ -65,7 +66,7 @@ impl PvdSeries {
         Ok(lost)
     }
 
-    /// Whether all grids that the series names are there.
+    /// Whether all grids that the series names exist.
     pub fn is_whole(&self) -> bool {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         self.entries.iter().all(|entry| is_whole(&folder.join(&entry.file)))
@@ -79,7 +80,7 @@ impl PvdSeries {
     /// Adds grids and rewrites the file.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The disk can not be written.
     pub fn add(&mut self, entries: impl IntoIterator<Item = Entry>) -> Result<()> {
         self.entries.extend(entries);
         self.write()
@@ -98,16 +99,16 @@ impl PvdSeries {
     }
 }
 
-/// Whether an index and all its pieces are there.
+/// Whether an index and all its pieces exist.
 fn is_whole(index: &Path) -> bool {
     let folder = index.parent().unwrap_or(Path::new(""));
     pvtu::read(index).is_ok_and(|pieces| pieces.iter().all(|piece| folder.join(piece).is_file()))
 }
 
-/// The grids of a series.
+/// Reads the grids of a series.
 ///
 /// # Errors
-/// The file is missing, cut short, or not a series.
+/// The file is missing, truncated, or not a series.
 pub fn read(path: &Path) -> Result<Vec<Entry>> {
     let bytes = files::read(path, files::LONGEST_TABLE).map_err(|e| trouble(path, "read", &e))?;
     let place = path.display().to_string();
@@ -134,8 +135,8 @@ mod tests {
         Entry { time, part, file: format!("fields/{time}/{part}.pvtu") }
     }
 
-    /// After each step the file holds all steps so far, times to the last bit, and a restart drops later
-    /// ones.
+    /// After each step the file holds all steps so far, with times exact to the last bit. A restart
+    /// removes later steps.
     #[test]
     fn grows_and_resumes() {
         let scratch = Scratch::new("pvd");

@@ -10,14 +10,14 @@ use super::io_error::trouble;
 use super::vtu::{Array, ENCODING, VtuPiece};
 use super::xml::{escaped, tags};
 
-/// Names and types of the arrays of a grid, without their numbers.
+/// Names and types of the arrays of a grid, without their values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Schema {
     sections: [(&'static str, Vec<String>); 3],
 }
 
 impl Schema {
-    /// What every rank's piece of the grid has, taken from one of them.
+    /// The schema that the pieces of all ranks share, taken from one of them.
     pub fn of(piece: &VtuPiece) -> Self {
         let names = |arrays: &[Array]| arrays.iter().map(Array::attributes).collect();
         let points = names(std::slice::from_ref(&piece.points));
@@ -26,11 +26,11 @@ impl Schema {
     }
 }
 
-/// Writes the index; `sources` are the files of all pieces relative to it. Rank 0 only, when the pieces are
-/// there.
+/// Writes the index; `sources` are the files of all pieces relative to it. Rank 0 only, after the
+/// pieces are written.
 ///
 /// # Errors
-/// The disk refuses.
+/// The disk can not be written.
 pub fn write(path: &Path, schema: &Schema, sources: &[String]) -> Result<()> {
     let mut text = format!("<?xml version=\"1.0\"?>\n<VTKFile type=\"PUnstructuredGrid\" {ENCODING}>\n");
     text.push_str("<PUnstructuredGrid GhostLevel=\"0\">\n");
@@ -44,10 +44,10 @@ pub fn write(path: &Path, schema: &Schema, sources: &[String]) -> Result<()> {
     write_whole(path, text.as_bytes())
 }
 
-/// The files of the pieces, relative to the index.
+/// Reads the files of the pieces, relative to the index.
 ///
 /// # Errors
-/// The index is missing, cut short, or not one of ours.
+/// The index is missing, truncated, or was not written by this program.
 pub fn read(path: &Path) -> Result<Vec<String>> {
     let bytes = files::read(path, files::LONGEST_TABLE).map_err(|e| trouble(path, "read", &e))?;
     let tags = tags(&bytes, "/VTKFile").map_err(|e| e.within(&path.display().to_string()))?;

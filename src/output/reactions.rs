@@ -1,4 +1,4 @@
-//! `reactions.csv`: the force of each support, one row a step and displacement boundary.
+//! `reactions.csv`: the force of each support, one row per step and displacement boundary.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use super::table::{Cell, Marks, Table, named};
 /// The force that one support exerts on the bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReactionRow<const D: usize> {
-    /// \[N\], per metre of depth in 2D; inertia of the driven nodes included.
+    /// \[N\], per metre of depth in 2D; includes the inertia of the driven nodes.
     pub force: [f64; D],
 }
 
@@ -25,15 +25,15 @@ impl<const D: usize> ReactionTable<D> {
     /// Name of the file in the results folder.
     pub const FILE: &str = "reactions.csv";
 
-    /// The table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
+    /// Opens the table in `folder` with headings in `units`, see [`Table::open`]. Rank 0 only.
     ///
     /// # Errors
-    /// As there.
+    /// See [`Table::open`].
     pub fn open(folder: &Path, units: Units, past: Option<&Marks>) -> Result<Self> {
         Ok(Self { table: Table::open(&folder.join(Self::FILE), units.headings(columns::<D>()), past)? })
     }
 
-    /// The file.
+    /// The underlying CSV table.
     pub fn table(&self) -> &Table {
         &self.table
     }
@@ -41,7 +41,7 @@ impl<const D: usize> ReactionTable<D> {
     /// Writes the row of one boundary at a time \[s\].
     ///
     /// # Errors
-    /// A value is not finite, or the disk refuses.
+    /// A value is not finite, or the disk can not be written.
     pub fn row(&mut self, step: u64, time: f64, boundary: &str, row: &ReactionRow<D>) -> Result<()> {
         let mut cells = vec![Cell::Count(step), Cell::Number(time), Cell::Text(boundary)];
         cells.extend(row.force.map(Cell::Number));
@@ -60,7 +60,7 @@ mod tests {
     use super::super::folder::tests::Scratch;
     use super::*;
 
-    /// Header and rows are the contract's in 2D and 3D.
+    /// Header and rows in 2D and 3D follow the documented format.
     #[test]
     fn follows_the_contract() {
         let scratch = Scratch::new("reactions");

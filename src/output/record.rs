@@ -1,4 +1,5 @@
-//! `run.json`: what was run, with what, how it went. Rewritten whole; says `running` until the end.
+//! `run.json`: the input of a run, its environment and its outcome. It is rewritten as a whole and
+//! says `running` until the end.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -19,21 +20,21 @@ use super::process;
 use super::table::{Marks, hex};
 use super::timestamp::timestamp;
 
-/// How a run stands.
+/// State of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
-    /// Not at its end; also what a run that was killed leaves behind.
+    /// Has not reached its end. A killed run also leaves this verdict.
     Running,
     /// The end time was reached.
     Completed,
     /// It stopped on request, with a checkpoint.
     Stopped {
-        /// Why, as the user read it.
+        /// The reason, as printed for the user.
         reason: String,
     },
-    /// It ended early.
+    /// Ended early because of an error.
     Failed {
-        /// The error as the user read it.
+        /// The error, as printed for the user.
         reason: String,
         /// Exit code of the process.
         code: i32,
@@ -41,7 +42,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The verdict that goes with an error.
+    /// The verdict that corresponds to an error.
     pub fn of(error: &Error) -> Self {
         if error.cause == Cause::Stopped {
             return Self::Stopped { reason: error.message.clone() };
@@ -50,60 +51,64 @@ impl Verdict {
     }
 }
 
-/// Time and calls of one phase.
+/// Wall time and number of calls of one phase.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PhaseTime {
     /// Wall time, the largest over ranks \[s\].
     pub seconds: f64,
-    /// Calls.
+    /// Number of calls.
     pub count: u64,
 }
 
-/// How deep a contact went.
+/// Largest penetration and force of a contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PenetrationRecord {
     /// Name in the case.
     pub contact: String,
-    /// Largest penetration of any point in any step \[m\]; 0 also where multipliers hold the surfaces exactly.
+    /// Largest penetration of any point in any step \[m\]. It is 0 if multipliers enforce contact
+    /// exactly.
     pub deepest: f64,
-    /// Largest depth of any place of the target between the points in any step \[m\], and in facets of the contactor; 0 where it is not known.
+    /// Largest depth of the target between the contactor points in any step \[m\], and the same in
+    /// facets of the contactor; 0 if it is not known.
     pub between: [f64; 2],
-    /// Largest normal force in any step \[N\]; 0 where it never closed.
+    /// Largest normal force in any step \[N\]; 0 if the contact never closed.
     pub force: f64,
-    /// The one that the user asked for \[m\], where he gave one.
+    /// The penetration tolerance \[m\], if the user requested one.
     pub asked: Option<f64>,
 }
 
 impl PenetrationRecord {
-    /// Whether the surfaces met in any step.
+    /// Whether the surfaces were in contact in any step.
     pub fn has_closed(&self) -> bool {
         self.deepest > 0.0 || self.force > 0.0
     }
 }
 
-/// What held bodies that supports alone do not hold, in the static equilibrium of the start or in steps of statics.
+/// Bodies that supports alone do not hold, and how they were held in the static equilibrium of the
+/// start or in steps of statics.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Holding {
-    /// The first step in which they were; 0 is the start.
+    /// The first step in which they were held; 0 is the start.
     pub step: u64,
-    /// Bodies, and the motions that supports leave them.
+    /// The bodies, with the motions that supports leave free.
     pub free: Vec<String>,
-    /// Number of motions that were held; contact resists the others.
+    /// Number of motions that were held. Contact resists the other motions.
     pub motions: u32,
-    /// Largest force along one of them, over the largest force, in any step.
+    /// Largest force along a held motion in any step, relative to the largest force.
     pub force: f64,
-    /// What held them, so that friction has to carry it from there on: none where no force was needed.
+    /// The resultant that held them, which friction has to carry from then on. It is `None` if no
+    /// force was needed.
     pub by: Option<Resultant>,
-    /// The same for people.
+    /// The same information as a sentence for the console.
     pub note: String,
 }
 
 /// The resultant of a force on a body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Resultant {
-    /// The motion that it is against: body and direction.
+    /// The motion that the force resists: body and direction.
     pub against: String,
-    /// Its size.
+    /// Its magnitude.
     pub size: f64,
     /// N or N m.
     pub unit: String,
@@ -135,33 +140,34 @@ impl InputRecord {
         }
     }
 
-    /// A file that was read already, as the case: it may have been a pipe, or have changed since.
+    /// The record of an input that was already read, such as the case. The file may have been a
+    /// pipe, or may have changed since.
     pub fn of_text(path: &Path, text: &str) -> Self {
         Self { path: path.display().to_string(), sha256: hex(Sha256::new().chain_update(text)) }
     }
 }
 
-/// Sums over the run so far.
+/// Totals of the run so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Totals {
-    /// Steps that were accepted.
+    /// Accepted steps.
     pub steps: u64,
-    /// Cuts of a step: attempts that were rolled back, and steps that were halved before they were tried because surfaces under
-    /// friction would move too far in them.
+    /// Cuts of a step: attempts that were rolled back, and steps that were halved before they were
+    /// tried because surfaces with friction would move too far in them.
     pub cut_steps: u64,
-    /// Newton iterations, those of failed attempts included.
+    /// Newton iterations, including those of failed attempts.
     pub newton_iterations: u64,
-    /// Krylov iterations, likewise.
+    /// Krylov iterations, including those of failed attempts.
     pub krylov_iterations: u64,
-    /// Krylov iterations within preconditioners, likewise.
+    /// Krylov iterations within preconditioners, including those of failed attempts.
     pub inner_krylov_iterations: u64,
-    /// Linear solvers that failed and were followed by a stronger one.
+    /// Linear solvers that failed and were replaced by a stronger one.
     pub linear_fallbacks: u64,
-    /// How often the run went on from a checkpoint.
+    /// Number of restarts from a checkpoint.
     pub restarts: u64,
 }
 
-/// What each rank has and does, an entry a rank.
+/// Size and work of each rank, one entry per rank.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Balance {
     /// Elements that belong to it.
@@ -170,18 +176,19 @@ pub struct Balance {
     pub nodes: Vec<u64>,
     /// Contactor facets of its elements.
     pub contact_facets: Vec<u64>,
-    /// Processor time outside of the kernel, waiting in MPI included \[s\].
+    /// Processor time in user mode, including time waiting in MPI \[s\].
     pub cpu_seconds: Vec<f64>,
-    /// Wall time in search, contact, element forces and tangents, where ranks do not wait for each other \[s\].
+    /// Wall time in search, contact, element forces and tangents, in which ranks do not wait for
+    /// each other \[s\].
     pub work_seconds: Vec<f64>,
 }
 
 /// The run record. Rank 0 writes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
-    /// The units of its numbers, and of the tables beside it.
+    /// The units of its numbers, and of the tables in the same folder.
     pub units: Units,
-    /// The case as completed with its defaults.
+    /// The case, completed with its defaults.
     pub case: Value,
     /// SHA-256 of the completed case.
     pub digest: String,
@@ -193,46 +200,50 @@ pub struct Record {
     pub petsc_options: String,
     /// MPI ranks.
     pub ranks: usize,
-    /// Threads of the BLAS in each rank, where it is one that tells.
+    /// Threads of the BLAS in each rank, if the BLAS reports them.
     pub blas_threads: Option<u32>,
     /// Degrees of freedom.
     pub unknowns: u64,
     /// When the run began.
     pub start: SystemTime,
-    /// Sums so far.
+    /// Totals so far.
     pub totals: Totals,
-    /// Time \[s\] that was reached in the simulation.
+    /// Simulated time reached \[s\].
     pub simulated_time: f64,
     /// Wall time so far \[s\].
     pub wall_seconds: f64,
-    /// Seconds and counts in the order to show them: search, element kernels, insertion, solver set-up,
-    /// solve, output.
+    /// Time and calls of each phase, in display order: search, element kernels, insertion, solver
+    /// set-up, solve, output.
     pub phases: Vec<(String, PhaseTime)>,
-    /// Those of them that the start took, static equilibrium and first acceleration: the others are the steps'.
+    /// The part of the phases that the start took, with static equilibrium and initial
+    /// acceleration. The rest belongs to the steps.
     pub start_phases: Vec<(String, PhaseTime)>,
     /// Largest resident memory of each rank \[bytes\].
     pub peak_memory: Vec<u64>,
-    /// What each rank has and does.
+    /// Size and work of each rank.
     pub balance: Balance,
-    /// How deep the contacts went so far.
+    /// Largest penetrations and forces of the contacts so far.
     pub penetrations: Vec<PenetrationRecord>,
-    /// What held bodies where supports do not.
+    /// How bodies were held that supports do not hold.
     pub held: Option<Holding>,
-    /// What accuracy was asked and achieved, where the case asks for one.
+    /// Requested and achieved accuracy, if the case requests an accuracy.
     pub accuracy: Option<AccuracyRecord>,
-    /// What the user was warned of or told to mind, one sentence each.
+    /// Warnings and remarks printed for the user, one sentence each.
     pub warnings: Vec<String>,
-    /// What the tables hold at the end, by which a reader knows that they are complete; nothing before.
+    /// Marks of the tables at the end, with which a reader checks that they are complete. They are
+    /// empty before the end.
     pub tables: Marks,
-    /// How it stands.
+    /// State of the run.
     pub verdict: Verdict,
 }
 
-/// Warnings of a run that are kept; a run of a million cut steps needs no million sentences.
+/// Maximum number of warnings that are kept. A run with a million cut steps does not need a million
+/// sentences.
 const MOST_WARNINGS: usize = 100;
 
 impl Record {
-    /// Keeps a warning for whoever reads the record, as one line: the console's label goes, a cure follows.
+    /// Stores a warning in the record as one line. The console's label is removed, and the hint is
+    /// appended.
     pub fn warn(&mut self, text: String) {
         match self.warnings.len() {
             count if count < MOST_WARNINGS => {
@@ -243,10 +254,10 @@ impl Record {
         }
     }
 
-    /// Writes `run.json` into the results folder, replacing the last one in one go.
+    /// Writes `run.json` into the results folder and replaces the previous one atomically.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The disk can not be written.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let mut text = serde_json::to_string_pretty(&self.to_json())
             .map_err(|e| Error::new(Cause::Internal, format!("{RECORD}: {e}")))?;
@@ -312,10 +323,11 @@ impl Record {
     }
 }
 
-/// Makes sure that the tables of a run that has ended are as the run left them.
+/// Checks that the tables of a run that has ended are unchanged.
 ///
 /// # Errors
-/// One is not there, was cut, or holds something else; or the record does not say what they held, of a run that has completed.
+/// A table is missing, truncated or changed, or the record of a completed run has no marks of the
+/// tables.
 pub fn check_tables(record: &Value, folder: &Path) -> Result<()> {
     let place = folder.join(RECORD);
     match &record["tables"] {
@@ -331,7 +343,7 @@ pub fn check_tables(record: &Value, folder: &Path) -> Result<()> {
     }
 }
 
-/// The value with other headings in place of its keys that name an SI unit.
+/// The value with the headings of `units` in place of its keys that name an SI unit.
 fn with_units(value: Value, units: Units) -> Value {
     match value {
         Value::Object(entries) => {
@@ -389,8 +401,8 @@ mod tests {
         }
     }
 
-    /// The record says running until the end, then what came of it with the exit code; a folder with it is
-    /// ours.
+    /// The record says `running` until the end, then the outcome with the exit code. A folder with
+    /// it belongs to this program.
     #[test]
     fn tells_how_the_run_stands() {
         let scratch = Scratch::new("record");
@@ -416,7 +428,8 @@ mod tests {
         assert!(ResultsFolder::open(&scratch.0).is_ok());
     }
 
-    /// A warning is one line, whatever the console made of it, and there is an end to them.
+    /// A warning is stored as one line, whatever its form on the console, and their number is
+    /// limited.
     #[test]
     fn warnings_are_single_lines() {
         let mut record = sample(Verdict::Running);
@@ -426,7 +439,8 @@ mod tests {
         assert_eq!(record.warnings.len(), MOST_WARNINGS + 1);
     }
 
-    /// A record proves its tables: one that is cut, damaged or gone is named, and so is a record without the proof.
+    /// A record verifies its tables: a truncated, damaged or missing table is named, and so is a
+    /// record without marks.
     #[test]
     fn the_record_proves_its_tables() {
         let scratch = Scratch::new("proof");

@@ -1,5 +1,4 @@
-//! What a rank gives to be written, and the choice from it: its own cells and the nodes that they use,
-//! compacted.
+//! Selects what a rank writes: its own cells and the nodes that they use, renumbered compactly.
 
 use crate::error::{Error, Result};
 
@@ -7,18 +6,18 @@ use super::vtu::{Array, VtuPiece};
 
 /// Cells on a rank's nodes: the elements of the bodies, or the facets of the contact surfaces.
 ///
-/// Nodes are numbered as in the rank's mesh; only those that a chosen cell uses are written.
+/// Nodes are numbered as in the rank's mesh. Only those that a selected cell uses are written.
 #[derive(Debug, Clone, Copy)]
 pub struct Cells<'a, const D: usize> {
     /// Reference positions of the rank's nodes \[m\].
     pub points: &'a [[f64; D]],
-    /// Number of each node in the input mesh, by which the pieces can be sewn together.
+    /// Number of each node in the input mesh, with which the pieces can be merged.
     pub node_number: &'a [u32],
-    /// Where the nodes of cell `e` stand: `nodes[offsets[e]..offsets[e + 1]]`.
+    /// Ranges of the cells in `nodes`: cell `e` has `nodes[offsets[e]..offsets[e + 1]]`.
     pub offsets: &'a [u32],
     /// Nodes of the cells in VTK's order.
     pub nodes: &'a [u32],
-    /// VTK's number of each cell's kind.
+    /// VTK cell type of each cell.
     pub vtk_types: &'a [u8],
     /// Cells that this rank writes; each cell of the mesh is written by one rank.
     pub mine: &'a [bool],
@@ -26,34 +25,37 @@ pub struct Cells<'a, const D: usize> {
     pub group: &'a [u16],
 }
 
-/// Fields of the bodies: nodal ones for all nodes of the rank, others for all its elements.
+/// Fields of the bodies. Nodal fields have all nodes of the rank, element fields all its elements.
 #[derive(Debug, Clone, Copy)]
 pub struct VolumeFields<'a> {
-    /// \[m\], node-major, `D` components a node.
+    /// \[m\], node-major, `D` components per node.
     pub displacement: &'a [f64],
-    /// \[m/s\], likewise; `None` in statics.
+    /// \[m/s\], node-major, `D` components per node; `None` in statics.
     pub velocity: Option<&'a [f64]>,
-    /// \[Pa\], six an element: xx, yy, zz, xy, yz, xz, the out-of-plane stress of plane strain included.
+    /// \[Pa\], six per element: xx, yy, zz, xy, yz, xz, including the out-of-plane stress of plane
+    /// strain.
     pub cauchy_stress: &'a [f64],
     /// Volume ratio of each element.
     pub det_f: &'a [f64],
 }
 
-/// Fields of the contact surfaces for all nodes of the rank; what stands at nodes off the surfaces is not
-/// read.
+/// Fields of the contact surfaces for all nodes of the rank. Values at nodes off the surfaces are
+/// ignored.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceFields<'a> {
-    /// \[m\], node-major, `D` components a node.
+    /// \[m\], node-major, `D` components per node.
     pub displacement: &'a [f64],
     /// `t_n` \[Pa\], positive in compression.
     pub contact_pressure: &'a [f64],
-    /// Friction traction on the contactor \[Pa\], `D` components a node.
+    /// Friction traction on the contactor \[Pa\], `D` components per node.
     pub traction_t: &'a [f64],
-    /// `g_n` \[m\], positive where open; where no target lies opposite a quarter of the largest facet.
+    /// `g_n` \[m\], positive if open. If there is no target opposite, a quarter of the largest
+    /// facet.
     pub gap: &'a [f64],
-    /// Length of the way slipped so far \[m\].
+    /// Accumulated length of slip \[m\].
     pub slip: &'a [f64],
-    /// Velocity of the contactor against the target, in the tangent plane \[m/s\], `D` components a node.
+    /// Velocity of the contactor relative to the target, in the tangent plane \[m/s\], `D`
+    /// components per node.
     pub slip_velocity: &'a [f64],
     /// [`super::Status`] as its number.
     pub status: &'a [u8],
@@ -61,14 +63,14 @@ pub struct SurfaceFields<'a> {
     pub friction_work: &'a [f64],
 }
 
-/// A part of a rank's mesh, ready to be filled with fields.
+/// A part of a rank's mesh, to which fields are added.
 #[derive(Debug)]
 pub(super) struct FieldSelection {
     /// Nodes of the rank that are written, in the order in which they are first used.
     nodes: Vec<u32>,
     /// Cells of the rank that are written.
     cells: Vec<u32>,
-    /// The grid without fields, apart from those that never change.
+    /// The grid, with only the fields that never change.
     grid: VtuPiece,
 }
 

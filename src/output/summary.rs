@@ -1,4 +1,4 @@
-//! The two reports of a run: what it starts with, and what it came to.
+//! The two reports of a run: the start-up report and the summary.
 
 use std::fmt;
 use std::time::Duration;
@@ -6,12 +6,12 @@ use std::time::Duration;
 use super::pace::duration;
 use super::record::{PenetrationRecord, Record, Verdict};
 
-/// What a run starts with.
+/// Data of the start-up report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StartUp {
     /// Title of the case.
     pub title: String,
-    /// Where the results go.
+    /// The results folder.
     pub folder: String,
     /// Elements and nodes of the whole mesh.
     pub elements: u64,
@@ -21,14 +21,14 @@ pub struct StartUp {
     pub unknowns: u64,
     /// MPI ranks.
     pub ranks: usize,
-    /// Elements of the rank with most of them over the mean, 1 where perfect.
+    /// Imbalance: elements of the rank with the most elements, over the mean; 1 if perfect.
     pub imbalance: f64,
-    /// Face pairs of elements on different ranks.
+    /// Number of face pairs of elements on different ranks.
     pub edge_cut: u64,
-    /// Where bodies meet: largest contact load of a rank over the mean, pairs of elements that may touch, and those of
-    /// them on different ranks.
+    /// For cases with contact: largest contact load of a rank over the mean, number of pairs of
+    /// elements that may touch, and number of those on different ranks.
     pub meeting: Option<(f64, u64, u64)>,
-    /// How the equations are solved, in words.
+    /// Description of the solver.
     pub solver: String,
     /// Contact at the start.
     pub contacts: Vec<ContactStart>,
@@ -36,7 +36,7 @@ pub struct StartUp {
     pub remarks: Vec<String>,
 }
 
-/// A contact as the run finds it.
+/// A contact at the start of the run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactStart {
     /// Name in the case.
@@ -45,13 +45,14 @@ pub struct ContactStart {
     pub unit: String,
     /// Contact points.
     pub points: u64,
-    /// Those with a target near.
+    /// Those with a target nearby.
     pub paired: u64,
     /// Those that are closed at the start.
     pub closed: u64,
-    /// The smallest gap, negative for an overclosure, and where \[m\]; `None` where no target is near.
+    /// The smallest gap, negative for an overclosure, and its position \[m\]; `None` if no target
+    /// is nearby.
     pub nearest: Option<(f64, Vec<f64>)>,
-    /// The largest gap and where \[m\]; `None` where none is open.
+    /// The largest gap and its position \[m\]; `None` if no point is open.
     pub widest: Option<(f64, Vec<f64>)>,
 }
 
@@ -114,7 +115,7 @@ fn place(at: &[f64]) -> String {
     format!("({})", at.join(", "))
 }
 
-/// What a run came to, as a text without a final line break.
+/// The summary of a run as text, without a final line break.
 pub(super) fn summary(record: &Record) -> String {
     let verdict = match &record.verdict {
         Verdict::Running => "still running".to_string(),
@@ -149,7 +150,7 @@ pub(super) fn summary(record: &Record) -> String {
 }
 
 impl PenetrationRecord {
-    /// For people, with the unit of length.
+    /// The contact as text for the console; `m` is the unit of length.
     fn told(&self, m: &str) -> String {
         let Self { contact, deepest, asked, .. } = self;
         match (self.has_closed(), asked) {
@@ -198,7 +199,7 @@ mod tests {
     use super::*;
     use crate::case::Units;
 
-    /// The start-up report tells unknowns, ranks, imbalance and the overclosure with its place.
+    /// The start-up report states unknowns, ranks, imbalance and the overclosure with its position.
     #[test]
     fn start_up_tells_what_matters() {
         let report = StartUp {
@@ -234,7 +235,7 @@ mod tests {
         assert!(alone.contains("  ranks     1\n            80 pairs of elements may touch\n"), "{alone}");
     }
 
-    /// The phases stand in aligned columns, and what they leave over is shown.
+    /// The phases are in aligned columns, followed by the remaining time.
     #[test]
     fn phases_are_aligned_and_complete() {
         let record = Record {
@@ -304,7 +305,7 @@ mod tests {
         );
         assert!(text.contains("sole: deepest penetration 4.000e-5 m, asked for 5.000e-5 m\n"), "{text}");
         assert!(text.contains("heel: never closed\n"), "{text}");
-        // Multipliers hold it exactly.
+        // Multipliers enforce contact exactly.
         assert!(text.contains("toe: deepest penetration 0.000e0 m, asked for 1.000e-6 m\n"), "{text}");
         assert!(text.contains("\n  fallbacks 2 of the linear solver"), "{text}");
         assert!(text.contains("128 MiB on the largest of 2 ranks"));

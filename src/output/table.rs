@@ -16,7 +16,7 @@ use super::anchor::require_same;
 use super::folder::write_whole;
 use super::io_error::{trouble, unwritable};
 
-/// What a user can do about a result that is not finite.
+/// Hint for a result that is not finite.
 const NOT_FINITE: &str =
     "the results are valid up to the step before; check the prescribed boundary values and the units";
 
@@ -29,7 +29,8 @@ pub enum Cell<'a> {
     Number(f64),
     /// A name.
     Text(&'a str),
-    /// Nothing to tell, as the gap of a point with no target opposite: an empty field.
+    /// No value, such as the gap of a point with no target opposite. It is written as an empty
+    /// field.
     Absent,
 }
 
@@ -39,7 +40,8 @@ impl From<Option<f64>> for Cell<'_> {
     }
 }
 
-/// What a table holds at some instant, by which a reader knows that nothing is missing or changed.
+/// Contents of a table at some instant, with which a reader checks that nothing is missing or
+/// changed.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Mark {
     /// Rows below the header.
@@ -51,10 +53,10 @@ pub struct Mark {
 }
 
 impl Mark {
-    /// Compares the first bytes of a file with the mark; those that come later do not count.
+    /// Compares the start of a file with the mark; later bytes are ignored.
     ///
     /// # Errors
-    /// The file can not be read, is shorter, or holds something else.
+    /// The file can not be read, is shorter, or has different contents.
     pub fn check_start(&self, path: &Path) -> Result<()> {
         let refuse = |why: String| Error::file(format!("{}: {why}", path.display()));
         let mut file = files::open(path).map_err(|e| trouble(path, "read", &e))?;
@@ -72,7 +74,7 @@ impl Mark {
     /// Compares a file with the mark.
     ///
     /// # Errors
-    /// As [`check_start`](Self::check_start), or the file is longer.
+    /// [`check_start`](Self::check_start) fails, or the file is longer.
     pub fn check(&self, path: &Path) -> Result<()> {
         self.check_start(path)?;
         let found = std::fs::metadata(path).map_err(|e| trouble(path, "read", &e))?.len();
@@ -97,7 +99,7 @@ fn hash_of(file: &mut impl Read, mut bytes: u64) -> std::io::Result<Sha256> {
     Ok(hash)
 }
 
-/// A hash as it is written.
+/// Formats a hash in hexadecimal.
 pub(super) fn hex(hash: Sha256) -> String {
     hash.finalize().iter().fold(String::new(), |mut text, byte| {
         let _ = write!(text, "{byte:02x}");
@@ -105,7 +107,7 @@ pub(super) fn hex(hash: Sha256) -> String {
     })
 }
 
-/// What the tables of a results folder held at a checkpoint or at the end, by the names of the files.
+/// Marks of the tables of a results folder at a checkpoint or at the end, by file name.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Marks(pub BTreeMap<String, Mark>);
 
@@ -113,31 +115,31 @@ impl Marks {
     /// Adds a table, which is on the disk when this returns.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The disk can not be written.
     pub fn add(&mut self, table: &Table) -> Result<()> {
         let name = table.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         self.0.insert(name, table.settle()?);
         Ok(())
     }
 
-    /// Replaces the mark of a table by an earlier one, so that a restart drops the rows after it.
+    /// Replaces the mark of a table by an earlier one, so that a restart removes the rows after it.
     pub fn cut(&mut self, table: &Table, before: &Mark) {
         let name = table.path.file_name().unwrap_or_default().to_string_lossy();
         self.0.entry(name.into_owned()).and_modify(|own| own.clone_from(before));
     }
 
-    /// Whether all tables of a folder still have the rows that they had; later rows do not count.
+    /// Checks that all tables of a folder still have the marked rows. Later rows are ignored.
     ///
     /// # Errors
-    /// One is not there, ends before, or has other rows.
+    /// A table is missing, truncated, or has different rows.
     pub fn check_starts(&self, folder: &Path) -> Result<()> {
         self.0.keys().try_for_each(|name| self.check_file(&folder.join(name)).map(|_| ()))
     }
 
-    /// Whether all tables of a folder are as they were.
+    /// Checks that all tables of a folder are unchanged.
     ///
     /// # Errors
-    /// One is not there, or is another one.
+    /// A table is missing or changed.
     pub fn check(&self, folder: &Path) -> Result<()> {
         self.0.iter().try_for_each(|(name, mark)| mark.check(&folder.join(name)))
     }
@@ -153,7 +155,7 @@ impl Marks {
     }
 }
 
-/// A CSV file under way. The first column of every table of ours is the step.
+/// A CSV file that is being written. The first column of every table of this program is the step.
 #[derive(Debug)]
 pub struct Table {
     path: PathBuf,
@@ -166,10 +168,10 @@ pub struct Table {
 }
 
 impl Table {
-    /// Makes the file, or goes on with it from a checkpoint where it had its mark in `past`. Rank 0 only.
+    /// Creates the file, or continues it from a checkpoint if `past` holds its mark. Rank 0 only.
     ///
     /// # Errors
-    /// As [`create`](Self::create), or [`resume`](Self::resume).
+    /// See [`create`](Self::create) and [`resume`](Self::resume).
     pub fn open(path: &Path, columns: Vec<String>, past: Option<&Marks>) -> Result<Self> {
         match past {
             None => Self::create(path, columns),
@@ -177,7 +179,7 @@ impl Table {
         }
     }
 
-    /// Makes the file and writes the header. Rank 0 only.
+    /// Creates the file and writes the header. Rank 0 only.
     ///
     /// # Errors
     /// The file can not be written.
@@ -187,10 +189,10 @@ impl Table {
         Self::at_end(path, columns, 0, head.len() as u64)
     }
 
-    /// Goes on with a table that had its mark in `marks` at a checkpoint: what came later is dropped.
+    /// Continues a table from its mark in `marks`, taken at a checkpoint. Later rows are removed.
     ///
     /// # Errors
-    /// The file is not there, has other columns, ends before, holds other rows, or can not be written.
+    /// The file is missing, truncated, has other columns or different rows, or can not be written.
     pub fn resume(path: &Path, columns: Vec<String>, marks: &Marks) -> Result<Self> {
         let mark = marks.check_file(path)?;
         let head = header(&columns);
@@ -205,25 +207,25 @@ impl Table {
         Self::at_end(path, columns, mark.rows, mark.bytes)
     }
 
-    /// What the file holds, on the disk when this returns.
+    /// Mark of the file, whose contents are on the disk when this returns.
     ///
     /// # Errors
-    /// The disk refuses, or the file was moved or changed by somebody else.
+    /// The disk can not be written, or another process has moved or changed the file.
     pub fn settle(&self) -> Result<Mark> {
         self.check()?;
         self.file.sync_all().map_err(|e| unwritable(&self.path, &e))?;
         Ok(self.mark())
     }
 
-    /// What the file holds now, on the disk or not.
+    /// Mark of the present contents, which need not be on the disk yet.
     pub fn mark(&self) -> Mark {
         Mark { rows: self.rows, bytes: self.bytes, sha256: hex(self.hash.clone()) }
     }
 
-    /// Makes sure that the file is where it was and holds what was written, no less and no more.
+    /// Checks that the file is in place and holds exactly what was written.
     ///
     /// # Errors
-    /// It was moved, deleted or replaced; somebody else has written to it.
+    /// It was moved, deleted or replaced, or another process has written to it.
     pub fn check(&self) -> Result<()> {
         require_same(&self.file, &self.path)?;
         let found = self.file.metadata().map_err(|e| trouble(&self.path, "find", &e))?.len();
@@ -240,7 +242,7 @@ impl Table {
         ))
     }
 
-    /// The file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -252,11 +254,12 @@ impl Table {
         Ok(Self { path: path.to_path_buf(), file, columns, line: String::new(), rows, bytes, hash })
     }
 
-    /// Appends one row and hands it to the system at once, so that it outlives this process.
+    /// Appends one row and passes it to the operating system at once, so that it survives a crash
+    /// of this process.
     ///
     /// # Errors
-    /// A number is not finite, so that the step came to nothing; the count of cells is wrong, an internal fault; or the
-    /// disk refuses.
+    /// A number is not finite, so that the step is invalid; the number of cells is wrong, an
+    /// internal fault; or the disk can not be written.
     pub fn row(&mut self, cells: &[Cell]) -> Result<()> {
         if cells.len() != self.columns.len() {
             let text =
@@ -277,7 +280,7 @@ impl Table {
         self.line.pop();
         self.line.push('\n');
         if let Err(error) = self.file.write_all(self.line.as_bytes()) {
-            // A part of the row may be there.
+            // A part of the row may have been written.
             let _ = self.file.set_len(self.bytes);
             return Err(unwritable(&self.path, &error));
         }
@@ -288,10 +291,10 @@ impl Table {
     }
 }
 
-/// A whole table as text, for those that are rewritten and not appended to.
+/// A whole table as text, for tables that are rewritten instead of appended to.
 ///
 /// # Errors
-/// As [`Table::row`].
+/// See [`Table::row`].
 pub fn whole(name: &str, columns: &[String], rows: &[Vec<Cell>]) -> Result<String> {
     let mut text = header(columns);
     for cells in rows {
@@ -335,7 +338,8 @@ fn push(line: &mut String, cell: &Cell) {
     debug_assert!(done.is_ok(), "writing to a string does not fail");
 }
 
-/// A text as a field: on one line, since a label of a study may hold a line break, and in quotes if it holds a comma or a quote.
+/// Formats a text as a field. Line breaks, which a label of a study may contain, become spaces. A
+/// text with a comma or a quote is quoted.
 fn field(text: &str) -> String {
     let plain = text.replace(char::is_control, " ");
     if plain.contains([',', '"']) { format!("\"{}\"", plain.replace('"', "\"\"")) } else { plain }
@@ -365,8 +369,8 @@ mod tests {
         }
     }
 
-    /// A row is in the file as soon as it is written, names with commas are quoted, nothing is an empty
-    /// field.
+    /// A row is in the file as soon as it is written. Names with commas are quoted, and an absent
+    /// value is an empty field.
     #[test]
     fn rows_are_there_at_once() {
         let scratch = Scratch::new("table");
@@ -379,7 +383,8 @@ mod tests {
         assert_eq!(text, "step,name,gap [m]\n1,\"a, \"\"b\"\"\",\n2,\"c \"\"d\",1e-10\n");
     }
 
-    /// NaN and infinity end a run with words that name the file and the column, and leave no half row behind.
+    /// NaN and infinity end a run with a message that names the file and the column, and leave no
+    /// incomplete row.
     #[test]
     fn refuses_what_is_not_a_number() {
         let scratch = Scratch::new("nan");
@@ -394,8 +399,8 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "step,gap [m]\n");
     }
 
-    /// A restart keeps what was there at the checkpoint and drops later rows, also one that was cut short; it refuses
-    /// other columns and a table that lost rows.
+    /// A restart keeps the rows at the checkpoint and removes later rows, including a truncated
+    /// one. It refuses other columns and a table that lost rows.
     #[test]
     fn resumes_at_a_length() {
         let scratch = Scratch::new("resume");
@@ -428,7 +433,7 @@ mod tests {
         assert!(marks.check(&scratch.0).is_err());
     }
 
-    /// A table that was emptied, moved or replaced while it grew is found out.
+    /// A table that was emptied, moved or replaced while it grew is detected.
     #[test]
     fn a_table_that_was_touched_is_found_out() {
         let scratch = Scratch::new("touched");

@@ -1,9 +1,9 @@
-//! Times as people and programs read them.
+//! Formats instants in UTC.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// A time as `2025-01-31T12:00:00Z`, by the calendar arithmetic of H. Hinnant (days to civil date, era of 400
-/// years).
+/// Formats an instant as `2025-01-31T12:00:00Z`, with the calendar arithmetic of H. Hinnant (days
+/// to civil date, era of 400 years).
 pub fn timestamp(time: SystemTime) -> String {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let days = seconds / 86_400 + 719_468;
@@ -25,7 +25,7 @@ mod tests {
 
     use super::*;
 
-    /// Dates come out right at the epoch, on a leap day of a century, and at the end of a year.
+    /// Dates are correct at the epoch, on a leap day of a century, and at the end of a year.
     #[test]
     fn knows_the_calendar() {
         let at = |seconds| timestamp(UNIX_EPOCH + Duration::from_secs(seconds));

@@ -1,5 +1,5 @@
-//! One piece of an unstructured grid as VTK's XML with appended raw data: little endian, 64-bit block
-//! headers.
+//! One piece of an unstructured grid as VTK's XML with appended raw data: little endian, 64-bit
+//! block headers.
 
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -13,7 +13,7 @@ use super::folder::write_whole_with;
 pub enum VtuValues {
     /// Physical quantities.
     Float64(Vec<f64>),
-    /// Numbers of things.
+    /// Counts and indices.
     Int32(Vec<i32>),
     /// Statuses and cell types.
     UInt8(Vec<u8>),
@@ -29,7 +29,7 @@ impl VtuValues {
         }
     }
 
-    /// How many numbers there are.
+    /// Number of values.
     pub fn len(&self) -> usize {
         match self {
             Self::Float64(values) => values.len(),
@@ -38,7 +38,7 @@ impl VtuValues {
         }
     }
 
-    /// No numbers at all, as on a rank that owns nothing.
+    /// Whether there are no values, as on a rank that owns no cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -74,7 +74,7 @@ impl VtuValues {
 pub struct Array {
     /// Name in ParaView.
     pub name: &'static str,
-    /// Numbers an entity: 1, 3 (a vector) or 6 (a symmetric tensor: xx, yy, zz, xy, yz, xz).
+    /// Values per entity: 1, 3 (a vector) or 6 (a symmetric tensor: xx, yy, zz, xy, yz, xz).
     pub components: usize,
     /// The numbers.
     pub values: VtuValues,
@@ -100,12 +100,12 @@ impl Array {
         Self { name, components: 6, values: VtuValues::Float64(values) }
     }
 
-    /// Numbers of things.
+    /// An array of counts or indices.
     pub fn numbers(name: &'static str, values: Vec<i32>) -> Self {
         Self { name, components: 1, values: VtuValues::Int32(values) }
     }
 
-    /// Small codes.
+    /// An array of small codes.
     pub fn codes(name: &'static str, values: Vec<u8>) -> Self {
         Self { name, components: 1, values: VtuValues::UInt8(values) }
     }
@@ -132,9 +132,9 @@ pub struct VtuPiece {
     pub points: Array,
     /// Points of all cells, one cell after the other.
     pub connectivity: Vec<i32>,
-    /// Where each cell ends in `connectivity`.
+    /// End of each cell in `connectivity`.
     pub offsets: Vec<i32>,
-    /// VTK's number of each cell's kind.
+    /// VTK cell type of each cell.
     pub types: Vec<u8>,
     /// Arrays on points.
     pub point_data: Vec<Array>,
@@ -169,10 +169,10 @@ impl VtuPiece {
     }
 }
 
-/// Writes a piece; the file appears whole or not at all.
+/// Writes a piece. The file appears only when it is complete.
 ///
 /// # Errors
-/// Arrays that do not fit the grid (an internal fault), or the disk refuses.
+/// An array does not fit the grid (an internal fault), or the disk can not be written.
 pub fn write(path: &Path, piece: &VtuPiece) -> Result<()> {
     let (points, cells) = piece.check()?;
     let arrays = piece.point_data.iter().chain(&piece.cell_data).chain(std::iter::once(&piece.points));
@@ -219,7 +219,7 @@ fn stream(
     writeln!(file, "\n</AppendedData>\n</VTKFile>")
 }
 
-/// How numbers are stored, for every file of ours.
+/// Encoding of numbers in every file of this program.
 pub(super) const ENCODING: &str = "version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"";
 
 #[cfg(test)]
@@ -247,7 +247,7 @@ pub(super) mod tests {
         }
     }
 
-    /// A piece with the same arrays and nothing in them.
+    /// A piece with the same arrays and no values.
     pub(in super::super) fn empty() -> VtuPiece {
         let nothing = |array: &Array| {
             let values = match array.values {
@@ -268,7 +268,7 @@ pub(super) mod tests {
         }
     }
 
-    /// Every number of a full and of an empty piece is read back bit by bit.
+    /// Every value of a full and of an empty piece is read back bit by bit.
     #[test]
     fn a_piece_survives_the_round_trip() {
         let scratch = Scratch::new("vtu");
@@ -292,14 +292,15 @@ pub(super) mod tests {
         assert_eq!(std::fs::read_dir(&scratch.0).unwrap().count(), 1);
     }
 
-    /// Vectors of the plane get a zero third component.
+    /// Vectors in 2D get a zero third component.
     #[test]
     fn pads_plane_vectors() {
         let array = Array::vector("v", &[1.0, 2.0, 3.0, 4.0], 2);
         assert_eq!(array.values, VtuValues::Float64(vec![1.0, 2.0, 0.0, 3.0, 4.0, 0.0]));
     }
 
-    /// Arrays that do not fit the grid are a fault that names the array, and write nothing.
+    /// An array that does not fit the grid is an internal fault. The error names the array, and no
+    /// file is written.
     #[test]
     fn refuses_arrays_that_do_not_fit() {
         let scratch = Scratch::new("vtu-misfit");

@@ -1,4 +1,5 @@
-//! Reads back what [`super::vtu`] wrote, strictly: our own pieces, not every VTU of the world.
+//! Reads back what [`super::vtu`] wrote. The reader is strict: it accepts pieces of this program,
+//! not every VTU file.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +14,7 @@ use super::xml::{Tag, tags};
 /// An array as it was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
-    /// Numbers an entity.
+    /// Values per entity.
     pub components: usize,
     /// The numbers, entity by entity.
     pub values: VtuValues,
@@ -26,9 +27,9 @@ pub struct ReadPiece {
     pub points: Vec<[f64; 3]>,
     /// Points of all cells, one cell after the other.
     pub connectivity: Vec<i32>,
-    /// Where each cell ends in `connectivity`.
+    /// End of each cell in `connectivity`.
     pub offsets: Vec<i32>,
-    /// VTK's number of each cell's kind.
+    /// VTK cell type of each cell.
     pub types: Vec<u8>,
     /// Arrays on points by name.
     pub point_data: BTreeMap<String, Field>,
@@ -47,16 +48,17 @@ impl ReadPiece {
 /// Reads a piece.
 ///
 /// # Errors
-/// The file is missing, cut short, or not one of ours; the message names the file and what is wrong.
+/// The file is missing, truncated, or was not written by this program. The message names the file
+/// and the fault.
 pub fn read_piece(path: &Path) -> Result<ReadPiece> {
     let bytes = files::read(path, files::LONGEST_TABLE).map_err(|e| trouble(path, "read", &e))?;
     parse(&bytes).map_err(|e| e.within(&path.display().to_string()))
 }
 
-/// The piece in the bytes of a file, see [`read_piece`].
+/// Reads a piece from the bytes of a file, see [`read_piece`].
 ///
 /// # Errors
-/// As [`read_piece`], without the name of the file.
+/// See [`read_piece`]; the message does not name the file.
 pub fn parse(bytes: &[u8]) -> Result<ReadPiece> {
     let tags = tags(bytes, "AppendedData")?;
     check_encoding(&tags)?;
@@ -198,7 +200,7 @@ mod tests {
     use super::super::vtu::{tests::sample, write};
     use super::*;
 
-    /// However short a file is cut before its last number, the reader says so and does not panic.
+    /// A file that is truncated anywhere before its last number is an error, not a panic.
     #[test]
     fn refuses_every_truncation() {
         let scratch = Scratch::new("vtu-cut");
@@ -223,7 +225,7 @@ mod tests {
         assert!(read_piece(&path).is_err());
     }
 
-    /// The points of each cell come out of the flat lists.
+    /// The points of each cell are found in the flat lists.
     #[test]
     fn cells_have_their_points() {
         let scratch = Scratch::new("vtu-cells");

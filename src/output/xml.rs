@@ -1,4 +1,5 @@
-//! The little XML that our own field files need: tags with attributes, read strictly.
+//! The subset of XML that the field files of this program need: tags with attributes, read
+//! strictly.
 
 use crate::error::{Error, Result};
 
@@ -13,15 +14,15 @@ pub struct Tag {
 }
 
 impl Tag {
-    /// The value of an attribute that must be there.
+    /// The value of a required attribute.
     ///
     /// # Errors
-    /// It is not there.
+    /// The attribute is missing.
     pub fn get(&self, key: &str) -> Result<&str> {
         self.find(key).ok_or_else(|| Error::file(format!("<{}> has no `{key}`", self.name)))
     }
 
-    /// The value of an attribute that may be there.
+    /// The value of an optional attribute.
     pub fn find(&self, key: &str) -> Option<&str> {
         self.attributes.iter().find(|(name, _)| name == key).map(|(_, value)| value.as_str())
     }
@@ -29,7 +30,7 @@ impl Tag {
     /// The value of an attribute as a number.
     ///
     /// # Errors
-    /// It is not there or no such number.
+    /// The attribute is missing or is not such a number.
     pub fn number<T: std::str::FromStr>(&self, key: &str) -> Result<T> {
         let text = self.get(key)?;
         text.parse().map_err(|_| Error::file(format!("<{}>: `{key}=\"{text}\"` is not a number", self.name)))
@@ -39,7 +40,7 @@ impl Tag {
 /// All tags of `bytes` up to and including the one called `last`, or to the end.
 ///
 /// # Errors
-/// A tag is not closed, an attribute is not quoted, or `last` does not come.
+/// A tag is not closed, an attribute is not quoted, or `last` is missing.
 pub fn tags(bytes: &[u8], last: &str) -> Result<Vec<Tag>> {
     let mut tags: Vec<Tag> = Vec::new();
     let mut at = 0;
@@ -57,7 +58,8 @@ pub fn tags(bytes: &[u8], last: &str) -> Result<Vec<Tag>> {
     Ok(tags)
 }
 
-/// Text for use between quotes of an attribute or between tags. What XML can not hold at all becomes U+FFFD.
+/// Escapes a text for use between the quotes of an attribute or between tags. Characters that XML
+/// can not represent become U+FFFD.
 pub fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -72,7 +74,7 @@ pub fn escaped(text: &str) -> String {
     safe
 }
 
-/// The letter, or U+FFFD where XML 1.0 forbids it.
+/// The character, or U+FFFD if XML 1.0 forbids it.
 pub fn legal(letter: char) -> char {
     let is_legal = !letter.is_control() && !matches!(letter, '\u{fffe}' | '\u{ffff}');
     if is_legal || matches!(letter, '\t' | '\n' | '\r') { letter } else { char::REPLACEMENT_CHARACTER }
@@ -105,7 +107,7 @@ fn parse(inner: &str, end: usize) -> Result<Tag> {
 mod tests {
     use super::*;
 
-    /// Names, attributes and positions come out; declarations are skipped.
+    /// Names, attributes and positions are read; declarations are skipped.
     #[test]
     fn reads_tags_and_attributes() {
         let text = b"<?xml version=\"1.0\"?>\n<A x=\"1\" y=\"a &lt; b\">\n<B z=\"2\"/></A>";
@@ -118,7 +120,7 @@ mod tests {
         assert!(tags[0].get("z").is_err() && tags[0].number::<u32>("y").is_err());
     }
 
-    /// What is cut short or not quoted is an error, not a guess.
+    /// A truncated tag or an unquoted attribute is an error.
     #[test]
     fn refuses_broken_text() {
         for text in ["<A x=\"1\"", "<A x=1></A>", "<A x=\"1></A>", "<A>", ""] {
@@ -133,7 +135,7 @@ mod tests {
         assert_eq!(unescaped(&escaped(text)), text);
     }
 
-    /// Control characters, which XML can not hold, do not get into a file.
+    /// Control characters, which XML can not represent, are not written to a file.
     #[test]
     fn control_characters_are_replaced() {
         assert_eq!(escaped("a\u{0}\u{1b}[31m\u{7f}\u{ffff}b"), "a\u{fffd}\u{fffd}[31m\u{fffd}\u{fffd}b");

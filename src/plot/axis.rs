@@ -1,4 +1,4 @@
-//! Axes: ranges, round ticks, units with the prefix that suits.
+//! Axes: ranges, round ticks, and units with a suitable prefix.
 
 use crate::case::Units;
 
@@ -7,15 +7,16 @@ use crate::case::Units;
 pub struct AxisQuantity {
     /// Its name.
     pub name: String,
-    /// Its unit; empty for a pure number, whose ticks are whole where all values are.
+    /// Its unit. It is empty for a pure number, whose ticks are integers if all values are.
     pub unit: String,
-    /// Whether the unit gets the prefix that suits the values.
+    /// Whether the unit gets a prefix that suits the values.
     pub takes_prefix: bool,
-    /// How it is spread along the axis.
+    /// Linear or logarithmic scale.
     pub scale: Scale,
 }
 
-/// The units of a figure: SI with the prefixes that suit where all results are metric, else those of the first result.
+/// The units of a figure: SI with suitable prefixes if all results are metric, otherwise those of
+/// the first result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Display {
     units: Units,
@@ -23,30 +24,31 @@ pub struct Display {
 }
 
 impl Display {
-    /// The units in which results with these units are shown together.
+    /// The units in which results with the units `results` are shown together.
     pub fn of(results: &[Units]) -> Self {
         let takes_prefixes = results.iter().all(Units::is_metric);
         let first = results.first().copied().unwrap_or_default();
         Self { units: if takes_prefixes { Units::SI } else { first }, takes_prefixes }
     }
 
-    /// A quantity by its SI unit.
+    /// A quantity, given by its SI unit.
     pub fn quantity(&self, name: impl Into<String>, si: &str) -> AxisQuantity {
         AxisQuantity { takes_prefix: self.takes_prefixes, ..AxisQuantity::new(name, self.units.of(si)) }
     }
 
-    /// By what numbers of a result are multiplied, given the SI unit of their kind.
+    /// Factor that converts numbers of a result to the units of the figure, given the SI unit of
+    /// their kind.
     pub fn factor(&self, result: Units, si: &str) -> f64 {
         result.si_value(si) / self.units.si_value(si)
     }
 }
 
-/// How values are spread along an axis.
+/// Scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     /// Evenly.
     Linear,
-    /// By their logarithms; what is not positive has no place.
+    /// Logarithmic; values that are not positive are not shown.
     Logarithmic,
 }
 
@@ -60,7 +62,7 @@ impl Scale {
 }
 
 impl AxisQuantity {
-    /// A quantity of that name and unit, which is an SI unit without a prefix, or empty.
+    /// A quantity with a name and a unit. The unit is an SI unit without a prefix, or empty.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { name: name.into(), unit: unit.into(), takes_prefix: true, scale: Scale::Linear }
     }
@@ -71,16 +73,16 @@ impl AxisQuantity {
 pub struct Axis {
     /// Ends, in the unit without a prefix.
     pub range: [f64; 2],
-    /// Positions in that unit with what stands there.
+    /// Positions in that unit, with their labels.
     pub ticks: Vec<(f64, String)>,
     /// Name and unit.
     pub label: String,
-    /// How values are spread between the ends.
+    /// The scale between the ends.
     pub scale: Scale,
 }
 
 impl Axis {
-    /// An axis that holds all finite `values`, with about as many ticks as there is `room` for.
+    /// An axis that contains all finite `values`, with about as many ticks as there is `room` for.
     pub fn covering(
         quantity: &AxisQuantity,
         values: impl IntoIterator<Item = f64>,
@@ -93,7 +95,7 @@ impl Axis {
         let values: Vec<f64> = values.into_iter().collect();
         let counts = quantity.unit.is_empty() && values.iter().all(|v| !v.is_finite() || v.fract() == 0.0);
         let [low, high] = spread(values);
-        // The difference of the two ends may be infinite, parts of them are not.
+        // The difference of the two ends may be infinite, but fractions of the ends are finite.
         let room = room.clamp(2.0, 8.0);
         let step = round_step(high / room - low / room);
         let step = if counts { round_step(step.max(1.0).ceil()) } else { step };
@@ -114,13 +116,13 @@ impl Axis {
         Self { range, ticks, label: prefix.label(quantity), scale: Scale::Linear }
     }
 
-    /// An axis that holds all positive `values` by their logarithms.
+    /// A logarithmic axis that contains all positive `values`.
     fn of_decades(quantity: &AxisQuantity, values: impl IntoIterator<Item = f64>, ends: AxisEnds) -> Self {
         let positive = values.into_iter().filter(|value| *value > 0.0 && value.is_finite());
         let [low, high] = spread(positive.map(f64::log10));
         let beyond = if ends == AxisEnds::Data { 0.0 } else { 0.04 * (high - low) };
         let [low, high] = [low - beyond, high + beyond];
-        // As few of the round numbers as tell where on the axis one is.
+        // The fewest round numbers that still identify positions on the axis.
         let rounds: [&[u8]; 4] = [&[1], &[1, 3], &[1, 2, 5], &[1, 2, 3, 4, 5, 6, 7, 8, 9]];
         let ticks = rounds.map(|leading| decade_ticks(leading, low, high));
         let ticks = ticks.iter().find(|ticks| ticks.len() > 2).unwrap_or(&ticks[3]).clone();
@@ -129,15 +131,15 @@ impl Axis {
         Self { range, ticks, label: plain.label(quantity), scale: Scale::Logarithmic }
     }
 
-    /// Where a value lies: 0 at the first end, 1 at the last.
+    /// Relative position of a value: 0 at the first end, 1 at the last.
     pub fn share(&self, value: f64) -> f64 {
-        // By halves, whose difference is finite.
+        // The values are halved so that their difference is finite.
         let [first, last, value] = [self.range[0], self.range[1], value].map(|end| 0.5 * self.scale.of(end));
         (value - first) / (last - first)
     }
 }
 
-/// Those numbers between two powers of ten whose leading figures are the given ones.
+/// The numbers between two powers of ten whose leading digits are the given ones.
 fn decade_ticks(leading: &[u8], low: f64, high: f64) -> Vec<(f64, String)> {
     let powers = low.floor() as i32..=high.ceil() as i32;
     let all = powers.flat_map(|power| leading.iter().map(move |&figure| (figure, power)));
@@ -146,7 +148,7 @@ fn decade_ticks(leading: &[u8], low: f64, high: f64) -> Vec<(f64, String)> {
     ticks.filter(|(at, _)| (low - 1e-9..=high + 1e-9).contains(&at.log10())).collect()
 }
 
-/// A figure times a power of ten as one writes it.
+/// Formats a digit times a power of ten.
 fn power_text(figure: u8, power: i32) -> String {
     match power {
         0..5 => format!("{figure}{}", "0".repeat(power as usize)),
@@ -168,14 +170,14 @@ fn raised(letter: char) -> char {
     }
 }
 
-/// Where an axis ends.
+/// Position of the ends of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AxisEnds {
     /// At the outermost data.
     Data,
-    /// A little beyond them, so that no curve runs along the frame.
+    /// Slightly beyond the data, so that no curve runs along the frame.
     Padded,
-    /// At the ticks beyond them.
+    /// At the ticks beyond the data.
     Ticks,
 }
 
@@ -198,7 +200,7 @@ impl Prefix {
         Self { name: "T", factor: 1e12 },
     ];
 
-    /// The prefix with which `largest` is shown as 0.2 to 200; none for pure numbers.
+    /// The prefix with which `largest` is shown as 0.2 to 200; no prefix for pure numbers.
     fn suiting(quantity: &AxisQuantity, largest: f64) -> Self {
         let plain = Self { name: "", factor: 1.0 };
         if quantity.unit.is_empty() || !quantity.takes_prefix || largest == 0.0 {
@@ -227,10 +229,10 @@ impl Prefix {
 /// The smallest positive number.
 const SMALLEST: f64 = f64::from_bits(1);
 
-/// Sizes below this count as zero, so that steps and ticks keep their digits.
+/// Magnitudes below this count as zero, so that steps and ticks keep their digits.
 const NOTHING: f64 = 1e-300;
 
-/// Smallest and largest finite value, opened where they coincide; `[0, 1]` where there is none.
+/// Smallest and largest finite value, widened if they coincide; `[0, 1]` if there is no value.
 fn spread(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let finite = values.into_iter().filter(|value| value.is_finite());
     let [low, high] = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
@@ -252,7 +254,7 @@ fn round_step(rough: f64) -> f64 {
     (factor.unwrap_or(10.0) * power).min(f64::MAX)
 }
 
-/// A tick's number, with the decimals that its step needs and a true minus sign.
+/// The label of a tick, with the decimals that its step needs and a true minus sign.
 fn number(value: f64, step: f64) -> String {
     let value = if value.abs() < 1e-9 * step { 0.0 } else { value };
     let decimals = (0..9).find(|&d| is_whole(step * 10f64.powi(d))).unwrap_or(9) as usize;
@@ -277,7 +279,7 @@ mod tests {
         (axis, texts)
     }
 
-    /// The paper's time and stress axes come out as one would draw them.
+    /// The time and stress axes of the paper get the expected ticks.
     #[test]
     fn ticks_are_round_and_units_suit() {
         let (time, texts) = axis("s", &[0.0, 0.07], AxisEnds::Data);
@@ -292,7 +294,8 @@ mod tests {
         assert_eq!(axis("m", &[0.0, 0.5], AxisEnds::Padded).0.range, [-0.02, 0.52]);
     }
 
-    /// Logarithmic axes have a tick a decade over many and finer ones over few; nothing but positive values counts.
+    /// Logarithmic axes have a tick per decade over many decades and finer ones over few. Only
+    /// positive values count.
     #[test]
     fn decades_have_ticks() {
         let texts = |values: &[f64]| -> Vec<String> {
@@ -311,7 +314,7 @@ mod tests {
         assert!(texts(&[f64::from_bits(1), f64::MAX]).len() > 20 && texts(&[f64::MAX]).len() >= 2);
     }
 
-    /// Constant, absent and tiny data give an axis all the same, and all data lie within it.
+    /// Constant, absent and tiny data still give an axis, and all data lie within it.
     #[test]
     fn degenerate_data_have_an_axis() {
         for values in [
@@ -351,7 +354,8 @@ mod tests {
         assert!(round_step(f64::MAX).is_finite());
     }
 
-    /// Results in metric units are shown in SI with prefixes, whatever their units; others in those of the first.
+    /// Results in metric units are shown in SI with prefixes, whatever their units. Other results
+    /// are shown in the units of the first.
     #[test]
     fn figures_have_one_system_of_units() {
         let system = |length: &str, mass: &str| -> Units {

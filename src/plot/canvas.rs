@@ -1,4 +1,5 @@
-//! A sheet to draw on, in units of a CSS pixel. Below it lie eight times finer whole pixels of `plotters`.
+//! A sheet for drawing, in units of a CSS pixel. Internally it uses the whole pixels of `plotters`,
+//! which are eight times finer.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -13,28 +14,28 @@ const FINE: f64 = 8.0;
 /// `plotters` divides font sizes by this before it writes them.
 const FONT: f64 = 1.24;
 
-/// Where a text lies against its position.
+/// Alignment of a text relative to its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// It begins there.
+    /// Left-aligned at the position.
     Start,
-    /// Its middle is there.
+    /// Centred at the position.
     Middle,
-    /// It ends there.
+    /// Right-aligned at the position.
     End,
-    /// Its middle is there, and it reads upward.
+    /// Centred at the position and rotated to read upward.
     Upward,
 }
 
-/// An SVG under way.
+/// An SVG that is being drawn.
 pub struct Canvas<'a> {
     area: DrawingArea<SVGBackend<'a>, Shift>,
 }
 
-/// Draws a sheet of the given width and height; returns it as SVG.
+/// Draws a sheet of the given width and height and returns it as SVG.
 ///
 /// # Errors
-/// What `paint` brings.
+/// `paint` fails.
 pub fn sheet(size: [f64; 2], paint: impl FnOnce(&Canvas) -> Result<()>) -> Result<String> {
     let fine = size.map(|length| (length * FINE).round() as u32);
     let mut svg = String::new();
@@ -72,8 +73,8 @@ impl Canvas<'_> {
         self.area.draw(&PathElement::new(points, style)).map_err(fault)
     }
 
-    /// A filled polygon; its rim is drawn in `rim`, or in its own colour, lest the background shines through
-    /// between two.
+    /// A filled polygon. Its rim is drawn in `rim`, or else in the fill colour, so that no
+    /// background shows between two polygons.
     ///
     /// # Errors
     /// The drawing library fails.
@@ -110,7 +111,7 @@ fn fault<E: std::fmt::Display>(error: E) -> Error {
     Error::internal(format!("drawing failed: {error}"))
 }
 
-/// Without the points that lie too near to the one before to be seen.
+/// Removes points that are too close to the previous one to be visible.
 fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut kept: Vec<[f64; 2]> = Vec::with_capacity(points.len());
     for (index, point) in points.iter().enumerate() {
@@ -122,7 +123,7 @@ fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     kept
 }
 
-/// Cuts a line into the drawn parts of a dash pattern.
+/// Splits a line into the drawn parts of a dash pattern.
 fn dashes(points: &[[f64; 2]], pattern: &[f64]) -> Vec<Vec<[f64; 2]>> {
     let mut parts = Vec::new();
     let Some(&first) = points.first() else { return parts };

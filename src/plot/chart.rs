@@ -1,4 +1,5 @@
-//! Figures of curves: a title, a legend in a band of its own, panels below it. Nothing can overlap the data.
+//! Figures of curves: a title, a legend in a separate band, and panels below it. The legend can not
+//! overlap the data.
 
 use crate::error::Result;
 
@@ -6,40 +7,40 @@ use super::axis::{Axis, AxisEnds, AxisQuantity};
 use super::canvas::{Anchor, Canvas, sheet};
 use super::style::{GREY, INK, LABEL, NUMBER, Stroke, TITLE, fitted, text_width};
 
-/// A line of a panel, in SI.
+/// A line of a panel, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Points; what is not finite is a gap.
+    /// The points; a point that is not finite is a gap.
     pub points: Vec<[f64; 2]>,
-    /// How it is drawn.
+    /// Its colour, dashes and marks.
     pub stroke: Stroke,
 }
 
 /// A pair of axes with curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// Across.
+    /// The horizontal axis.
     pub x: AxisQuantity,
-    /// Upward.
+    /// The vertical axis.
     pub y: AxisQuantity,
-    /// What is drawn.
+    /// The curves.
     pub curves: Vec<Curve>,
-    /// Values that the upward axis shows in any case.
+    /// Values that the vertical axis always includes.
     pub at_least: Vec<f64>,
-    /// Words beside points.
+    /// Text labels next to points.
     pub labels: Vec<([f64; 2], String)>,
 }
 
-/// A figure: panels of one width in rows.
+/// A figure: panels of equal width, arranged in rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Above all.
+    /// The title above the figure.
     pub title: String,
-    /// What the strokes mean; no legend where empty.
+    /// The labels of the strokes; there is no legend if it is empty.
     pub legend: Vec<(String, Stroke)>,
-    /// Row by row.
+    /// The panels, row by row.
     pub panels: Vec<Panel>,
-    /// Panels in a row.
+    /// Number of panels per row.
     pub columns: usize,
 }
 
@@ -49,7 +50,7 @@ pub(super) type Frame = [f64; 4];
 const WIDTH: f64 = 760.0;
 const LEGEND_ROW: f64 = 22.0;
 const SAMPLE: f64 = 38.0;
-/// Of the marks of a curve that has no line.
+/// Width of the marks of a curve that has no line.
 const MARK_WIDTH: f64 = 1.8;
 
 impl Figure {
@@ -94,7 +95,8 @@ impl Panel {
     fn draw(&self, canvas: &Canvas, place: Frame, margin: f64) -> Result<()> {
         let [left, top, right, bottom] = place;
         let frame = [left + margin, top + 10.0, right - 8.0, bottom - 48.0];
-        // Time has its ends; a curve in another plane should not run along the frame.
+        // The time axis ends at the data. Curves over other quantities should not run along the
+        // frame.
         let ends = if self.x.name == "time" { AxisEnds::Data } else { AxisEnds::Padded };
         let x = Axis::covering(&self.x, self.all(0), ends, (frame[2] - frame[0]) / 70.0);
         let y = self.upward(bottom - top);
@@ -126,13 +128,13 @@ fn draw_mark(canvas: &Canvas, [x, y]: [f64; 2], stroke: Stroke) -> Result<()> {
     canvas.line(&corners, Stroke { dash: &[], width, ..stroke })
 }
 
-/// Where a point in SI lies in a frame.
+/// Position of a point in SI units in a frame.
 pub(super) fn place_in(frame: Frame, axes: [&Axis; 2], point: [f64; 2]) -> [f64; 2] {
     let share = |i: usize| axes[i].share(point[i]);
     [frame[0] + share(0) * (frame[2] - frame[0]), frame[3] - share(1) * (frame[3] - frame[1])]
 }
 
-/// Frame, grid, numbers, and the label below.
+/// Draws frame, grid, numbers, and the label below.
 pub(super) fn draw_axes(canvas: &Canvas, frame: Frame, x: &Axis, y: &Axis) -> Result<()> {
     let [left, top, right, bottom] = frame;
     for (at, text) in &x.ticks {

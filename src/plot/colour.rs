@@ -1,4 +1,5 @@
-//! A colour scale that is even to the eye, in grey and for the colour-blind: viridis, by nine of its colours.
+//! A colour scale that is perceptually uniform, also in grey and for the colour-blind: viridis,
+//! interpolated between nine of its colours.
 
 use plotters::style::RGBColor;
 
@@ -21,7 +22,8 @@ const VIRIDIS: [[f64; 3]; 9] = [
     [253.0, 231.0, 37.0],
 ];
 
-/// The colour of a value on an axis; values beyond its ends have the colour of the end, NaN is white.
+/// The colour of a value on an axis. Values beyond its ends have the colour of the end; NaN is
+/// white.
 pub fn colour(axis: &Axis, value: f64) -> RGBColor {
     if value.is_nan() {
         return RGBColor(255, 255, 255);
@@ -29,7 +31,7 @@ pub fn colour(axis: &Axis, value: f64) -> RGBColor {
     of_share(axis.share(value))
 }
 
-/// The colour of a place on a scale from 0 to 1.
+/// The colour at a position on the scale from 0 to 1.
 fn of_share(share: f64) -> RGBColor {
     let place = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let index = (place as usize).min(VIRIDIS.len() - 2);
@@ -46,7 +48,7 @@ pub fn bar_width(axis: &Axis) -> f64 {
     58.0 + axis.ticks.iter().map(|(_, text)| text_width(text, NUMBER)).fold(0.0, f64::max)
 }
 
-/// Draws the scale upright at the left of `frame`, its label to the right of the numbers.
+/// Draws a vertical colour bar at the left of `frame`, with its label to the right of the numbers.
 pub fn draw_bar(canvas: &Canvas, frame: Frame, axis: &Axis) -> Result<()> {
     const STRIPES: usize = 128;
     let [left, top, _, bottom] = frame;
@@ -55,7 +57,8 @@ pub fn draw_bar(canvas: &Canvas, frame: Frame, axis: &Axis) -> Result<()> {
     for stripe in 0..STRIPES {
         let from = stripe as f64 / STRIPES as f64;
         let fill = of_share(from + 0.5 / STRIPES as f64);
-        // Each stripe reaches to the top and the next covers it, so that no line shows between two.
+        // Each stripe reaches to the top and is covered by the next, so that no gap shows between
+        // them.
         let [y0, y1] = [height(from), top];
         canvas.polygon(&[[left, y0], [right, y0], [right, y1], [left, y1]], fill, None)?;
     }
@@ -77,7 +80,8 @@ mod tests {
     use super::super::axis::{AxisEnds, AxisQuantity};
     use super::*;
 
-    /// Brightness grows along the scale, so that it reads in grey; ends are held.
+    /// Brightness increases along the scale, so that it is readable in grey. Values beyond the ends
+    /// are clamped.
     #[test]
     fn brightness_grows() {
         let axis = Axis::covering(&AxisQuantity::new("q", ""), [0.0, 1.0], AxisEnds::Ticks, 5.0);

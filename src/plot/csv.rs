@@ -1,4 +1,4 @@
-//! Reads our tables back, those of a killed or running program included.
+//! Reads the tables of this program, including those of a killed or running process.
 
 use std::path::Path;
 
@@ -12,12 +12,12 @@ pub struct Csv {
     path: String,
     columns: Vec<String>,
     rows: Vec<Vec<String>>,
-    /// The last row was cut short and left out.
+    /// Whether the last row was truncated and therefore dropped.
     pub is_cut: bool,
 }
 
 impl Csv {
-    /// Reads a table; `None` where there is none, or not yet its header.
+    /// Reads a table; `None` if there is no file or no complete header yet.
     ///
     /// # Errors
     /// The file can not be read, or a row other than the last does not fit the header.
@@ -29,12 +29,13 @@ impl Csv {
         }
     }
 
-    /// The table in the bytes of a file, see [`read`](Self::read); the path stands in errors only.
+    /// Parses a table from the bytes of a file, see [`read`](Self::read). The path is used in
+    /// errors only.
     ///
     /// # Errors
     /// A row other than the last does not fit the header.
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Option<Self>> {
-        // A mark of the encoding, as some programs write it, is no part of the first name.
+        // A byte order mark, which some programs write, does not belong to the first name.
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
         let text = String::from_utf8_lossy(bytes);
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
@@ -67,13 +68,13 @@ impl Csv {
         &self.columns
     }
 
-    /// A column of words; `None` where there is no such column.
+    /// A text column; `None` if there is no such column.
     pub fn words(&self, column: &str) -> Option<Vec<&str>> {
         let index = self.columns.iter().position(|name| name == column)?;
         Some(self.rows.iter().map(|row| row[index].as_str()).collect())
     }
 
-    /// A column of numbers, NaN where a field is empty; `None` where there is no such column.
+    /// A numeric column, NaN where a field is empty; `None` if there is no such column.
     ///
     /// # Errors
     /// A field is not a number.
@@ -90,13 +91,14 @@ impl Csv {
         self.rows.iter().enumerate().map(number).collect::<Result<_>>().map(Some)
     }
 
-    /// The line of the file with a row, counted from zero.
+    /// The line of the file that holds a row, counted from zero.
     pub fn line(&self, row: usize) -> usize {
         row + 2
     }
 }
 
-/// The fields of a line; quotes hold commas together and a doubled quote is one. `None` where a quote is not closed.
+/// The fields of a line. A quoted field may contain commas, and a doubled quote stands for one
+/// quote. `None` if a quote is not closed.
 fn fields(line: &str) -> Option<Vec<String>> {
     let mut fields = vec![String::new()];
     let mut is_quoted = false;
@@ -118,7 +120,7 @@ mod tests {
     use super::*;
     use crate::output::folder::tests::Scratch;
 
-    /// However much of a table is there, its whole rows are read and a cut last row is left out.
+    /// All complete rows of a truncated table are read, and a truncated last row is dropped.
     #[test]
     fn reads_every_beginning_of_a_table() {
         let scratch = Scratch::new("csv");
@@ -139,7 +141,7 @@ mod tests {
         assert_eq!(Csv::read(&scratch.0.join("absent.csv")).unwrap(), None);
     }
 
-    /// A broken row in the middle and a word among numbers are errors with their line.
+    /// A broken row in the middle, and a word among numbers, are errors that name the line.
     #[test]
     fn names_the_broken_line() {
         let scratch = Scratch::new("csv-broken");

@@ -1,5 +1,5 @@
-//! The figures of the tables: contact stresses, motion, phase planes, energy, iterations; of one run, or of several
-//! compared.
+//! Figures of the tables: contact stresses, motion, phase planes, energy, iterations; of one run,
+//! or of several compared.
 
 use crate::error::Result;
 
@@ -9,13 +9,13 @@ use super::csv::Csv;
 use super::results::Run;
 use super::style::Stroke;
 
-/// A figure and the name of its file, without the ending.
+/// A figure and its file name without the extension.
 pub type NamedCurve = (String, Figure);
 
 /// All figures over time that the tables of the runs allow.
 ///
 /// # Errors
-/// A table has something else than numbers in a column of numbers.
+/// A numeric column of a table holds something other than numbers.
 pub fn figures(runs: &[Run]) -> Result<Vec<NamedCurve>> {
     let mut probes: Vec<String> = Vec::new();
     for name in runs.iter().flat_map(Run::probe_names) {
@@ -37,8 +37,8 @@ pub fn figures(runs: &[Run]) -> Result<Vec<NamedCurve>> {
     Ok(figures)
 }
 
-/// Normal and tangential contact stress at a probe (Figs 5 and 6): in one panel for one run, in two where
-/// runs compare.
+/// Normal and tangential contact stress at a probe (Figs 5 and 6): in one panel for one run, in two
+/// if several runs are compared.
 fn contact_stresses(runs: &[Run], probe: &str, display: &Display) -> Result<Option<NamedCurve>> {
     let columns = [format!("{probe}.contact_pressure [Pa]"), format!("{probe}.traction_t [Pa]")];
     let normal = over_time(runs, display, |run| run.probes.as_ref(), &columns[0])?;
@@ -69,7 +69,8 @@ fn contact_stresses(runs: &[Run], probe: &str, display: &Display) -> Result<Opti
 /// Horizontal displacement of a probe (Fig. 7).
 fn displacement(runs: &[Run], probe: &str, display: &Display) -> Result<Option<NamedCurve>> {
     let curves = over_time(runs, display, |run| run.probes.as_ref(), &format!("{probe}.u_x [m]"))?;
-    // Without the zero: the way that a point slides is small beside what the start has moved it.
+    // The axis does not include zero, because the sliding of a point is small compared with its
+    // displacement at the start.
     let panels =
         vec![Panel { at_least: Vec::new(), ..panel(display, "horizontal displacement", "m", curves) }];
     let title = titled(runs, &format!("Horizontal displacement of {probe}"));
@@ -79,14 +80,14 @@ fn displacement(runs: &[Run], probe: &str, display: &Display) -> Result<Option<N
     )))
 }
 
-/// Horizontal velocity of a probe over its horizontal displacement (Fig. 13), where it has a velocity.
+/// Horizontal velocity of a probe over its horizontal displacement (Fig. 13), if it has a velocity.
 fn phase_plane(runs: &[Run], probe: &str, display: &Display) -> Result<Option<NamedCurve>> {
     let [u, v] = ["u_x [m]", "v_x [m/s]"].map(|column| format!("{probe}.{column}"));
     let mut curves = Vec::new();
     for (index, run) in runs.iter().enumerate() {
         let Some(csv) = &run.probes else { continue };
         if let (Some(u), Some(v)) = (run.column(csv, &u, display)?, run.column(csv, &v, display)?) {
-            // A loop that is wound many times is read by thin lines only.
+            // A loop with many turns is readable only with thin lines.
             let stroke = Stroke { width: 1.1, ..Stroke::of(index) };
             curves.push(Curve { points: u.into_iter().zip(v).map(|(u, v)| [u, v]).collect(), stroke });
         }
@@ -130,7 +131,8 @@ fn normal_stresses(runs: &[Run], probes: &[String], display: &Display) -> Result
     Ok(figure.map(|figure| ("normal_stresses".into(), figure)))
 }
 
-/// One quantity of all probes that have it: in one panel for one run, in a panel for each probe where runs compare.
+/// One quantity of all probes that have it: in one panel for one run, in a panel per probe if
+/// several runs are compared.
 fn together(
     runs: &[Run],
     probes: &[String],
@@ -174,9 +176,11 @@ const ENERGIES: [&str; 8] = [
     "total",
 ];
 
-/// The ledger: all energies of one run in one panel, or a panel for each energy where runs compare.
+/// The energy balance: all energies of one run in one panel, or a panel per energy if several runs
+/// are compared.
 ///
-/// An energy that is zero throughout in all runs, such as that of a damping that no case has, is left out.
+/// An energy that is zero throughout in all runs, such as the dissipation of a damping that no case
+/// uses, is left out.
 fn energy(runs: &[Run], display: &Display) -> Result<Option<NamedCurve>> {
     let mut shown = Vec::new();
     for name in ENERGIES {
@@ -209,7 +213,8 @@ fn energy(runs: &[Run], display: &Display) -> Result<Option<NamedCurve>> {
     Ok(filled(("energy".into(), Figure { title, legend: names, panels, columns: 1 })))
 }
 
-/// Newton iterations of each step, failed attempts included, in a panel for each run; and their sums.
+/// Newton iterations of each step, including failed attempts, with a panel for each run, and their
+/// sums.
 fn iterations(runs: &[Run], display: &Display) -> Result<Option<NamedCurve>> {
     let (mut each, mut sums) = (Vec::new(), Vec::new());
     for (index, run) in runs.iter().enumerate() {
@@ -239,7 +244,7 @@ fn iterations(runs: &[Run], display: &Display) -> Result<Option<NamedCurve>> {
     Ok(filled(("iterations".into(), Figure { title, legend: legend(runs), panels, columns })))
 }
 
-/// Time and number of iterations of each step; iteration 0 is the prediction, which costs no solve.
+/// Time and number of iterations of each step. Iteration 0 is the prediction and needs no solve.
 fn count_by_step(run: &Run, csv: &Csv, display: &Display) -> Result<Vec<[f64; 2]>> {
     let column = |name| Ok::<_, crate::error::Error>(run.column(csv, name, display)?.unwrap_or_default());
     let (steps, times, iterations) = (column("step")?, column("time [s]")?, column("iteration")?);
@@ -253,7 +258,8 @@ fn count_by_step(run: &Run, csv: &Csv, display: &Display) -> Result<Vec<[f64; 2]
     Ok(counts.into_iter().map(|(_, count)| count).collect())
 }
 
-/// A column of each run against its time; a run without it has no curve, yet keeps its stroke.
+/// A column of each run against its time. A run without the column has no curve but still reserves
+/// its stroke.
 fn over_time<'a>(
     runs: &'a [Run],
     display: &Display,
@@ -306,7 +312,7 @@ fn is_blank(curves: &[Curve]) -> bool {
     !curves.iter().flat_map(|curve| &curve.points).any(|point| point[1].is_finite())
 }
 
-/// A probe's name made fit for a file's name.
+/// Converts a probe's name to a valid file name.
 fn file_name(probe: &str) -> String {
     probe.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
 }
@@ -316,7 +322,7 @@ mod tests {
     use super::*;
     use crate::output::folder::tests::Scratch;
 
-    /// Iterations are counted by step over all attempts, the prediction left out.
+    /// Iterations are counted per step over all attempts, without the prediction.
     #[test]
     fn counts_iterations_by_step() {
         let scratch = Scratch::new("count");
@@ -330,7 +336,7 @@ mod tests {
         assert_eq!(count_by_step(&run, &csv, &Display::of(&[run.units])).unwrap(), [[0.05, 3.0], [0.2, 1.0]]);
     }
 
-    /// A name that could leave the folder can not.
+    /// A name that contains a path can not leave the folder.
     #[test]
     fn file_names_are_tame() {
         assert_eq!(file_name("../a b/c"), "___a_b_c");

@@ -1,5 +1,5 @@
-//! The deformed bodies at the end (Figs 4 and 10), coloured by von Mises stress or by contact pressure; several runs
-//! on one scale.
+//! The deformed bodies at the end (Figs 4 and 10), coloured by von Mises stress or by contact
+//! pressure. Several runs share one colour scale.
 
 use crate::error::Result;
 
@@ -13,14 +13,16 @@ use super::style::{FAINT, INK, LABEL, PALE, Stroke, TITLE, wrapped};
 
 const WIDTH: f64 = 860.0;
 const HEAD: f64 = 40.0;
-/// What the scale of colours and the panel's rims leave no room for.
+/// Width that the colour bar and the margins of the panel take from a caption.
 const CAPTION_MARGIN: f64 = 115.0;
-/// Of the lines of a caption.
+/// Height of a line of a caption.
 const LINE: f64 = 16.0;
-/// Above so many faces on a panel the lines between them would hide the colours.
+/// Maximum number of faces on a panel for which edges are drawn. With more, the edges would hide
+/// the colours.
 const MOST_RIMS: usize = 6000;
 
-/// The figure of the runs' shots as SVG, each under its title; `None` where no shot has what is to be shown.
+/// The figure of the runs' snapshots as SVG, each under its title; `None` if no snapshot has the
+/// requested values.
 ///
 /// # Errors
 /// The drawing library fails.
@@ -67,10 +69,11 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown, display: &Display) -> Resu
     svg.map(Some)
 }
 
-/// Share of the bodies' size below which displacements are not seen, and to which they are enlarged then.
+/// Fraction of the bodies' size below which displacements are not visible, and the fraction to
+/// which they are then magnified.
 const UNSEEN: [f64; 2] = [0.01, 0.04];
 
-/// By how much displacements are enlarged: 1, 2 or 5 times a power of ten, the same for all shots.
+/// Magnification of displacements: 1, 2 or 5 times a power of ten, the same for all snapshots.
 fn magnification<'a>(shots: impl Iterator<Item = &'a Shot>) -> f64 {
     let share = shots.map(|shot| shot.bodies.largest_displacement() / shot.bodies.diagonal());
     let share = share.filter(|share| share.is_finite()).fold(0.0, f64::max);
@@ -97,7 +100,7 @@ fn caption(title: &str, shot: &Shot, display: &Display) -> String {
     format!("{title}{comma}t = {time}")
 }
 
-/// Height of a panel of that width that the flattest scene fills, within bounds.
+/// Height of a panel of the given width that the flattest scene fills, within bounds.
 fn panel_height(scenes: &[(Vec<String>, Scene)], width: f64) -> f64 {
     let slimness = scenes.iter().map(|(_, scene)| {
         let [x, y] = extent(scene);
@@ -167,7 +170,7 @@ fn draw_face(
     canvas.polygon(&corners, fill, rim)
 }
 
-/// Axes of equal scale that show the whole extent with a little room in the middle of the frame.
+/// Axes of equal scale that show the whole extent, centred in the frame with a small margin.
 fn equal_axes(frame: Frame, extent: [[f64; 2]; 2], display: &Display) -> [Axis; 2] {
     let size = [frame[2] - frame[0], frame[3] - frame[1]];
     let span = |i: usize| (extent[i][1] - extent[i][0]) * 1.06;
@@ -193,7 +196,7 @@ mod tests {
     use crate::case::Units;
     use crate::plot::grid::Grid;
 
-    /// What one would not see is enlarged by a round factor, what one sees is left alone.
+    /// Invisible displacements are magnified by a round factor; visible ones are not.
     #[test]
     fn small_displacements_are_enlarged() {
         let shot = |u: f64| {
@@ -209,8 +212,8 @@ mod tests {
         assert!((large.bodies.displacement[1][1] - 0.2).abs() < 1e-15);
     }
 
-    /// The time in a caption has a prefix only in metric units. The unit of time of other results may itself have the name of a
-    /// second with a prefix.
+    /// The time in a caption has a prefix only in metric units. The unit of time of other results
+    /// may itself have the name of a second with a prefix.
     #[test]
     fn captions_have_the_time_in_its_unit() {
         let units = serde_json::json!({ "length": "in", "mass": "slinch", "time": "ms" });
@@ -227,7 +230,7 @@ mod tests {
         }
     }
 
-    /// A metre is as long across as upward.
+    /// Both axes have the same scale.
     #[test]
     fn scales_are_equal() {
         let frame = [10.0, 20.0, 410.0, 220.0];

@@ -1,4 +1,4 @@
-//! The fields of the last step of a run, the pieces of all ranks sewn together.
+//! The fields of the last step of a run, with the pieces of all ranks merged.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,10 +19,10 @@ pub struct Grid {
     pub displacement: Vec<[f64; 3]>,
     /// Points of each cell.
     pub cells: Vec<Vec<usize>>,
-    /// VTK's number of each cell's kind.
+    /// VTK cell type of each cell.
     pub types: Vec<u8>,
-    /// The scalar to be shown: von Mises stress of each cell of the bodies, pressure at each point of a
-    /// surface \[Pa\].
+    /// The scalar to show \[Pa\]: von Mises stress of each cell of the bodies, or pressure at each
+    /// point of a surface.
     pub values: Vec<f64>,
 }
 
@@ -32,7 +32,7 @@ impl Grid {
         self.displacement.iter().map(|u| u[0].hypot(u[1]).hypot(u[2])).fold(0.0, f64::max)
     }
 
-    /// Diagonal of the box of all reference positions \[m\], 0 where there is none.
+    /// Diagonal of the bounding box of all reference positions \[m\]; 0 if there are no points.
     pub fn diagonal(&self) -> f64 {
         let extent = |i: usize| {
             let along = self.points.iter().map(|point| point[i]);
@@ -47,14 +47,14 @@ impl Grid {
 pub struct Shot {
     /// Time \[s\].
     pub time: f64,
-    /// The bodies, a value a cell.
+    /// The bodies, one value per cell.
     pub bodies: Grid,
-    /// The contact surfaces, a value a point; `None` where the case has none.
+    /// The contact surfaces, one value per point; `None` if the case has no contact.
     pub surfaces: Option<Grid>,
 }
 
 impl Shot {
-    /// The same in the units of a figure.
+    /// Converts the snapshot to the units of a figure.
     pub fn shown(mut self, units: Units, display: &Display) -> Self {
         let [length, pressure, time] = ["m", "Pa", "s"].map(|si| display.factor(units, si));
         self.time *= time;
@@ -67,8 +67,8 @@ impl Shot {
     }
 }
 
-/// Reads the last step whose files are all there and whole; `None` where there is none. Notes say what was
-/// left out.
+/// Reads the last step whose files all exist and are complete; `None` if there is no such step.
+/// Notes report what was left out.
 pub fn last_shot(folder: &Path, notes: &mut Vec<String>) -> Option<Shot> {
     let entries = match pvd::read(&folder.join("fields.pvd")) {
         Ok(entries) => entries,
@@ -87,8 +87,8 @@ pub fn last_shot(folder: &Path, notes: &mut Vec<String>) -> Option<Shot> {
     None
 }
 
-/// Reads the steps nearest to the given times \[s\]; without any the first, the middle and the last. Steps whose files are
-/// not there or not whole are left out with a note.
+/// Reads the steps nearest to the given times \[s\], or without times the first, the middle and the
+/// last. Steps with missing or incomplete files are left out with a note.
 pub fn shots(folder: &Path, times: &[f64], notes: &mut Vec<String>) -> Vec<Shot> {
     let entries = match pvd::read(&folder.join("fields.pvd")) {
         Ok(entries) => entries,
@@ -144,7 +144,7 @@ fn read_grid(index: &Path, value: Value) -> Result<Grid> {
     Ok(grid)
 }
 
-/// Adds a piece; points with the number of one that is there already are that one.
+/// Adds a piece. Points with the same number are merged.
 fn add(grid: &mut Grid, sewn: &mut BTreeMap<i32, usize>, piece: &ReadPiece, value: Value) -> Result<()> {
     let numbers = match piece.point_data.get("node").map(|field| &field.values) {
         Some(VtuValues::Int32(numbers)) => numbers,
@@ -188,7 +188,7 @@ fn floats<'a>(data: &'a BTreeMap<String, Field>, name: &str, components: usize) 
     }
 }
 
-/// Von Mises stress of a symmetric tensor xx, yy, zz, xy, yz, xz; same unit.
+/// Von Mises stress of a symmetric tensor xx, yy, zz, xy, yz, xz, in the same unit.
 fn von_mises(stress: &[f64]) -> f64 {
     let [xx, yy, zz, xy, yz, xz] = [0, 1, 2, 3, 4, 5].map(|i| stress[i]);
     let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
@@ -199,7 +199,8 @@ fn von_mises(stress: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Uniaxial tension has its own size, pure shear its size times the root of three, pressure none.
+    /// Uniaxial tension gives its own magnitude, pure shear its magnitude times the root of three,
+    /// and hydrostatic pressure gives zero.
     #[test]
     fn von_mises_of_known_states() {
         assert_eq!(von_mises(&[-3.0, 0.0, 0.0, 0.0, 0.0, 0.0]), 3.0);

@@ -7,10 +7,10 @@
 //! | `vertical_motion.svg`, `normal_stresses.svg` | all probes together (Figs 11 and 12) |
 //! | `phase_plane_PROBE.svg` | horizontal velocity over horizontal displacement (Fig. 13) |
 //! | `deformed_von_mises.svg`, `deformed_pressure.svg` | the bodies at the last field step (Figs 4 and 10) |
-//! | `energy.svg`, `iterations.svg` | the ledger; Newton iterations a step |
+//! | `energy.svg`, `iterations.svg` | the energy balance; Newton iterations per step |
 //!
-//! Several folders are drawn in the same figures with a legend of the runs' titles. What is not there is left
-//! out with a note, so that a run can be looked at while it goes.
+//! Several folders are drawn in the same figures, with a legend of the runs' titles. Missing data
+//! are left out with a note, so that a run can be plotted while it is running.
 
 mod axis;
 mod canvas;
@@ -42,21 +42,21 @@ pub use csv::Csv;
 pub use style::Stroke;
 pub use table::{TableFigure, draw_table};
 
-/// What came of plotting.
+/// Result of plotting.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plotted {
-    /// The figures.
+    /// The figures that were written.
     pub files: Vec<PathBuf>,
     /// What was missing or left out, one line each.
     pub notes: Vec<String>,
 }
 
-/// Draws all figures that the results allow into `output`: by default `RESULTS/figures` for one folder,
-/// `figures` in the working directory for several.
+/// Draws all figures that the results allow into `output`. The default is `RESULTS/figures` for one
+/// folder, and `figures` in the working directory for several.
 ///
 /// # Errors
-/// A folder is not a result of ours, a table is broken, nothing can be drawn, or the figures can not be
-/// written.
+/// A folder is not a result of this program, a table is broken, nothing can be drawn, or the
+/// figures can not be written.
 pub fn plot(results: &[PathBuf], output: Option<&Path>) -> Result<Plotted> {
     let mut notes = Vec::new();
     let mut runs = results.iter().map(|path| Run::read(path, &mut notes)).collect::<Result<Vec<_>>>()?;
@@ -96,10 +96,10 @@ pub fn plot(results: &[PathBuf], output: Option<&Path>) -> Result<Plotted> {
     Ok(Plotted { files, notes })
 }
 
-/// Figures as SVG under their names.
+/// Figures as SVG with their names.
 pub type Drawings = Vec<(String, String)>;
 
-/// The figures of one result, for a page about it.
+/// The figures of one result, for its report page.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Album {
     /// The deformed bodies.
@@ -110,10 +110,11 @@ pub struct Album {
     pub notes: Vec<String>,
 }
 
-/// Draws what a result allows; the bodies at the steps nearest to `times` \[s\], or at the first, the middle and the last.
+/// Draws the figures that a result allows. The bodies are shown at the steps nearest to `times`
+/// \[s\], or at the first, the middle and the last.
 ///
 /// # Errors
-/// The folder is not a result of ours, or a table is broken.
+/// The folder is not a result of this program, or a table is broken.
 pub fn album(folder: &Path, times: &[f64]) -> Result<Album> {
     let mut notes = Vec::new();
     let run = Run::read(folder, &mut notes)?;

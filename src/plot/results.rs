@@ -1,4 +1,4 @@
-//! A results folder as the figures see it: titles, tables, whatever of them is there.
+//! Reads a results folder for the figures: titles and all tables that exist.
 
 use std::path::Path;
 
@@ -32,10 +32,11 @@ pub struct Run {
 }
 
 impl Run {
-    /// Reads a run; remarks on what is missing go to `notes`.
+    /// Reads a run. Remarks on missing data go to `notes`.
     ///
     /// # Errors
-    /// The folder is not one of ours, or a table in it is broken (a last row cut short is not).
+    /// The folder does not belong to this program, or a table in it is broken. A truncated last row
+    /// is not an error.
     pub fn read(path: &Path, notes: &mut Vec<String>) -> Result<Self> {
         let folder = ResultsFolder::open(path)?;
         let record = record(path);
@@ -66,7 +67,7 @@ impl Run {
         Ok(Self { folder, units: Units::of_record(&record), title, probes, energy, iterations })
     }
 
-    /// A column of a table by its heading in SI, in the units of a figure.
+    /// A column of a table in the units of a figure, given its SI heading.
     ///
     /// # Errors
     /// A field is not a number.
@@ -86,14 +87,14 @@ impl Run {
     }
 }
 
-/// What is wrong with a table of a run that has ended: its record knows what the table held.
+/// Describes the damage to a table of a run that has ended, by comparison with the run record.
 pub(super) fn damage(record: &Value, name: &str, file: &Path) -> Option<String> {
     let mark = Mark::deserialize(&record["tables"][name]).ok()?;
     let damage = mark.check(file).err()?;
     Some(format!("{damage}; the available rows are drawn"))
 }
 
-/// Makes titles that occur twice distinct by the names of the folders, or by their whole paths.
+/// Makes equal titles distinct by the names of the folders, or by their full paths.
 pub fn distinguish(runs: &mut [Run]) {
     type Name = fn(&Path) -> String;
     let names: [Name; 2] = [folder_name, |path| path.display().to_string()];
@@ -127,7 +128,7 @@ mod tests {
         Run::read(path, &mut Vec::new()).unwrap()
     }
 
-    /// Equal titles are told apart by folder, and by path where the folders' names are equal too.
+    /// Equal titles are distinguished by folder, and by path if the folders' names are equal too.
     #[test]
     fn titles_are_distinct() {
         let scratch = Scratch::new("titles");
@@ -139,7 +140,7 @@ mod tests {
         assert!(titles[0] != titles[1] && titles[0].starts_with("Block (x) ("), "{titles:?}");
     }
 
-    /// A killed run is read as far as it goes, and the notes say so.
+    /// A killed run is read up to its last complete row, and the notes report it.
     #[test]
     fn a_killed_run_is_read_with_notes() {
         let scratch = Scratch::new("killed");

@@ -1,11 +1,12 @@
-//! What is seen of the bodies: faces flattened onto the sheet, sorted so that near ones cover far ones.
+//! Projects the visible faces of the bodies onto the sheet, sorted so that near ones cover far
+//! ones.
 
 use std::collections::BTreeMap;
 
 use super::grid::{Grid, Shot};
 use super::shapes::{is_line, is_solid, polygons};
 
-/// Where one looks from: unit vectors to the right, upward, and toward the eye.
+/// Direction of view: unit vectors to the right, upward, and toward the eye.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     right: [f64; 3],
@@ -17,7 +18,8 @@ impl View {
     /// The x-y plane from the front.
     pub const PLANE: Self = Self { right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], toward: [0.0, 0.0, 1.0] };
 
-    /// From the front right, `elevation` \[rad\] above the horizon (below where negative), without perspective.
+    /// From the front right, `elevation` \[rad\] above the horizon (below if negative), without
+    /// perspective.
     pub fn from_front_right(elevation: f64) -> Self {
         let (sin_a, cos_a) = (-std::f64::consts::FRAC_PI_3).sin_cos();
         let (sin_e, cos_e) = elevation.sin_cos();
@@ -37,19 +39,19 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// One polygon, or a line on a contact surface of the plane.
+/// One polygon, or a line on a contact surface in 2D.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Face {
     /// Corners \[m\] on the sheet.
     pub corners: Vec<[f64; 2]>,
-    /// What its colour tells; `None` where it is pale.
+    /// The value that its colour shows; `None` for a pale face.
     pub value: Option<f64>,
-    /// It is a line.
+    /// Whether it is a line.
     pub is_line: bool,
     depth: f64,
 }
 
-/// What the colours tell.
+/// The quantity that the colours show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
     /// Von Mises stress on the bodies \[Pa\].
@@ -61,15 +63,15 @@ pub enum Shown {
 /// The visible faces, far ones first, and the outline of the bodies before they were deformed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// In the order to draw them.
+    /// In drawing order.
     pub faces: Vec<Face>,
-    /// Edges of the undeformed bodies, in the plane alone.
+    /// Edges of the undeformed bodies, in 2D only.
     pub outline: Vec<[[f64; 2]; 2]>,
 }
 
 impl Scene {
-    /// Looks at a shot: the plane from the front, space from above for stresses and from below for pressures,
-    /// since what rests on something is in contact at its lower side.
+    /// Projects a snapshot. In 2D the view is from the front. In 3D it is from above for stresses
+    /// and from below for pressures, because a resting body is in contact at its lower side.
     pub fn of(shot: &Shot, shown: Shown) -> Self {
         let is_space = shot.bodies.types.iter().any(|&kind| is_solid(kind));
         let view = match (is_space, shown) {
@@ -92,7 +94,7 @@ impl Scene {
         Self { faces, outline }
     }
 
-    /// All points of the sheet.
+    /// All points on the sheet.
     pub fn points(&self) -> impl Iterator<Item = [f64; 2]> {
         self.faces
             .iter()
@@ -101,7 +103,8 @@ impl Scene {
     }
 }
 
-/// The faces that one cell alone has: all cells in the plane, the surface of the bodies in space.
+/// Faces to draw: all cells in 2D, and in 3D the surface of the bodies, which consists of faces
+/// that belong to a single cell.
 fn skin(grid: &Grid) -> Vec<(usize, Vec<usize>)> {
     let mut rings: BTreeMap<Vec<usize>, Option<(usize, Vec<usize>)>> = BTreeMap::new();
     for (owner, (cell, &kind)) in grid.cells.iter().zip(&grid.types).enumerate() {
@@ -173,7 +176,7 @@ mod tests {
         Shot { time: 1.0, bodies, surfaces: Some(surfaces) }
     }
 
-    /// The face between two cubes is not seen; the nearest face comes last.
+    /// The face between two cubes is hidden, and the nearest face comes last.
     #[test]
     fn shows_the_skin_of_solids() {
         let scene = Scene::of(&cubes(), Shown::VonMises);
@@ -182,7 +185,7 @@ mod tests {
         assert!(scene.faces.iter().all(|face| face.value.is_some()));
     }
 
-    /// Seen from below, the pressed facet covers the face of the body that it lies on.
+    /// Seen from below, the facet under pressure covers the face of the body on which it lies.
     #[test]
     fn facets_lie_before_their_bodies() {
         let scene = Scene::of(&cubes(), Shown::Pressure);
@@ -196,8 +199,8 @@ mod tests {
         assert!(body.unwrap() < facet);
     }
 
-    /// Up is up, right is right, and the three directions are a right-handed frame, from above and from
-    /// below.
+    /// Up and right point as expected, and the three directions form a right-handed frame, from
+    /// above and from below.
     #[test]
     fn views_are_frames() {
         for elevation in [0.42, -0.42] {
@@ -208,7 +211,8 @@ mod tests {
         }
     }
 
-    /// The outline of two quadrilaterals is their six outer edges where they were before.
+    /// The outline of two quadrilaterals consists of their six outer edges in the undeformed
+    /// configuration.
     #[test]
     fn outline_is_the_undeformed_rim() {
         let cubes = cubes().bodies;

@@ -1,6 +1,7 @@
-//! Outlines of VTK's cells: the polygon of a flat cell, the faces of a solid one, mid-side nodes included.
+//! Outlines of VTK cells: the polygon of a flat cell, or the faces of a solid one, including
+//! mid-side nodes.
 
-/// Line2 and line3.
+/// VTK cell types line2 and line3.
 const LINES: [u8; 2] = [3, 21];
 
 const TETRA_4: [&[u8]; 4] = [&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]];
@@ -17,8 +18,9 @@ const HEXA_20: [&[u8]; 6] = [
     &[3, 11, 0, 16, 4, 15, 7, 19],
 ];
 
-/// The polygons that bound a cell of VTK's kind, as places in its node list: one for a flat cell, one a face
-/// for a solid one, two or three points for a line; none for an unknown kind.
+/// The polygons that bound a cell of a VTK type, as positions in its node list. There is one for a
+/// flat cell, one per face for a solid one, and two or three points for a line. An unknown type has
+/// no polygons.
 pub fn polygons(vtk_type: u8) -> &'static [&'static [u8]] {
     match vtk_type {
         3 => &[&[0, 1]],
@@ -35,12 +37,12 @@ pub fn polygons(vtk_type: u8) -> &'static [&'static [u8]] {
     }
 }
 
-/// The cell fills a volume.
+/// Whether the cell fills a volume.
 pub fn is_solid(vtk_type: u8) -> bool {
     [10, 12, 24, 25, 29].contains(&vtk_type)
 }
 
-/// The cell is a line, the contact facet of the plane.
+/// Whether the cell is a line, which is the contact facet in 2D.
 pub fn is_line(vtk_type: u8) -> bool {
     LINES.contains(&vtk_type)
 }
@@ -51,8 +53,8 @@ mod tests {
 
     use super::*;
 
-    /// The faces of a solid close: each edge, mid-side node included, belongs to two faces that run it in
-    /// opposite ways.
+    /// The faces of a solid are closed: each edge, including its mid-side node, belongs to two
+    /// faces that traverse it in opposite directions.
     #[test]
     fn solids_are_closed() {
         for (vtk_type, edges) in [(10, 6), (24, 12), (12, 12), (25, 24), (29, 24)] {

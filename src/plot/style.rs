@@ -1,4 +1,4 @@
-//! Colours, dashes and letters: what makes curves distinct in colour, in grey and for the colour-blind.
+//! Colours, dashes and fonts that keep curves distinct in colour, in grey and for the colour-blind.
 
 use plotters::style::RGBColor;
 
@@ -13,41 +13,42 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0x00, 0x00, 0x00),
 ];
 
-/// Drawn and left-out lengths in turn; empty is a solid line.
+/// Alternating lengths of dashes and gaps; empty for a solid line.
 const DASHES: [&[f64]; 6] =
     [&[], &[7.0, 3.0], &[2.0, 2.5], &[8.0, 2.5, 2.0, 2.5], &[13.0, 4.0], &[8.0, 2.5, 2.0, 2.5, 2.0, 2.5]];
 
-/// Almost black, for letters and axes.
+/// Almost black, for text and axes.
 pub const INK: RGBColor = RGBColor(0x20, 0x20, 0x20);
-/// For grids and outlines that stand back.
+/// For grids and outlines in the background.
 pub const GREY: RGBColor = RGBColor(0xD8, 0xD8, 0xD8);
-/// For the mesh of bodies that carry no colour.
+/// For the mesh of bodies without colour.
 pub const FAINT: RGBColor = RGBColor(0xA8, 0xA8, 0xA8);
-/// For bodies that carry no colour.
+/// For bodies without colour.
 pub const PALE: RGBColor = RGBColor(0xEE, 0xEE, 0xEA);
 
-/// Height of letters of titles, labels and numbers.
+/// Font size of titles.
 pub const TITLE: f64 = 16.0;
-/// Axis labels and legends.
+/// Font size of axis labels and legends.
 pub const LABEL: f64 = 13.0;
-/// Numbers on axes.
+/// Font size of numbers on axes.
 pub const NUMBER: f64 = 12.0;
 
-/// How a curve is drawn.
+/// Style of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
     /// Colour of the line.
     pub colour: RGBColor,
-    /// Drawn and left-out lengths in turn; empty is a solid line.
+    /// Alternating lengths of dashes and gaps; empty for a solid line.
     pub dash: &'static [f64],
     /// Width of the line; 0 for marks without a line.
     pub width: f64,
-    /// Half the size of the marks at the points; 0 where there are none.
+    /// Half the size of the marks at the points; 0 for no marks.
     pub mark: f64,
 }
 
 impl Stroke {
-    /// The stroke of the curve `index`: distinct by colour and, below 42 curves, by colour and dash together.
+    /// The stroke of the curve `index`. Neighbours differ in colour, and the first 42 curves differ
+    /// in colour and dash together.
     pub fn of(index: usize) -> Self {
         Self {
             colour: COLOURS[index % COLOURS.len()],
@@ -57,7 +58,7 @@ impl Stroke {
         }
     }
 
-    /// A broad pale line that others are drawn upon.
+    /// A broad pale line on which others are drawn.
     pub fn band() -> Self {
         Self { width: 6.0, ..Self::thin(RGBColor(0xDD, 0xDD, 0xD2)) }
     }
@@ -68,7 +69,8 @@ impl Stroke {
     }
 }
 
-/// Width of a text, estimated from letter classes of the usual sans-serif fonts, on the wide side.
+/// Width of a text, estimated from letter classes of common sans-serif fonts. The estimate is on
+/// the wide side.
 pub fn text_width(text: &str, size: f64) -> f64 {
     let em = |letter: char| match letter {
         'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' => 0.34,
@@ -80,12 +82,13 @@ pub fn text_width(text: &str, size: f64) -> f64 {
     text.chars().map(em).sum::<f64>() * size
 }
 
-/// The text, cut with an ellipsis where it is wider than `width`.
+/// The text, truncated with an ellipsis if it is wider than `width`.
 pub fn fitted(text: &str, size: f64, width: f64) -> String {
     if text_width(text, size) <= width {
         return text.to_string();
     }
-    // No letter is narrower than a third of the height: what lies behind the width need not be looked at.
+    // No letter is narrower than a third of the height, so that text beyond this length need not be
+    // examined.
     let most = (width / (size / 3.0)).max(0.0) as usize;
     let mut cut: String = text.chars().take(most).collect();
     while !cut.is_empty() && text_width(&cut, size) + 0.99 * size > width {
@@ -94,7 +97,8 @@ pub fn fitted(text: &str, size: f64, width: f64) -> String {
     cut.trim_end().to_string() + "…"
 }
 
-/// The text in lines of at most `width`, broken between words; what does not fit into the last of `most` is cut.
+/// The text in lines of at most `width`, broken between words. Text that does not fit into `most`
+/// lines is truncated.
 pub fn wrapped(text: &str, size: f64, width: f64, most: usize) -> Vec<String> {
     let mut lines: Vec<String> = vec![String::new()];
     for word in text.split_whitespace() {
@@ -114,7 +118,7 @@ pub fn wrapped(text: &str, size: f64, width: f64, most: usize) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// Long titles go on in the next line and are cut in the last one only.
+    /// Long titles continue in the next line and are truncated only in the last one.
     #[test]
     fn titles_wrap() {
         let title = "Rubber block dragged over a rigid foundation, power law 2, t = 70 ms";
@@ -127,7 +131,8 @@ mod tests {
         assert!(cut.iter().all(|line| text_width(line, LABEL) <= 330.0));
     }
 
-    /// Neighbouring curves differ in colour and in dash, and none is repeated among the first forty-two.
+    /// Neighbouring curves differ in colour and in dash, and no style is repeated among the first
+    /// forty-two.
     #[test]
     fn strokes_are_distinct() {
         for (a, b) in (0..42).flat_map(|a| (0..a).map(move |b| (a, b))) {
@@ -140,7 +145,8 @@ mod tests {
         }
     }
 
-    /// Long texts are cut to fit, short ones are left alone, letters beyond ASCII included.
+    /// Long texts are truncated to fit, and short ones are unchanged, including letters beyond
+    /// ASCII.
     #[test]
     fn texts_fit() {
         assert_eq!(fitted("µ = 1", 12.0, 100.0), "µ = 1");

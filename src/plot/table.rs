@@ -1,4 +1,4 @@
-//! Curves from a table of a study: one column over another, a curve for each word of a third.
+//! Curves from a table of a study: one column over another, with a curve for each word of a third.
 
 use std::path::{Path, PathBuf};
 
@@ -12,36 +12,37 @@ use super::csv::Csv;
 use super::results::damage;
 use super::style::Stroke;
 
-/// Half the size of the mark at a point: the curves of studies have few.
+/// Half the size of the mark at a point. Marks are used because curves of studies have few points.
 const MARK: f64 = 3.0;
 
-/// What to draw of a table.
+/// Selection of what to draw from a table.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TableFigure {
     /// The table.
     pub table: PathBuf,
-    /// Column across.
+    /// Column of the horizontal axis.
     pub x: String,
-    /// Column upward.
+    /// Column of the vertical axis.
     pub y: String,
-    /// Column that parts the rows into curves.
+    /// Column that divides the rows into curves.
     pub by: String,
-    /// Column that parts the rows into panels.
+    /// Column that divides the rows into panels.
     pub panels: Option<String>,
-    /// Columns and the words of them that are drawn.
+    /// Columns with the words that select the rows to draw.
     pub only: Vec<(String, Vec<String>)>,
-    /// Columns and the words of them without which a row is a gap.
+    /// Columns with accepted words; a row with any other word is a gap.
     pub valid: Vec<(String, Vec<String>)>,
-    /// Whether the axes across and upward are logarithmic.
+    /// Whether the horizontal and the vertical axis are logarithmic.
     pub logarithmic: [bool; 2],
     /// Title.
     pub title: String,
 }
 
-/// Draws a figure of a table into a file; what was left out comes back, a line each.
+/// Draws a figure of a table into a file. Returns notes on what was left out, one line each.
 ///
 /// # Errors
-/// The table, a column or a number is not there, nothing is left to draw, or the file can not be written.
+/// The table, a column or a number is missing, nothing is left to draw, or the file can not be
+/// written.
 pub fn draw_table(wanted: &TableFigure, file: &Path) -> Result<Vec<String>> {
     let csv = Csv::read(&wanted.table)?;
     let csv = csv.ok_or_else(|| Error::file(format!("{}: there is no table", wanted.table.display())))?;
@@ -61,27 +62,27 @@ pub fn draw_table(wanted: &TableFigure, file: &Path) -> Result<Vec<String>> {
     Ok(notes)
 }
 
-/// Most curves, and most panels, of a figure.
+/// Maximum number of curves, and of panels, of a figure.
 ///
-/// A column of numbers that is taken for a column of labels has a word for every row, and a figure with thousands of curves or
-/// panels is of no use. The limit is well above what a reader can distinguish, so that it refuses only such mistakes: half or
-/// twice of it does the same.
+/// A numeric column that is used for labels has a different word in every row, and a figure with
+/// thousands of curves or panels is useless. The limit is well above what a reader can distinguish,
+/// so that it refuses only such mistakes. Half or twice of it has the same effect.
 const MOST: usize = 200;
 
 /// One row that is drawn.
 struct Point<'a> {
-    /// Line of the table.
+    /// Line number in the table.
     line: usize,
     panel: &'a str,
     curve: &'a str,
     at: [f64; 2],
 }
 
-/// The figure; what was left out goes to `notes`.
+/// Builds the figure. What was left out is reported in `notes`.
 fn figure(wanted: &TableFigure, csv: &Csv, notes: &mut Vec<String>) -> Result<Figure> {
     let mut points = points(wanted, csv, notes)?;
     for (axis, column) in [&wanted.x, &wanted.y].into_iter().enumerate() {
-        // What is not positive has no logarithm.
+        // A value that is not positive has no logarithm.
         let negative = |point: &&mut Point| wanted.logarithmic[axis] && point.at[axis] <= 0.0;
         let lines: Vec<usize> = points
             .iter_mut()
@@ -180,7 +181,7 @@ fn points<'a>(wanted: &TableFigure, csv: &'a Csv, notes: &mut Vec<String>) -> Re
     Ok((0..x.len()).filter(|&row| drawn[row]).map(point).collect())
 }
 
-/// The words, each once, in the order of their first appearance.
+/// The distinct words in the order of their first appearance.
 fn distinct<'a>(words: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut seen = std::collections::HashSet::new();
     words.filter(|word| seen.insert(*word)).collect()
@@ -208,7 +209,8 @@ mod tests {
         }
     }
 
-    /// Rows fall into panels and curves, sorted across; what is not asked for is left out, what failed is a gap.
+    /// Rows are divided into panels and curves and sorted along the horizontal axis. Rows that are
+    /// not selected are left out, and failed ones are gaps.
     #[test]
     fn rows_become_curves() {
         let scratch = Scratch::new("chart");
@@ -227,7 +229,8 @@ mod tests {
         assert!(std::fs::read_to_string(scratch.0.join("figures/a.svg")).unwrap().contains("Solves"));
     }
 
-    /// A column that is not there is named with those that are; a table without rows to draw is an error.
+    /// The error for a missing column lists the existing columns. A table without rows to draw is
+    /// an error.
     #[test]
     fn says_what_is_missing() {
         let scratch = Scratch::new("chart-missing");
@@ -257,7 +260,8 @@ mod tests {
         assert!(error(nothing).contains("no row"));
     }
 
-    /// A table that lacks rows which the record of its run proves is drawn with a note, though it ends with a whole row.
+    /// A table that lacks rows, according to the record of its run, is drawn with a note, even if
+    /// it ends with a complete row.
     #[test]
     fn rows_that_the_record_proves_are_missed() {
         use sha2::Digest;

@@ -1,5 +1,5 @@
-//! The whole way: results written by our writers, drawn, and looked into. Set `FIGURES` to a folder to keep
-//! the pictures.
+//! End-to-end tests: results are written by the program's writers, drawn, and inspected. Set
+//! `FIGURES` to a folder to keep the pictures.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -21,7 +21,8 @@ use crate::output::record::{Record, Totals, Verdict};
 use super::plot;
 use crate::case::Units;
 
-/// A made-up run in `D` dimensions on two ranks, complete with all files; `friction` bends its curves.
+/// Writes an artificial run in `D` dimensions on two ranks, complete with all files; `friction`
+/// changes its curves.
 fn write_run<const D: usize>(path: &Path, title: &str, friction: f64) {
     let (folder, _lock) = ResultsFolder::create(path).unwrap();
     let probes = ["node_50", "node_98"].map(|name| ProbeColumns { name: name.into(), on_contact: true });
@@ -118,8 +119,9 @@ fn iteration_row(step: u32, time: f64, iteration: u32) -> IterationRow<'static> 
     }
 }
 
-/// A box of `cells` cells a side (the last twice as many along x), its right half on rank 1; the bottom is in
-/// contact. The fields are the same at all `steps`, which are numbers with their times.
+/// Writes the fields of a box of `cells` cells per side (the last twice as many along x), with its
+/// right half on rank 1. The bottom is in contact. The fields are the same at all `steps`, which
+/// are step numbers with their times.
 fn write_fields<const D: usize>(path: &Path, rank: usize, steps: &[(u64, f64)]) {
     let cells = if D == 2 { 24 } else { 8 };
     let side: usize = cells + 1;
@@ -222,7 +224,7 @@ const ALL: [&str; 12] = [
     "deformed_pressure",
 ];
 
-/// One run in the plane gives every figure; those over time have the strokes that they need.
+/// One run in 2D gives every figure. Figures over time have the strokes that they need.
 #[test]
 fn one_run_gives_every_figure() {
     let scratch = Scratch::new("plot-one");
@@ -251,7 +253,7 @@ fn one_run_gives_every_figure() {
     assert!(inside.files.iter().all(|file| file.starts_with(path.join("figures"))));
 }
 
-/// Several runs come into the same figures, each title in the legend.
+/// Several runs are drawn in the same figures, with each title in the legend.
 #[test]
 fn several_runs_are_compared() {
     let scratch = Scratch::new("plot-many");
@@ -271,7 +273,7 @@ fn several_runs_are_compared() {
     }
 }
 
-/// A run in space gives the same figures.
+/// A run in 3D gives the same figures as one in 2D.
 #[test]
 fn a_run_in_space_gives_every_figure() {
     let scratch = Scratch::new("plot-space");
@@ -298,7 +300,8 @@ fn times_of_a_report_are_in_seconds() {
     assert!(bodies.contains("t = 35 ms") && !bodies.contains("t = 0"), "{:?}", album.notes);
 }
 
-/// A killed run is drawn as far as it goes: a cut row and a missing piece are left out with a note each.
+/// A killed run is drawn up to its last complete data. A truncated row and a missing piece are left
+/// out with a note each.
 #[test]
 fn a_killed_run_is_drawn_as_far_as_it_goes() {
     let scratch = Scratch::new("plot-killed");
@@ -324,7 +327,7 @@ fn a_killed_run_is_drawn_as_far_as_it_goes() {
     }
 }
 
-/// What is not a results folder, and one with nothing in it yet, are errors of cause `File`.
+/// A folder that is not a results folder, and an empty results folder, are errors of cause `File`.
 #[test]
 fn other_folders_are_refused() {
     let scratch = Scratch::new("plot-none");

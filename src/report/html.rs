@@ -1,4 +1,5 @@
-//! The little of HTML that a report needs, written as XML so that every tag is closed; every text is escaped.
+//! The subset of HTML that a report needs. It is written as XML so that every tag is closed, and
+//! every text is escaped.
 
 use crate::output::xml::escaped;
 
@@ -33,37 +34,37 @@ summary { cursor: pointer; } ul { padding-left: 1.2em; }
 }
 ";
 
-/// A page under way.
+/// A page that is being written.
 #[derive(Debug, Default)]
 pub struct Page {
     body: String,
 }
 
-/// What stands in a cell of a table.
+/// Contents of a table cell.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// Words.
+    /// A text.
     Text(String),
-    /// A number or a number with its unit, to the right.
+    /// A number, or a number with its unit, right-aligned.
     Number(String),
-    /// A bar of this share of the full width.
+    /// A bar with this fraction of the full width.
     Bar(f64),
 }
 
 impl Cell {
-    /// Words.
+    /// A text cell.
     pub fn text(text: impl Into<String>) -> Self {
         Self::Text(text.into())
     }
 
-    /// A number.
+    /// A number cell.
     pub fn number(text: impl ToString) -> Self {
         Self::Number(text.to_string())
     }
 }
 
 impl Page {
-    /// The headline and the state, under which all else stands.
+    /// Writes the headline and the verdict, which precede everything else.
     pub fn head(&mut self, title: &str, verdict: &str, words: &str) {
         let class = if ["completed", "failed"].contains(&verdict) { verdict } else { "other" };
         self.body.push_str(&format!(
@@ -74,17 +75,17 @@ impl Page {
         ));
     }
 
-    /// A heading.
+    /// Writes a heading.
     pub fn section(&mut self, id: &str, title: &str) {
         self.body.push_str(&format!("<h2 id=\"{}\">{}</h2>\n", escaped(id), escaped(title)));
     }
 
-    /// A paragraph.
+    /// Writes a paragraph.
     pub fn paragraph(&mut self, text: &str) {
         self.body.push_str(&format!("<p>{}</p>\n", escaped(text)));
     }
 
-    /// Sentences, one an entry.
+    /// Writes a list with one sentence per entry.
     pub fn list(&mut self, entries: impl IntoIterator<Item = impl AsRef<str>>) {
         self.body.push_str("<ul>\n");
         for entry in entries {
@@ -93,12 +94,12 @@ impl Page {
         self.body.push_str("</ul>\n");
     }
 
-    /// A warning that no reader overlooks.
+    /// Writes a prominent warning.
     pub fn warning(&mut self, text: &str) {
         self.body.push_str(&format!("<div class=\"warning\">{}</div>\n", escaped(text)));
     }
 
-    /// A picture, as this program draws it.
+    /// Writes a picture, given as SVG of this program.
     pub fn figure(&mut self, name: &str, svg: &str) {
         let start = svg.find("<svg").unwrap_or(0);
         let name = escaped(&name.replace(['_', '-'], " "));
@@ -108,7 +109,7 @@ impl Page {
         ));
     }
 
-    /// A table; the header is left out where it is empty.
+    /// Writes a table. An empty header is left out.
     pub fn table(&mut self, header: &[&str], rows: &[Vec<Cell>]) {
         self.body.push_str("<div class=\"wide\"><table>\n");
         if !header.is_empty() {
@@ -127,18 +128,18 @@ impl Page {
         self.body.push_str("</tbody>\n</table></div>\n");
     }
 
-    /// A text as it stands.
+    /// Writes a preformatted text.
     pub fn verbatim(&mut self, text: &str) {
         self.body.push_str(&format!("<pre class=\"wrap\">{}</pre>\n", escaped(text)));
     }
 
-    /// A long text that opens on demand.
+    /// Writes a long text that opens on demand.
     pub fn details(&mut self, summary: &str, text: &str) {
         let (summary, text) = (escaped(summary), escaped(text));
         self.body.push_str(&format!("<details><summary>{summary}</summary><pre>{text}</pre></details>\n"));
     }
 
-    /// The whole page.
+    /// Returns the whole page.
     pub fn finish(self, title: &str) -> String {
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\

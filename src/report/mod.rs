@@ -1,5 +1,5 @@
-//! One page about a result: `contact-petsc report RESULTS` writes `report.html`, which holds all of its pictures, refers to
-//! nothing outside, and prints well.
+//! One page about a result. `contact-petsc report RESULTS` writes `report.html`, which contains all
+//! of its pictures, has no external references, and prints well.
 
 mod html;
 mod run;
@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::error::{Error, Result};
 use crate::output::folder::{PROGRAM, ResultsFolder, json_of, write_whole};
 
-/// What came of a report.
+/// Result of writing a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     /// The page.
@@ -21,14 +21,14 @@ pub struct Written {
     pub notes: Vec<String>,
 }
 
-/// Marks the folder of a study.
+/// File that marks the folder of a study.
 const STUDY: &str = "study.json";
 
-/// Writes the page about the results of a run, finished or not, or about a study. The bodies are shown at `times` \[s\], or at the
-/// start, the middle and the end.
+/// Writes the page about the results of a run, finished or not, or about a study. The bodies are
+/// shown at `times` \[s\], or at the start, the middle and the end.
 ///
 /// # Errors
-/// The folder is no result of ours, a table is broken, or the page can not be written.
+/// The folder is not a result of this program, a table is broken, or the page can not be written.
 pub fn report(folder: &Path, times: &[f64], output: Option<&Path>) -> Result<Written> {
     let study = json_of(&folder.join(STUDY));
     let (page, notes) = if study["program"] == PROGRAM {

@@ -9,10 +9,11 @@ use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::verdict;
 use crate::plot;
 
-/// Pictures above this size are left out: a browser would choke on them \[bytes\].
+/// Maximum size of a picture \[bytes\]. Larger ones are left out, because a browser could not
+/// display them.
 const MOST: usize = 12 << 20;
 
-/// Warnings that one sees at once; further ones open on demand.
+/// Number of warnings that are always visible. The others open on demand.
 const SHOWN: usize = 8;
 
 /// The page about the results in a folder, and notes on what is missing.
@@ -212,7 +213,7 @@ fn versions(page: &mut Page, record: &Value) {
     page.table(&[], &rows);
 }
 
-/// A text without its quotes, a number as it stands, a dash for nothing.
+/// A text without its quotes, a number unchanged, and a dash for null.
 pub fn text_of(value: &Value) -> String {
     match value {
         Value::Null => "–".into(),
@@ -221,7 +222,7 @@ pub fn text_of(value: &Value) -> String {
     }
 }
 
-/// A number with so many figures, whole numbers whole.
+/// A number with the given number of significant digits; integers are shown without decimals.
 pub fn figures_of(value: f64, figures: i32) -> String {
     if value == 0.0 || (value.fract() == 0.0 && value.abs() < 1e9) {
         return format!("{value}");

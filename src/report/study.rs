@@ -56,7 +56,7 @@ pub fn page(folder: &Path, marker: &Value) -> Result<(String, Vec<String>)> {
     Ok((page.finish(&title), notes))
 }
 
-/// The members by their values, errors and costs; what else is known of them stands in `study.csv`.
+/// The members with their values, errors and costs. All other data are in `study.csv`.
 fn members(page: &mut Page, csv: &Csv, axes: &[String]) {
     let costs = ["cpu [s]", "newton", "steps", "unknowns", "peak memory [MiB]", "energy drift", "reason"];
     let is_axis = |name: &&String| axes.contains(name);
@@ -75,7 +75,7 @@ fn members(page: &mut Page, csv: &Csv, axes: &[String]) {
         columns.push(csv.words(name).unwrap_or_default());
     }
     let cell = |row: usize, column: usize| match columns[column][row] {
-        // A member outside of the grid has a name instead of values.
+        // A member outside the grid has a name instead of values.
         "" if column == 0 => Cell::text(named[row]),
         word => match word.parse::<f64>() {
             Ok(number) => Cell::Number(figures_of(number, 3)),

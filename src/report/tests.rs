@@ -1,4 +1,5 @@
-//! A page is whole, closed, escaped, and needs nothing from outside, whatever stands in the results.
+//! A page is complete, closed and escaped, and has no external references, whatever the results
+//! contain.
 
 use super::*;
 use crate::output::folder::tests::Scratch;
@@ -18,7 +19,8 @@ const SECTIONS: [&str; 10] = [
     "notes",
 ];
 
-/// Every tag is closed in the order in which it was opened; returns their names and attributes.
+/// Checks that every tag is closed in the order in which it was opened. Returns the names and
+/// attributes of the tags.
 fn tags_of(page: &str) -> Vec<String> {
     let mut open: Vec<&str> = Vec::new();
     let mut seen = Vec::new();
@@ -80,7 +82,8 @@ fn write_run(folder: &Path, verdict: &str) {
     std::fs::write(folder.join("probes.csv"), probes).unwrap();
 }
 
-/// The page of a run that completed and of one that failed: all sections, names escaped, what is missing told.
+/// The page of a completed run and that of a failed one have all sections, escape names, and report
+/// missing data.
 #[test]
 fn a_page_is_whole_and_escaped() {
     let scratch = Scratch::new("report");
@@ -105,7 +108,7 @@ fn a_page_is_whole_and_escaped() {
     assert!(report(&scratch.0.join("absent"), &[], None).is_err());
 }
 
-/// Of many warnings the first stand in full and the rest opens on demand.
+/// The first warnings of a long list are shown in full, and the rest opens on demand.
 #[test]
 fn many_warnings_are_folded() {
     let scratch = Scratch::new("report-warnings");
@@ -119,7 +122,7 @@ fn many_warnings_are_folded() {
     assert!(page.contains("<summary>22 more</summary>") && page.contains("step 29 failed"));
 }
 
-/// A record of an older version, or one that a killed start left behind, still gives a page.
+/// A record of an older version, or one that a killed start left, still gives a page.
 #[test]
 fn a_bare_record_gives_a_page() {
     let scratch = Scratch::new("report-bare");
@@ -127,7 +130,8 @@ fn a_bare_record_gives_a_page() {
     check(&std::fs::read_to_string(report(&scratch.0, &[], None).unwrap().file).unwrap());
 }
 
-/// The page of a study: advice, pictures, members, the file; a picture that lies elsewhere is not taken.
+/// The page of a study contains advice, pictures, members and the file. A picture outside the
+/// folder is not included.
 #[test]
 fn a_study_has_a_page() {
     let scratch = Scratch::new("report-study");

@@ -1,4 +1,5 @@
-//! The journal of the solves: which is at work, its iterations, and how it ended.
+//! The part of the journal that records solves: which solve is running, its iterations and its
+//! outcome.
 
 use super::current_solve::CurrentSolve;
 use super::journal::Journal;
@@ -17,8 +18,8 @@ impl<const D: usize> Journal<D> {
         self.console.start_header(factor);
     }
 
-    /// A load level of the static start was reached; where supports alone do not hold the bodies, `free` names those that they
-    /// leave directions to move in.
+    /// Records that a load level of the static start was reached. If supports alone do not hold the
+    /// bodies, `free` names the bodies and the directions in which they are free to move.
     pub fn pressed(&mut self, report: &SolveReport, factor: f64, free: Option<&[String]>) {
         self.count(report);
         let Some(free) = free.filter(|_| factor == 1.0) else { return };
@@ -29,7 +30,8 @@ impl<const D: usize> Journal<D> {
         self.tell_held(&report.held, note, free);
     }
 
-    /// In statics a step is done: what it held is told the first time, and kept where it is largest.
+    /// Records a finished static step. The motions that were projected out are reported the first
+    /// time; afterwards only the largest force is recorded.
     pub(super) fn stepped(&mut self, report: &SolveReport, free: impl FnOnce() -> Vec<String>) {
         match &self.record.held {
             _ if report.held.motions == 0 => {}
@@ -52,19 +54,20 @@ impl<const D: usize> Journal<D> {
         self.record.held = Some(Holding { step, free, motions, force, by: by.map(resultant), note });
     }
 
-    /// The next step is tried. Its iterations belong to no checkpoint until it has ended.
+    /// Starts an attempt at the next step. Its iterations are not part of a checkpoint until the
+    /// attempt has ended.
     pub fn try_step(&mut self) {
         if let Some(tables) = &mut self.tables {
             tables.begin_attempt();
         }
     }
 
-    /// The step has ended, well or not.
+    /// Ends the attempt at a step, whether it succeeded or failed.
     pub fn tried(&mut self) {
         self.tables.iter_mut().for_each(Tables::end_attempt);
     }
 
-    /// A solve of the next step begins.
+    /// Starts a solve of the next step.
     pub fn attempt(&mut self, stage: &Stage) {
         let step = self.step + 1;
         let time = stage.trial.time;
@@ -74,7 +77,8 @@ impl<const D: usize> Journal<D> {
         self.console.newton_header(&Attempt { step, time, dt, attempt });
     }
 
-    /// One Newton iteration. Rank 0 writes; an unwritable table is found at the end of the step.
+    /// Records one Newton iteration. Rank 0 writes it. If the table can not be written, the error
+    /// is reported at the end of the step.
     pub fn iteration(&mut self, report: &IterationReport) {
         let finite = |value: f64| value.is_finite().then_some(value);
         let row = IterationRow {
@@ -98,7 +102,7 @@ impl<const D: usize> Journal<D> {
         }
     }
 
-    /// An attempt failed.
+    /// Records a failed attempt.
     pub fn failed(&mut self, report: &SolveReport, reason: &str, control: &StepControl) {
         self.count(report);
         self.record.totals.cut_steps += 1;
@@ -112,19 +116,20 @@ impl<const D: usize> Journal<D> {
         self.record.warn(note);
     }
 
-    /// A step is halved before it is tried, because surfaces would move too far in it. It counts as a cut.
+    /// Records that a step was halved before it was tried, because surfaces would move too far in
+    /// it. This counts as a cut.
     pub fn shortened(&mut self) {
         self.record.totals.cut_steps += 1;
     }
 
-    /// A step was solved and is repeated, since its errors are too large.
+    /// Records a step that was solved but is repeated because its errors are too large.
     pub fn repeated(&mut self, report: &SolveReport, control: &StepControl) {
         self.count(report);
         let s = self.record.units.of("s");
         self.console.note(&format!("step {} is repeated with {:.3e} {s}", self.step + 1, control.dt()));
     }
 
-    /// Linear solvers failed in the last solve, and stronger ones took over.
+    /// Records that linear solvers failed in the last solve and stronger ones replaced them.
     pub fn fallbacks(&mut self, fallbacks: &[Fallback]) {
         self.record.totals.linear_fallbacks += fallbacks.len() as u64;
         for Fallback { from, to, why } in fallbacks {

@@ -1,17 +1,19 @@
-//! How a run begins.
+//! Where a run starts: at the start of the case or from a checkpoint.
 
 use std::path::PathBuf;
 
-/// How a run begins.
+/// Where a run starts.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Begin {
-    /// From the start of the case; an older result is replaced.
+    /// From the start of the case. An older result is replaced.
     #[default]
     Anew,
-    /// The same, but not where the older result is one of this case that stopped and could go on.
+    /// From the start of the case, except when the results folder holds an interrupted run of this
+    /// case that could be resumed.
     Fresh,
     /// From the newest checkpoint of the results folder.
     Newest,
-    /// From this checkpoint: in the folder that has its rows, or as a branch in a new one.
+    /// From this checkpoint. The run continues in the folder that holds its tables, or as a branch
+    /// in a new folder.
     From(PathBuf),
 }

@@ -1,4 +1,5 @@
-//! What follows from a case before anything is solved: sizes, speeds, stiffnesses, and what the run would use.
+//! Quantities that are derived from a case before anything is solved: sizes, speeds, stiffnesses,
+//! and what the run would use.
 
 use std::fmt::Write as _;
 use std::rc::Rc;
@@ -22,13 +23,14 @@ use crate::partition::LocalMesh;
 use crate::petsc::Session;
 use crate::solvers::ladder;
 
-/// Share of the modulus that stands for a high contact pressure.
+/// Fraction of the modulus that is taken as a high contact pressure.
 const HIGH_PRESSURE: f64 = 0.1;
 
-/// Does all that a run does before its first solve, and tells what it found, one fact a line. Collective.
+/// Performs everything that a run does before its first solve and returns its findings, one fact
+/// per line. Collective.
 ///
 /// # Errors
-/// The same on all ranks, and the same that a run would meet.
+/// Returns the error that a run would return, the same on all ranks.
 pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<String> {
     let world = session.world();
     let model = Model::<D>::new(case)?;
@@ -97,7 +99,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     Ok(text)
 }
 
-/// Elements of a body.
+/// Element sizes of a body.
 #[derive(Debug, Clone, PartialEq)]
 struct Size {
     elements: u64,
@@ -106,7 +108,7 @@ struct Size {
     smallest_edge: f64,
 }
 
-/// Sizes of all bodies over all ranks. Collective.
+/// Element sizes of all bodies, over all ranks. Collective.
 fn sizes<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
@@ -182,7 +184,7 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     let _ = writeln!(text, "  crossing time: {crossing:.4e} {s}, the step is {cfl:.3} of these (CFL)");
 }
 
-/// Moduli at small strain, and where the law keeps its stiffness.
+/// Describes the moduli at small strain and the range in which the law keeps its stiffness.
 fn describe_material(body: &Body, pascal: &str) -> String {
     let moduli = body.formulation.moduli();
     let small = format!(
@@ -207,7 +209,7 @@ fn describe_contact<const D: usize>(
     sizes: &[Size],
     case: &Case,
 ) {
-    // The softest body says which pressure is high and which stiffness is much.
+    // The softest body defines which pressure is high and which stiffness is large.
     let all = contact.all_bodies().into_iter().map(|body| (&bodies[body], &sizes[body]));
     let softest = all.min_by(|a, b| a.0.young_modulus.total_cmp(&b.0.young_modulus));
     let Some((body, size)) = softest else { return };

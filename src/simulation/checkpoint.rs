@@ -1,4 +1,5 @@
-//! When a run writes a checkpoint, what goes into it, and when it is asked to stop.
+//! Decides when a run writes a checkpoint, what the checkpoint contains, and when the run stops on
+//! request.
 
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -21,54 +22,56 @@ use crate::error::{Cause, Error, Result, agree};
 use crate::petsc::{Event, Session};
 use crate::solvers::Strategy;
 
-/// Code of the wall-time limit among the numbers of signals, none of which it is.
+/// Code of the wall-time limit. It differs from every signal number.
 const WALL_TIME: i32 = 1000;
 
-/// How a run that was out of time tells so.
+/// Message of a run that reached its wall-time limit.
 pub const WALL_TIME_IS_OVER: &str = "the wall time is over";
 
-/// The run at the end of a step that was accepted.
+/// View of the run at the end of an accepted step.
 pub struct RunView<'a, const D: usize> {
     /// The bodies.
     pub system: &'a mut ContactSystem<D>,
-    /// At the start of the next step.
+    /// The stage, at the start of the next step.
     pub stage: &'a mut Stage,
-    /// What solved the step.
+    /// The strategy that solved the step.
     pub strategy: &'a mut Box<dyn Strategy>,
-    /// Where in time the run is, the energies, and what watches them.
+    /// The step control, the energies and their monitors.
     pub watch: &'a mut RunMonitors,
     /// The results.
     pub journal: &'a mut Journal<D>,
 }
 
-/// Watches the steps of a run.
+/// Decides at every step whether a checkpoint is written and whether the run stops.
 pub struct CheckpointPolicy {
     session: Rc<Session>,
     output: Event,
     signals: Signals,
     store: Store,
-    /// How a user goes on.
+    /// Command with which a user resumes the run.
     command: String,
     every: Option<u64>,
     keep: usize,
     limit: Option<f64>,
     began: Instant,
-    /// End of the last step; what comes before the first one is done once only.
+    /// End of the last step. It is `None` before the first step, so that one-time set-up is not
+    /// counted as a step.
     last: Option<Instant>,
     /// Longest step so far \[s\].
     longest_step: f64,
     /// Longest checkpoint so far \[s\].
     longest_write: f64,
-    /// The same for who asks within a step; there is no wall time within the first step of a process, so that each one
-    /// comes further than the last.
+    /// Longest checkpoint so far \[s\], for the test within a step. It is `None` within the first
+    /// step of a process, which disables the wall-time limit there, so that each process advances
+    /// by at least one step.
     reserve: Rc<Cell<Option<f64>>>,
 }
 
 impl CheckpointPolicy {
-    /// A keeper for the case; listens to signals from now on.
+    /// The policy for the case. It listens to signals from this call on.
     ///
     /// # Errors
-    /// The system refuses.
+    /// The operating system refuses the signal handlers.
     pub fn new(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<Self> {
         let wanted = case.output.checkpoint.as_ref();
         let limit = wanted.and_then(|checkpoint| checkpoint.wall_time).map(|limit| limit.value);
@@ -99,11 +102,13 @@ impl CheckpointPolicy {
         })
     }
 
-    /// Writes a checkpoint where one is due, or where the run is asked to stop. The run goes on from it as a restarted one
-    /// would: contacts and solvers begin anew, so that both compute the same. Collective.
+    /// Writes a checkpoint when one is due or when the run is requested to stop. The run then
+    /// resets its contact and solver caches, so that it computes the same as a run restarted from
+    /// this checkpoint. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: the checkpoint can not be written, or [`Cause::Stopped`].
+    /// The checkpoint can not be written, or the run stops ([`Cause::Stopped`]). The error is the
+    /// same on all ranks.
     pub fn step_done<const D: usize>(&mut self, run: RunView<'_, D>, case: &Case) -> Result<()> {
         let finished = run.watch.control.finished();
         let asked = if finished { 0 } else { self.asked() };
@@ -126,11 +131,11 @@ impl CheckpointPolicy {
         Ok(())
     }
 
-    /// Writes a checkpoint of the last step that was accepted, since a rank was asked to stop within the next one; the
-    /// error that ends the run. Collective.
+    /// Writes a checkpoint of the last accepted step, because a rank was requested to stop within
+    /// the next step. Returns the error that ends the run. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: the checkpoint can not be written.
+    /// The checkpoint can not be written; the error is the same on all ranks.
     pub fn within_a_step<const D: usize>(&mut self, run: RunView<'_, D>, case: &Case) -> Result<Error> {
         let asked = self.asked();
         let RunView { system, stage, watch, journal, .. } = run;
@@ -138,7 +143,8 @@ impl CheckpointPolicy {
         Ok(self.stopped(asked, stage.start.time, case.units, &path))
     }
 
-    /// What ended the start: where a rank was asked to stop there is nothing yet to go on from. Collective in that case.
+    /// Completes the error that ended the start. If a rank was requested to stop, the message says
+    /// that there is no checkpoint yet. Collective in that case.
     pub fn within_the_start(&mut self, error: Error) -> Error {
         if error.cause != Cause::Stopped {
             return error;
@@ -148,7 +154,7 @@ impl CheckpointPolicy {
             .hint("start anew")
     }
 
-    /// Why any rank was asked to stop; 0 where none was. Collective.
+    /// Why any rank was requested to stop; 0 if no rank was. Collective.
     fn asked(&mut self) -> i32 {
         let seconds = self.last.map_or(0.0, |last| last.elapsed().as_secs_f64());
         self.last = Some(Instant::now());
@@ -162,7 +168,7 @@ impl CheckpointPolicy {
         any
     }
 
-    /// Writes the state; the older files go once it is on the disk. Collective.
+    /// Writes the state. Older checkpoints are deleted once it is on the disk. Collective.
     fn write<const D: usize>(
         &mut self,
         case: &Case,
@@ -188,7 +194,7 @@ impl CheckpointPolicy {
         Ok(path)
     }
 
-    /// The error with what the user can still do.
+    /// Adds a hint to the error on how the user can continue.
     fn with_older(&self, error: Error) -> Error {
         match self.store.list().first() {
             Some((step, _)) => error.hint(&format!(
@@ -199,7 +205,8 @@ impl CheckpointPolicy {
         }
     }
 
-    /// The error of a run that ends early; where a file could not be written, with the checkpoint to go on from, if there is one.
+    /// Completes the error of a run that ends early. If a file could not be written and there is a
+    /// checkpoint, the hint names that checkpoint.
     pub fn offered(&self, error: Error) -> Error {
         let known = error.cause != Cause::File || error.message.contains("--restart");
         match self.store.list().first().filter(|_| !known) {

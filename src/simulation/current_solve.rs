@@ -1,14 +1,14 @@
-//! Which solve is at work.
+//! Identifies the solve that is running.
 
-/// Which solve the iterations belong to.
+/// The solve to which iterations belong.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CurrentSolve {
-    /// Instant at its end \[s\].
+    /// Instant at the end of the step \[s\].
     pub time: f64,
     /// Length of the step \[s\].
     pub dt: f64,
-    /// Which attempt at the step, from 1.
+    /// Number of the attempt at the step, from 1.
     pub attempt: u64,
-    /// Whether it belongs to the static start.
+    /// Whether the solve belongs to the static start.
     pub starting: bool,
 }

@@ -1,4 +1,4 @@
-//! What a run has done before a checkpoint from which it continues.
+//! Record of a run up to the checkpoint from which it is resumed.
 
 use std::time::{Duration, UNIX_EPOCH};
 
@@ -7,47 +7,47 @@ use serde::{Deserialize, Serialize};
 use crate::output::record::{Holding, PenetrationRecord, PhaseTime, Record, Totals};
 use crate::output::table::Marks;
 
-/// What was done before a checkpoint.
+/// What was computed before a checkpoint.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct EarlierRun {
-    /// Sums.
+    /// Counts and sums.
     pub totals: Totals,
-    /// How deep the contacts went.
+    /// Largest penetrations of the contacts.
     pub penetrations: Vec<PenetrationRecord>,
     /// Wall time \[s\].
     pub seconds: f64,
     /// Wall time by phase.
     pub phases: Vec<(String, PhaseTime)>,
-    /// That of the start.
+    /// Wall time of the start, by phase.
     pub start_phases: Vec<(String, PhaseTime)>,
-    /// What held bodies.
+    /// Motions that were projected out in statics.
     pub held: Option<Holding>,
-    /// When the first run began [s since 1970].
+    /// When the first run began \[s since 1970\].
     pub start: u64,
-    /// The tables; none for a branch, which has tables of its own.
+    /// Marks of the tables; empty for a branch, which writes tables of its own.
     pub(super) tables: Marks,
-    /// Steps that `fields.pvd` names.
+    /// Number of steps that `fields.pvd` lists.
     pub(super) field_steps: u64,
 }
 
 impl EarlierRun {
-    /// The tables to go on in, which a branch has not.
+    /// Marks of the tables to continue; `None` for a branch.
     pub fn tables(&self) -> Option<&Marks> {
         (!self.tables.0.is_empty()).then_some(&self.tables)
     }
 
-    /// Steps whose fields are in the folder to go on in.
+    /// Number of steps whose fields are in the folder of the resumed run.
     pub fn field_steps(&self) -> u64 {
         self.field_steps
     }
 
-    /// Goes on in a folder of its own: the tables begin with the next step.
+    /// Continues in a folder of its own. The tables begin with the next step.
     pub fn branch(&mut self) {
         self.tables = Marks::default();
         self.field_steps = 0;
     }
 
-    /// Puts what was done before into the record of a run that goes on.
+    /// Copies the totals of the earlier run into the record of the resumed run.
     pub fn recall(&self, record: &mut Record) {
         record.totals = Totals { restarts: self.totals.restarts + 1, ..self.totals };
         record.start_phases.clone_from(&self.start_phases);
@@ -60,7 +60,7 @@ impl EarlierRun {
         }
     }
 
-    /// Adds the seconds and calls of before.
+    /// Adds the seconds and calls of the earlier run.
     pub fn add_to(&self, seconds: &mut f64, phases: &mut [(String, PhaseTime)]) {
         *seconds += self.seconds;
         for (name, phase) in phases {

@@ -1,4 +1,5 @@
-//! The journal of the fields: from the system's arrays to the pieces that ParaView reads.
+//! The part of the journal that writes fields: from the system's arrays to the pieces that ParaView
+//! reads.
 
 use super::journal::Journal;
 use crate::assembly::{ContactSystem, SurfaceCells};
@@ -7,7 +8,7 @@ use crate::error::{Result, agree};
 use crate::output::fields::{Cells, FieldWriter, Ranks, SurfaceFields, VolumeFields};
 
 impl<const D: usize> Journal<D> {
-    /// The writer of volume and surface of this rank.
+    /// The writer for the volume and surface fields of this rank.
     pub(super) fn field_writer(&self, system: &ContactSystem<D>) -> Result<FieldWriter<D>> {
         let local = system.local();
         let types: Vec<u8> = local.mesh.kinds.iter().map(|kind| kind.vtk_type()).collect();
@@ -34,10 +35,10 @@ impl<const D: usize> Journal<D> {
         FieldWriter::new(&self.shared_folder, ranks, volume, system.has_contact().then_some(surface))
     }
 
-    /// Writes the fields of a state, where there are any to write. Collective.
+    /// Writes the fields of a state if the case requests fields. Collective.
     ///
     /// # Errors
-    /// When a file can not be written, the same on all ranks.
+    /// A file can not be written; the error is the same on all ranks.
     pub(super) fn write_fields(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Result<()> {
         let Some(writer) = &mut self.fields else { return Ok(()) };
         let stress = system.stress_fields(&stage.trial.u);

@@ -1,4 +1,5 @@
-//! What is watched while a run marches: energy without a cause, and impact under a scheme that may gain energy by it.
+//! Monitors of a running simulation: unexplained energy, and impacts under a scheme that may gain
+//! energy from them.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,34 +12,37 @@ use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::time::Scheme;
 
-/// Closing speed over wave speed from which on a contact is an impact: below, waves carry the shock away within what a
-/// scheme resolves anyway.
+/// Ratio of closing speed to wave speed above which contact counts as an impact. Below it, waves
+/// carry the shock away within the time that a scheme resolves.
 const SUDDEN: f64 = 5e-4;
 
-/// Part of the points that closes in one step of an impact, where others were closed before.
+/// Fraction of the contact points that must close in one step of an impact when other points were
+/// closed before.
 const MANY: f64 = 0.1;
 
-/// A step that leaves less than this part of the largest energy unexplained is not looked at for rounding.
+/// Steps whose unexplained energy is below this fraction of the largest energy are not checked for
+/// rounding.
 const NOTABLE: f64 = 1e-3;
 
-/// Watches energy and impact.
+/// Monitors energy and impact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunGuard {
     limit: Option<f64>,
     /// Largest energy or work so far \[J\].
     scale: f64,
-    /// When the unexplained energy was last below half of the limit.
+    /// Energies when the unexplained energy was last below half of the limit.
     calm: Energies,
-    /// Largest wave speed in the contactor of each contact \[m/s\]; empty where impact is not watched, or was seen.
+    /// Largest wave speed in the contactor of each contact \[m/s\]. It is empty if impact is not
+    /// monitored or was already reported.
     speeds: Vec<f64>,
-    /// What the steps left unexplained.
+    /// Energy that the steps left unexplained.
     unexplained: Unexplained,
     /// How far surfaces in contact move in a step.
     pub motion: MotionWatch,
 }
 
 impl RunGuard {
-    /// A guard for the case that starts with these energies.
+    /// A guard for the case, which starts with the energies `start`.
     pub fn new<const D: usize>(case: &Case, model: &Model<D>, scheme: Scheme, start: &Energies) -> Self {
         let speed = |contact: &crate::model::ContactModel<D>| {
             let of_body = |&body: &usize| {
@@ -66,7 +70,8 @@ impl RunGuard {
         self.scale = sizes.iter().fold(self.scale, |scale, size| scale.max(size.abs()));
     }
 
-    /// What a user should know of the step in `stage`, once; to be called before it is accepted. Collective.
+    /// Warns once of an impact in the step in `stage`. Call it before the step is accepted.
+    /// Collective.
     pub fn impact<const D: usize>(&mut self, system: &ContactSystem<D>, stage: &Stage) -> Option<String> {
         if self.speeds.is_empty() {
             return None;
@@ -95,10 +100,10 @@ impl RunGuard {
         Some(text)
     }
 
-    /// Takes the ledger at the end of the accepted step in `stage`, which has the number `step`, into account. Collective.
+    /// Evaluates the ledger at the end of the accepted step `step` in `stage`. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn record<const D: usize>(
         &mut self,
         system: &ContactSystem<D>,
@@ -117,21 +122,21 @@ impl RunGuard {
         Ok(())
     }
 
-    /// What a user should know at the end of a run by a scheme, with contact or without.
+    /// Warnings at the end of a run by `scheme`, with or without contact.
     pub fn warnings(&self, scheme: Scheme, contact: bool, units: Units) -> Vec<String> {
         let unexplained = self.unexplained.warning(scheme, contact, self.scale, units);
         unexplained.into_iter().chain(self.motion.warning(units)).collect()
     }
 
-    /// Whether the energies of an accepted step are explained.
+    /// Checks that the energies of an accepted step are explained.
     ///
     /// # Errors
-    /// When what is not passes the limit; the same on all ranks.
+    /// The unexplained energy exceeds the limit; the error is the same on all ranks.
     pub fn energy(&mut self, ledger: &EnergyLedger, time: f64, units: Units) -> Result<()> {
         self.judge(ledger.now(), ledger.work_error(), time, units)
     }
 
-    /// Whether these energies are explained, where the work may be off by `work_error` \[J\].
+    /// Checks that these energies are explained when the work may be off by `work_error` \[J\].
     fn judge(&mut self, energies: &Energies, work_error: f64, time: f64, units: Units) -> Result<()> {
         self.grow(energies);
         let Some(limit) = self.limit else { return Ok(()) };
@@ -162,7 +167,8 @@ impl RunGuard {
     }
 }
 
-/// The term of the ledger that moved most in the direction of the energy that has no cause, and by how much \[J\].
+/// The term of the ledger that changed most in the direction of the unexplained energy, and its
+/// change \[J\].
 fn culprit(before: &Energies, now: &Energies, made: bool) -> (&'static str, f64) {
     let changes = [
         ("kinetic energy", now.kinetic - before.kinetic),
@@ -190,8 +196,8 @@ mod tests {
         RunGuard { limit: Some(limit), scale: 0.0, calm, speeds: Vec::new(), unexplained, motion }.with(&calm)
     }
 
-    /// Energy that is gained or lost without a cause ends the run with the term that did it; explained changes do not, nor does a limit
-    /// that is not set.
+    /// Energy that is gained or lost without a cause ends the run and names the term responsible.
+    /// Explained changes do not end the run, nor does any change without a limit.
     #[test]
     fn unexplained_energy_ends_a_run() {
         let mut gains = guard(0.05);

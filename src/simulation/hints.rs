@@ -1,4 +1,4 @@
-//! What a user may try when a run ends early.
+//! Hints for the user when a run ends early.
 
 use nalgebra::DVector;
 
@@ -9,15 +9,15 @@ use crate::dynamics::{Dynamics, MovingPart, RigidMotion, Stage};
 use crate::error::{Cause, Error, Result};
 use crate::solvers::{Driven, SolveReport, Trouble, describe};
 
-/// The cure for values that are too large or not finite.
+/// Hint for values that are too large or not finite.
 pub(super) const TOO_LARGE: &str =
     "computed values are far too large: check the units of moduli, density, penalty and stick velocity";
 
-/// The error `error`, which ended the last step, with what may help. The trial state becomes that at the start of the step.
-/// Collective.
+/// Adds a hint to `error`, which ended the last step. Resets the trial state to the start of the
+/// step. Collective.
 ///
 /// # Errors
-/// When PETSc refuses.
+/// PETSc reports an error.
 pub(super) fn with_hint<const D: usize>(
     error: Error,
     report: &SolveReport,
@@ -45,16 +45,17 @@ pub(super) fn with_hint<const D: usize>(
     Ok(with_hint_on_supports(error, report, system, case))
 }
 
-/// What the loads of the step move away from the contacts that held it, and what to do about it; `None` if contacts resist. The
-/// trial state becomes that at the start of the step, at the time of its end. Collective.
+/// Describes a body that the loads of the step lift off the contacts that held it, with a hint.
+/// Returns `None` if contacts resist the loads. Sets the trial state to the start of the step, at
+/// the time of its end. Collective.
 ///
 /// # Errors
-/// When PETSc refuses.
+/// PETSc reports an error.
 pub(super) fn lifted<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
 ) -> Result<Option<String>> {
-    /// Part of all loads below which they do not drive a motion: well above rounding.
+    /// Fraction of all loads below which they do not drive a motion. It is well above rounding.
     const IDLE: f64 = 1e-9;
     if system.is_held() || !system.has_contact() {
         return Ok(None);
@@ -89,11 +90,12 @@ pub(super) fn lifted<const D: usize>(
     Ok(None)
 }
 
-/// A piece that hinges on the rest of its body, and what to do about it; `None` if there is no such piece. The trial state
-/// becomes that at the start of the step, at the time of its end. Collective.
+/// Describes a piece that is hinged to the rest of its body, with a hint. Returns `None` if there
+/// is no such piece. Sets the trial state to the start of the step, at the time of its end.
+/// Collective.
 ///
 /// # Errors
-/// When PETSc refuses.
+/// PETSc reports an error.
 pub(super) fn hinge<const D: usize>(system: &ContactSystem<D>, stage: &mut Stage) -> Result<Option<String>> {
     let time = stage.trial.time;
     stage.trial.copy_from(&stage.start)?;
@@ -107,9 +109,10 @@ pub(super) fn hinge<const D: usize>(system: &ContactSystem<D>, stage: &mut Stage
     }))
 }
 
-/// The piece that turns most beside one that turns less; `None` if all pieces of the motion turn alike.
+/// The piece with the largest rotation. Returns `None` if all pieces of the motion rotate equally.
 fn turning_piece(motion: &RigidMotion) -> Option<&str> {
-    /// Part of the largest rotation below which two rotations are the same: well above rounding.
+    /// Fraction of the largest rotation below which two rotations are equal. It is well above
+    /// rounding.
     const SAME: f64 = 1e-6;
     let turn = |spin: &[f64; 3]| spin.iter().map(|s| s * s).sum::<f64>().sqrt();
     let by_turn = |a: &&MovingPart, b: &&MovingPart| turn(&a.spin).total_cmp(&turn(&b.spin));
@@ -142,7 +145,7 @@ fn with_hint_on_supports<const D: usize>(
     error.hint(&format!("results up to this time are kept; {cure}"))
 }
 
-/// What helps against `trouble`. No two troubles have opposite cures.
+/// The hint for `trouble`. No two kinds of trouble have contradicting hints.
 fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
     let shorter = if case.is_static() { "more load steps" } else { "a shorter step" };
     let augmented = asks_for_penetration(case);
@@ -167,7 +170,8 @@ fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
     }
 }
 
-/// What helps where a load passes what a body can carry: there is no equilibrium nearby, however short the step.
+/// Hint for a load beyond what a body can carry: there is no equilibrium nearby, whatever the step
+/// length.
 const BEYOND_A_LIMIT_LOAD: &str = "; if the body buckles or snaps through under its load, prescribe a displacement in its place, or use a scheme with inertia";
 
 /// Whether forces are prescribed in statics.
@@ -178,12 +182,13 @@ fn is_loaded(case: &Case) -> bool {
     case.is_static() && case.boundary.values().any(loads)
 }
 
-/// Whether multipliers or a growing penalty keep a penetration, so that the penalty of the case is only where they begin.
+/// Whether the penetration tolerance is enforced by multipliers or by increasing the penalty. The
+/// penalty of the case is then only the initial value.
 fn asks_for_penetration(case: &Case) -> bool {
     case.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some())
 }
 
-/// Whether nothing in the scheme damps what swings on the contact.
+/// Whether the scheme does not damp oscillations on the contact stiffness.
 fn swings(case: &Case) -> bool {
     let undamped = match &case.time.scheme.value {
         case::Scheme::Newmark { gamma, .. } => gamma.value <= 0.5,
@@ -213,7 +218,8 @@ mod tests {
         causes.into_iter().flat_map(|cause| TROUBLES.map(|trouble| cure(cause, trouble, &case))).collect()
     }
 
-    /// No scene is advised to make the penalty softer here and stiffer there, and where a penetration is asked for neither helps.
+    /// No case gets one hint for a softer and another for a stiffer penalty. With a penetration
+    /// tolerance, neither is suggested.
     #[test]
     fn hints_do_not_contradict_each_other() {
         let plain = include_str!("../../meshes/ironing/case.yml");
@@ -225,7 +231,8 @@ mod tests {
         }
     }
 
-    /// In statics the hint names loads beyond what a body carries, in dynamics it does not; without contact it names no penalty.
+    /// In statics the hint mentions limit loads; in dynamics it does not. Without contact it does
+    /// not mention the penalty.
     #[test]
     fn a_limit_load_is_named_where_there_is_a_load() {
         let limit = |text: &str| hints(text).iter().any(|hint| hint.contains("snaps through"));
@@ -238,7 +245,7 @@ mod tests {
         assert!(!hints(&format!("{before}boundary:{after}")).iter().any(|hint| hint.contains("softer")));
     }
 
-    /// Statics is not advised to take a scheme that damps, nor is one that damps already.
+    /// A damping scheme is not suggested in statics, nor when the scheme already damps.
     #[test]
     fn a_scheme_that_damps_is_for_motion_without_damping() {
         let statics = include_str!("../../meshes/ironing/case.yml");

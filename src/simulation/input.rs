@@ -1,4 +1,4 @@
-//! What comes from outside, brought to all ranks: texts of files, PETSc's options of a case.
+//! Distributes external input to all ranks: texts of files, and PETSc options of a case.
 
 use std::rc::Rc;
 
@@ -8,19 +8,19 @@ use crate::case::Case;
 use crate::error::{Error, Result, agree};
 use crate::petsc::Session;
 
-/// A text that rank 0 has read, on all ranks; what other ranks bring does not count. Collective.
+/// Broadcasts a text that rank 0 has read. The texts of other ranks are ignored. Collective.
 ///
 /// # Errors
-/// The one that any rank brings, the same on all ranks.
+/// Returns the error of any rank, the same on all ranks.
 pub fn shared_text(session: &Rc<Session>, own: Result<String>) -> Result<String> {
     let bytes = shared_bytes(session, own.map(String::into_bytes))?;
     String::from_utf8(bytes).map_err(|error| Error::internal(error.to_string()))
 }
 
-/// Bytes that rank 0 has, on all ranks; what other ranks bring does not count. Collective.
+/// Broadcasts bytes that rank 0 holds. The bytes of other ranks are ignored. Collective.
 ///
 /// # Errors
-/// The one that any rank brings, the same on all ranks.
+/// Returns the error of any rank, the same on all ranks.
 pub(super) fn shared_bytes(session: &Rc<Session>, own: Result<Vec<u8>>) -> Result<Vec<u8>> {
     let world = session.world();
     let mut text = agree(world, own)?;
@@ -33,10 +33,11 @@ pub(super) fn shared_bytes(session: &Rc<Session>, own: Result<Vec<u8>>) -> Resul
     Ok(text)
 }
 
-/// Hands the options that stand in the case to PETSc; those of the command line win. Returns the names that were taken.
+/// Passes the PETSc options of the case to PETSc. Options on the command line take precedence.
+/// Returns the names that were set.
 ///
 /// # Errors
-/// When PETSc refuses a name.
+/// PETSc rejects a name.
 pub fn give_options(session: &Session, case: &Case) -> Result<Vec<String>> {
     let mut taken = Vec::new();
     for (name, value) in case.petsc.iter() {
@@ -48,10 +49,10 @@ pub fn give_options(session: &Session, case: &Case) -> Result<Vec<String>> {
     Ok(taken)
 }
 
-/// Takes back the options of a case, before another case is run by the same process.
+/// Removes the options of a case before the same process runs another case.
 ///
 /// # Errors
-/// When PETSc refuses a name.
+/// PETSc rejects a name.
 pub fn take_back_options(session: &Session, taken: &[String]) -> Result<()> {
     taken.iter().try_for_each(|name| session.take_back(name))
 }

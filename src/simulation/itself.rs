@@ -1,4 +1,5 @@
-//! Bodies whose own surfaces face each other: contact is detected between the sets that a contact names, and nowhere else.
+//! Finds bodies whose own surfaces face each other. Contact is detected only between the sets that
+//! a contact names.
 
 use crate::contact::passage::{Path, normal_of};
 use crate::mesh::{Bounds, BoundsTree, FacetIndex, spelled};
@@ -6,10 +7,12 @@ use crate::model::{Model, Target};
 use crate::partition::LocalMesh;
 use crate::tensor::Vector as Point;
 
-/// Part of the size of the body below which a distance is zero: facets that touch each other may intersect by rounding.
+/// Fraction of the body size below which a distance is zero, because facets that touch each other
+/// may intersect by rounding.
 const TOUCH: f64 = 1e-9;
 
-/// Remarks on bodies that may touch themselves without a contact that detects it, with the distance. `local` is the whole mesh.
+/// Remarks on bodies that may touch themselves although no contact detects it, with the distance.
+/// `local` is the whole mesh.
 pub(super) fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Vec<String> {
     let met = |body: usize| {
         let by =
@@ -30,7 +33,8 @@ pub(super) fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) ->
     told.collect()
 }
 
-/// The shortest way out of a body that leads into it again, straight up from the middle of a facet, and where it begins \[m\].
+/// The shortest path \[m\] along a facet normal that leaves a body and enters it again, and the
+/// point where it starts.
 fn narrowest<const D: usize>(local: &LocalMesh<D>, body: usize) -> Option<(f64, Point<D>)> {
     let mesh = &local.mesh;
     let mut simplices: Vec<[Path<D>; D]> = Vec::new();

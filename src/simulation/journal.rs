@@ -1,4 +1,5 @@
-//! What a run writes down: rank 0 keeps tables, record and console, every rank its piece of the fields.
+//! Output of a run: rank 0 writes tables, record and console; every rank writes its piece of the
+//! fields.
 
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -33,25 +34,25 @@ pub struct Journal<const D: usize> {
     pub(super) session: Rc<Session>,
     pub(super) console: Console,
     pub(super) folder: PathBuf,
-    /// The folder as all ranks find it, wherever they work.
+    /// The folder by the path under which all ranks find it, whatever their working directory.
     pub(super) shared_folder: PathBuf,
     pub(super) tables: Option<Tables<D>>,
     pub(super) fields: Option<FieldWriter<D>>,
-    /// Fields, unless this is zero, are written every so many steps, and at the end of time \[s\].
+    /// Fields are written every `every` steps and at the end of time \[s\]; 0 writes no fields.
     every: u64,
     pub(super) end: f64,
     model: Model<D>,
-    /// The units in a sentence, unless they are SI.
+    /// A sentence on the units if they are not SI.
     units: Option<String>,
-    /// Of the case's choices, until the start-up report tells them.
+    /// Remarks on the choices of the case. They are held until the start-up report prints them.
     remarks: Vec<String>,
     watched: Vec<Watched<D>>,
-    /// How well coordinates and displacements are known, at the worst.
+    /// Worst precision of coordinates and displacements.
     precision: Option<Precision>,
-    /// What a user should know at the end of the run, as it stands.
+    /// Warnings that would be printed if the run ended now.
     last_words: Vec<String>,
     pub(super) record: Record,
-    /// What was done before this process, with the instant \[s\] at which it began.
+    /// What was computed before this process, and the instant \[s\] at which this process began.
     past: Option<(EarlierRun, f64)>,
     began: Instant,
     pub(super) step: u64,
@@ -60,10 +61,10 @@ pub struct Journal<const D: usize> {
 }
 
 impl<const D: usize> Journal<D> {
-    /// Makes the results folder, or goes on in it. Collective.
+    /// Creates the results folder, or opens it to resume a run. Collective.
     ///
     /// # Errors
-    /// When it can not be made, or holds what another program wrote.
+    /// The folder can not be created, or it holds files of another program.
     pub fn open(
         session: &Rc<Session>,
         case: &Case,
@@ -105,15 +106,15 @@ impl<const D: usize> Journal<D> {
         })
     }
 
-    /// Takes what a user should know before the start-up report.
+    /// Adds remarks that are printed before the start-up report.
     pub fn remark(&mut self, remarks: Vec<String>) {
         self.remarks.extend(remarks);
     }
 
-    /// The start-up report, and everything that the results need to know of the mesh. Collective.
+    /// Prints the start-up report and records the mesh data that the results need. Collective.
     ///
     /// # Errors
-    /// When a probe finds no node or a file can not be made.
+    /// A probe finds no node, or a file can not be created.
     pub fn start_up(
         &mut self,
         system: &ContactSystem<D>,
@@ -183,33 +184,33 @@ impl<const D: usize> Journal<D> {
         &self.model
     }
 
-    /// What a user should know now, and finds in `run.json` later.
+    /// Prints a warning now and stores it for `run.json`.
     pub fn warn(&mut self, text: &str) {
         self.console.warn(text);
         self.record.warn(text.to_owned());
     }
 
-    /// Takes note of how well displacements are known now.
+    /// Records the present precision of displacements.
     pub fn known(&mut self, precision: Precision) {
         if self.precision.as_ref().is_none_or(|before| precision.spacing > before.spacing) {
             self.precision = Some(precision);
         }
     }
 
-    /// What a user should know at the end of the run, if it ends with the present step.
+    /// Sets the warnings that are printed if the run ends with the present step.
     pub fn at_the_end(&mut self, words: Vec<String>) {
         self.last_words = words;
     }
 
-    /// What accuracy was achieved so far.
+    /// Records the accuracy achieved so far.
     pub fn accuracy(&mut self, accuracy: AccuracyRecord) {
         self.record.accuracy = Some(accuracy);
     }
 
-    /// The rows of the start. Collective.
+    /// Writes the rows of the start. Collective.
     ///
     /// # Errors
-    /// When a file can not be written, the same on all ranks.
+    /// A file can not be written; the error is the same on all ranks.
     pub fn begin(
         &mut self,
         system: &ContactSystem<D>,
@@ -226,10 +227,10 @@ impl<const D: usize> Journal<D> {
         self.write_record(stage.trial.time)
     }
 
-    /// The rows of a step that is done, before it is accepted. Collective.
+    /// Writes the rows of a finished step, before the step is accepted. Collective.
     ///
     /// # Errors
-    /// When a file can not be written, the same on all ranks.
+    /// A file can not be written; the error is the same on all ranks.
     pub fn record(
         &mut self,
         system: &ContactSystem<D>,
@@ -295,7 +296,7 @@ impl<const D: usize> Journal<D> {
         agree(self.session.world(), own)
     }
 
-    /// Brings `run.json` up to date. Collective.
+    /// Updates `run.json`. Collective.
     pub(super) fn write_record(&mut self, time: f64) -> Result<()> {
         self.record.simulated_time = time;
         self.measure();
@@ -306,7 +307,7 @@ impl<const D: usize> Journal<D> {
         agree(self.session.world(), own)
     }
 
-    /// Times and memory of all ranks. Collective.
+    /// Collects times and memory of all ranks. Collective.
     pub(super) fn measure(&mut self) {
         self.record.wall_seconds = self.began.elapsed().as_secs_f64();
         self.record.phases = super::measure::phases(&self.session);
@@ -318,15 +319,15 @@ impl<const D: usize> Journal<D> {
         (self.record.balance.cpu_seconds, self.record.balance.work_seconds) = (cpu, work);
     }
 
-    /// Ends the journal with the verdict. Collective.
+    /// Closes the journal with the outcome of the run. Collective.
     ///
     /// # Errors
-    /// When the record can not be written.
+    /// The record can not be written.
     pub fn close(&mut self, outcome: &Result<()>) -> Result<()> {
         self.measure();
         self.record.verdict = outcome.as_ref().map_or_else(Verdict::of, |()| Verdict::Completed);
         let missed = self.record.accuracy.as_ref().and_then(|accuracy| accuracy.warning(self.record.units));
-        // Of a run that failed before its first row nobody knows which contacts closed.
+        // If a run failed before its first row, it is unknown which contacts closed.
         let known = outcome.is_ok() || self.record.totals.steps > 0;
         let contacts = self.record.penetrations.iter().filter(|_| known);
         let is_general = |name: &str| self.record.case["contact"][name]["target"] == crate::case::ALL;
@@ -347,13 +348,15 @@ impl<const D: usize> Journal<D> {
         outcome.as_ref().map_or(Ok(()), |()| agree(self.session.world(), written))
     }
 
-    /// The last version of the record, with length and hash of every table. On rank 0 only.
+    /// Writes the final record, with length and hash of every table. On rank 0 only.
     ///
-    /// If a table was damaged, the record names no tables. If a table or a series was, a run that was to be completed has failed. A record that
-    /// is gone as well is not made anew.
+    /// If a table was damaged, the record names no tables. If a table or a series was damaged, a
+    /// run that would have completed counts as failed. If the record itself was deleted, it is not
+    /// created again.
     ///
     /// # Errors
-    /// A table or a series was damaged, the folder is no longer this run's, or the record can not be written.
+    /// A table or a series was damaged, the folder belongs to another run, or the record can not be
+    /// written.
     fn write_end(&mut self) -> Result<()> {
         let Some(tables) = &self.tables else { return Ok(()) };
         tables.check_place()?;
@@ -370,7 +373,7 @@ impl<const D: usize> Journal<D> {
             }
             Err(_) => {}
         }
-        // Whoever deletes the folder must not find a new file in it.
+        // If a user deletes the folder, no new file must appear in it.
         if settled.is_err() && !self.folder.join(RECORD).exists() {
             return settled.map(|_| ());
         }
@@ -379,15 +382,15 @@ impl<const D: usize> Journal<D> {
     }
 }
 
-/// What a user should know of fields that went while a run was going on, or before it went on.
+/// Warning about field files that disappeared during a run or before it was resumed.
 fn lost_fields(steps: u64) -> String {
     format!("{steps} field steps that were written are gone; fields.pvd names those that are left")
 }
 
-/// The record of a run of which nothing is done.
+/// The record of a run that has computed nothing yet.
 ///
 /// # Errors
-/// A fault of the program.
+/// An internal error of the program.
 pub(super) fn record(session: &Session, case: &Case, inputs: Vec<InputRecord>) -> Result<Record> {
     Ok(Record {
         units: case.units,
@@ -416,7 +419,7 @@ pub(super) fn record(session: &Session, case: &Case, inputs: Vec<InputRecord>) -
     })
 }
 
-/// Whether a run came as far as its solvers, so that what they did not ask for is known.
+/// Whether a run reached its solvers, so that options which the solvers did not read are known.
 fn is_solved(outcome: &Result<()>) -> bool {
     let causes = [Cause::NotConverged, Cause::Guard, Cause::Stopped];
     outcome.as_ref().err().is_none_or(|error| causes.contains(&error.cause))

@@ -1,4 +1,4 @@
-//! Numbers that no scene is likely to mean: most often a unit that slipped, as `mPa` for `MPa`.
+//! Detects implausible magnitudes. Their usual cause is a wrong unit, such as `mPa` for `MPa`.
 
 use std::ops::RangeInclusive;
 
@@ -8,35 +8,39 @@ use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::output::record::PenetrationRecord;
 
-/// Speeds of pressure waves \[m/s\] from the softest gels to beyond diamond.
+/// Plausible speeds of pressure waves \[m/s\], from the softest gels to beyond diamond.
 const WAVE_SPEEDS: RangeInclusive<f64> = 0.1..=3e4;
 
-/// Stiffness of contacts over that of the elements beneath them, from cushions to what rounding still resolves.
+/// Plausible ratios of contact stiffness to the stiffness of the elements beneath, from cushions to
+/// what rounding still resolves.
 const STIFFNESSES: RangeInclusive<f64> = 1e-4..=1e6;
 
-/// Spacing of coordinates over the shortest edge of an element from which on strains lose their sixth digit, and from which on
-/// elements have no shape.
+/// Ratios of the spacing of coordinates to the shortest element edge. Above the first, strains lose
+/// their sixth digit. Above the second, element shapes are lost.
 const COARSE: [f64; 2] = [1e-6, 1e-3];
-/// Spacing of coordinates over the depth of a contact at a high pressure, above which forces may lose their third digit, and above
-/// which they have no digit left. Depths in a run are often a thousandth of that depth.
+/// Ratios of the spacing of coordinates to the penetration at a high pressure. Above the first,
+/// forces may lose their third digit. Above the second, no digit is left. Penetrations in a run are
+/// often a thousandth of the one at a high pressure.
 const SHALLOW: [f64; 2] = [1e-6, 1e-2];
-/// Spacing of coordinates over the largest depth in a run from which on forces are wrong by a thousandth.
+/// Ratio of the spacing of coordinates to the largest penetration in a run, above which forces are
+/// wrong by a thousandth.
 const BLURRED: f64 = 1e-3;
 
-/// What to do against coordinates that are too large.
+/// Hint for coordinates that are too large.
 const NEARER: &str = "move all bodies and obstacles nearer to the origin: coordinates have sixteen digits";
 
-/// What to do against displacements that are too large.
+/// Hint for displacements that are too large.
 const CLOSER: &str = "prescribe smaller motions, or end the run earlier: displacements have sixteen digits";
 
-/// How well coordinates or displacements are known, and what to do about it.
+/// Describes the precision of coordinates or displacements, with a hint.
 fn known(precision: &Precision) -> (String, &'static str) {
     let Precision { farthest, moved, spacing, unit, .. } = precision;
     let (what, cure) = if *moved { ("displacements", CLOSER) } else { ("coordinates", NEARER) };
     (format!("{what} of {farthest:.1e} {unit} are known to {spacing:.1e} {unit} only"), cure)
 }
 
-/// Compares how far bodies have moved with elements and depths, in every accepted step.
+/// In every accepted step, compares the rounding of displacements with element sizes and
+/// penetrations.
 pub(super) struct MotionPrecision {
     start: Precision,
     /// Spacing at the last warning \[m\].
@@ -44,17 +48,18 @@ pub(super) struct MotionPrecision {
 }
 
 impl MotionPrecision {
-    /// A watch that begins with the precision of the start, of which the user knows already.
+    /// A monitor that starts with the precision of the start, which was already reported.
     pub(super) fn new(start: Precision) -> Self {
         let warned = if precision(&start).is_some() { start.spacing } else { 0.0 };
         Self { start, warned }
     }
 
-    /// A warning for a step in which bodies have moved as far as `farthest` \[m\]. It is repeated when the spacing has grown
-    /// tenfold.
+    /// A warning for a step in which bodies have moved as far as `farthest` \[m\]. It is repeated
+    /// when the spacing has grown tenfold.
     ///
     /// # Errors
-    /// When the elements or the depths of a contact are no longer larger than rounding, the same on all ranks.
+    /// Rounding is no longer small compared with the elements or the penetration of a contact; the
+    /// error is the same on all ranks.
     pub(super) fn accept(&mut self, farthest: f64, place: &str) -> Result<Option<String>> {
         let now = self.start.at(farthest);
         if !now.moved {
@@ -69,16 +74,16 @@ impl MotionPrecision {
         Ok(remark.map(|remark| format!("{place}: {remark}")))
     }
 
-    /// The precision of bodies that have moved as far as `farthest` \[m\].
+    /// The precision when bodies have moved as far as `farthest` \[m\].
     pub(super) fn at(&self, farthest: f64) -> Precision {
         self.start.at(farthest)
     }
 }
 
-/// Whether elements and depths are larger than the rounding of coordinates.
+/// Checks that elements and penetrations are larger than the rounding of coordinates.
 ///
 /// # Errors
-/// When they are not, the same on all ranks.
+/// They are not; the error is the same on all ranks.
 pub(super) fn require_precision(precision: &Precision) -> Result<()> {
     let Precision { spacing, edge, depths, unit, .. } = precision;
     let (words, cure) = known(precision);
@@ -96,7 +101,7 @@ pub(super) fn require_precision(precision: &Precision) -> Result<()> {
     }
 }
 
-/// A remark where the rounding of coordinates takes digits of the results.
+/// A remark if the rounding of coordinates reduces the number of correct digits in the results.
 pub(super) fn precision(precision: &Precision) -> Option<String> {
     let Precision { spacing, edge, depths, unit, .. } = precision;
     let (words, cure) = known(precision);
@@ -115,7 +120,8 @@ pub(super) fn precision(precision: &Precision) -> Option<String> {
     }
 }
 
-/// A warning for each contact that stayed so shallow that the rounding of coordinates or displacements blurs its forces.
+/// A warning for each contact whose penetration stayed so small that the rounding of coordinates or
+/// displacements affects its forces.
 pub(super) fn blurred(contacts: &[PenetrationRecord], precision: &Precision) -> Vec<String> {
     let Precision { spacing, unit, .. } = precision;
     let (_, cure) = known(precision);
@@ -134,7 +140,7 @@ pub(super) fn blurred(contacts: &[PenetrationRecord], precision: &Precision) -> 
     blurred.map(words).collect()
 }
 
-/// A remark for each body whose elements lock and offer no cure. Collective.
+/// A remark for each body whose elements lock and have no formulation that avoids it. Collective.
 pub(super) fn locking<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
     let locked = system.locked_bodies(model).into_iter().map(|(name, kinds)| {
         let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
@@ -147,10 +153,10 @@ pub(super) fn locking<const D: usize>(system: &ContactSystem<D>, model: &Model<D
     locked.collect()
 }
 
-/// What to do where the numbers make sense in mm, t and s.
+/// Hint for numbers that are consistent in mm, t and s.
 const TONNES: &str = " A case in mm, t, s says `units: { length: mm, mass: t, time: s }`";
 
-/// A remark for each number that is far off.
+/// A remark for each implausible number.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
     let is_dynamic = system.is_dynamic();
     let heavy = model.bodies.iter().filter(|body| is_dynamic && body.formulation.density > 0.0);

@@ -1,4 +1,4 @@
-//! Seconds and memory of all ranks, for the run record.
+//! Collects seconds and memory of all ranks for the run record.
 
 use std::rc::Rc;
 
@@ -8,7 +8,7 @@ use mpi::traits::CommunicatorCollectives;
 use crate::output::record::PhaseTime;
 use crate::petsc::{Event, Session, peak_memory as own_peak_memory};
 
-/// Phases in the order of the record: name there, name of the event.
+/// Phases in the order of the record: name in the record and name of the PETSc event.
 const PHASES: [(&str, &str); 8] = [
     ("search", "ContactSearch"),
     ("exchange", "ContactExchange"),
@@ -20,7 +20,7 @@ const PHASES: [(&str, &str); 8] = [
     ("output", "Output"),
 ];
 
-/// The largest wall time of each phase over the ranks, and the calls. Collective.
+/// The largest wall time of each phase over the ranks, and the number of calls. Collective.
 pub fn phases(session: &Rc<Session>) -> Vec<(String, PhaseTime)> {
     let events = PHASES.map(|(_, event)| Event::totals(session, event));
     let own = events.map(|(seconds, _)| seconds);
@@ -48,7 +48,7 @@ pub fn peak_memory(session: &Rc<Session>) -> Vec<u64> {
     of_each_rank(session, own_peak_memory())
 }
 
-/// A count of each rank. Collective.
+/// Gathers a count from each rank. Collective.
 pub fn of_each_rank(session: &Rc<Session>, own: u64) -> Vec<u64> {
     let mut all = vec![0; session.size() as usize];
     session.world().all_gather_into(&own, &mut all[..]);

@@ -1,4 +1,4 @@
-//! A run from the case to its results, in the order of the paper's section 3.
+//! Executes a run from the case to its results, in the order of section 3 of the paper.
 
 mod attempts;
 mod begin;
@@ -59,24 +59,25 @@ use guard::RunGuard;
 use magnitudes::MotionPrecision;
 use restart::Saved;
 
-/// Prefixes of PETSc's options for the linear solvers: of the steps, of the static start, of the initial acceleration.
+/// Prefixes of PETSc's options for the linear solvers of the steps, the static start and the
+/// initial acceleration.
 pub const SOLVER_PREFIXES: [&str; 3] = ["", "start_", "mass_"];
 
-/// Runs the case in `D` dimensions and keeps the journal. Collective.
+/// Runs the case in `D` dimensions and writes the journal. Collective.
 ///
 /// # Errors
-/// The same on all ranks; what was computed before is kept.
+/// The error is the same on all ranks. Results computed before it are kept.
 pub fn run<const D: usize>(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<()> {
     Ready::<D>::new(session, case, place)?.run(session, case, place)
 }
 
-/// A run that is ready to begin, of which nothing is written yet.
+/// A run that is ready to begin and has not written anything yet.
 pub struct Ready<const D: usize> {
     keeper: CheckpointPolicy,
     model: Model<D>,
     saved: Option<Saved>,
     partition: Report,
-    /// What rank 0 found in the meshes.
+    /// Remarks of rank 0 on the meshes.
     remarks: Vec<String>,
     system: ContactSystem<D>,
     stage: Stage,
@@ -84,10 +85,10 @@ pub struct Ready<const D: usize> {
 }
 
 impl<const D: usize> Ready<D> {
-    /// Reads what the case needs and builds the system. Collective.
+    /// Reads the input of the case and builds the system. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: what is wrong with the case, or with a file that it names.
+    /// The case, or a file that it names, is invalid. The error is the same on all ranks.
     pub fn new(session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<Self> {
         let keeper = CheckpointPolicy::new(session, case, place)?;
         let model = Model::<D>::new(case)?;
@@ -111,10 +112,10 @@ impl<const D: usize> Ready<D> {
         Ok(Self { keeper, model, saved, partition, remarks, system, stage, strategy })
     }
 
-    /// Runs it and keeps the journal. Collective.
+    /// Executes the run and writes the journal. Collective.
     ///
     /// # Errors
-    /// The same on all ranks; what was computed before is kept.
+    /// The error is the same on all ranks. Results computed before it are kept.
     pub fn run(self, session: &Rc<Session>, case: &Case, place: &RunRequest) -> Result<()> {
         let Self { mut keeper, model, saved, partition, remarks, mut system, mut stage, mut strategy } = self;
         let past = saved.as_ref().map(|saved| (saved.state.past.clone(), saved.state.time));
@@ -141,11 +142,12 @@ impl<const D: usize> Ready<D> {
 struct Share<const D: usize> {
     local: LocalMesh<D>,
     partition: Report,
-    /// What a user should know of the meshes; on rank 0.
+    /// Remarks on the meshes, on rank 0.
     remarks: Vec<String>,
 }
 
-/// Reads the meshes on rank 0 and gives each rank its part, facets that may touch together. Collective.
+/// Reads the meshes on rank 0 and distributes them. Facets that may touch are placed on the same
+/// rank. Collective.
 fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D>) -> Result<Share<D>> {
     let world = session.world();
     let read = if session.rank() == 0 { read_meshes(case).map(Some) } else { Ok(None) };
@@ -155,7 +157,7 @@ fn share_out<const D: usize>(session: &Rc<Session>, case: &Case, model: &Model<D
     Ok(Share { local, partition, remarks: remarks.unwrap_or_default() })
 }
 
-/// Surfaces of the model that may touch each other.
+/// Pairs of surfaces of the model that may touch each other.
 fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
     let couple = |contact| match contact {
         &ContactModel { ref contactor, target: Target::Surface { ref set, .. }, .. } => {
@@ -166,19 +168,19 @@ fn couples<const D: usize>(model: &Model<D>) -> Vec<Couple<'_>> {
     model.contacts.iter().filter_map(couple).collect()
 }
 
-/// What counts and watches from step to step.
+/// Counters and monitors that are updated in every step.
 pub struct RunMonitors {
-    /// Where in time the run is.
+    /// The step control.
     control: StepControl,
     /// The energies.
     ledger: EnergyLedger,
-    /// Whether they are explained.
+    /// The monitor of unexplained energy and impact.
     guard: RunGuard,
-    /// Whether the steps are as accurate as they should be.
+    /// The control of the step length by estimated errors.
     pace: StepPacing,
 }
 
-/// The start of the motion, its rows, and what counts from there.
+/// Computes the state at the start, writes its rows and creates the monitors.
 fn begin<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
@@ -197,7 +199,7 @@ fn begin<const D: usize>(
     Ok(RunMonitors { control, ledger, guard, pace })
 }
 
-/// From configuration to configuration until the end.
+/// Advances from configuration to configuration until the end.
 fn march<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
@@ -268,7 +270,8 @@ fn march<const D: usize>(
                 ledger.restore(saved);
                 journal.failed(&report, &reason, control);
                 if control.fail() == Retry::GiveUp {
-                    // A motion that rounding blurs is why nothing converges.
+                    // If rounding dominates the prescribed motion, this is why the step does not
+                    // converge.
                     let prescribed = system.farthest_motion(stage, Motions::Prescribed);
                     precision.accept(prescribed, &at_time(system, stage))?;
                     let error = give_up(system, &reason, stage, control);
@@ -280,7 +283,7 @@ fn march<const D: usize>(
     Ok(())
 }
 
-/// One step of the length that the control offers.
+/// One attempt at a step of the length that the control offers.
 struct Attempt<'a> {
     scheme: Scheme,
     control: &'a StepControl,
@@ -288,7 +291,8 @@ struct Attempt<'a> {
 }
 
 impl Attempt<'_> {
-    /// Tries from the extrapolated state, then from the state at the start of the step.
+    /// Solves from the extrapolated state. If this fails, solves from the state at the start of the
+    /// step.
     fn solve<const D: usize>(
         &self,
         system: &mut ContactSystem<D>,
@@ -320,8 +324,9 @@ impl Attempt<'_> {
         Ok(outcome.after(&spent))
     }
 
-    /// Goes on to the end of the step where the scheme has balanced its middle, evaluates the forces there and lets the
-    /// ledger take the step. What can not be taken for the end of a step is a failed one.
+    /// Extrapolates to the end of the step if the scheme balances forces at its middle. Then
+    /// evaluates the forces at the end and updates the ledger. A state that is not valid at the end
+    /// of the step counts as a failed attempt.
     fn finish<const D: usize>(
         &self,
         system: &mut ContactSystem<D>,
@@ -358,17 +363,17 @@ impl Attempt<'_> {
     }
 }
 
-/// The instant at the end of the step, in words.
+/// Names the instant at the end of the step.
 fn at_time<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> String {
     format!("t = {:.6e} {}", stage.trial.time, system.units().of("s"))
 }
 
-/// A step that was solved and can not be taken.
+/// The outcome of a step that was solved but can not be accepted.
 fn failed(report: SolveReport, trouble: Trouble, reason: String) -> Outcome {
     Outcome::Failed(SolveReport { trouble, ..report }, reason)
 }
 
-/// The error that ends a run whose step can not be cut further.
+/// Creates the error that ends a run whose step can not be cut further.
 fn give_up<const D: usize>(
     system: &mut ContactSystem<D>,
     reason: &str,

@@ -1,17 +1,19 @@
-//! The motion of surfaces in contact in one step is limited to about a facet. With friction over a longer distance, or with a zone
-//! of contact that rolls on further, the step ends in another equilibrium.
+//! Limits the motion of surfaces in contact to about one facet per step. If surfaces slide farther
+//! with friction, or the contact zone rolls farther, the step converges to a different equilibrium.
 
 use serde::{Deserialize, Serialize};
 
 use crate::assembly::Slide;
 use crate::case::Units;
 
-/// Facets in a step unless the case says otherwise: one, with a margin for steps that are meant to be one facet long. The error of
-/// the friction of a wheel that rolls on a slab is 8 % at one facet, 20 % at 1.6 and 45 % at three; at six its sign is wrong.
+/// Default limit in facets per step: one, with a margin for steps that are meant to be one facet
+/// long. The error of the friction of a wheel that rolls on a slab is 8 % at one facet, 20 % at 1.6
+/// and 45 % at three; at six its sign is wrong.
 const FACETS: f64 = 1.25;
 
-/// A centre of contact that moves in half of the step by more than this part of the distance before has jumped, for example to
-/// another corner. No shorter step helps.
+/// Fraction that detects a jump of a centre of contact, for example to another corner. If halving
+/// the step leaves more than this fraction of the distance, the centre has jumped, and a shorter
+/// step does not help.
 const JUMP: f64 = 0.75;
 
 /// The largest motion of any contact in a step, in facets.
@@ -19,7 +21,7 @@ const JUMP: f64 = 0.75;
 pub struct MotionGuard {
     contact: String,
     facets: f64,
-    /// \[m\]
+    /// Distance \[m\].
     way: f64,
     rolls: bool,
 }
@@ -37,34 +39,37 @@ impl MotionGuard {
     }
 }
 
-/// Watches the motion of contacts from step to step.
+/// Monitors the motion of contacts from step to step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MotionWatch {
     limit: f64,
     /// Centres of contact at the end of the last accepted step \[m\].
     centres: Vec<Option<[f64; 3]>>,
-    /// Facets a second in that step.
+    /// Facets per second in that step.
     rate: f64,
-    /// Facets by which the zone of each contact rolled on beyond the limit in the last rejected attempt of the present step.
+    /// Number of facets by which each contact zone rolled when this exceeded the limit, in the last
+    /// rejected attempt at the present step.
     rejected: Vec<Option<f64>>,
-    /// Accepted steps beyond the limit, and the one that was furthest beyond it: its number and what moved.
+    /// Number of accepted steps beyond the limit, and the one farthest beyond it: its number and
+    /// its motion.
     beyond: u64,
     worst: Option<(u64, MotionGuard)>,
 }
 
 impl MotionWatch {
-    /// A watch that allows `limit` facets in a step, or what is usual.
+    /// A monitor that allows `limit` facets per step, or the default.
     pub fn new(limit: Option<f64>) -> Self {
         let limit = limit.unwrap_or(FACETS);
         Self { limit, centres: Vec::new(), rate: 0.0, rejected: Vec::new(), beyond: 0, worst: None }
     }
 
-    /// Whether a step of `dt` \[s\] goes too far if surfaces move on as in the last one.
+    /// Whether a step of `dt` \[s\] would exceed the limit if surfaces continue to move as in the
+    /// last step.
     pub fn foresees(&self, dt: f64) -> bool {
         self.rate * dt > self.limit
     }
 
-    /// Why a step that was solved goes too far, if a shorter one would not.
+    /// Why a solved step exceeds the limit; `None` if a shorter step would not help.
     pub fn objection(&mut self, slides: &[Slide], units: Units) -> Option<String> {
         let motion = self.largest(slides).filter(|motion| motion.facets > self.limit)?;
         let mut rejected = vec![None; slides.len()];
@@ -75,7 +80,7 @@ impl MotionWatch {
         Some(format!("{}, {:.2} are allowed in a step", motion.tell(units), self.limit))
     }
 
-    /// Takes an accepted step into account: its number and its length \[s\].
+    /// Records an accepted step: its number and its length \[s\].
     pub fn accept(&mut self, slides: &[Slide], step: u64, dt: f64) {
         let largest = self.largest(slides);
         self.rate = largest.as_ref().map_or(0.0, |motion| motion.facets / dt);
@@ -88,7 +93,7 @@ impl MotionWatch {
         }
     }
 
-    /// The warning at the end of a run, if steps went too far and could not be cut.
+    /// The warning at the end of a run, if steps exceeded the limit and could not be cut.
     pub fn warning(&self, units: Units) -> Option<String> {
         let (step, motion) = self.worst.as_ref()?;
         Some(format!(
@@ -101,21 +106,22 @@ impl MotionWatch {
         ))
     }
 
-    /// The contact that moved by most facets, apart from jumps, which say nothing of shorter steps or of the next one.
+    /// The contact that moved by the most facets. Jumps are excluded: they do not predict shorter
+    /// steps or the next step.
     fn largest(&self, slides: &[Slide]) -> Option<MotionGuard> {
         let motions =
             self.motions(slides).filter(|(k, motion)| motion.way > 0.0 && !self.is_jump(*k, motion));
         motions.map(|(_, motion)| motion).max_by(|a, b| a.facets.total_cmp(&b.facets))
     }
 
-    /// Whether the zone of the contact `k` rolls on by nearly as much as in the longer attempt before.
+    /// Whether the zone of the contact `k` moves nearly as far as in the longer attempt before.
     fn is_jump(&self, k: usize, motion: &MotionGuard) -> bool {
         let before = self.rejected.get(k).copied().flatten();
         motion.rolls && before.is_some_and(|before| motion.facets > JUMP * before)
     }
 
-    /// How each contact slid and rolled on, with its number. A zone rolls by no more than its surfaces move: in a contact that
-    /// rattles the centre moves without them.
+    /// How far each contact slid and rolled, with its number. A zone rolls by at most the motion of
+    /// its surfaces, because in chattering contact the centre moves without them.
     fn motions(&self, slides: &[Slide]) -> impl Iterator<Item = (usize, MotionGuard)> {
         slides.iter().enumerate().flat_map(|(k, slide)| {
             let before = self.centres.get(k).copied().flatten();
@@ -141,8 +147,8 @@ mod tests {
         Slide { contact: "sole".into(), facet: 0.1, motion, slid, centre: Some([centre, 0.0, 0.0]) }
     }
 
-    /// Sliding by more than the limit is an objection in a step of any length. A step that is accepted nevertheless is in the
-    /// warning, and predicts how far the next step would go.
+    /// Sliding beyond the limit is rejected in a step of any length. If the step is accepted
+    /// nevertheless, it appears in the warning and predicts the motion of the next step.
     #[test]
     fn sliding_is_kept_to_a_facet() {
         let mut watch = MotionWatch::new(None);
@@ -161,8 +167,8 @@ mod tests {
         assert_eq!(MotionWatch::new(Some(6.0)).objection(&[slide(0.5, 0.0, 0.5)], Units::default()), None);
     }
 
-    /// A zone that rolls on is limited to a facet. There is no objection to a zone that jumps, after one shorter attempt, to one in
-    /// bodies that hardly move, or to one that has just closed.
+    /// The motion of a rolling zone is limited to a facet. A zone is not rejected if it jumps after
+    /// one shorter attempt, if its bodies hardly move, or if it has just closed.
     #[test]
     fn rolling_is_kept_to_a_facet_and_jumps_are_not() {
         let mut watch = MotionWatch::new(None);
@@ -186,7 +192,8 @@ mod tests {
         assert_eq!(watch.objection(&[slide(0.0, 3.0, 0.01)], Units::default()), None, "rattles");
     }
 
-    /// A contact that jumps does not exempt another that slides or rolls on too far, before the step is accepted or after.
+    /// A contact that jumps does not exempt another that slides or rolls too far, before or after
+    /// the step is accepted.
     #[test]
     fn a_jump_exempts_its_own_contact_only() {
         let other = |slid: f64, centre: f64| Slide { contact: "heel".into(), ..slide(slid, centre, 1.0) };

@@ -1,4 +1,5 @@
-//! What a case needs and what not: terms of the matrix, matrices, memory and fields, each with the reason.
+//! Lists what a case needs and what it does not: terms of the matrix, matrices, memory and fields,
+//! each with the reason.
 
 use std::fmt::Write as _;
 
@@ -19,15 +20,15 @@ use crate::solvers::Preset;
 /// One thing that a case may need.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Need {
-    /// What it is.
+    /// Its name.
     pub name: &'static str,
     /// Whether the case uses it.
     pub used: bool,
-    /// Why.
+    /// The reason.
     pub why: String,
 }
 
-/// What decides.
+/// The properties of a case on which its needs depend.
 struct Traits {
     dynamic: bool,
     finite: bool,
@@ -65,7 +66,8 @@ impl Traits {
     }
 }
 
-/// All that a case may need, in the order of (3.5), then what holds it; `estimates` where the error in time is watched.
+/// All that a case may need, in the order of (3.5), followed by the storage. `estimates` is set if
+/// the error in time is estimated.
 pub fn needs<const D: usize>(
     case: &Case,
     model: &Model<D>,
@@ -194,8 +196,8 @@ pub fn table(needs: &[Need]) -> String {
     text
 }
 
-/// What the program holds at present for the case: matrices and vectors, and what contact points and nodes have beside them
-/// where the case asks for it, over all ranks. Collective.
+/// Storage that the program holds at present for the case, over all ranks: matrices, vectors, and
+/// optional data of contact points and nodes. Collective.
 pub fn held<const D: usize>(world: &impl CommunicatorCollectives, system: &ContactSystem<D>) -> String {
     let (matrices, vectors) = (census(Kind::Matrix), census(Kind::Vector));
     let [multipliers, masses] = system.bytes().map(|bytes| bytes as u64);

@@ -1,4 +1,4 @@
-//! Translates what the case says about time and solvers into their settings.
+//! Translates the time and solver sections of the case into settings.
 
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
@@ -13,9 +13,11 @@ use crate::solvers::{
 use crate::terms::Terms;
 use crate::time::Scheme;
 
-/// Number of unknowns from which on early Newton iterations use loose linear tolerances, unless the case decides.
+/// Number of unknowns from which on early Newton iterations use loose linear tolerances, unless the
+/// case decides.
 const LARGE: usize = 20_000;
-/// Small problems use linear tolerances that are tighter by this factor, so that no iterate is limited by a linear solve.
+/// Small problems use linear tolerances that are tighter by this factor, so that no iterate is
+/// limited by a linear solve.
 const FIRM: f64 = 0.1;
 /// Loosest tolerance of a linear solve in the inexact Newton method.
 const LOOSEST: f64 = 1e-4;
@@ -72,7 +74,8 @@ fn has_friction(case: &Case) -> bool {
     case.contact.values().any(|contact| contact.friction.rubs())
 }
 
-/// The settings of the staggered strategy; `None` for the monolithic one, and if there is no friction.
+/// The settings of the staggered strategy; `None` for the monolithic one, and if there is no
+/// friction.
 pub fn staggered(case: &Case) -> Option<StaggeredSettings> {
     match &case.solver.strategy.value {
         case::Strategy::Staggered { tolerance, max_sweeps, variant } if has_friction(case) => {
@@ -144,7 +147,8 @@ fn doubled(case: &Case) -> Option<String> {
     })
 }
 
-/// Remarks on parts of `accuracy` without effect: under the conserving scheme the laws of contact stay as they are.
+/// Remarks on parts of `accuracy` without effect: under the conserving scheme the laws of contact
+/// stay as they are.
 fn kept(case: &Case) -> Option<String> {
     let accuracy = case.accuracy.as_ref().filter(|_| super::pace::keeps_laws(case))?;
     let stiff = case.contact.values().any(|contact| contact.normal.is_penalty());
@@ -160,7 +164,8 @@ fn kept(case: &Case) -> Option<String> {
     })
 }
 
-/// Remark on stiff penalties: under the conserving scheme nothing damps oscillations that no reasonable step resolves.
+/// Remark on stiff penalties: under the conserving scheme nothing damps oscillations that no
+/// reasonable step resolves.
 fn swinging(case: &Case) -> Option<String> {
     let conserves = case.time.scheme.value == case::Scheme::Conserving;
     case.accuracy.as_ref().and_then(|accuracy| accuracy.time.as_ref()).filter(|_| conserves)?;
@@ -204,7 +209,7 @@ pub fn strategy<const D: usize>(
     ))
 }
 
-/// The strategy, with multipliers if a penetration is requested.
+/// The strategy, with multipliers if the case requests a penetration tolerance.
 pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strategy>) -> Box<dyn Strategy> {
     match system.smallest_tolerance() {
         Some(_) => Box::new(Augmented::new(inner)),
@@ -212,7 +217,7 @@ pub fn augmented<const D: usize>(system: &ContactSystem<D>, inner: Box<dyn Strat
     }
 }
 
-/// The properties of the linear problem of a step: each stage of a staggered one is symmetric.
+/// The properties of the linear problem of a step. Each stage of a staggered step is symmetric.
 pub fn step_problem<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Problem {
     let scheme = scheme(&case.time);
     let problem = problem(case, system, scheme.has_inertia());
@@ -232,11 +237,11 @@ pub fn problem<const D: usize>(case: &Case, system: &ContactSystem<D>, dynamic: 
     }
 }
 
-/// Storage of the matrix that the linear solvers want; scalar rows, which every preconditioner takes, where the
-/// user names one by PETSc's options.
+/// Matrix format that the linear solvers require. It has scalar rows if the user names a
+/// preconditioner by PETSc's options, because every preconditioner accepts scalar rows.
 ///
 /// # Errors
-/// When the case names a linear solver that does not fit.
+/// The case names a linear solver that does not fit.
 pub fn format<const D: usize>(
     session: &Session,
     case: &Case,
@@ -256,8 +261,9 @@ pub fn format<const D: usize>(
     Ok(if session.is_given("pc_type") { Format::Aij } else { storage(&presets) })
 }
 
-/// Terms of the tangent. All of them with friction, between bodies and over round obstacles. Without friction on planes the small
-/// change of the contact area is the only non-symmetric term. It is dropped, so that the matrix is symmetric.
+/// Terms of the tangent. All of them with friction, between bodies and over round obstacles.
+/// Without friction on planes the small change of the contact area is the only non-symmetric term.
+/// It is dropped, so that the matrix is symmetric.
 pub fn terms<const D: usize>(case: &Case, system: &ContactSystem<D>) -> Terms {
     let all = system.has_friction() || case.has_unsymmetric_contact();
     if all { Terms::ALL } else { Terms::ALL - Terms::ZONE_CHANGE }
@@ -282,15 +288,15 @@ pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
     }
 }
 
-/// Whether steps follow their error in time.
+/// Whether the step length follows the error in time.
 fn follows_time(case: &Case) -> bool {
     case.accuracy.as_ref().is_some_and(|accuracy| accuracy.time.is_some())
 }
 
-/// Newton's tolerance: the user's, or one that is negligible beside the requested accuracy. In statics this is the slip, which is
-/// relative to the displacements too.
+/// Newton's tolerance: the user's, or one that is negligible beside the requested accuracy. In
+/// statics this is the slip, which is relative to the displacements too.
 fn newton_tolerance(case: &Case) -> f64 {
-    /// Residual over the largest force, over the error in time that is allowed.
+    /// Newton tolerance (residual over the largest force) divided by the allowed error in time.
     const RATIO: f64 = 1e-1;
     let given = case.solver.newton.tolerance;
     let accuracy = case.accuracy.as_ref();
@@ -306,7 +312,7 @@ mod tests {
     use crate::case::{Case, Linear};
     use crate::solvers::PRESETS;
 
-    /// That of a case with some lines more.
+    /// The Newton tolerance of the case `text` with the lines `more` added.
     fn tolerance(text: &str, more: &str) -> f64 {
         newton_tolerance(&Case::parse(&format!("{text}{more}"), "case.yml").expect("a case"))
     }
@@ -327,7 +333,8 @@ mod tests {
         );
     }
 
-    /// Newton's tolerance is a tenth of the error in time that is asked for, a thousandth at most, unless it is given.
+    /// Newton's tolerance is a tenth of the requested error in time, and at most a thousandth,
+    /// unless it is given.
     #[test]
     fn newton_follows_the_error_in_time() {
         let text = include_str!("../../meshes/sliding-block/case.yml");
@@ -343,7 +350,8 @@ mod tests {
         assert_eq!(tolerance(given), 1e-7);
     }
 
-    /// Statics have no error in time: there it is a tenth of the slip that is asked for, whatever stands under `time`.
+    /// Statics have no error in time. Newton's tolerance is then a tenth of the requested slip,
+    /// whatever `time` says.
     #[test]
     fn newton_follows_slip_in_statics() {
         let text = include_str!("../../meshes/ironing/case.yml");
@@ -359,7 +367,8 @@ mod tests {
         }
     }
 
-    /// A case can name every linear solver there is, and no other; both agree on what needs symmetry.
+    /// A case can name every linear solver there is, and no other; both agree on what needs
+    /// symmetry.
     #[test]
     fn a_case_names_the_linear_solvers_there_are() {
         let known = |name: &str| Linear::ALL.into_iter().find(|linear| linear.name() == name);

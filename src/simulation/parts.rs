@@ -1,4 +1,5 @@
-//! What a case would cost on numbers of ranks that this machine has not: counted, not computed.
+//! Estimates the cost of a case on more ranks than this machine has. The parts are counted; nothing
+//! is solved.
 
 use std::fmt::Write as _;
 
@@ -13,11 +14,12 @@ const HEADER: &str = "parts,unknowns,elements,element imbalance,node imbalance,a
     contact ghosts max,neighbours mean,neighbours max,sent nodes max,contact facets,contact imbalance,sides cut,pairs,pairs cut,\
     plain sides cut,plain pairs cut,plain contact imbalance";
 
-/// A table of the case in `D` dimensions, one row for each number of parts: balance, halos and neighbours of the parts, and
-/// what METIS makes of the mesh without seeing contact (`plain`). Not collective.
+/// A table of the case in `D` dimensions, one row for each number of parts: balance, halos and
+/// neighbours of the parts, and the result of METIS when it ignores contact (`plain`). Not
+/// collective.
 ///
 /// # Errors
-/// A case or mesh that a run would refuse before it cuts the mesh, or that can not be cut.
+/// The case or mesh is invalid, or the mesh can not be partitioned.
 pub fn parts<const D: usize>(case: &Case, counts: &[u32]) -> Result<String> {
     let model = Model::<D>::new(case)?;
     let mesh: Mesh<D> = read_mesh(case)?;

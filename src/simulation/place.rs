@@ -1,4 +1,4 @@
-//! Where a run comes from and where it goes: its inputs, its folder, and the tables in it.
+//! The files of a run: its inputs, its results folder, and the tables in it.
 
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
@@ -21,18 +21,18 @@ use crate::output::record::InputRecord;
 use crate::output::table::Marks;
 use crate::petsc::Session;
 
-/// Where a run comes from and where it goes.
+/// The inputs and the results folder of a run.
 #[derive(Debug, Clone)]
 pub struct RunRequest {
     /// The case file.
     pub case_file: PathBuf,
     /// The results folder.
     pub folder: PathBuf,
-    /// How much the console says.
+    /// Verbosity of the console.
     pub verbosity: Verbosity,
     /// From the start, or from a checkpoint.
     pub begin: Begin,
-    /// Wall time of this process in place of the case's.
+    /// Wall-time limit of this process, which replaces that of the case.
     pub wall_time: Option<Duration>,
 }
 
@@ -42,14 +42,14 @@ impl RunRequest {
         Self { case_file, folder, verbosity, begin: Begin::Anew, wall_time: None }
     }
 
-    /// The command that goes on with this run on so many ranks, but for `--restart`.
+    /// The command that resumes this run on `ranks` ranks, without `--restart`.
     pub fn command(&self, ranks: usize) -> String {
         let on_ranks = if ranks > 1 { format!("mpirun -n {ranks} ") } else { String::new() };
         format!("{on_ranks}contact-petsc {} --output {}", quoted(&self.case_file), quoted(&self.folder))
     }
 }
 
-/// A path as a shell takes it for one word.
+/// Quotes a path so that a shell reads it as one word.
 pub(super) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let is_plain = |letter: char| letter.is_alphanumeric() || "-_./+=:@,%".contains(letter);
@@ -69,7 +69,8 @@ pub(super) fn quoted(path: &Path) -> String {
     }
 }
 
-/// Case file and mesh files with their hashes, as far as they can be read. The case is the text that was read.
+/// Case file and mesh files with their hashes, if they can be read. The hash of the case is that of
+/// the text that was read.
 pub(super) fn inputs(case: &Case, place: &RunRequest) -> impl Iterator<Item = Result<InputRecord>> {
     let meshes = case.bodies.values().filter_map(|body| match &body.mesh {
         Mesh::File(file) => Some(InputRecord::of(&case.resolve(&file.file.value))),
@@ -78,7 +79,7 @@ pub(super) fn inputs(case: &Case, place: &RunRequest) -> impl Iterator<Item = Re
     std::iter::once(Ok(InputRecord::of_text(&place.case_file, case.text()))).chain(meshes)
 }
 
-/// The results folder, made or gone on in, with its tables; and the inputs. Rank 0 only.
+/// Creates the results folder, or opens it to resume, with its tables and the inputs. Rank 0 only.
 pub(super) fn prepare<const D: usize>(
     case: &Case,
     place: &RunRequest,
@@ -97,14 +98,15 @@ pub(super) fn prepare<const D: usize>(
     Ok((Some(Tables::open(folder.path(), case.units, lock, past)?), inputs))
 }
 
-/// How long a rank looks for the results folder: another host may see it a moment later.
+/// How long a rank waits for the results folder. It may appear on another host a moment later.
 const DELAY: Duration = Duration::from_secs(5);
 
-/// The results folder by its absolute path, which rank 0 decides. Where every rank writes there, each makes sure that it finds
-/// the folder that rank 0 has taken by `token`. Collective.
+/// The absolute path of the results folder, as decided by rank 0. If every rank writes there, each
+/// rank checks that it finds the folder that rank 0 has locked with `token`. Collective.
 ///
 /// # Errors
-/// The same on all ranks: a rank finds no such folder, or another one of that name.
+/// A rank finds no such folder, or a different one of that name. The error is the same on all
+/// ranks.
 pub(super) fn shared_folder(
     session: &Rc<Session>,
     folder: &Path,
@@ -135,7 +137,8 @@ fn require_seen(path: &Path, token: &str, rank: i32, delay: Duration) -> Result<
             return Err(Error::file(text).hint(cure));
         }
         sleep(Duration::from_millis(50));
-        // A host that shares the folder by the network asks again when the one above it is opened.
+        // A host that mounts the folder over the network refreshes its view when the parent folder
+        // is opened.
         let _ = path.parent().map(std::fs::read_dir);
     }
     Ok(())
@@ -152,7 +155,7 @@ pub(super) fn versions() -> Vec<(String, String)> {
 mod tests {
     use super::*;
 
-    /// What goes on with a run of several ranks asks for as many.
+    /// The command that resumes a run of several ranks names the number of ranks.
     #[test]
     fn the_command_names_the_ranks() {
         let place = RunRequest::anew("a.yml".into(), "results/a".into(), Verbosity::Silent);

@@ -1,4 +1,4 @@
-//! What is left of a run that could not begin, where many are run and one of them is no reason to end.
+//! Records a run that could not begin, in a batch of runs that continues without it.
 
 use std::rc::Rc;
 
@@ -11,11 +11,11 @@ use crate::output::process::claim;
 use crate::output::record::Verdict;
 use crate::petsc::Session;
 
-/// Leaves a results folder with nothing but a record that says why the run could not begin; of its files, those that can be
-/// read are in it. Collective among ranks that failed.
+/// Creates a results folder that holds only a record with the reason why the run could not begin.
+/// The record lists the input files that can be read. Collective among ranks that failed.
 ///
 /// # Errors
-/// The same on all ranks: the folder can not be written.
+/// The folder can not be written; the error is the same on all ranks.
 pub fn refuse(session: &Rc<Session>, case: &Case, place: &RunRequest, why: &Error) -> Result<()> {
     session.meet(why);
     let own = || -> Result<()> {

@@ -1,4 +1,4 @@
-//! What a user is told of the case at the start, and of its contacts at the end.
+//! Remarks on the case at the start, and on its contacts at the end.
 
 use crate::assembly::{ContactSystem, Overclosure, Watched};
 use crate::case::Units;
@@ -9,11 +9,12 @@ use crate::output::record::PenetrationRecord;
 use crate::output::summary::ContactStart;
 use crate::petsc::Session;
 
-/// A target that lies deeper between two vertices of the contactor than this part of a facet is not resolved. Shipped scenes stay below 0.06 on
-/// smooth surfaces, below 0.13 where coarse balls and corners of cubes hit.
+/// Fraction of a facet. If a target is deeper than this between two vertices of the contactor, the
+/// contact is under-resolved. Shipped scenes stay below 0.06 on smooth surfaces, and below 0.13
+/// where coarse balls and corners of cubes hit.
 const SUNK: f64 = 0.2;
 
-/// A contact before anything has touched.
+/// The record of a contact before anything has touched.
 pub(super) fn untouched<const D: usize>(contact: &ContactModel<D>) -> PenetrationRecord {
     PenetrationRecord {
         contact: contact.name.clone(),
@@ -24,7 +25,8 @@ pub(super) fn untouched<const D: usize>(contact: &ContactModel<D>) -> Penetratio
     }
 }
 
-/// What a user should know of a contact that did not do what it was meant for. One between all surfaces may well stay open.
+/// A warning on a contact that never closed, was poorly resolved, or exceeded its penetration
+/// tolerance. A contact between all surfaces may stay open.
 pub(super) fn warning(contact: &PenetrationRecord, is_general: bool, units: Units) -> Option<String> {
     let name = &contact.contact;
     let [between, facets] = contact.between;
@@ -60,7 +62,7 @@ pub(super) fn unused(session: &Session) -> Vec<String> {
     options.into_iter().map(words).collect()
 }
 
-/// The contacts as the undeformed bodies have them.
+/// The initial state of the contacts between the undeformed bodies.
 pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<ContactStart> {
     let start = |found: &Overclosure<D>| ContactStart {
         name: found.contact.clone(),
@@ -74,12 +76,13 @@ pub(super) fn contact_starts<const D: usize>(system: &ContactSystem<D>) -> Vec<C
     system.overclosures().iter().map(start).collect()
 }
 
-/// Whether any contactor point has a target at all.
+/// Whether any contactor point has a target.
 fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
     found.paired > 0
 }
 
-/// What a user may like to know before the run: in dynamics a body may fly.
+/// Notes before the run: bodies that in dynamics are free to fly, and bodies with massless contact
+/// nodes.
 pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     let mut notes = loose(system);
     let [spared, _] = system.redistributed();
@@ -92,12 +95,13 @@ pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     notes
 }
 
-/// What a user should know of restarts on several ranks, where they will not be the same to the bit.
+/// Note on runs whose restarts on several ranks are not bitwise reproducible.
 pub(super) const RESTARTS_TO_ROUNDING: &str = "MUMPS rounds differently each time on several ranks: a run that goes on from a checkpoint agrees with one that was not \
      interrupted to rounding, not to the bit; for that take linear: gmres_asm_ilu, or PETSc's -pc_type redundant -redundant_pc_type lu \
      -redundant_pc_factor_mat_solver_type mumps";
 
-/// The bodies that neither supports nor contacts can hold, in a sentence, where there are any; statics refuses them.
+/// A sentence that names the bodies that neither supports nor contacts can hold, if there are any.
+/// Statics rejects such bodies.
 fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     let lost = system.lost_bodies();
     if lost.is_empty() {
@@ -107,7 +111,7 @@ fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     }
 }
 
-/// What a user should mind before the run.
+/// Warnings before the run.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
     let mut remarks = Vec::new();
     if !system.is_dynamic() {

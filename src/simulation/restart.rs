@@ -1,4 +1,4 @@
-//! Going on from a checkpoint: which one, whether it is of this case, and the run as it was.
+//! Restarts a run from a checkpoint: selects it, checks it against the case, and restores the run.
 
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -26,7 +26,7 @@ use crate::output::record::InputRecord;
 use crate::petsc::Session;
 use crate::time::StepControl;
 
-/// What a run says of itself in the header of a checkpoint.
+/// Description of the run in the header of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CheckpointHeader {
     /// Version of the program.
@@ -35,9 +35,9 @@ pub struct CheckpointHeader {
     dimension: usize,
     /// Instant \[s\].
     pub time: f64,
-    /// End of the case \[s\], which may change.
+    /// End of the case \[s\], which may change at a restart.
     end: f64,
-    /// The case without what may change.
+    /// The case without the entries that may change at a restart.
     case: Value,
     /// Hashes of the mesh files.
     meshes: Vec<String>,
@@ -45,15 +45,15 @@ pub struct CheckpointHeader {
     balances: Balances,
     guard: RunGuard,
     pace: Option<pace::Memory>,
-    /// What was done so far.
+    /// What was computed up to the checkpoint.
     pub past: EarlierRun,
 }
 
 impl CheckpointHeader {
-    /// The state of a run at an instant \[s\].
+    /// The header for a run at the instant `time` \[s\].
     ///
     /// # Errors
-    /// A fault of the program.
+    /// An internal error of the program.
     pub fn new<const D: usize>(
         case: &Case,
         inputs: &[InputRecord],
@@ -76,15 +76,15 @@ impl CheckpointHeader {
         })
     }
 
-    /// As it stands in the header.
+    /// The header as JSON.
     ///
     /// # Errors
-    /// A fault of the program.
+    /// An internal error of the program.
     pub fn to_json(&self) -> Result<Value> {
         serde_json::to_value(self).map_err(|error| Error::internal(format!("checkpoint: {error}")))
     }
 
-    /// Whether a case can go on from here.
+    /// Checks whether the case can be resumed from this checkpoint.
     fn check<const D: usize>(&self, case: &Case, inputs: &[InputRecord]) -> Result<()> {
         let cure = "give the case of that run back, or start anew without --restart; title, end, solver, PETSc's options \
                     and output but for probes may change";
@@ -116,19 +116,21 @@ impl CheckpointHeader {
     }
 }
 
-/// The checkpoint that a run goes on from.
+/// The checkpoint from which a run resumes.
 pub struct Saved {
     path: PathBuf,
-    /// What it says of the run.
+    /// Its header.
     pub state: CheckpointHeader,
     tables: Vec<StoredTable>,
 }
 
 impl Saved {
-    /// The checkpoint that `place` asks for, checked against the case; `None` where it asks for none. Collective.
+    /// The checkpoint that `place` requests, checked against the case; `None` if it requests no
+    /// checkpoint. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: there is none, it is damaged, or of another case.
+    /// There is no checkpoint, it is damaged, or it belongs to another case. The error is the same
+    /// on all ranks.
     pub fn find<const D: usize>(
         session: &Rc<Session>,
         case: &Case,
@@ -153,19 +155,20 @@ impl Saved {
         Ok(Some(Self { path, state, tables: Vec::new() }))
     }
 
-    /// Reads what the file holds for this rank, before anything of the results is touched. Collective.
+    /// Reads this rank's part of the file before the results folder is changed. Collective.
     ///
     /// # Errors
-    /// The same on all ranks, when the file does not fit the mesh or this version of the program.
+    /// The file does not fit the mesh or this version of the program. The error is the same on all
+    /// ranks.
     pub fn read<const D: usize>(&mut self, system: &ContactSystem<D>) -> Result<()> {
         self.tables = system.wanted();
         checkpoint::read(system.session().world(), &self.path, &mut self.tables)
     }
 
-    /// Brings the run back to where it was, as [`read`](Self::read). Collective.
+    /// Restores the run from what [`read`](Self::read) has read. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses, or the record can not be written.
+    /// PETSc reports an error, or the record can not be written.
     pub fn resume<const D: usize>(
         &self,
         system: &mut ContactSystem<D>,
@@ -187,7 +190,7 @@ impl Saved {
         Ok(RunMonitors { control, ledger, guard: self.state.guard.clone(), pace })
     }
 
-    /// The control as it was, or a new one to another end.
+    /// The stored step control, or a new one if the end of the case has changed.
     fn control<const D: usize>(&self, case: &Case, model: &Model<D>) -> StepControl {
         let (time, end) = (self.state.time, case.time.end.value);
         if end == self.state.end || end <= time {
@@ -200,10 +203,12 @@ impl Saved {
 const NOTHING_TO_GO_ON_FROM: &str = "there is nothing to go on from: start without --restart, name the folder of the run \
      with --output, or branch off into a new folder by --restart=CHECKPOINT --output NEW";
 
-/// Days of work do not go because a word is left out. Rank 0 only.
+/// Protects an interrupted run of the same case from being overwritten when `--restart` was
+/// forgotten. Rank 0 only.
 ///
 /// # Errors
-/// The results folder has a run of the same case that stopped before its end and left checkpoints.
+/// The results folder holds a run of the same case that stopped before its end and left
+/// checkpoints.
 fn spare(case: &Case, place: &RunRequest, ranks: usize) -> Result<()> {
     claim(&place.folder)?;
     let record = record(&place.folder);
@@ -222,7 +227,7 @@ fn spare(case: &Case, place: &RunRequest, ranks: usize) -> Result<()> {
     Err(Error::file(text).hint(&cure))
 }
 
-/// Path and state of the checkpoint, as text. Rank 0 only.
+/// Path and header of the checkpoint, as text. Rank 0 only.
 fn look<const D: usize>(case: &Case, place: &RunRequest, ranks: usize) -> Result<String> {
     let branches = matches!(place.begin, Begin::From(_)) && ResultsFolder::is_free(&place.folder);
     if !branches {
@@ -251,7 +256,8 @@ fn look<const D: usize>(case: &Case, place: &RunRequest, ranks: usize) -> Result
         .map_err(|error| Error::internal(format!("checkpoint: {error}")))
 }
 
-/// The case without what may change: title, end of time, solver, PETSc's options, and output but for probes.
+/// The case without the entries that may change: title, end of time, solver, PETSc's options, and
+/// output except probes.
 fn fixed(case: &Case) -> Result<Value> {
     let mut json = case.to_json()?;
     if let Some(case) = json.as_object_mut() {
@@ -270,7 +276,7 @@ fn meshes(inputs: &[InputRecord]) -> Vec<String> {
     inputs.iter().skip(1).map(|input| input.sha256.clone()).collect()
 }
 
-/// The first place at which two values differ, in words.
+/// Describes the first entry at which two values differ.
 fn difference(was: &Value, is: &Value, path: &str) -> Option<String> {
     let inner = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
     match (was, is) {
@@ -290,7 +296,8 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    /// The first difference is named with both values, deep down and where a key came or went.
+    /// The first difference is named with both values, also in nested entries and for keys that
+    /// were added or removed.
     #[test]
     fn differences_are_named() {
         let was = json!({"a": {"b": 1, "c": [1, 2]}, "d": 2});

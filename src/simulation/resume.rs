@@ -1,4 +1,4 @@
-//! The journal over restarts: what it tells a checkpoint, and how it goes on.
+//! The journal across restarts: what it stores in a checkpoint, and how it resumes.
 
 use std::time::UNIX_EPOCH;
 
@@ -11,7 +11,7 @@ use crate::output::table::Marks;
 use crate::time::StepControl;
 
 impl<const D: usize> Journal<D> {
-    /// Steps that are done.
+    /// Number of finished steps.
     pub fn step(&self) -> u64 {
         self.step
     }
@@ -21,10 +21,10 @@ impl<const D: usize> Journal<D> {
         &self.record.inputs
     }
 
-    /// What is done so far; the tables are on the disk then. Collective.
+    /// What was computed so far. The tables are on the disk when this returns. Collective.
     ///
     /// # Errors
-    /// When the disk refuses, the same on all ranks.
+    /// The disk can not be written; the error is the same on all ranks.
     pub fn past(&mut self) -> Result<EarlierRun> {
         let own = self.tables.as_ref().map_or_else(|| Ok(Marks::default()), |tables| tables.marks_of_steps());
         let tables = agree(self.session.world(), own)?;
@@ -43,10 +43,11 @@ impl<const D: usize> Journal<D> {
         })
     }
 
-    /// The first step after a checkpoint comes next; `remark` says which. Collective.
+    /// Resumes the journal at the first step after a checkpoint; `remark` names the checkpoint.
+    /// Collective.
     ///
     /// # Errors
-    /// When the record can not be written.
+    /// The record can not be written.
     pub fn go_on(&mut self, control: &StepControl, remark: &str) -> Result<()> {
         self.step = self.record.totals.steps;
         let s = self.record.units.of("s");

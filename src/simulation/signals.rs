@@ -1,4 +1,5 @@
-//! Signals that ask a run to stop: remembered here, answered at the next iterate or at the end of a step.
+//! Signals that request a run to stop. They are stored here and evaluated at the next iterate or at
+//! the end of a step.
 
 use std::io::{self, Read};
 use std::os::unix::net::UnixStream;
@@ -14,28 +15,31 @@ use signal_hook::low_level::{self, pipe};
 use crate::error::{Error, Result};
 use crate::petsc::began_ignoring_hangup;
 
-/// The signals and their names. `mpirun` hands SIGUSR1 on and leaves the ranks alive; after SIGTERM it soon kills them.
+/// The signals and their names. `mpirun` forwards SIGUSR1 and leaves the ranks alive; after SIGTERM
+/// it soon kills them.
 const SIGNALS: [(i32, &str); 4] =
     [(SIGTERM, "SIGTERM"), (SIGINT, "SIGINT"), (SIGUSR1, "SIGUSR1"), (SIGHUP, "SIGHUP")];
-/// Signals of which a later one ends the process at once, with the code that shells have for it: a process that waits inside a
-/// library looks at no flag.
+/// Signals that end the process at once when they are repeated, with the exit code that shells use
+/// for them. A process that waits inside a library does not check a flag.
 const IMPATIENT: [i32; 2] = [SIGTERM, SIGINT];
-/// How much later a second one has to be. `timeout` and batch systems send the same signal to a process and to its group, one
-/// right after the other: both are one request, and a checkpoint is worth more than a second.
+/// Minimum delay of a repeated signal. `timeout` and batch systems send the same signal to a
+/// process and to its group, one right after the other. Both count as one request, because a
+/// checkpoint is worth more than a second.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// What this process was asked.
+/// The signals that this process received.
 #[derive(Debug, Clone)]
 pub struct Signals {
     last: Arc<AtomicUsize>,
 }
 
 impl Signals {
-    /// Listens from now on; later calls return the same listener. A SIGTERM or SIGINT ends the process at once if it comes a
-    /// second or more after the first, or is the third.
+    /// Installs the signal handlers; later calls return the same listener. A repeated SIGTERM or
+    /// SIGINT ends the process at once if it arrives a second or more after the first, or if it is
+    /// the third.
     ///
     /// # Errors
-    /// The system refuses.
+    /// The operating system refuses the signal handlers.
     pub fn listen() -> Result<Self> {
         static LISTENER: Mutex<Option<Signals>> = Mutex::new(None);
         let mut listener = LISTENER.lock().unwrap_or_else(PoisonError::into_inner);
@@ -50,17 +54,17 @@ impl Signals {
     fn register() -> Result<Self> {
         let refused = |error: io::Error| Error::internal(format!("signals: {error}"));
         let last = Arc::<AtomicUsize>::default();
-        // Under `nohup` a terminal that goes away is none of our business.
+        // Under `nohup` the hangup of a terminal is ignored.
         let heeded = |signal: i32| signal != SIGHUP || !began_ignoring_hangup();
         for (signal, _) in SIGNALS.into_iter().filter(|(signal, _)| heeded(*signal)) {
             flag::register_usize(signal, Arc::clone(&last), signal as usize).map_err(refused)?;
         }
-        // After the flags, so that the last signal is known when its thread wakes up.
+        // Registered after the flags, so that the last signal is known when the thread wakes up.
         end_on_a_later_one(&last).map_err(refused)?;
         Ok(Self { last })
     }
 
-    /// Number of the last signal; 0 without.
+    /// Number of the last signal; 0 if there was no signal.
     pub fn last(&self) -> i32 {
         self.last.load(Ordering::Relaxed) as i32
     }
@@ -71,8 +75,9 @@ impl Signals {
     }
 }
 
-/// Lets the impatient signals end the process from [`PATIENCE`] after the first of them on, and from the third on in any case:
-/// no one sends the same request three times but a person who waits. A thread counts them, while others may be busy.
+/// Lets a repeated signal of [`IMPATIENT`] end the process once [`PATIENCE`] has elapsed since the
+/// first one. The third one ends it in any case, because only a user who waits sends the same
+/// request three times. A separate thread counts them, since the other threads may be busy.
 fn end_on_a_later_one(last: &Arc<AtomicUsize>) -> io::Result<()> {
     let (mut signals, sender) = UnixStream::pair()?;
     for signal in IMPATIENT {

@@ -1,5 +1,6 @@
-//! The state at the start: static equilibrium without friction where the case wants it, then velocities and the
-//! acceleration that balances the forces (theory, section 5.6, and theory, section 4.3).
+//! Computes the initial state: a static equilibrium without friction if the case requests it, then
+//! velocities and the acceleration that balances the forces (theory, section 5.6, and theory,
+//! section 4.3).
 
 use super::hints::{self, TOO_LARGE};
 use super::journal::Journal;
@@ -16,26 +17,30 @@ use crate::solvers::{
 use crate::terms::Terms;
 use crate::time::Scheme;
 
-/// Residual over the largest force at which an increment of the static start is left for the next one.
+/// Residual over the largest force at which an intermediate load increment of the static start is
+/// accepted.
 const PASSING: f64 = 1e-3;
 
-/// Spring under free bodies in the static start, relative to a typical diagonal entry: it makes the factorisation
-/// regular and carries bodies that nothing touches yet, and holds no one (`solvers::FreeMotions`).
+/// Spring on free bodies in the static start, relative to a typical diagonal entry. It makes the
+/// factorisation regular and supports bodies that nothing touches yet. It does not hold any body
+/// (`solvers::FreeMotions`).
 const HOLDING: f64 = 1e-7;
 
-/// Unknowns up to which the start is factorised on one rank: it is the same to the bit each time then, for a few tenths more of
-/// the time of the start.
+/// Number of unknowns up to which the start is factorised on one rank. The start is then bitwise
+/// reproducible. This costs a few tenths of the time of the start.
 const ON_ONE_RANK: usize = 30_000;
 
-/// Resistance over a typical diagonal entry up to which bodies are held in a start that finds no balance otherwise.
+/// Resistance relative to a typical diagonal entry. Below it, motions are held in a start that
+/// otherwise finds no equilibrium.
 const YIELDING: f64 = 1e-3;
-/// A balance that failed by less than this needs no smaller load, but what is hardly resisted to be held.
+/// Residual below which a failed equilibrium does not need a smaller load. Instead, weakly resisted
+/// motions are held.
 const ALMOST: f64 = 1e-4;
 
-/// Brings `stage.start` to the start of the motion. Collective.
+/// Computes the initial state in `stage.start`. Collective.
 ///
 /// # Errors
-/// When no equilibrium is found.
+/// No equilibrium is found.
 pub fn at_equilibrium<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
@@ -58,15 +63,16 @@ pub fn at_equilibrium<const D: usize>(
     accelerate(system, stage, case)
 }
 
-/// Spring of the steps: in statics, where supports alone do not hold the bodies.
+/// Stiffness of the auxiliary spring in the steps. It is non-zero in statics if supports alone do
+/// not hold the bodies.
 pub fn holding<const D: usize>(system: &ContactSystem<D>, case: &Case) -> f64 {
     if case.is_static() && !system.is_held() { HOLDING } else { 0.0 }
 }
 
-/// In statics each piece of a body must be held by supports, or by contact.
+/// Checks that in statics each piece of a body is held by supports or by contact.
 ///
 /// # Errors
-/// When one is held by neither.
+/// A piece is held by neither.
 pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()> {
     let lost = system.lost_bodies();
     if lost.is_empty() {
@@ -76,10 +82,10 @@ pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()>
         .hint("give it a displacement boundary in each direction, or a dynamic scheme"))
 }
 
-/// Whether each contact can close in the time of the case. Collective.
+/// Checks that each contact can close within the time of the case. Collective.
 ///
 /// # Errors
-/// When one can not.
+/// A contact can not close.
 pub fn require_reach<const D: usize>(
     system: &mut ContactSystem<D>,
     model: &Model<D>,
@@ -98,7 +104,8 @@ pub fn require_reach<const D: usize>(
     )
 }
 
-/// Static equilibrium at t = 0, loads and prescribed displacements growing in equal increments.
+/// Computes the static equilibrium at t = 0. Loads and prescribed displacements grow in equal
+/// increments.
 fn press<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
@@ -139,8 +146,9 @@ fn press<const D: usize>(
                 system.accept(stage)?;
                 level.succeed();
             }
-            // On a target that gives way a body may have no equilibrium near by without the friction that will hold it: all
-            // is in balance but what is hardly resisted.
+            // On a compliant target a body may have no equilibrium nearby without the friction that
+            // will hold it. All forces except those along weakly resisted motions are then in
+            // balance.
             Outcome::Failed(report, _)
                 if may_yield(stage) && !report.driven && (report.residual < ALMOST || !level.can_cut()) =>
             {
@@ -163,13 +171,13 @@ fn press<const D: usize>(
     Ok(())
 }
 
-/// Whether bodies that nothing holds but weak resistance can be held where they lie, and are not yet.
+/// Whether bodies that only a weak resistance holds can be held in place, and are not held yet.
 fn may_yield(stage: &Stage) -> bool {
     stage.holding > 0.0 && stage.yielding == 0.0 && stage.friction == FrictionMode::Off
 }
 
-/// The equilibrium at a part `factor` of the loads: from the course of the last two ones, or from one linear solve with the
-/// prescribed displacements.
+/// Computes the equilibrium at the fraction `factor` of the loads. The first guess is extrapolated
+/// from the last two equilibria, or comes from one linear solve with the prescribed displacements.
 fn approach<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
@@ -184,7 +192,8 @@ fn approach<const D: usize>(
         stage.shifts = Shifts::default();
     }
     stage.load_factor = factor;
-    // Friction remembers the way, and what rounding leaves along a free motion is looked for in a tight balance.
+    // Friction depends on the path, and the rounding along a free motion is only visible in a tight
+    // balance.
     let passes = factor < 1.0 && !friction && stage.holding == 0.0;
     stage.enough = if passes { PASSING } else { 0.0 };
     journal.start_attempt(factor);
@@ -205,13 +214,13 @@ fn approach<const D: usize>(
     Ok(outcome)
 }
 
-/// The last two equilibria of the start, along the line of which the next one is looked for.
+/// The last two equilibria of the start, from which the next one is extrapolated linearly.
 struct Course {
-    /// Displacements of the last but one.
+    /// Displacements of the older equilibrium.
     before: Vector,
-    /// Load factors of both, the older first.
+    /// Load factors of both equilibria, the older first.
     factors: [f64; 2],
-    /// Equilibria that were found.
+    /// Number of equilibria found.
     found: u32,
 }
 
@@ -220,12 +229,13 @@ impl Course {
         Ok(Self { before: system.pattern_vector().like()?, factors: [0.0; 2], found: 0 })
     }
 
-    /// Whether a line leads to that load factor that is no longer than twice the way between the two known ones.
+    /// Whether the load factor can be extrapolated: the distance is at most twice that between the
+    /// two known equilibria.
     fn goes_on_to(&self, factor: f64) -> bool {
         self.found > 0 && factor - self.factors[1] <= 2.0 * (self.factors[1] - self.factors[0])
     }
 
-    /// Takes note of the equilibrium of `stage.trial`, before it is accepted.
+    /// Stores the equilibrium of `stage.trial` before it is accepted.
     fn reach(&mut self, factor: f64, stage: &Stage) -> Result<()> {
         self.before.copy_from(&stage.start.u)?;
         self.factors = [self.factors[1], factor];
@@ -233,7 +243,7 @@ impl Course {
         Ok(())
     }
 
-    /// Moves the trial state, which is the last equilibrium, along the line.
+    /// Extrapolates the trial state, which is the last equilibrium, to `factor`.
     fn extrapolate(&self, factor: f64, stage: &mut Stage) -> Result<()> {
         let ratio = (factor - self.factors[1]) / (self.factors[1] - self.factors[0]);
         let last = &stage.start.u;
@@ -243,11 +253,11 @@ impl Course {
     }
 }
 
-/// Load factors from 0 to 1; a failed one is approached by half of the step.
+/// Sequence of load factors from 0 to 1. If a level fails, the increment is halved.
 struct Levels {
     reached: f64,
     step: f64,
-    /// Step of the first one, and the smallest.
+    /// The first and the smallest increment.
     limits: [f64; 2],
 }
 
@@ -280,7 +290,7 @@ impl Levels {
         can
     }
 
-    /// Goes on from what was reached in steps as long as the first.
+    /// Continues from the level reached, with increments as large as the first.
     fn begin_anew(&mut self) {
         self.step = self.limits[0];
     }
@@ -299,7 +309,7 @@ fn no_equilibrium<const D: usize>(
     let fault = system.fault();
     let beyond = report.trouble == Trouble::Numbers || fault.is_some();
     let error = fault.unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
-    // Increments were halved six times by now.
+    // Increments have been halved six times at this point.
     let mut cure = match (system.crushed(model), report.trouble) {
         (Some(crushed), _) => crushed,
         (None, _) if beyond && error.cause != Cause::Guard => TOO_LARGE.to_owned(),
@@ -317,7 +327,8 @@ fn no_equilibrium<const D: usize>(
     error.hint(&cure)
 }
 
-/// Prescribed values, contact and forces of the start state, the first step being `step` \[s\] long; 0 in statics.
+/// Evaluates prescribed values, contact and forces of the initial state. The first step is `step`
+/// \[s\] long; 0 in statics.
 fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step: f64) -> Result<()> {
     stage.dt = 0.0;
     stage.shifts = Shifts::default();
@@ -325,11 +336,12 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     stage.inertia = false;
     stage.trial.copy_from(&stage.start)?;
     stage.trial.time = 0.0;
-    // Statics begins undeformed and without loads: what acts from the first step on grows from nothing within it, and does
-    // its work on the way.
+    // Statics begins undeformed and without loads. A load that acts from the first step on grows
+    // from zero within that step, so that its work is counted.
     stage.load_factor = if system.is_dynamic() { 1.0 } else { 0.0 };
     system.prescribe(stage)?;
-    // A return map knows of slip what it has seen: bodies that slide at the start have done so for a step before.
+    // A return map knows only the slip in its history. Bodies that slide at the start are therefore
+    // assumed to have slid for one step before.
     stage.start.u.axpy(-step, &stage.start.v)?;
     stage.start.u.update_ghosts()?;
     let mut residual = system.pattern_vector().like()?;
@@ -343,7 +355,7 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     stage.start.copy_from(&stage.trial)
 }
 
-/// `M_ff a_f = -(Q - F_ext - F_n - F_T)_f - M_fd a_d`.
+/// Solves `M_ff a_f = -(Q - F_ext - F_n - F_T)_f - M_fd a_d`.
 fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, case: &Case) -> Result<()> {
     if !system.is_dynamic() {
         return Ok(());
@@ -366,6 +378,6 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     }
     stage.start.a.axpy(1.0, &change)?;
     stage.start.a.update_ghosts()?;
-    // The reactions at the start are read off the trial state.
+    // The reactions at the start are computed from the trial state.
     stage.trial.copy_from(&stage.start)
 }

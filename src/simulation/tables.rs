@@ -1,4 +1,4 @@
-//! The tables of a run, on rank 0: what the system reports, put into rows.
+//! The tables of a run, on rank 0: converts reports of the system to rows.
 
 use std::path::Path;
 
@@ -26,13 +26,14 @@ pub struct Tables<const D: usize> {
     momentum: MomentumTable<D>,
     iterations: IterationTable,
     units: Units,
-    /// An iteration that could not be written; told at the end of the step, where all ranks listen.
+    /// Error of an iteration row that could not be written. It is returned at the end of the step,
+    /// where all ranks exchange errors.
     trouble: Option<Error>,
-    /// The table of iterations before the step under way.
+    /// Mark of the table of iterations before the current step.
     before: Option<Mark>,
     /// The results folder.
     place: Anchor,
-    /// It is this run's alone.
+    /// Lock of the folder for this run.
     lock: Lock,
     step: u64,
     time: f64,
@@ -40,10 +41,11 @@ pub struct Tables<const D: usize> {
 }
 
 impl<const D: usize> Tables<D> {
-    /// Creates the tables that need no probe, with headings in `units`, or goes on from the marks that they had at a checkpoint.
+    /// Creates the tables that do not depend on probes, with headings in `units`. With marks of a
+    /// checkpoint it opens the tables and continues from these marks.
     ///
     /// # Errors
-    /// When a file can not be made, or is not the one that it was.
+    /// A file can not be created, or it is not the file that was written before.
     pub fn open(folder: &Path, units: Units, lock: Lock, past: Option<&Marks>) -> Result<Self> {
         Ok(Self {
             place: Anchor::of(folder)?,
@@ -63,10 +65,10 @@ impl<const D: usize> Tables<D> {
         })
     }
 
-    /// Creates the table of the probes, or goes on with it.
+    /// Creates the table of the probes, or opens it to continue.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
+    /// See [`open`](Self::open).
     pub fn watch(&mut self, folder: &Path, watched: &[Watched<D>], past: Option<&Marks>) -> Result<()> {
         let probe = |point: &Watched<D>| ProbeColumns {
             name: point.name.clone(),
@@ -83,16 +85,16 @@ impl<const D: usize> Tables<D> {
         self.probes.iter().map(ProbeTable::table).chain(others).chain([self.iterations.table()])
     }
 
-    /// Makes sure that the folder and its tables are where they were, as they were written, and this run's alone.
+    /// Checks that the folder and its tables are in place, unchanged, and locked by this run.
     ///
     /// # Errors
-    /// One of them was moved, deleted or changed; another run has taken the folder.
+    /// One of them was moved, deleted or changed, or another run has taken the folder.
     pub fn check(&self) -> Result<()> {
         self.check_place()?;
         self.all().try_for_each(Table::check)
     }
 
-    /// Makes sure that the folder is where it was, and this run's alone.
+    /// Checks that the folder is in place and locked by this run.
     ///
     /// # Errors
     /// It was moved or deleted, or another run has taken it.
@@ -101,7 +103,7 @@ impl<const D: usize> Tables<D> {
         self.place.check()
     }
 
-    /// The outcome of writing into the folder, see [`Anchor::explain`].
+    /// Adds the state of the folder to an error of writing, see [`Anchor::explain`].
     ///
     /// # Errors
     /// Writing failed.
@@ -109,15 +111,15 @@ impl<const D: usize> Tables<D> {
         self.place.explain(written)
     }
 
-    /// By which other ranks know the folder.
+    /// Token by which other ranks identify the folder.
     pub fn token(&self) -> &str {
         self.lock.token()
     }
 
-    /// What the tables hold; they are on the disk when this returns.
+    /// Marks of the tables. Their contents are on the disk when this returns.
     ///
     /// # Errors
-    /// When the disk refuses, or as [`check`](Self::check).
+    /// The disk can not be written, or [`check`](Self::check) fails.
     pub fn marks(&self) -> Result<Marks> {
         self.check()?;
         let mut marks = Marks::default();
@@ -125,35 +127,37 @@ impl<const D: usize> Tables<D> {
         Ok(marks)
     }
 
-    /// What they held before the step under way; they are on the disk when this returns.
+    /// Marks of the tables before the current step. Their contents are on the disk when this
+    /// returns.
     ///
     /// # Errors
-    /// As [`marks`](Self::marks).
+    /// See [`marks`](Self::marks).
     pub fn marks_of_steps(&self) -> Result<Marks> {
         let mut marks = self.marks()?;
         self.before.iter().for_each(|before| marks.cut(self.iterations.table(), before));
         Ok(marks)
     }
 
-    /// Iterations that follow count only when their step has ended, in [`marks_of_steps`](Self::marks_of_steps).
+    /// Starts an attempt. The iterations that follow are included in
+    /// [`marks_of_steps`](Self::marks_of_steps) only after the step has ended.
     pub fn begin_attempt(&mut self) {
         self.before = Some(self.iterations.table().mark());
     }
 
-    /// The iterations written so far count.
+    /// Ends an attempt. The iterations written so far are included in the marks.
     pub fn end_attempt(&mut self) {
         self.before = None;
     }
 
-    /// The rows that follow belong to this step.
+    /// Starts the rows of a step.
     pub fn begin_row(&mut self, step: u64, time: f64, dt: f64) {
         (self.step, self.time, self.dt) = (step, time, dt);
     }
 
-    /// One row for all probes.
+    /// Writes one row for all probes.
     ///
     /// # Errors
-    /// When the file can not be written.
+    /// The file can not be written.
     pub fn probes(&mut self, points: &[PointReport<D>]) -> Result<()> {
         let row = |point: &PointReport<D>| ProbeRow {
             u: point.u,
@@ -165,10 +169,10 @@ impl<const D: usize> Tables<D> {
         self.probes.as_mut().map_or(Ok(()), |table| table.row(step, time, dt, &rows))
     }
 
-    /// One row for each contact.
+    /// Writes one row for each contact.
     ///
     /// # Errors
-    /// When the file can not be written.
+    /// The file can not be written.
     pub fn contacts(&mut self, summaries: &[ContactSummary<D>]) -> Result<()> {
         for ContactSummary { name, zone, .. } in summaries {
             let row = ContactRow {
@@ -188,10 +192,10 @@ impl<const D: usize> Tables<D> {
         Ok(())
     }
 
-    /// One row for each support.
+    /// Writes one row for each support.
     ///
     /// # Errors
-    /// When the file can not be written.
+    /// The file can not be written.
     pub fn reactions(&mut self, reactions: &[(String, [f64; D])]) -> Result<()> {
         for (name, force) in reactions {
             self.reactions.row(self.step, self.time, name, &ReactionRow { force: *force })?;
@@ -199,10 +203,11 @@ impl<const D: usize> Tables<D> {
         Ok(())
     }
 
-    /// One row of energies; also tells of an iteration that could not be written.
+    /// Writes one row of energies. Also returns the error of an iteration that could not be
+    /// written.
     ///
     /// # Errors
-    /// When a file can not be written.
+    /// A file can not be written.
     pub fn energies(&mut self, energies: &Energies) -> Result<()> {
         if let Some(trouble) = self.trouble.take() {
             return Err(trouble);
@@ -220,16 +225,16 @@ impl<const D: usize> Tables<D> {
         self.energy.row(self.step, self.time, &row)
     }
 
-    /// One row of the momentum.
+    /// Writes one row of momentum.
     ///
     /// # Errors
-    /// When the file can not be written.
+    /// The file can not be written.
     pub fn momentum(&mut self, momentum: &Momentum) -> Result<()> {
         let Momentum { linear, angular } = *momentum;
         self.momentum.row(self.step, self.time, &MomentumRow { linear, angular })
     }
 
-    /// One row of an iteration.
+    /// Writes one row for an iteration.
     pub fn iteration(&mut self, row: &IterationRow) {
         if let Err(error) = self.iterations.row(row) {
             self.trouble.get_or_insert(error);

@@ -1,4 +1,4 @@
-//! Energy without a cause over a whole run: how much of it there is, and which steps left it.
+//! Unexplained energy over a whole run: its amount, and the steps that caused it.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,66 +6,67 @@ use crate::assembly::Energies;
 use crate::case::Units;
 use crate::time::Scheme;
 
-/// Unexplained energy over the largest energy from which on a run is not trusted without a word.
+/// Ratio of unexplained energy to the largest energy above which a run gets a warning.
 const WORTH_A_WORD: f64 = 0.02;
 
-/// What rounding leaves is known up to this factor.
+/// Uncertainty factor of the rounding estimate.
 const ROUNDINGS: f64 = 16.0;
 
-/// Steps that are named.
+/// Number of steps that the warning names.
 const NAMED: usize = 3;
 
-/// A step is named if it left more than this part of the largest unexplained energy.
+/// A step is named if it left more than this fraction of the largest unexplained energy.
 const NOTABLE: f64 = 0.1;
 
 /// A step and the energy that it left unexplained.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Left {
     step: u64,
-    /// Its end \[s\].
+    /// Instant at its end \[s\].
     time: f64,
     /// Its length \[s\].
     dt: f64,
-    /// Energy that was lost, negative if it was gained \[J\].
+    /// Energy lost \[J\]; negative if energy was gained.
     energy: f64,
-    /// What of it is beyond the error of the work \[J\].
+    /// Part of it that exceeds the error of the work \[J\].
     excess: f64,
 }
 
-/// What is known of the energy that a step leaves.
+/// Known errors of the energy balance of a step.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct KnownError {
-    /// What rounding may have left in the step \[J\].
+    /// Estimated rounding error of the step \[J\].
     pub rounding: f64,
-    /// How far the work of all steps so far may be off \[J\].
+    /// Possible error of the work of all steps so far \[J\].
     pub work: f64,
 }
 
-/// What the steps of a run left unexplained.
+/// Unexplained energy of the steps of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Unexplained {
     /// Sum at the end of the last step \[J\].
     now: f64,
-    /// How far the work may be off at the end of the last step \[J\].
+    /// Possible error of the work at the end of the last step \[J\].
     work_error: f64,
-    /// The sum that exceeded the error of the work by most \[J\], by how much \[J\], and when \[s\].
+    /// The sum that exceeded the error of the work by most \[J\], the excess \[J\], and its instant
+    /// \[s\].
     largest: f64,
     excess: f64,
     at: f64,
-    /// What rounding may have left of it \[J\].
+    /// Possible contribution of rounding to that sum \[J\].
     rounding: f64,
     /// The steps that exceeded the error of their work by most, the largest first.
     steps: [Option<Left>; NAMED],
 }
 
 impl Unexplained {
-    /// Energy that a step ending in `energies` left, negative if it was gained \[J\].
+    /// Unexplained energy of a step that ends in `energies`, negative if it was gained \[J\].
     pub fn left(&self, energies: &Energies) -> f64 {
         energies.numerical - self.now
     }
 
-    /// Takes an accepted step into account: its number, its end \[s\], its length \[s\], the energies at its end, and what is known of
-    /// what it left.
+    /// Records an accepted step: its number, its end \[s\], its length \[s\], the energies at its
+    /// end, and the known errors.
     pub fn record(&mut self, step: u64, time: f64, dt: f64, energies: &Energies, known: KnownError) {
         self.rounding += known.rounding;
         let energy = self.left(energies);
@@ -86,7 +87,8 @@ impl Unexplained {
         }
     }
 
-    /// The warning at the end of a run by `scheme`, with contact or without, whose largest energy was `scale` \[J\], if it deserves one.
+    /// The warning at the end of a run by `scheme`, with or without contact, whose largest energy
+    /// was `scale` \[J\]. Returns `None` if no warning is needed.
     pub fn warning(&self, scheme: Scheme, contact: bool, scale: f64, units: Units) -> Option<String> {
         let worthy = scale > 0.0 && self.excess / scale >= WORTH_A_WORD;
         if !worthy || self.largest.abs() <= ROUNDINGS * self.rounding {
@@ -115,10 +117,10 @@ impl Unexplained {
     }
 }
 
-/// The cure where a scheme takes energy out of fast motion.
+/// Hint for a scheme that damps fast motion.
 const DAMPS: &str = "this scheme damps what is fast beside the step: take a shorter step, accuracy: { time: ... } or `scheme: conserving`";
 
-/// What to change.
+/// The hint on what to change.
 fn cure(scheme: Scheme, contact: bool) -> &'static str {
     match scheme {
         Scheme::Static if !contact => {
@@ -152,8 +154,8 @@ mod tests {
         unexplained
     }
 
-    /// The largest sum counts, also where a later step makes up for it; the steps that made it are named, the largest
-    /// first, and others are not.
+    /// The largest sum counts even if a later step compensates it. The steps that caused it are
+    /// named, the largest first; other steps are not.
     #[test]
     fn the_steps_that_left_most_are_named() {
         let scheme = Scheme::newmark(0.25, 0.5);
@@ -170,7 +172,7 @@ mod tests {
         assert!(!text.contains("step 2") && !text.contains("step 4"), "{text}");
     }
 
-    /// What the work may be off by is explained; only what is beyond it names steps.
+    /// A deviation within the error of the work counts as explained. Only the excess names steps.
     #[test]
     fn the_error_of_the_work_explains() {
         let run = |second: f64| {
@@ -186,7 +188,7 @@ mod tests {
         assert!(text.contains("29.0 %") && text.contains(": step 2 (") && !text.contains("step 1"), "{text}");
     }
 
-    /// Below 2 % nothing is said, nor of a run without any energy.
+    /// Below 2 % there is no warning, nor for a run without any energy.
     #[test]
     fn little_is_not_mentioned() {
         let warning =

@@ -1,8 +1,9 @@
-//! The units of a case in one line.
+//! Describes the units of a case in one line.
 
 use crate::case::Case;
 
-/// The units of a case that is not in SI, with the thickness that forces and energies are for in the plane.
+/// The units of a case that is not in SI. In the plane it includes the thickness to which forces
+/// and energies refer.
 pub(super) fn unit_note(case: &Case) -> Option<String> {
     let units = case.units;
     let plane = match case.dimension.value {

@@ -1,8 +1,9 @@
-//! What a study comes to, in sentences: the cheapest member for each quantity and accuracy, and what others need.
+//! The conclusions of a study in sentences: the cheapest member for each quantity and accuracy, and
+//! the cost of the alternatives.
 
 use super::row::{MemberState, StudyRow};
 
-/// A table of rows with the names that sentences need.
+/// The rows of a study, with the names that the sentences use.
 pub struct Findings<'a> {
     /// Names of the axes.
     pub axes: &'a [String],
@@ -19,7 +20,7 @@ impl Findings<'_> {
         (0..self.quantities.len()).flat_map(each).collect()
     }
 
-    /// Completed members with an error in the quantity, the reference left out.
+    /// Completed members with an error in the quantity, without the reference.
     pub fn judged(&self, quantity: usize) -> impl Iterator<Item = (&StudyRow, f64)> {
         let judged = move |row: &'_ StudyRow| {
             let counts = row.state == MemberState::Completed && !row.is_measure[quantity];
@@ -71,7 +72,7 @@ impl Findings<'_> {
         text
     }
 
-    /// The values of the first axis other than that of the member.
+    /// The values of the first axis except that of the member.
     fn others(&self, row: &StudyRow) -> Vec<&str> {
         let mut labels: Vec<&str> = Vec::new();
         if self.axes.len() < 2 {
@@ -103,7 +104,7 @@ impl Findings<'_> {
         }
     }
 
-    /// A member by its values, or by its name where it stands outside of the grid.
+    /// Describes a member by its values, or by its name if it is outside the grid.
     pub fn described(&self, row: &StudyRow) -> String {
         if row.labels.iter().all(String::is_empty) || self.axes == ["member"] {
             return row.name.clone();
@@ -112,7 +113,8 @@ impl Findings<'_> {
         parts.collect::<Vec<_>>().join(", ")
     }
 
-    /// The cheapest of `rows` that suffices and does so not by luck alone: refined along any one axis, it would still.
+    /// The cheapest of `rows` that is accurate enough, and not accidentally: it must stay accurate
+    /// enough when it is refined along any one axis.
     fn cheapest<'a>(
         &self,
         rows: &[(&'a StudyRow, f64)],
@@ -126,8 +128,9 @@ impl Findings<'_> {
         suffices.copied().min_by(|a, b| a.0.cost.cpu.total_cmp(&b.0.cost.cpu))
     }
 
-    /// Whether a member differs from another by more unknowns or steps along one axis that has an order, of several not the
-    /// first, which is that of the compared.
+    /// Whether a member has more unknowns or steps than another and differs from it along one
+    /// ordered axis. If there are several axes, the first one is excluded, because it holds the
+    /// compared alternatives.
     fn is_refinement(&self, finer: &StudyRow, row: &StudyRow) -> bool {
         let labels = || row.labels.iter().zip(&finer.labels).enumerate();
         let first = usize::from(row.labels.len() > 1);
@@ -136,8 +139,8 @@ impl Findings<'_> {
         differences == 1 && varied && finer.cost.size() > row.cost.size()
     }
 
-    /// Whether the values of an axis are numbers, with or without a unit: then one is finer than another. Elements, schemes
-    /// and lists of what was changed have no such order.
+    /// Whether the values of an axis are numbers, with or without a unit, so that one is finer than
+    /// another. Elements, schemes and lists of changes have no order.
     fn is_ordered(&self, axis: usize) -> bool {
         let labels =
             self.rows.iter().filter_map(|row| row.labels.get(axis)).filter(|label| !label.is_empty());
@@ -146,13 +149,13 @@ impl Findings<'_> {
         labels.clone().count() > 0 && labels.clone().all(number)
     }
 
-    /// Whether any axis is ordered, so that a nearest member says in which direction to go on.
+    /// Whether any axis is ordered, so that a nearest member shows in which direction to refine.
     fn has_order(&self) -> bool {
         (0..self.axes.len()).any(|axis| self.is_ordered(axis))
     }
 }
 
-/// A share in per cent, two figures.
+/// A fraction in per cent with two digits.
 pub fn percent(share: f64) -> String {
     let value = 100.0 * share;
     match value {
@@ -162,12 +165,12 @@ pub fn percent(share: f64) -> String {
     }
 }
 
-/// A time with two figures.
+/// A time with two digits.
 pub fn seconds(time: f64) -> String {
     format!("{} s", figures(time))
 }
 
-/// A positive number with two figures, the whole part whole.
+/// A positive number with two digits; the integer part is not rounded.
 fn figures(value: f64) -> String {
     if value <= 0.0 || !value.is_finite() {
         return format!("{value}");
@@ -190,8 +193,8 @@ mod tests {
         row
     }
 
-    /// The cheapest member that suffices is named, with what each other value of the first axis needs; members that
-    /// failed, or that all are measured by, are not advised.
+    /// The cheapest sufficient member is named, with the cost of each other value of the first
+    /// axis. Failed members and references are not suggested.
     #[test]
     fn the_cheapest_that_suffices_is_advised() {
         let mut rows = vec![
@@ -221,7 +224,8 @@ mod tests {
         assert!(nothing.advice(&[0.1])[0].contains("nothing to say"));
     }
 
-    /// What suffices by luck alone, because the same with a finer mesh does not, is not advised, and the sentence says so.
+    /// A member whose accuracy is accidental, because the same member with a finer mesh is not
+    /// accurate enough, is not suggested, and the sentence says so.
     #[test]
     fn luck_is_not_advised() {
         let mut rows = vec![
@@ -243,7 +247,8 @@ mod tests {
         );
     }
 
-    /// What was changed one at a time has no order: none of it is luck, and none is the nearest.
+    /// Settings that were changed one at a time have no order. None of them counts as accidental,
+    /// and none is the nearest.
     #[test]
     fn changes_have_no_order() {
         let mut rows = vec![
@@ -263,7 +268,7 @@ mod tests {
         assert_eq!(advice[1], "for 0.01 % in force no member suffices: 0.1 % at best");
     }
 
-    /// Numbers have two figures.
+    /// Numbers have two digits.
     #[test]
     fn numbers_read_well() {
         assert_eq!([0.1, 0.0123, 1.5e-7, 0.0].map(percent), ["10 %", "1.2 %", "1.5e-5 %", "0 %"]);

@@ -1,6 +1,6 @@
 //! The columns of `study.csv` that do not depend on the study.
 
-/// Columns that every study has, so that no axis or quantity may be called so.
+/// Columns that every study has. No axis or quantity may use these names.
 pub const COLUMNS: [&str; 14] = [
     "member",
     "verdict",

@@ -1,4 +1,5 @@
-//! Figures of a study, one set a quantity: what an error costs, how it falls, and the Time-Accuracy-Size spectrum.
+//! Figures of a study, one set per quantity: error over cost, convergence, and the
+//! Time-Accuracy-Size spectrum.
 
 use super::advice::Findings;
 use super::front::{digits, pareto};
@@ -6,10 +7,11 @@ use super::row::{MemberState, StudyRow};
 use crate::error::Result;
 use crate::plot::{AxisQuantity, Curve, Figure, Panel, Scale, Stroke};
 
-/// What a member counts.
+/// Function that returns a size of a member, such as unknowns or steps.
 type Size = fn(&StudyRow) -> u64;
 
-/// Members that differ in one axis alone: their other labels, their colour, and each one's size and point.
+/// Members that differ in one axis only: their other labels, their colour, and the size and point
+/// of each member.
 struct Family {
     labels: Vec<String>,
     colour: usize,
@@ -20,7 +22,7 @@ struct Family {
 const MARK: f64 = 3.5;
 
 impl Findings<'_> {
-    /// The members on the front of a quantity by growing cost, by their positions.
+    /// The positions of the members on the Pareto front of a quantity, by increasing cost.
     pub fn front(&self, quantity: usize) -> Vec<usize> {
         let point = |row: &StudyRow| match row.errors[quantity] {
             Some(error) if row.state == MemberState::Completed && !row.is_measure[quantity] => {
@@ -31,7 +33,7 @@ impl Findings<'_> {
         pareto(&self.rows.iter().map(point).collect::<Vec<_>>())
     }
 
-    /// All figures as SVG with the names of their files, without the ending.
+    /// All figures as SVG, with their file names without the extension.
     ///
     /// # Errors
     /// The drawing library fails.
@@ -49,7 +51,7 @@ impl Findings<'_> {
         Ok(drawn)
     }
 
-    /// Members with a place on logarithmic axes, with their positions.
+    /// Members that can be shown on logarithmic axes, with their positions.
     fn drawn(&self, quantity: usize) -> impl Iterator<Item = (usize, &StudyRow, f64)> {
         let judged = move |row: &'_ StudyRow| {
             let counts =
@@ -60,7 +62,7 @@ impl Findings<'_> {
         rows.filter_map(move |(index, row)| judged(row).map(|error| (index, row, error)))
     }
 
-    /// Words of the first axis, which colours stand for.
+    /// The words of the first axis, which the colours represent.
     fn colours(&self) -> Vec<&str> {
         let mut words: Vec<&str> = Vec::new();
         for word in self.rows.iter().filter_map(|row| row.labels.first()) {
@@ -81,7 +83,8 @@ impl Findings<'_> {
         colours.map(|(k, word)| (named(word), Stroke { width: 1.0, mark: MARK, ..Stroke::of(k) })).collect()
     }
 
-    /// Error over CPU seconds: marks for members, a line along the best of each colour, a broad line along the best of all.
+    /// Error over CPU seconds: marks for members, a line along the best of each colour, and a broad
+    /// line along the best of all.
     fn work_precision(&self, quantity: usize) -> Figure {
         let front = self.front(quantity);
         let at = |index: &usize| {
@@ -115,7 +118,8 @@ impl Findings<'_> {
         Figure { title, legend, panels: vec![panel], columns: 1 }
     }
 
-    /// Error over unknowns and over steps, a panel for each of them that is varied; members joined that differ in one axis.
+    /// Error over unknowns and over steps, with a panel for each of them that is varied. Members
+    /// that differ in one axis are joined.
     fn convergence(&self, quantity: usize) -> Figure {
         let error = format!("relative error of {}", self.quantities[quantity]);
         let sizes: [(&str, Size); 2] =
@@ -175,7 +179,8 @@ impl Findings<'_> {
         Figure { title, legend: self.legend(), panels, columns: 1 }
     }
 
-    /// Curves through members that differ in one axis alone, the one along which the size grows most; by colour.
+    /// Curves by colour through members that differ only in the axis along which the size grows
+    /// most.
     fn joined(
         &self,
         quantity: usize,
@@ -207,7 +212,8 @@ impl Findings<'_> {
         families.into_iter().map(curve).collect()
     }
 
-    /// The axis along which the size grows most; the first one, which the colours tell, only where no other does.
+    /// The axis along which the size grows most. The first axis, which the colours show, is used
+    /// only if the size grows along no other.
     fn refined(&self, size: &impl Fn(&StudyRow) -> u64) -> Option<usize> {
         let done = || self.rows.iter().filter(|row| row.state == MemberState::Completed && size(row) > 0);
         let growth = |axis: usize| {

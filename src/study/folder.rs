@@ -1,5 +1,5 @@
-//! What a study leaves behind: `study.csv`, `study.md`, `advice.txt`, `figures/`, `members/`, and `study.json`, which marks
-//! the folder as ours.
+//! The files of a study: `study.csv`, `study.md`, `advice.txt`, `figures/`, `members/`, and
+//! `study.json`, which marks the folder as created by this program.
 
 use std::path::{Path, PathBuf};
 
@@ -16,14 +16,15 @@ use crate::output::io_error::{trouble, unwritable};
 use crate::output::lock::{LOCK, Lock};
 use crate::output::timestamp::timestamp;
 
-/// Marks the folder of a study.
+/// File that marks the folder of a study.
 pub const MARKER: &str = "study.json";
 
-/// Where a study goes unless `--output` says otherwise: `results/<folder>-study` for a file called `study.yml`,
-/// `results/<folder>-study-x` for one called `study-x.yml`, `results/<stem>` for any other.
+/// Default folder of a study, without `--output`: `results/<folder>-study` for a file called
+/// `study.yml`, `results/<folder>-study-x` for one called `study-x.yml`, `results/<stem>` for any
+/// other.
 ///
 /// # Errors
-/// The path names no file, or the working directory is gone.
+/// The path names no file, or the working directory does not exist.
 pub fn default_place(path: &Path) -> Result<PathBuf> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     if stem != "study" && !stem.starts_with("study-") {
@@ -34,11 +35,11 @@ pub fn default_place(path: &Path) -> Result<PathBuf> {
     Ok(case.with_file_name(format!("{name}-{stem}")))
 }
 
-/// What a study may leave in its folder.
+/// Files that a study may leave in its folder.
 const OWN: [&str; 8] =
     [MARKER, LOCK, table::FILE, "study.md", "advice.txt", "figures", "members", "report.html"];
 
-/// The folder of a study under way, which no other run of it may use.
+/// The folder of a running study, which no other run of the study may use.
 #[derive(Debug)]
 pub struct StudyFolder {
     folder: Anchor,
@@ -46,7 +47,7 @@ pub struct StudyFolder {
 }
 
 impl StudyFolder {
-    /// Makes sure that the folder is where it was, and still ours.
+    /// Checks that the folder is in place and still locked by this run.
     ///
     /// # Errors
     /// It was moved or deleted, or another run has taken it.
@@ -56,7 +57,7 @@ impl StudyFolder {
     }
 }
 
-/// Makes the folder, or goes on with one that a study of ours has made.
+/// Creates the folder, or opens one that a study of this program has created.
 ///
 /// # Errors
 /// It holds something else, another run of the study uses it, or it can not be written.
@@ -68,7 +69,7 @@ pub fn prepare(folder: &Path) -> Result<StudyFolder> {
     };
     let is_occupied = names.iter().any(|name| name != LOCK);
     let marker = json_of(&folder.join(MARKER));
-    // A marker that is there and damaged marks nothing else than a study.
+    // A marker that exists but is damaged still marks a study.
     let is_damaged = marker.is_null()
         && names.iter().any(|name| name == MARKER)
         && names.iter().all(|name| OWN.iter().any(|own| name == own));
@@ -89,21 +90,22 @@ pub fn prepare(folder: &Path) -> Result<StudyFolder> {
     Ok(place)
 }
 
-/// A study as it stands, ready to be written.
+/// The present state of a study, for its output files.
 pub struct Papers<'a> {
     /// Folder of the study.
     pub folder: &'a Path,
     /// The study.
     pub study: &'a Study,
-    /// What is known.
+    /// The results so far.
     pub findings: Findings<'a>,
 }
 
 impl Papers<'_> {
-    /// Writes the table and the marker; once the study has ended, the figures and the advice as well.
+    /// Writes the table and the marker. Once the study has ended, it also writes the figures and
+    /// the advice.
     ///
     /// # Errors
-    /// The disk refuses.
+    /// The disk can not be written.
     pub fn write(&self, state: MemberState) -> Result<()> {
         let findings = &self.findings;
         let fronts: Vec<Vec<usize>> = (0..findings.quantities.len()).map(|k| findings.front(k)).collect();
@@ -139,7 +141,7 @@ impl Papers<'_> {
         self.findings.advice(&targets)
     }
 
-    /// Draws the figures; returns their names relative to the folder.
+    /// Draws the figures and returns their names relative to the folder.
     fn draw(&self) -> Result<Vec<String>> {
         let folder = self.folder.join("figures");
         let drawn = self.findings.figures()?;

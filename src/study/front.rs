@@ -1,8 +1,8 @@
-//! Who is worth its time: the front of members that none beats both in error and in cost, and the digits of the
-//! Time-Accuracy-Size spectrum.
+//! The Pareto front of members, which no other member beats in both error and cost, and the digits
+//! of the Time-Accuracy-Size spectrum.
 
-/// Positions of the points that no other point beats: none is at most as large in both and smaller in one. By growing
-/// cost; what is not finite and positive takes no part.
+/// Positions of the Pareto-optimal points, by increasing cost. No other point is at most as large
+/// in both coordinates and smaller in one. Points that are not finite and positive are ignored.
 ///
 /// Points are \[cost, error\].
 pub fn pareto(points: &[[f64; 2]]) -> Vec<usize> {
@@ -18,17 +18,19 @@ pub fn pareto(points: &[[f64; 2]]) -> Vec<usize> {
     order
 }
 
-/// Digits of accuracy, size and efficacy after J. Chang, M. Fabien, M. Knepley and R. Mills, *Comparative study of finite
-/// element methods using the Time-Accuracy-Size spectrum analysis* (2018).
+/// Digits of accuracy, size and efficacy after J. Chang, M. Fabien, M. Knepley and R. Mills,
+/// *Comparative study of finite element methods using the Time-Accuracy-Size spectrum analysis*
+/// (2018).
 ///
-/// The size of a problem in time is the unknowns of a step times the steps.
+/// The size of a time-dependent problem is the number of unknowns per step times the number of
+/// steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Digits {
     /// -log10(error).
     pub accuracy: f64,
     /// log10(size).
     pub size: f64,
-    /// -log10(error times seconds): how much accuracy a second buys.
+    /// -log10(error times seconds): the accuracy per second of computing time.
     pub efficacy: f64,
 }
 
@@ -41,7 +43,8 @@ pub fn digits(error: f64, size: f64, seconds: f64) -> Digits {
 mod tests {
     use super::*;
 
-    /// Points on the front beat all others in one of the two; equal ones count once; failures take no part.
+    /// Points on the front beat every other point in one coordinate. Equal points count once, and
+    /// failures are ignored.
     #[test]
     fn the_front_is_beaten_by_none() {
         let points = [
@@ -64,7 +67,7 @@ mod tests {
         assert!(pareto(&[]).is_empty());
     }
 
-    /// An error of a per cent after ten seconds with a million unknowns.
+    /// An error of one per cent after ten seconds with a million unknowns.
     #[test]
     fn digits_are_logarithms() {
         let Digits { accuracy, size, efficacy } = digits(0.01, 1e6, 10.0);

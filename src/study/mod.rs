@@ -1,13 +1,13 @@
-//! Studies: a case, what is varied in it, what is looked at; every member run, its error set against its cost, and what
-//! to use for which accuracy said in a sentence.
+//! Studies: a case, the parameters that vary, and the quantities of interest. Every member is run,
+//! its error is compared with its cost, and a sentence says which member to use for which accuracy.
 //!
 //! | File | What it holds |
 //! |---|---|
 //! | [`mod@file`] | `study.yml` as written |
 //! | [`plan`] | its members: cases with keys changed by their paths, all read before the first is run |
-//! | [`mod@run`] | one after the other on all ranks; what is done already is not done again |
-//! | [`row`], [`series`] | values and errors out of the tables of a member |
-//! | [`front`], [`advice`], [`figures`], [`table`], [`folder`] | what the study comes to, and where it is written |
+//! | [`mod@run`] | runs the members one after the other on all ranks; finished members are skipped |
+//! | [`row`], [`series`] | values and errors from the tables of a member |
+//! | [`front`], [`advice`], [`figures`], [`table`], [`folder`] | results of the study and the files that hold them |
 
 pub mod advice;
 mod columns;

@@ -1,4 +1,4 @@
-//! The members of a study: every combination of its axes, those that have a name of their own, and the reference.
+//! The members of a study: every combination of its axes, the named members, and the reference.
 
 use crate::case::{At, Case, Named};
 use crate::error::Result;
@@ -6,22 +6,22 @@ use crate::reader::document::Document;
 use crate::reader::node::{Node, Tree};
 use crate::study::file::{Axis, Reference, Study};
 
-/// More members than this are taken for a mistake.
+/// Maximum number of members. A larger number is treated as a mistake.
 const MOST: usize = 10_000;
 
-/// Name of the reference's own run.
+/// Name of the separate run of the reference.
 pub const REFERENCE: &str = "reference";
 
 /// A run of the study.
 #[derive(Debug, Clone)]
 pub struct Member {
-    /// Its name, also of its folder.
+    /// Its name, which is also that of its folder.
     pub name: String,
-    /// Labels of its values, an axis each; empty for members outside of the grid.
+    /// Labels of its values, one per axis; empty for members outside the grid.
     pub labels: Vec<String>,
     /// Its case.
     pub case: Case,
-    /// By which the same member is known again.
+    /// Digest that identifies the member in a later run.
     pub digest: String,
 }
 
@@ -31,16 +31,16 @@ struct Choice {
     values: Named<Node>,
 }
 
-/// The names of the axes; members that have names only count as one axis.
+/// The names of the axes. A list of named members counts as one axis.
 pub fn axes(study: &Study) -> Vec<String> {
     let axes: Vec<String> = study.sweep.names().map(str::to_owned).collect();
     if axes.is_empty() { vec!["member".into()] } else { axes }
 }
 
-/// All members, read and checked, in the order in which they are run: the reference first.
+/// All members, read and checked, in the order in which they are run. The reference is first.
 ///
 /// # Errors
-/// A path or a value is wrong, at its place in the study or in the case.
+/// A path or a value is invalid. The error names the position in the study or in the case.
 pub fn members(study: &Study, case_text: &str) -> Result<Vec<Member>> {
     let path = study.source().directory.join(&study.case.value);
     let mut document = Document::read(case_text, &path, study.source().clone())?;
@@ -72,7 +72,7 @@ pub fn members(study: &Study, case_text: &str) -> Result<Vec<Member>> {
     Ok(members)
 }
 
-/// The points of the grid, the last axis running fastest; none without axes.
+/// The points of the grid, with the last axis varying fastest; no points without axes.
 fn combinations(study: &Study) -> Result<Vec<Vec<Choice>>> {
     let mut all: Vec<Vec<Choice>> = Vec::new();
     for (name, axis) in study.sweep.iter() {
@@ -111,7 +111,7 @@ fn choices(axis: &Axis) -> Vec<Choice> {
     }
 }
 
-/// A name fit for a folder.
+/// Converts a name to a valid folder name.
 fn tame(name: &str) -> String {
     let tame: String =
         name.chars().map(|c| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' }).collect();
@@ -119,7 +119,7 @@ fn tame(name: &str) -> String {
     if tame.is_empty() { "member".into() } else { tame.chars().take(120).collect() }
 }
 
-/// The name, with a number behind it where another member has it.
+/// The name, with a number appended if another member already uses it.
 fn unique(members: &[Member], name: &str) -> String {
     let is_taken = |name: &str| members.iter().any(|member| member.name == name);
     let numbered = (2..).map(|number| format!("{name}_{number}"));

@@ -1,4 +1,4 @@
-//! A member as its results tell it: what it cost, what its quantities are, how far they are from the reference.
+//! Results of a member: its cost, its quantities, and their errors against the reference.
 
 use std::path::Path;
 
@@ -12,14 +12,14 @@ use crate::error::{Cause, Error, Result};
 use crate::output::folder::record;
 use crate::plot::Csv;
 
-/// How a member stands.
+/// State of a member.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MemberState {
-    /// Not run yet, or cut off while it ran.
+    /// Not run yet, or interrupted.
     Waiting,
-    /// Done.
+    /// Completed.
     Completed,
-    /// Ended early, for a reason of its own.
+    /// Ended early for a reason specific to the member.
     Failed,
 }
 
@@ -34,10 +34,10 @@ impl MemberState {
     }
 }
 
-/// What a member has cost; sums over ranks where not said otherwise.
+/// Cost of a member. Values are sums over ranks unless stated otherwise.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cost {
-    /// Processor time outside of the kernel \[s\].
+    /// Processor time in user mode \[s\].
     pub cpu: f64,
     /// Wall time \[s\].
     pub wall: f64,
@@ -45,58 +45,60 @@ pub struct Cost {
     pub newton: u64,
     /// Krylov iterations.
     pub krylov: u64,
-    /// Steps done.
+    /// Completed steps.
     pub steps: u64,
-    /// Steps cut.
+    /// Cuts of steps.
     pub cuts: u64,
-    /// Unknowns of a step.
+    /// Unknowns per step.
     pub unknowns: u64,
-    /// Peaks of the memory of all ranks \[MiB\], as a run of this member by itself has them, libraries included; `None` where a
-    /// rank's is not known.
+    /// Sum of the peak memory of all ranks \[MiB\], as measured for a separate run of this member,
+    /// including libraries; `None` if it is unknown for a rank.
     pub memory: Option<f64>,
-    /// Ranks.
+    /// Number of ranks.
     pub ranks: u64,
-    /// Largest numerical energy over the largest total energy or external work; `None` without a table of energies.
+    /// Largest numerical energy over the largest total energy or external work; `None` without a
+    /// table of energies.
     pub drift: Option<f64>,
 }
 
 impl Cost {
-    /// Unknowns of all steps together.
+    /// Total number of unknowns of all steps.
     pub fn size(&self) -> f64 {
         self.unknowns as f64 * self.steps as f64
     }
 }
 
-/// A member and what came of it.
+/// A member and its results.
 #[derive(Debug, Clone)]
 pub struct StudyRow {
     /// Its name.
     pub name: String,
-    /// Labels of its values, an axis each.
+    /// Labels of its values, one per axis.
     pub labels: Vec<String>,
-    /// How it stands.
+    /// Its state.
     pub state: MemberState,
-    /// Why it failed, in one line.
+    /// Reason of its failure, in one line.
     pub reason: String,
-    /// What it has cost.
+    /// Its cost.
     pub cost: Cost,
-    /// Its curves, one a quantity.
+    /// Its curves, one per quantity.
     curves: Vec<Option<TimeSeries>>,
-    /// Its values, one a quantity.
+    /// Its values, one per quantity.
     pub values: Vec<Option<f64>>,
-    /// Relative errors, one a quantity.
+    /// Relative errors, one per quantity.
     pub errors: Vec<Option<f64>>,
-    /// Whether members are measured by it, one a quantity: then its own error tells nothing.
+    /// Whether it is the reference for the other members, one entry per quantity. Its own error is
+    /// then meaningless.
     pub is_measure: Vec<bool>,
 }
 
 impl StudyRow {
-    /// A member that has not been run.
+    /// The row of a member that has not been run.
     pub fn waiting(member: &Member, quantities: usize) -> Self {
         Self::blank(member.name.clone(), member.labels.clone(), quantities)
     }
 
-    /// A row of that name without results.
+    /// A row with the given name and no results.
     pub(super) fn blank(name: String, labels: Vec<String>, quantities: usize) -> Self {
         Self {
             name,
@@ -111,10 +113,10 @@ impl StudyRow {
         }
     }
 
-    /// Reads what the results of a member tell. Errors against the reference come later.
+    /// Reads the results of a member. Errors against the reference are computed later.
     ///
     /// # Errors
-    /// A table can not be read, or has no such column: then the study is wrong.
+    /// A table can not be read, or it lacks a column, which means that the study is invalid.
     pub fn read(member: &Member, folder: &Path, study: &Study) -> Result<Self> {
         let record = record(folder);
         let mut row = Self::waiting(member, study.quantities.value.len());
@@ -155,14 +157,14 @@ fn cost(record: &Value, folder: &Path) -> Result<Cost> {
     })
 }
 
-/// Sum of the peaks of all ranks \[MiB\], where all are known.
+/// Sum of the peaks of all ranks \[MiB\]; `None` if one is unknown.
 fn memory(peaks: &Value) -> Option<f64> {
     let peaks: Vec<f64> = peaks.as_array()?.iter().filter_map(Value::as_f64).collect();
     let known = !peaks.is_empty() && peaks.iter().all(|peak| *peak > 0.0);
     known.then(|| peaks.iter().sum::<f64>() / f64::from(1 << 20))
 }
 
-/// Largest energy that the balance leaves over, against the largest of total energy and external work.
+/// Largest unexplained energy of the balance over the largest of total energy and external work.
 fn drift(path: &Path, units: Units) -> Result<Option<f64>> {
     let Some(csv) = Csv::read(path)? else { return Ok(None) };
     let largest = |column: &str| -> Result<f64> {
@@ -183,7 +185,7 @@ fn curve(quantity: &StudyQuantity, folder: &Path, study: &Study, units: Units) -
     })
 }
 
-/// The error about a column, at its place in the study.
+/// Adds the position in the study to an error about a column.
 fn told(study: &Study, quantity: &StudyQuantity, error: &Error) -> Error {
     let (message, hint) = error.message.split_once("\nhint: ").unwrap_or((&error.message, ""));
     study.error(quantity.column.place, message, hint)
@@ -199,7 +201,7 @@ fn interval(quantity: &StudyQuantity) -> Interval {
     quantity.between.as_ref().map(|between| between.value.map(|time| time.value))
 }
 
-/// What quantities are compared with.
+/// The references of the quantities.
 #[derive(Debug, Clone)]
 pub struct References(Vec<Option<Standard>>);
 
@@ -210,10 +212,10 @@ enum Standard {
 }
 
 impl References {
-    /// Reads the references that stand beside the study, of results in `units`.
+    /// Reads the reference tables given in the study, for results in `units`.
     ///
     /// # Errors
-    /// A table is not there, or has no such column.
+    /// A table is missing or lacks a column.
     pub fn read(study: &Study, units: Units) -> Result<Self> {
         let standard = |quantity: &StudyQuantity| match &quantity.reference {
             None => Ok(None),
@@ -239,13 +241,15 @@ impl References {
         study.quantities.value.values().map(standard).collect::<Result<_>>().map(Self)
     }
 
-    /// Whether errors in a quantity may still change, since they are taken against the finest member that there is so far.
+    /// Whether errors in a quantity may still change, because they are relative to the finest
+    /// member so far.
     pub fn is_provisional(&self, index: usize, rows: &[StudyRow]) -> bool {
         let has_own = rows.iter().any(|row| row.name == REFERENCE);
         self.0[index].is_none() && !has_own && rows.iter().any(|row| row.state == MemberState::Waiting)
     }
 
-    /// Gives all rows their errors; of quantities without a reference of their own against the study's.
+    /// Computes the errors of all rows. Quantities without a separate reference are compared with
+    /// the reference of the study.
     pub fn compare(&self, rows: &mut [StudyRow], quantities: &Named<StudyQuantity>) {
         let finest = finest(rows);
         for (index, quantity) in quantities.values().enumerate() {
@@ -283,7 +287,8 @@ fn error(row: &StudyRow, index: usize, quantity: &StudyQuantity, standard: &Stan
     (size > 0.0).then_some((row.values[index]? - target).abs() / size)
 }
 
-/// The reference's own run, or else the completed member with the most unknowns times steps.
+/// The separate run of the reference, or else the completed member with the largest product of
+/// unknowns and steps.
 fn finest(rows: &[StudyRow]) -> Option<usize> {
     let completed = |k: &usize| rows[*k].state == MemberState::Completed;
     match rows.iter().position(|row| row.name == REFERENCE) {

@@ -1,4 +1,5 @@
-//! Runs a study: one member after the other on all ranks, each into a folder of its own; goes on where it was left.
+//! Runs a study: one member after the other on all ranks, each in a separate folder. An interrupted
+//! study is resumed.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -24,32 +25,32 @@ use crate::simulation::{
     Ready, RunRequest, Signals, WALL_TIME_IS_OVER, give_options, refuse, take_back_options,
 };
 
-/// How a study is run.
+/// Options for running a study.
 #[derive(Debug, Clone)]
 pub struct StudyOptions {
     /// Folder of the study's results.
     pub folder: PathBuf,
-    /// Whether members that failed before are run once more.
+    /// Whether members that failed before are run again.
     pub rerun_failed: bool,
-    /// How much each member says.
+    /// Verbosity of each member.
     pub members: Verbosity,
-    /// Whether the study says nothing but errors.
+    /// Whether the study prints only errors.
     pub is_quiet: bool,
 }
 
 /// The study, read and planned; the same on all ranks.
 pub struct Planned {
-    /// The file.
+    /// The study file.
     pub study: Study,
     /// Its members.
     pub members: Vec<Member>,
 }
 
 impl Planned {
-    /// Reads a study and all its cases from their texts.
+    /// Parses a study and all its cases from their texts.
     ///
     /// # Errors
-    /// Anything wrong in the study or in the case of any member.
+    /// The study or the case of a member is invalid.
     pub fn read(
         study_text: &str,
         path: &Path,
@@ -69,7 +70,7 @@ impl Planned {
         Ok(Self { study, members })
     }
 
-    /// What would be run, as text.
+    /// The members that would be run, as text.
     pub fn listing(&self) -> String {
         let quantities: Vec<&str> = self.study.quantities.value.names().collect();
         let mut text = format!("{} members; quantities: {}", self.members.len(), quantities.join(", "));
@@ -78,13 +79,16 @@ impl Planned {
     }
 }
 
-/// What is a matter of one member: what its case says or a file that it names, how it went.
+/// Causes of failure that concern a single member: its case, a file that the case names, or its
+/// solution.
 const OF_A_MEMBER: [Cause; 4] = [Cause::Case, Cause::File, Cause::NotConverged, Cause::Guard];
 
-/// Runs all members that are not done. Collective. Returns what the study comes to, on rank 0.
+/// Runs all members that are not finished. Collective. Returns the conclusions of the study on rank
+/// 0.
 ///
 /// # Errors
-/// The same on all ranks: what is no failure of a single member, or that no member completed.
+/// A failure is not that of a single member, or no member completed. The error is the same on all
+/// ranks.
 pub fn run(session: &Rc<Session>, planned: &Planned, options: &StudyOptions) -> Result<Vec<String>> {
     let Planned { study, members } = planned;
     let signals = Signals::listen()?;
@@ -107,7 +111,8 @@ pub fn run(session: &Rc<Session>, planned: &Planned, options: &StudyOptions) -> 
         if !is_done {
             require_leave(session, &signals, member)?;
             match compute(session, planned, member, options) {
-                // A signal is told there with the study's own way on; a member whose own wall time is over is a row.
+                // A signal is reported there with the command that resumes the study. A member that
+                // reached its own wall-time limit is recorded as a row.
                 Err(error) if error.cause == Cause::Stopped => require_leave(session, &signals, member)?,
                 outcome => outcome.map_err(|error| error.within(&format!("member {}", member.name)))?,
             }
@@ -119,7 +124,8 @@ pub fn run(session: &Rc<Session>, planned: &Planned, options: &StudyOptions) -> 
     agree(session.world(), advice)
 }
 
-/// A member listens to signals while it runs; what comes between two is answered here. Collective.
+/// Ends the study if a signal arrived between two members. While a member runs, it handles signals
+/// itself. Collective.
 fn require_leave(session: &Session, signals: &Signals, member: &Member) -> Result<()> {
     let mut any = 0;
     session.world().all_reduce_into(&signals.last(), &mut any, SystemOperation::max());
@@ -130,10 +136,10 @@ fn require_leave(session: &Session, signals: &Signals, member: &Member) -> Resul
     Err(Error::stopped(text).hint("the same command goes on from here"))
 }
 
-/// Runs a member, whose results tell how it went. Collective.
+/// Runs a member, whose outcome is stored in its results. Collective.
 ///
 /// # Errors
-/// The same on all ranks: what ends the study.
+/// An error that ends the study, the same on all ranks.
 fn compute(session: &Rc<Session>, planned: &Planned, member: &Member, options: &StudyOptions) -> Result<()> {
     let case = &member.case;
     let case_file = planned.study.source().directory.join(&planned.study.case.value);
@@ -154,7 +160,7 @@ fn attempt<const D: usize>(session: &Rc<Session>, case: &Case, place: &RunReques
         ready => ready?.run(session, case, place),
     };
     match outcome {
-        // What it can not write, others can not either.
+        // If a member can not write its files, the others can not either.
         Err(error) if error.cause != Cause::File && OF_A_MEMBER.contains(&error.cause) => Ok(()),
         outcome => outcome,
     }
@@ -164,23 +170,24 @@ fn member_folder(folder: &Path, member: &Member) -> PathBuf {
     folder.join("members").join(&member.name)
 }
 
-/// Whether a member failed for a reason that it would meet again. A file that could not be read ends it before its unknowns
-/// are counted, one that could not be written does so later: then there may be room by now.
+/// Whether a member failed for a reason that would recur. An input file that could not be read ends
+/// a member before its unknowns are counted. An output file that could not be written ends it
+/// later, and there may be space by now.
 fn is_of_its_own(record: &Value) -> bool {
     let is = |cause: &Cause| record["exit_code"] == *cause as i32;
     let was_not_written = is(&Cause::File) && record["unknowns"] != 0;
     OF_A_MEMBER.iter().any(is) && !was_not_written
 }
 
-/// Whether a member was stopped by the wall time of its own case, and would be again.
+/// Whether a member was stopped by the wall-time limit of its own case, which would happen again.
 fn ran_out_of_time(record: &Value) -> bool {
     record["reason"].as_str().is_some_and(|reason| reason.contains(WALL_TIME_IS_OVER))
 }
 
-/// Makes sure that a member that has ended has all of its results.
+/// Checks that a member that has ended has complete results.
 ///
 /// # Errors
-/// What is missing or damaged.
+/// Results are missing or damaged.
 fn check_results(member: &Member, record: &Value, folder: &Path) -> Result<()> {
     check_tables(record, folder)?;
     let end = member.case.time.end.value;
@@ -194,7 +201,7 @@ fn check_results(member: &Member, record: &Value, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What rank 0 keeps of a study.
+/// Data of a study on rank 0.
 struct Ledger<'a> {
     study: &'a Study,
     members: &'a [Member],
@@ -205,7 +212,7 @@ struct Ledger<'a> {
     rows: Vec<StudyRow>,
     /// PETSc's options of the command line.
     petsc: String,
-    /// The folder of the study, this run's alone.
+    /// The folder of the study, locked by this run.
     place: StudyFolder,
 }
 
@@ -234,11 +241,12 @@ impl<'a> Ledger<'a> {
         })
     }
 
-    /// Whether the results of a member are there and complete, made by this program from the same case and meshes with the
-    /// same options of PETSc. Damaged ones are run again, and the user reads why.
+    /// Whether the results of a member exist and are complete, and were computed by this program
+    /// from the same case and meshes with the same PETSc options. Damaged results are computed
+    /// again, and the reason is printed.
     ///
     /// # Errors
-    /// The folder of the study is another one than at the start, or a damaged folder can not be emptied.
+    /// The folder of the study was replaced, or a damaged folder can not be emptied.
     fn is_done(&self, member: &Member) -> Result<bool> {
         self.place.check()?;
         let folder = member_folder(&self.options.folder, member);
@@ -273,7 +281,7 @@ impl<'a> Ledger<'a> {
                     let path = member.case.resolve(&file.file.value);
                     match InputRecord::of(&path) {
                         Ok(input) => known("sha256", &input.sha256),
-                        // It could not be read then either.
+                        // The file could not be read in the recorded run either.
                         Err(_) => !known("path", &path.display().to_string()),
                     }
                 }
@@ -287,7 +295,7 @@ impl<'a> Ledger<'a> {
             && same_meshes()
     }
 
-    /// Takes up a member that has been run, and rewrites the table.
+    /// Adds the results of a member that has been run, and rewrites the table.
     fn enter(&mut self, index: usize, was_done: bool) -> Result<()> {
         self.place.check()?;
         let member = &self.members[index];

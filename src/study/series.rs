@@ -1,4 +1,4 @@
-//! Columns over time: values at instants, extremes, and the L2 norm of differences.
+//! Curves over time: values at instants, extremes, and the L2 norm of differences.
 
 use std::path::Path;
 
@@ -7,21 +7,22 @@ use crate::error::{Error, Result};
 use crate::plot::Csv;
 use crate::study::file::Measure;
 
-/// Share of the length of a curve by which an instant may lie outside of it.
+/// Tolerance, as a fraction of the length of a curve, by which an instant may lie outside of it.
 const ROUNDING: f64 = 1e-9;
 
 /// A curve over time, linear between its points.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TimeSeries {
-    /// Time \[s\], growing, and value.
+    /// Time \[s\], increasing, and value.
     points: Vec<[f64; 2]>,
 }
 
-/// First and last instant that count \[s\].
+/// First and last instant of the evaluated interval \[s\].
 pub type Interval = Option<[f64; 2]>;
 
 impl TimeSeries {
-    /// A curve from its points; those that are not finite are left out, and the later of two at one instant counts.
+    /// Creates a curve from its points. Points that are not finite are left out. Of two points at
+    /// one instant, the later one is used.
     pub fn new(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let mut kept: Vec<[f64; 2]> = Vec::new();
         for point in points.into_iter().filter(|point| point.iter().all(|x| x.is_finite())) {
@@ -33,10 +34,12 @@ impl TimeSeries {
         Self { points: kept }
     }
 
-    /// The column of a table in the rows that have the given words; `None` where there is no table yet.
+    /// Reads a column of a table in the rows that have the given words; `None` if the table does
+    /// not exist yet.
     ///
     /// # Errors
-    /// There is no such column: the text names the nearest one. A number can not be read.
+    /// There is no such column, and the message names the most similar one; or a number can not be
+    /// read.
     pub fn read(path: &Path, column: &str, only: &[(&str, &str)], units: Units) -> Result<Option<Self>> {
         let Some(csv) = Csv::read(path)? else { return Ok(None) };
         let absent = |column: &str| {
@@ -58,7 +61,7 @@ impl TimeSeries {
         Ok(Some(Self::new(points.map(|((time, value), _)| [time, value]))))
     }
 
-    /// Whether it has no point.
+    /// Whether the curve has no points.
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
@@ -77,7 +80,8 @@ impl TimeSeries {
         Some(if length > 0.0 { from[1] + (time - from[0]) / length * (to[1] - from[1]) } else { to[1] })
     }
 
-    /// Points within the interval, its ends included where the curve reaches them.
+    /// The part of the curve within the interval. The ends of the interval are included if the
+    /// curve reaches them.
     fn within(&self, interval: Interval) -> Self {
         let Some(ends) = interval else { return self.clone() };
         let end = |time: f64| self.at(time).map(|value| [time, value]);
@@ -85,7 +89,8 @@ impl TimeSeries {
         Self { points: end(ends[0]).into_iter().chain(inner).chain(end(ends[1])).collect() }
     }
 
-    /// What a measure makes of the curve; of [`Measure::L2`] its root mean square. `None` where the curve does not reach.
+    /// The measure of the curve; for [`Measure::L2`] its root mean square. `None` if the curve has
+    /// no value in the interval.
     pub fn measured(&self, measure: Measure, interval: Interval) -> Option<f64> {
         let part = self.within(interval);
         let values = || part.points.iter().map(|point| point[1]);
@@ -101,10 +106,11 @@ impl TimeSeries {
         }
     }
 
-    /// L2 norm over time of this curve minus another on the instants of both, over that of the other.
+    /// L2 norm over time of the difference between this curve and another, relative to the norm of
+    /// the other. It is evaluated at the instants of both.
     ///
-    /// `None` where they have no time in common, or the other is zero. `scale` is the size to compare with in place of the
-    /// other's root mean square.
+    /// `None` if they have no time in common, or if the other is zero. `scale` replaces the root
+    /// mean square of the other as the reference size.
     pub fn distance(&self, other: &Self, interval: Interval, scale: Option<f64>) -> Option<f64> {
         let ([mine, yours], [my_end, your_end]) = (
             [self, other].map(|curve| curve.points.first().map(|point| point[0])),
@@ -131,7 +137,7 @@ impl TimeSeries {
     }
 }
 
-/// Integral of the square of a curve that is linear between its points, exactly.
+/// Exact integral of the square of a curve that is linear between its points.
 fn square_integral(points: &[[f64; 2]]) -> f64 {
     let piece = |pair: &[[f64; 2]]| {
         let [[from, a], [to, b]] = [pair[0], pair[1]];
@@ -150,7 +156,8 @@ mod tests {
         TimeSeries::new(times.iter().map(|&time| [time, slope * time]))
     }
 
-    /// Values are linear between points and absent outside; the last of two at one instant counts.
+    /// Values are linear between points and absent outside. Of two points at one instant, the last
+    /// one is used.
     #[test]
     fn values_are_interpolated() {
         let curve = TimeSeries::new([[0.0, 1.0], [1.0, 3.0], [1.0, 5.0], [f64::NAN, 2.0], [3.0, 9.0]]);
@@ -164,8 +171,8 @@ mod tests {
         assert_eq!(curve.measured(Measure::Last, None), Some(9.0));
     }
 
-    /// The norm is that of the continuous curves: it does not depend on how finely a straight line is sampled, and
-    /// t against 2 t over [0, 3] is a half.
+    /// The norm is that of the continuous curves: it does not depend on how finely a straight line
+    /// is sampled. The relative distance of t from 2 t over [0, 3] is a half.
     #[test]
     fn norms_are_exact_for_lines() {
         let coarse = line(1.0, &[0.0, 3.0]);
@@ -176,14 +183,15 @@ mod tests {
         assert!((coarse.measured(Measure::L2, None).unwrap() - 3f64.sqrt()).abs() < 1e-15);
         let scaled = coarse.distance(&fine, None, Some(3f64.sqrt())).unwrap();
         assert!((scaled - 1.0).abs() < 1e-15);
-        // Only the time that both have counts.
+        // Only the common time interval counts.
         let short = line(1.0, &[1.0, 2.0]);
         assert!((short.distance(&fine, Some([0.0, 1.5]), None).unwrap() - 0.5).abs() < 1e-15);
         assert_eq!(short.distance(&line(1.0, &[2.0, 3.0]), None, None), None);
         assert_eq!(short.distance(&line(0.0, &[0.0, 3.0]), None, None), None);
     }
 
-    /// Rows are chosen by their words; a wrong column is told with the nearest.
+    /// Rows are selected by their words. The error for an unknown column names the most similar
+    /// one.
     #[test]
     fn rows_are_chosen_by_words() {
         let scratch = Scratch::new("series");

@@ -1,4 +1,4 @@
-//! `study.csv`: a row a member.
+//! `study.csv`: one row per member.
 
 use super::columns::COLUMNS;
 use super::row::{MemberState, StudyRow};
@@ -11,7 +11,7 @@ pub const FILE: &str = "study.csv";
 /// The whole table. `fronts` are the members on the front of each quantity.
 ///
 /// # Errors
-/// A fault of the program.
+/// An internal error of the program.
 pub fn text(
     axes: &[String],
     quantities: &[String],
@@ -19,7 +19,7 @@ pub fn text(
     fronts: &[Vec<usize>],
 ) -> Result<String> {
     let own = |name: &str| name.to_owned();
-    // A study without axes has the names of its members as its axis.
+    // A study without axes uses the names of its members as its axis.
     let axes_shown: &[String] = if axes == ["member"] { &[] } else { axes };
     let mut columns = vec![own("member")];
     columns.extend(axes_shown.iter().cloned());
@@ -68,7 +68,7 @@ fn cells_of<'a>(row: &'a StudyRow, axes: usize, front: &'a str) -> Vec<Cell<'a>>
     cells
 }
 
-/// To a tenth of a millisecond: what the clock tells.
+/// Rounds to a tenth of a millisecond, the resolution of the measurement.
 fn rounded(seconds: f64) -> f64 {
     (seconds * 1e4).round() / 1e4
 }

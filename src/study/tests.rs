@@ -1,11 +1,11 @@
-//! What a study file may say, and what is told when it is wrong.
+//! Valid study files, and the errors for invalid ones.
 
 use std::path::Path;
 
 use super::row::{Cost, MemberState, StudyRow};
 use super::run::Planned;
 
-/// A row with these labels, without results.
+/// A row with the given labels and no results.
 pub fn row(name: &str, labels: &[&str], state: MemberState) -> StudyRow {
     let mut row = StudyRow::blank(name.to_owned(), labels.iter().map(|&label| label.to_owned()).collect(), 1);
     row.state = state;
@@ -30,7 +30,8 @@ fn planned(study: &str) -> crate::error::Result<Planned> {
     })
 }
 
-/// The grid is the product of its axes, the last one fastest; the reference comes first, named members last.
+/// The grid is the product of its axes, with the last one varying fastest. The reference comes
+/// first, and named members come last.
 #[test]
 fn members_are_all_combinations() {
     let Planned { members, .. } = planned(STUDY).unwrap();
@@ -49,7 +50,7 @@ fn members_are_all_combinations() {
     assert_eq!(digests.len(), members.len());
 }
 
-/// What is wrong is told with line, column, cause and cure, before anything runs.
+/// An error states line, column, cause and hint before anything runs.
 #[test]
 fn broken_studies_are_told_where_and_why() {
     let mut wrong = Vec::new();
@@ -100,7 +101,8 @@ fn broken_studies_are_told_where_and_why() {
     assert!(text.contains("more than 10000 members"), "{text}");
 }
 
-/// The study files that ship are right, and name the schema; the schema that ships is the one that the types make.
+/// The shipped study files are valid and name the schema. The shipped schema equals the one that
+/// the types generate.
 #[test]
 fn shipped_studies_are_right() {
     let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes");
@@ -121,7 +123,7 @@ fn shipped_studies_are_right() {
     assert_eq!(shipped, serde_json::to_string_pretty(&super::schema()).unwrap() + "\n");
 }
 
-/// Instants of a study are in the case's unit of time, and its members have the units of the case.
+/// Instants of a study are in the case's unit of time, and its members use the units of the case.
 #[test]
 fn a_study_has_the_units_of_its_case() {
     let case =

@@ -1,5 +1,5 @@
-//! The pace of a run whose accuracy is an input: is a step good enough, and what does the next one have to
-//! keep (theory, section 4.8).
+//! Error control of a run with prescribed accuracy: whether a step is accurate enough, and what the
+//! next step has to satisfy (theory, section 4.8).
 
 mod past;
 mod recoil;
@@ -22,15 +22,16 @@ pub use watch::Memory;
 use past::StepHistory;
 use watch::ErrorController;
 
-/// What watches the errors of a run; without `accuracy` in the case it is nothing, and costs nothing.
+/// The error control of a run. Without `accuracy` in the case it does nothing and costs nothing.
 pub struct StepPacing {
     watch: Option<Box<ErrorController>>,
 }
 
-/// Limits the penetration where the case asks for it. To be called before any equilibrium is sought.
+/// Enforces the penetration tolerance of the case, if there is one. Call it before any equilibrium
+/// is computed.
 ///
 /// # Errors
-/// The tolerance is below the spacing of coordinates, the same on all ranks.
+/// The tolerance is below the spacing of coordinates; the error is the same on all ranks.
 pub fn limit_penetration<const D: usize>(
     system: &mut ContactSystem<D>,
     case: &Case,
@@ -52,7 +53,7 @@ pub fn limit_penetration<const D: usize>(
     Ok(())
 }
 
-/// The penetration that the case asks for.
+/// The penetration tolerance of the case.
 fn penetration(case: &Case) -> Option<Asked> {
     Some(match case.accuracy.as_ref()?.penetration? {
         PenetrationTolerance::Length(length) => Asked::Length(length.value),
@@ -60,18 +61,19 @@ fn penetration(case: &Case) -> Option<Asked> {
     })
 }
 
-/// Whether the laws of contact stay as they are: under the conserving scheme, whose forces are differences of their energy. What is
-/// asked of penetration and slip is told all the same.
+/// Whether the contact laws stay unchanged. This holds under the conserving scheme, whose forces
+/// are differences of the contact energy. The achieved penetration and slip are reported
+/// nevertheless.
 pub fn keeps_laws(case: &Case) -> bool {
     case.time.scheme.value == crate::case::Scheme::Conserving
 }
 
-/// Whether the steps follow their errors.
+/// Whether the step length follows the estimated errors.
 fn adapts(case: &Case) -> bool {
     case.accuracy.as_ref().is_some_and(|accuracy| accuracy.time.is_some())
 }
 
-/// The steps of the case from an instant `start` on \[s\].
+/// The step control of the case from the instant `start` \[s\].
 pub fn control<const D: usize>(case: &Case, model: &Model<D>, start: f64) -> StepControl {
     let time = &case.time;
     match adapts(case) {
@@ -80,26 +82,27 @@ pub fn control<const D: usize>(case: &Case, model: &Model<D>, start: f64) -> Ste
     }
 }
 
-/// Whether stick follows the slip that is asked for, by the return map, and not the case's own law.
+/// Whether the requested slip, instead of the law of the case, determines the stiffness of stick.
+/// It is enforced by the return map.
 pub fn limits_slip(case: &Case) -> bool {
     case.accuracy.as_ref().is_some_and(|accuracy| accuracy.value.slip.is_some()) && !keeps_laws(case)
 }
 
-/// What the estimate of the error in time keeps of earlier steps, with the layout of `pattern`; nothing where the case asks
-/// for no such accuracy.
+/// History of earlier steps for the estimate of the error in time, with the layout of `pattern`. It
+/// is `None` if the case does not request an accuracy in time.
 ///
 /// # Errors
-/// When PETSc can not allocate.
+/// PETSc can not allocate.
 pub fn kept(case: &Case, pattern: &Vector) -> Result<Option<StepHistory>> {
     let estimates = adapts(case) && options::scheme(&case.time).local_error().is_some();
     if estimates { StepHistory::new(pattern).map(Some) } else { Ok(None) }
 }
 
 impl StepPacing {
-    /// Of the state at the start in `stage`. Collective.
+    /// The error control for the state at the start in `stage`. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn new<const D: usize>(
         system: &mut ContactSystem<D>,
         stage: &Stage,
@@ -113,17 +116,18 @@ impl StepPacing {
         Ok(Self { watch: Some(Box::new(watch)) })
     }
 
-    /// Puts to the contacts what the next step has to keep. Collective.
+    /// Sets the contact parameters that the next step has to satisfy. Collective.
     pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) {
         if let Some(watch) = &self.watch {
             watch.prepare(system);
         }
     }
 
-    /// Moves the first guess to where the last displacements point, where they are of one smooth motion; whether it did.
+    /// Extrapolates the first guess from the last displacements if they belong to one smooth
+    /// motion. Returns whether it did.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn predict(&self, stage: &mut Stage) -> Result<bool> {
         match &self.watch {
             Some(watch) => watch.predict(stage),
@@ -131,11 +135,11 @@ impl StepPacing {
         }
     }
 
-    /// Whether the step in `stage`, which is solved, is good enough; `control` offers the next one, or the same anew.
-    /// Collective.
+    /// Whether the solved step in `stage` is accurate enough. `control` then offers the next step,
+    /// or otherwise the same step again. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn accepts<const D: usize>(
         &mut self,
         system: &mut ContactSystem<D>,
@@ -150,11 +154,11 @@ impl StepPacing {
         }
     }
 
-    /// The step is accepted; tells the journal what was achieved so far. To be called before the trial state becomes
-    /// the start of the next step. Collective.
+    /// Records an accepted step and passes the accuracy achieved so far to the journal. Call it
+    /// before the trial state becomes the start of the next step. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn advance<const D: usize>(
         &mut self,
         system: &mut ContactSystem<D>,
@@ -169,19 +173,20 @@ impl StepPacing {
         Ok(())
     }
 
-    /// What has to be kept for a run to go on, beside the control; the estimate begins anew.
+    /// The state that a checkpoint has to store in addition to the control. The error estimate
+    /// itself starts anew after a restart.
     pub fn memory(&self) -> Option<&Memory> {
         self.watch.as_ref().map(|watch| watch.memory())
     }
 
-    /// Goes on with what was kept; the points of the contacts remember their last accepted step.
+    /// Restores the stored state. The contact points store their last accepted step themselves.
     pub fn recall<const D: usize>(&mut self, system: &mut ContactSystem<D>, memory: &Memory) {
         if let Some(watch) = &mut self.watch {
             watch.recall(system, memory);
         }
     }
 
-    /// Lets the estimate begin anew, as in a run that goes on from here.
+    /// Resets the error estimate, as in a run that restarts from here.
     pub fn forget<const D: usize>(&mut self, system: &mut ContactSystem<D>) {
         if let Some(watch) = &mut self.watch {
             watch.forget(system);

@@ -1,4 +1,5 @@
-//! Displacements before the present step: what the estimate of its error, and a first guess of the next, are made of.
+//! Displacements before the present step, from which its error is estimated and the next first
+//! guess is extrapolated.
 
 use crate::dynamics::{Stage, State};
 use crate::error::Result;
@@ -12,20 +13,22 @@ pub struct StepHistory {
     u: [Vector; 2],
     instants: [f64; 2],
     known: usize,
-    /// Estimated error of the step that was judged last, over the power of its length that it falls with.
+    /// Estimated error of the step that was evaluated last, divided by the power of the step length
+    /// with which it decreases.
     rate: Vector,
-    /// The same of the steps before, smoothed: section by section of the filter.
+    /// The rates of earlier steps, smoothed by a filter; one vector per section of the filter.
     smooth: [Vector; SECTIONS],
     work: Vector,
-    /// Whether a parabola through them told the last displacement better than the velocity at the start of its step.
+    /// Whether a parabola through the earlier displacements predicted the last displacement better
+    /// than the velocity at the start of its step.
     curved: bool,
 }
 
 impl StepHistory {
-    /// Of a motion that begins, with the layout of `pattern`.
+    /// The history at the start of a motion, with the layout of `pattern`.
     ///
     /// # Errors
-    /// When PETSc can not allocate.
+    /// PETSc can not allocate.
     pub fn new(pattern: &Vector) -> Result<Self> {
         Ok(Self {
             u: [pattern.like()?, pattern.like()?],
@@ -38,21 +41,23 @@ impl StepHistory {
         })
     }
 
-    /// The velocity jumps: displacements before the start are not of the same smooth motion any more.
+    /// Records a jump of the velocity: displacements before the start belong to a different smooth
+    /// motion.
     pub fn jump(&mut self) {
         self.known = 0;
     }
 
-    /// Begins anew: neither displacements nor errors are known.
+    /// Resets the history: it holds neither displacements nor errors.
     pub fn forget(&mut self) {
         (self.known, self.curved) = (0, false);
         self.smooth.iter_mut().for_each(|section| section.set(0.0));
     }
 
-    /// Moves the first guess to where the last displacements point, where they are of one smooth motion; whether it did.
+    /// Extrapolates the first guess from the last displacements if they belong to one smooth
+    /// motion. Returns whether it did.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn predict(&self, stage: &mut Stage) -> Result<bool> {
         let curved = self.known == 2 && self.curved;
         if curved {
@@ -61,7 +66,8 @@ impl StepHistory {
         Ok(curved)
     }
 
-    /// The parabola through the last two displacements and that of `start`, at the instant `at` \[s\].
+    /// Extrapolates the parabola through the last two displacements and that of `start` to the
+    /// instant `at` \[s\].
     fn extrapolate(&self, start: &State, at: f64, out: &mut Vector) -> Result<()> {
         let [far, near, last] = extrapolation([self.instants[1], self.instants[0], start.time], at);
         out.copy_from(&start.u)?;
@@ -70,11 +76,12 @@ impl StepHistory {
         out.axpy(far, &self.u[1])
     }
 
-    /// Estimated error of the step in `stage` over the power of its length that it falls with, `dt^(p + 1)`: a derivative
-    /// of the motion \[m/s^(p + 1)\]; `clear` takes from it what does not count.
+    /// Estimated error of the step in `stage`, divided by the power of the step length with which
+    /// it decreases, `dt^(p + 1)`. The result is a derivative of the motion \[m/s^(p + 1)\].
+    /// `clear` removes the components that do not count.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn rate(
         &mut self,
         scheme: Scheme,
@@ -94,22 +101,22 @@ impl StepHistory {
         Ok(&self.rate)
     }
 
-    /// The last rate as it leaves the filter, which stays as it was.
+    /// The last rate after the filter. The state of the filter does not change.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn smooth_rate(&mut self, section: &Section) -> Result<&Vector> {
         let Self { rate, smooth, work, .. } = self;
         combine(&section.weights(section.count - 1), smooth, rate, work)?;
         Ok(work)
     }
 
-    /// Takes the last rate into the filter.
+    /// Updates the filter with the last rate.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn settle(&mut self, section: &Section) -> Result<()> {
-        // The last section first: the others still hold what it needs.
+        // The last section is updated first, because it needs the previous values of the others.
         for last in (0..SECTIONS).rev() {
             combine(&section.weights(last), &self.smooth, &self.rate, &mut self.work)?;
             self.smooth[last].copy_from(&self.work)?;
@@ -117,10 +124,11 @@ impl StepHistory {
         Ok(())
     }
 
-    /// Takes the displacement at the start of a step that is accepted, and notes which guess would have been better.
+    /// Stores the displacement at the start of an accepted step, and records which first guess
+    /// would have been better.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn push(&mut self, stage: &Stage, restart: bool) -> Result<()> {
         if self.known == 2 {
             self.work.waxpy(-1.0, &stage.start.u, &stage.trial.u)?;
@@ -139,10 +147,12 @@ impl StepHistory {
     }
 }
 
-/// Whether a parabola predicts a motion better than a straight line, given the errors of both and the size of the displacements
-/// \[m\]. If both predict it to rounding, the line is taken, so that the choice does not depend on rounding.
+/// Whether a parabola predicts a motion better than a straight line, given the errors of both and
+/// the size of the displacements \[m\]. If both are exact to rounding, the line is chosen, so that
+/// the choice does not depend on rounding.
 fn is_curved([parabola, line]: [f64; 2], size: f64) -> bool {
-    /// Relative size of errors that are attributed to rounding. In free flight the error is about 1e-15 after a few hundred steps.
+    /// Relative size of errors that are attributed to rounding. In free flight the error is about
+    /// 1e-15 after a few hundred steps.
     const ROUNDING: f64 = 1e-12;
     line > ROUNDING * size && parabola < line
 }
@@ -167,7 +177,8 @@ fn combine(
 mod tests {
     use super::*;
 
-    /// The parabola with the smaller error is chosen, unless both errors are rounding, as for a body at rest or in flight.
+    /// The parabola with the smaller error is chosen, unless both errors are rounding, as for a
+    /// body at rest or in flight.
     #[test]
     fn rounding_does_not_choose_the_first_guess() {
         assert!(is_curved([1e-6, 2e-6], 1.0) && !is_curved([2e-6, 1e-6], 1.0));

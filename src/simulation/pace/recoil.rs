@@ -1,15 +1,18 @@
-//! What a body that lands or takes off errs by: the scheme does not know when within the step it did.
+//! Error of a body that lands or takes off. The scheme does not resolve the instant within the step
+//! at which this happens.
 //!
-//! The force that the contact has at one end of the step and not at the other acts for a part of the step that is wrong by half
-//! of it at most. So the impulse errs by `dt |dF| / 2`, and a body that nothing else holds carries the speed along until the end:
-//! an error of first order, whatever the order of the scheme, that no difference of displacements sees.
+//! A contact force that exists at only one end of the step acts for an unknown part of the step,
+//! which is wrong by at most half of it. The impulse therefore has an error of `dt |dF| / 2`. A
+//! free body keeps the resulting error of its speed until the end. This error is of first order,
+//! whatever the order of the scheme, and no difference of displacements detects it.
 
 use crate::assembly::ContactSystem;
 
-/// Part of a step by which the instant of a landing is not known, on average.
+/// Average uncertainty of the instant of a landing, as a fraction of the step.
 const UNKNOWN: f64 = 0.5;
 
-/// Sizes of the forces on the contacts at the trial state \[N\], 0 where nothing does more than touch. Collective.
+/// Magnitudes of the contact forces at the trial state \[N\]; 0 for a contact that only touches.
+/// Collective.
 pub fn loads<const D: usize>(system: &ContactSystem<D>) -> Vec<f64> {
     let load = |contact: crate::assembly::ContactSummary<D>| match contact.zone.pressing {
         0 => 0.0,
@@ -18,9 +21,12 @@ pub fn loads<const D: usize>(system: &ContactSystem<D>) -> Vec<f64> {
     system.contact_summaries().into_iter().map(load).collect()
 }
 
-/// Error of the speed over the length of the step in which contacts close that were open as a whole, or open \[m/s2\]:
-/// `recoils` of each contact \[1/kg\], whether it is `calm`, and its loads before and after \[N\]. Of the calm contacts, whose forces
-/// are impulses, and of all.
+/// Error of the speed, divided by the length of the step, when contacts close as a whole or open as
+/// a whole \[m/s2\].
+///
+/// `recoils` is given for each contact \[1/kg\], `calm` says whether it is calm, and the loads are
+/// those before and after \[N\]. Returns the error from the calm contacts, whose forces are
+/// impulses, and the error from all contacts.
 pub fn thrown(recoils: &[f64], calm: &[bool], [before, now]: [&[f64]; 2]) -> [f64; 2] {
     let mut squares = [0.0; 2];
     for (((before, now), recoil), calm) in before.iter().zip(now).zip(recoils).zip(calm) {
@@ -33,19 +39,21 @@ pub fn thrown(recoils: &[f64], calm: &[bool], [before, now]: [&[f64]; 2]) -> [f6
     squares.map(|square| UNKNOWN * square.sqrt())
 }
 
-/// Whether contacts carry a body that is free to move: calm ones, and any.
+/// Whether contacts carry a body that is free to move: first for calm contacts, then for any
+/// contact.
 pub fn held(recoils: &[f64], calm: &[bool], loads: &[f64]) -> [bool; 2] {
     let carries = |k: &usize| loads[*k] * recoils[*k] > 0.0;
     let carrying = (0..loads.len().min(recoils.len())).filter(carries);
     carrying.fold([false; 2], |[impulse, _], k| [impulse || calm[k], true])
 }
 
-/// Whether a contact closes that was open as a whole, of loads before and after \[N\].
+/// Whether a contact that was completely open closes, given the loads before and after \[N\].
 pub fn strikes([before, now]: [&[f64]; 2]) -> bool {
     before.iter().zip(now).any(|(before, now)| *before == 0.0 && *now != 0.0)
 }
 
-/// How little a step of `dt` sees of what swings in the time `swing` \[s\]: 0 where it resolves it, 1 where it does not.
+/// How poorly a step of `dt` resolves an oscillation of the time `swing` \[s\]: 0 if it is
+/// resolved, 1 if it is not.
 pub fn unresolved(dt: f64, swing: f64) -> f64 {
     1.0 / (1.0 + (swing / dt).powi(2))
 }
@@ -54,7 +62,8 @@ pub fn unresolved(dt: f64, swing: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A landing strikes, a take-off or a contact that stays does not; a short step resolves a swing, a long one none of it.
+    /// A landing counts as a strike; a take-off or a contact that stays closed does not. A short
+    /// step resolves an oscillation, a long step does not.
     #[test]
     fn landings_strike_and_short_steps_resolve() {
         let carried = |loads: &[f64]| held(&[0.1, 0.2, 0.0], &[true, false, true], loads);
@@ -68,7 +77,7 @@ mod tests {
         );
     }
 
-    /// What lands or takes off counts, what was closed and stays so does not.
+    /// Contacts that close or open contribute to the error; contacts that stay closed do not.
     #[test]
     fn landings_count() {
         let calm = [true; 2];
@@ -80,8 +89,9 @@ mod tests {
         assert_eq!(thrown(&[0.1], &[true], [&[], &[3.0]]), [0.0; 2]);
     }
 
-    /// A mass that a constant force meets at an unknown instant within a step: the rule of the mean force errs by no more than
-    /// what is thrown, and by most of it at worst.
+    /// A constant force starts to act on a mass at an unknown instant within a step. The error of
+    /// averaging the force never exceeds the bound of [`thrown`] and nearly reaches it in the worst
+    /// case.
     #[test]
     fn bounds_the_impulse_of_a_force_that_begins_within_a_step() {
         let (mass, force, dt) = (2.0, 6.0, 0.1);

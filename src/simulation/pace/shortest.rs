@@ -1,4 +1,4 @@
-//! Steps as short as they may be: what a user should know of them, and when they lead nowhere.
+//! Monitors steps of the minimum length: when to warn the user, and when to stop the run.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,41 +6,43 @@ use crate::case::Units;
 use crate::dynamics::Stage;
 use crate::error::Error;
 
-/// Counts of the steps that were as short as errors may ask for.
+/// Counts of the steps that had the minimum length of the error control.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shortest {
-    /// All of them.
+    /// Number of all such steps.
     steps: u32,
-    /// Those that erred by more than they may all the same.
+    /// Number of those whose error still exceeded the allowance.
     missed: u32,
 }
 
-/// What may keep steps short.
+/// Conditions that may keep steps short.
 #[derive(Debug, Clone, Copy)]
 pub struct MinimumStepWatch {
     /// Largest displacement so far, root mean square \[m\].
     pub size: f64,
-    /// How much stiffer than its law says the stiffest contact is.
+    /// Largest ratio of a contact's present stiffness to that of its law.
     pub stiffer: f64,
-    /// Whether the mass of a node can rattle on it.
+    /// Whether nodal masses can chatter on the contact stiffness.
     pub rattles: bool,
     /// Whether there is friction.
     pub rubs: bool,
 }
 
 impl Shortest {
-    /// As many steps of the smallest length are no accident.
+    /// Number of steps of the minimum length after which a warning is printed: that many are not
+    /// accidental.
     const TOLD: u32 = 100;
-    /// As many that missed what was asked are the rest of the run: two of the longest steps went by in them.
+    /// Number of steps of the minimum length with too large an error after which the run stops. It
+    /// corresponds to two steps of the maximum length.
     const HOPELESS: u32 = 2048;
 
-    /// Takes another one that used `ratio` of what it may err by.
+    /// Counts another step that used the fraction `ratio` of its allowed error.
     pub fn count(&mut self, ratio: f64) {
         self.steps += 1;
         self.missed += u32::from(ratio > 1.0);
     }
 
-    /// What a user should know at once, once.
+    /// The warning to print now. It is returned once.
     pub fn remark(&self, plight: &MinimumStepWatch, units: Units) -> Option<String> {
         (self.steps == Self::TOLD).then(|| {
             let [why, cure] = plight.told(units);
@@ -55,7 +57,7 @@ impl Shortest {
         self.missed >= Self::HOPELESS
     }
 
-    /// The end of a run that asks for ever shorter steps, in the step of `stage`.
+    /// The error that ends a run with too many steps of the minimum length, in the step of `stage`.
     pub fn hopeless(&self, plight: &MinimumStepWatch, stage: &Stage, units: Units) -> Option<Error> {
         self.is_hopeless().then(|| {
             let [why, cure] = plight.told(units);
@@ -71,7 +73,7 @@ impl Shortest {
 }
 
 impl MinimumStepWatch {
-    /// Why, and what helps.
+    /// The cause and the hint.
     fn told(&self, units: Units) -> [String; 2] {
         let m = units.of("m");
         let Self { size, stiffer, rattles, rubs } = *self;
@@ -109,7 +111,7 @@ impl MinimumStepWatch {
 mod tests {
     use super::*;
 
-    /// It is told once, with the cure that fits.
+    /// The warning is returned once, with the hint that fits.
     #[test]
     fn is_told_once() {
         let plight = MinimumStepWatch { size: 1e-3, stiffer: 1.0, rattles: false, rubs: true };
@@ -127,7 +129,8 @@ mod tests {
         assert!(smooth.told(Units::SI)[1].contains("conserving"));
     }
 
-    /// Short steps that err by no more than they may go on for ever, those that miss it do not.
+    /// Short steps with acceptable errors may continue indefinitely. Short steps with too large
+    /// errors end the run.
     #[test]
     fn ends_where_what_is_asked_is_missed() {
         let mut shortest = Shortest::default();

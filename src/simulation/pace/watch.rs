@@ -1,4 +1,4 @@
-//! What watches the errors of a run from step to step.
+//! Monitors the errors of a run from step to step.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,39 +17,39 @@ use crate::solvers::SolveReport;
 use crate::time::saturation::{Passed, Section};
 use crate::time::{Budget, Judgement, Scheme, StepControl};
 
-/// What the watch remembers from step to step.
+/// State of the error control that is kept from step to step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     time: Option<Budget>,
     energy: Option<Budget>,
     /// Largest displacement so far, root mean square \[m\].
     size: f64,
-    /// Largest energy without a cause so far \[J\].
+    /// Largest unexplained energy so far \[J\].
     drift: f64,
-    /// Deepest penetration \[m\], fastest creep \[m/s\], largest elastic slip \[m\] so far.
+    /// Largest penetration \[m\], creep rate \[m/s\] and elastic slip \[m\] so far.
     contact: [f64; 3],
-    /// Contact points that did more than touch at the end of the last accepted step: what only touches carries nothing, and
-    /// whether its gap is positive or negative, rounding decides.
+    /// Number of contact points that did more than touch at the end of the last accepted step. A
+    /// point that only touches carries no force, and rounding decides the sign of its gap.
     pressing: u64,
-    /// Steps that the last jump of the velocity still shows in.
+    /// Number of steps for which the last jump of the velocity still affects the estimate.
     unsettled: u32,
-    /// Instant of the last jump, from which on modes lose their phase \[s\].
+    /// Instant of the last jump, after which modes lose their phase \[s\].
     since: f64,
-    /// Derivative of the motion that errors follow from, smoothed: of the last step, and of the last step before the filter
-    /// began; 0 where none was.
+    /// Smoothed derivative of the motion that determines the errors: of the last step, and of the
+    /// last step before the filter was reset; 0 if there was no such step.
     rate: [f64; 2],
     passed: Passed,
-    /// How much stiffer than their laws say the contacts are.
+    /// Ratios of the present contact stiffnesses to those of their laws.
     stiffenings: Vec<f64>,
-    /// Steps as short as errors may ask for.
+    /// Counts of steps of the minimum length.
     shortest: Shortest,
-    /// What carries each contact at the end of the last accepted step \[N\].
+    /// Force on each contact at the end of the last accepted step \[N\].
     loads: Vec<f64>,
     /// Whether a body has landed or taken off.
     landed: bool,
 }
 
-/// What watches the errors of a run.
+/// The error control of a run.
 pub(super) struct ErrorController {
     accuracy: Accuracy,
     scheme: Scheme,
@@ -58,45 +58,50 @@ pub(super) struct ErrorController {
     kinks: Vec<f64>,
     weight: f64,
     given: Vec<Option<Regularization>>,
-    /// Smallest penetration that is asked of a contact \[m\].
+    /// Smallest penetration tolerance of a contact \[m\].
     penetration: Option<f64>,
     /// Bodies whose contact surfaces have no mass.
     massless: Vec<String>,
-    /// What an impulse on each contact moves, see [`ContactSystem::recoils`].
+    /// Response to an impulse on each contact, see [`ContactSystem::recoils`].
     recoils: Vec<f64>,
-    /// Whether nodes of it have no mass, see [`ContactSystem::calm`].
+    /// Whether the contact has massless nodes, see [`ContactSystem::calm`].
     calm: Vec<bool>,
     memory: Memory,
     past: Option<StepHistory>,
-    /// Estimated error and allowance of the step that was judged last \[m\].
+    /// Estimated error and allowance of the step that was evaluated last \[m\].
     judged: [f64; 2],
-    /// Whether a body lands or takes off in it.
+    /// Whether a body lands or takes off in that step.
     lands: bool,
-    /// What a user should know of that step.
+    /// Warning on that step.
     pub remark: Option<String>,
-    /// The filter in the step that was judged last, unless the velocity jumped, and what came out of it.
+    /// The filter section used in the step that was evaluated last, unless the velocity jumped,
+    /// followed by the filtered rate.
     section: Option<Section>,
     smooth: f64,
 }
 
 impl ErrorController {
-    /// Newton iterations up to which a step may grow, and from which it shrinks.
+    /// Newton iterations up to which a step may grow, and above which it shrinks.
     const EFFORT: [u32; 2] = [7, 14];
-    /// A penetration beyond what is asked by any part has the step repeated.
+    /// Error ratio that forces a step with an excessive penetration to be repeated.
     const REPEAT: f64 = 2.01;
-    /// The estimates of several modes, whose errors come and go in turn, add up to less than the error: by about this.
+    /// Safety factor. With several modes whose errors peak at different times, the sum of the
+    /// estimates is smaller than the error by about this factor.
     const SAFETY: f64 = 1.85;
-    /// And by this factor more while a body that landed is in contact that its steps do not resolve: what it errs by there it
-    /// carries along when it takes off. Measured over ten scenes (docs/validation/accuracy.md).
+    /// Additional factor while a body that landed is in a contact that the steps do not resolve.
+    /// The body carries the error made there along when it takes off. Measured over ten scenes
+    /// (docs/validation/accuracy.md).
     const CARRIED: f64 = 2.4;
-    /// Part of what another event may add that a landing may: a body that strikes late strikes too deep, and what that sets
-    /// swinging has the contact open and close for long.
+    /// Fraction of the allowance of other events that a landing may use. A body that strikes late
+    /// penetrates too deep, and the oscillation that this excites opens and closes the contact for
+    /// a long time.
     const LANDING: f64 = 0.2;
 
-    /// Of the state at the start in `stage`; `kinks` are the instants at which loads or their rates may jump. Collective.
+    /// The error control for the state at the start in `stage`; `kinks` are the instants at which
+    /// loads or their rates may jump. Collective.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn new<const D: usize>(
         system: &mut ContactSystem<D>,
         stage: &Stage,
@@ -122,7 +127,8 @@ impl ErrorController {
             memory: Memory {
                 time: budget(accuracy.time.filter(|_| past.is_some())),
                 energy: budget(accuracy.energy.filter(|_| scheme.has_inertia())),
-                // What moves by less than contacts may overlap is not looked at more closely than that.
+                // Motions smaller than the penetration tolerance of the contacts are not resolved
+                // further.
                 size: system.smallest_tolerance().filter(|_| scheme.has_inertia()).unwrap_or(0.0),
                 drift: 0.0,
                 contact: [0.0; 3],
@@ -149,18 +155,18 @@ impl ErrorController {
         Ok(watch)
     }
 
-    /// What has to be kept for a run to go on.
+    /// The state that a checkpoint has to store.
     pub fn memory(&self) -> &Memory {
         &self.memory
     }
 
-    /// Goes on with what was kept.
+    /// Restores the stored state.
     pub fn recall<const D: usize>(&mut self, system: &mut ContactSystem<D>, memory: &Memory) {
         system.recall_stiffenings(&memory.stiffenings);
         self.memory = memory.clone();
     }
 
-    /// Lets the estimate begin anew, with the last error for the errors of all steps before.
+    /// Resets the error estimate. The last error represents the errors of all earlier steps.
     pub fn forget<const D: usize>(&mut self, system: &mut ContactSystem<D>) {
         system.note_gaps();
         let memory = &mut self.memory;
@@ -172,10 +178,11 @@ impl ErrorController {
         }
     }
 
-    /// Moves the first guess to where the last displacements point, where they are of one smooth motion; whether it did.
+    /// Extrapolates the first guess from the last displacements if they belong to one smooth
+    /// motion. Returns whether it did.
     ///
     /// # Errors
-    /// When PETSc refuses.
+    /// PETSc reports an error.
     pub fn predict(&self, stage: &mut Stage) -> Result<bool> {
         self.past.as_ref().map_or(Ok(false), |past| past.predict(stage))
     }
@@ -191,7 +198,8 @@ impl ErrorController {
         Ok(())
     }
 
-    /// Makes stick as stiff as the slip that is asked for wants it; whether that changed anything. Collective.
+    /// Adjusts the stiffness of stick to the requested slip. Returns whether this changed anything.
+    /// Collective.
     pub fn prepare<const D: usize>(&self, system: &mut ContactSystem<D>) -> bool {
         let asked =
             self.accuracy.slip.filter(|_| self.scheme != Scheme::Conserving && self.memory.size > 0.0);
@@ -240,8 +248,9 @@ impl ErrorController {
             let gained = now.numerical.abs() - before.numerical.abs();
             ratio = ratio.max(gained / allowed);
         }
-        // A shorter step alone is no cure for slip and penetration: what nothing stiffer mends is told at the end.
-        // Equal steps are taken as they are, and what is taken keeps the laws that it was solved with.
+        // A shorter step alone does not reduce slip and penetration. What a larger stiffness can
+        // not correct is reported at the end. Equal steps are accepted as they are, and an accepted
+        // step keeps the laws that it was solved with.
         let repeats = matches!(control, StepControl::Adaptive(_));
         let loose = repeats && self.gives_way(system) && self.prepare(system);
         let deep = repeats && self.scheme.has_inertia() && system.mend_penetration();
@@ -274,7 +283,7 @@ impl ErrorController {
         }
         if let Some(budget) = &mut self.memory.time {
             let [error, fair] = self.judged;
-            // Behind a jump the estimate still sees the jump, which was paid for.
+            // After a jump the estimate still contains the jump, which is already in the budget.
             budget.spend(if self.memory.unsettled > 0 && !jumps { error.min(fair) } else { error });
         }
         if let Some(budget) = &mut self.memory.energy {
@@ -291,10 +300,12 @@ impl ErrorController {
         Ok(true)
     }
 
-    /// How much more than in flight the step errs by for a body that landed, is in contact and free to take off.
+    /// Factor by which the error of the step exceeds that in flight, for a body that landed, is in
+    /// contact and free to take off.
     ///
-    /// A contact without mass is an impulse to it. Nodes that have mass swing on the penalty: a step that resolves that sees
-    /// all there is, one that is much longer none of it.
+    /// A massless contact acts on the body as an impulse. Nodes with mass oscillate on the penalty:
+    /// the estimate sees the whole error if the step resolves the oscillation, and misses it if the
+    /// step is much longer.
     fn carried<const D: usize>(&self, system: &mut ContactSystem<D>, stage: &Stage) -> Result<f64> {
         let Memory { landed, loads, .. } = &self.memory;
         let [impulse, any] = recoil::held(&self.recoils, &self.calm, loads);
@@ -305,7 +316,7 @@ impl ErrorController {
         Ok(1.0 + (Self::CARRIED - 1.0) * recoil::unresolved(stage.dt, swing))
     }
 
-    /// Whether what sticks gives way by more than was asked.
+    /// Whether sticking contact yields by more than the requested slip.
     fn gives_way<const D: usize>(&self, system: &ContactSystem<D>) -> bool {
         let Some(slip) = self.accuracy.slip.filter(|_| self.given.iter().any(Option::is_some)) else {
             return false;
@@ -314,16 +325,20 @@ impl ErrorController {
         (creep * self.end).max(give) > slip.value * self.memory.size
     }
 
-    /// How far the velocities of the step carry until the end, at most as far as anything moved so far \[m\].
+    /// Distance over which the velocities of the step act until the end, limited to the largest
+    /// displacement so far \[m\].
     fn flight<const D: usize>(&self, system: &mut ContactSystem<D>, stage: &Stage) -> Result<f64> {
         let [from, to] = [&stage.start.v, &stage.trial.v];
         let speed = system.mean_size(from, self.weight)?.max(system.mean_size(to, self.weight)?);
         Ok(self.memory.size.min(speed * (self.end - stage.start.time)))
     }
 
-    /// Error of the motion by an impact that lost energy \[m\]: velocities err by half of its part, and what they carry so far
-    /// as `flight` with them. `fresh` is the part of the nodes that struck. Their energy is no error: on a stiff penalty it rattles until it is
-    /// lost, whatever the step.
+    /// Error of the motion due to an impact that lost energy \[m\]. The relative error of the
+    /// velocities is half of that of the energy, and so is the error of `flight`, the distance over
+    /// which they act.
+    ///
+    /// `fresh` is the fraction of the nodes that struck. The loss of their energy is not an error:
+    /// on a stiff penalty they chatter until it is lost, whatever the step.
     fn struck(&self, fresh: f64, flight: f64, [before, now]: [&Energies; 2]) -> f64 {
         let sizes = [before.kinetic, now.kinetic, before.strain, now.strain];
         let all = sizes.into_iter().fold(f64::MIN_POSITIVE, f64::max);
@@ -331,8 +346,8 @@ impl ErrorController {
         0.5 * lost.max(0.0) / all * flight
     }
 
-    /// Estimated error of the step, root mean square \[m\]: as it is where the velocity jumps, else without what was lost
-    /// before.
+    /// Estimated error of the step, root mean square \[m\]. It is unfiltered when the velocity
+    /// jumps; otherwise the filter removes errors that were dissipated before.
     fn error<const D: usize>(
         &mut self,
         system: &mut ContactSystem<D>,
@@ -348,7 +363,8 @@ impl ErrorController {
             return Ok(power * system.mean_size(rate, self.weight)?);
         }
         let span = (self.end - self.memory.since).max(stage.dt);
-        // A contact that can rattle is itself one of the fast modes, and feeds on what is lost.
+        // A contact that can chatter is one of the fast modes, and is fed by the energy that the
+        // others lose.
         let section = if system.rattles() { Section::WHOLE } else { self.scheme.saturation(stage.dt, span) };
         self.section = Some(section);
         let rate = system.mean_size(past.smooth_rate(&section)?, self.weight)?;
