@@ -128,8 +128,8 @@ impl<const D: usize> RoundSurface<D> {
         self.sign * (2.0 * self.arm.dot(&way) + way.norm_squared()) / (distance + self.radius)
     }
 
-    /// Gap, normal and Hessian. At the centre all directions are equally near. The direction of the
-    /// anchor is then used, without curvature.
+    /// Gap, normal and Hessian. At the centre all directions are equally near. The longest
+    /// projected coordinate axis is then the normal, without curvature.
     pub fn proximity(&self, x: &Vector<D>, transverse: &Tensor<D>) -> Proximity<D> {
         let offset = self.offset(x, transverse);
         let distance = offset.norm();
