@@ -14,8 +14,8 @@ use crate::mesh::Mesh;
 /// number of ranks give the same parts. Rank 0 frees the whole mesh.
 ///
 /// # Errors
-/// The same on every rank: a mesh cannot be numbered or partitioned, see
-/// [`partition`](super::partition).
+/// A mesh cannot be numbered or partitioned, see [`partition`](super::partition). The error is
+/// identical on every rank.
 pub fn distribute<const D: usize>(
     world: &impl CommunicatorCollectives,
     mesh: Option<Mesh<D>>,

@@ -1,5 +1,5 @@
-//! Current number of matrices and vectors on this rank, and their memory. Tests use it to check
-//! that a case allocates nothing it does not need.
+//! Current number of matrices and vectors on this rank, and their memory. They show
+//! whether a case allocates objects that it does not need.
 //!
 //! PETSc's internal objects (factors, multigrid levels, bases of Krylov methods) are not counted;
 //! `-log_view` reports them.

@@ -48,7 +48,7 @@ impl NodeExchange {
     /// Collective.
     ///
     /// # Errors
-    /// The same on every rank: a node does not exist.
+    /// A node does not exist. The error is identical on every rank.
     pub fn new(world: &impl CommunicatorCollectives, index: &IndexMap, wanted: &[i32]) -> Result<Self> {
         let table = Owners::gather(world, index);
         let found: Option<Vec<_>> = wanted.iter().map(|&global| table.find(global)).collect();

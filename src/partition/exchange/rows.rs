@@ -88,7 +88,7 @@ impl RowExchange {
     /// Announces the blocks to their owners. Collective.
     ///
     /// # Errors
-    /// The same on every rank: a row does not exist.
+    /// A row does not exist. The error is identical on every rank.
     pub fn new(
         world: &impl CommunicatorCollectives,
         index: &IndexMap,
