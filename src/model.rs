@@ -1,4 +1,4 @@
-//! The case as checked: laws built, names resolved, numbers in the units of the case.
+//! The checked case: laws are built, names are resolved, and numbers are in the units of the case.
 
 mod build;
 mod conformity;
@@ -21,7 +21,7 @@ pub use meshes::{read_mesh, read_meshes};
 /// A case in `D` dimensions, ready to be discretised.
 #[derive(Debug, Clone)]
 pub struct Model<const D: usize> {
-    /// The units of all its numbers.
+    /// The units of all numbers.
     pub units: Units,
     /// The deformable bodies.
     pub bodies: Vec<Body>,
@@ -40,40 +40,40 @@ pub struct Model<const D: usize> {
 pub struct Body {
     /// Name in the case file.
     pub name: String,
-    /// Law, kinematics, locking, density.
+    /// Material law, kinematics, locking treatment and density.
     pub formulation: Formulation,
-    /// Where its mass is.
+    /// Distribution of its mass.
     pub mass: MassChoice,
-    /// Young's modulus \[Pa\], to which penalties are compared.
+    /// Young's modulus \[Pa\], the reference for penalties.
     pub young_modulus: f64,
-    /// Velocity at the start \[m/s\], one function a component; empty where it rests.
+    /// Initial velocity \[m/s\], one function per component; empty for a body at rest.
     pub initial_velocity: Vec<PlacedFunction>,
 }
 
-/// Where the mass of a body is.
+/// Distribution of the mass of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MassChoice {
-    /// Where it is: `int rho N_a N_b`.
+    /// Consistent mass matrix: `int rho N_a N_b`.
     Consistent,
-    /// At its nodes.
+    /// Lumped at the nodes.
     Lumped,
-    /// Not at the nodes of contact surfaces.
+    /// Redistributed so that the nodes of contact surfaces are massless.
     Redistributed,
-    /// The same where the body can spare it, else consistent.
+    /// Redistributed if the body permits it, otherwise consistent.
     RedistributedIfPossible,
 }
 
 impl MassChoice {
-    /// Whether the nodes of contact surfaces shall be without mass.
+    /// Whether the nodes of contact surfaces should be massless.
     pub fn spares_contact(self) -> bool {
         matches!(self, Self::Redistributed | Self::RedistributedIfPossible)
     }
 }
 
-/// What happens to points that penetrate before the start.
+/// Treatment of points that penetrate before the start.
 pub use case::InitialOverclosure;
 
-/// What a contactor may touch.
+/// Target of a contact.
 #[derive(Debug, Clone)]
 pub enum Target<const D: usize> {
     /// A rigid obstacle.
@@ -88,7 +88,7 @@ pub enum Target<const D: usize> {
 }
 
 impl<const D: usize> Target<D> {
-    /// The obstacle, where it is one.
+    /// The obstacle; `None` for a surface.
     pub fn obstacle(&self) -> Option<&dyn Shape<D>> {
         match self {
             Self::Obstacle(shape) => Some(&**shape),
@@ -102,25 +102,25 @@ impl<const D: usize> Target<D> {
 pub struct ContactModel<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// Set of facets that carry the points, `body.set` or `all`.
+    /// Set of facets that carry the contact points, `body.set` or `all`.
     pub contactor: String,
     /// Indices of the contactor's bodies.
     pub bodies: Vec<usize>,
-    /// What it may touch.
+    /// The target.
     pub target: Target<D>,
     /// Name of the target.
     pub target_name: String,
-    /// Young's modulus of the softer side \[Pa\], to which penalties are compared.
+    /// Young's modulus of the softer side \[Pa\], the reference for penalties.
     pub softer: f64,
-    /// Normal law, which the size of the facets may complete.
+    /// Normal law, which may be completed with the size of the facets.
     pub normal: NormalLaw,
-    /// Penetration that the user asked for \[m\].
+    /// Penetration requested by the user \[m\].
     pub penetration: Option<f64>,
-    /// Friction; none leaves the matrix symmetric.
+    /// Friction; without friction the matrix is symmetric.
     pub friction: Option<Friction>,
-    /// Tractions act on the deformed area.
+    /// Whether tractions act on the deformed area.
     pub current_area: bool,
-    /// Points that penetrate before the start.
+    /// Treatment of points that penetrate before the start.
     pub initial_overclosure: InitialOverclosure,
 }
 
@@ -130,7 +130,7 @@ impl<const D: usize> ContactModel<D> {
         self.contactor == self.target_name
     }
 
-    /// The contact with an obstacle that is described from where it is nearest to `near` \[m\].
+    /// The contact, with its obstacle described relative to the point nearest to `near` \[m\].
     #[must_use]
     pub fn anchored(&self, near: &crate::tensor::Vector<D>) -> Self {
         let mut contact = self.clone();
@@ -140,7 +140,7 @@ impl<const D: usize> ContactModel<D> {
         contact
     }
 
-    /// Indices of all bodies that take part, each once, in ascending order.
+    /// Indices of all participating bodies, each once, in ascending order.
     pub fn all_bodies(&self) -> Vec<usize> {
         let mut all = self.bodies.clone();
         if let Target::Surface { bodies, .. } = &self.target {
@@ -172,7 +172,7 @@ pub struct Load<const D: usize> {
     pub set: String,
     /// Index of the body.
     pub body: usize,
-    /// What acts.
+    /// The kind of load.
     pub kind: LoadKind<D>,
 }
 
@@ -188,17 +188,18 @@ pub enum LoadKind<const D: usize> {
 }
 
 impl<const D: usize> LoadKind<D> {
-    /// Whether the load never changes by itself.
+    /// Whether the load is constant in time.
     pub fn is_constant_in_time(&self) -> bool {
         self.functions().iter().all(|function| function.is_constant_in_time())
     }
 
-    /// Whether its values at the kinks, at the start and at the end bound those between.
+    /// Whether the values between the kinks, the start and the end are bounded by the values at
+    /// these times.
     pub fn is_linear_between_kinks(&self) -> bool {
         self.functions().iter().all(|function| function.is_linear_between_kinks())
     }
 
-    /// One a direction, or the one of a pressure.
+    /// One function per direction, or a single one for a pressure.
     pub fn functions(&self) -> &[PlacedFunction] {
         match self {
             Self::BodyForce(functions) | Self::Traction(functions) => functions,
@@ -212,23 +213,24 @@ impl<const D: usize> LoadKind<D> {
 pub struct ProbeModel<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// Reference position asked for \[m\].
+    /// Requested reference position \[m\].
     pub at: [f64; D],
-    /// Body to look on.
+    /// Body to which the search is limited.
     pub body: Option<usize>,
-    /// Line of the case file that asks for it; 0 where unknown.
+    /// Line of the case file that requests it; 0 if unknown.
     pub line: usize,
 }
 
 impl<const D: usize> Model<D> {
-    /// Whether forces that conserve over a step have a symmetric matrix: all kinematics linear, all targets flat.
+    /// Whether forces that conserve over a step have a symmetric matrix: all kinematics are linear
+    /// and all targets flat.
     pub fn has_symmetric_steps(&self) -> bool {
         let linear = |body: &Body| body.formulation.kinematics == Kinematics::Linear;
         let flat = |contact: &ContactModel<D>| contact.target.obstacle().is_some_and(Shape::is_plane);
         self.bodies.iter().all(linear) && self.contacts.iter().all(flat)
     }
 
-    /// Instants at which loads or supports may jump, or their rates \[s\].
+    /// Times at which loads or supports, or their rates, may jump \[s\].
     pub fn kinks(&self) -> Vec<f64> {
         let supports = self.supports.iter().flat_map(|support| support.components.iter().flatten());
         let loads = self.loads.iter().flat_map(|load| load.kind.functions());
@@ -236,7 +238,7 @@ impl<const D: usize> Model<D> {
     }
 }
 
-/// Lengths as numbers \[m\]; those that are missing are 0.
+/// Lengths as numbers \[m\]; missing ones are 0.
 fn lengths<const D: usize>(values: &[crate::reader::quantity::Length]) -> [f64; D] {
     std::array::from_fn(|i| values.get(i).map_or(0.0, |value| value.value))
 }

@@ -1,41 +1,45 @@
-//! The augmented normal law: its multipliers are sought by Uzawa's method, or carried where a penalty became stiffer.
+//! The augmented normal law. Uzawa's method finds its multipliers, or they carry tractions over an
+//! increase of the penalty.
 
 use super::multipliers::Augmentation;
 use super::state::ContactState;
 
 impl<const D: usize> ContactState<D> {
-    /// The normal law is augmented from now on, in this way.
+    /// Augments the normal law with multipliers from this source.
     pub fn augment(&mut self, way: Augmentation) {
         self.multipliers.offsets = vec![0.0; self.current.len()];
         self.multipliers.gaps = vec![f64::INFINITY; self.current.len()];
         self.multipliers.way = way;
     }
 
-    /// Memory of the multipliers \[bytes\]; 0 where the law is not augmented.
+    /// Memory of the multipliers \[bytes\]; 0 if the law is not augmented.
     pub fn multiplier_bytes(&self) -> usize {
         size_of_val(&self.multipliers.offsets[..]) + size_of_val(&self.multipliers.gaps[..])
     }
 
-    /// Whether multipliers are sought by Uzawa's method.
+    /// Whether Uzawa's method determines the multipliers.
     pub fn seeks_multipliers(&self) -> bool {
         !self.multipliers.offsets.is_empty() && self.multipliers.way == Augmentation::Sought
     }
 
-    /// Takes the multipliers of the last accepted step; `penetration` is the inverse of the normal law.
+    /// Restores the multipliers of the last accepted step. `penetration` is the inverse of the
+    /// normal law.
     pub fn recall_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
         for (offset, history) in self.multipliers.offsets.iter_mut().zip(&self.history) {
             *offset = penetration(history.multiplier);
         }
     }
 
-    /// Takes the current pressures as multipliers (Uzawa): at the same gap they are then met at no penetration.
+    /// Takes the current pressures as multipliers (Uzawa). At the same gap the pressures then need
+    /// no penetration.
     pub fn take_multipliers(&mut self, penetration: impl Fn(f64) -> f64) {
         for (offset, point) in self.multipliers.offsets.iter_mut().zip(&self.current) {
             *offset = penetration(point.normal_traction);
         }
     }
 
-    /// Takes carried multipliers back from the memory of the points; `stiffness` of the penalty \[Pa/m\].
+    /// Restores carried multipliers from the history of the points. `stiffness` is that of the
+    /// penalty \[Pa/m\].
     pub fn resume_multipliers(&mut self, stiffness: f64) {
         if self.multipliers.way == Augmentation::Carried {
             for (offset, history) in self.multipliers.offsets.iter_mut().zip(&self.history) {
@@ -44,13 +48,13 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
-    /// Takes note of the gaps of a step that is accepted.
+    /// Records the gaps of an accepted step.
     pub fn note_gaps(&mut self) {
         self.multipliers.gaps.iter_mut().zip(&self.current).for_each(|(gap, point)| *gap = point.gap);
     }
 
-    /// The penalty becomes stiffer by `factor`: points that were closed at the end of the last accepted step keep the
-    /// tractions that they had there.
+    /// Accounts for a penalty that is stiffer by `factor`. Points that were closed at the end of
+    /// the last accepted step keep their tractions.
     pub fn stiffen(&mut self, factor: f64) {
         for (offset, gap) in self
             .multipliers
@@ -63,8 +67,9 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
-    /// Keeps the multipliers that the next step begins with: sought ones are the current pressures, carried ones end
-    /// where a point has truly opened. `stiffness` of the penalty \[Pa/m\].
+    /// Stores the multipliers with which the next step begins. Multipliers from Uzawa's method are
+    /// the current pressures. Carried multipliers are dropped at points that have opened.
+    /// `stiffness` is that of the penalty \[Pa/m\].
     pub fn remember_multipliers(&mut self, stiffness: f64) {
         self.note_gaps();
         let points = self.multipliers.offsets.iter_mut().zip(&self.current).zip(&mut self.history);
@@ -73,7 +78,7 @@ impl<const D: usize> ContactState<D> {
                 Augmentation::Sought => point.normal_traction,
                 Augmentation::Carried => {
                     let multiplier = if point.gap > 0.0 { 0.0 } else { *offset * stiffness };
-                    // As a run that is resumed has it, to the last bit.
+                    // Bitwise equal to the value in a resumed run.
                     *offset = multiplier / stiffness;
                     multiplier
                 }
@@ -92,7 +97,7 @@ mod tests {
         PointState { status: Status::Slip, gap, ..PointState::default() }
     }
 
-    /// Sought multipliers are the pressures, and the next step begins with them.
+    /// Multipliers from Uzawa's method equal the pressures, and the next step begins with them.
     #[test]
     fn sought_multipliers_are_warm() {
         let mut state = ContactState::<2>::new(1);
@@ -108,7 +113,8 @@ mod tests {
         assert!((state.manner(0, Hold::Nothing, Branches::Actual).offset - 0.3).abs() < 1e-15);
     }
 
-    /// A penalty that becomes stiffer in mid-run keeps the traction of a closed point; once open the point forgets.
+    /// If the penalty is stiffened during a run, a closed point keeps its traction; an open point
+    /// loses its multiplier.
     #[test]
     fn stiffening_leaves_tractions() {
         let mut state = ContactState::<2>::new(2);

@@ -1,9 +1,9 @@
-//! What the evaluation of a contact is given and asked for.
+//! Inputs and options of a contact evaluation.
 
 use super::point::TermSelection;
 use super::state::{Branches, Hold};
 
-/// Which configuration gives the area of a point.
+/// Configuration in which the area of a point is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AreaKind {
     /// The deformed facets.
@@ -13,8 +13,8 @@ pub enum AreaKind {
     Reference,
 }
 
-/// Nodal fields, `node * D + component`: the rank's nodes, ghosts included; for deformable targets the foreign nodes
-/// follow.
+/// Nodal fields, `node * D + component`, for the rank's nodes including ghosts. For deformable
+/// targets the foreign nodes follow.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactFields<'a> {
     /// Displacement \[m\].
@@ -25,15 +25,16 @@ pub struct ContactFields<'a> {
     pub u_start: &'a [f64],
 }
 
-/// What an evaluation is to bring.
+/// What an evaluation computes.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ContactRequest {
-    /// The terms of the matrix, or none.
+    /// Terms of the matrix; `None` if no matrix is needed.
     pub stiffness: Option<TermSelection>,
-    /// What is held fixed.
+    /// Quantities that are held fixed.
     pub hold: Hold,
     /// Branches of the friction law.
     pub branches: Branches,
-    /// The displacements are those in the middle of a step: forces conserve over it (theory, section 1.8).
+    /// The displacements are those in the middle of a step, and the forces conserve energy and
+    /// momentum over it (theory, section 1.8).
     pub over_step: bool,
 }

@@ -1,19 +1,20 @@
-//! Tractions that the stages of a staggered solve hold.
+//! Tractions that are held fixed in the stages of a staggered solve.
 
 use super::history::History;
 use super::point::PointState;
 use crate::tensor::Vector;
 
-/// Tractions that [`freeze`](super::state::ContactState::freeze) keeps for the stages to hold.
+/// Which tractions [`freeze`](super::state::ContactState::freeze) stores for the stages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Keep {
-    /// Bound and friction traction at the end of the last step, no pressure: what is known where a step begins.
+    /// Bound and friction traction at the end of the last step, without pressure: the known values
+    /// at the start of a step.
     LastStep,
-    /// The current pressure and the bound that belongs to it.
+    /// The current pressure and the corresponding bound.
     Pressure,
     /// The current friction traction.
     Friction,
-    /// Of the way that bound and friction traction went when they were last kept, this part only.
+    /// Relaxes the last update of bound and friction traction by this factor.
     Part(f64),
 }
 
@@ -26,7 +27,7 @@ pub struct FrozenTractions<const D: usize> {
     pub bound: f64,
     /// Friction traction on the contactor \[Pa\].
     pub friction_traction: Vector<D>,
-    /// Bound and friction traction that were held before these.
+    /// Previously held bound and friction traction.
     before: (f64, Vector<D>),
 }
 
@@ -39,7 +40,7 @@ impl<const D: usize> Default for FrozenTractions<D> {
 }
 
 impl<const D: usize> FrozenTractions<D> {
-    /// What is held after these are kept, of a point and what it remembers.
+    /// The held tractions after this update, from the state and the history of a point.
     pub fn kept(&self, keep: Keep, point: &PointState<D>, history: &History<D>) -> Self {
         match keep {
             Keep::LastStep => Self {

@@ -1,26 +1,27 @@
-//! What a contact point remembers between steps.
+//! History of a contact point from step to step.
 
 use super::point::PointState;
 use crate::tensor::Vector;
 
-/// Memory of a point, changed only when a step is accepted.
+/// History of a point. It changes only when a step is accepted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct History<const D: usize> {
-    /// `t_T` at the end of the last step \[Pa\]; zero where the point was open.
+    /// `t_T` at the end of the last step \[Pa\]; zero if the point was open.
     pub friction_traction: Vector<D>,
-    /// Friction bound at the end of the last step \[Pa\]; zero where the point was open.
+    /// Friction bound at the end of the last step \[Pa\]; zero if the point was open.
     pub bound: f64,
-    /// Normal at the end of the last step, to which that traction is tangential.
+    /// Normal at the end of the last step; `friction_traction` is tangential to it.
     pub normal: Vector<D>,
-    /// Length of the path slid in contact \[m\].
+    /// Accumulated slip path in contact \[m\].
     pub slip: f64,
-    /// Work per area that friction turned into heat \[J/m^2\], never falling.
+    /// Accumulated frictional heat per area \[J/m^2\]; it never decreases.
     pub friction_work: f64,
-    /// Gap at the end of the last step \[m\]; infinite where there was none.
+    /// Gap at the end of the last step \[m\]; infinite if there was no gap.
     pub gap: f64,
     /// `-t_T . v_T` at the end of the last step \[W/m^2\].
     pub friction_power: f64,
-    /// Multiplier of the augmented normal law at the end of the last step \[Pa\]; zero where the law is not augmented.
+    /// Multiplier of the augmented normal law at the end of the last step \[Pa\]; zero if the law
+    /// is not augmented.
     pub multiplier: f64,
 }
 
@@ -40,11 +41,14 @@ impl<const D: usize> Default for History<D> {
 }
 
 impl<const D: usize> History<D> {
-    /// Work per area that friction turns into heat over a step of length `dt` \[s\] that ends in `state` \[J/m^2\], >= 0.
+    /// Frictional heat per area over a step of length `dt` \[s\] that ends in `state` \[J/m^2\], >=
+    /// 0.
     ///
-    /// Velocity form: power by the trapezoidal rule, exact where friction and deceleration are constant.
-    /// Return map: plastic slip times the mean of the tractions at which it began and ended, as elastic stick stores energy;
-    /// a point that opens slid under the mean of the traction that it had and none.
+    /// - Velocity form: trapezoidal rule for the power. It is exact for constant friction and
+    ///   deceleration.
+    /// - Return map: plastic slip times the mean of the tractions at which it began and ended,
+    ///   because elastic stick stores energy.
+    /// - A point that opens: its slip times half of its traction before.
     pub fn work_of_step(&self, state: &PointState<D>, dt: f64) -> f64 {
         if heat_is_known(state) {
             return state.plastic_work * self.mean_of_bounds(state);
@@ -55,18 +59,19 @@ impl<const D: usize> History<D> {
         0.5 * dt * (self.friction_power + state.friction_power().max(0.0))
     }
 
-    /// Mean of the bounds under which the point slipped in the step that ends in `state`, over that at its end: 1 where they
-    /// are equal, and where the heat is that of the whole step.
+    /// Mean bound during slip in the step that ends in `state`, divided by the bound at its end. It
+    /// is 1 if the two bounds are equal, and if the heat is that of the whole step.
     fn mean_of_bounds(&self, state: &PointState<D>) -> f64 {
         if state.over_step || state.bound <= 0.0 {
             return 1.0;
         }
-        // Slip began no later than at the bound of before, and no earlier than what stuck had reached its own.
+        // Slip begins at the previous bound at the latest. It does not begin before the traction of
+        // a stuck point reaches its bound.
         let first = self.bound.min(self.friction_traction.norm().max(state.bound));
         0.5 * (1.0 + first / state.bound)
     }
 
-    /// The memory after a step of length `dt` \[s\] that ended in `state`. Pure.
+    /// The history after a step of length `dt` \[s\] that ended in `state`. Pure function.
     #[must_use]
     pub fn advance(&self, state: &PointState<D>, dt: f64) -> Self {
         let power = if heat_is_known(state) { 0.0 } else { state.friction_power().max(0.0) };
@@ -83,7 +88,7 @@ impl<const D: usize> History<D> {
         }
     }
 
-    /// The memory of a start in `state`: its tractions, no work yet.
+    /// The history at a start in `state`: it has the tractions but no work yet.
     #[must_use]
     pub fn start(state: &PointState<D>) -> Self {
         let begun = Self::default().advance(state, 0.0);
@@ -91,7 +96,7 @@ impl<const D: usize> History<D> {
     }
 }
 
-/// What a checkpoint keeps of a point: a fixed list of named numbers.
+/// Per-point contents of a checkpoint: a fixed list of named numbers.
 impl<const D: usize> History<D> {
     /// The names, in the order of [`columns`](Self::columns).
     pub fn names() -> Vec<String> {
@@ -104,7 +109,7 @@ impl<const D: usize> History<D> {
             .collect()
     }
 
-    /// Appends the numbers.
+    /// Appends the values.
     pub fn columns(&self, into: &mut Vec<f64>) {
         let Self { friction_traction, bound, normal, slip, friction_work, gap, friction_power, multiplier } =
             self;
@@ -114,7 +119,7 @@ impl<const D: usize> History<D> {
         into.extend([*slip, *friction_work, *gap, *friction_power, *multiplier]);
     }
 
-    /// The memory that gave these numbers; `None` where they are too few.
+    /// The history with these values; `None` if there are too few.
     pub fn from_columns(columns: &[f64]) -> Option<Self> {
         let mut left = columns;
         let mut take = |count: usize| {
@@ -130,8 +135,9 @@ impl<const D: usize> History<D> {
     }
 }
 
-/// Whether the heat of the step is known: the return map's power is not heat, since elastic stick gives it back, and over
-/// a step the work of the tractions is known as a whole.
+/// Whether the heat of the step is known directly. The power of the return map is not heat, because
+/// elastic stick is recoverable. For a step in the conserving scheme the total work of the
+/// tractions is known.
 fn heat_is_known<const D: usize>(state: &PointState<D>) -> bool {
     state.over_step || state.recoverable > 0.0 || state.plastic_work > 0.0
 }
@@ -159,15 +165,16 @@ mod tests {
         assert_eq!(History::<D>::from_columns(&columns[1..]), None);
     }
 
-    /// The columns of a checkpoint hold all that a point remembers, each under a name.
+    /// The columns of a checkpoint contain the whole history of a point, each under a name.
     #[test]
     fn columns_hold_everything() {
         comes_back::<2>();
         comes_back::<3>();
     }
 
-    /// Slip under a bound that grows and falls is heat by the mean of its ends: to second order of the step that of the integral,
-    /// where the bound at the ends alone errs to first; under a constant bound it is the bound times the slip.
+    /// For a bound that varies, heat by the mean of its end values is second-order accurate in the
+    /// step. Heat by the final bound alone is only first-order accurate. For a constant bound the
+    /// heat is the bound times the slip.
     #[test]
     fn slip_under_a_bound_that_varies_is_heat_to_second_order() {
         let bound = |t: f64| 2.0 + (3.0 * t).sin();
@@ -192,12 +199,12 @@ mod tests {
         let [coarse, fine] = [20, 40].map(|steps| (heat(steps, &bound) - exact).abs());
         assert!(coarse < 2e-3 && (3.8..4.2).contains(&(coarse / fine)), "{coarse:e}, {fine:e}");
         assert!((heat(20, &|_| 2.0) - 2.0).abs() < 1e-14);
-        // What stuck under a bound that has dropped since did not slip under the one of before.
+        // A point that stuck before the bound dropped did not slip under the previous bound.
         let stuck =
             History { bound: 10.0, friction_traction: Vector::<2>::x() * 2.0, ..History::<2>::default() };
         let state = PointState { bound: 1.0, plastic_work: 1.0, ..PointState::default() };
         assert!((stuck.work_of_step(&state, 0.1) - 1.5).abs() < 1e-15);
-        // What opens slid under half of what it carried, against it.
+        // A point that opens slides against half of its previous traction.
         let open = PointState { slip_increment: Vector::<2>::x() * -0.25, ..PointState::default() };
         assert!((stuck.work_of_step(&open, 0.1) - 0.25).abs() < 1e-15);
     }

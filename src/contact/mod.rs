@@ -1,9 +1,10 @@
-//! Contact: obstacles (2.2), normal and friction laws (2.8), (2.9), every term of (3.5) under its name, and what contact points remember.
+//! Contact: obstacles (2.2), normal and friction laws (2.8), (2.9), every term of (3.5) under its
+//! name, and the history of contact points.
 //!
-//! A contact is a contactor surface against a rigid obstacle or the facets of a deformable body. Its points are the vertices of the
-//! contactor ([`mortar`]).
+//! A contactor surface is in contact with a rigid obstacle or with the facets of a deformable body.
+//! The contact points are the vertices of the contactor ([`mortar`]).
 //!
-//! Pure: no PETSc, no MPI, no case.
+//! This module is independent of PETSc, MPI and the case file.
 
 mod augmentation;
 pub mod evaluation;

@@ -1,24 +1,26 @@
 //! Multipliers of the points of an augmented normal law.
 
-/// Where the multipliers of an augmented normal law come from.
+/// Source of the multipliers of an augmented normal law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Augmentation {
-    /// Uzawa's method seeks those that leave no gap: they push, and are not negative.
+    /// Uzawa's method determines the multipliers for which the gap is zero. They push and are not
+    /// negative.
     #[default]
     Sought,
-    /// A penalty that became stiffer in mid-run keeps the tractions of closed points by multipliers that pull, and are not
-    /// positive: the contact is stiffer from there on, and nothing jumps.
+    /// When a penalty is stiffened during a run, multipliers keep the tractions of closed points.
+    /// They pull and are not positive. The contact is stiffer from there on, without a jump of the
+    /// tractions.
     Carried,
 }
 
 /// Multipliers of the points of one contact on this rank.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Multipliers {
-    /// Penetrations at which the normal law alone has the pressures of the multipliers \[m\]; empty where the law is not
-    /// augmented.
+    /// Penetrations at which the normal law alone gives the pressures of the multipliers \[m\];
+    /// empty if the law is not augmented.
     pub offsets: Vec<f64>,
-    /// Gaps at the end of the last accepted step \[m\]; empty likewise.
+    /// Gaps at the end of the last accepted step \[m\]; empty if the law is not augmented.
     pub gaps: Vec<f64>,
-    /// Where they come from.
+    /// Source of the multipliers.
     pub way: Augmentation,
 }

@@ -1,8 +1,8 @@
-//! Fields of the nodes as plain arrays.
+//! Nodal fields as plain arrays.
 
 use crate::tensor::Vector;
 
-/// A node's vector out of a nodal field.
+/// The vector of a node in a nodal field.
 pub fn at<const D: usize>(field: &[f64], node: u32) -> Vector<D> {
     Vector::from_column_slice(&field[node as usize * D..][..D])
 }

@@ -1,13 +1,14 @@
-//! Points that would pass through their target within one step: a step ends on the other side and sees no contact.
+//! Missed contact: a point passes through its target within one step and is open at both ends.
 //!
-//! Only the ends of a step are balanced. Between them points and target facets are taken to move on straight lines at
-//! constant speed, and a point that is open at both ends must not have met the target on its way.
+//! Equilibrium is enforced only at the ends of a step. Between them, points and target facets are
+//! assumed to move on straight lines at constant speed. A point that is open at both ends must not
+//! have crossed the target in between.
 
 use super::obstacle::{Core, Shape, is_flat_along};
 use crate::space::facet_normal;
 use crate::tensor::Vector;
 
-/// Where something is at the two ends of a step \[m\].
+/// Positions at both ends of a step \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Path<const D: usize> {
     /// At the start.
@@ -16,20 +17,22 @@ pub struct Path<const D: usize> {
     pub end: Vector<D>,
 }
 
-/// Cosine of 0.2, by which the normal of an obstacle may turn on the way of a point through it: a chord of a fifth of the
-/// radius, five thousandths of it deep.
+/// Cosine of 0.2, the largest rotation of an obstacle's normal along the path of a point through
+/// it. This corresponds to a chord of one fifth of the radius, at a depth of 0.005 radii.
 const COSINE: f64 = 0.98;
-/// Halvings that find the instant of a meeting, or the deepest place of a chord.
+/// Bisection steps that find the time of an intersection, or the deepest point of a chord.
 const HALVINGS: usize = 60;
-/// A path meets a facet if it passes by its border by less than this part of its size.
+/// A path crosses a facet if it misses its border by less than this fraction of its size.
 const BORDER: f64 = 1e-6;
-/// A point that grazes an edge may lie behind the plane of a facet by less than this part of its size, and be outside.
+/// A point that grazes an edge may lie behind the plane of a facet by less than this fraction of
+/// its size, and still be outside.
 const GRAZE: f64 = 0.25;
-/// Closer to the plane of a facet than this part of its size a point is neither in front nor behind.
+/// Closer to the plane of a facet than this fraction of its size, a point is neither in front nor
+/// behind.
 const TOUCH: f64 = 1e-9;
 
 impl<const D: usize> Path<D> {
-    /// At the part `t` of the step.
+    /// Position at the fraction `t` of the step.
     pub fn at(&self, t: f64) -> Vector<D> {
         self.start + (self.end - self.start) * t
     }
@@ -39,17 +42,18 @@ impl<const D: usize> Path<D> {
         (self.end - self.start).norm()
     }
 
-    /// Whether the surface of `obstacle` turns by more than a little between where this path goes in and where it ends or
-    /// comes out again: what is nearest then is another side.
+    /// Whether the normal of `obstacle` rotates too much between the entry of this path and its end
+    /// or exit. The nearest surface point is then on another side.
     pub fn passes_obstacle(&self, obstacle: &dyn Shape<D>) -> bool {
         let gap = |t: f64| obstacle.gap(&self.at(t));
         let ends = [gap(0.0), gap(1.0)];
-        // No gap changes faster than the place.
+        // The gap changes at most as much as the position.
         let length = self.length();
         if ends[0] + ends[1] >= length || is_flat_along(obstacle, length, ends[0].min(ends[1])) {
             return false;
         }
-        // Outside of round obstacles the gap is convex along a line, and inside of hollow ones no line leaves.
+        // Outside of round obstacles the gap is convex along a line; inside of hollow ones no line
+        // leaves.
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let third = (high - low) / 3.0;
@@ -70,22 +74,27 @@ impl<const D: usize> Path<D> {
         surface(0.0).dot(&surface(1.0)) < COSINE
     }
 
-    /// Whether a point on this path goes from the front of a moving simplex (in the plane a line, in space a triangle
-    /// whose corners turn left seen from the front) to its back, between its corners. It ends deeper behind than the
-    /// search looks, `depth` \[m\], or than a point gets that grazes an edge and is outside again. A point that touches it
-    /// at the start, or lies less than `depth` behind, passes where it is deeper than that at the end and still behind it.
+    /// Whether a point on this path moves from the front of a moving simplex to its back, between
+    /// its corners. The simplex is a line in the plane, and in space a triangle whose corners are
+    /// anticlockwise seen from the front.
+    ///
+    /// The point must end behind the simplex by more than the search depth `depth` \[m\], or by
+    /// more than a point that grazes an edge and is outside again. A point that initially touches
+    /// the simplex, or lies less than `depth` behind it, passes if it ends deeper than `depth` and
+    /// is still behind the simplex.
     pub fn passes_simplex(&self, corners: &[Self; D], depth: f64) -> bool {
         self.goes_behind(corners, depth, depth.min(GRAZE * size_of(corners)))
     }
 
-    /// Whether a point on this path comes from the front of a moving simplex, or from less than `depth` \[m\] behind it, passes between
-    /// its corners, and ends deeper behind it.
+    /// Whether a point on this path starts in front of a moving simplex, or less than `depth` \[m\]
+    /// behind it, passes between its corners, and ends deeper than `depth` behind it.
     pub fn crosses(&self, corners: &[Self; D], depth: f64) -> bool {
         self.goes_behind(corners, depth, depth)
     }
 
-    /// A point in front of a simplex passes when it ends deeper than `entered`, one that is less than `depth` behind it when it ends deeper
-    /// than that \[m\].
+    /// Whether the point passes behind a simplex. A point in front passes if it ends deeper than
+    /// `entered` \[m\]. A point less than `depth` \[m\] behind passes if it ends deeper than
+    /// `depth`.
     fn goes_behind(&self, corners: &[Self; D], depth: f64, entered: f64) -> bool {
         let [start, end] = [0.0, 1.0].map(|t| self.height(corners, t));
         if start <= TOUCH * size_of(corners) {
@@ -95,8 +104,8 @@ impl<const D: usize> Path<D> {
         end <= -entered && self.enters(corners)
     }
 
-    /// Whether a point on this path that is in front of a moving simplex at the start and behind it at the end goes through
-    /// its plane between its corners.
+    /// Whether a point on this path crosses the plane of a moving simplex between its corners. The
+    /// point is in front of the simplex at the start and behind it at the end.
     fn enters(&self, corners: &[Self; D]) -> bool {
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..HALVINGS {
@@ -106,12 +115,14 @@ impl<const D: usize> Path<D> {
         self.is_between(corners, high)
     }
 
-    /// Whether a point on this path ends over or below a moving simplex, no further than `within` \[m\].
+    /// Whether a point on this path ends above or below a moving simplex, at a distance of at most
+    /// `within` \[m\].
     pub fn is_over(&self, corners: &[Self; D], within: f64) -> bool {
         self.height(corners, 1.0).abs() <= within && self.is_between(corners, 1.0)
     }
 
-    /// Height over the plane of a simplex, at the part `t` of the step \[m\]; 0 where it has no plane.
+    /// Height above the plane of a simplex at the fraction `t` of the step \[m\]; 0 if the simplex
+    /// is degenerate.
     fn height(&self, corners: &[Self; D], t: f64) -> f64 {
         let there = corners.map(|corner| corner.at(t));
         let normal = normal_of(&there).try_normalize(0.0);
@@ -128,8 +139,9 @@ fn size_of<const D: usize>(corners: &[Path<D>; D]) -> f64 {
     (1..D).map(|k| (corners[k].start - corners[0].start).norm()).fold(0.0, f64::max)
 }
 
-/// Whether a round obstacle lies in a simplex, or went through it in a step, though none of the points of the facet that it
-/// is part of touches: the simplex ends `deep` \[m\] in the obstacle, or swept over its centre or axis.
+/// Whether a round obstacle penetrates a simplex, or moved through it in a step, although no point
+/// of its facet touches. The simplex ends `deep` \[m\] inside the obstacle, or swept over its
+/// centre or axis.
 pub fn lies_between<const D: usize>(corners: &[Path<D>; D], obstacle: &dyn Shape<D>, deep: f64) -> bool {
     let Some(core) = obstacle.core() else { return false };
     let ends = corners.map(|corner| corner.end);
@@ -140,8 +152,8 @@ pub fn lies_between<const D: usize>(corners: &[Path<D>; D], obstacle: &dyn Shape
     swept || deepest(&ends, obstacle) < -deep
 }
 
-/// Whether an edge of a moving simplex meets an axis at some time in the step. A simplex that has the axis in
-/// it without that has it at the end.
+/// Whether an edge of a moving simplex crosses an axis at some time in the step. Otherwise a
+/// simplex that the axis pierces during the step is still pierced at the end.
 fn sweeps_axis<const D: usize>(corners: &[Path<D>; D], core: &Core<D>, axis: &Vector<D>) -> bool {
     let across =
         corners.map(|corner| Path { start: core.offset(&corner.start), end: core.offset(&corner.end) });
@@ -151,7 +163,8 @@ fn sweeps_axis<const D: usize>(corners: &[Path<D>; D], core: &Core<D>, axis: &Ve
         let turn = |a: &Vector<D>, b: &Vector<D>| {
             axis.dot(&facet_normal(&std::array::from_fn(|k| if k == 0 { *a } else { *b })))
         };
-        // Seen along the axis: `turn(a, b)` is quadratic in time, zero where the line through both meets the axis.
+        // Seen along the axis: `turn(a, b)` is quadratic in time, and zero when the line through
+        // both points meets the axis.
         let polynomial =
             [turn(&a.start, &b.start), turn(&a.start, &db) + turn(&da, &b.start), turn(&da, &db)];
         let meets = |t: &f64| (0.0..=1.0).contains(t) && a.at(*t).dot(&b.at(*t)) <= 0.0;
@@ -159,14 +172,15 @@ fn sweeps_axis<const D: usize>(corners: &[Path<D>; D], core: &Core<D>, axis: &Ve
     })
 }
 
-/// Real roots of `c_0 + c_1 t + c_2 t^2`; not numbers where there are none, or all are.
+/// Real roots of `c_0 + c_1 t + c_2 t^2`; non-finite if there are no roots or the polynomial is
+/// zero.
 fn roots([c0, c1, c2]: [f64; 3]) -> [f64; 2] {
-    // By the larger of both first: nothing cancels.
+    // Compute the root of larger magnitude first to avoid cancellation.
     let larger = -0.5 * (c1 + (c1 * c1 - 4.0 * c0 * c2).sqrt().copysign(c1));
     [larger / c2, c0 / larger]
 }
 
-/// The smallest gap on a simplex \[m\]; gaps of round obstacles are convex.
+/// The smallest gap on a simplex \[m\]; the gap of a round obstacle is convex.
 fn deepest<const D: usize>(corners: &[Vector<D>; D], obstacle: &dyn Shape<D>) -> f64 {
     let along = |from: &Vector<D>, to: &Vector<D>| smallest(|t| obstacle.gap(&(from + (to - from) * t)));
     match D {
@@ -188,15 +202,16 @@ fn smallest(f: impl Fn(f64) -> f64) -> f64 {
     f(0.5 * (low + high))
 }
 
-/// The outward normal of the simplex with these corners, as long as its measure or twice it.
+/// The outward normal of the simplex with these corners. Its length is the measure of the simplex
+/// or twice that.
 pub fn normal_of<const D: usize>(corners: &[Vector<D>; D]) -> Vector<D> {
     facet_normal(&std::array::from_fn(
         |k| if k + 1 < D { corners[k + 1] - corners[0] } else { Vector::zeros() },
     ))
 }
 
-/// Whether a point on the plane of the simplex lies between its corners, by barycentric coordinates: the part of the
-/// whole that is left where the point takes the place of a corner.
+/// Whether a point on the plane of the simplex lies between its corners. Each barycentric
+/// coordinate is the relative measure that remains when the point replaces a corner.
 fn is_between<const D: usize>(x: &Vector<D>, corners: &[Vector<D>; D]) -> bool {
     let whole = normal_of(corners);
     let part = |corner: usize| {
@@ -212,7 +227,7 @@ mod tests {
     use super::*;
     use crate::contact::obstacle::{Cylinder, Plane, Side, Sphere};
 
-    /// Half of the radius of the larger discs and balls here.
+    /// Half of the radius of the larger discs and balls in these tests.
     const DEEP: f64 = 0.05;
 
     fn still<const D: usize>(x: Vector<D>) -> Path<D> {
@@ -223,7 +238,7 @@ mod tests {
         Path { start: start.into(), end: end.into() }
     }
 
-    /// Through a disc, past it, along it, into it and off a plane: only the first passes.
+    /// Paths through a disc, past it, along it, into it and off a plane: only the first passes.
     #[test]
     fn only_a_chord_passes_an_obstacle() {
         let disc = Sphere::new(Vector::<2>::zeros(), 0.1, Side::Outside);
@@ -239,12 +254,12 @@ mod tests {
         assert!(!path([0.0, 1.0], [5.0, 1e-3]).passes_obstacle(&plane));
     }
 
-    /// A disc or ball between the corners of a facet, or swept over by it, is seen; one beside it, in front of it or larger than
-    /// what it is cut by is not.
+    /// A disc or ball between the corners of a facet, or swept over by the facet, is detected. One
+    /// beside it, in front of it or larger than the facet is not.
     #[test]
     fn small_obstacles_between_points_are_seen() {
         let disc = |y: f64, radius: f64| Sphere::new(Vector::<2>::new(0.5, y), radius, Side::Outside);
-        // Outward is down: the disc comes from below.
+        // The outward normal points down: the disc comes from below.
         let facet = |y: f64| [path([0.0, 0.0], [0.0, y]), path([1.0, 0.0], [1.0, y])];
         assert!(lies_between(&facet(-0.1), &disc(-0.14, 0.1), DEEP));
         assert!(!lies_between(&facet(-0.1), &disc(-0.16, 0.1), DEEP), "its cap alone");
@@ -262,15 +277,16 @@ mod tests {
         assert!(!lies_between(&corners, &ball([0.7, 0.7, 0.0]), DEEP));
     }
 
-    /// A cylinder that a triangle swept over is seen, along any edge of it, aslant to its axis, and where the triangle turns;
-    /// one that it passes beside, or stops short of, is not.
+    /// A cylinder swept over by a triangle is detected, along any edge, oblique to its axis, and
+    /// for a rotating triangle. A cylinder that the triangle passes beside or does not reach is
+    /// not.
     #[test]
     fn a_cylinder_swept_over_is_seen() {
         let cylinder = |x: f64, y: f64| {
             let (point, axis) = (Vector::<3>::new(x, y, 0.0), Vector::<3>::new(0.0, 0.0, 1.0));
             Cylinder::new(point, axis, 0.01, Side::Outside)
         };
-        // In the plane y = 0, moving down; seen along the axis a line from x = 0 to 1.
+        // In the plane y = 0, moving down; seen along the axis it is a line from x = 0 to 1.
         let moving = |dy: [f64; 3]| {
             let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 0.0, 1.0]].map(Vector::<3>::from);
             std::array::from_fn(|k| Path {
@@ -292,10 +308,12 @@ mod tests {
         assert!(!lies_between(&moving([-0.2; 3]), &aslant, DEEP));
     }
 
-    /// Front to back counts, back to front and beside do not, and what flies along with the point is not passed.
+    /// Front to back counts; back to front and beside do not. A facet that moves along with the
+    /// point is not passed.
     #[test]
     fn only_front_to_back_passes_a_facet() {
-        // Outward of the order of nodes is down the y axis for a line along +x, as for the bottom of a body.
+        // By the order of nodes, the outward normal of a line along +x points in -y, as for the
+        // bottom of a body.
         let line = |y: f64, dy: f64| {
             [
                 Path { start: Vector::<2>::new(1.0, y), end: Vector::<2>::new(1.0, y + dy) },
@@ -303,7 +321,8 @@ mod tests {
             ]
         };
         assert!(path([0.5, 1.0], [0.5, -1.0]).passes_simplex(&line(0.0, 0.0), 0.1));
-        // A point that touches passes once it is too deep to be seen, and not where it slides off.
+        // A touching point passes once it is deeper than the search depth, but not if it slides
+        // off.
         assert!(path([0.5, 0.0], [0.5, -0.2]).passes_simplex(&line(0.0, 0.0), 0.1));
         assert!(!path([0.5, 0.0], [0.5, -0.05]).passes_simplex(&line(0.0, 0.0), 0.1));
         assert!(!path([0.5, 0.0], [1.5, -0.2]).passes_simplex(&line(0.0, 0.0), 0.1));

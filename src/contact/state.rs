@@ -1,4 +1,4 @@
-//! Everything that the points of one contact remember: the iterate, the history of accepted steps, and the
+//! State of the points of one contact: the iterate, the history of accepted steps, and the
 //! safeguards of Newton's method. Clone it to roll back.
 
 use std::ops::AddAssign;
@@ -11,23 +11,24 @@ use super::multipliers::Multipliers;
 use super::point::{Frozen, Manner, PointState, Status};
 use crate::tensor::Vector;
 
-/// How the points changed between two iterates. Sum it over contacts and ranks.
+/// Changes of the points between two iterates. Sum them over contacts and ranks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Changes {
     /// Closed points.
     pub closed: usize,
-    /// Of these, the points that do more than touch, see [`PointState::presses`].
+    /// Closed points that do more than touch, see [`PointState::presses`].
     pub pressing: usize,
-    /// Points whose status is not that of the last iterate.
+    /// Points whose status differs from that of the last iterate.
     pub changed: usize,
-    /// Of these, the points that are back at the status of the iterate before.
+    /// Changed points that have returned to the status of the iterate before the last one.
     pub alternating: usize,
-    /// Points whose slip direction flipped and for which the next correction therefore assumes stick.
+    /// Points whose slip direction reversed, for which the next correction therefore assumes stick.
     pub flipped: usize,
 }
 
 impl Changes {
-    /// Whether the iteration goes to and fro between two contact states: every change undoes the one before.
+    /// Whether the iteration alternates between two contact states: every change undoes the
+    /// previous one.
     pub fn is_two_cycle(&self) -> bool {
         self.changed > 0 && self.alternating == self.changed
     }
@@ -43,13 +44,13 @@ impl AddAssign for Changes {
     }
 }
 
-/// What a stage of the solution holds fixed.
+/// Quantities that a stage of the solution holds fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Hold {
     /// Nothing: the monolithic balance.
     #[default]
     Nothing,
-    /// Friction is switched off: the static start.
+    /// Friction is switched off, for the static start.
     Frictionless,
     /// Stage I (3.6): the friction bound.
     Bound,
@@ -59,12 +60,12 @@ pub enum Hold {
     FrictionTraction,
 }
 
-/// Squares of the point forces `A t`, summed \[N^2\]. Sum it over contacts and ranks.
+/// Sums of squares of the point forces `A t` \[N^2\]. Sum them over contacts and ranks.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ForceChange {
-    /// Of the change of the friction force since it was frozen.
+    /// Change of the friction force since it was frozen.
     pub friction: f64,
-    /// Of the normal force.
+    /// Normal force.
     pub normal: f64,
 }
 
@@ -75,44 +76,47 @@ impl AddAssign for ForceChange {
     }
 }
 
-/// Which branches of the friction law an evaluation takes.
+/// Branches of the friction law in an evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Branches {
-    /// Those that the slip asks for: the balance itself.
+    /// Branches that follow from the slip, as in the equilibrium.
     #[default]
     Actual,
-    /// Stick at points whose slip direction flipped: what the next correction is computed from.
+    /// Stick at points whose slip direction reversed, for the next correction.
     Predicted,
 }
 
-/// Cosine of the turn of the slip direction between two iterates beyond which stick is assumed to lie between: a slip
-/// branch is flat along the slip, and in space stiff across it only where the slip is slow.
+/// Cosine of the rotation of the slip direction between two iterates beyond which a stick state is
+/// assumed between them. A slip branch is flat along the slip, and in space it is stiff across the
+/// slip only for slow slip.
 const TURN: f64 = 0.5;
 
-/// What the last iterates of a point were.
+/// Recent iterates of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Track<const D: usize> {
-    /// Status one and two iterates ago.
+    /// Status in the last iterate and in the one before.
     statuses: [Option<Status>; 2],
     friction_traction: Vector<D>,
-    /// The slip direction flipped: the next correction assumes stick.
+    /// The slip direction reversed: the next correction assumes stick.
     flipped: bool,
 }
 
 impl<const D: usize> Track<D> {
-    /// The point slips, and did so in a direction more than [`TURN`] away: in the plane the opposite one.
+    /// The point slips, and in the last iterate it slipped in a direction more than [`TURN`] away.
+    /// In the plane this is the opposite direction.
     fn reversed(&self, point: &PointState<D>) -> bool {
         self.statuses[0] == Some(Status::Slip) && slips_off(&self.friction_traction, point)
     }
 
-    /// In the first guess the point slips against what friction did at the end of the last step: where it stuck then, a guess
-    /// that errs by more than the stick velocity does that, and a point that does turn sticks on its way.
+    /// In the first guess the point slips against the friction at the end of the last step. If it
+    /// stuck then, an error of the guess above the stick velocity has this effect. A point that
+    /// truly reverses passes through stick.
     fn is_thrown_off(&self, history: &History<D>, point: &PointState<D>) -> bool {
         self.statuses[0].is_none() && history.bound > 0.0 && slips_off(&history.friction_traction, point)
     }
 }
 
-/// The point slips in a direction more than [`TURN`] away from that which goes with the `last` traction.
+/// The point slips in a direction more than [`TURN`] away from that of the `last` traction.
 fn slips_off<const D: usize>(last: &Vector<D>, point: &PointState<D>) -> bool {
     let now = &point.friction_traction;
     point.status == Status::Slip && last.dot(now) < TURN * last.norm() * now.norm()
@@ -132,20 +136,20 @@ pub struct ContactState<const D: usize> {
     /// Memory of the accepted steps.
     pub history: Vec<History<D>>,
     track: Vec<Track<D>>,
-    /// Empty until something is frozen: only staggered solves hold.
+    /// Empty until a freeze: only staggered solves hold tractions.
     held: Vec<FrozenTractions<D>>,
-    /// Of the augmented normal law.
+    /// Multipliers of the augmented normal law.
     pub(super) multipliers: Multipliers,
-    /// Gaps at the start that count as none \[m\]; empty where nothing was adjusted.
+    /// Initial gaps that are treated as zero \[m\]; empty if no gap was adjusted.
     adjusted: Vec<f64>,
-    /// Whether slip that turns in the first guess of a step is taken for an error of the guess.
+    /// Whether a slip reversal in the first guess of a step is treated as an error of the guess.
     doubtful: bool,
     /// Gaps of this size are rounding \[m\].
     touching: f64,
 }
 
 impl<const D: usize> ContactState<D> {
-    /// As many open points without a past.
+    /// This number of open points without history.
     pub fn new(points: usize) -> Self {
         Self {
             current: vec![PointState::default(); points],
@@ -159,51 +163,54 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
-    /// Places are known to this length \[m\]: gaps of this size are rounding from now on.
+    /// Sets the precision of the positions \[m\]. Gaps of this size count as rounding.
     pub fn round_gaps(&mut self, known: f64) {
         self.touching = known;
     }
 
-    /// Whether slip that turns in the first guess is taken for an error of the guess: one that goes along a curve errs by more
-    /// than a stick velocity, one that goes on with the velocities of the start does not.
+    /// Sets whether a slip reversal in the first guess is treated as an error of the guess. The
+    /// error of a guess that follows a curve exceeds the stick velocity. The error of a guess that
+    /// continues the initial velocities does not.
     pub fn doubt(&mut self, doubtful: bool) {
         self.doubtful = doubtful;
     }
 
-    /// From now on measures the gaps of the points that penetrate at the last evaluation from there, and those that are no farther than
-    /// `apart` from their target \[m\].
+    /// Treats the gaps at the last evaluation as zero from now on. This applies to points that
+    /// penetrate and to points at most `apart` from their target \[m\].
     pub fn adjust(&mut self, apart: f64) {
         let counts_as_none = |gap: f64| if gap <= apart { gap } else { 0.0 };
         self.adjusted = self.current.iter().map(|point| counts_as_none(point.gap)).collect();
     }
 
-    /// The gap of point `p` at the start that counts as none \[m\].
+    /// The initial gap of point `p` that is treated as zero \[m\].
     pub fn adjusted(&self, p: usize) -> f64 {
         self.adjusted.get(p).copied().unwrap_or(0.0)
     }
 
-    /// Depth of the deepest point below its target \[m\], whatever of it was there at the start; zero where none is.
+    /// Depth of the deepest point below its target \[m\], including its initial overclosure; zero
+    /// if no point penetrates.
     pub fn depth(&self) -> f64 {
         let depth = |(p, point): (usize, &PointState<D>)| -(point.gap + self.adjusted(p));
         self.current.iter().enumerate().map(depth).fold(0.0, f64::max)
     }
 
-    /// Forgets iterates and safeguards; call it where a step, or a stage of it, begins.
+    /// Discards iterates and safeguards. Call it at the beginning of a step or of a stage.
     pub fn begin(&mut self) {
         self.track.fill(Track::default());
     }
 
-    /// Compares the current points with the last iterate and takes them as the new one; a flip makes the next
-    /// correction assume stick.
+    /// Compares the current points with the last iterate and stores them as the new one. At points
+    /// whose slip reversed, the next correction assumes stick.
     ///
-    /// Call it once a Newton iteration, after the evaluation whose tangent comes next.
+    /// Call it once per Newton iteration, after the evaluation whose tangent comes next.
     pub fn iterate(&mut self) -> Changes {
         let mut changes = Changes::default();
         let points = self.current.iter().zip(&self.history);
         for (track, (point, history)) in self.track.iter_mut().zip(points) {
             let [last, before] = track.statuses;
             let changed = last.is_some_and(|last| last != point.status);
-            // A point whose guess was mended from stick, and that slips, has turned back.
+            // A point that was corrected from stick after the guess, and still slips, has truly
+            // reversed.
             let [doubts, tried] = [self.doubtful, self.doubtful && track.flipped];
             let flipped = !tried && track.reversed(point) || doubts && track.is_thrown_off(history, point);
             changes.closed += usize::from(point.is_closed());
@@ -220,13 +227,13 @@ impl<const D: usize> ContactState<D> {
         changes
     }
 
-    /// Whether a point slips the other way than in the last iterate.
+    /// Whether any point slips in the opposite direction to the last iterate.
     pub fn reverses(&self) -> bool {
         self.track.iter().zip(&self.current).any(|(track, point)| track.reversed(point))
     }
 
-    /// Keeps tractions as those that [`Hold`] holds. A point that is evaluated under a held bound reports that bound:
-    /// evaluate with [`Hold::Nothing`] before the pressure is kept.
+    /// Stores tractions for [`Hold`]. A point that is evaluated under a held bound reports that
+    /// bound: evaluate with [`Hold::Nothing`] before you store the pressure.
     pub fn freeze(&mut self, keep: Keep) {
         self.held.resize(self.current.len(), FrozenTractions::default());
         let points = self.current.iter().zip(&self.history);
@@ -235,7 +242,7 @@ impl<const D: usize> ContactState<D> {
         }
     }
 
-    /// How the forces of the points differ from the frozen ones.
+    /// Difference between the forces of the points and the frozen ones.
     pub fn force_change(&self) -> ForceChange {
         let mut sum = ForceChange::default();
         for (p, point) in self.current.iter().enumerate() {
@@ -247,7 +254,7 @@ impl<const D: usize> ContactState<D> {
         sum
     }
 
-    /// Writes the current points into the history: a step of length `dt` \[s\] was accepted.
+    /// Writes the current points to the history when a step of length `dt` \[s\] is accepted.
     pub fn accept(&mut self, dt: f64) {
         for (history, point) in self.history.iter_mut().zip(&self.current) {
             *history = history.advance(point, dt);
@@ -255,7 +262,7 @@ impl<const D: usize> ContactState<D> {
         self.begin();
     }
 
-    /// How point `p` is to be evaluated.
+    /// Evaluation options of point `p`.
     pub fn manner(&self, p: usize, hold: Hold, branches: Branches) -> Manner<D> {
         let held = self.held.get(p).copied().unwrap_or_default();
         let nothing = Frozen::default();
@@ -292,7 +299,7 @@ mod tests {
         PointState::default()
     }
 
-    /// After a reversal of the slip direction the next correction assumes stick, and only that one.
+    /// After a reversal of the slip direction only the next correction assumes stick.
     #[test]
     fn flips_predict_stick_once() {
         let mut state = ContactState::<2>::new(1);
@@ -306,8 +313,8 @@ mod tests {
         assert_eq!(state.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Actual);
     }
 
-    /// A first guess that slips against the friction of the last step is corrected from stick; one that slips on is not, nor is
-    /// the guess of a point that was open.
+    /// A first guess that slips against the friction of the last step is corrected from stick. A
+    /// guess that continues the slip is not, nor is the guess of a point that was open.
     #[test]
     fn first_guesses_that_turn_predict_stick() {
         let mut state = ContactState::<2>::new(3);
@@ -326,7 +333,7 @@ mod tests {
         assert_eq!(state.iterate().flipped, 0, "stick was tried");
     }
 
-    /// Points that open and close in turn are a two-cycle; points that settle are not.
+    /// Points that open and close alternately are a two-cycle; points that settle are not.
     #[test]
     fn two_cycles_are_seen() {
         let mut state = ContactState::<2>::new(2);
@@ -345,7 +352,7 @@ mod tests {
         assert!(!next(open(), slipping(1.0)).is_two_cycle());
     }
 
-    /// A clone taken before a step brings everything back.
+    /// A clone taken before a step restores the whole state.
     #[test]
     fn rolls_back_as_one_struct() {
         let mut state = ContactState::<2>::new(1);
@@ -377,7 +384,8 @@ mod tests {
         assert_eq!(held(Hold::Frictionless), Frozen::frictionless());
     }
 
-    /// Bound and friction traction go part of their way, from what was held before; the pressure goes all of it.
+    /// Bound and friction traction are relaxed from the previously held values; the pressure is not
+    /// relaxed.
     #[test]
     fn what_is_held_goes_part_of_the_way() {
         let mut state = ContactState::<2>::new(1);
@@ -395,7 +403,8 @@ mod tests {
         assert_eq!(keep(5.0, 6.0, 0.5), (Some(5.0), Some(4.0), Some(2.0)));
     }
 
-    /// A step begins with what was known at the end of the last one, whatever a failed attempt has frozen.
+    /// A step begins with the values at the end of the last one, regardless of what a failed
+    /// attempt has frozen.
     #[test]
     fn a_step_begins_with_the_last_one() {
         let mut state = ContactState::<2>::new(1);

@@ -5,28 +5,29 @@ use std::ops::Range;
 use crate::mesh::{ElementKind, Facet, Mesh};
 use crate::tensor::Vector;
 
-/// What a rank knows of the distribution of the mesh.
+/// Distribution of the mesh, as seen by one rank.
 #[derive(Debug, Clone, Copy)]
 pub struct Ownership<'a> {
-    /// Local nodes below this are the rank's own; it holds every facet that touches them.
+    /// Local nodes below this number are owned by the rank. It holds every facet that touches them.
     pub owned_nodes: usize,
-    /// For each local element whether this rank reports it; each element is one rank's.
+    /// For each local element whether this rank reports it. Exactly one rank reports each element.
     pub mine: &'a [bool],
-    /// For each local element its number in the whole mesh, by which facets are ordered alike on every rank.
+    /// For each local element its number in the whole mesh. It gives facets the same order on every
+    /// rank.
     pub global_element: &'a [u32],
 }
 
 /// A facet of the contactor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceFacet {
-    /// Which side of which local element.
+    /// Local element and side.
     pub facet: Facet,
     /// Kind of the facet.
     pub kind: ElementKind,
     nodes: Range<usize>,
 }
 
-/// Facets of one contactor that this rank reports; each facet is one rank's.
+/// Facets of one contactor that this rank reports. Exactly one rank reports each facet.
 #[derive(Debug, Clone)]
 pub struct ContactSurface<const D: usize> {
     facets: Vec<SurfaceFacet>,
@@ -35,7 +36,7 @@ pub struct ContactSurface<const D: usize> {
 }
 
 impl<const D: usize> ContactSurface<D> {
-    /// Of local `facets` those that this rank reports; also without any.
+    /// The facets of `facets` that this rank reports; the result may be empty.
     pub fn new(mesh: &Mesh<D>, facets: &[Facet], ownership: &Ownership<'_>) -> Self {
         let mut surface = Self { facets: Vec::new(), nodes: Vec::new(), reference_points: Vec::new() };
         let mut nodes = Vec::new();

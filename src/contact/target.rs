@@ -1,4 +1,4 @@
-//! The target side of a contact: an obstacle, or the facets that this rank knows of a body.
+//! The target side of a contact: an obstacle, or the facets of a body that are known to this rank.
 
 use std::rc::Rc;
 
@@ -7,17 +7,18 @@ use super::obstacle::Shape;
 use crate::mesh::ElementKind;
 use crate::tensor::Vector;
 
-/// Facets of a target as plain arrays, one entry for each facet but in `nodes` and `offsets`.
+/// Facets of a target as plain arrays, with one entry for each facet except in `nodes` and
+/// `offsets`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TargetFacets {
     /// Kinds of the facets.
     pub kinds: Vec<ElementKind>,
-    /// Where the nodes of each facet begin, and the end of the last: one entry more than facets.
+    /// Start of the nodes of each facet, and the end of the last: one entry more than facets.
     pub offsets: Vec<u32>,
-    /// Nodes in the order of the kinds, normal outward: places in the field arrays (local, then foreign nodes). A node
-    /// has one place, whichever facet names it.
+    /// Nodes in the order of the kinds, normal outward, as indices into the field arrays (local,
+    /// then foreign nodes). A node has the same index in all its facets.
     pub nodes: Vec<u32>,
-    /// What a facet is called on every rank: input element * 16 + side.
+    /// Identifier of each facet, the same on every rank: input element * 16 + side.
     pub identities: Vec<u64>,
     /// Body of each facet.
     pub bodies: Vec<u16>,
@@ -50,7 +51,7 @@ impl TargetFacets {
         self.offsets[facet] as usize..self.offsets[facet + 1] as usize
     }
 
-    /// The global name of side `side` of element `element` of the whole input mesh.
+    /// Global identifier of side `side` of element `element` of the whole input mesh.
     pub fn identity(element: u32, side: u8) -> u64 {
         u64::from(element) * 16 + u64::from(side)
     }
@@ -64,7 +65,8 @@ pub struct TargetSurface<const D: usize> {
 }
 
 impl<const D: usize> TargetSurface<D> {
-    /// The surface of `facets`; `reference_points` of all nodes \[m\], by place in the field arrays.
+    /// The surface of `facets`. `reference_points` are the positions of all nodes \[m\], indexed as
+    /// in the field arrays.
     pub fn new(facets: TargetFacets, reference_points: &[[f64; D]]) -> Self {
         let point = |node: &u32| Vector::from(reference_points[*node as usize]);
         let reference_points = facets.nodes.iter().map(point).collect();
@@ -81,7 +83,7 @@ impl<const D: usize> TargetSurface<D> {
         self.facets.kinds[facet as usize]
     }
 
-    /// Nodes of a facet: places in the field arrays.
+    /// Nodes of a facet as indices into the field arrays.
     pub fn nodes(&self, facet: u32) -> &[u32] {
         self.facets.nodes_of(facet as usize)
     }
@@ -99,12 +101,12 @@ impl<const D: usize> TargetSurface<D> {
     }
 }
 
-/// What a contactor meets.
+/// Target of a contactor.
 #[derive(Debug, Clone)]
 pub enum ContactTarget<const D: usize> {
     /// Facets of a deformable body.
     Body(TargetSurface<D>),
-    /// A rigid obstacle: one target without nodes, of number 0.
+    /// A rigid obstacle: one target facet, number 0, without nodes.
     Obstacle(Rc<dyn Shape<D>>),
 }
 
@@ -125,7 +127,7 @@ impl<const D: usize> ContactTarget<D> {
         }
     }
 
-    /// Nodes of a facet: places in the field arrays.
+    /// Nodes of a facet as indices into the field arrays.
     pub fn nodes(&self, facet: u32) -> &[u32] {
         self.body().map_or(&[], |surface| surface.nodes(facet))
     }

@@ -3,8 +3,8 @@
 /// Energies of a contact on this rank \[J\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ContactEnergy {
-    /// Stored by the normal law and by elastic stick.
+    /// Energy stored by the normal law and by elastic stick.
     pub stored: f64,
-    /// Turned into heat by friction in the step that ends in the current state.
+    /// Frictional heat of the step that ends in the current state.
     pub heat_of_step: f64,
 }

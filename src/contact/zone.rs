@@ -1,20 +1,22 @@
-//! Summary of a contact zone: what a step reports, mergeable over facets, contacts and ranks.
+//! Summary of a contact zone for the report of a step. Summaries can be merged over facets,
+//! contacts and ranks.
 
 use std::ops::AddAssign;
 
 use super::point::{PointState, Status};
 use crate::tensor::Vector;
 
-/// Sums and extremes over the closed points of a zone. Forces act on the contactor, per metre of depth in 2D.
+/// Sums and extremes over the closed points of a zone. Forces act on the contactor, per metre of
+/// depth in 2D.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZoneSummary<const D: usize> {
     /// Closed points.
     pub points: usize,
-    /// Of these the points that do more than touch.
+    /// Closed points that do more than touch.
     pub pressing: usize,
-    /// Of these the sticking ones.
+    /// Sticking points.
     pub stick: usize,
-    /// Of these the slipping ones.
+    /// Slipping points.
     pub slip: usize,
     /// Resultant `sum A t` \[N\].
     pub force: Vector<D>,
@@ -30,7 +32,7 @@ pub struct ZoneSummary<const D: usize> {
     pub max_penetration: f64,
     /// Largest `t_n` \[Pa\].
     pub max_pressure: f64,
-    /// Depth of the deepest place of the target between the points \[m\], where it is known, >= 0.
+    /// Largest known depth below the target, also between the points \[m\], >= 0.
     pub sunk: f64,
     /// `-sum A t_T . v_T` \[W\].
     pub friction_power: f64,
@@ -57,7 +59,7 @@ impl<const D: usize> Default for ZoneSummary<D> {
 }
 
 impl<const D: usize> ZoneSummary<D> {
-    /// Adds the forces of a point; open ones add nothing. Call it for the points of this rank.
+    /// Adds the forces of a point. Open points add nothing. Call it for the points of this rank.
     pub fn add_forces(&mut self, point: &PointState<D>) {
         self.sunk = self.sunk.max(point.sunk);
         if !point.is_closed() {

@@ -1,5 +1,5 @@
-//! Four elements at a time in lanes: their nodes at one or more displacements, and what a sample of them is. All kernels
-//! of a group go from batch to batch and from sample to sample by this.
+//! Batches of four elements in lanes: their nodes at one or more displacements, and the data of a
+//! sample. All kernels of a group iterate over batches and samples with this type.
 
 use super::Inverted;
 use super::group::{ElementGroup, Pass, Sampling};
@@ -9,21 +9,21 @@ use crate::square::{Row, Square, apply_add, diagonal, product_transposed, scale,
 
 /// Geometry and displacements at one sample.
 pub(super) struct Sample<L, const D: usize, const STATES: usize> {
-    /// Reference volume that it stands for \[m^D\].
+    /// Reference volume of the sample \[m^D\].
     pub volume: L,
-    /// Takes the slopes to reference gradients [1/m].
+    /// Maps the slopes to reference gradients [1/m].
     pub map: Square<L, D>,
     /// Displacement gradient of each state.
     pub grad_u: [Square<L, D>; STATES],
 }
 
-/// The nodes of a batch, which moves through a group; allocated once per evaluation.
+/// The nodes of a batch. It is reused for all batches of a group and allocated once per evaluation.
 pub(super) struct Batch<L, const D: usize, const STATES: usize> {
     points: Vec<Row<L, D>>,
     displacements: [Vec<Row<L, D>>; STATES],
     /// `dN_a/dxi` of the current sample, or mean gradients.
     pub slopes: Vec<Row<L, D>>,
-    /// Integral of the gradients over the points so far, where a pass wants their mean.
+    /// Integral of the gradients over the points so far, if a pass needs their mean.
     mean: Vec<Row<L, D>>,
     /// Volume of the points so far.
     volume: L,
@@ -45,7 +45,7 @@ impl<L: Lane, const D: usize, const STATES: usize> Batch<L, D, STATES> {
         }
     }
 
-    /// Fetches a batch at the displacements `u` of each state.
+    /// Loads a batch at the displacements `u` of each state.
     #[inline(always)]
     pub fn gather(
         &mut self,
@@ -71,10 +71,12 @@ impl<L: Lane, const D: usize, const STATES: usize> Batch<L, D, STATES> {
         self.volume = zero;
     }
 
-    /// Goes to a sample: sets the slopes and returns what depends on geometry and displacement there.
+    /// Moves to a sample: sets the slopes and returns the quantities that depend on geometry and
+    /// displacement there.
     #[inline(always)]
     pub fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> Sample<L, D, STATES> {
-        // Loops, not closures handed to the standard library: those are compiled without the instructions of the lanes.
+        // Explicit loops: closures passed to the standard library are compiled without the lane
+        // instructions.
         let mut grad_u = [[[unit.constant(0.0); D]; D]; STATES];
         if pass.sampling == Sampling::Mean {
             let inverse = self.volume.recip();
@@ -107,10 +109,11 @@ impl<L: Lane, const D: usize, const STATES: usize> Batch<L, D, STATES> {
     }
 }
 
-/// Finds the first element of a batch that is inverted at a quadrature point; `det_f` of each point of all passes.
+/// Checks a batch for elements that are inverted at a quadrature point. `det_f` is given at each
+/// point of all passes.
 ///
 /// # Errors
-/// That element.
+/// The first inverted element.
 #[inline(always)]
 pub(super) fn check(
     det_f: &[[f64; WIDTH]],
@@ -123,7 +126,8 @@ pub(super) fn check(
     inverted(det_f, elements, passes)
 }
 
-/// The lowest element of the batch with a point that is not positive, and its first such point.
+/// Returns the lowest element of the batch with a nonpositive determinant, and its first such
+/// point.
 #[cold]
 fn inverted(det_f: &[[f64; WIDTH]], elements: &[u32], passes: &[Pass]) -> std::result::Result<(), Inverted> {
     let points = || passes.iter().flat_map(|pass| &pass.points).zip(det_f);

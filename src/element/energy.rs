@@ -1,4 +1,4 @@
-//! The strain energy of a group, in the lanes and at the samples of its forces.
+//! The strain energy of a group, computed in lanes and at the samples of the forces.
 
 use super::batch::Batch;
 use super::group::ElementGroup;
@@ -7,7 +7,7 @@ use crate::lanes::{Lane, LaneTask, WIDTH, dispatch};
 use crate::material::{Hooke, Law, LawTask, Part, Potential};
 
 impl<const D: usize> ElementGroup<D> {
-    /// Strain energy \[J\] (in 2D per metre of depth) of the elements for which `mine[element]` holds.
+    /// Strain energy \[J\] (in 2D per metre of depth) of the elements with `mine[element]`.
     pub fn strain_energy(&self, u: &[f64], mine: &[bool]) -> f64 {
         let formulation = &self.formulation;
         let energy = Energy { group: self, u, mine };
@@ -40,10 +40,10 @@ impl<const D: usize> LawTask for Energy<'_, D> {
     }
 }
 
-/// A sum whose law is known to the compiler.
+/// A sum with a law known at compile time.
 struct Sum<'a, P: Potential, const D: usize> {
     energy: Energy<'a, D>,
-    /// For each pass.
+    /// One entry for each pass.
     constants: Vec<P::Constants>,
 }
 

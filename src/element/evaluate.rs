@@ -1,4 +1,4 @@
-//! Internal force and stiffness of a group: the kernel that suits its law.
+//! Internal force and stiffness of a group, with the kernel selected by its law.
 
 use super::general::General;
 use super::group::ElementGroup;
@@ -10,14 +10,14 @@ use crate::lanes::dispatch;
 use crate::material::{Hooke, Law, LawTask, MetricLaw, Part};
 
 impl<const D: usize> ElementGroup<D> {
-    /// Internal force (and, as requested, its derivative) of each element at the nodal displacements `u`
-    /// (`u[node * D + i]`, local nodes, \[m\]).
+    /// Internal force (and, on request, its derivative) of each element at the nodal displacements
+    /// `u` (`u[node * D + i]`, local nodes, \[m\]).
     ///
-    /// The same element gives the same bits in any group on the same processor.
+    /// On one processor the result of an element is bitwise identical in any group.
     ///
     /// # Errors
-    /// The first element of the group with `det F <= 0` or NaN at a quadrature point; the sink has then seen a part of
-    /// the group and what it holds is void.
+    /// The first element of the group with `det F <= 0` or NaN at a quadrature point. The sink has
+    /// then received a part of the group, and its content is invalid.
     pub fn evaluate(
         &self,
         u: &[f64],
@@ -32,7 +32,7 @@ impl<const D: usize> ElementGroup<D> {
     }
 }
 
-/// Chooses the kernel for the law of a group.
+/// Selects the kernel for the law of a group.
 struct Evaluate<'a, const D: usize>(Job<'a, D>);
 
 impl<const D: usize> LawTask for Evaluate<'_, D> {

@@ -1,8 +1,9 @@
-//! The solid kernel for any law: internal force `Q`, `K_0 + K_NL` and `K_S` of a group, four elements a time.
+//! The solid kernel for any law: internal force `Q`, `K_0 + K_NL` and `K_S` of a group, four
+//! elements at a time.
 //!
-//! `K_ab = g_a . A g_b` with the reference gradients `g_a` of the shape functions and the first elasticity tensor
-//! `A_iJkL = F_iI C_IJKL F_kK + delta_ik S_JL`. [`Law::contract`] gives the columns of `C`. Only blocks `b >= a` are summed; the others
-//! are mirrored.
+//! `K_ab = g_a . A g_b` with the reference gradients `g_a` of the shape functions and the first
+//! elasticity tensor `A_iJkL = F_iI C_IJKL F_kK + delta_ik S_JL`. [`Law::contract`] gives the
+//! columns of `C`. Only blocks `b >= a` are summed; the others follow by symmetry.
 
 use super::Inverted;
 use super::batch::{Sample, check};
@@ -12,7 +13,7 @@ use crate::lanes::{Lane, LaneTask, WIDTH};
 use crate::material::{Law, Response};
 use crate::square::{Row, Square, apply, apply_add, det_minus_one, plus_one, product, scale_all, transpose};
 
-/// A job whose law is known to the compiler.
+/// A job with a law known at compile time.
 pub(super) struct General<'a, P, const D: usize> {
     job: Job<'a, D>,
     law: P,

@@ -1,4 +1,4 @@
-//! Groups of elements of one kind and one material, gathered in lanes.
+//! Groups of elements of one kind and one material, stored in lanes.
 
 use super::kinematics::VolumeRule;
 use super::{Kinematics, Locking};
@@ -8,14 +8,14 @@ use crate::material::{Material, Moduli, Part};
 use crate::mesh::{ElementKind, Mesh, spelled};
 use crate::space::{Rule, ShapeTable, reference};
 
-/// Physics and discretisation of a group.
+/// Physical model and discretization of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Formulation {
     /// The elastic law.
     pub material: Material,
-    /// Finite or linear.
+    /// Finite or linear kinematics.
     pub kinematics: Kinematics,
-    /// Cure for locking.
+    /// Treatment of locking.
     pub locking: Locking,
     /// Reference density [kg/m^3], not negative.
     pub density: f64,
@@ -28,16 +28,16 @@ impl Formulation {
     }
 }
 
-/// Where a pass evaluates its part of the law.
+/// Points at which a pass evaluates its part of the law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sampling {
     /// At each point of the rule.
     Points,
-    /// Once, at the mean over the rule (which is the first pass's) of the gradient.
+    /// Once, at the mean of the gradient over the rule, which is that of the first pass.
     Mean,
 }
 
-/// Part of the law with the rule that integrates it.
+/// Part of the law with its quadrature rule.
 #[derive(Debug, Clone)]
 pub(super) struct Pass {
     pub sampling: Sampling,
@@ -59,7 +59,7 @@ impl Pass {
         Self { sampling: Sampling::Mean, table, points: element.reduced_rule().points.clone(), part }
     }
 
-    /// How often the law is evaluated.
+    /// Number of evaluations of the law.
     pub fn samples(&self) -> usize {
         self.points.len()
     }
@@ -71,17 +71,20 @@ impl Pass {
     }
 }
 
-/// Elements of one kind and one formulation; their connectivity and reference positions lie in lanes of [`WIDTH`].
+/// Elements of one kind and one formulation. Their connectivity and reference positions are stored
+/// in lanes of [`WIDTH`].
 #[derive(Debug)]
 pub struct ElementGroup<const D: usize> {
     pub(super) kind: ElementKind,
     pub(super) formulation: Formulation,
     pub(super) elements: Vec<u32>,
-    /// `[batch * N + a]`, one node per lane; the last batch is filled up with copies of the last element.
+    /// `[batch * N + a]`, one node per lane. The last batch is padded with copies of the last
+    /// element.
     pub(super) nodes: Vec<[u32; WIDTH]>,
-    /// Same layout, `[i][lane]` \[m\].
+    /// Reference positions `[batch * N + a][i][lane]` \[m\].
     pub(super) points: Vec<[[f64; WIDTH]; D]>,
-    /// The first is the full rule; a second integrates the volume terms where locking is cured.
+    /// The first pass uses the full rule. A second pass integrates the volume terms if locking is
+    /// treated.
     pub(super) passes: Vec<Pass>,
 }
 
@@ -89,8 +92,10 @@ impl<const D: usize> ElementGroup<D> {
     /// The elements `elements` (local numbers, all of one kind) of `mesh`.
     ///
     /// # Errors
-    /// Kinds that differ or have another dimension, a cure for locking that the kind does not offer, a negative
-    /// density, and an element that is inverted in the reference configuration.
+    /// - The kinds differ or have another dimension.
+    /// - The kind does not support the treatment of locking.
+    /// - The density is negative.
+    /// - An element is inverted in the reference configuration.
     pub fn new(mesh: &Mesh<D>, elements: Vec<u32>, formulation: Formulation) -> Result<Self> {
         let Some(&first) = elements.first() else {
             return Err(Error::internal("a group of no elements"));
@@ -128,12 +133,12 @@ impl<const D: usize> ElementGroup<D> {
         self.kind
     }
 
-    /// What the group was made with.
+    /// The formulation of the group.
     pub fn formulation(&self) -> &Formulation {
         &self.formulation
     }
 
-    /// Local numbers of the elements; a sink's `index` points here.
+    /// Local numbers of the elements; the `index` in a sink refers to this list.
     pub fn elements(&self) -> &[u32] {
         &self.elements
     }
@@ -181,7 +186,7 @@ fn centre<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
     std::array::from_fn(|i| points.iter().map(|point| point[i]).sum::<f64>() / points.len() as f64)
 }
 
-/// One pass with everything, or one with the shear terms and one with the volume terms.
+/// One pass with all terms, or one with the shear terms and one with the volume terms.
 fn passes(kind: ElementKind, formulation: &Formulation) -> Result<Vec<Pass>> {
     let full = reference(kind).full_rule();
     let second = match formulation.locking.on(kind, &formulation.moduli()).volume_rule(kind)? {

@@ -1,5 +1,5 @@
-//! Kinematics of an element: how far it may deform, how it is kept from locking, and gradients on it
-//! (theory, section 3.8).
+//! Kinematics of an element: strain measure, treatment of locking, and gradients (theory, section
+//! 3.8).
 
 use crate::error::{Error, Result};
 use crate::lanes::Real;
@@ -7,45 +7,48 @@ use crate::material::Moduli;
 use crate::mesh::ElementKind;
 use crate::square::{Row, Square, apply, cofactor, dot, scale_all};
 
-/// How strain is measured.
+/// Strain measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Kinematics {
     /// Green's strain, total Lagrangian: any rotation, any strain.
     #[default]
     Finite,
-    /// The symmetric gradient on the reference geometry: Hooke's law whatever the material, no `K_S`.
+    /// The symmetric gradient on the reference geometry: Hooke's law for any material, no `K_S`.
     Linear,
 }
 
-/// Cure for locking at small compressibility.
+/// Treatment of locking for nearly incompressible materials.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Locking {
-    /// [`SelectiveReduced`](Self::SelectiveReduced) from a Poisson's ratio of [`LOCKS`] on where the elements offer it,
-    /// else [`None`](Self::None).
+    /// [`SelectiveReduced`](Self::SelectiveReduced) for a Poisson's ratio of at least [`LOCKS`] on
+    /// elements that support it, otherwise [`None`](Self::None).
     #[default]
     Auto,
-    /// Full integration of everything.
+    /// Full integration of all terms.
     None,
-    /// Terms with `mu` by the full rule, terms with `lambda` by one less in each direction. Variational, so the tangent
-    /// stays symmetric. Laws that are not written in `lambda` and `mu` are split so that their parts agree with these
-    /// terms at small strain, see [`Part`](crate::material::Part).
+    /// Terms with `mu` are integrated by the full rule, terms with `lambda` by a rule with one
+    /// point less in each direction. The method is variational, so the tangent stays symmetric.
+    /// Laws that are not written in `lambda` and `mu` are split so that their parts agree with
+    /// these terms at small strain, see [`Part`](crate::material::Part).
     ///
-    /// On quad4 and hex8 the one value is taken at the mean of the gradient over the element. On every quad4 and on hex8
-    /// with parallel sides that is the value at the centroid; on other hex8 the centroid would fail the patch test.
+    /// On quad4 and hex8 the single value is evaluated at the mean of the gradient over the
+    /// element. On every quad4 and on hex8 with parallel sides this is the value at the centroid.
+    /// On other hex8 the centroid would fail the patch test.
     SelectiveReduced,
 }
 
 /// Poisson's ratio from which on full integration locks.
 ///
-/// A pad of 12 by 6 quad4 pressed between a clamp and a plane is too stiff by 3 % at 0.45, by 12 % at 0.49 and by 77 % at
-/// 0.499 (docs/validation/extremes.md); at 0.4 the error is that of the mesh.
+/// A pad of 12 by 6 quad4 pressed between a clamp and a plane is too stiff by 3 % at 0.45, by 12 %
+/// at 0.49 and by 77 % at 0.499 (docs/validation/extremes.md). At 0.4 only the discretization error
+/// of the mesh remains.
 pub const LOCKS: f64 = 0.45;
 
-/// Rounding of a Poisson's ratio that is computed back from moduli.
+/// Rounding error of a Poisson's ratio that is recomputed from moduli.
 const ROUNDING: f64 = 1e-9;
 
 impl Locking {
-    /// Name and sentence of each, for lists and hints.
+    /// Name and description of each, for lists and hints.
     pub const ALL: [(Self, &'static str, &'static str); 3] = [
         (
             Self::Auto,
@@ -65,7 +68,7 @@ impl Locking {
         Self::ALL[self as usize].1
     }
 
-    /// What is done to elements of `kind` with these moduli: never [`Auto`](Self::Auto).
+    /// The treatment of elements of `kind` with these moduli: never [`Auto`](Self::Auto).
     pub fn on(self, kind: ElementKind, moduli: &Moduli<f64>) -> Self {
         match self {
             Self::Auto if locks(moduli) && Self::SelectiveReduced.offered(kind) => Self::SelectiveReduced,
@@ -74,7 +77,8 @@ impl Locking {
         }
     }
 
-    /// The points that integrate the volume terms of `kind`; an error where this cure does not exist on `kind`.
+    /// The points that integrate the volume terms of `kind`; an error if `kind` does not support
+    /// this treatment.
     pub(super) fn volume_rule(self, kind: ElementKind) -> Result<VolumeRule> {
         match (self, kind) {
             (Self::Auto | Self::None, _) => Ok(VolumeRule::Full),
@@ -92,7 +96,7 @@ impl Locking {
         }
     }
 
-    /// Whether elements of `kind` offer this cure.
+    /// Whether elements of `kind` support this treatment.
     pub fn offered(self, kind: ElementKind) -> bool {
         self.volume_rule(kind).is_ok()
     }
@@ -103,19 +107,20 @@ pub fn locks(moduli: &Moduli<f64>) -> bool {
     moduli.lambda >= (LOCKS - ROUNDING) * 2.0 * (moduli.lambda + moduli.mu)
 }
 
-/// Which points integrate the volume terms.
+/// Points that integrate the volume terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum VolumeRule {
     /// The element's full rule, together with the shear terms.
     Full,
     /// One value, at the mean gradient.
     Mean,
-    /// The full rule of the linear sibling.
+    /// The full rule of the linear element of the same shape.
     Of(ElementKind),
 }
 
-/// `sum_a v_a (x) s_a`: with the slopes `dN_a/dxi` and node positions `dX/dxi` \[m\], with gradients `dN_a/dX` and
-/// displacements the displacement gradient. Row = component of `v`, column = of `s`.
+/// `sum_a v_a (x) s_a`. With the slopes `dN_a/dxi` and node positions it is `dX/dxi` \[m\], with
+/// gradients `dN_a/dX` and displacements the displacement gradient. Row = component of `v`, column
+/// = component of `s`.
 #[inline(always)]
 pub(super) fn gradient_of<T: Real, const D: usize>(
     values: &[Row<T, D>],
@@ -132,7 +137,7 @@ pub(super) fn gradient_of<T: Real, const D: usize>(
     sum
 }
 
-/// `det(dX/dxi)` [m^D] and the map `(dX/dxi)^-T` [1/m] that takes `dN_a/dxi` to `dN_a/dX`.
+/// `det(dX/dxi)` [m^D] and the map `(dX/dxi)^-T` [1/m] from `dN_a/dxi` to `dN_a/dX`.
 #[inline(always)]
 pub(super) fn reference_map<T: Real, const D: usize>(jacobian: &Square<T, D>) -> (T, Square<T, D>) {
     let cofactors = cofactor(jacobian);
@@ -140,7 +145,8 @@ pub(super) fn reference_map<T: Real, const D: usize>(jacobian: &Square<T, D>) ->
     (det, scale_all(&cofactors, det.recip()))
 }
 
-/// Reference gradients `dN_a/dX` [1/m] into `gradients`, and `det(dX/dxi)` [m^D], from node positions and `dn[a * D + k]`.
+/// Reference gradients `dN_a/dX` [1/m] into `gradients`, and `det(dX/dxi)` [m^D], from node
+/// positions and `dn[a * D + k]`.
 pub(super) fn reference_gradients<const D: usize>(
     points: &[[f64; D]],
     dn: &[f64],

@@ -1,4 +1,4 @@
-//! External forces: body force, dead traction, and pressure that follows the surface.
+//! External forces: body force, dead traction, and follower pressure.
 
 use super::ElementSink;
 use super::group::ElementGroup;
@@ -8,7 +8,8 @@ use crate::space::{ShapeTable, area_variation, facet_normal, facet_tangents, ref
 use crate::tensor::Vector;
 
 impl<const D: usize> ElementGroup<D> {
-    /// `F_ext = int rho N^T b dV` of each element \[N\] for a force `b` per mass [m/s^2] at a reference point \[m\].
+    /// `F_ext = int rho N^T b dV` of each element \[N\] for a force `b` per mass [m/s^2] at a
+    /// reference point \[m\].
     pub fn body_force(&self, per_mass: impl Fn(&[f64; D]) -> [f64; D], sink: &mut dyn ElementSink) {
         let element = reference(self.kind);
         let table = element.tabulate(element.mass_rule());
@@ -44,16 +45,17 @@ fn add_density<const D: usize>(force: &mut [f64], shape: &[f64], density: &[f64;
     }
 }
 
-/// Where a pressure acts.
+/// Configuration in which a pressure acts.
 #[derive(Debug, Clone, Copy)]
 pub enum Configuration<'a> {
-    /// On the reference area along the reference normal (linear kinematics); its derivative is zero.
+    /// On the reference area along the reference normal (linear kinematics); its derivative is
+    /// zero.
     Reference,
     /// On the area deformed by these nodal displacements \[m\], along its normal.
     Current(&'a [f64]),
 }
 
-/// A part of the boundary that carries loads.
+/// A loaded part of the boundary.
 #[derive(Debug)]
 pub struct LoadedSurface<const D: usize> {
     facets: Vec<LoadedFacet<D>>,
@@ -68,7 +70,7 @@ struct LoadedFacet<const D: usize> {
 }
 
 impl<const D: usize> LoadedSurface<D> {
-    /// The facets `facets` of `mesh`, of any kinds.
+    /// The facets `facets` of `mesh`, which may be of several kinds.
     pub fn new(mesh: &Mesh<D>, facets: &[Facet]) -> Self {
         let mut tables: Vec<(ElementKind, ShapeTable)> = Vec::new();
         let mut loaded = Vec::with_capacity(facets.len());
@@ -92,17 +94,18 @@ impl<const D: usize> LoadedSurface<D> {
         self.facets.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no facets.
     pub fn is_empty(&self) -> bool {
         self.facets.is_empty()
     }
 
-    /// Nodes of the facet at `index`; the forces are in this order.
+    /// Nodes of the facet at `index`, in the order of the forces.
     pub fn nodes(&self, index: usize) -> &[u32] {
         &self.facets[index].nodes
     }
 
-    /// `F_ext = int N^T p_R dS` of each facet \[N\] for a traction `p_R` per reference area \[Pa\] at a reference point \[m\].
+    /// `F_ext = int N^T p_R dS` of each facet \[N\] for a traction `p_R` per reference area \[Pa\]
+    /// at a reference point \[m\].
     pub fn traction(&self, traction: impl Fn(&[f64; D]) -> [f64; D], sink: &mut dyn ElementSink) {
         let mut force = Vec::new();
         for (index, facet) in self.facets.iter().enumerate() {
@@ -117,9 +120,10 @@ impl<const D: usize> LoadedSurface<D> {
         }
     }
 
-    /// `F_ext = -int p N^T n ds` (3.16) of each facet \[N\] for a pressure `p` \[Pa\], positive against the outward normal, given at
-    /// a reference point \[m\]; with the stiffness `-dF_ext/du` \[N/m\] in the current configuration (non-symmetric at
-    /// the rim of the surface).
+    /// `F_ext = -int p N^T n ds` (3.16) of each facet \[N\] for a pressure `p` \[Pa\], positive
+    /// against the outward normal, given at a reference point \[m\]. In the current configuration
+    /// the stiffness `-dF_ext/du` \[N/m\] is included, which is non-symmetric at the rim of the
+    /// surface.
     pub fn pressure(
         &self,
         on: Configuration<'_>,
@@ -169,7 +173,7 @@ struct FacetPoint<'a> {
 }
 
 impl<const D: usize> LoadedFacet<D> {
-    /// Reference position \[m\] where the shape functions are `n`.
+    /// Reference position \[m\] at which the shape functions have the values `n`.
     fn place(&self, n: &[f64]) -> [f64; D] {
         self.points.iter().zip(n).map(|(point, n)| point * *n).sum::<Vector<D>>().into()
     }

@@ -1,12 +1,12 @@
-//! Mass: consistent, and lumped to the nodes.
+//! Consistent and lumped mass.
 
 use super::group::ElementGroup;
 use super::kinematics::reference_gradients;
 use crate::space::reference;
 
 impl<const D: usize> ElementGroup<D> {
-    /// Consistent mass of each element, `m_ab = int rho N_a N_b dV` \[kg\], handed to `receive(index, m)` with
-    /// `m[a * N + b]`; it acts on each component alike.
+    /// Consistent mass of each element, `m_ab = int rho N_a N_b dV` \[kg\], passed to
+    /// `receive(index, m)` with `m[a * N + b]`. It acts on each component in the same way.
     pub fn mass(&self, mut receive: impl FnMut(usize, &[f64])) {
         let element = reference(self.kind);
         let table = element.tabulate(element.mass_rule());
@@ -34,8 +34,9 @@ impl<const D: usize> ElementGroup<D> {
 
     /// Lumped mass of each element (3.17), `receive(index, m)` with `m[a]` \[kg\].
     ///
-    /// The diagonal of the consistent mass scaled to the element's mass (Hinton, Rock, Zienkiewicz 1976): positive for every
-    /// kind, where sums of rows are negative at the corners of quad8, hex20 and tet10.
+    /// The diagonal of the consistent mass is scaled to the element's mass (Hinton, Rock,
+    /// Zienkiewicz 1976). It is positive for every kind, unlike row sums, which are negative at the
+    /// corners of quad8, hex20 and tet10.
     pub fn lumped_mass(&self, mut receive: impl FnMut(usize, &[f64])) {
         let n = self.kind.nodes();
         let mut lumped = vec![0.0; n];

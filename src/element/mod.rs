@@ -1,7 +1,8 @@
-//! Element kernels: internal force and stiffness, mass, loads, stress and energy of groups of equal elements.
+//! Element kernels: internal force and stiffness, mass, loads, stress and energy of groups of equal
+//! elements.
 //!
-//! Everything is streamed element by element into an [`ElementSink`]; nothing here knows a matrix format, a global
-//! number or a process.
+//! All results are passed element by element to an [`ElementSink`]. The kernels are independent of
+//! matrix formats, global numbers and processes.
 
 mod batch;
 mod energy;
@@ -26,15 +27,16 @@ pub use stress::{Cauchy, CauchyState, ElementStress};
 
 use crate::terms::Terms;
 
-/// What [`ElementGroup::evaluate`] shall compute besides the force.
+/// Results that [`ElementGroup::evaluate`] computes in addition to the force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Request {
-    /// The stiffness terms wanted: [`Terms::MATERIAL`] for `K_0 + K_NL`, [`Terms::GEOMETRIC`] for `K_S`; others are ignored.
+    /// Requested stiffness terms: [`Terms::MATERIAL`] for `K_0 + K_NL`, [`Terms::GEOMETRIC`] for
+    /// `K_S`; others are ignored.
     pub stiffness: Option<Terms>,
 }
 
 impl Request {
-    /// The force alone.
+    /// Only the force.
     pub const FORCE: Self = Self { stiffness: None };
     /// Force and consistent tangent.
     pub const TANGENT: Self = Self { stiffness: Some(Terms::ALL) };
@@ -42,12 +44,12 @@ impl Request {
 
 /// Receives elements (or facets) one by one, in the order of their group.
 pub trait ElementSink {
-    /// `force` is `[a * D + i]` \[N\]; `stiffness`, where asked for, `[((a * N + b) * D + i) * D + j]` \[N/m\], the left-hand
-    /// side for rows `(a, i)` and columns `(b, j)`.
+    /// `force` is `[a * D + i]` \[N\]. `stiffness`, if requested, is `[((a * N + b) * D + i) * D +
+    /// j]` \[N/m\], the left-hand side for rows `(a, i)` and columns `(b, j)`.
     fn element(&mut self, index: usize, force: &[f64], stiffness: Option<&[f64]>);
 }
 
-/// An element turned inside out (or not a number) in a trial state.
+/// An element that is inverted (or has a NaN) in a trial state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inverted {
     /// Local number in the mesh.

@@ -1,12 +1,13 @@
-//! The fast solid kernel: internal force `Q`, `K_0 + K_NL` and `K_S` of a group, four elements a time. [`super::general`] is that for any
-//! law.
+//! The fast solid kernel: internal force `Q`, `K_0 + K_NL` and `K_S` of a group, four elements at a
+//! time. [`super::general`] is the kernel for arbitrary laws.
 //!
-//! With a tangent `C = lam m (x) m + 2 q I_m` (2.20), reference gradients `g_a` of the shape functions and `h_a = F m g_a`
-//! the strain operator drops out of `int B*^T C B* + K_S`:
+//! With a tangent `C = lam m (x) m + 2 q I_m` (2.20), reference gradients `g_a` of the shape
+//! functions and `h_a = F m g_a`, the strain operator is eliminated from `int B*^T C B* + K_S`:
 //!
-//! `K_ab = int lam h_a h_b^T + q h_b h_a^T + q (g_a . m g_b) F m F^T + (g_a . S g_b) 1` (3.13),
+//! `K_ab = int lam h_a h_b^T + q h_b h_a^T + q (g_a . m g_b) F m F^T + (g_a . S g_b) 1` (3.13).
 //!
-//! a third of the work of the textbook product. Only blocks `b >= a` are summed; the others are mirrored.
+//! This needs a third of the operations of the textbook product. Only blocks `b >= a` are summed;
+//! the others follow by symmetry.
 
 use std::marker::PhantomData;
 
@@ -18,7 +19,7 @@ use crate::lanes::{Lane, LaneTask, WIDTH};
 use crate::material::{MetricLaw, Moduli};
 use crate::square::{apply_add, product, scale_all};
 
-/// A job whose law is known to the compiler.
+/// A job with a law known at compile time.
 pub(super) struct Solid<'a, P, const D: usize> {
     job: Job<'a, D>,
     moduli: Moduli<f64>,

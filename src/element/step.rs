@@ -1,9 +1,10 @@
-//! The solid kernel over a step: forces that change the energy of a group by the work they do
+//! The solid kernel over a step: forces whose work equals the change of the energy of a group
 //! (theory, section 4.5).
 //!
-//! `Q_a = int F_middle S g_a dV` with the stress `S` of [`Law::respond_step`]; its derivative by the displacement in the middle of
-//! the step, `int (g_a . S g_b) 1 + F_middle dS_b g_a dV`, is not symmetric, as the strain changes at the end of the step by
-//! `F_end`. Terms that have a quadrature of their own are conserved each by itself.
+//! `Q_a = int F_middle S g_a dV` with the stress `S` of [`Law::respond_step`]. Its derivative by
+//! the displacement in the middle of the step, `int (g_a . S g_b) 1 + F_middle dS_b g_a dV`, is not
+//! symmetric, because the strain at the end of the step changes with `F_end`. Terms with a separate
+//! quadrature are conserved separately.
 
 use super::batch::{Batch, Sample, check};
 use super::group::{ElementGroup, Pass};
@@ -24,8 +25,9 @@ pub(super) struct StepJob<'a, const D: usize> {
 }
 
 impl<const D: usize> ElementGroup<D> {
-    /// Like [`evaluate`](Self::evaluate) at the displacements `middle`, but with forces that do as much work over the step
-    /// from `start` to `2 middle - start` as the strain energy changes. In linear kinematics the two are the same.
+    /// Like [`evaluate`](Self::evaluate) at the displacements `middle`, but with forces whose work
+    /// over the step from `start` to `2 middle - start` equals the change of the strain energy. In
+    /// linear kinematics the two are identical.
     ///
     /// # Errors
     /// The first element of the group that is inverted at the end of the step.
@@ -51,7 +53,7 @@ impl<const D: usize> LawTask for StepJob<'_, D> {
     }
 }
 
-/// A job whose law is known to the compiler.
+/// A job with a law known at compile time.
 pub(super) struct Step<'a, P, const D: usize> {
     job: StepJob<'a, D>,
     law: P,
@@ -101,7 +103,7 @@ impl<P: Law, const D: usize> LaneTask for Step<'_, P, D> {
     }
 }
 
-/// Everything that the loop over a group writes to; allocated once per evaluation.
+/// Buffers of the loop over a group, allocated once per evaluation.
 struct Workspace<L, const D: usize> {
     batch: Batch<L, D, 2>,
     /// `g_a` at the current sample [1/m].
@@ -138,7 +140,8 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         self.blocks.fill([[zero; D]; D]);
     }
 
-    /// Goes to a sample: sets the gradients and returns its volume and both displacement gradients.
+    /// Moves to a sample: sets the gradients and returns its volume and both displacement
+    /// gradients.
     #[inline(always)]
     fn locate(&mut self, unit: L, pass: &Pass, q: usize) -> (L, [Square<L, D>; 2]) {
         let Sample { volume, map, grad_u } = self.batch.locate(unit, pass, q);
@@ -196,7 +199,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         }
     }
 
-    /// Hands the real lanes of a batch to the sink.
+    /// Passes the real (not padded) lanes of a batch to the sink.
     #[inline(always)]
     fn emit(&mut self, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
         for lane in 0..count {

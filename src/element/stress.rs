@@ -1,4 +1,4 @@
-//! What a result file wants of the solid: Cauchy stress and `det F`.
+//! Results of the solid for output: Cauchy stress and `det F`.
 
 use nalgebra::DMatrix;
 
@@ -9,7 +9,8 @@ use crate::mesh::ElementKind;
 use crate::space::reference;
 use crate::square::{Square, det_minus_one, plus_one, product, trace, transpose};
 
-/// Cauchy stress \[Pa\], tension positive: `xx, yy, zz, xy, yz, xz` (in plane strain `zz` is what holds the body flat).
+/// Cauchy stress \[Pa\], tension positive: `xx, yy, zz, xy, yz, xz`. In plane strain `zz` is the
+/// stress that enforces zero normal strain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cauchy(pub [f64; 6]);
 
@@ -28,7 +29,7 @@ impl Cauchy {
     }
 }
 
-/// Stress and volume ratio at one place.
+/// Stress and volume ratio at one point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CauchyState {
     /// Cauchy stress.
@@ -53,15 +54,17 @@ pub struct ElementStress {
     pub mean: CauchyState,
     /// At the points of the full rule.
     pub points: Vec<CauchyState>,
-    /// At the nodes: the linear (quads, hexes: multilinear) least-squares fit of `points`, constant from a single one. Average it over
-    /// the elements of a node, weighted by `volume`.
+    /// At the nodes: the linear (quads, hexes: multilinear) least-squares fit of `points`, or a
+    /// constant from a single point. Average it over the elements of a node, weighted by `volume`.
     pub nodes: Vec<CauchyState>,
 }
 
 impl<const D: usize> ElementGroup<D> {
-    /// Cauchy stress of each element at the nodal displacements `u` \[m\], handed to `receive(index, stress)`.
+    /// Cauchy stress of each element at the nodal displacements `u` \[m\], passed to
+    /// `receive(index, stress)`.
     ///
-    /// Where volume terms have their own rule, their stress is fitted on that rule and added at every place.
+    /// If volume terms have a separate rule, their stress is fitted on that rule and added at every
+    /// point.
     pub fn stress(&self, u: &[f64], mut receive: impl FnMut(usize, &ElementStress)) {
         let fits: Vec<_> =
             self.passes.iter().map(|pass| Fit::new(self.kind, pass, &self.passes[0])).collect();
@@ -83,7 +86,7 @@ impl<const D: usize> ElementGroup<D> {
                     let (grad_u, weight) = element.gradient(pass, q);
                     let mut state = self.state(pass.part, &grad_u);
                     if number > 0 {
-                        // The first pass has told the volume ratio already.
+                        // The first pass already includes the volume ratio.
                         state.det_f = 0.0;
                     }
                     mean.add(weight, &state);
@@ -101,7 +104,8 @@ impl<const D: usize> ElementGroup<D> {
         }
     }
 
-    /// `sigma = F S F^T / J` of a part of the law in the solid whose displacement gradient this is, flat in 2D.
+    /// `sigma = F S F^T / J` of a part of the law for this displacement gradient, in 2D for plane
+    /// strain.
     fn state(&self, part: Part, grad_u: &Square<f64, D>) -> CauchyState {
         let mut solid = [[0.0; 3]; 3];
         for (row, given) in solid.iter_mut().zip(grad_u) {
@@ -138,7 +142,7 @@ fn components(s: &Square<f64, 3>, factor: f64) -> Cauchy {
     Cauchy([s[0][0], s[1][1], s[2][2], s[0][1], s[1][2], s[0][2]].map(|s| s * factor))
 }
 
-/// One element in plain numbers.
+/// One element, computed with plain numbers.
 struct Element<const D: usize> {
     nodes: Vec<u32>,
     points: Vec<[f64; D]>,
@@ -185,9 +189,10 @@ impl<const D: usize> Element<D> {
     }
 }
 
-/// Takes values at the points of a rule to other places, by least squares over the shape functions of the corners.
+/// Extrapolates values from the points of a rule to other points, by least squares over the shape
+/// functions of the corners.
 struct Fit {
-    /// `[place][point of the rule]`
+    /// `[target point][point of the rule]`
     to_points: DMatrix<f64>,
     to_nodes: DMatrix<f64>,
 }

@@ -1,6 +1,6 @@
-//! The stiffness of a batch: its terms at one sample, their sum over the samples, and its way out.
+//! The stiffness of a batch: its terms at one sample, their sum over the samples, and its output.
 //!
-//! Only blocks `b >= a` are summed; the others are mirrored on the way out.
+//! Only blocks `b >= a` are summed; the others are added by symmetry in the output.
 
 use crate::lanes::{Lane, WIDTH};
 use crate::material::{Metric, MetricLaw, MetricResponse, Moduli};
@@ -10,7 +10,7 @@ use crate::square::{
 };
 use crate::terms::Terms;
 
-/// One or zero in lanes: which parts of the stiffness are wanted.
+/// Factors one or zero in lanes that select the requested parts of the stiffness.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<L> {
     pub material: L,
@@ -25,16 +25,17 @@ impl<L: Lane> Wanted<L> {
     }
 }
 
-/// How the stiffness of a pass is summed.
+/// Form in which the stiffness of a pass is summed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
-    /// As it is.
+    /// The stiffness itself.
     Sum,
-    /// As the factor `P` of `lambda P + mu P^T`.
+    /// The factor `P` of `lambda P + mu P^T`.
     Factored,
 }
 
-/// The factored form needs constant moduli and a sum that begins empty.
+/// The form of the first pass. The factored form requires constant moduli and an initially empty
+/// sum.
 pub(super) const fn first_form<P: MetricLaw>() -> Form {
     match P::METRIC {
         Metric::Current => Form::Sum,
@@ -42,21 +43,24 @@ pub(super) const fn first_form<P: MetricLaw>() -> Form {
     }
 }
 
-/// The tangent at one sample in terms of the slopes `s_a`, volumes and switches included:
-/// `K_ab = lam h_a h_b^T + q h_b h_a^T + (s_a . metric s_b) pushed + (s_a . isotropic s_b) 1`.
+/// The tangent at one sample in terms of the slopes `s_a`. It includes volumes and the selection
+/// factors: `K_ab = lam h_a h_b^T + q h_b h_a^T + (s_a . metric s_b) pushed + (s_a . isotropic s_b)
+/// 1`.
 pub(super) struct Tangent<L, const D: usize> {
     lam: L,
     q: L,
     /// `h_a = map s_a`.
     map: Square<L, D>,
     isotropic: Square<L, D>,
-    /// This and `pushed` only with [`Metric::Reference`]; where `F m F^T = 1` the metric is part of `isotropic`.
+    /// `metric` and `pushed` are used only with [`Metric::Reference`]. If `F m F^T = 1`, the metric
+    /// is part of `isotropic`.
     metric: Square<L, D>,
     pushed: Square<L, D>,
 }
 
 impl<L: Lane, const D: usize> Tangent<L, D> {
-    /// Of a response at a sample with the map from slopes to reference gradients and the volume.
+    /// The tangent of a response at a sample, from the map of slopes to reference gradients and the
+    /// volume.
     #[inline(always)]
     pub fn new<P: MetricLaw>(
         response: &MetricResponse<L, D>,
@@ -84,7 +88,7 @@ impl<L: Lane, const D: usize> Tangent<L, D> {
         Self { lam, q, map, isotropic, metric: reference, pushed: outer_gram(&response.gradient_map) }
     }
 
-    /// With the terms symmetric in `i, j` times `factor`.
+    /// The tangent with the terms symmetric in `i, j` multiplied by `factor`.
     #[inline(always)]
     pub fn over(self, factor: L) -> Self {
         let (isotropic, metric) = (scale_all(&self.isotropic, factor), scale_all(&self.metric, factor));
@@ -92,18 +96,18 @@ impl<L: Lane, const D: usize> Tangent<L, D> {
     }
 }
 
-/// The stiffness of a batch while it is summed, and on its way out.
+/// The stiffness of a batch during summation and output.
 pub(super) struct Blocks<L, const D: usize> {
     /// `h_a`.
     mapped: Vec<Row<L, D>>,
     /// Blocks `(a, b)`, `b >= a`, row by row.
     upper: Vec<Square<L, D>>,
-    /// Whole matrices, one after the other.
+    /// Full matrices, one after the other.
     pub out: Vec<f64>,
 }
 
 impl<L: Lane, const D: usize> Blocks<L, D> {
-    /// For elements of `n` nodes.
+    /// Blocks for elements of `n` nodes.
     #[inline(always)]
     pub fn new(unit: L, n: usize) -> Self {
         let zero = unit.constant(0.0);
@@ -120,8 +124,9 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
         self.upper.fill([[unit.constant(0.0); D]; D]);
     }
 
-    /// Adds `P_ab = weight h_a h_b^T` and, scaled by `1 / (lambda + mu)`, the terms symmetric in `i, j`: with constant moduli
-    /// the stiffness is `lambda P + mu P^T` (3.14), and a third of the work at the points is gone.
+    /// Adds `P_ab = weight h_a h_b^T` and, scaled by `1 / (lambda + mu)`, the terms symmetric in
+    /// `i, j`. With constant moduli the stiffness is `lambda P + mu P^T` (3.14), which saves a
+    /// third of the operations at the points.
     #[inline(always)]
     pub fn add_factored(&mut self, slopes: &[Row<L, D>], tangent: &Tangent<L, D>, weight: L, metric: Metric) {
         for (mapped, slope) in self.mapped.iter_mut().zip(slopes) {
@@ -132,7 +137,8 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
             let h_a = scale(&self.mapped[a], weight);
             let isotropic_a = apply(&tangent.isotropic, &slopes[a]);
             let metric_a = apply(&tangent.metric, &slopes[a]);
-            // The finite iterator goes first: a zip asks its first half once more than its second.
+            // The finite iterator goes first: a zip advances its first iterator once more than its
+            // second.
             let partners = slopes[a..].iter().zip(&self.mapped[a..]);
             for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
                 let isotropic = dot(&isotropic_a, slope_b);
@@ -150,7 +156,7 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
         }
     }
 
-    /// Ends a factored sum: `lambda P + mu P^T`.
+    /// Completes a factored sum: `lambda P + mu P^T`.
     #[inline(always)]
     pub fn unfold(&mut self, moduli: &Moduli<L>) {
         for block in &mut self.upper {
@@ -176,7 +182,8 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
             let (lam_h, q_h, both_h) = (scale(h_a, tangent.lam), scale(h_a, tangent.q), scale(h_a, both));
             let isotropic_a = apply(&tangent.isotropic, &slopes[a]);
             let metric_a = apply(&tangent.metric, &slopes[a]);
-            // The finite iterator goes first: a zip asks its first half once more than its second.
+            // The finite iterator goes first: a zip advances its first iterator once more than its
+            // second.
             let partners = slopes[a..].iter().zip(&self.mapped[a..]);
             for ((slope_b, h_b), block) in partners.zip(blocks.by_ref()) {
                 let isotropic = dot(&isotropic_a, slope_b);
@@ -201,7 +208,8 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
         }
     }
 
-    /// Adds `K_ab = g_a . A g_b` with the reference gradients `g_a` and `A_iJkL` as `elasticity[i][k][L][J]`.
+    /// Adds `K_ab = g_a . A g_b` with the reference gradients `g_a` and `A_iJkL` as
+    /// `elasticity[i][k][L][J]`.
     #[inline(always)]
     pub fn add_elasticity(&mut self, gradients: &[Row<L, D>], elasticity: &[[Square<L, D>; D]; D]) {
         let mut blocks = self.upper.iter_mut();
@@ -212,7 +220,8 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
                     rows[i][k] = apply(&elasticity[i][k], &gradients[a]);
                 }
             }
-            // The finite iterator goes first: a zip asks its first half once more than its second.
+            // The finite iterator goes first: a zip advances its first iterator once more than its
+            // second.
             for (gradient, block) in gradients[a..].iter().zip(blocks.by_ref()) {
                 let mut sum = *block;
                 for i in 0..D {
@@ -227,10 +236,11 @@ impl<L: Lane, const D: usize> Blocks<L, D> {
         }
     }
 
-    /// Upper blocks in lanes to full matrices, one after the other.
+    /// Expands upper blocks in lanes to full matrices, one after the other.
     #[inline(always)]
     pub fn spread(&mut self) {
-        // Blocks as arrays: their size must be known for the copies to become vector moves.
+        // Blocks as arrays: their size must be known at compile time for the copies to become
+        // vector moves.
         match D {
             2 => self.spread_blocks::<4>(),
             _ => self.spread_blocks::<9>(),

@@ -1,4 +1,5 @@
-//! What the kernels of a group at one displacement share: the evaluation that is requested, and the sums of a batch.
+//! Data shared by the kernels of a group at one displacement: the requested evaluation, and the
+//! sums of a batch.
 
 use super::batch::Batch;
 use super::group::{ElementGroup, Pass};
@@ -15,12 +16,12 @@ pub(super) struct Job<'a, const D: usize> {
     pub sink: &'a mut dyn ElementSink,
 }
 
-/// Everything that the loop over a group writes to; allocated once per evaluation.
+/// Buffers of the loop over a group, allocated once per evaluation.
 pub(super) struct Workspace<L, const D: usize> {
     pub batch: Batch<L, D, 1>,
     pub force: Vec<Row<L, D>>,
     pub blocks: Blocks<L, D>,
-    /// For each quadrature point of all passes.
+    /// One entry for each quadrature point of all passes.
     pub det_f: Vec<[f64; WIDTH]>,
     force_out: Vec<f64>,
 }
@@ -38,7 +39,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         }
     }
 
-    /// Fetches a batch and clears the sums.
+    /// Loads a batch and clears the sums.
     #[inline(always)]
     pub fn gather(&mut self, unit: L, nodes: &[[u32; WIDTH]], points: &[[[f64; WIDTH]; D]], u: &[f64]) {
         self.batch.gather(unit, nodes, points, [u]);
@@ -46,7 +47,7 @@ impl<L: Lane, const D: usize> Workspace<L, D> {
         self.blocks.clear(unit);
     }
 
-    /// Hands the real lanes of a batch to the sink.
+    /// Passes the real (not padded) lanes of a batch to the sink.
     #[inline(always)]
     pub fn emit(&mut self, first: usize, count: usize, stiffness: bool, sink: &mut dyn ElementSink) {
         let n = self.force.len();

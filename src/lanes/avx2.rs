@@ -1,6 +1,6 @@
 //! Lanes in AVX2 registers with fused multiply-add.
 //!
-//! Safe throughout: `pulp` hands out its token only where the processor has the instructions.
+//! All code is safe: `pulp` provides its token only if the processor has the instructions.
 
 use super::{
     Lane, LaneTask, NEAR, NEAR_EXPONENTIAL, NEAR_LOGARITHM, Ratio, RatioSlope, Real, WIDTH, both_by_lane,

@@ -1,8 +1,10 @@
-//! Numbers of which four are computed at once: the struct-of-arrays lanes of the element kernels.
+//! SIMD lanes that compute four numbers at once: the struct-of-arrays layout of the element
+//! kernels.
 //!
-//! Kernels and laws are written once over [`Real`]; [`dispatch`] runs them on four elements a time, on AVX2 with
-//! fused multiply-add where the processor has it and on plain arrays elsewhere. Every lane goes through the same
-//! operations, so a result does not depend on which elements share a lane group.
+//! Kernels and laws are written once, generic over [`Real`]. [`dispatch`] runs them on four
+//! elements at a time. It uses AVX2 with fused multiply-add if the processor supports it, and plain
+//! arrays otherwise. Every lane performs the same operations, so a result does not depend on the
+//! other elements in a lane group.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -11,17 +13,17 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::rounding;
 
-/// Elements computed at once.
+/// Number of elements computed at once.
 pub const WIDTH: usize = 4;
 
-/// What a law computes with: `f64`, lanes, or the dual numbers of a derivative test.
+/// Number type of a law: `f64`, lanes, or the dual numbers of a derivative test.
 pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
     /// A number of this kind with the value `x` in every lane.
     #[must_use]
     fn constant(self, x: f64) -> Self;
-    /// `self * b + c`, fused where that is fast.
+    /// `self * b + c`, fused if that is fast.
     #[must_use]
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// `1 / self`.
@@ -30,13 +32,13 @@ pub trait Real:
     /// `ln(1 + self)` without cancellation; NaN below -1.
     #[must_use]
     fn ln_1p(self) -> Self;
-    /// `self - ln(1 + self)` without cancellation: of second order where `self` is small. NaN below -1.
+    /// `self - ln(1 + self)` without cancellation: of second order for small `self`. NaN below -1.
     #[must_use]
     fn ln_1p_remainder(self) -> Self;
     /// `exp(self) - 1` without cancellation.
     #[must_use]
     fn exp_m1(self) -> Self;
-    /// `exp(self) - 1 - self` without cancellation: of second order where `self` is small.
+    /// `exp(self) - 1 - self` without cancellation: of second order for small `self`.
     #[must_use]
     fn exp_m1_remainder(self) -> Self;
     /// `self * factor`.
@@ -45,8 +47,8 @@ pub trait Real:
     fn scale(self, factor: f64) -> Self {
         self * self.constant(factor)
     }
-    /// Whether it is zero in every lane, so that what it multiplies need not be computed. Numbers that also carry
-    /// derivatives always say no.
+    /// Whether the value is zero in every lane, so that its factors need not be computed. Always
+    /// false for numbers that carry derivatives.
     #[must_use]
     #[inline(always)]
     fn vanishes(self) -> bool {
@@ -54,7 +56,7 @@ pub trait Real:
     }
 }
 
-/// Numbers that know the divided differences of the logarithm and of the exponential function.
+/// Numbers with divided differences of the logarithm and of the exponential function.
 pub trait Ratio: Real {
     /// `ln(1 + self) / self - 1` without cancellation, also at zero; NaN below -1.
     #[must_use]
@@ -64,7 +66,7 @@ pub trait Ratio: Real {
     fn exp_m1_ratio(self) -> Self;
 }
 
-/// Numbers that know the derivatives of their divided differences as well.
+/// Numbers that also have the derivatives of these divided differences.
 pub trait RatioSlope: Ratio {
     /// [`Ratio::ln_1p_ratio`] and its derivative, both without cancellation.
     #[must_use]
@@ -132,15 +134,15 @@ impl RatioSlope for f64 {
     }
 }
 
-/// Whether the build target has fused multiply-add unasked.
+/// Whether the build target always has fused multiply-add.
 const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
-/// [`WIDTH`] numbers side by side.
+/// [`WIDTH`] numbers in parallel.
 pub trait Lane: RatioSlope {
     /// The numbers of `values` in lanes.
     #[must_use]
     fn load(self, values: [f64; WIDTH]) -> Self;
-    /// The lanes one by one.
+    /// The values of the lanes.
     fn lanes(self) -> [f64; WIDTH];
     /// Four lane groups as four rows of one element each.
     #[inline(always)]
@@ -156,7 +158,7 @@ pub trait Lane: RatioSlope {
     }
 }
 
-/// Lanes as a plain array; the compiler makes of it what the target has.
+/// Lanes as a plain array, which the compiler vectorizes for the target.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct Portable([f64; WIDTH]);
@@ -272,9 +274,10 @@ impl Lane for Portable {
     }
 }
 
-/// `ln(1 + x)` by the series of `2 artanh(x / (2 + x))`, to rounding for `|x| <= 1/4`; the library's beyond.
+/// `ln(1 + x)` by the series of `2 artanh(x / (2 + x))`, to rounding for `|x| <= 1/4`; the
+/// library's function otherwise.
 ///
-/// The choice is made lane by lane, so that neighbours have no influence.
+/// The choice is made lane by lane, so that neighbouring lanes have no influence.
 #[inline(always)]
 fn ln_1p<L: Lane>(x: L) -> L {
     let s = x * (x + x.constant(2.0)).recip();
@@ -291,7 +294,7 @@ fn ln_1p<L: Lane>(x: L) -> L {
     }
     let mut out = near.lanes();
     for (out, x) in out.iter_mut().zip(far) {
-        // NaN goes to the library as well.
+        // The library also handles NaN.
         if x.abs() > 0.25 || x.is_nan() {
             *out = far_ln_1p(x);
         }
@@ -299,13 +302,14 @@ fn ln_1p<L: Lane>(x: L) -> L {
     x.load(out)
 }
 
-/// Kept out of the kernels: the library's logarithm is large.
+/// Kept out of the kernels, because the library's logarithm is large.
 #[inline(never)]
 fn far_ln_1p(x: f64) -> f64 {
     f64::ln_1p(x)
 }
 
-/// Up to here [`Ratio::ln_1p_ratio`] is a series, and beyond it no longer cancels.
+/// Up to this value [`Ratio::ln_1p_ratio`] is computed by a series; for larger arguments the closed
+/// form has no cancellation.
 const NEAR: f64 = 0.0625;
 
 /// The series `sum (-x)^k / (k + 1)`, `k >= 1`, and its derivative, to rounding for `|x| <= NEAR`.
@@ -320,17 +324,19 @@ fn near_ln_1p_ratio<T: Real>(x: T) -> [T; 2] {
     [value, slope]
 }
 
-/// Kept out of the kernels: the library's logarithm is large.
+/// Kept out of the kernels, because the library's logarithm is large.
 #[inline(never)]
 fn far_ln_1p_ratio(x: f64) -> [f64; 2] {
     let ratio = f64::ln_1p(x) / x;
     [ratio - 1.0, (1.0 / (1.0 + x) - ratio) / x]
 }
 
-/// Up to here [`Real::ln_1p_remainder`] is a series. Beyond it the difference loses three bits at most.
+/// Up to this value [`Real::ln_1p_remainder`] is computed by a series. For larger arguments the
+/// difference loses three bits at most.
 const NEAR_LOGARITHM: f64 = 0.25;
 
-/// `x - ln(1 + x) = x s - 2 (artanh(s) - s)` with `s = x / (2 + x)`, to rounding for `|x| <= NEAR_LOGARITHM`.
+/// `x - ln(1 + x) = x s - 2 (artanh(s) - s)` with `s = x / (2 + x)`, to rounding for `|x| <=
+/// NEAR_LOGARITHM`.
 #[inline(always)]
 fn near_ln_1p_remainder<T: Real>(x: T) -> T {
     let s = x * (x + x.constant(2.0)).recip();
@@ -347,7 +353,8 @@ fn far_ln_1p_remainder(x: f64) -> f64 {
     x - f64::ln_1p(x)
 }
 
-/// Up to here functions of the exponential are series of 16 terms. Beyond it differences lose two bits at most.
+/// Up to this value functions of the exponential are computed by series of 16 terms. For larger
+/// arguments differences lose two bits at most.
 const NEAR_EXPONENTIAL: f64 = 0.5;
 
 /// `exp(x) - 1 - x` by its series, to rounding for `|x| <= NEAR_EXPONENTIAL`.
@@ -401,8 +408,8 @@ const FACTORIALS: [f64; 17] = {
     all
 };
 
-/// `near` in the lanes where `|x| <= limit`, and `far` in the others. The choice is made lane by lane, so that neighbours have
-/// no influence.
+/// `near` in the lanes with `|x| <= limit`, and `far` in the others. The choice is made lane by
+/// lane, so that neighbouring lanes have no influence.
 #[inline(always)]
 fn by_lane<L: Lane>(x: L, limit: f64, near: L, far: fn(f64) -> f64) -> L {
     let lanes = x.lanes();
@@ -411,7 +418,7 @@ fn by_lane<L: Lane>(x: L, limit: f64, near: L, far: fn(f64) -> f64) -> L {
     }
     let mut out = near.lanes();
     for (out, x) in out.iter_mut().zip(lanes) {
-        // NaN goes to the library as well.
+        // The library also handles NaN.
         if x.abs() > limit || x.is_nan() {
             *out = far(x);
         }
@@ -429,7 +436,7 @@ fn both_by_lane<L: Lane>(x: L, limit: f64, near: [L; 2], far: fn(f64) -> [f64; 2
     let mut value = near[0].lanes();
     let mut slope = near[1].lanes();
     for lane in 0..WIDTH {
-        // NaN goes to the library as well.
+        // The library also handles NaN.
         if lanes[lane].abs() > limit || lanes[lane].is_nan() {
             [value[lane], slope[lane]] = far(lanes[lane]);
         }
@@ -437,11 +444,12 @@ fn both_by_lane<L: Lane>(x: L, limit: f64, near: [L; 2], far: fn(f64) -> [f64; 2
     [x.load(value), x.load(slope)]
 }
 
-/// Work to be done in lanes.
+/// A task that runs in lanes.
 pub trait LaneTask {
-    /// What it returns.
+    /// Result of the task.
     type Output;
-    /// Does it; `unit` (ones) is the seed from which all lanes are made. Must be `#[inline(always)]`.
+    /// Runs the task. All lanes are created from the seed `unit` (ones). Must be
+    /// `#[inline(always)]`.
     fn run<L: Lane>(self, unit: L) -> Self::Output;
 }
 
@@ -454,7 +462,7 @@ pub fn dispatch<K: LaneTask>(task: K) -> K::Output {
     dispatch_portable(task)
 }
 
-/// Runs `task` on plain arrays; [`dispatch`] falls back to it.
+/// Runs `task` on plain arrays; the fallback of [`dispatch`].
 pub fn dispatch_portable<K: LaneTask>(task: K) -> K::Output {
     task.run(Portable([1.0; WIDTH]))
 }
@@ -472,7 +480,8 @@ mod tests {
         }
     }
 
-    /// The logarithm of the lanes is the library's to rounding, from the smallest number to infinity, and NaN passes.
+    /// The logarithm of the lanes equals the library's to rounding, from the smallest number to
+    /// infinity, and propagates NaN.
     #[test]
     fn logarithm_agrees_with_the_library() {
         for x in [0.0, 1e-300, -1e-16, 1e-9, -0.01, 0.1, -0.24, 0.25, 0.3, -0.9, 50.0, 1e300] {
@@ -485,7 +494,8 @@ mod tests {
         );
     }
 
-    /// The ratio and its slope are those of the library's logarithm where that is exact, and of the series elsewhere.
+    /// The ratio and its slope equal those of the library's logarithm if it is accurate, and those
+    /// of the series otherwise.
     #[test]
     fn logarithmic_ratio_is_smooth() {
         for x in [-0.5_f64, -0.07, 0.063, 0.2, 3.0] {
@@ -503,7 +513,8 @@ mod tests {
         assert!((-2.0_f64).ln_1p_ratio().is_nan() && f64::NAN.ln_1p_ratio_and_slope()[1].is_nan());
     }
 
-    /// The remainders have all their digits next to zero, and are the library's differences where those are exact.
+    /// The remainders have full precision near zero, and equal the library's differences if these
+    /// are accurate.
     #[test]
     fn remainders_do_not_cancel() {
         for x in [1e-12_f64, -1e-9, 1e-5, -1e-4] {
@@ -539,7 +550,8 @@ mod tests {
         }
     }
 
-    /// The functions of the lanes are those of plain numbers, near zero, far from it, and side by side.
+    /// The functions of the lanes agree with those of plain numbers, near zero, far from it, and in
+    /// mixed lanes.
     #[test]
     fn functions_in_lanes_agree_with_plain_numbers() {
         let x = [1e-12, -0.2, 0.7, -0.6];
@@ -564,7 +576,7 @@ mod tests {
         }
     }
 
-    /// Rows become lanes on either kind of lanes.
+    /// Rows become lanes for both lane types.
     #[test]
     fn transposes() {
         let expected: [[f64; WIDTH]; WIDTH] =
@@ -573,7 +585,7 @@ mod tests {
         assert_eq!(dispatch_portable(Transposed), expected);
     }
 
-    /// A lane's logarithm does not depend on its neighbours, not in the last bit.
+    /// The logarithm of a lane is bitwise independent of its neighbours.
     #[test]
     fn lanes_do_not_see_each_other() {
         let alone = dispatch(Logarithms([0.1; WIDTH]))[0];

@@ -1,8 +1,9 @@
-//! Which sides bound the mesh, and which side a list of corner nodes is.
+//! Sides on the boundary of the mesh, and lookup of a side by its corner nodes.
 
 use super::{Facet, Mesh};
 
-/// Sorted corner nodes of a facet, filled up with `u32::MAX`: equal for the two elements that share it.
+/// Sorted corner nodes of a facet, padded with `u32::MAX`. The two elements that share a side have
+/// equal keys.
 type Key = [u32; 4];
 
 /// All sides of a mesh, ordered by their corner nodes.
@@ -30,7 +31,8 @@ impl FacetIndex {
         Self { entries }
     }
 
-    /// The sides with these corner nodes, given in any order: none, one on the boundary, two inside.
+    /// The sides with these corner nodes, given in any order. There is no such side, one on the
+    /// boundary, or two in the interior.
     pub fn find(&self, corners: impl IntoIterator<Item = u32>) -> impl Iterator<Item = Facet> + '_ {
         let wanted = key(corners);
         let first = self.entries.partition_point(|(key, _)| *key < wanted);
@@ -45,20 +47,20 @@ impl FacetIndex {
         facets
     }
 
-    /// The two elements of each side that has two, as sides.
+    /// Both element sides of each interior side.
     pub fn inner(&self) -> impl Iterator<Item = [Facet; 2]> + '_ {
         let both = self.entries.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2);
         both.map(|same| [same[0].1, same[1].1])
     }
 
-    /// Sides that share all corners with two or more others: no body looks so.
+    /// Sides that share all corners with two or more others, which is impossible in a valid body.
     pub fn overcrowded(&self) -> impl Iterator<Item = Vec<Facet>> + '_ {
         let crowds = self.entries.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 2);
         crowds.map(|same| same.iter().map(|(_, facet)| *facet).collect())
     }
 }
 
-/// More than four corners are cut off; no facet has them.
+/// More than four corners are ignored; no facet has them.
 fn key(corners: impl IntoIterator<Item = u32>) -> Key {
     let mut key = [u32::MAX; 4];
     for (slot, node) in key.iter_mut().zip(corners) {
@@ -73,7 +75,8 @@ mod tests {
     use super::*;
     use crate::mesh::ElementKind;
 
-    /// Two triangles that share an edge: four sides bound the mesh and the shared edge is found twice.
+    /// Two triangles that share an edge: four sides bound the mesh and the shared edge is found
+    /// twice.
     #[test]
     fn shared_edge_is_inside() {
         let mut mesh = Mesh::with_points(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);

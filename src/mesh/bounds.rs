@@ -1,13 +1,13 @@
-//! Boxes along the axes: the first, cheap answer to "can these two facets touch?".
+//! Axis-aligned bounding boxes, a first inexpensive test of whether two facets can touch.
 
 use super::ElementKind;
 
-/// A box along the axes \[m\]; closed, so that boxes that share a face meet.
+/// An axis-aligned box \[m\]. It is closed, so that boxes with a common face intersect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds<const D: usize> {
     /// Lowest coordinates.
     pub low: [f64; D],
-    /// Highest coordinates; below `low` where the box is empty.
+    /// Highest coordinates; below `low` if the box is empty.
     pub high: [f64; D],
 }
 
@@ -18,7 +18,7 @@ impl<const D: usize> Default for Bounds<D> {
 }
 
 impl<const D: usize> Bounds<D> {
-    /// The box that meets none and that adds nothing to others.
+    /// The empty box. It intersects no other box and adds nothing in a union.
     pub const EMPTY: Self = Self { low: [f64::INFINITY; D], high: [f64::NEG_INFINITY; D] };
 
     /// The smallest box around points.
@@ -26,7 +26,8 @@ impl<const D: usize> Bounds<D> {
         points.into_iter().fold(Self::EMPTY, |all, x| all.join(&Self { low: x, high: x }))
     }
 
-    /// A box around all of a facet, given its nodes: a curved facet may reach beyond the box around these.
+    /// A box around the whole facet, given its nodes. A curved facet may extend beyond the box
+    /// around its nodes.
     pub fn of_facet(kind: ElementKind, nodes: impl IntoIterator<Item = [f64; D]>) -> Self {
         let nodal = Self::of(nodes);
         let beyond = overshoot(kind);
@@ -40,7 +41,7 @@ impl<const D: usize> Bounds<D> {
         }
     }
 
-    /// Whether there is nothing in it.
+    /// Whether the box is empty.
     pub fn is_empty(&self) -> bool {
         (0..D).any(|k| self.low[k] > self.high[k])
     }
@@ -54,7 +55,7 @@ impl<const D: usize> Bounds<D> {
         }
     }
 
-    /// The box moved outward on every side by `distance` \[m\].
+    /// The box extended on every side by `distance` \[m\].
     #[must_use]
     pub fn inflate(&self, distance: f64) -> Self {
         Self { low: self.low.map(|x| x - distance), high: self.high.map(|x| x + distance) }
@@ -70,7 +71,7 @@ impl<const D: usize> Bounds<D> {
         std::array::from_fn(|k| 0.5 * (self.low[k] + self.high[k]))
     }
 
-    /// Longest edge \[m\]; negative where the box is empty.
+    /// Longest edge \[m\]; negative if the box is empty.
     pub fn extent(&self) -> f64 {
         (0..D).map(|k| self.high[k] - self.low[k]).fold(f64::NEG_INFINITY, f64::max)
     }
@@ -81,9 +82,10 @@ impl<const D: usize> Bounds<D> {
         (1..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
     }
 
-    /// At most `most` boxes that cover `all`, each around boxes that lie near each other.
+    /// At most `most` boxes that cover `all`, each around neighbouring boxes.
     ///
-    /// Halves the list at the median along its longest edge, again and again: a long thin surface becomes a row of boxes.
+    /// The list is halved recursively at the median along its longest edge. A long thin surface
+    /// becomes a row of boxes.
     pub fn clusters(all: &mut [Self], most: usize) -> Vec<Self> {
         let whole = all.iter().fold(Self::EMPTY, |sum, one| sum.join(one));
         if whole.is_empty() {
@@ -102,17 +104,20 @@ impl<const D: usize> Bounds<D> {
     }
 }
 
-/// How far a point of a facet can move, in the longest way that one of its nodes moves.
+/// Maximum displacement of a point of a facet, relative to the largest displacement of its nodes.
 ///
-/// The greatest sum of the absolute values of the shape functions (Lebesgue's constant); 1 where the facet is linear.
+/// This is the maximum of the sum of absolute shape functions (Lebesgue constant); 1 for a linear
+/// facet.
 pub fn stretch(kind: ElementKind) -> f64 {
     1.0 + 2.0 * overshoot(kind)
 }
 
-/// How far a facet can reach beyond the box around its nodes, in widths of that box.
+/// Maximum distance by which a facet extends beyond the box around its nodes, in widths of that
+/// box.
 ///
-/// Coordinates are sums of nodal ones times shape functions that sum up to one; with `L` the greatest sum of the
-/// absolute values of these (Lebesgue's constant), the excess over the middle is at most `L` times half the width.
+/// Coordinates are sums of nodal coordinates times shape functions, and the shape functions sum to
+/// one. Let `L` be the maximum of the sum of their absolute values (Lebesgue constant). The
+/// distance from the middle is at most `L` times half the width.
 fn overshoot(kind: ElementKind) -> f64 {
     use ElementKind::*;
     let lebesgue = match kind {
@@ -121,7 +126,7 @@ fn overshoot(kind: ElementKind) -> f64 {
         Quad8 => 3.0,
         Quad9 => 25.0 / 16.0,
         Line2 | Tri3 | Quad4 | Tet4 | Hex8 => 1.0,
-        // No facets.
+        // Not facets.
         Tet10 | Hex20 | Hex27 => f64::INFINITY,
     };
     0.5 * (lebesgue - 1.0)
@@ -132,7 +137,8 @@ mod tests {
     use super::*;
     use crate::space::reference;
 
-    /// No curved facet leaves its box, whatever its nodes: the sum of the absolute shape functions says how far it may.
+    /// No curved facet leaves its box for any node positions. The bound is the sum of the absolute
+    /// shape functions.
     #[test]
     fn curved_facets_stay_in_their_boxes() {
         use ElementKind::*;
@@ -155,7 +161,8 @@ mod tests {
         }
     }
 
-    /// Clusters cover everything, are as many as asked for at most, and follow a bent strip closely.
+    /// Clusters cover all boxes, do not exceed the requested number, and follow a bent strip
+    /// closely.
     #[test]
     fn clusters_cover_a_strip() {
         let at = |x: [f64; 2]| Bounds { low: x, high: x.map(|x| x + 1.0) };
@@ -176,7 +183,7 @@ mod tests {
         assert!(Bounds::<2>::clusters(&mut [], 8).is_empty());
     }
 
-    /// Nothing meets the empty box, not even a box of any size.
+    /// The empty box intersects no box of any size.
     #[test]
     fn empty_box_meets_nothing() {
         let all = Bounds { low: [-1e300; 3], high: [1e300; 3] };

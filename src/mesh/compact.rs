@@ -1,14 +1,15 @@
-//! Leaving out points that no element uses.
+//! Removal of points that no element uses.
 
 use super::Mesh;
 
-/// The new number of a point that is gone.
+/// The new number of a removed point.
 pub(crate) const GONE: u32 = u32::MAX;
 
 impl<const D: usize> Mesh<D> {
-    /// Keeps the points that elements use, in their order; returns the new number of each old point, or `GONE`.
+    /// Removes the points that no element uses and keeps the order of the others. Returns the new
+    /// number of each old point, or `GONE`.
     ///
-    /// Point sets follow and lose the points that are gone.
+    /// Point sets are updated and lose the removed points.
     pub(crate) fn drop_unused_points(&mut self) -> Vec<u32> {
         let mut number = vec![GONE; self.points.len()];
         for &node in &self.nodes {

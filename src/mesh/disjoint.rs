@@ -1,6 +1,6 @@
-//! Disjoint sets of numbered things, which are joined two by two.
+//! Disjoint sets (union-find) of numbered members.
 
-/// Sets of the numbers from 0, each alone at first.
+/// Sets of the numbers from 0. Initially each number is a set of its own.
 #[derive(Debug, Clone)]
 pub struct DisjointSets {
     parent: Vec<u32>,
@@ -23,14 +23,15 @@ impl DisjointSets {
         root
     }
 
-    /// Joins the sets of two members; whether they were two.
+    /// Joins the sets of two members. Returns whether the sets were different.
     pub fn join(&mut self, one: u32, other: u32) -> bool {
         let (one, other) = (self.find(one), self.find(other));
         self.parent[one.max(other) as usize] = one.min(other);
         one != other
     }
 
-    /// The number of the set of each member: sets count from 0 in the order of their lowest members.
+    /// The number of the set of each member: sets count from 0 in the order of their lowest
+    /// members.
     pub fn labels(&mut self) -> Vec<u32> {
         let mut labels = vec![0; self.parent.len()];
         let mut count = 0;

@@ -1,7 +1,8 @@
 //! Rectangles and boxes of every kind of element.
 //!
-//! All kinds live on one lattice: cells in a linear mesh, half cells in a quadratic one. A cell's corners are cut into
-//! elements, and each further node is the mean of its parents, which is a lattice point again.
+//! All kinds use one lattice: cells in a linear mesh, half cells in a quadratic one. The corners of
+//! a cell are divided into elements. Each further node is the mean of its parents, which is also a
+//! lattice point.
 
 use super::{ElementKind, Facet, Mesh};
 use crate::error::{Error, Result};
@@ -13,7 +14,8 @@ pub struct BoxShape<const D: usize> {
     pub min: [f64; D],
     /// Corner with the highest coordinates \[m\].
     pub max: [f64; D],
-    /// Cells along each axis. A cell is one quadrilateral or hexahedron, two triangles, or six tetrahedra.
+    /// Cells along each axis. A cell is one quadrilateral or hexahedron, two triangles, or six
+    /// tetrahedra.
     pub cells: [u32; D],
     /// Kind of all elements.
     pub element: ElementKind,
@@ -22,27 +24,31 @@ pub struct BoxShape<const D: usize> {
 /// Integer position of a node, in lattice steps.
 type Place<const D: usize> = [u32; D];
 
-/// Corners of a unit cell as the nodes of a hexahedron; a plane cell is the first four.
+/// Corners of a unit cell in the node order of a hexahedron. A plane cell has the first four.
 const CORNERS: [[u32; 3]; 8] =
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
 
 const QUAD: &[&[u8]] = &[&[0, 1, 2, 3]];
 const HEX: &[&[u8]] = &[&[0, 1, 2, 3, 4, 5, 6, 7]];
-/// The two ways to halve a quadrilateral; cells take turns, so that the mesh prefers no direction.
+/// The two ways to halve a quadrilateral. Cells alternate between them, so that the mesh has no
+/// preferred direction.
 const HALVES: [&[&[u8]]; 2] = [&[&[0, 1, 2], &[0, 2, 3]], &[&[0, 1, 3], &[1, 2, 3]]];
-/// Six tetrahedra around the diagonal from corner 0 to corner 6 (Kuhn): neighbouring cells fit.
+/// Six tetrahedra around the diagonal from corner 0 to corner 6 (Kuhn). The faces of neighbouring
+/// cells match.
 const SIXTHS: &[&[u8]] =
     &[&[0, 1, 2, 6], &[0, 2, 3, 6], &[0, 3, 7, 6], &[0, 7, 4, 6], &[0, 4, 5, 6], &[0, 5, 1, 6]];
 
-/// A way of cutting a cell: the corners of each element.
+/// A division of a cell: the corners of each element.
 type Pieces = &'static [&'static [u8]];
 
 impl<const D: usize> BoxShape<D> {
-    /// The mesh, with facet sets `left` and `right` (x), `bottom` and `top` (the last coordinate), and in 3D `front`
-    /// and `back` (y). Nodes are numbered row by row from the bottom, x fastest; so are the elements.
+    /// The mesh, with facet sets `left` and `right` (x), `bottom` and `top` (the last coordinate),
+    /// and in 3D `front` and `back` (y). Nodes and elements are numbered row by row from the
+    /// bottom, x fastest.
     ///
     /// # Errors
-    /// No cells, an empty or unbounded box, an element of another dimension, more unknowns than 32 bits can count.
+    /// There are no cells, the box is empty or unbounded, the element has another dimension, or the
+    /// number of unknowns exceeds 32 bits.
     pub fn mesh(&self) -> Result<Mesh<D>> {
         self.check()?;
         let mut mesh = Mesh::with_points(self.lattice());
@@ -98,7 +104,7 @@ impl<const D: usize> BoxShape<D> {
         self.cells[axis] * self.element.order() as u32
     }
 
-    /// Position of every lattice point, x fastest. The ends are hit exactly.
+    /// Position of every lattice point, x fastest. The end coordinates are exact.
     fn lattice(&self) -> Vec<[f64; D]> {
         let count = (0..D).map(|axis| self.steps(axis) as usize + 1).product();
         let mut place: Place<D> = [0; D];
@@ -162,7 +168,7 @@ fn side_names<const D: usize>(axis: usize) -> [&'static str; 2] {
     }
 }
 
-/// The next place, x fastest.
+/// The next position, x fastest.
 fn advance<const D: usize>(place: &mut Place<D>, count: impl Fn(usize) -> u32) {
     for (axis, at) in place.iter_mut().enumerate() {
         *at += 1;
@@ -191,7 +197,7 @@ mod tests {
         ElementKind::SOLIDS.into_iter().filter(move |kind| kind.dimension() == d)
     }
 
-    /// Elements fill the box exactly and the facet sets are its whole surface, for every kind.
+    /// For every kind, elements fill the box exactly and the facet sets are its whole surface.
     #[test]
     fn elements_fill_the_box_and_sets_are_its_surface() {
         for kind in of_dimension(2) {
@@ -231,7 +237,7 @@ mod tests {
         assert_eq!(FacetIndex::new(mesh).overcrowded().count(), 0);
     }
 
-    /// Every further node is the mean of its parents, and no point is unused, for every kind.
+    /// For every kind, each further node is the mean of its parents and every point is used.
     #[test]
     fn midside_nodes_lie_between_their_corners() {
         for kind in of_dimension(2) {
@@ -242,7 +248,7 @@ mod tests {
         }
     }
 
-    /// Node counts: all lattice points, less the centres that serendipity elements do not have.
+    /// Node counts: all lattice points except the centres, which serendipity elements do not have.
     #[test]
     fn node_counts() {
         assert_eq!(plane(Quad4).points.len(), 4 * 5);
@@ -256,7 +262,8 @@ mod tests {
         assert_eq!(solid(Tet10).points.len(), 5 * 7 * 9);
     }
 
-    /// Nodes run row by row from the bottom left, x fastest; the ends of the box are hit exactly.
+    /// Nodes are numbered row by row from the bottom left, x fastest. The end coordinates of the
+    /// box are exact.
     #[test]
     fn nodes_run_row_by_row() {
         let block = BoxShape { min: [0.0, 0.0], max: [0.48, 0.5], cells: [48, 50], element: Quad4 };
@@ -270,7 +277,7 @@ mod tests {
         assert_eq!(mesh.bounding_box(), Some(([0.0, 0.0], [0.48, 0.5])));
     }
 
-    /// Boxes that can not be are refused with the reason.
+    /// Invalid boxes are rejected with the reason.
     #[test]
     fn impossible_boxes_are_refused() {
         let good = BoxShape { min: [0.0, 0.0], max: [1.0, 1.0], cells: [2, 2], element: Quad4 };

@@ -1,7 +1,7 @@
-//! The elements as data: node counts, sides, and the codes and node orders of VTK and Gmsh.
+//! Element data: node counts, sides, and the codes and node orders of VTK and Gmsh.
 //!
-//! Node order is VTK's for every kind: corners, then midside nodes, then face centres, then the centre. Output therefore
-//! needs no permutation; the Gmsh reader permutes once.
+//! Node order is VTK's for every kind: corners, then midside nodes, then face centres, then the
+//! centre. Output therefore needs no permutation; the Gmsh reader permutes once.
 
 use std::fmt;
 
@@ -25,12 +25,12 @@ pub enum ElementKind {
 
 use ElementKind::*;
 
-/// Everything that is known of a kind, one row of the table.
+/// All data of a kind, one row of the table.
 struct Row {
     name: &'static str,
     dimension: usize,
     corners: usize,
-    /// For each node the corners of which it is the mean in a straight-sided element.
+    /// For each node, the corners whose mean it is in a straight-sided element.
     parents: &'static [&'static [u8]],
     sides: &'static [&'static [u8]],
     facet: ElementKind,
@@ -44,10 +44,10 @@ impl ElementKind {
     pub const ALL: [Self; 12] =
         [Line2, Line3, Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27];
 
-    /// The kinds that fill a body in two or three dimensions.
+    /// The kinds of solid elements in two or three dimensions.
     pub const SOLIDS: [Self; 10] = [Tri3, Tri6, Quad4, Quad8, Quad9, Tet4, Tet10, Hex8, Hex20, Hex27];
 
-    /// The name in case files and messages, as `quad4`.
+    /// The name in case files and messages, for example `quad4`.
     pub fn name(self) -> &'static str {
         self.row().name
     }
@@ -67,27 +67,29 @@ impl ElementKind {
         self.row().corners
     }
 
-    /// 1 or 2: the polynomial order along an edge.
+    /// Polynomial order along an edge, 1 or 2.
     pub fn order(self) -> usize {
         if self.nodes() == self.corners() { 1 } else { 2 }
     }
 
-    /// For each node the corners of which it is the mean where the element has straight sides.
+    /// For each node, the corners whose mean it is in an element with straight sides.
     ///
-    /// Shape `nodes()`, one entry for a corner, two for a midside node, more for the centre of a face or of the element.
+    /// Shape `nodes()`: one entry for a corner, two for a midside node, more for the centre of a
+    /// face or of the element.
     pub fn parents(self) -> &'static [&'static [u8]] {
         self.row().parents
     }
 
-    /// Local nodes of each side, in the node order of [`facet_kind`](Self::facet_kind), oriented outward.
+    /// Local nodes of each side, in the node order of [`facet_kind`](Self::facet_kind), oriented
+    /// outward.
     ///
-    /// Outward: in 2D the vector `(t_y, -t_x)` of the edge's tangent `t`, in 3D the product of the two tangents,
-    /// points out of the element. A line has no sides.
+    /// Outward means that the normal vector points out of the element. In 2D it is `(t_y, -t_x)` of
+    /// the edge's tangent `t`, in 3D the cross product of the two tangents. A line has no sides.
     pub fn sides(self) -> &'static [&'static [u8]] {
         self.row().sides
     }
 
-    /// The kind of the sides. A line, which has none, returns itself.
+    /// The kind of the sides. A line has no sides and returns itself.
     pub fn facet_kind(self) -> Self {
         self.row().facet
     }
@@ -107,7 +109,7 @@ impl ElementKind {
         self.row().gmsh_order
     }
 
-    /// The kind of an MSH element type, where this program has it.
+    /// The kind of an MSH element type, if this program supports it.
     pub fn from_gmsh(code: i32) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.gmsh_type() == code)
     }
@@ -206,7 +208,8 @@ static TABLE: [Row; 12] = [
 mod tests {
     use super::*;
 
-    /// Mean of the reference corners on the unit cube or simplex: a place for every node of a straight element.
+    /// Mean of the reference corners on the unit cube or simplex: a position for every node of a
+    /// straight element.
     fn node_places(kind: ElementKind) -> Vec<[f64; 3]> {
         let corner = |c: u8| -> [f64; 3] {
             match kind {
@@ -234,7 +237,7 @@ mod tests {
         a.iter().zip(b).map(|(x, y)| x * y).sum()
     }
 
-    /// Each row stands at its own place and names and codes lead back to it.
+    /// Each row has the index of its kind, and names and codes map back to the kind.
     #[test]
     fn table_is_in_the_order_of_the_enumeration() {
         for kind in ElementKind::ALL {
@@ -247,7 +250,7 @@ mod tests {
         assert_eq!(ElementKind::from_gmsh(6), None);
     }
 
-    /// The permutation to Gmsh's node order hits each node once.
+    /// The permutation to Gmsh's node order contains each node once.
     #[test]
     fn gmsh_order_is_a_permutation() {
         for kind in ElementKind::ALL {
@@ -257,7 +260,8 @@ mod tests {
         }
     }
 
-    /// A side lists its nodes as its facet kind orders them: a midside node lies between the right corners.
+    /// The nodes of a side have the order of its facet kind: each midside node lies between the
+    /// correct corners.
     #[test]
     fn sides_follow_the_node_order_of_their_facet_kind() {
         for kind in ElementKind::SOLIDS {
@@ -277,7 +281,8 @@ mod tests {
         }
     }
 
-    /// The sides of an element are oriented outward and together they close it: their area vectors sum to zero.
+    /// The sides of an element are oriented outward and form a closed surface: their area vectors
+    /// sum to zero.
     #[test]
     fn sides_point_outward_and_close_the_element() {
         for kind in ElementKind::SOLIDS {

@@ -1,8 +1,9 @@
-//! For tests: volume and surface by corners, and the straightness of elements.
+//! Test helpers: volume and surface by corners, and straightness of elements.
 
 use super::{Facet, Mesh};
 
-/// Area vector of a set of straight-sided facets: length times outward normal in 2D, area times outward normal in 3D.
+/// Area vector of a set of straight-sided facets: length times outward normal in 2D, area times
+/// outward normal in 3D.
 pub(crate) fn area<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> [f64; D] {
     let mut sum = [0.0; D];
     for &facet in facets {
@@ -14,7 +15,8 @@ pub(crate) fn area<const D: usize>(mesh: &Mesh<D>, facets: &[Facet]) -> [f64; D]
     sum
 }
 
-/// Volume enclosed by the sides of all elements, by the divergence theorem; facets are straight-sided and flat.
+/// Volume enclosed by the sides of all elements, by the divergence theorem. Facets are
+/// straight-sided and flat.
 pub(crate) fn volume<const D: usize>(mesh: &Mesh<D>) -> f64 {
     let mut sum = 0.0;
     for (element, kind) in mesh.kinds.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Several bodies in one mesh.
+//! Merging of several bodies into one mesh.
 
 use super::Mesh;
 use crate::error::{Error, Result};
@@ -6,12 +6,12 @@ use crate::error::{Error, Result};
 /// PETSc numbers unknowns with 32-bit integers.
 const MAX_UNKNOWNS: usize = i32::MAX as usize;
 
-/// Puts bodies side by side, in the given order; they share no nodes.
+/// Merges bodies in the given order; they share no nodes.
 ///
-/// Set `top` of body `block` becomes `block.top`; the element set `block` holds the whole body.
+/// Set `top` of body `block` becomes `block.top`. The element set `block` contains the whole body.
 ///
 /// # Errors
-/// When the bodies together are more than 32-bit numbers can count.
+/// The total number of unknowns exceeds 32 bits.
 pub fn merge<const D: usize>(bodies: Vec<(String, Mesh<D>)>) -> Result<Mesh<D>> {
     let unknowns = D * bodies.iter().map(|(_, mesh)| mesh.points.len()).sum::<usize>();
     let entries: usize = bodies.iter().map(|(_, mesh)| mesh.nodes.len()).sum();
@@ -59,7 +59,7 @@ mod tests {
         BoxShape { min, max, cells: [2, 1], element }.mesh().unwrap()
     }
 
-    /// Bodies keep their elements and sets, under their own names and with shifted numbers.
+    /// Bodies keep their elements and sets, with their own names and shifted numbers.
     #[test]
     fn bodies_keep_their_sets_under_their_names() {
         let mut lower = block([0.0, 0.0], [2.0, 1.0], ElementKind::Quad4);
@@ -88,7 +88,7 @@ mod tests {
         assert!(all.sets().contains(&("upper", SetKind::Elements)));
     }
 
-    /// Nodes of a set come sorted and once, whether the set holds elements, facets or points.
+    /// Nodes of a set are sorted and unique, for sets of elements, facets or points.
     #[test]
     fn nodes_of_a_set_come_once() {
         let mesh = merge(vec![("a".to_owned(), block([0.0, 0.0], [1.0, 1.0], ElementKind::Quad9))]).unwrap();
@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(mesh.facet_corners(Facet { element: 1, side: 1 }).collect::<Vec<_>>(), [4, 14]);
     }
 
-    /// Bodies without elements and no bodies at all are merged too.
+    /// Bodies without elements, and an empty list of bodies, can be merged.
     #[test]
     fn nothing_is_merged_to_nothing() {
         assert_eq!(merge::<2>(Vec::new()).unwrap(), Mesh::default());

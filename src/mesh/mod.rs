@@ -36,7 +36,7 @@ pub struct Facet {
     pub side: u8,
 }
 
-/// What a set holds.
+/// Type of the members of a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SetKind {
     /// Elements: a region or a whole body.
@@ -47,7 +47,7 @@ pub enum SetKind {
     Points,
 }
 
-/// Elements of one or more bodies, which share no nodes, in `D` dimensions.
+/// Elements of one or more bodies in `D` dimensions. Bodies share no nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh<const D: usize> {
     /// Reference position of each node \[m\].
@@ -58,10 +58,10 @@ pub struct Mesh<const D: usize> {
     pub offsets: Vec<u32>,
     /// Node lists of all elements, each in the order of [`ElementKind`].
     pub nodes: Vec<u32>,
-    /// Body of each element, an index into the names that [`merge()`] was given; 0 before.
+    /// Body of each element, an index into the names passed to [`merge()`]; 0 before the merge.
     pub body: Vec<u16>,
-    /// Piece of each element: elements of one piece can not move against each other without strain. Numbers ascend over the
-    /// bodies; a body whose elements all share sides is one piece.
+    /// Piece of each element. Elements of one piece cannot move against each other without strain.
+    /// Numbers ascend over the bodies. A body whose elements all share sides is one piece.
     pub piece: Vec<u32>,
     /// Named sets of sides, each sorted.
     pub facet_sets: BTreeMap<String, Vec<Facet>>,
@@ -93,7 +93,8 @@ impl<const D: usize> Mesh<D> {
         }
     }
 
-    /// Appends an element of body 0 and returns its number. `nodes` has the length and order of `kind`.
+    /// Appends an element of body 0 and returns its number. `nodes` has the length and order of
+    /// `kind`.
     pub fn push(&mut self, kind: ElementKind, nodes: impl IntoIterator<Item = u32>) -> u32 {
         let element = self.kinds.len() as u32;
         self.kinds.push(kind);
@@ -135,7 +136,7 @@ impl<const D: usize> Mesh<D> {
         side[..kind.facet_kind().corners()].iter().map(|&local| of_element[local as usize])
     }
 
-    /// Mean of an element's corners \[m\]: a place to name in messages.
+    /// Mean of an element's corners \[m\], used as its position in messages.
     pub fn element_centre(&self, element: usize) -> [f64; D] {
         let corners = &self.element_nodes(element)[..self.kinds[element].corners()];
         std::array::from_fn(|k| {
@@ -161,7 +162,8 @@ impl<const D: usize> Mesh<D> {
         all
     }
 
-    /// Nodes of the set of points, facets or elements of this name, sorted, each once; `None` where no set has this name.
+    /// Nodes of the set of points, facets or elements with this name, sorted and unique; `None` if
+    /// there is no such set.
     pub fn set_nodes(&self, name: &str) -> Option<Vec<u32>> {
         let mut nodes = if let Some(points) = self.point_sets.get(name) {
             points.clone()

@@ -1,15 +1,17 @@
-//! Whether a mesh that is asked for can be held at all, before it is made.
+//! Memory check of a requested mesh before it is created.
 
 use crate::error::{Error, Result};
 
-/// Least memory of one node while its mesh is cut and handed out: the mesh, its graph and its copies \[bytes\].
+/// Minimum memory of one node while its mesh is partitioned and distributed: the mesh, its graph
+/// and its copies \[bytes\].
 const NODE: f64 = 500.0;
 
-/// Refuses a mesh of so many nodes that the memory of this machine can not hold it, solver aside. The memory is what the
-/// system calls available; where it does not tell, nothing is refused.
+/// Rejects a mesh with so many nodes that the memory of this machine cannot hold it, even without
+/// the solver. The limit is the memory that the system reports as available. If the system does not
+/// report it, every mesh is accepted.
 ///
 /// # Errors
-/// The mesh is too large, with its estimated size and the memory there is.
+/// The mesh is too large. The message gives its estimated size and the available memory.
 pub fn require_room(nodes: f64) -> Result<()> {
     check(nodes, available())
 }
@@ -28,7 +30,7 @@ fn check(nodes: f64, available: Option<u64>) -> Result<()> {
     }
 }
 
-/// Memory that can be had without swapping \[bytes\].
+/// Memory available without swapping \[bytes\].
 fn available() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
@@ -39,7 +41,8 @@ fn available() -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// What fits passes, what does not is refused with both sizes, and no system is asked for what it does not tell.
+    /// A mesh that fits is accepted. One that does not is rejected with both sizes. Without
+    /// information from the system every mesh is accepted.
     #[test]
     fn refuses_what_can_not_be_held() {
         assert!(check(1e6, Some(1 << 30)).is_ok());

@@ -1,11 +1,11 @@
-//! Places in words.
+//! Formatting of positions for messages.
 
-/// A place as a user reads it, with six digits \[m\]: `[0.06, 0.479167]`.
+/// A position for messages, with six digits \[m\]: `[0.06, 0.479167]`.
 pub fn spelled(place: &[f64]) -> String {
     format!("[{}]", place.iter().map(|&x| digits(x)).collect::<Vec<_>>().join(", "))
 }
 
-/// A number with six digits and no more of them than it needs.
+/// A number with at most six digits, without trailing zeros.
 pub fn digits(number: f64) -> String {
     let short = format!("{number:.5e}").parse::<f64>().unwrap_or(number);
     match short {
@@ -19,7 +19,7 @@ pub fn digits(number: f64) -> String {
 mod tests {
     use super::*;
 
-    /// Rounding of coordinates is not shown, small and large numbers stay readable.
+    /// Rounding errors of coordinates are not shown, and small and large numbers remain readable.
     #[test]
     fn places_have_six_digits() {
         assert_eq!(spelled(&[0.059_999_999_999_999_984, 0.479_166_666_666_666_63]), "[0.06, 0.479167]");

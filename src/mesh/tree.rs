@@ -1,18 +1,18 @@
-//! A tree of boxes: which of many boxes meet a given one, without looking at all of them.
+//! A tree of boxes, which finds those that intersect a given box without testing all of them.
 
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
 use super::Bounds;
 
-/// Boxes, numbered as they were given.
+/// Boxes, numbered in the order given.
 #[derive(Debug, Clone)]
 pub struct BoundsTree<const D: usize> {
     tree: RTree<GeomWithData<Rectangle<[f64; D]>, u32>>,
 }
 
 impl<const D: usize> BoundsTree<D> {
-    /// A tree of these boxes. Boxes that are empty or not finite meet none.
+    /// A tree of these boxes. Empty or non-finite boxes intersect none.
     pub fn new(boxes: &[Bounds<D>]) -> Self {
         let finite = |one: &Bounds<D>| one.low.iter().chain(&one.high).all(|x| x.is_finite());
         let known = (0..).zip(boxes).filter(|(_, one)| finite(one) && !one.is_empty());
@@ -21,9 +21,9 @@ impl<const D: usize> BoundsTree<D> {
         Self { tree: RTree::bulk_load(leaves.collect()) }
     }
 
-    /// Numbers of the boxes that meet this one, in no order.
+    /// Numbers of the boxes that intersect this one, in arbitrary order.
     pub fn meeting(&self, one: &Bounds<D>) -> impl Iterator<Item = u32> + '_ {
-        // An envelope has no empty value: its corners would be swapped.
+        // An envelope cannot be empty: its corners would be swapped.
         let asked = (!one.is_empty()).then(|| AABB::from_corners(one.low, one.high));
         asked
             .into_iter()
@@ -36,7 +36,8 @@ impl<const D: usize> BoundsTree<D> {
 mod tests {
     use super::*;
 
-    /// The tree finds what a look at every box finds; empty boxes are never found and find nothing.
+    /// The tree finds the same boxes as a test of every box. Empty boxes are never found and find
+    /// nothing.
     #[test]
     fn tree_finds_what_meets() {
         let mut seed = 7_u64;

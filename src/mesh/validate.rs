@@ -1,7 +1,8 @@
-//! The shape of elements, judged by their corners.
+//! Quality of element shapes, determined at their corners.
 //!
-//! A corner's Jacobian is the product of its edges. On a straight-sided linear element it decides whether the map from
-//! the reference element can be inverted; the curved map is checked at quadrature points by whoever integrates.
+//! A corner's Jacobian is the product of its edges. For a straight-sided linear element it
+//! determines whether the map from the reference element can be inverted. The curved map is checked
+//! at the quadrature points by the code that integrates.
 
 use super::{ElementKind, Mesh};
 
@@ -13,15 +14,16 @@ pub(crate) const FLAT: f64 = 1e-12;
 pub struct BadElement<const D: usize> {
     /// Its number in the mesh.
     pub element: usize,
-    /// Number of the offending node in the mesh.
+    /// Number of the invalid node in the mesh.
     pub node: u32,
-    /// Product of the edges at that corner over the product of their lengths: 1 at a right corner, 0 where flat.
+    /// Product of the edges at that corner divided by the product of their lengths: 1 at a
+    /// right-angled corner, 0 at a flat one.
     pub sine: f64,
-    /// Whether all corners are negative: the nodes are listed in the opposite order.
+    /// Whether all corners are negative, because the nodes are listed in the opposite order.
     pub reversed: bool,
 }
 
-/// The corners next to each corner, ordered so that a good element has positive products.
+/// The corners adjacent to each corner, ordered so that a valid element has positive products.
 fn neighbours(kind: ElementKind) -> &'static [&'static [u8]] {
     match (kind.dimension(), kind.corners()) {
         (2, 3) => &[&[1, 2], &[2, 0], &[0, 1]],
@@ -62,7 +64,7 @@ fn judge<const D: usize>(mesh: &Mesh<D>, element: usize) -> Option<BadElement<D>
     bad.then(|| BadElement { element, node: nodes[at], sine: worst, reversed: best < -FLAT })
 }
 
-/// Determinant of edges of length 1; zero where an edge has no length.
+/// Determinant of edges normalized to length 1; zero if an edge has zero length.
 fn sine<const D: usize>(mut edges: [[f64; D]; D]) -> f64 {
     for edge in &mut edges {
         let largest = edge.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -109,7 +111,7 @@ mod tests {
         assert_eq!(first_bad_element(&long), None, "{kind}: long elements are allowed");
     }
 
-    /// Good, long elements pass; mirrored and flat ones are found, for every kind.
+    /// Valid elongated elements pass; mirrored and flat ones are detected, for every kind.
     #[test]
     fn mirrored_and_flat_elements_are_found() {
         for kind in ElementKind::SOLIDS {
@@ -117,7 +119,8 @@ mod tests {
         }
     }
 
-    /// One corner pulled through the element is named, though its other corners are good.
+    /// A single corner that is moved through the element is reported, although the other corners
+    /// are valid.
     #[test]
     fn one_bad_corner_is_enough() {
         let mut quad = one::<2>(ElementKind::Quad4);

@@ -1,4 +1,5 @@
-//! From the case to the model: names resolved, bodies, boundaries, probes and contacts in the order of the file.
+//! Conversion of the case to the model: resolves names and builds bodies, boundaries, probes and
+//! contacts in the order of the file.
 
 use super::{Body, ContactModel, Load, LoadKind, MassChoice, Model, ProbeModel, Support, Target, lengths};
 use crate::case::{self, Action, Case, Function, PlacedFunction};
@@ -9,7 +10,7 @@ impl<const D: usize> Model<D> {
     /// Builds the laws and resolves the names of a checked case.
     ///
     /// # Errors
-    /// When a law refuses its constants, with the place in the case.
+    /// A law rejects its parameters. The error gives the location in the case.
     pub fn new(case: &Case) -> Result<Self> {
         let bodies: Vec<Body> =
             case.bodies.iter().map(|(name, b)| body(case, name, b)).collect::<Result<_>>()?;
@@ -87,7 +88,8 @@ impl<const D: usize> Model<D> {
             normal: contact.normal,
             penetration: contact.normal.law().accepted_penetration(),
             friction: contact.friction.friction(),
-            // The potential of a contact lies on the reference area: forces that conserve act on it as well.
+            // The potential of a contact is defined on the reference area, so conserving forces act
+            // on it as well.
             current_area: contact.area == case::Area::Current
                 && case.time.scheme.value != case::Scheme::Conserving,
             initial_overclosure: contact.initial_overclosure,

@@ -1,7 +1,8 @@
-//! Whether the elements of a body fit together: neighbours share whole sides, parts that touch are joined, and which
-//! parts move without strain.
+//! Checks that the elements of a body conform: neighbours share whole sides, and touching parts are
+//! joined. Also finds the parts that can move without strain.
 //!
-//! Nodes that are not joined lie on sides that only one element has, so that the surface is all that is searched.
+//! Nodes that are not joined lie on sides that belong to one element only. The search is therefore
+//! limited to the surface.
 
 mod merging;
 pub(super) mod nearest;
@@ -18,24 +19,26 @@ use crate::tensor::Vector;
 use merging::{Merged, drop_inner_facets, merge_nodes, require_two_sides};
 use seams::Seams;
 
-/// Nodes and sides that are closer than this part of the shortest edge of the elements around them touch.
+/// Nodes and sides touch if their distance is below this fraction of the shortest edge of the
+/// surrounding elements.
 ///
-/// Gmsh writes 16 digits, other programs as few as seven. With seven digits, elements of a thousandth of the body have a relative
-/// error of 1e-4. At half the value unconnected parts in meshes with six digits pass; at ten times the value narrow slits between
-/// coarse elements are refused.
+/// Gmsh writes 16 digits, other programs as few as seven. With seven digits, elements of a
+/// thousandth of the body have a relative error of 1e-4. At half the value, unconnected parts in
+/// meshes with six digits pass. At ten times the value, narrow slits between coarse elements are
+/// rejected.
 const TOUCH: f64 = 1e-4;
 
-/// A void between four triangles is a slit where diagonals do not agree if it is flatter than this part of its edges. Elements that
-/// were left out on purpose are as thick as long.
+/// A void between four triangles is a slit of mismatched diagonals if it is flatter than this
+/// fraction of its edges. Voids from elements that were omitted on purpose are as thick as long.
 const SLIT: f64 = 0.2;
 
-/// A body whose parts hinge on nodes may have this many of them: their motions are found by dense algebra.
+/// Maximum number of hinged parts in a body. Their motions are found by dense linear algebra.
 const MOST_HINGED: usize = 64;
 
-/// Midside nodes that are closer than this part of an element's size to the middle leave its sides straight.
+/// Midside nodes within this fraction of the element size from the middle leave its sides straight.
 const STRAIGHT: f64 = 1e-9;
 
-/// Where a mesh comes from.
+/// Source of a mesh.
 pub(super) enum MeshOrigin<'a> {
     /// A box of the case: its body, and the unit of length.
     Box(&'a str, &'a str),
@@ -65,7 +68,7 @@ impl MeshOrigin<'_> {
         }
     }
 
-    /// How messages call a second node.
+    /// Name of a second node in messages.
     fn node<const D: usize>(&self, mesh: &Mesh<D>, node: u32) -> String {
         match self {
             Self::File(source) => format!("node {}", source.node(node)),
@@ -73,7 +76,7 @@ impl MeshOrigin<'_> {
         }
     }
 
-    /// How messages call a second element.
+    /// Name of a second element in messages.
     fn element<const D: usize>(&self, mesh: &Mesh<D>, element: u32) -> String {
         match self {
             Self::File(source) => format!("element {}", source.element(element as usize)),
@@ -82,24 +85,25 @@ impl MeshOrigin<'_> {
     }
 }
 
-/// What to do with parts of a body that touch.
+/// Treatment of touching parts of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum MeshParts {
     /// They must be joined.
     Joined,
-    /// Nodes up to this distance \[m\] are joined; then all must be joined.
+    /// Nodes up to this distance \[m\] are merged; afterwards all parts must be joined.
     Merged(f64),
-    /// They are meant to be apart.
+    /// They are separate on purpose.
     Apart,
 }
 
-/// Checks a body's mesh, joins its nodes where `parts` says so, and finds its pieces.
+/// Checks a body's mesh, merges its nodes if `parts` requests it, and finds its pieces.
 ///
-/// `meets` are the pairs of sets between which a contact of the body with itself acts: surfaces that touch there are separate on
-/// purpose. The body has a `name`, lengths are in `m`. Returns the remarks for the user.
+/// `meets` are the pairs of sets between which a contact of the body with itself acts: surfaces
+/// that touch there are separate on purpose. The body has a `name`, and `m` is the unit of length.
+/// Returns the remarks for the user.
 ///
 /// # Errors
-/// Sides that do not match or are not joined, with their place.
+/// Sides do not match or are not joined. The error gives their location.
 pub(super) fn conform<const D: usize>(
     mesh: &mut Mesh<D>,
     name: &str,
@@ -137,7 +141,7 @@ pub(super) fn conform<const D: usize>(
     Ok(remarks)
 }
 
-/// Two elements that share the corners of a side share all its nodes.
+/// Requires that two elements that share the corners of a side share all its nodes.
 fn require_equal_orders<const D: usize>(
     mesh: &Mesh<D>,
     index: &FacetIndex,
@@ -165,19 +169,19 @@ fn require_equal_orders<const D: usize>(
     Ok(())
 }
 
-/// How two parts of a surface touch without being joined.
+/// Ways in which two parts of a surface touch without being joined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Touch {
     /// Two nodes coincide.
     Nodes(u32, u32),
-    /// A node lies inside a side that does not have it.
+    /// A node lies inside a side to which it does not belong.
     Hanging(u32, Facet),
-    /// Two sides lie on each other.
+    /// Two sides coincide.
     Sides(Facet, Facet),
 }
 
 impl Touch {
-    /// The nodes that touch something; none of two sides.
+    /// The touching nodes; empty for two sides.
     fn nodes(&self) -> Vec<u32> {
         match *self {
             Self::Nodes(one, other) => vec![one, other],
@@ -187,7 +191,7 @@ impl Touch {
     }
 }
 
-/// The surface of a body as touching is looked for.
+/// The surface of a body, prepared for the search for touching parts.
 struct Surface<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     facets: &'a [Facet],
@@ -209,7 +213,7 @@ impl<'a, const D: usize> Surface<'a, D> {
         for &facet in facets {
             mesh.facet_nodes(facet, &mut own);
             let at = |node: u32| mesh.points[node as usize];
-            // Across the element as well: thin ones have close sides.
+            // Measure across the element as well: thin elements have close sides.
             let element = facet.element as usize;
             let corners = &mesh.element_nodes(element)[..mesh.kinds[element].corners()];
             let pairs =
@@ -232,13 +236,13 @@ impl<'a, const D: usize> Surface<'a, D> {
         self.nodes_of(facet).iter().map(|&node| self.mesh.points[node as usize].into()).collect()
     }
 
-    /// How far a place is from a facet \[m\].
+    /// Distance of a position from a facet \[m\].
     fn distance(&self, place: &[f64; D], facet: usize) -> f64 {
         let kind = self.mesh.facet_kind(self.facets[facet]);
         nearest::distance(&Vector::from(*place), kind, &self.points_of(facet))
     }
 
-    /// Nodes that lie on sides which do not have them.
+    /// Nodes that lie on sides to which they do not belong.
     fn touching_nodes(&self) -> Vec<Touch> {
         let mut reach = vec![f64::INFINITY; self.mesh.points.len()];
         for facet in 0..self.facets.len() {
@@ -272,8 +276,8 @@ impl<'a, const D: usize> Surface<'a, D> {
         &self.nodes_of(facet)[..self.mesh.facet_kind(self.facets[facet]).corners()]
     }
 
-    /// Sides in space that have the same corners and do not match, however they are warped: a triangle on a quadrilateral, and two
-    /// triangles on two with the other diagonal.
+    /// Sides in space with the same corners that do not match, even if they are warped: a triangle
+    /// on a quadrilateral, or two triangles on two with the other diagonal.
     fn unmatched_sides(&self) -> Vec<Touch> {
         let mut around: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         let mut triangles: BTreeSet<Vec<u32>> = BTreeSet::new();
@@ -304,7 +308,8 @@ impl<'a, const D: usize> Surface<'a, D> {
         found
     }
 
-    /// Whether two triangles with a common edge and two on the other diagonal of their four corners enclose a flat void.
+    /// Whether two triangles with a common edge and two triangles on the other diagonal of their
+    /// four corners enclose a flat void.
     fn is_slit(&self, one: &[u32], other: &[u32], triangles: &BTreeSet<Vec<u32>>) -> bool {
         let mut nodes = one.to_vec();
         nodes.extend(other.iter().filter(|node| !one.contains(node)));
@@ -318,7 +323,7 @@ impl<'a, const D: usize> Surface<'a, D> {
         let at = |k: usize| Vector::<D>::from(self.mesh.points[nodes[k] as usize]);
         let edge = |k: usize| at(k) - at(0);
         let (a, b) = (edge(1), edge(2));
-        // Height of the fourth corner over the plane of the first three.
+        // Height of the fourth corner above the plane of the first three.
         let along = a * (1.0 / a.norm());
         let across = b - along * along.dot(&b);
         let across = across * (1.0 / across.norm());
@@ -327,7 +332,7 @@ impl<'a, const D: usize> Surface<'a, D> {
         height < SLIT * a.norm().min(b.norm())
     }
 
-    /// Sides whose middles lie on other sides.
+    /// Sides whose centres lie on other sides.
     fn touching_sides(&self) -> Vec<Touch> {
         let mut found = self.unmatched_sides();
         for facet in 0..self.facets.len() {
@@ -348,7 +353,7 @@ impl<'a, const D: usize> Surface<'a, D> {
     }
 }
 
-/// No two parts of the surface touch, except those between which a contact acts.
+/// Requires that no two parts of the surface touch, except those between which a contact acts.
 fn require_joined<const D: usize>(
     mesh: &Mesh<D>,
     boundary: &[Facet],
@@ -424,10 +429,10 @@ fn refusal<const D: usize>(mesh: &Mesh<D>, source: &MeshOrigin, first: Touch, co
     }
 }
 
-/// Numbers the pieces of the body; returns remarks if there is more than one.
+/// Numbers the pieces of the body. Returns remarks if there is more than one.
 ///
 /// # Errors
-/// More pieces that hinge on nodes than the program supports.
+/// There are more hinged pieces than the program supports.
 fn find_pieces<const D: usize>(
     mesh: &mut Mesh<D>,
     index: &mut FacetIndex,
@@ -522,7 +527,7 @@ fn shared_nodes<const D: usize>(mesh: &Mesh<D>) -> Vec<([u32; 2], u32)> {
     pairs
 }
 
-/// Joins pieces that share nodes which do not lie on one axis; whether there were any.
+/// Joins pieces that share nodes which do not lie on one axis. Returns whether there were any.
 fn join_rigid<const D: usize>(mesh: &Mesh<D>, hinges: &[([u32; 2], u32)], rigid: &mut DisjointSets) -> bool {
     let mut shared: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
     for &([one, other], node) in hinges {
@@ -540,10 +545,10 @@ fn join_rigid<const D: usize>(mesh: &Mesh<D>, hinges: &[([u32; 2], u32)], rigid:
     any
 }
 
-/// Whether bodies that share these nodes can not move against each other: two nodes in the plane, in space three that do not
-/// lie on one line.
+/// Whether bodies that share these nodes cannot move against each other: two nodes in the plane,
+/// and in space three that are not collinear.
 fn spans<const D: usize>(mesh: &Mesh<D>, nodes: &[u32]) -> bool {
-    /// Sine below which directions are one.
+    /// Sine below which two directions are parallel.
     const FLAT: f64 = 1e-6;
     let origin = Vector::from(mesh.points[nodes[0] as usize]);
     let arms = || nodes.iter().map(|&node| Vector::from(mesh.points[node as usize]) - origin);
@@ -556,10 +561,11 @@ fn spans<const D: usize>(mesh: &Mesh<D>, nodes: &[u32]) -> bool {
     arms().any(|arm| (arm - axis * arm.dot(&axis)).norm() > FLAT * length)
 }
 
-/// Requires that each curved element can be integrated: its Jacobian determinant is positive at its integration points.
+/// Requires that each curved element can be integrated: its Jacobian determinant is positive at its
+/// integration points.
 ///
 /// # Errors
-/// The first element that can not be integrated, with its place.
+/// An element cannot be integrated. The error gives the location of the first one.
 pub(super) fn require_sound_curves<const D: usize>(mesh: &Mesh<D>, source: &MeshOrigin) -> Result<()> {
     let curved = (0..mesh.element_count()).filter(|&element| !is_straight(mesh, element));
     let mut tables: [Option<Vec<Vec<f64>>>; ElementKind::ALL.len()] =
@@ -591,7 +597,7 @@ pub(super) fn require_sound_curves<const D: usize>(mesh: &Mesh<D>, source: &Mesh
     Ok(())
 }
 
-/// The determinant of a matrix whose rows are scaled to length one; 0 if a row is zero.
+/// The determinant of a matrix whose rows are normalized; 0 if a row is zero.
 fn normalised_determinant<const D: usize>(mut map: [[f64; D]; D]) -> f64 {
     for row in &mut map {
         let length = row.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -602,7 +608,7 @@ fn normalised_determinant<const D: usize>(mut map: [[f64; D]; D]) -> f64 {
     dot(&map[0], &cofactor(&map)[0])
 }
 
-/// Gradients of the shape functions of a kind at all its points of integration.
+/// Gradients of the shape functions of a kind at all its integration points.
 fn slopes(kind: ElementKind) -> Vec<Vec<f64>> {
     let element = reference(kind);
     let at = |xi: &[f64; 3]| {
@@ -613,11 +619,12 @@ fn slopes(kind: ElementKind) -> Vec<Vec<f64>> {
     element.full_rule().points.iter().chain(&element.reduced_rule().points).map(at).collect()
 }
 
-/// Jacobian determinant over the product of the lengths of its columns up to which an element is flat.
+/// An element is flat if its Jacobian determinant, divided by the product of the lengths of its
+/// columns, does not exceed this value.
 const FLAT_CURVE: f64 = 1e-12;
 
-/// Whether the corners determine the shape of an element: its other nodes lie in the middle of straight sides, and a hexahedron
-/// is a parallelepiped.
+/// Whether the corners determine the shape of an element: its other nodes are the midpoints of
+/// straight sides, and a hexahedron is a parallelepiped.
 fn is_straight<const D: usize>(mesh: &Mesh<D>, element: usize) -> bool {
     let kind = mesh.kinds[element];
     let nodes = mesh.element_nodes(element);

@@ -1,4 +1,5 @@
-//! Bodies that lie a little in each other at the start: points of the surface of one body inside the other, and how deep.
+//! Bodies that overlap slightly at the start: points of the surface of one body inside the other,
+//! and their depth.
 
 use std::collections::HashMap;
 
@@ -8,24 +9,26 @@ use crate::mesh::{Bounds, BoundsTree, Facet, FacetIndex, Mesh};
 use crate::space::{facet_normal, facet_tangents, locate, reference};
 use crate::tensor::Vector;
 
-/// Most points of one surface that are looked for in the other body. 1e5 points take about a second.
+/// Maximum number of points of one surface that are located in the other body. 1e5 points take
+/// about a second.
 const MOST: usize = 100_000;
 
-/// Depth over the size of a facet up to which surfaces touch. Coordinates in mesh files may have as few as four digits.
-/// Half of it does the same on all scenes; with twice of it an overlap of a five hundredth of an element is silent.
+/// Ratio of depth to facet size up to which surfaces count as touching. Coordinates in mesh files
+/// may have as few as four digits. Half of the value gives the same result on all scenes. With
+/// twice the value an overlap of a five hundredth of an element is not reported.
 const TOUCH: f64 = 1e-3;
 
-/// Between facets that bend by more there is an edge, and no curved surface \[rad\].
+/// Facets that meet at a larger angle form an edge instead of a curved surface \[rad\].
 const EDGE: f64 = 0.5;
 
-/// Distance of a flat facet from the surface through its corners, over its size times the angle to its neighbour. An eighth in the
-/// plane, 0.29 for triangles on a sphere.
+/// Distance of a flat facet from the surface through its corners, divided by its size times the
+/// angle to its neighbour. The exact value is 1/8 in the plane and 0.29 for triangles on a sphere.
 const SAGITTA: f64 = 0.3;
 
 /// The deepest point of a surface inside another body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Intrusion<const D: usize> {
-    /// Where it is \[m\].
+    /// Position \[m\].
     pub place: [f64; D],
     /// Its distance from the surface of the other body \[m\].
     pub depth: f64,
@@ -39,14 +42,14 @@ pub(super) struct Member<'a> {
     pub elements: &'a [u32],
 }
 
-/// Surfaces of two bodies near the box that they have in common.
+/// Surfaces of two bodies near the intersection of their bounding boxes.
 pub(super) struct Neighbours<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     sides: [Side<'a, D>; 2],
     facing: Vec<[BoxedFacets<'a, D>; 2]>,
 }
 
-/// One body of two.
+/// One of the two bodies.
 struct Side<'a, const D: usize> {
     elements: Vec<u32>,
     tree: BoundsTree<D>,
@@ -55,7 +58,7 @@ struct Side<'a, const D: usize> {
     at_node: HashMap<u32, Vec<u32>>,
 }
 
-/// Facets, and where they are.
+/// Facets with their bounding boxes.
 struct BoxedFacets<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     facets: Vec<Facet>,
@@ -67,7 +70,7 @@ struct BoxedFacets<'a, const D: usize> {
 struct Sample<const D: usize> {
     place: [f64; D],
     facet: u32,
-    /// Whether it is a node. Otherwise it is the centre of a facet.
+    /// Whether it is a node; otherwise it is the centre of a facet.
     is_node: bool,
 }
 
@@ -86,7 +89,8 @@ impl<'a, const D: usize> Neighbours<'a, D> {
         let sides = bodies.map(|body| {
             let elements = meets(body.elements, &region);
             let surface = FacetIndex::of(mesh, elements.iter().copied()).boundary();
-            // A side that another element outside of the region shares does not meet the region.
+            // A side that is shared with an element outside of the region does not intersect the
+            // region.
             let surface = BoxedFacets::new(mesh, surface.into_iter(), &region);
             let mut at_node: HashMap<u32, Vec<u32>> = HashMap::new();
             let mut nodes = Vec::new();
@@ -101,11 +105,12 @@ impl<'a, const D: usize> Neighbours<'a, D> {
         Self { mesh, sides, facing }
     }
 
-    /// The deepest point of the surface of one body inside the other one that no contact between them covers.
+    /// The deepest point of the surface of one body inside the other that is not covered by a
+    /// contact between them.
     pub fn deepest(&self) -> Option<Intrusion<D>> {
         let both = [[0, 1], [1, 0]].into_iter().filter_map(|[inner, outer]| {
             let mut found = self.inside(&self.sides[inner], &self.sides[outer]);
-            // The first of equals is the same on every machine.
+            // Equal depths are ordered so that the result is the same on every machine.
             found.sort_by(|a, b| (b.1.depth as f32).total_cmp(&(a.1.depth as f32)));
             let free = found.into_iter().find(|(reach, found)| !self.is_covered(&found.place, *reach));
             free.map(|(_, found)| found)
@@ -113,7 +118,8 @@ impl<'a, const D: usize> Neighbours<'a, D> {
         both.reduce(|a, b| if b.depth > a.depth * (1.0 + 1e-9) { b } else { a })
     }
 
-    /// Points of the surface of `inner` that lie inside `outer`, each with the distance at which a contact sees it \[m\].
+    /// Points of the surface of `inner` that lie inside `outer`, each with the distance at which a
+    /// contact detects it \[m\].
     fn inside(&self, inner: &Side<'_, D>, outer: &Side<'_, D>) -> Vec<(f64, Intrusion<D>)> {
         let samples = inner.samples();
         let stride = samples.len().div_ceil(MOST).max(1);
@@ -142,7 +148,7 @@ impl<'a, const D: usize> Neighbours<'a, D> {
         samples.into_iter().step_by(stride).filter_map(depth).collect()
     }
 
-    /// Whether surfaces of a contact between the bodies face each other near a place.
+    /// Whether surfaces of a contact between the bodies face each other near a point.
     fn is_covered(&self, place: &[f64; D], reach: f64) -> bool {
         let around = Bounds::of([*place]).inflate(reach);
         self.facing.iter().any(|[one, other]| {
@@ -204,8 +210,9 @@ impl<const D: usize> Side<'_, D> {
         nodes.chain(centres).collect()
     }
 
-    /// How far a facet may be from the curved surface that it stands for \[m\]: by the angles between its normals and those of its
-    /// neighbours at common corners. Curved facets that join smoothly stand for themselves.
+    /// Maximum distance of a facet from the curved surface that it approximates \[m\]. It is
+    /// estimated from the angles between its normals and those of its neighbours at common corners.
+    /// For curved facets that join smoothly it is zero.
     fn sagitta(&self, facet: u32) -> f64 {
         let surface = &self.surface;
         let mesh = surface.mesh;
@@ -224,7 +231,7 @@ impl<const D: usize> Side<'_, D> {
 }
 
 impl<'a, const D: usize> BoxedFacets<'a, D> {
-    /// Those facets that meet a region.
+    /// The facets that intersect a region.
     fn new(mesh: &'a Mesh<D>, facets: impl Iterator<Item = Facet>, region: &Bounds<D>) -> Self {
         let mut nodes = Vec::new();
         let mut boxes = Vec::new();
@@ -240,7 +247,7 @@ impl<'a, const D: usize> BoxedFacets<'a, D> {
         Self { mesh, facets, tree: BoundsTree::new(&boxes), boxes }
     }
 
-    /// The nearest facet no farther than `reach`, and its distance \[m\].
+    /// The nearest facet within `reach`, and its distance \[m\].
     fn nearest(&self, place: [f64; D], reach: f64) -> Option<(f64, u32)> {
         let around = Bounds::of([place]).inflate(reach);
         let bound = |number: u32| {

@@ -1,4 +1,4 @@
-//! The meshes of a case: read from files or made as boxes, bent, and merged to one.
+//! The meshes of a case: read from files or generated as boxes, deformed, and merged into one.
 
 use super::conformity::{MeshOrigin, MeshParts, conform, require_sound_curves};
 use super::lengths;
@@ -10,18 +10,19 @@ use crate::error::{Error, Result};
 use crate::mesh::{BoxShape, ElementKind, FacetIndex, Mesh, gmsh, merge, require_room, spelled, validate};
 use crate::rounding;
 
-/// Reads or generates the meshes of all bodies and merges them; sets are named `body.set`. For one rank.
+/// Reads or generates the meshes of all bodies and merges them; sets are named `body.set`. Call it
+/// on one rank.
 ///
 /// # Errors
-/// When a mesh can not be read or is no good, with file and place.
+/// A mesh cannot be read or is invalid. The error gives the file and the location.
 pub fn read_mesh<const D: usize>(case: &Case) -> Result<Mesh<D>> {
     read_meshes(case).map(|(mesh, _)| mesh)
 }
 
-/// The mesh of [`read_mesh`], and what a user should know of it. For one rank.
+/// The mesh of [`read_mesh`], and remarks for the user. Call it on one rank.
 ///
 /// # Errors
-/// Those of [`read_mesh`].
+/// The errors of [`read_mesh`].
 pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)> {
     require_room(box_nodes(case))?;
     let mut bodies = Vec::with_capacity(case.bodies.len());
@@ -53,7 +54,7 @@ pub fn read_meshes<const D: usize>(case: &Case) -> Result<(Mesh<D>, Vec<String>)
     Ok((mesh, remarks))
 }
 
-/// The mesh of a box. Its cells fit together, except where a map brings places onto each other.
+/// The mesh of a box. Its cells conform, except if a map moves different positions onto each other.
 fn box_body<const D: usize>(
     case: &Case,
     name: &str,
@@ -103,7 +104,8 @@ fn parts(merge: Option<&case::At<Merge>>) -> MeshParts {
     }
 }
 
-/// Pairs of sets of a body between which a contact acts. Within one set a seam and a contact look the same.
+/// Pairs of sets of a body between which a contact acts. Contacts of a set with itself are omitted,
+/// because a seam within one set cannot be distinguished from a contact.
 fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
     let own = |set: &str| {
         let (body, set) = set.split_once('.')?;
@@ -116,7 +118,7 @@ fn meets(case: &Case, name: &str) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Nodes that all boxes have at least.
+/// Minimum number of nodes of all boxes together.
 fn box_nodes(case: &Case) -> f64 {
     let nodes = |body: &case::Body| match &body.mesh {
         case::Mesh::Box(shape) => shape.cells.iter().map(|&cells| f64::from(cells) + 1.0).product(),

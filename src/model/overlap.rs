@@ -1,5 +1,6 @@
-//! Bodies that lie in each other at the start. A contact sees surfaces that face each other within a short distance; that
-//! one body contains another, or has the same place, is found here, whatever way their surfaces look.
+//! Bodies that overlap at the start. A contact detects surfaces that face each other within a short
+//! distance. This module detects bodies that contain each other or coincide, for any orientation of
+//! their surfaces.
 
 use super::intrusion::{Intrusion, Member, Neighbours};
 use crate::case::{Case, InitialOverclosure};
@@ -8,13 +9,15 @@ use crate::mesh::{Bounds, BoundsTree, Mesh, spelled};
 use crate::space::locate;
 use crate::tensor::Vector;
 
-/// Most elements of one body that are looked for in another: with 1e5, bodies of a million elements take a second.
+/// Maximum number of elements of one body that are located in another. With 1e5, bodies of a
+/// million elements take a second.
 const MOST: usize = 100_000;
 
-/// What a user should know of bodies that overlap: by half an element or more, or by less where no contact acts.
+/// Remarks for the user on bodies that overlap by half an element or more, or by less if no contact
+/// acts there.
 ///
 /// # Errors
-/// When a contact between the two wants an overclosure to be an error.
+/// A contact between the two bodies treats an initial overclosure as an error.
 pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec<String>> {
     let names: Vec<&str> = case.bodies.names().collect();
     let mut elements = vec![Vec::new(); names.len()];
@@ -84,7 +87,8 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
     Ok(remarks)
 }
 
-/// An error where a contact between the two wants one, at the contact; else a remark.
+/// Returns an error at the contact if a contact between the two bodies treats overclosure as an
+/// error; otherwise adds a remark.
 fn refuse_or_tell(case: &Case, pair: [&str; 2], message: String, remarks: &mut Vec<String>) -> Result<()> {
     let between = case.contact.iter().filter(|(_, contact)| {
         let on = |side: usize| contact.is_on(pair[side]) || contact.target.value == pair[side];
@@ -100,7 +104,8 @@ fn refuse_or_tell(case: &Case, pair: [&str; 2], message: String, remarks: &mut V
     Ok(())
 }
 
-/// The middle of an element of `inner` that lies in one of `outer`; both in the box `common`.
+/// The centre of an element of `inner` that lies in an element of `outer`; both are in the box
+/// `common`.
 fn inside<const D: usize>(
     mesh: &Mesh<D>,
     inner: &[u32],
@@ -127,7 +132,7 @@ fn around_element<const D: usize>(mesh: &Mesh<D>, element: u32) -> Bounds<D> {
     Bounds::of(mesh.element_nodes(element as usize).iter().map(|&node| mesh.points[node as usize]))
 }
 
-/// What two boxes have in common.
+/// The intersection of two boxes.
 fn common<const D: usize>(one: &Bounds<D>, other: &Bounds<D>) -> Bounds<D> {
     Bounds {
         low: std::array::from_fn(|k| one.low[k].max(other.low[k])),
@@ -141,7 +146,7 @@ mod tests {
     use crate::error::Result;
     use crate::model::read_meshes;
 
-    /// What is found of two boxes with these corners, between which a contact treats overlaps as told.
+    /// The overlaps found between two boxes with these corners, with these contact options.
     fn found(one: &str, other: &str, contact: &str) -> Result<Vec<String>> {
         let body = |mesh: &str| {
             format!(
@@ -161,7 +166,8 @@ mod tests {
     const UNIT: &str = "min: [0, 0], max: [1, 1], cells: [4, 4]";
     const CONTACT: &str = "contactor: one.top, target: other.bottom";
 
-    /// Bodies of one place, or one inside the other, are refused at their contact, or reported where it accepts an overlap.
+    /// Bodies that coincide or contain each other are rejected at their contact, or reported if the
+    /// contact accepts an overlap.
     #[test]
     fn bodies_that_coincide_or_contain_each_other_are_found() {
         for other in [
@@ -179,9 +185,10 @@ mod tests {
 
     const AWAY: &str = "contactor: other.top, target: one.bottom";
 
-    /// An overlap of less than half an element is reported with its depth and place, whatever the orientation of the surfaces: also
-    /// where a contact is on other surfaces, or on surfaces that look the same way. One that a contact covers is left to it, with
-    /// the sides beside it. Bodies that touch do not overlap.
+    /// An overlap of less than half an element is reported with its depth and position, for any
+    /// orientation of the surfaces. This includes contacts on other surfaces, or on surfaces with
+    /// the same orientation. An overlap that a contact covers is left to the contact, together with
+    /// the adjacent sides. Bodies that touch do not overlap.
     #[test]
     fn shallow_overlaps_are_reported_where_no_contact_acts() {
         let reported = |other: &str, contact: &str| found(UNIT, other, contact).expect("good bodies");
@@ -207,7 +214,8 @@ mod tests {
         }
     }
 
-    /// Polygons on one circle fit into each other, whatever their numbers of corners. A disc that is too large does not.
+    /// Polygons on one circle fit into each other for any numbers of corners. A disc that is too
+    /// large does not.
     #[test]
     fn polygons_on_one_circle_do_not_overlap() {
         let ring = |cells: u32, inner: f64, outer: f64| {

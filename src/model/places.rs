@@ -1,12 +1,14 @@
-//! What a case says of places that only its meshes tell: values that are not finite there, and probes that are nowhere near.
+//! Checks that need the meshes: functions that are not finite at a node, and probes that are far
+//! from all bodies.
 
 use crate::case::{Action, At, Case, Varying};
 use crate::error::Error;
 use crate::mesh::Mesh;
 use crate::tensor::Vector;
 
-/// An error for each prescribed displacement and initial velocity that is not finite at a node at the start, and for each probe that is
-/// farther from all nodes than the bodies are long, at their places in the case file.
+/// Returns an error for each prescribed displacement and initial velocity that is not finite at a
+/// node at the start. Returns another error for each probe whose distance from all nodes exceeds
+/// the length of the bodies. Errors give the location in the case file.
 pub fn unsound_places<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     let mut faults = Vec::new();
     for (number, body) in case.bodies.values().enumerate() {
@@ -73,7 +75,8 @@ fn longest_side<const D: usize>(mesh: &Mesh<D>) -> f64 {
     (0..D).map(side).fold(0.0, f64::max)
 }
 
-/// Nodes of a body or of a set of one; none where there is no such set, which is another error.
+/// Nodes of a body or of one of its sets; empty if there is no such set, which is reported
+/// separately.
 fn nodes_on<const D: usize>(case: &Case, mesh: &Mesh<D>, on: &At<String>) -> Vec<u32> {
     let body = case.bodies.iter().position(|(name, _)| name.value == on.value);
     body.map_or_else(|| mesh.set_nodes(on).unwrap_or_default(), |number| nodes_of_body(mesh, number))

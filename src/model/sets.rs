@@ -1,4 +1,4 @@
-//! Sets that a case names, looked for in the meshes: those of a mesh file are known only when it is read.
+//! Checks of the sets that a case names. The sets of a mesh file are known only after it is read.
 
 use std::collections::HashSet;
 
@@ -6,8 +6,9 @@ use crate::case::{self, Action, At, Case};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, SetKind};
 
-/// The sets that contacts and boundaries name and the meshes lack, or have without surfaces where surfaces are needed: an error
-/// each, at its place in the case file, with the sets that there are.
+/// Errors for the sets that contacts and boundaries name but that do not exist in the meshes, or
+/// that have no surface although one is needed. Each error gives its location in the case file and
+/// the available sets.
 pub fn missing_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     let mut faults = Vec::new();
     let mut look = |on, surface| faults.extend(require(case, mesh, on, surface).err());
@@ -24,7 +25,7 @@ pub fn missing_sets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     faults
 }
 
-/// Contacts whose two sides can not meet: they have facets in common, or one facet is all there is.
+/// Contacts whose two sides cannot touch: they have facets in common, or there is only one facet.
 pub fn shared_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> {
     let fault = |contact: &case::Contact| {
         let [contactor, target] =

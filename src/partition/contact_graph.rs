@@ -1,4 +1,5 @@
-//! Contact as METIS sees it: ties between elements that may touch, and contact as a load of its own.
+//! Contact in the partitioning graph: ties between elements that may touch, and contact as a
+//! separate load.
 
 use std::collections::BTreeMap;
 
@@ -13,33 +14,38 @@ pub struct Couple<'a> {
     pub contactor: &'a str,
     /// Set of facets of the target.
     pub target: &'a str,
-    /// How far the surfaces travel over or towards each other, as far as it is known; 0 where it is not \[m\].
+    /// Known travel of the surfaces over or towards each other \[m\]; 0 if it is unknown.
     pub travel: f64,
 }
 
-/// Facets look so many times their own size around for others.
+/// Search radius of a facet, relative to its size.
 const SIGHT: f64 = 1.5;
 
-/// Of what a contactor facet sees, so many nearest elements are tied fast to its own.
+/// Number of nearest elements within the search radius of a contactor facet that are tied strongly
+/// to its element.
 const NEAREST: usize = 4;
 
-/// So many more are tied loosely, evenly chosen from all that it meets on its way.
+/// Number of further elements that are tied weakly, chosen evenly from all that the facet meets on
+/// its path.
 const ON_THE_WAY: usize = 4;
 
-/// How much worse than cutting a shared side it is to part elements that touch, the nearest first: their values and rows
-/// travel in each iteration, and the facet travels whenever the search is renewed.
+/// Weights of cuts between touching elements, nearest first, relative to a cut of a shared side.
+/// Their values and rows are sent in each iteration, and the facet is sent when the search is
+/// renewed.
 const FAST: [i32; NEAREST] = [12, 6, 4, 4];
 
-/// The same for elements that may touch later.
+/// Weight of cuts between elements that may touch later, relative to a cut of a shared side.
 const LOOSE: i32 = 1;
 
-/// Ties of elements whose facets may touch, and two loads: that of the elements, and the contactor facets of each.
+/// Ties of elements whose facets may touch, and two loads: that of the elements, and the number of
+/// contactor facets of each element.
 ///
-/// A contactor element has a bounded number of ties, however far its facets see: the graph stays sparse. Where nothing
-/// is a contactor there are no ties and no second load: as without this.
+/// A contactor element has a bounded number of ties for any search radius, so the graph stays
+/// sparse. Without contactors there are no ties and no second load, and the partition is that of a
+/// mesh without contact.
 ///
 /// # Errors
-/// When a set does not exist.
+/// A set does not exist.
 pub fn contact_weights<const D: usize>(mesh: &Mesh<D>, couples: &[Couple<'_>]) -> Result<Weights> {
     let mut ties = BTreeMap::new();
     let mut facets = vec![0; mesh.element_count()];
@@ -64,7 +70,7 @@ fn facet_set<'a, const D: usize>(mesh: &'a Mesh<D>, name: &str) -> Result<&'a [F
     set.ok_or_else(|| Error::case(format!("contact: the mesh has no set of facets '{name}'")))
 }
 
-/// Adds the ties of one couple; a pair that was there keeps its larger weight.
+/// Adds the ties of one couple. An existing pair keeps the larger weight.
 fn tie<const D: usize>(
     mesh: &Mesh<D>,
     contactor: &[Facet],
@@ -91,7 +97,8 @@ fn tie<const D: usize>(
     }
 }
 
-/// Of elements by ascending distance: the nearest, and some of the others, with the weights of their ties.
+/// Chosen elements from a list with ascending distance: the nearest, and some of the others, with
+/// the weights of their ties.
 fn chosen(seen: &[(f64, u32)]) -> impl Iterator<Item = (u32, i32)> + '_ {
     let (nearest, others) = seen.split_at(seen.len().min(NEAREST));
     let stride = others.len().div_ceil(ON_THE_WAY).max(1);
@@ -104,7 +111,7 @@ fn around<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> Bounds<D> {
     Bounds::of(mesh.facet_corners(facet).map(|node| mesh.points[node as usize]))
 }
 
-/// Whether facets share a corner, as neighbours on a surface that may touch itself do.
+/// Whether facets share a corner, as neighbours do on a surface with self-contact.
 fn touch<const D: usize>(mesh: &Mesh<D>, one: Facet, other: Facet) -> bool {
     one.element == other.element
         || mesh.facet_corners(one).any(|corner| mesh.facet_corners(other).any(|node| node == corner))
@@ -120,7 +127,7 @@ mod tests {
     use crate::mesh::{BoxShape, ElementKind, merge};
     use crate::partition::{Plan, Quality};
 
-    /// Two boxes on top of each other whose meshes do not match.
+    /// Two stacked boxes with nonmatching meshes.
     fn stacked<const D: usize>(lower: [u32; D], upper: [u32; D]) -> Mesh<D> {
         let element = if D == 2 { ElementKind::Quad4 } else { ElementKind::Hex8 };
         let (mut max, mut min) = ([1.0; D], [0.0; D]);
@@ -136,7 +143,8 @@ mod tests {
         Plan { weights: contact_weights(mesh, &[couple]).expect("both sets exist"), ..Plan::default() }
     }
 
-    /// Ties join facing elements of the two surfaces alone, the nearest by the largest weight, and few of them.
+    /// Ties join only facing elements of the two surfaces. The nearest have the largest weight, and
+    /// the number of ties is small.
     #[test]
     fn ties_join_facing_elements() {
         let mesh = stacked([20, 10], [24, 8]);
@@ -167,7 +175,8 @@ mod tests {
         }
     }
 
-    /// A surface may be its own target: neighbours on it are not tied, what faces it over a gap is.
+    /// A surface may be its own target. Neighbours on it are not tied; facets that face each other
+    /// across a gap are.
     #[test]
     fn surface_that_meets_itself() {
         let mut mesh = stacked([6, 3], [6, 3]);
@@ -183,7 +192,7 @@ mod tests {
         assert_eq!(facing.count(), 6);
     }
 
-    /// No contact, no weights; an unknown set is an error.
+    /// Without contact there are no weights; an unknown set is an error.
     #[test]
     fn nothing_touches() {
         let mesh = stacked([4, 4], [4, 4]);
@@ -191,7 +200,8 @@ mod tests {
         assert!(contact_weights(&mesh, &[Couple { target: "lower.tip", ..COUPLE }]).is_err());
     }
 
-    /// Far fewer contact pairs lie across ranks than where METIS does not see contact, and all stays balanced.
+    /// Far fewer contact pairs are split between ranks than without contact in the graph, and all
+    /// loads stay balanced.
     #[test]
     fn parts_keep_pairs_together() {
         let flat = stacked([40, 20], [48, 16]);

@@ -1,4 +1,4 @@
-//! The journey of the mesh from rank 0 to the ranks that own it.
+//! Distribution of the mesh from rank 0 to the ranks that own it.
 
 use mpi::traits::CommunicatorCollectives;
 
@@ -8,13 +8,14 @@ use super::{LocalMesh, Plan, Report};
 use crate::error::{Error, Result, agree};
 use crate::mesh::Mesh;
 
-/// Partitions `mesh`, which rank 0 brings and the others do not, and gives every rank its piece. Collective.
+/// Partitions `mesh`, which only rank 0 provides, and gives every rank its part. Collective.
 ///
-/// Works on any number of ranks, also with ranks for which nothing is left. The same mesh, plan and number of ranks give
-/// the same pieces. Rank 0 frees the whole mesh.
+/// It works on any number of ranks, including ranks without elements. The same mesh, plan and
+/// number of ranks give the same parts. Rank 0 frees the whole mesh.
 ///
 /// # Errors
-/// The same on every rank: a mesh that can not be numbered or cut, see [`partition`](super::partition).
+/// A mesh cannot be numbered or partitioned, see [`partition`](super::partition). The error is
+/// identical on every rank.
 pub fn distribute<const D: usize>(
     world: &impl CommunicatorCollectives,
     mesh: Option<Mesh<D>>,
@@ -27,7 +28,7 @@ pub fn distribute<const D: usize>(
     Ok((local, report))
 }
 
-/// Cuts the mesh on rank 0; nothing elsewhere.
+/// Partitions the mesh on rank 0; does nothing on other ranks.
 fn cut<const D: usize>(
     world: &impl CommunicatorCollectives,
     mesh: Option<Mesh<D>>,
@@ -40,7 +41,8 @@ fn cut<const D: usize>(
     }
 }
 
-/// Rank 0 cuts out one piece after the other and sends it; there is never more than one besides the whole.
+/// Rank 0 extracts one part at a time and sends it. Besides the whole mesh there is never more than
+/// one part in memory.
 fn exchange<const D: usize>(
     world: &impl CommunicatorCollectives,
     cut: Option<Cut<D>>,

@@ -1,4 +1,4 @@
-//! Cuts the mesh on rank 0 into the local meshes of all ranks.
+//! Extraction of the local meshes of all ranks from the whole mesh on rank 0.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::{IndexMap, LocalMesh, Plan, Quality};
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, Mesh};
 
-/// The whole mesh, with who owns what; on rank 0 only.
+/// The whole mesh with the ownership of nodes and elements; on rank 0 only.
 pub(super) struct Cut<const D: usize> {
     mesh: Mesh<D>,
     part: Vec<u32>,
@@ -23,20 +23,20 @@ pub(super) struct Cut<const D: usize> {
     /// Global number of each node.
     global: Vec<i32>,
     sets: Sets,
-    /// Local number of each node on the rank in hand, [`NOWHERE`] between ranks.
+    /// Local number of each node on the current rank, [`NOWHERE`] between ranks.
     local_of: Vec<u32>,
-    /// What the parts are worth.
+    /// Quality of the partition.
     pub quality: Quality,
 }
 
-/// Sets seen from their members, as numbers into the names.
+/// Sets listed by their members, as indices into the names.
 struct Sets {
     facet_names: Vec<String>,
     point_names: Vec<String>,
     element_names: Vec<String>,
     /// For each element: facet sets and sides.
     facets: Lists<(u32, u8)>,
-    /// For each node: sets of any sort whose nodes it is among.
+    /// For each node: sets of any kind that contain the node.
     points: Lists<u32>,
     /// For each element: element sets.
     elements: Lists<u32>,
@@ -46,10 +46,11 @@ struct Sets {
 const NOWHERE: u32 = u32::MAX;
 
 impl<const D: usize> Cut<D> {
-    /// Decides on owners and numbers.
+    /// Determines owners and numbers.
     ///
     /// # Errors
-    /// A mesh with nodes that no element has, with more unknowns than 32 bits count, or that METIS can not cut.
+    /// The mesh has nodes without elements or more unknowns than 32-bit numbers allow, or METIS
+    /// cannot partition it.
     pub fn new(mesh: Mesh<D>, plan: &Plan, parts: usize) -> Result<Self> {
         check(&mesh)?;
         let graph = Graph::dual(&mesh, &plan.weights)?;
@@ -104,7 +105,8 @@ impl<const D: usize> Cut<D> {
         LocalMesh { mesh, assembled, mine, index, input_node, input_element }
     }
 
-    /// Numbers the rank's nodes, owned ones first, and the ghosts at its elements; returns their input numbers.
+    /// Numbers the rank's nodes, owned ones first, then the ghosts at its elements. Returns their
+    /// input numbers.
     fn number_nodes(&mut self, rank: u32, elements: &[u32]) -> Vec<u32> {
         let mut nodes = self.owned.get(rank).to_vec();
         nodes.iter().for_each(|&node| self.local_of[node as usize] = 0);
@@ -123,7 +125,8 @@ impl<const D: usize> Cut<D> {
         nodes
     }
 
-    /// Elements that touch the rank's nodes, then its others, each ascending; and how many the former are.
+    /// Elements that touch the rank's nodes, then its others, each ascending; and the number of the
+    /// former.
     fn elements_of(&self, rank: u32) -> (Vec<u32>, usize) {
         let at_nodes = self.owned.get(rank).iter().flat_map(|&node| self.touching.get(node)).copied();
         let mut elements: Vec<u32> = at_nodes.collect();
@@ -163,7 +166,7 @@ impl Sets {
         }
     }
 
-    /// Fills the sets of a local mesh with what is local of them; members come out ascending.
+    /// Fills the sets of a local mesh with their local members, ascending.
     fn restrict<const D: usize>(&self, nodes: &[u32], elements: &[u32], mesh: &mut Mesh<D>) {
         let mut facets = vec![Vec::new(); self.facet_names.len()];
         let mut members = vec![Vec::new(); self.element_names.len()];

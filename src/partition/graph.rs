@@ -1,37 +1,38 @@
-//! The graph that METIS cuts: elements, joined where they share a side or where contact ties them together.
+//! The graph that METIS partitions: elements, joined if they share a side or if contact ties them
+//! together.
 
 use super::lists::Lists;
 use crate::error::{Error, Result};
 use crate::mesh::{ElementKind, Facet, Mesh};
 
-/// Loads of the elements and ties between them, in numbers of the input mesh.
+/// Loads of the elements and ties between them, with numbers of the input mesh.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Weights {
-    /// Loads to balance; where there are none, an element of a mixed mesh counts by its nodes.
+    /// Loads to balance. Without loads, an element of a mixed mesh counts by its nodes.
     pub elements: Option<ElementWeights>,
     /// Ties besides shared sides, such as contact pairs.
     pub pairs: Vec<Pair>,
 }
 
-/// Loads of elements, of which each kind is balanced on its own.
+/// Loads of elements. Each kind of load is balanced separately.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ElementWeights {
-    /// How many kinds of load there are, at least one.
+    /// Number of kinds of load, at least one.
     pub constraints: usize,
     /// `loads[element * constraints + kind]`, not negative.
     pub loads: Vec<i32>,
 }
 
-/// Two elements that had better stay on one rank.
+/// Two elements that should be on one rank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pair {
     /// The elements in the input mesh.
     pub elements: [u32; 2],
-    /// How much worse than cutting a shared side it is to part them; positive.
+    /// Weight of a cut between them relative to a cut of a shared side; positive.
     pub weight: i32,
 }
 
-/// An undirected graph in compressed rows, each row ascending, with weights as METIS takes them.
+/// An undirected graph in compressed rows, each row ascending, with weights in METIS format.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Graph {
     /// Row `v` is `offsets[v]..offsets[v + 1]`.
@@ -40,15 +41,15 @@ pub struct Graph {
     pub neighbours: Vec<i32>,
     /// Weight of each entry of `neighbours`.
     pub edge_weights: Vec<i32>,
-    /// Loads of the vertices; all one where there are none.
+    /// Loads of the vertices; all equal one if not given.
     pub vertex_weights: Option<ElementWeights>,
 }
 
 impl Graph {
-    /// The graph of the elements of `mesh`; a shared side weighs one.
+    /// The graph of the elements of `mesh`; a shared side has weight one.
     ///
     /// # Errors
-    /// Weights that do not belong to the mesh; a graph or a sum of weights beyond 32 bits.
+    /// The weights do not match the mesh, or the graph or a sum of weights exceeds 32 bits.
     pub fn dual<const D: usize>(mesh: &Mesh<D>, weights: &Weights) -> Result<Self> {
         let elements = mesh.element_count();
         check(weights, elements)?;
@@ -122,7 +123,7 @@ fn check(weights: &Weights, elements: usize) -> Result<()> {
     Ok(())
 }
 
-/// Elements of a mixed mesh count by their nodes, those of a uniform one need no weight.
+/// Elements of a mixed mesh count by their nodes; those of a uniform mesh need no weight.
 fn by_nodes<const D: usize>(mesh: &Mesh<D>) -> Option<ElementWeights> {
     let uniform = mesh.kinds.windows(2).all(|pair| pair[0] == pair[1]);
     let loads = || mesh.kinds.iter().map(|kind| kind.nodes() as i32).collect();
@@ -135,7 +136,7 @@ fn neighbours<const D: usize>(mesh: &Mesh<D>) -> Vec<([u32; 2], i32)> {
     let sides = Lists::collect(mesh.points.len(), sides(mesh));
     let mut pairs = Vec::new();
     let mut keyed: Vec<([u32; 4], u32)> = Vec::new();
-    // Sides with the same lowest corner lie together: only those few need to be compared.
+    // Sides with the same lowest corner are adjacent, so only these few need to be compared.
     for node in 0..sides.count() as u32 {
         keyed.clear();
         keyed.extend(
@@ -158,7 +159,7 @@ fn sides<const D: usize>(mesh: &Mesh<D>) -> impl Iterator<Item = (u32, (u32, u8)
     mesh.kinds.iter().enumerate().flat_map(of)
 }
 
-/// Sorted corners of a side, filled up with the highest number.
+/// Sorted corners of a side, padded with the highest number.
 fn key<const D: usize>(mesh: &Mesh<D>, facet: Facet) -> [u32; 4] {
     let mut key = [u32::MAX; 4];
     for (slot, node) in key.iter_mut().zip(mesh.facet_corners(facet)) {
@@ -192,7 +193,7 @@ mod tests {
         assert_eq!(graph.cut(&[0, 0, 1]), 1);
     }
 
-    /// A tie adds an edge, or adds to the weight of the one that is there.
+    /// A tie adds an edge, or increases the weight of an existing one.
     #[test]
     fn ties_are_added_to_shared_sides() {
         let pairs = vec![
@@ -206,7 +207,8 @@ mod tests {
         assert_eq!(graph.cut(&[0, 1, 0]), 7);
     }
 
-    /// Elements of different kinds are neighbours over a common side and weigh by their nodes.
+    /// Elements of different kinds are neighbours over a common side and are weighted by their
+    /// nodes.
     #[test]
     fn mixed_meshes_weigh_by_nodes() {
         let mut mesh = Mesh::with_points(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [2.0, 0.5]]);
@@ -217,7 +219,7 @@ mod tests {
         assert_eq!(graph.vertex_weights.map(|w| w.loads), Some(vec![4, 3]));
     }
 
-    /// Weights of another mesh are refused.
+    /// Weights of another mesh are rejected.
     #[test]
     fn weights_must_fit_the_mesh() {
         let outside = Weights { elements: None, pairs: vec![Pair { elements: [0, 3], weight: 1 }] };

@@ -1,4 +1,5 @@
-//! What each part of a mesh has to know of others: counted for any number of parts, without as many ranks.
+//! Communication data that each part of a mesh needs from others, counted for any number of parts
+//! without that many ranks.
 
 use super::graph::Graph;
 use super::lists::Lists;
@@ -8,24 +9,24 @@ use super::{Plan, Quality};
 use crate::error::Result;
 use crate::mesh::Mesh;
 
-/// Sizes of the parts of a mesh and of what travels between them, part by part.
+/// Sizes of the parts of a mesh and of the data sent between them, for each part.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Halo {
     /// Nodes that the part owns.
     pub owned: Vec<u64>,
     /// Elements that it assembles: those at its nodes.
     pub assembled: Vec<u64>,
-    /// Nodes of others that its rows of the matrix name: what a multiplication brings to it.
+    /// Nodes of others in its matrix rows, whose values a multiplication sends to it.
     pub ghosts: Vec<u64>,
-    /// Those of them that only contact names.
+    /// Ghosts that only contact requires.
     pub contact_ghosts: Vec<u64>,
-    /// Parts that own its ghosts: messages to it for a multiplication.
+    /// Parts that own its ghosts: number of messages to it in a multiplication.
     pub neighbours: Vec<u64>,
-    /// Its nodes in messages to others, as often as they are sent.
+    /// Its nodes in messages to others, counted once per message.
     pub sent: Vec<u64>,
 }
 
-/// A node that a part wants from another part, ordered by who wants it and who has it.
+/// A node that a part needs from another part, ordered by the receiving part and its owner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Want {
     by: u32,
@@ -34,11 +35,12 @@ struct Want {
 }
 
 impl Halo {
-    /// Of the parts into which `plan` cuts a mesh, with what these are worth. `meets` tells the nodes of surfaces that may
-    /// touch: those of tied elements name each other in the matrix. Not collective.
+    /// Halo of the parts into which `plan` divides a mesh, and the quality of these parts. `meets`
+    /// marks the nodes of surfaces that may touch: those of tied elements are coupled in the
+    /// matrix. Not collective.
     ///
     /// # Errors
-    /// As [`partition`].
+    /// The errors of [`partition`].
     pub fn of_plan<const D: usize>(
         mesh: &Mesh<D>,
         plan: &Plan,
@@ -68,7 +70,7 @@ impl Halo {
         Ok((halo, quality))
     }
 
-    /// What the elements make the parts want; counts the elements.
+    /// Needs of the parts due to elements; also counts the elements.
     fn by_elements<const D: usize>(&mut self, mesh: &Mesh<D>, owner: &[u32]) -> Vec<Want> {
         let (mut wants, mut around) = (Vec::new(), Vec::new());
         for element in 0..mesh.element_count() {
@@ -87,7 +89,7 @@ impl Halo {
         wants
     }
 
-    /// Adds what contact makes the parts want besides.
+    /// Adds the additional needs of the parts due to contact.
     fn add_contact(&mut self, wants: &mut Vec<Want>, mut by_contact: Vec<Want>) {
         by_contact.sort_unstable();
         by_contact.dedup();
@@ -107,7 +109,7 @@ impl Halo {
     }
 }
 
-/// What nodes of one element make the parts `around` it want of each other.
+/// Needs of the parts `around` an element with respect to each other's nodes of the element.
 fn across<'a>(around: &'a [u32], nodes: &'a [u32], owner: &'a [u32]) -> impl Iterator<Item = Want> + 'a {
     around.iter().flat_map(move |&by| {
         let wants = nodes.iter().map(move |&node| Want { by, from: owner[node as usize], node });
@@ -115,7 +117,8 @@ fn across<'a>(around: &'a [u32], nodes: &'a [u32], owner: &'a [u32]) -> impl Ite
     })
 }
 
-/// What tied elements make the parts want: each node of a surface names those of the surface that it may touch.
+/// Needs of the parts due to tied elements: each node of a surface is coupled with those of the
+/// surface that it may touch.
 fn by_contact<const D: usize>(mesh: &Mesh<D>, plan: &Plan, meets: &[bool], owner: &[u32]) -> Vec<Want> {
     let surface = |element: u32| {
         let nodes = mesh.element_nodes(element as usize).iter().copied();
@@ -155,7 +158,7 @@ mod tests {
         merge(vec![("lower".into(), below), ("upper".into(), above)]).expect("small")
     }
 
-    /// What is counted without ranks is what ranks would get.
+    /// The counts without ranks equal those of the distributed parts.
     #[test]
     fn counts_are_those_of_the_pieces() {
         let mesh = stacked();
@@ -168,7 +171,7 @@ mod tests {
             let mut sent = vec![0; parts];
             for rank in 0..parts {
                 let local = cut.local(rank as u32);
-                // Elements that touch no owned node bring ghosts that no row names.
+                // Elements that touch no owned node contribute ghosts that occur in no row.
                 let named = (0..local.assembled).flat_map(|element| local.mesh.element_nodes(element));
                 let mut named: Vec<u32> =
                     named.copied().filter(|&node| node as usize >= local.index.owned).collect();
@@ -184,7 +187,8 @@ mod tests {
         }
     }
 
-    /// Contact adds the nodes of the other surface where the surfaces lie on different parts, and nothing elsewhere.
+    /// Contact adds the nodes of the other surface if the surfaces lie on different parts, and
+    /// otherwise nothing.
     #[test]
     fn contact_adds_the_other_surface() {
         let mesh = stacked();

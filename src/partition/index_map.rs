@@ -1,4 +1,5 @@
-//! Local and global numbers of the nodes of a rank: owned ones, contiguous over the ranks, and ghosts.
+//! Local and global numbers of the nodes of a rank: owned nodes, contiguous over the ranks, and
+//! ghosts.
 
 /// Numbering of the nodes that a rank holds. Local numbers: owned nodes first, then ghosts.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -9,7 +10,7 @@ pub struct IndexMap {
     pub owned: usize,
     /// Global numbers of the ghosts, ascending.
     pub ghosts: Vec<i32>,
-    /// Number of nodes on all ranks together.
+    /// Total number of nodes on all ranks.
     pub total: i32,
 }
 
@@ -22,7 +23,7 @@ impl IndexMap {
         }
     }
 
-    /// Local number of a global node; `None` where this rank does not hold it.
+    /// Local number of a global node; `None` if this rank does not hold it.
     pub fn local(&self, global: i32) -> Option<u32> {
         let offset = i64::from(global) - i64::from(self.first);
         if (0..self.owned as i64).contains(&offset) {
@@ -31,7 +32,7 @@ impl IndexMap {
         self.ghosts.binary_search(&global).ok().map(|ghost| (self.owned + ghost) as u32)
     }
 
-    /// Number of local nodes, ghosts included.
+    /// Number of local nodes, including ghosts.
     pub fn local_count(&self) -> usize {
         self.owned + self.ghosts.len()
     }
@@ -46,7 +47,8 @@ impl IndexMap {
 mod tests {
     use super::*;
 
-    /// Local and global numbers are inverse to each other, for owned nodes and ghosts on both sides.
+    /// Local and global numbers are inverse to each other, for owned nodes and ghosts on both
+    /// sides.
     #[test]
     fn local_and_global_numbers_are_inverse() {
         let index = IndexMap { first: 10, owned: 3, ghosts: vec![2, 9, 13, 40], total: 50 };

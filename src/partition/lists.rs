@@ -8,7 +8,7 @@ pub(super) struct Lists<T> {
 }
 
 impl<T: Copy + Default> Lists<T> {
-    /// Puts each item into the list that its pair names, keeping their order. The pairs are gone through twice.
+    /// Puts each item into the list given by its pair, in order. The pairs are traversed twice.
     pub fn collect(lists: usize, pairs: impl Iterator<Item = (u32, T)> + Clone) -> Self {
         let mut offsets = vec![0; lists + 1];
         for (list, _) in pairs.clone() {
@@ -31,7 +31,7 @@ impl<T: Copy + Default> Lists<T> {
         &self.items[self.offsets[list as usize] as usize..self.offsets[list as usize + 1] as usize]
     }
 
-    /// The items of a list, to be permuted.
+    /// The items of a list, for permutation.
     pub fn get_mut(&mut self, list: u32) -> &mut [T] {
         &mut self.items[self.offsets[list as usize] as usize..self.offsets[list as usize + 1] as usize]
     }
@@ -41,7 +41,7 @@ impl<T: Copy + Default> Lists<T> {
         self.offsets.len() - 1
     }
 
-    /// Number of the first item of a list among all items.
+    /// Index of the first item of a list among all items.
     pub fn first(&self, list: u32) -> u32 {
         self.offsets[list as usize]
     }
@@ -51,7 +51,7 @@ impl<T: Copy + Default> Lists<T> {
 mod tests {
     use super::*;
 
-    /// Items land in their lists in the order in which they came; empty lists are empty.
+    /// Items are in their lists in the original order; empty lists are empty.
     #[test]
     fn items_keep_their_order() {
         let pairs = [(2, 'a'), (0, 'b'), (2, 'c')];

@@ -1,4 +1,5 @@
-//! A local mesh as two flat buffers, and their way through MPI in pieces of any total size.
+//! Serialization of a local mesh as two flat buffers, and their transfer by MPI in chunks for any
+//! total size.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +9,10 @@ use super::{IndexMap, LocalMesh};
 use crate::error::{Error, Result};
 use crate::mesh::{ElementKind, Facet, Mesh};
 
-/// Items in one MPI message; MPI counts with 32 bits, and a buffer may hold more.
+/// Items in one MPI message. MPI counts with 32 bits, and a buffer may have more items.
 const CHUNK: usize = 1 << 27;
 
-/// A local mesh, written out.
+/// A serialized local mesh.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Message {
     integers: Vec<u32>,
@@ -19,7 +20,7 @@ pub(super) struct Message {
 }
 
 impl Message {
-    /// Writes out a local mesh.
+    /// Serializes a local mesh.
     pub fn pack<const D: usize>(local: &LocalMesh<D>) -> Self {
         let LocalMesh { mesh, index, .. } = local;
         let mut message = Self { integers: Vec::new(), reals: mesh.points.as_flattened().to_vec() };
@@ -43,10 +44,10 @@ impl Message {
         message
     }
 
-    /// Reads the local mesh back.
+    /// Deserializes the local mesh.
     ///
     /// # Errors
-    /// When the message is not one that [`pack`](Self::pack) wrote.
+    /// The message was not written by [`pack`](Self::pack).
     pub fn unpack<const D: usize>(self) -> Result<LocalMesh<D>> {
         let mut reader = Reader { integers: &self.integers };
         reader
@@ -54,7 +55,7 @@ impl Message {
             .ok_or_else(|| Error::internal("partition: a message with a piece of the mesh is damaged"))
     }
 
-    /// Sends the message to a rank, which receives it by [`receive`](Self::receive).
+    /// Sends the message to a rank, which receives it with [`receive`](Self::receive).
     pub fn send(&self, world: &impl CommunicatorCollectives, rank: i32) {
         let to = world.process_at_rank(rank);
         to.send(&[self.integers.len() as u64, self.reals.len() as u64][..]);
@@ -62,7 +63,7 @@ impl Message {
         self.reals.chunks(CHUNK).for_each(|chunk| to.send(chunk));
     }
 
-    /// Receives a message that rank 0 sent.
+    /// Receives a message from rank 0.
     pub fn receive(world: &impl CommunicatorCollectives) -> Self {
         let from = world.process_at_rank(0);
         let mut lengths = [0_u64; 2];
@@ -78,13 +79,13 @@ impl Message {
         message
     }
 
-    /// A list: its length, then its items.
+    /// Writes a list: its length, then its items.
     fn list(&mut self, items: impl ExactSizeIterator<Item = u32>) {
         self.integers.push(items.len() as u32);
         self.integers.extend(items);
     }
 
-    /// Named sets: how many, then for each its name and its members.
+    /// Writes named sets: their number, then for each its name and its members.
     fn sets<T>(&mut self, sets: &BTreeMap<String, Vec<T>>, write: impl Fn(&T, &mut Vec<u32>)) {
         self.integers.push(sets.len() as u32);
         for (name, members) in sets {
@@ -97,7 +98,7 @@ impl Message {
     }
 }
 
-/// What is left of a message; `None` everywhere means that it is too short or senseless.
+/// The unread rest of a message. Methods return `None` if it is too short or invalid.
 struct Reader<'a> {
     integers: &'a [u32],
 }
@@ -183,7 +184,7 @@ mod tests {
         }
     }
 
-    /// A local mesh survives the journey, an empty one as well.
+    /// A local mesh is unchanged by serialization, including an empty one.
     #[test]
     fn what_is_packed_is_unpacked() {
         assert_eq!(Message::pack(&sample()).unpack::<2>().expect("whole"), sample());
@@ -200,7 +201,7 @@ mod tests {
         assert_eq!(Message::pack(&empty).unpack::<3>().expect("whole"), empty);
     }
 
-    /// A message that lacks its end is refused, not read beyond.
+    /// A truncated message is rejected and not read beyond its end.
     #[test]
     fn cut_messages_are_refused() {
         let whole = Message::pack(&sample());

@@ -1,4 +1,4 @@
-//! METIS: which part each element belongs to.
+//! METIS: assigns each element to a part.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -7,23 +7,24 @@ use metis::option::{Seed, UFactor};
 use super::graph::Graph;
 use crate::error::{Error, Result};
 
-/// The same mesh gives the same parts, today and tomorrow.
+/// Fixed seed: the same mesh always gives the same parts.
 const SEED: i32 = 20_101;
 
-/// Imbalance in thousandths that is allowed for the sake of ties between elements.
+/// Allowed imbalance in thousandths, so that ties between elements can be kept.
 const SLACK: i32 = 30;
 
-/// METIS draws from the one random generator of the C library: calls on several threads would spoil each other's seed.
+/// METIS uses the single random generator of the C library. Calls on several threads would disturb
+/// each other's seed.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// Up to this many parts recursive bisection cuts better than the k-way scheme.
+/// Up to this number of parts recursive bisection gives better cuts than the k-way scheme.
 const RECURSIVE: usize = 8;
 
-/// The part of each vertex of `graph`, all below `parts` (at least one). Some parts stay empty when there are more
-/// parts than vertices, and may in very small graphs.
+/// The part of each vertex of `graph`; all are below `parts` (at least one). Some parts are empty
+/// if there are more parts than vertices, and possibly in very small graphs.
 ///
 /// # Errors
-/// When METIS fails, which it does for want of memory.
+/// METIS fails, which happens for lack of memory.
 pub fn partition(graph: &Graph, parts: usize) -> Result<Vec<u32>> {
     let vertices = graph.vertices();
     if parts <= 1 {
@@ -33,7 +34,7 @@ pub fn partition(graph: &Graph, parts: usize) -> Result<Vec<u32>> {
         return Ok((0..vertices as u32).collect());
     }
     if graph.neighbours.is_empty() {
-        // Nothing to cut, which METIS does not expect: runs of equal length.
+        // Nothing to partition, which METIS does not support: runs of equal length.
         return Ok((0..vertices).map(|v| (v * parts / vertices) as u32).collect());
     }
     let mut part = vec![0; vertices];
@@ -78,7 +79,7 @@ mod tests {
         (0..parts).map(|p| part.iter().filter(|&&q| q as usize == p).count()).collect()
     }
 
-    /// Any number of parts of any number of vertices: every vertex has a part, and a path is cut into even pieces.
+    /// Any number of parts and vertices: every vertex has a part, and a path is divided evenly.
     #[test]
     fn any_number_of_parts() {
         for n in [0, 1, 2, 3, 5, 8, 40, 200] {
@@ -93,7 +94,7 @@ mod tests {
         }
     }
 
-    /// A graph without edges is spread evenly.
+    /// A graph without edges is distributed evenly.
     #[test]
     fn no_edges() {
         let graph =
@@ -101,8 +102,8 @@ mod tests {
         assert_eq!(sizes(&partition(&graph, 3).expect("spread"), 3), [3, 3, 2]);
     }
 
-    /// Two bodies, each a path, face each other along their length: ties keep facing elements together, where
-    /// without them each body would be a part. Repeated calls agree.
+    /// Two bodies, each a path, face each other along their length. Ties keep facing elements
+    /// together; without ties each body would be a part. Repeated calls agree.
     #[test]
     fn ties_keep_facing_bodies_together() {
         let body = path(32);
@@ -132,7 +133,7 @@ mod tests {
         assert_eq!(sizes(&parts(Some(100)), 2), [32, 32]);
     }
 
-    /// Two loads, one on each half of the path: each part gets its share of both.
+    /// Two loads, one on each half of the path: each part has its share of both.
     #[test]
     fn two_loads_are_balanced_each() {
         let mut graph = path(64);

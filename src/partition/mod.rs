@@ -1,8 +1,9 @@
-//! Who owns what: METIS parts, balanced node ownership, local numbering, and the journey of the mesh from rank 0.
+//! Partitioning: METIS parts, balanced node ownership, local numbering, and distribution of the
+//! mesh from rank 0.
 //!
-//! Rank 0 holds the whole mesh for as long as it takes to cut it up. Elements go to METIS parts; nodes go to one of the
-//! parts that touch them; every rank receives all elements that touch one of its nodes, so that it assembles its rows
-//! without a word from others. See [`distribute()`].
+//! Rank 0 holds the whole mesh until it is partitioned. Elements are assigned to METIS parts, and
+//! nodes to one of the parts that touch them. Every rank receives all elements that touch one of
+//! its nodes, so that it assembles its rows without communication. See [`distribute()`].
 
 mod contact_graph;
 mod distribute;
@@ -32,7 +33,7 @@ pub use report::Report;
 use crate::error::Result;
 use crate::mesh::Mesh;
 
-/// How to partition and number a mesh.
+/// Options for partitioning and numbering a mesh.
 #[derive(Debug, Clone, Default)]
 pub struct Plan {
     /// Loads of the elements and ties between them.
@@ -42,30 +43,38 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// A plan that keeps together what may touch and shares out contact; without couples the plain one.
+    /// A plan that keeps elements together that may touch, and balances contact. Without couples it
+    /// is the default plan.
     ///
-    /// `mesh` is there on rank 0 only, and so is what the plan says. Rigid targets need no couple: they tie no elements
-    /// together, and their points cost too little to pay for a second balance, which lengthens the borders.
+    /// `mesh` is present on rank 0 only, and so is the content of the plan. Rigid targets need no
+    /// couple. They tie no elements together, and their points are too inexpensive to justify a
+    /// second balance, which lengthens the borders.
     ///
     /// # Errors
-    /// When a set does not exist; on rank 0 alone, to be agreed upon.
+    /// A set does not exist. The error occurs on rank 0 only; the ranks must agree on it.
     pub fn for_contact<const D: usize>(mesh: Option<&Mesh<D>>, couples: &[Couple<'_>]) -> Result<Self> {
         let weights = mesh.map_or_else(|| Ok(Weights::default()), |mesh| contact_weights(mesh, couples))?;
         Ok(Self { weights, ..Self::default() })
     }
 }
 
-/// What a rank holds of the mesh.
+/// The part of the mesh on a rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocalMesh<const D: usize> {
-    /// Local numbering: owned nodes first, then ghosts by ascending global number; elements that touch an owned node
-    /// first, then the rank's other elements. Every named set exists on every rank, restricted to what is local. Each
-    /// set of facets or elements exists as a set of points as well, which holds all its local nodes, also those that
-    /// belong to it only by an element that is not local.
+    /// Local numbering:
+    ///
+    /// - Nodes: owned nodes first, then ghosts by ascending global number.
+    /// - Elements: those that touch an owned node first, then the rank's other elements.
+    ///
+    /// Every named set exists on every rank, restricted to its local members. Each set of facets or
+    /// elements also exists as a set of points with all its local nodes. This includes nodes that
+    /// belong to the set only through an element that is not local.
     pub mesh: Mesh<D>,
-    /// Elements `0..assembled` touch an owned node. All of them on all ranks: no row needs help from another rank.
+    /// Elements `0..assembled` touch an owned node. They are complete, so no row needs
+    /// contributions from another rank.
     pub assembled: usize,
-    /// For each element: is it this rank's own? Each element is some rank's own once: for energies, output, counts.
+    /// For each element whether this rank owns it. Exactly one rank owns each element, for
+    /// energies, output and counts.
     pub mine: Vec<bool>,
     /// Global numbers of the nodes.
     pub index: IndexMap,

@@ -1,4 +1,5 @@
-//! Order of the nodes of one rank: locality of memory and the quality of incomplete factors hang on it.
+//! Order of the nodes of one rank. It determines memory locality and the quality of incomplete
+//! factorizations.
 
 use super::lists::Lists;
 use crate::mesh::Mesh;
@@ -6,15 +7,15 @@ use crate::mesh::Mesh;
 /// Order of the nodes of one rank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Ordering {
-    /// As in the input mesh: right for boxes and for generators that number with care.
+    /// As in the input mesh: suitable for boxes and for generators with a good numbering.
     #[default]
     Input,
-    /// Reverse Cuthill-McKee: a small bandwidth for meshes numbered at random.
+    /// Reverse Cuthill-McKee: a small bandwidth for meshes with random numbering.
     ReverseCuthillMckee,
 }
 
 impl Ordering {
-    /// Puts the nodes of one rank, given in the order of the input, into this order.
+    /// Sorts the nodes of one rank, given in the order of the input, into this order.
     pub(super) fn arrange<const D: usize>(self, nodes: &mut [u32], mesh: &Mesh<D>, touching: &Lists<u32>) {
         if self == Self::ReverseCuthillMckee {
             let order = Sweep::new(nodes, mesh, touching).reverse_cuthill_mckee();
@@ -23,10 +24,10 @@ impl Ordering {
     }
 }
 
-/// Breadth-first search over the nodes of one rank, joined where they share an element.
+/// Breadth-first search over the nodes of one rank, which are joined if they share an element.
 struct Sweep<'a, const D: usize> {
     nodes: &'a [u32],
-    /// For each node of the mesh: its place in `nodes`, or [`NOWHERE`].
+    /// For each node of the mesh: its index in `nodes`, or [`NOWHERE`].
     place: Vec<u32>,
     mesh: &'a Mesh<D>,
     touching: &'a Lists<u32>,
@@ -35,7 +36,7 @@ struct Sweep<'a, const D: usize> {
     search: u32,
 }
 
-/// Marks nodes that have found their place.
+/// Marks nodes whose position is determined.
 const PLACED: u32 = u32::MAX;
 
 /// Marks nodes of other ranks.
@@ -48,14 +49,16 @@ impl<'a, const D: usize> Sweep<'a, D> {
         Self { nodes, place, mesh, touching, reached: vec![0; nodes.len()], search: 0 }
     }
 
-    /// Connected pieces one after the other, each from an end of it, and all of it reversed.
+    /// Connected components one after the other, each from a peripheral node; then the whole order
+    /// reversed.
     fn reverse_cuthill_mckee(mut self) -> Vec<u32> {
         let mut order = Vec::with_capacity(self.nodes.len());
         for seed in 0..self.nodes.len() {
             if self.reached[seed] == PLACED {
                 continue;
             }
-            // The last node of a search is far from its seed; the last of a search from there lies at an end.
+            // The last node of a search is far from its seed, and the last node of a search from
+            // there is peripheral.
             let far = self.from(seed).last().map_or(seed, |&place| place);
             let end = self.from(far).last().map_or(far, |&place| place);
             let piece = self.from(end);
@@ -68,7 +71,8 @@ impl<'a, const D: usize> Sweep<'a, D> {
         order
     }
 
-    /// Places in `nodes` of everything connected to `seed`, level by level, within a level by ascending degree.
+    /// Indices in `nodes` of all nodes connected to `seed`, level by level, within a level by
+    /// ascending degree.
     fn from(&mut self, seed: usize) -> Vec<usize> {
         self.search += 1;
         self.reached[seed] = self.search;
@@ -86,7 +90,7 @@ impl<'a, const D: usize> Sweep<'a, D> {
     fn visit_neighbours(&mut self, place: usize, found: &mut Vec<usize>) {
         for &element in self.touching.get(self.nodes[place]) {
             for node in self.mesh.element_nodes(element as usize) {
-                // Beyond the end for nodes of other ranks.
+                // Out of range for nodes of other ranks.
                 let neighbour = self.place[*node as usize] as usize;
                 let Some(reached) = self.reached.get_mut(neighbour).filter(|reached| **reached < self.search)
                 else {
@@ -104,7 +108,7 @@ mod tests {
     use super::*;
     use crate::mesh::ElementKind;
 
-    /// Greatest distance between the places of two nodes of one element.
+    /// Largest distance between the positions of two nodes of one element.
     fn bandwidth(order: &[u32], mesh: &Mesh<2>) -> usize {
         let mut place = vec![0; order.len()];
         order.iter().enumerate().for_each(|(at, &node)| place[node as usize] = at);
@@ -115,7 +119,8 @@ mod tests {
         (0..mesh.element_count()).map(spread).max().unwrap_or(0)
     }
 
-    /// A strip of squares whose nodes are numbered at random gets a bandwidth near that of the orderly strip.
+    /// A strip of squares with randomly numbered nodes gets nearly the bandwidth of the ordered
+    /// strip.
     #[test]
     fn shuffled_strip_is_put_in_order() {
         let length = 50_u32;

@@ -1,17 +1,21 @@
-//! Which rank owns a node: a part that touches it, chosen so that all own about equally many.
+//! Node ownership: a node belongs to a part that touches it, chosen so that all parts own about
+//! equally many nodes.
 
 use std::collections::BTreeMap;
 
 use super::lists::Lists;
 
-/// Times that the borders are shared out, each time in view of what the other borders gave last time.
+/// Number of times that the borders are shared out. Each sweep uses the shares of the other borders
+/// from the previous sweep.
 const SWEEPS: usize = 4;
 
-/// The owner of each node, from the elements `touching` it and the `part` of each element (all below `parts`).
+/// The owner of each node, from the elements `touching` it and the `part` of each element (all
+/// below `parts`).
 ///
-/// Nodes inside a part belong to it. Nodes on the border of the same parts are shared out in runs, in the order of
-/// the input, so that the part with fewer nodes gets more of them: runs rather than turns, because a rank assembles
-/// all elements around its nodes, and turns would make both sides assemble the whole border.
+/// Nodes inside a part belong to it. Nodes on the border of the same parts are shared out in runs,
+/// in the order of the input, so that the part with fewer nodes gets more of them. A rank assembles
+/// all elements around its nodes. If the nodes alternated between the parts, both would assemble
+/// the whole border; runs avoid this.
 pub(super) fn owners(touching: &Lists<u32>, part: &[u32], parts: usize) -> Vec<u32> {
     let mut owner = vec![0; touching.count()];
     let mut load = vec![0; parts];
@@ -43,7 +47,7 @@ pub(super) fn owners(touching: &Lists<u32>, part: &[u32], parts: usize) -> Vec<u
     owner
 }
 
-/// How many of the nodes of each border each of its parts gets.
+/// Number of nodes of each border that each of its parts gets.
 fn share_out<'a>(
     borders: &'a BTreeMap<Vec<u32>, Vec<u32>>,
     load: &mut [usize],
@@ -59,7 +63,8 @@ fn share_out<'a>(
     all.into_iter()
 }
 
-/// How many of `count` nodes each of `parts` gets, each going to the one that has fewest; adds them to the loads.
+/// Number of the `count` nodes that each of `parts` gets; each node goes to the part with the
+/// fewest. Adds them to the loads.
 fn shares(parts: &[u32], count: usize, load: &mut [usize]) -> Vec<usize> {
     let mut shares = vec![0; parts.len()];
     for _ in 0..count {
@@ -85,14 +90,14 @@ mod tests {
         Lists::collect(elements as usize + 1, pairs)
     }
 
-    /// A node belongs to a part that touches it, and the part with fewer nodes takes the one between them.
+    /// A node belongs to a part that touches it, and the part with fewer nodes gets the shared one.
     #[test]
     fn smaller_part_takes_the_border() {
         assert_eq!(owners(&chain(4), &[0, 0, 0, 1], 2), [0, 0, 0, 1, 1]);
         assert_eq!(owners(&chain(4), &[0, 1, 1, 1], 2), [0, 0, 1, 1, 1]);
     }
 
-    /// A long border between equal parts is halved into two runs.
+    /// A long border between equal parts is divided into two runs.
     #[test]
     fn border_is_shared_out_in_runs() {
         // Elements 0 and 1 share all their ten nodes.

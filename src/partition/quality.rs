@@ -1,4 +1,4 @@
-//! What a cut of the mesh is worth: balance, and what it parts.
+//! Quality of a partition: balance, and cut edges and ties.
 
 use super::graph::{ElementWeights, Graph, Pair};
 use super::metis::partition;
@@ -11,18 +11,18 @@ use crate::mesh::Mesh;
 pub struct Quality {
     /// Elements of each part.
     pub elements: Vec<u64>,
-    /// Contact load of each part: its contactor facets; zeros where contact is no load.
+    /// Contact load of each part: its contactor facets; zeros if contact is not a load.
     pub contact: Vec<u64>,
     /// Sides between elements of different parts.
     pub edge_cut: i64,
     /// Ties between elements that may touch.
     pub pairs: u64,
-    /// Those of them between different parts.
+    /// Ties between different parts.
     pub pairs_cut: u64,
 }
 
 impl Quality {
-    /// Of the parts that a graph of this mesh and these weights was cut into.
+    /// Quality of the parts of a graph with these weights.
     pub(super) fn new(graph: &Graph, weights: &Weights, part: &[u32], parts: usize) -> Self {
         let apart = |pair: &&Pair| part[pair.elements[0] as usize] != part[pair.elements[1] as usize];
         let parted = || weights.pairs.iter().filter(apart);
@@ -42,37 +42,37 @@ impl Quality {
         quality
     }
 
-    /// Of the parts into which `plan` cuts a mesh. Not collective.
+    /// Quality of the parts into which `plan` divides a mesh. Not collective.
     ///
     /// # Errors
-    /// As [`partition`].
+    /// The errors of [`partition`].
     pub fn of_plan<const D: usize>(mesh: &Mesh<D>, plan: &Plan, parts: usize) -> Result<Self> {
         let graph = Graph::dual(mesh, &plan.weights)?;
         Ok(Self::new(&graph, &plan.weights, &partition(&graph, parts)?, parts))
     }
 
-    /// Of the parts that come out when METIS does not see contact, measured as those that `plan` makes: what the ties
-    /// and loads of contact gain. Not collective.
+    /// Quality of the parts without contact in the graph, measured with the ties and loads of
+    /// `plan`. A comparison shows the gain from contact weights. Not collective.
     ///
     /// # Errors
-    /// As [`partition`].
+    /// The errors of [`partition`].
     pub fn of_plain<const D: usize>(mesh: &Mesh<D>, plan: &Plan, parts: usize) -> Result<Self> {
         let part = partition(&Graph::dual(mesh, &Weights::default())?, parts)?;
         Ok(Self::new(&Graph::dual(mesh, &plan.weights)?, &plan.weights, &part, parts))
     }
 
-    /// Elements of the fullest part over the mean; 1 is perfect.
+    /// Largest number of elements of a part divided by the mean; 1 is perfect.
     pub fn element_imbalance(&self) -> f64 {
         imbalance(&self.elements)
     }
 
-    /// Contact load of the most loaded part over the mean; 1 is perfect.
+    /// Largest contact load of a part divided by the mean; 1 is perfect.
     pub fn contact_imbalance(&self) -> f64 {
         imbalance(&self.contact)
     }
 }
 
-/// The most over the mean; 1 where there is nothing.
+/// Maximum divided by the mean; 1 if there is no load.
 pub(super) fn imbalance(loads: &[u64]) -> f64 {
     let total: u64 = loads.iter().sum();
     let most = loads.iter().max().copied().unwrap_or(0);

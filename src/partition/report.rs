@@ -1,4 +1,4 @@
-//! How evenly the mesh was shared out.
+//! Balance of the distributed mesh.
 
 use std::fmt;
 
@@ -7,29 +7,29 @@ use mpi::traits::{CommunicatorCollectives, Root};
 use super::quality::imbalance;
 use super::{LocalMesh, Quality};
 
-/// What each rank got; the same on all ranks.
+/// Share of each rank, the same on all ranks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Report {
     /// Elements that belong to each rank.
     pub elements: Vec<u64>,
-    /// Elements that each rank assembles; more than its own by those that it shares with others.
+    /// Elements that each rank assembles: its own and those that it shares with others.
     pub assembled: Vec<u64>,
     /// Nodes that each rank owns.
     pub owned: Vec<u64>,
-    /// Nodes that each rank holds copies of.
+    /// Ghost nodes of each rank.
     pub ghosts: Vec<u64>,
     /// Sides between elements of different ranks.
     pub edge_cut: i64,
-    /// Contactor facets, as far as they were made a load to balance, of each rank's elements.
+    /// Contactor facets of each rank's elements, if they are a load to balance.
     pub contact: Vec<u64>,
     /// Pairs of elements that are tied because they may touch.
     pub pairs: u64,
-    /// Those of them whose elements belong to different ranks.
+    /// Pairs whose elements belong to different ranks.
     pub pairs_cut: u64,
 }
 
 impl Report {
-    /// Collects the report. Collective. `quality` counts on rank 0 only.
+    /// Collects the report. Collective. `quality` is used on rank 0 only.
     pub(super) fn gather<const D: usize>(
         world: &impl CommunicatorCollectives,
         local: &LocalMesh<D>,
@@ -56,17 +56,17 @@ impl Report {
         }
     }
 
-    /// Nodes of the fullest rank over the mean; 1 is perfect.
+    /// Largest number of nodes of a rank divided by the mean; 1 is perfect.
     pub fn imbalance(&self) -> f64 {
         imbalance(&self.owned)
     }
 
-    /// Elements of the rank with most of them over the mean; 1 is perfect.
+    /// Largest number of elements of a rank divided by the mean; 1 is perfect.
     pub fn element_imbalance(&self) -> f64 {
         imbalance(&self.elements)
     }
 
-    /// Contactor facets of the rank with most of them over the mean; 1 is perfect.
+    /// Largest number of contactor facets of a rank divided by the mean; 1 is perfect.
     pub fn contact_imbalance(&self) -> f64 {
         imbalance(&self.contact)
     }
@@ -101,7 +101,7 @@ impl fmt::Display for Report {
 mod tests {
     use super::*;
 
-    /// The report says how much fuller the fullest rank is, also when there is nothing at all.
+    /// The report gives the imbalance of the largest rank, also for an empty mesh.
     #[test]
     fn imbalance_is_that_of_the_fullest_rank() {
         let report = |owned: &[u64]| Report {

@@ -1,26 +1,28 @@
-//! A call of PETSc, and how its error code becomes a sentence.
+//! Calls to PETSc, and conversion of its error codes to messages.
 
 use crate::error::{Error, Result};
 use petsc_sys as sys;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::sync::{Mutex, PoisonError};
 
-/// Calls one function of PETSc and turns its code into a [`Result`].
+/// Calls one function of PETSc and converts its error code to a [`Result`].
 ///
-/// The arguments must fulfil what PETSc's documentation of that function asks for.
+/// The arguments must satisfy the requirements in PETSc's documentation of that function.
 macro_rules! petsc {
     ($function:ident ( $($argument:expr),* $(,)? )) => {{
-        // SAFETY: handles are alive while their owner is, and each call site passes what the function documents.
+        // SAFETY: handles are alive while their owner is, and each call site passes what the
+        // function documents.
         let code = unsafe { petsc_sys::$function($($argument),*) };
         $crate::petsc::call::check(stringify!($function), code)
     }};
 }
 pub(super) use petsc;
 
-/// What PETSc said about the error that is on its way up, innermost first.
+/// PETSc's messages about the error that is currently propagated, innermost first.
 static DETAIL: Mutex<Option<String>> = Mutex::new(None);
 
-/// An error naming the function, the code, PETSc's text for it and what PETSc said at the place where it arose.
+/// Returns an error with the function, the code, PETSc's text for it and PETSc's message from the
+/// location of the error.
 pub(super) fn check(function: &str, code: sys::PetscErrorCode) -> Result<()> {
     if code == sys::SUCCESS {
         return Ok(());
@@ -33,22 +35,22 @@ pub(super) fn check(function: &str, code: sys::PetscErrorCode) -> Result<()> {
     Err(Error::internal(message))
 }
 
-/// Keeps what a callback of ours has to say, for the error of the call that ran it.
+/// Stores the message of a callback for the error of the call that ran it.
 pub(super) fn keep_detail(detail: String) {
     DETAIL.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(detail);
 }
 
-/// Takes away what PETSc said about the last error.
+/// Removes and returns PETSc's message about the last error.
 pub(super) fn take_detail() -> Option<String> {
     DETAIL.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
-/// PETSc's own words for a code.
+/// PETSc's text for a code.
 fn text(code: sys::PetscErrorCode) -> String {
     let mut words: *const c_char = std::ptr::null();
-    // SAFETY: PETSc hands out a pointer to a constant string, or null for a code that it does not know.
+    // SAFETY: PETSc returns a pointer to a constant string, or null for an unknown code.
     let known = unsafe { sys::PetscErrorMessage(code, &mut words, std::ptr::null_mut()) } == sys::SUCCESS;
-    // SAFETY: as above.
+    // SAFETY: PETSc's text for a code is a constant string, and it is not null here.
     if known && !words.is_null() { unsafe { string(words) } } else { "unknown error".to_owned() }
 }
 
@@ -64,7 +66,8 @@ pub(super) unsafe fn string(words: *const c_char) -> String {
     unsafe { CStr::from_ptr(words) }.to_string_lossy().into_owned()
 }
 
-/// Error handler for PETSc that prints nothing and keeps the first message, so that we can say it once.
+/// Error handler for PETSc. It prints nothing and stores the first message, so that the program
+/// reports it once.
 pub(super) unsafe extern "C" fn quiet_handler(
     _comm: sys::MPI_Comm,
     _line: c_int,

@@ -1,10 +1,12 @@
-//! How many matrices and vectors this rank owns at present, and their memory: what a case does not need is not there.
+//! Current number of matrices and vectors on this rank, and their memory. They show
+//! whether a case allocates objects that it does not need.
 //!
-//! PETSc's own (factors, levels of multigrid, bases of Krylov methods) are not counted; `-log_view` tells of those.
+//! PETSc's internal objects (factors, multigrid levels, bases of Krylov methods) are not counted;
+//! `-log_view` reports them.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// What is counted.
+/// Kind of object that is counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A [`Matrix`](super::Matrix).
@@ -13,7 +15,7 @@ pub enum Kind {
     Vector,
 }
 
-/// Objects that are there, and their memory \[bytes\].
+/// Existing objects and their memory \[bytes\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Census {
     /// Number.
@@ -25,7 +27,7 @@ pub struct Census {
 /// Number and bytes of matrices, then of vectors.
 static COUNTS: [AtomicU64; 4] = [const { AtomicU64::new(0) }; 4];
 
-/// Those of a kind on this rank.
+/// Objects of a kind on this rank.
 pub fn census(kind: Kind) -> Census {
     let [count, bytes] = counters(kind);
     Census { count: count.load(Relaxed), bytes: bytes.load(Relaxed) }
@@ -36,7 +38,7 @@ fn counters(kind: Kind) -> [&'static AtomicU64; 2] {
     [&COUNTS[first], &COUNTS[first + 1]]
 }
 
-/// A thing without memory is none.
+/// Counts a new object. An object without memory is not counted.
 pub(super) fn made(kind: Kind, bytes: usize) {
     let [count, sum] = counters(kind);
     count.fetch_add(u64::from(bytes > 0), Relaxed);

@@ -1,11 +1,11 @@
-//! What a phase of the run has counted so far.
+//! Totals of a phase of the run.
 
 use std::cell::Cell;
 use std::time::Duration;
 
 use petsc_sys as sys;
 
-/// What all events of one name count together; the session keeps them.
+/// Totals of all events with one name; the session stores them.
 pub(super) struct EventTotals {
     pub name: String,
     pub id: sys::PetscLogEvent,
@@ -15,7 +15,7 @@ pub(super) struct EventTotals {
 }
 
 impl EventTotals {
-    /// Begins to count anew.
+    /// Resets the totals.
     pub(super) fn forget(&self) {
         self.seconds.set(Duration::ZERO);
         self.calls.set(0);

@@ -1,4 +1,4 @@
-//! Phases of the run: PETSc log events (`-log_view`) that also keep their own wall time.
+//! Phases of the run: PETSc log events (`-log_view`) that also measure their wall time.
 
 use super::call::petsc;
 use super::event_totals::EventTotals;
@@ -10,7 +10,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 use std::time::Instant;
 
-/// A named phase. Cheap to clone: all clones count together.
+/// A named phase. Clones are cheap and share one count.
 #[derive(Clone)]
 pub struct Event {
     shared: Rc<EventTotals>,
@@ -18,10 +18,11 @@ pub struct Event {
 }
 
 impl Event {
-    /// The phase of that name, one word as in `ElementKernels`; all events of one name count together.
+    /// The phase with this name, a single word such as `ElementKernels`. All events with one name
+    /// share one count.
     ///
     /// # Errors
-    /// PETSc can not register it.
+    /// PETSc cannot register it.
     pub fn register(session: &Rc<Session>, name: &str) -> Result<Self> {
         let own = |shared: &Rc<EventTotals>| Self { shared: Rc::clone(shared), _session: Rc::clone(session) };
         if let Some(known) = session.events().borrow().iter().find(|shared| shared.name == name) {
@@ -42,12 +43,14 @@ impl Event {
         Ok(own(&shared))
     }
 
-    /// Begins the phase; it ends when the returned guard is dropped. A phase within itself counts once.
+    /// Begins the phase; it ends when the returned guard is dropped. A nested phase of the same
+    /// name counts once.
     #[must_use = "the phase ends when the guard is dropped"]
     pub fn begin(&self) -> Running {
         let shared = Rc::clone(&self.shared);
         shared.depth.set(shared.depth.get() + 1);
-        // SAFETY: the event is registered. A failure of the log is not worth the run.
+        // SAFETY: the event is registered. A failure of the log does not justify a failure of the
+        // run.
         unsafe { sys::contact_log_begin(shared.id) };
         Running { shared, since: Instant::now() }
     }
@@ -58,7 +61,8 @@ impl Event {
         work()
     }
 
-    /// Wall time on this rank \[s\] and calls of the phase of that name; zero where there is none.
+    /// Wall time on this rank \[s\] and calls of the phase with this name; zero if there is no such
+    /// phase.
     pub fn totals(session: &Session, name: &str) -> (f64, u64) {
         let events = session.events().borrow();
         let found = events.iter().find(|shared| shared.name == name);
@@ -75,13 +79,13 @@ impl Event {
         self.shared.seconds.get().as_secs_f64()
     }
 
-    /// How often the phase was entered.
+    /// Number of times the phase was entered.
     pub fn calls(&self) -> u64 {
         self.shared.calls.get()
     }
 }
 
-/// A phase that is going on.
+/// A running phase.
 pub struct Running {
     shared: Rc<EventTotals>,
     since: Instant,
@@ -90,7 +94,7 @@ pub struct Running {
 impl Drop for Running {
     fn drop(&mut self) {
         let shared = &self.shared;
-        // SAFETY: as at the beginning.
+        // SAFETY: the event is registered, as at its beginning.
         unsafe { sys::contact_log_end(shared.id) };
         shared.depth.set(shared.depth.get() - 1);
         if shared.depth.get() == 0 {

@@ -1,4 +1,4 @@
-//! A linear solver: Krylov method and preconditioner, chosen by PETSc's options.
+//! A linear solver: Krylov method and preconditioner, selected by PETSc's options.
 
 use super::call::{check, petsc, take_detail};
 use super::operator::Operator;
@@ -12,10 +12,11 @@ use petsc_sys as sys;
 use std::ptr::null_mut;
 use std::rc::Rc;
 
-/// A linear solver under an options prefix.
+/// A linear solver with an options prefix.
 ///
-/// The program's choices enter PETSc's options database while the solver needs them and leave it again, so solvers of
-/// one prefix do not disturb each other, and what remains in the database is the user's. The user's options win.
+/// The program's settings are in PETSc's options database only while the solver needs them. Solvers
+/// with one prefix therefore do not disturb each other, and only the user's options remain in the
+/// database. The user's options take precedence.
 pub struct Krylov {
     session: Rc<Session>,
     prefix: String,
@@ -24,7 +25,8 @@ pub struct Krylov {
 }
 
 impl Krylov {
-    /// A solver that listens to options with the prefix, as in `contact_ksp_type`; empty for the main one. Collective.
+    /// A solver that reads options with the prefix, as in `contact_ksp_type`; the prefix of the
+    /// main solver is empty. Collective.
     ///
     /// # Errors
     /// PETSc fails.
@@ -33,8 +35,9 @@ impl Krylov {
         Ok(Self { session: Rc::clone(session), prefix: prefix.to_owned(), raw, defaults: Vec::new() })
     }
 
-    /// Starts afresh with these options (names without dash and prefix, as in `("pc_type", "asm")`, empty value for a
-    /// flag), each unless the user gave it. Operators and tolerances must be set again. Collective.
+    /// Recreates the solver with these options (names without dash and prefix, as in `("pc_type",
+    /// "asm")`, empty value for a flag). Options given by the user take precedence. Operators and
+    /// tolerances must be set again. Collective.
     ///
     /// # Errors
     /// PETSc does not know a value.
@@ -49,7 +52,8 @@ impl Krylov {
         self.with_defaults(|| petsc!(KSPSetFromOptions(raw))).map_err(|error| self.blame(error))
     }
 
-    /// Where the user gave options to this solver its refusal is about them, not a fault of the program.
+    /// Attributes an error to the user's options if there are any for this solver; otherwise it is
+    /// a fault of the program.
     fn blame(&self, error: Error) -> Error {
         let given = self.session.given(&self.prefix);
         if given.is_empty() {
@@ -59,7 +63,7 @@ impl Krylov {
             .hint(&format!("these PETSc options of yours apply here: {}", given.join(" ")))
     }
 
-    /// Runs what may read options while the program's choices are in the database.
+    /// Runs a function that may read options while the program's settings are in the database.
     fn with_defaults<R>(&self, run: impl FnOnce() -> Result<R>) -> Result<R> {
         for (name, value) in &self.defaults {
             insert(name, value)?;
@@ -71,18 +75,20 @@ impl Krylov {
         answer
     }
 
-    /// Solves with `operator`, preconditions with `preconditioner`; both are looked at again in the next solve. Collective.
+    /// Sets the matrix `operator` to solve with and the matrix `preconditioner` to precondition
+    /// with. The next solve uses their current values. Collective.
     ///
     /// # Errors
-    /// The sizes do not fit.
+    /// The sizes do not match.
     pub fn set_operators(&mut self, operator: &impl Operator, preconditioner: &impl Operator) -> Result<()> {
         petsc!(KSPSetOperators(self.raw, operator.raw(), preconditioner.raw()))
     }
 
-    /// Relative and absolute tolerance of the residual and the most iterations; what the user gave stays.
+    /// Sets the relative and absolute tolerance of the residual and the maximum number of
+    /// iterations. Values given by the user are kept.
     ///
     /// # Errors
-    /// A tolerance out of range.
+    /// A tolerance is out of range.
     pub fn set_tolerances(&mut self, relative: f64, absolute: f64, iterations: usize) -> Result<()> {
         let (mut rtol, mut atol, mut dtol, mut most) = (0.0, 0.0, 0.0, 0);
         petsc!(KSPGetTolerances(self.raw, &mut rtol, &mut atol, &mut dtol, &mut most))?;
@@ -93,7 +99,7 @@ impl Krylov {
         petsc!(KSPSetTolerances(self.raw, rtol, atol, dtol, most))
     }
 
-    /// The relative tolerance in force: the user's where the user gave one.
+    /// The effective relative tolerance: the user's value if there is one.
     ///
     /// # Errors
     /// PETSc fails.
@@ -103,10 +109,10 @@ impl Krylov {
         Ok(rtol)
     }
 
-    /// Builds the preconditioner (factorises) now instead of in the next solve. Collective.
+    /// Builds the preconditioner (factorizes) now instead of in the next solve. Collective.
     ///
     /// # Errors
-    /// PETSc fails; a zero pivot is no error here, the solve tells of it.
+    /// PETSc fails. A zero pivot is not an error here; the solve reports it.
     pub fn set_up(&mut self) -> Result<()> {
         self.with_defaults(|| petsc!(KSPSetUp(self.raw))).map_err(|error| self.blame(error))
     }
@@ -114,11 +120,12 @@ impl Krylov {
     /// Solves `A x = b`, starting from zero. Collective.
     ///
     /// # Errors
-    /// PETSc fails otherwise than by not converging.
+    /// PETSc fails for a reason other than lack of convergence.
     pub fn solve(&mut self, b: &Vector, x: &mut Vector) -> Result<Outcome> {
         // SAFETY: all three handles are alive.
         let code = self.with_defaults(|| Ok(unsafe { sys::KSPSolve(self.raw, b.raw(), x.raw()) }))?;
-        // Some factorisations tell of a zero pivot by code, which for us is a solve that failed.
+        // Some factorizations report a zero pivot by an error code, which is treated as a failed
+        // solve.
         if [sys::ERROR_ZERO_PIVOT_LU, sys::ERROR_ZERO_PIVOT_CHOLESKY].contains(&code) {
             let _ = take_detail();
             return Ok(Outcome { iterations: 0, reason: Reason::PreconditionerFailed, residual: f64::NAN });
@@ -133,7 +140,7 @@ impl Krylov {
         Ok(Outcome { iterations: iterations as usize, reason: Reason::new(reason), residual })
     }
 
-    /// Keeps the preconditioner although the matrix changes.
+    /// Sets whether the preconditioner is kept when the matrix changes.
     ///
     /// # Errors
     /// PETSc fails.
@@ -142,7 +149,7 @@ impl Krylov {
         petsc!(KSPSetReusePreconditioner(self.raw, flag))
     }
 
-    /// Starts from the given `x` instead of zero.
+    /// Sets whether the iteration starts from the given `x` or from zero.
     ///
     /// # Errors
     /// PETSc fails.
@@ -151,9 +158,10 @@ impl Krylov {
         petsc!(KSPSetInitialGuessNonzero(self.raw, flag))
     }
 
-    /// Preconditions by `apply(x, y)`, which makes `y` about `A^-1 x`; to be called after `configure`.
+    /// Sets the preconditioner to `apply(x, y)`, which computes `y`, an approximation of `A^-1 x`.
+    /// Call it after `configure`.
     ///
-    /// The closure runs on all ranks together; if it fails it must fail on all.
+    /// The closure runs on all ranks together. If it fails, it must fail on all ranks.
     ///
     /// # Errors
     /// PETSc fails.
@@ -164,7 +172,7 @@ impl Krylov {
         ShellPreconditioner::install(&self.session, self.preconditioner()?, Box::new(apply))
     }
 
-    /// Frees factors and work vectors; options stay, operators must be set again. Collective.
+    /// Frees factors and work vectors. Options are kept; operators must be set again. Collective.
     ///
     /// # Errors
     /// PETSc fails.
@@ -172,7 +180,8 @@ impl Krylov {
         petsc!(KSPReset(self.raw))
     }
 
-    /// Type of the Krylov method and of the preconditioner, as in `("gmres", "asm")`; empty while not known.
+    /// Type of the Krylov method and of the preconditioner, as in `("gmres", "asm")`; empty if not
+    /// yet known.
     ///
     /// # Errors
     /// PETSc fails.
@@ -180,11 +189,11 @@ impl Krylov {
         let (mut method, mut kind) = (std::ptr::null(), std::ptr::null());
         petsc!(KSPGetType(self.raw, &mut method))?;
         petsc!(PCGetType(self.preconditioner()?, &mut kind))?;
-        // SAFETY: PETSc hands out null or strings that live as long as the objects.
+        // SAFETY: PETSc returns null or strings that live as long as the objects.
         Ok(unsafe { (super::call::string(method), super::call::string(kind)) })
     }
 
-    /// PETSc's preconditioner, alive as long as `self` is not configured anew.
+    /// PETSc's preconditioner. It is valid until `self` is configured again.
     ///
     /// # Errors
     /// PETSc fails.
@@ -206,7 +215,7 @@ fn create(session: &Session, prefix: &str) -> Result<sys::KSP> {
 
 impl Drop for Krylov {
     fn drop(&mut self) {
-        // SAFETY: the handle is ours, and PETSc runs since we hold the session.
+        // SAFETY: we own the handle, and PETSc is running because we hold the session.
         unsafe { sys::KSPDestroy(&mut self.raw) };
     }
 }

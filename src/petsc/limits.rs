@@ -1,4 +1,5 @@
-//! Limits of the system for this process, as `ulimit` sets them, under which the libraries would fail in their own ways.
+//! System limits of this process, as set by `ulimit`, at which libraries would fail with obscure
+//! errors.
 
 use std::ffi::{CStr, c_char, c_int};
 use std::os::unix::process::parent_id;
@@ -7,34 +8,39 @@ use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
 
 use crate::error::{Error, Result};
 
-/// Run by the loader before the libraries begin, that is before their constructors.
+/// The loader runs this before the constructors of the libraries.
 #[used]
 #[unsafe(link_section = ".preinit_array")]
 static BEGIN: extern "C" fn(c_int, Strings, Strings) = begin_frugally;
 
-/// Strings of C, with a null behind the last.
+/// C strings, terminated by a null pointer.
 type Strings = *const *const c_char;
 
-/// Variables that make libraries frugal with memory, each with those by which a user decides otherwise.
+/// Environment variables that reduce the memory use of libraries. Each is listed with the variables
+/// by which a user chooses otherwise.
 const FRUGAL: [(&CStr, &[&[u8]]); 2] = [
     (c"OPENBLAS_NUM_THREADS=1", &[b"OPENBLAS_NUM_THREADS=", b"GOTO_NUM_THREADS=", b"OMP_NUM_THREADS="]),
     (c"MALLOC_ARENA_MAX=1", &[b"MALLOC_ARENA_MAX="]),
 ];
 
-/// Where memory is limited, starts the program again with the variables of [`FRUGAL`] that the user has not decided.
+/// If memory is limited, restarts the program with the variables of [`FRUGAL`] that the user has
+/// not set.
 ///
-/// OpenBLAS starts a thread a core as it is loaded, and tries for ever to get memory for them if there is too little. By the
-/// time `main` runs it is too late. The C library reserves 64 MiB or more for each thread of MPI.
+/// When it is loaded, OpenBLAS starts one thread per core. If there is too little memory for them,
+/// it retries forever. By the time `main` runs it is too late. The C library reserves 64 MiB or
+/// more for each thread of MPI.
 ///
-/// Setting a variable here has no effect: the C library takes the environment of the process only after this function.
+/// Setting a variable here has no effect, because the C library reads the environment of the
+/// process only after this function.
 extern "C" fn begin_frugally(_: c_int, arguments: Strings, environment: Strings) {
     let is_limited = |limit| getrlimit(limit).is_ok_and(|(soft, _)| soft != RLIM_INFINITY);
     if !is_limited(Resource::RLIMIT_AS) && !is_limited(Resource::RLIMIT_DATA) {
         return;
     }
-    // SAFETY: the loader passes arrays of strings that end with a null, and both live as long as the process. The path of the
-    // program is such a string too; it is the loader's own if that was started as a program, which then has no base.
-    // If `execve` fails, nothing has happened.
+    // SAFETY: the loader passes arrays of strings that end with a null, and both live as long as
+    // the process. The path of the program is such a string too. If the loader was started as a
+    // program, the path is its own and there is no base address. If `execve` fails, it has no
+    // effect.
     unsafe {
         let mut variables: Vec<*const c_char> =
             (0..).map(|k| *environment.add(k)).take_while(|variable| !variable.is_null()).collect();
@@ -51,21 +57,22 @@ extern "C" fn begin_frugally(_: c_int, arguments: Strings, environment: Strings)
     }
 }
 
-/// From now on a file that would grow beyond the limit of `ulimit -f` is an error of the write, not the end of the process.
+/// Makes a write beyond the limit of `ulimit -f` return an error instead of ending the process.
 pub fn outlive_file_limits() {
-    // SAFETY: ignores a signal, for which nothing else has an action.
+    // SAFETY: ignores a signal for which there is no other handler.
     unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
 }
 
-/// Size of a file through which Open MPI's processes on a host share memory \[bytes\]. The process that starts the others makes
-/// it, and gives up below this limit (Open MPI 4.1.4: 4095 KiB fail, 4096 KiB do).
+/// Size of a file through which Open MPI's processes on a host share memory \[bytes\]. The
+/// launching process creates it and fails below this limit (Open MPI 4.1.4: 4095 KiB fail, 4096 KiB
+/// succeed).
 const SHARED: u64 = 4 << 20;
 
-/// Makes sure that MPI may make the files that it shares memory by: it would end this process by itself, with code 1 and
-/// messages about its own parts.
+/// Checks that MPI can create its shared-memory files. Otherwise MPI would end this process with
+/// code 1 and messages about its internals.
 ///
 /// # Errors
-/// There is too small a limit on the size of files.
+/// The limit on the size of files is too small.
 pub(super) fn require_file_size() -> Result<()> {
     let own = getrlimit(Resource::RLIMIT_FSIZE).map_or(RLIM_INFINITY, |(limit, _)| limit);
     let is_started_by_mpirun = std::env::var_os("OMPI_COMM_WORLD_RANK").is_some();
@@ -77,7 +84,7 @@ pub(super) fn require_file_size() -> Result<()> {
     Err(Error::file(text).hint("raise the limit by `ulimit -f unlimited`"))
 }
 
-/// The limit on the size of files of the process that started this one \[bytes\].
+/// The file size limit of the parent process \[bytes\].
 fn parents_file_size() -> u64 {
     let limits = std::fs::read_to_string(format!("/proc/{}/limits", parent_id())).unwrap_or_default();
     let line = limits.lines().find_map(|line| line.strip_prefix("Max file size"));

@@ -1,4 +1,4 @@
-//! A distributed block matrix of fixed pattern, filled in place.
+//! A distributed block matrix with a fixed pattern, filled in place.
 
 use super::call::petsc;
 use super::census::{self, Kind};
@@ -13,10 +13,10 @@ use petsc_sys as sys;
 use std::ptr::{null, null_mut};
 use std::rc::Rc;
 
-/// What a matrix promises about its symmetry; kept while its values change.
+/// Symmetry properties of a matrix, which are kept when its values change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Symmetry {
-    /// Nothing.
+    /// No symmetry.
     None,
     /// Symmetric, possibly indefinite.
     Symmetric,
@@ -24,49 +24,53 @@ pub enum Symmetry {
     PositiveDefinite,
 }
 
-/// A square matrix of blocks, distributed by rows as vectors are.
+/// A square block matrix, distributed by rows in the same way as vectors.
 pub struct Matrix {
     session: Rc<Session>,
     raw: sys::Mat,
-    /// Diagonal and off-diagonal part; the latter is null on a single rank. Owned by `raw`.
+    /// Diagonal and off-diagonal part. The latter is null on a single rank. Owned by `raw`.
     parts: [sys::Mat; 2],
     format: Format,
     block_size: usize,
     pattern: Rc<BlockPattern>,
     scatter: Scatter,
-    /// The census knows of it.
+    /// Whether the census counts it.
     counted: bool,
 }
 
 impl Matrix {
-    /// A zero matrix of the pattern, `pattern.block_size` (1, 2 or 3) values a node. Collective.
+    /// A zero matrix with this pattern and `pattern.block_size` (1, 2 or 3) values per node.
+    /// Collective.
     ///
     /// # Errors
-    /// A malformed pattern, more than 2^31 values on a rank, no memory.
+    /// The pattern is malformed, there are more than 2^31 values on a rank, or there is not enough
+    /// memory.
     pub fn new(session: &Rc<Session>, pattern: &Rc<BlockPattern>, format: Format) -> Result<Self> {
         Self::build(session, pattern, pattern.block_size, format)
     }
 
-    /// A zero AIJ matrix of the pattern with one value a node, whatever the pattern's block size. Collective.
+    /// A zero AIJ matrix with this pattern and one value per node, for any block size of the
+    /// pattern. Collective.
     ///
     /// # Errors
-    /// As [`Matrix::new`].
+    /// The errors of [`Matrix::new`].
     pub fn scalar(session: &Rc<Session>, pattern: &Rc<BlockPattern>) -> Result<Self> {
         Self::build(session, pattern, 1, Format::Aij)
     }
 
-    /// A zero matrix of the same pattern and storage, with the same rigid-body modes. Collective.
+    /// A zero matrix with this pattern and storage and the same rigid-body modes. Collective.
     ///
     /// # Errors
-    /// No memory.
+    /// There is not enough memory.
     pub fn like(&self) -> Result<Self> {
         self.like_stored_as(self.format)
     }
 
-    /// A zero matrix of the same pattern with the same rigid-body modes in a storage of its own. Collective.
+    /// A zero matrix with this pattern and the same rigid-body modes, but another storage format.
+    /// Collective.
     ///
     /// # Errors
-    /// No memory.
+    /// There is not enough memory.
     pub fn like_stored_as(&self, format: Format) -> Result<Self> {
         let twin = Self::build(&self.session, &self.pattern, self.block_size, format)?;
         let mut modes = null_mut();
@@ -75,15 +79,16 @@ impl Matrix {
         Ok(twin)
     }
 
-    /// Products row by row instead of by groups of like rows: faster for blocks of three. AIJ only.
+    /// Computes products row by row instead of by groups of rows with equal structure, which is
+    /// faster for blocks of three. AIJ only.
     ///
     /// # Errors
-    /// PETSc refuses the option.
+    /// PETSc rejects the option.
     pub fn ungroup_rows(&mut self) -> Result<()> {
         petsc!(MatSetOption(self.raw, sys::MAT_USE_INODES, sys::PETSC_FALSE))
     }
 
-    /// A further owner of the matrix, to multiply with.
+    /// An additional owner of the matrix, for multiplications.
     ///
     /// # Errors
     /// PETSc fails.
@@ -91,11 +96,12 @@ impl Matrix {
         SharedOperator::new(&self.session, self.raw)
     }
 
-    /// Adds `factor` times the largest diagonal entry of each node to the directions of `normals`, unit vectors or zero
-    /// at the owned nodes: what is then solved for hardly moves along them. Collective.
+    /// Adds `factor` times the largest diagonal entry of each node in the directions of `normals`,
+    /// which are unit vectors or zero at the owned nodes. Solutions then have almost no component
+    /// in these directions. Collective.
     ///
     /// # Errors
-    /// PETSc refuses its arrays or the assembly.
+    /// PETSc rejects its arrays or the assembly.
     pub fn hold_directions(&mut self, normals: &Vector, factor: f64) -> Result<()> {
         let (size, first) = (self.block_size, self.pattern.first_row);
         let mut diagonal = normals.like()?;
@@ -147,7 +153,7 @@ impl Matrix {
         petsc!(MatSetSizes(raw, rows, rows, sys::DETERMINE, sys::DETERMINE))?;
         petsc!(MatSetBlockSize(raw, size))?;
         petsc!(MatSetType(raw, type_name(self.format).as_ptr()))?;
-        // Of each pair the call for the other number of ranks does nothing.
+        // In each pair, the call for the other case (one or several ranks) does nothing.
         match self.format {
             Format::Aij => {
                 let (offsets, columns) = scalar_rows(&self.pattern, self.block_size);
@@ -161,7 +167,7 @@ impl Matrix {
                 petsc!(MatMPIBAIJSetPreallocationCSR(raw, size, offsets.as_ptr(), columns, null()))?;
             }
         }
-        // A block outside the pattern is a fault; every rank fills its own rows only.
+        // A block outside the pattern is an error; every rank fills only its own rows.
         for option in
             [sys::MAT_NEW_NONZERO_LOCATION_ERR, sys::MAT_KEEP_NONZERO_PATTERN, sys::MAT_NO_OFF_PROC_ENTRIES]
         {
@@ -170,7 +176,7 @@ impl Matrix {
         Ok(())
     }
 
-    /// Finds the two sequential matrices and checks that they hold what the scatter counts on.
+    /// Finds the two sequential matrices and checks the structure on which the scatter relies.
     fn find_parts(&mut self) -> Result<()> {
         if self.session.size() > 1 {
             let [diagonal, off_diagonal] = &mut self.parts;
@@ -189,10 +195,11 @@ impl Matrix {
         Ok(())
     }
 
-    /// Changes the values in place, then tells PETSc. Collective: all ranks call it, the closure is each rank's own.
+    /// Changes the values in place and then notifies PETSc. Collective: all ranks call it, each
+    /// with its own closure.
     ///
     /// # Errors
-    /// PETSc refuses its arrays or the assembly. What the closure returns is passed on untouched.
+    /// PETSc rejects its arrays or the assembly. The result of the closure is returned unchanged.
     pub fn fill<R>(&mut self, change: impl FnOnce(&mut BlockValues) -> R) -> Result<R> {
         let answer = {
             let [diagonal, off_diagonal] = &mut self.arrays()?;
@@ -203,17 +210,17 @@ impl Matrix {
         Ok(answer)
     }
 
-    /// Looks at this rank's values.
+    /// Reads this rank's values.
     ///
     /// # Errors
-    /// PETSc refuses its arrays.
+    /// PETSc rejects its arrays.
     pub fn read<R>(&self, look: impl FnOnce(&BlockReader) -> R) -> Result<R> {
         let [diagonal, off_diagonal] = &mut self.arrays()?;
         let parts = [&*diagonal.values(), &*off_diagonal.values()];
         Ok(look(&BlockReader { parts, scatter: &self.scatter }))
     }
 
-    /// Takes over all values of a matrix of the same pattern, block size and format. Collective.
+    /// Copies all values of a matrix with the same pattern, block size and format. Collective.
     ///
     /// # Errors
     /// The matrices do not match.
@@ -221,7 +228,7 @@ impl Matrix {
         self.combine(other, <[f64]>::copy_from_slice)
     }
 
-    /// `self += alpha other` for a matrix of the same pattern, block size and format. Collective.
+    /// `self += alpha other` for a matrix with the same pattern, block size and format. Collective.
     ///
     /// # Errors
     /// The matrices do not match.
@@ -257,7 +264,7 @@ impl Matrix {
     /// `y = A^T x` on the owned parts. Collective.
     ///
     /// # Errors
-    /// The layouts do not fit, or communication fails.
+    /// The layouts do not match, or communication fails.
     pub fn multiply_transpose(&self, x: &Vector, y: &mut Vector) -> Result<()> {
         petsc!(MatMultTranspose(self.raw, x.raw(), y.raw()))
     }
@@ -265,12 +272,12 @@ impl Matrix {
     /// Copies the diagonal into a vector. Collective.
     ///
     /// # Errors
-    /// The layout does not fit.
+    /// The layouts do not match.
     pub fn diagonal(&self, into: &mut Vector) -> Result<()> {
         petsc!(MatGetDiagonal(self.raw, into.raw()))
     }
 
-    /// Root of the sum of squares of all values. Collective.
+    /// Frobenius norm: square root of the sum of squares of all values. Collective.
     ///
     /// # Errors
     /// Communication fails.
@@ -280,9 +287,11 @@ impl Matrix {
         Ok(norm)
     }
 
-    /// How far the matrix is from symmetric: `|y.Ax - x.Ay| / (|y||Ax|)`, largest of three irregular pairs. Collective.
+    /// Deviation of the matrix from symmetry: `|y.Ax - x.Ay| / (|y||Ax|)`, the maximum over three
+    /// pseudorandom pairs. Collective.
     ///
-    /// About 1e-15 for a symmetric matrix; a test for a solver that needs symmetry, not a proof.
+    /// About 1e-15 for a symmetric matrix. It is a test for solvers that need symmetry, not a
+    /// proof.
     ///
     /// # Errors
     /// Communication fails.
@@ -300,10 +309,11 @@ impl Matrix {
         Ok(worst)
     }
 
-    /// A vector of values in [-1, 1) that depend on the seed and the global position alone.
+    /// A vector of pseudorandom values in [-1, 1) that depend only on the seed and the global
+    /// position.
     ///
     /// # Errors
-    /// No memory.
+    /// There is not enough memory.
     pub fn irregular(&self, seed: u64) -> Result<Vector> {
         let mut vector = Vector::new(&self.session, self.pattern.rows(), self.block_size)?;
         let first = self.pattern.first_row as u64 * self.block_size as u64;
@@ -317,16 +327,17 @@ impl Matrix {
         Ok(vector)
     }
 
-    /// Promises PETSc a symmetry, also for values to come; Cholesky and ICC rely on it. Collective.
+    /// Declares a symmetry to PETSc, also for future values. Cholesky and ICC rely on it.
+    /// Collective.
     ///
     /// # Errors
-    /// PETSc refuses the option.
+    /// PETSc rejects the option.
     pub fn set_symmetry(&mut self, symmetry: Symmetry) -> Result<()> {
         let truth = |yes: bool| if yes { sys::PETSC_TRUE } else { sys::PETSC_FALSE };
         let symmetric = truth(symmetry != Symmetry::None);
         let definite = truth(symmetry == Symmetry::PositiveDefinite);
-        // PETSc wants to know a property before it hears that the property will last. Distributed BAIJ has no word for
-        // definiteness, nor a method that would ask for it.
+        // PETSc must know a property before it accepts that the property is permanent. Distributed
+        // BAIJ has no option for definiteness and no method that needs it.
         if self.format == Format::Aij {
             petsc!(MatSetOption(self.raw, sys::MAT_SPD, definite))?;
             petsc!(MatSetOption(self.raw, sys::MAT_SPD_ETERNAL, definite))?;
@@ -335,7 +346,8 @@ impl Matrix {
         petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRY_ETERNAL, symmetric))
     }
 
-    /// Gives multigrid the rigid-body modes of nodes at `coordinates` (owned nodes, D values each). Collective.
+    /// Provides the rigid-body modes of nodes at `coordinates` (owned nodes, D values each) to
+    /// multigrid. Collective.
     ///
     /// # Errors
     /// The vector's block size is not 2 or 3, or PETSc fails.
@@ -347,7 +359,8 @@ impl Matrix {
         set
     }
 
-    /// The matrix `A (x) 1_D` of a scalar matrix A, which it shares: later values of A count. Collective.
+    /// The matrix `A (x) 1_D` of a scalar matrix A. It shares A and so follows later changes of its
+    /// values. Collective.
     ///
     /// # Errors
     /// The matrix is not scalar, or PETSc fails.
@@ -358,7 +371,8 @@ impl Matrix {
         Kronecker::new(&self.session, self.raw, dimension)
     }
 
-    /// Memory of values and indices on this rank, the map of the scatter included \[bytes\]; the pattern is shared.
+    /// Memory of values and indices on this rank, including the map of the scatter \[bytes\]; the
+    /// pattern is shared.
     pub fn bytes(&self) -> usize {
         let values: usize = self.scatter.lengths.iter().sum();
         let indices = match self.format {
@@ -373,12 +387,12 @@ impl Matrix {
         &self.pattern
     }
 
-    /// How the values are stored.
+    /// Storage format of the values.
     pub fn format(&self) -> Format {
         self.format
     }
 
-    /// Values a node.
+    /// Values per node.
     pub fn block_size(&self) -> usize {
         self.block_size
     }
@@ -395,7 +409,7 @@ impl Drop for Matrix {
         if self.counted {
             census::gone(Kind::Matrix, self.bytes());
         }
-        // SAFETY: the handle is ours, and PETSc runs since we hold the session.
+        // SAFETY: we own the handle, and PETSc is running because we hold the session.
         unsafe { sys::MatDestroy(&mut self.raw) };
     }
 }

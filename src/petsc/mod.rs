@@ -1,8 +1,9 @@
-//! Thin owners of PETSc's objects; the only place, with METIS, where the program leaves safe Rust.
+//! Thin owners of PETSc's objects. Together with METIS this is the only unsafe code of the program.
 //!
-//! A [`Session`] starts MPI and PETSc; every [`Vector`], [`Matrix`] and [`Krylov`] keeps it alive. Functions that all
-//! ranks must call together say `Collective.` A failing call of PETSc is an [`Error`](crate::error::Error) with PETSc's
-//! own text; a linear solve that does not converge is an [`Outcome`], not an error.
+//! A [`Session`] starts MPI and PETSc; every [`Vector`], [`Matrix`] and [`Krylov`] keeps it alive.
+//! Functions that all ranks must call together are marked `Collective.` A failed call of PETSc is
+//! an [`Error`](crate::error::Error) with PETSc's own text. A linear solve that does not converge
+//! is an [`Outcome`], not an error.
 
 mod call;
 mod census;

@@ -1,4 +1,4 @@
-//! What has a product with a vector.
+//! Operators that can be applied to a vector.
 
 use super::call::petsc;
 use super::session::Session;
@@ -8,15 +8,15 @@ use petsc_sys as sys;
 use std::ptr::null_mut;
 use std::rc::Rc;
 
-/// What a Krylov solver can multiply with.
+/// An operator that a Krylov solver can apply.
 pub trait Operator {
-    /// PETSc's handle, alive as long as `self` is.
+    /// PETSc's handle, valid as long as `self`.
     fn raw(&self) -> sys::Mat;
 
     /// `y = A x` on the owned parts. Collective.
     ///
     /// # Errors
-    /// The layouts do not fit, or communication fails.
+    /// The layouts do not match, or communication fails.
     fn multiply(&self, x: &Vector, y: &mut Vector) -> Result<()> {
         petsc!(MatMult(self.raw(), x.raw(), y.raw()))
     }
@@ -25,14 +25,15 @@ pub trait Operator {
 /// The true residual `|b - A x|` (Euclidean), with `work` as scratch space. Collective.
 ///
 /// # Errors
-/// The layouts do not fit.
+/// The layouts do not match.
 pub fn residual_norm(operator: &impl Operator, b: &Vector, x: &Vector, work: &mut Vector) -> Result<f64> {
     operator.multiply(x, work)?;
     work.aypx(-1.0, b)?;
     work.norm()
 }
 
-/// A further owner of an operator, for a closure that outlives the borrow: later values of the operator count.
+/// An additional owner of an operator, for a closure that outlives the borrow. It follows later
+/// changes of the values.
 pub struct SharedOperator {
     _session: Rc<Session>,
     raw: sys::Mat,
@@ -53,12 +54,13 @@ impl Operator for SharedOperator {
 
 impl Drop for SharedOperator {
     fn drop(&mut self) {
-        // SAFETY: gives back the reference that `new` took.
+        // SAFETY: releases the reference that `new` took.
         unsafe { sys::MatDestroy(&mut self.raw) };
     }
 }
 
-/// A scalar matrix that acts on every component alike, see [`Matrix::kronecker_identity`](super::Matrix::kronecker_identity).
+/// A scalar matrix that acts on every component in the same way, see
+/// [`Matrix::kronecker_identity`](super::Matrix::kronecker_identity).
 pub struct Kronecker {
     _session: Rc<Session>,
     raw: sys::Mat,
@@ -80,7 +82,7 @@ impl Operator for Kronecker {
 
 impl Drop for Kronecker {
     fn drop(&mut self) {
-        // SAFETY: as for a matrix.
+        // SAFETY: we own the handle, and PETSc is running because we hold the session.
         unsafe { sys::MatDestroy(&mut self.raw) };
     }
 }

@@ -1,4 +1,4 @@
-//! PETSc's options database: what the user gave wins over what the program sets.
+//! PETSc's options database: the user's values take precedence over those of the program.
 
 use super::call::petsc;
 use crate::error::{Error, Result};
@@ -8,7 +8,8 @@ use std::ffi::{CString, c_char};
 use std::path::Path;
 use std::ptr::null_mut;
 
-/// Options that PETSc reads before it counts, or only when it is finalised; they are never reported as unused.
+/// Options that PETSc reads before it counts their use, or only when it is finalized. They are
+/// never reported as unused.
 const READ_AT_THE_END: [&str; 19] = [
     "checkfunctionlist",
     "checkstack",
@@ -31,16 +32,17 @@ const READ_AT_THE_END: [&str; 19] = [
     "skip_petscrc",
 ];
 
-/// The names that the user gave, on the command line or in `PETSC_OPTIONS`; PETSc knows no upper and lower case.
+/// The options that the user gave on the command line or in `PETSC_OPTIONS`. PETSc ignores case.
 #[derive(Debug, Default)]
 pub(super) struct OptionsDatabase {
     given: HashSet<String>,
-    /// What was given at the start with values, but for what only reports.
+    /// Options given at the start, with their values, except those that only affect reports.
     text: String,
 }
 
 impl OptionsDatabase {
-    /// Reads the database as PETSc filled it from the user's input; nothing counts as used by that.
+    /// Reads the database that PETSc filled from the user's input. This does not mark any option as
+    /// used.
     pub(super) fn snapshot() -> Result<Self> {
         let mut text: *mut c_char = null_mut();
         petsc!(PetscOptionsGetAll(null_mut(), &mut text))?;
@@ -51,17 +53,18 @@ impl OptionsDatabase {
         Ok(Self { given, text: that_compute(&all) })
     }
 
-    /// What was given at the start with values, sorted, but for options that PETSc reads only at its end.
+    /// Options given at the start, with their values, sorted. Options that PETSc reads only at its
+    /// end are omitted.
     pub(super) fn at_the_start(&self) -> &str {
         &self.text
     }
 
-    /// Counts an option as given by the user from now on.
+    /// Marks an option as given by the user.
     pub(super) fn give(&mut self, name: &str) {
         self.given.insert(key(name));
     }
 
-    /// Counts an option as not given from now on.
+    /// Marks an option as not given by the user.
     pub(super) fn take_back(&mut self, name: &str) {
         self.given.remove(&key(name));
     }
@@ -71,7 +74,7 @@ impl OptionsDatabase {
         self.given.contains(&key(name))
     }
 
-    /// The user's options for the solver of that prefix, each as `-name`, sorted.
+    /// The user's options for the solver with this prefix, each as `-name`, sorted.
     pub(super) fn of_solver(&self, prefix: &str) -> Vec<String> {
         let kinds = ["ksp_", "pc_", "sub_", "mg_", "mat_"];
         let meant = |name: &&String| {
@@ -82,13 +85,14 @@ impl OptionsDatabase {
         names
     }
 
-    /// The user's options that nothing has asked for so far, each as `-name value`.
+    /// The user's options that have not been read so far, each as `-name value`.
     pub(super) fn unused(&self) -> Result<Vec<String>> {
         let mut count = 0;
         let mut names = null_mut();
         let mut values = null_mut();
         petsc!(PetscOptionsLeftGet(null_mut(), &mut count, &mut names, &mut values))?;
-        // SAFETY: PETSc returns `count` names and values, which live until they are given back below.
+        // SAFETY: PETSc returns `count` names and values, which are valid until they are returned
+        // below.
         let pair = |i| unsafe { (super::call::string(*names.add(i)), super::call::string(*values.add(i))) };
         let left: Vec<(String, String)> = (0..count as usize).map(pair).collect();
         petsc!(PetscOptionsLeftRestore(null_mut(), &mut count, &mut names, &mut values))?;
@@ -99,7 +103,7 @@ impl OptionsDatabase {
     }
 }
 
-/// The options of a text with their values, sorted, without those that PETSc reads only at its end.
+/// The options in a text with their values, sorted, without those that PETSc reads only at its end.
 fn that_compute(all: &str) -> String {
     let mut options: Vec<Vec<&str>> = Vec::new();
     for word in all.split_whitespace() {
@@ -114,22 +118,22 @@ fn that_compute(all: &str) -> String {
     options.join(" ")
 }
 
-/// Puts an option into the database; an empty value makes a flag.
+/// Adds an option to the database; an empty value makes a flag.
 pub(super) fn insert(name: &str, value: &str) -> Result<()> {
     let value = text(value)?;
     let pointer = if value.is_empty() { std::ptr::null() } else { value.as_ptr() };
     petsc!(PetscOptionsSetValue(null_mut(), dashed(name)?.as_ptr(), pointer))
 }
 
-/// Takes an option out of the database.
+/// Removes an option from the database.
 pub(super) fn remove(name: &str) -> Result<()> {
     petsc!(PetscOptionsClearValue(null_mut(), dashed(name)?.as_ptr()))
 }
 
-/// Refuses words among the options meant for PETSc that PETSc would drop without a word.
+/// Rejects stray words among the PETSc options, which PETSc would ignore silently.
 ///
 /// # Errors
-/// A usage error naming the stray word.
+/// A usage error with the stray word.
 pub fn validate(arguments: &[String]) -> Result<()> {
     let mut takes_value = false;
     for word in arguments {
@@ -142,15 +146,16 @@ pub fn validate(arguments: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// Longest file of options \[bytes\]: some ten thousand lines. Twice as much would do no harm, half as much would still hold
-/// every file that a person writes.
+/// Maximum size of an options file \[bytes\]: about ten thousand lines. Twice the value would do no
+/// harm, and half of it would still suffice for every file that a person writes.
 const LONGEST_FILE: u64 = 1 << 20;
 
-/// Reads the files of options that `words` name, and those that these name in turn, as PETSc will. PETSc itself would wait for
-/// ever at a pipe, read a device without end, and follow a file that names itself until the stack overflows.
+/// Reads the options files that `words` name, and recursively those that these files name, as PETSc
+/// will. PETSc would wait forever at a pipe, read a device without end, and follow a file that
+/// names itself until the stack overflows.
 ///
 /// # Errors
-/// A file cannot be read, is not a regular one, names itself, or has a line that is no option.
+/// A file cannot be read, is not a regular file, names itself, or has a line that is not an option.
 pub(super) fn require_files(words: &[&str]) -> Result<()> {
     follow(words, &mut Vec::new())
 }
@@ -202,8 +207,8 @@ fn follow(words: &[&str], within: &mut Vec<String>) -> Result<()> {
     Ok(())
 }
 
-/// Whether PETSc takes these words as a line of a file of options: nothing, an option with at most one value, which may be of
-/// several words in quotes, or `alias -new -old`.
+/// Whether PETSc accepts these words as a line of an options file: nothing, an option with at most
+/// one value, which may be several words in quotes, or `alias -new -old`.
 fn is_line(words: &[&str], is_quoted: bool) -> bool {
     match words {
         [] => true,
@@ -216,7 +221,7 @@ fn is_line(words: &[&str], is_quoted: bool) -> bool {
     }
 }
 
-/// PETSc's rule: a dash or two, then a letter; `-1e-3` and `-inf` are values.
+/// PETSc's rule for option names: one or two dashes, then a letter. `-1e-3` and `-inf` are values.
 fn is_name(word: &str) -> bool {
     let Some(rest) = word.strip_prefix('-') else { return false };
     let rest = rest.strip_prefix('-').unwrap_or(rest);
@@ -231,7 +236,7 @@ fn dashed(name: &str) -> Result<CString> {
     text(&format!("-{}", name.trim_start_matches('-')))
 }
 
-/// A string for C.
+/// Converts a string for C.
 pub(super) fn text(words: &str) -> Result<CString> {
     CString::new(words).map_err(|_| Error::usage(format!("{words:?} contains a zero character")))
 }
@@ -240,7 +245,8 @@ pub(super) fn text(words: &str) -> Result<CString> {
 mod tests {
     use super::*;
 
-    /// A file of options that PETSc can read is accepted; another one is refused with its name, and the line where there is one.
+    /// An options file that PETSc can read is accepted. Any other file is rejected with its name
+    /// and, if applicable, the line.
     #[test]
     fn files_of_options_are_read_before_petsc_reads_them() {
         let folder = std::env::temp_dir().join(format!("contact-petsc-{}-options", std::process::id()));
@@ -290,7 +296,7 @@ mod tests {
         std::fs::remove_dir_all(&folder).unwrap();
     }
 
-    /// Stray words are refused, values of any sign are not.
+    /// Stray words are rejected; values of any sign are accepted.
     #[test]
     fn tells_options_from_stray_words() {
         let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();

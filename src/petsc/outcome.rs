@@ -1,4 +1,5 @@
-//! How a linear solve begins and ends, in words.
+//! Start and end of a linear solve: initial guess, reuse of the preconditioner, and convergence
+//! reasons.
 
 use petsc_sys as sys;
 use std::fmt;
@@ -10,23 +11,24 @@ pub enum Reason {
     RelativeTolerance,
     /// The residual fell below the absolute tolerance.
     AbsoluteTolerance,
-    /// The preconditioner was applied the number of times asked for, as in a direct solve.
+    /// The preconditioner was applied the requested number of times, as in a direct solve.
     Applied,
     /// The Krylov space holds the exact solution.
     Exact,
-    /// The iterations ran out.
+    /// The iteration limit was reached.
     Iterations,
-    /// The residual grew beyond bounds.
+    /// The residual diverged.
     Growth,
-    /// The method divided by zero.
+    /// The method broke down (division by zero).
     Breakdown,
-    /// The matrix or the preconditioner is not positive definite, as the method needs.
+    /// The matrix or the preconditioner is not positive definite, although the method requires it.
     Indefinite,
-    /// A value is not a number.
+    /// A value is non-finite.
     NotANumber,
-    /// The preconditioner could not be set up or applied, as with a zero pivot or lack of memory.
+    /// The preconditioner could not be set up or applied, for example due to a zero pivot or lack
+    /// of memory.
     PreconditionerFailed,
-    /// Another of PETSc's reasons, by its number.
+    /// Another PETSc reason, by its number.
     Other(i32),
 }
 
@@ -47,7 +49,7 @@ impl Reason {
         }
     }
 
-    /// Whether the solution may be used.
+    /// Whether the solution is usable.
     pub fn converged(self) -> bool {
         match self {
             Self::RelativeTolerance | Self::AbsoluteTolerance | Self::Applied | Self::Exact => true,
@@ -76,19 +78,20 @@ impl fmt::Display for Reason {
     }
 }
 
-/// What became of a linear solve; the same on every rank.
+/// Result of a linear solve, the same on every rank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
     /// Krylov iterations.
     pub iterations: usize,
-    /// Why it ended.
+    /// Reason for the end.
     pub reason: Reason,
-    /// Residual norm as the method sees it; with a preconditioner on the left not the true one.
+    /// Residual norm computed by the method. With a left preconditioner it is not the true
+    /// residual.
     pub residual: f64,
 }
 
 impl Outcome {
-    /// Whether the solution may be used.
+    /// Whether the solution is usable.
     pub fn converged(&self) -> bool {
         self.reason.converged()
     }
@@ -97,17 +100,17 @@ impl Outcome {
 /// Whether a preconditioner is kept when the matrix changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reuse {
-    /// The old one serves.
+    /// The old one is kept.
     Keep,
     /// A new one is built in the next solve after each change.
     Renew,
 }
 
-/// Where the iteration starts.
+/// Initial guess of the iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InitialGuess {
-    /// From zero.
+    /// Zero.
     Zero,
-    /// From what the solution vector holds.
+    /// The values in the solution vector.
     Given,
 }

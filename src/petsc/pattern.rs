@@ -1,23 +1,25 @@
-//! Which blocks of a matrix may be non-zero.
+//! The blocks of a matrix that may be nonzero.
 
 use crate::error::{Error, Result};
 
-/// The block rows that this rank owns, in compressed form; one entry of `columns` is a *slot*.
+/// The block rows that this rank owns, in compressed form. An entry of `columns` is a *slot*.
 ///
-/// Rows are the owned nodes in order, columns global nodes. The same pattern serves matrices of `block_size` values a
-/// node and of one value a node.
+/// Rows are the owned nodes in order; columns are global nodes. The same pattern is used for
+/// matrices with `block_size` values per node and with one value per node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BlockPattern {
-    /// Values a node.
+    /// Values per node.
     pub block_size: usize,
     /// Global number of the first owned node.
     pub first_row: i32,
-    /// Row `i` has the slots `row_offsets[i]..row_offsets[i + 1]`; one more entry than rows.
+    /// Row `i` has the slots `row_offsets[i]..row_offsets[i + 1]`. There is one more entry than
+    /// rows.
     pub row_offsets: Vec<u32>,
-    /// Global node of each slot, ascending within a row; the diagonal is always there.
+    /// Global node of each slot, ascending within a row. The diagonal is always included.
     pub columns: Vec<i32>,
-    /// Place of each owned node in an order of all nodes that does not depend on the number of ranks, such as its
-    /// number in the input: that in which incomplete factors eliminate.
+    /// Position of each owned node in an order of all nodes that does not depend on the number of
+    /// ranks, for example its number in the input. Incomplete factors eliminate the nodes in this
+    /// order.
     pub places: Vec<u32>,
 }
 
@@ -42,14 +44,15 @@ impl BlockPattern {
         self.row_offsets[row] as usize..self.row_offsets[row + 1] as usize
     }
 
-    /// Slot of the block (owned row, global column), by search in the row.
+    /// Slot of the block (owned row, global column), found by a search in the row.
     pub fn slot(&self, row: usize, column: i32) -> Option<u32> {
         let slots = self.row(row);
         let found = self.columns[slots.clone()].binary_search(&column).ok()?;
         Some((slots.start + found) as u32)
     }
 
-    /// The pattern with further blocks (owned row, global column), sorted by row; those that it has may be among them.
+    /// The pattern extended by blocks (owned row, global column), sorted by row. They may include
+    /// existing blocks.
     pub fn widened(&self, further: impl Iterator<Item = (u32, i32)>) -> Self {
         let mut further = further.peekable();
         let mut wide =
@@ -80,7 +83,7 @@ impl BlockPattern {
         Self { places, row_offsets: Vec::new(), columns: Vec::new(), ..*self }
     }
 
-    /// Refuses what is no pattern, before PETSc makes something of it.
+    /// Rejects an invalid pattern before PETSc uses it.
     pub(super) fn check(&self) -> Result<()> {
         let wrong = |what: &str| Err(Error::internal(format!("pattern of a matrix: {what}")));
         if self.row_offsets.first() != Some(&0)

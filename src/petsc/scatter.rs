@@ -1,24 +1,25 @@
-//! Blocks go straight to their place in PETSc's value arrays: no search, no copy, no communication.
+//! Blocks are added directly to PETSc's value arrays, without search, copy or communication.
 //!
-//! A rank's rows consist of two sequential matrices, the *diagonal part* (columns that the rank owns) and the
-//! *off-diagonal part* (the others). Both keep a row's columns in ascending global order, so a slot's address follows
-//! from counting. AIJ stores scalar rows: a block's rows lie one stride apart. BAIJ stores whole blocks, column-major.
+//! A rank's rows consist of two sequential matrices, the *diagonal part* (columns that the rank
+//! owns) and the *off-diagonal part* (the others). Both store a row's columns in ascending global
+//! order, so that the address of a slot follows by counting. AIJ stores scalar rows: the rows of a
+//! block are one stride apart. BAIJ stores whole blocks, column-major.
 
 use super::pattern::BlockPattern;
 use super::storage::Format;
 use crate::error::{Error, Result};
 
-/// Stands for a block that this rank does not own; adding to it does nothing.
+/// Marks a block that this rank does not own. Adding to it does nothing.
 pub const NO_SLOT: u32 = u32::MAX;
 
 /// Marks an address in the off-diagonal part.
 const OFF_DIAGONAL: u32 = 1 << 31;
 
-/// Where each slot of a pattern lies in the value arrays.
+/// Location of each slot of a pattern in the value arrays.
 pub(super) struct Scatter {
     format: Format,
     block_size: usize,
-    /// Position of a slot's first value; the top bit chooses the part.
+    /// Position of a slot's first value. The top bit selects the part.
     addresses: Vec<u32>,
     /// AIJ: distance between two rows of a slot's block.
     strides: Vec<u32>,
@@ -63,7 +64,7 @@ impl Scatter {
             if *column == owned.start + row as i32 {
                 self.diagonal.push(self.addresses.len() as u32);
             }
-            // Too large an address is found out at the end, by the lengths.
+            // An address that is too large is detected at the end by the lengths.
             self.addresses.push(next[part] as u32 & !OFF_DIAGONAL | if part == 1 { OFF_DIAGONAL } else { 0 });
             next[part] += step;
             if self.format == Format::Aij {
@@ -94,9 +95,10 @@ impl Scatter {
     }
 }
 
-/// The values of a matrix on this rank, open for change within [`Matrix::fill`](super::Matrix::fill).
+/// The values of a matrix on this rank, for modification within
+/// [`Matrix::fill`](super::Matrix::fill).
 ///
-/// Blocks come row-major, `block[i * D + j]`, with D the matrix's block size.
+/// Blocks are row-major, `block[i * D + j]`, where D is the matrix's block size.
 pub struct BlockValues<'a> {
     pub(super) parts: [&'a mut [f64]; 2],
     pub(super) scatter: &'a Scatter,
@@ -104,12 +106,12 @@ pub struct BlockValues<'a> {
 }
 
 impl BlockValues<'_> {
-    /// Every stored value becomes zero.
+    /// Sets every stored value to zero.
     pub fn zero(&mut self) {
         self.parts.iter_mut().for_each(|part| part.fill(0.0));
     }
 
-    /// Every stored value is multiplied by `alpha`.
+    /// Multiplies every stored value by `alpha`.
     pub fn scale(&mut self, alpha: f64) {
         self.parts.iter_mut().flat_map(|part| part.iter_mut()).for_each(|value| *value *= alpha);
     }
@@ -120,9 +122,9 @@ impl BlockValues<'_> {
         self.add_blocks(&[slot], block);
     }
 
-    /// Adds one block per slot, as of an element matrix; each [`NO_SLOT`] is skipped.
+    /// Adds one block per slot, for example of an element matrix. Each [`NO_SLOT`] is skipped.
     ///
-    /// `blocks` holds them one after the other, in the order of `slots`. This is the fast path.
+    /// `blocks` contains them consecutively in the order of `slots`. This is the fast path.
     #[inline]
     pub fn add_blocks(&mut self, slots: &[u32], blocks: &[f64]) {
         match (self.scatter.format, self.scatter.block_size) {
@@ -152,7 +154,8 @@ impl BlockValues<'_> {
         }
     }
 
-    /// Blocks as arrays of `SIZE = D * D`: lengths that the compiler knows need no check an entry.
+    /// Blocks as arrays of `SIZE = D * D`: lengths known at compile time avoid a bounds check per
+    /// entry.
     fn add_columns<const D: usize, const SIZE: usize>(&mut self, slots: &[u32], blocks: &[f64]) {
         for (&slot, block) in slots.iter().zip(blocks.as_chunks::<SIZE>().0) {
             if slot == NO_SLOT {
@@ -167,15 +170,16 @@ impl BlockValues<'_> {
         }
     }
 
-    /// The values of a block that BAIJ stores in one piece.
+    /// The values of a block that BAIJ stores contiguously.
     #[inline]
     fn whole_block<const SIZE: usize>(&mut self, slot: u32) -> Option<&mut [f64; SIZE]> {
         let (part, start) = self.scatter.place(slot);
         self.parts[part].get_mut(start..)?.first_chunk_mut()
     }
 
-    /// Each block becomes `factor * values[slot]` times the unit block, as of a mass: in one pass what
-    /// [`zero`](Self::zero) and [`add_isotropic`](Self::add_isotropic) do in two.
+    /// Sets each block to `factor * values[slot]` times the unit block, for example for a mass
+    /// matrix. It does in one pass what [`zero`](Self::zero) and
+    /// [`add_isotropic`](Self::add_isotropic) do in two.
     pub fn set_isotropic(&mut self, factor: f64, values: &[f64]) {
         match (self.scatter.format, self.scatter.block_size) {
             (Format::Baij, 2) => self.set_units::<2, 4>(factor, values),
@@ -199,7 +203,7 @@ impl BlockValues<'_> {
         }
     }
 
-    /// Adds `value` times the unit block, as of a mass or a contact spring without direction.
+    /// Adds `value` times the unit block, for example for a mass or an isotropic contact spring.
     #[inline]
     pub fn add_isotropic(&mut self, slot: u32, value: f64) {
         if slot == NO_SLOT {
@@ -219,7 +223,7 @@ impl BlockValues<'_> {
         self.parts[part][at] += value;
     }
 
-    /// The row of the owned unknown `dof` becomes zero but for `value` on the diagonal.
+    /// Sets the row of the owned unknown `dof` to zero, except for `value` on the diagonal.
     pub fn set_identity_row(&mut self, dof: usize, value: f64) {
         let row = dof / self.scatter.block_size;
         let i = dof % self.scatter.block_size;
@@ -229,9 +233,11 @@ impl BlockValues<'_> {
         self.add_diagonal(dof, value);
     }
 
-    /// Makes rows and columns of one block zero; bit `i` of `rows` or `columns` stands for component `i`.
+    /// Sets rows and columns of one block to zero; bit `i` of `rows` or `columns` refers to
+    /// component `i`.
     ///
-    /// With the slots that touch prescribed unknowns this keeps a symmetric matrix symmetric.
+    /// If it is applied to all slots that touch prescribed unknowns, a symmetric matrix remains
+    /// symmetric.
     pub fn mask(&mut self, slot: u32, rows: u8, columns: u8) {
         if slot == NO_SLOT {
             return;
@@ -252,14 +258,14 @@ impl BlockValues<'_> {
     }
 }
 
-/// The values of a matrix on this rank, to be read within [`Matrix::read`](super::Matrix::read).
+/// The values of a matrix on this rank, for reading within [`Matrix::read`](super::Matrix::read).
 pub struct BlockReader<'a> {
     pub(super) parts: [&'a [f64]; 2],
     pub(super) scatter: &'a Scatter,
 }
 
 impl BlockReader<'_> {
-    /// Copies one block out, row-major: `block[i * D + j]`, with D the matrix's block size.
+    /// Copies one block out, row-major: `block[i * D + j]`, where D is the matrix's block size.
     pub fn block(&self, slot: u32, block: &mut [f64]) {
         let size = self.scatter.block_size;
         for (k, value) in block.iter_mut().enumerate().take(size * size) {
@@ -268,7 +274,8 @@ impl BlockReader<'_> {
         }
     }
 
-    /// One block, `[j][i]` with `i` the row: by columns, as BAIJ stores it. D must be the matrix's block size.
+    /// One block as `[j][i]`, where `i` is the row: by columns, as BAIJ stores it. D must be the
+    /// matrix's block size.
     #[inline]
     pub fn columns<const D: usize>(&self, slot: u32) -> [[f64; D]; D] {
         let (part, start) = self.scatter.place(slot);

@@ -1,7 +1,8 @@
-//! Sends that nobody waits for before their buffer is needed again.
+//! Nonblocking sends whose completion is awaited only when their buffer is needed again.
 //!
-//! A message is there long before its sender hears that its buffer is free: Open MPI hears so when the receiver comes back
-//! from its computing. Who waited for that would wait for the slowest neighbour after every exchange.
+//! A message arrives long before its sender is notified that the buffer is free: Open MPI notifies
+//! it when the receiver returns from its computation. Waiting earlier would mean waiting for the
+//! slowest neighbour after every exchange.
 
 use std::ops::Range;
 
@@ -10,7 +11,7 @@ use mpi::ffi;
 use mpi::raw::AsRaw;
 use mpi::traits::Communicator;
 
-/// Numbers on their way to other ranks. A copy has none on their way.
+/// Values in transit to other ranks. A copy has none in transit.
 #[derive(Default)]
 pub struct Sends {
     items: Vec<f64>,
@@ -18,8 +19,8 @@ pub struct Sends {
 }
 
 impl Sends {
-    /// The buffer, empty, to be filled before the next [`post`](Self::post). Waits for the sends before, which the other ranks
-    /// have received by the time that they send themselves.
+    /// The empty buffer, to be filled before the next [`post`](Self::post). Waits for the previous
+    /// sends. The other ranks have received them by the time they send their own messages.
     pub fn room(&mut self) -> &mut Vec<f64> {
         self.wait();
         self.items.clear();
@@ -34,7 +35,8 @@ impl Sends {
             let part = &self.items[range];
             self.flying.push(null());
             let Some(request) = self.flying.last_mut() else { return };
-            // SAFETY: the buffer is private to this type, which waits before it changes or frees it.
+            // SAFETY: the buffer is private to this type, which waits before it changes or frees
+            // it.
             unsafe {
                 let from = part.as_ptr().cast();
                 let count = part.len() as i32;
@@ -45,7 +47,7 @@ impl Sends {
 
     fn wait(&mut self) {
         for mut request in self.flying.drain(..) {
-            // SAFETY: the request is one of `post`, and waited for once.
+            // SAFETY: the request comes from `post` and is waited for once.
             unsafe { ffi::MPI_Wait(&mut request, ffi::RSMPI_STATUS_IGNORE) };
         }
     }

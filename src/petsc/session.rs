@@ -1,4 +1,4 @@
-//! MPI and PETSc from start to end: whoever holds a [`Session`] may use both.
+//! Lifetime of MPI and PETSc: the owner of a [`Session`] may use both.
 
 use super::call::{self, petsc, quiet_handler};
 use super::options::{self, OptionsDatabase};
@@ -18,38 +18,41 @@ use std::time::{Duration, Instant};
 
 use super::event_totals::EventTotals;
 
-/// Exit code of a fault of the program itself.
+/// Exit code for an internal error of the program.
 const FAULT: i32 = 70;
 
-/// How long a rank that failed waits for the others to fail with it.
+/// Time for which a failed rank waits for the others to fail as well.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A process that has started MPI and PETSc; both end, in the right order, when the last owner lets go.
+/// A process that has started MPI and PETSc. Both end, in the correct order, when the last owner is
+/// dropped.
 ///
-/// Every vector, matrix and solver holds a reference, so none outlives PETSc.
+/// Every vector, matrix and solver holds a reference, so none of them outlives PETSc.
 pub struct Session {
     world: SimpleCommunicator,
-    /// For [`Session::meet`] alone, so that what other ranks are waiting for does not answer.
+    /// Used only for [`Session::meet`], so that it does not match other pending communication.
     ending: SimpleCommunicator,
     options: RefCell<OptionsDatabase>,
     events: RefCell<Vec<Rc<EventTotals>>>,
-    /// Processor time at which the run began that is measured \[s\].
+    /// Processor time at the beginning of the measured run \[s\].
     began: Cell<f64>,
-    /// Whether this process was asked to stop; see [`Session::listen`].
+    /// Whether this process was requested to stop; see [`Session::listen`].
     asked: RefCell<Option<Box<dyn Fn() -> bool>>>,
     /// PETSc keeps pointers to its arguments until the end.
     _arguments: Arguments,
-    /// Dropped, and MPI with it, after `Drop::drop` has finalised PETSc.
+    /// Dropped, and MPI with it, after `Drop::drop` has finalized PETSc.
     _universe: Universe,
 }
 
 impl Session {
-    /// Starts MPI, then PETSc with nothing but `args` (and `PETSC_OPTIONS`), alone or under `mpirun`. Collective.
+    /// Starts MPI, then PETSc with only `args` (and `PETSC_OPTIONS`), alone or under `mpirun`.
+    /// Collective.
     ///
-    /// From here on a panic on any rank ends all ranks with one message and code 70.
+    /// After this call a panic on any rank ends all ranks with one message and code 70.
     ///
     /// # Errors
-    /// A stray word among `args`; a library that can not start; a second session in one process.
+    /// There is a stray word among `args`, a library cannot start, or the process already has a
+    /// session.
     pub fn start(args: &[String]) -> Result<Rc<Self>> {
         options::validate(args)?;
         threads::one_unless_chosen();
@@ -75,30 +78,30 @@ impl Session {
         };
         session.make_mpi_errors_fatal();
         agree(session.world(), threads::take_buffers())?;
-        // Unused options are reported by the program itself, from rank 0 and by name.
+        // The program reports unused options itself, from rank 0 and by name.
         session.set_default("options_left", "no")?;
-        // From 3.20 on PETSc leaves sums over several vectors to the BLAS, whose rounding follows where the vectors happen
-        // to lie: the same run would not give the same bits again.
+        // From 3.20 on, PETSc computes sums over several vectors with the BLAS, whose rounding
+        // depends on the memory addresses of the vectors. Runs would not be bitwise reproducible.
         for name in ["vec_mdot_use_gemv", "vec_maxpy_use_gemv"] {
             session.set_default(name, "no")?;
         }
         Ok(Rc::new(session))
     }
 
-    /// Phases that count their time.
+    /// Phases that measure their time.
     pub(super) fn events(&self) -> &RefCell<Vec<Rc<EventTotals>>> {
         &self.events
     }
 
-    /// Seconds of phases, processor time and the peak of the memory count from now on, for several runs in one process: what
-    /// ran before and is freed does not count.
+    /// Restarts the measurement of phase times, processor time and peak memory, for several runs in
+    /// one process. Earlier runs whose memory is freed do not count.
     pub fn measure_anew(&self) {
         self.events.borrow().iter().for_each(|event| event.forget());
         self.began.set(usage::user_seconds());
         usage::forget_peak();
     }
 
-    /// Processor time of this rank outside of the kernel since the run began \[s\].
+    /// Processor time of this rank in user mode since the run began \[s\].
     pub fn user_seconds(&self) -> f64 {
         usage::user_seconds() - self.began.get()
     }
@@ -118,10 +121,10 @@ impl Session {
         self.world.size()
     }
 
-    /// Sets a PETSC option (name without dash; empty value for a flag), whatever the user gave.
+    /// Sets a PETSc option (name without dash; empty value for a flag), even if the user gave it.
     ///
     /// # Errors
-    /// PETSc refuses the name.
+    /// PETSc rejects the name.
     pub fn set_option(&self, name: &str, value: &str) -> Result<()> {
         options::insert(name, value)
     }
@@ -129,66 +132,69 @@ impl Session {
     /// Sets a PETSc option unless the user gave it.
     ///
     /// # Errors
-    /// PETSc refuses the name.
+    /// PETSc rejects the name.
     pub fn set_default(&self, name: &str, value: &str) -> Result<()> {
         if self.is_given(name) { Ok(()) } else { options::insert(name, value) }
     }
 
-    /// Takes a PETSc option that the user gave elsewhere, as in the case, unless it was given at the start.
+    /// Adds a PETSc option that the user gave elsewhere, for example in the case, unless it was
+    /// given at the start.
     ///
     /// # Errors
-    /// PETSc refuses the name.
+    /// PETSc rejects the name.
     pub fn give(&self, name: &str, value: &str) -> Result<()> {
         self.set_default(name, value)?;
         self.options.borrow_mut().give(name);
         Ok(())
     }
 
-    /// Takes back a PETSc option that [`Session::give`] has put in, before another case is run.
+    /// Removes a PETSc option that [`Session::give`] has added, before another case is run.
     ///
     /// # Errors
-    /// PETSc refuses the name.
+    /// PETSc rejects the name.
     pub fn take_back(&self, name: &str) -> Result<()> {
         self.options.borrow_mut().take_back(name);
         options::remove(name)
     }
 
-    /// Whether the user gave the PETSc option `name`; asking does not make it a used one.
+    /// Whether the user gave the PETSc option `name`. This query does not mark it as used.
     pub fn is_given(&self, name: &str) -> bool {
         self.options.borrow().is_given(name)
     }
 
-    /// The user's options for the linear solver of that prefix, each as `-name`.
+    /// The user's options for the linear solver with this prefix, each as `-name`.
     pub fn given(&self, prefix: &str) -> Vec<String> {
         self.options.borrow().of_solver(prefix)
     }
 
-    /// From now on [`Session::is_asked_to_stop`] is what this says, in place of what was said before.
+    /// Sets the function that [`Session::is_asked_to_stop`] calls, and replaces the previous one.
     pub fn listen(&self, asked: impl Fn() -> bool + 'static) {
         *self.asked.borrow_mut() = Some(Box::new(asked));
     }
 
-    /// Whether this rank was asked to stop; other ranks may not know of it yet.
+    /// Whether this rank was requested to stop. Other ranks may not know it yet.
     pub fn is_asked_to_stop(&self) -> bool {
         self.asked.borrow().as_ref().is_some_and(|asked| asked())
     }
 
-    /// The PETSc options with which the session was started, by the command line or `PETSC_OPTIONS`, with their values and
-    /// sorted; those that only report at the end are left out.
+    /// The PETSc options with which the session was started, by the command line or
+    /// `PETSC_OPTIONS`, with their values, sorted. Options that only affect reports at the end are
+    /// omitted.
     pub fn options_at_the_start(&self) -> String {
         self.options.borrow().at_the_start().to_owned()
     }
 
-    /// The user's PETSc options that nothing on this rank has asked for so far, each as `-name value`.
+    /// The user's PETSc options that have not been read on this rank so far, each as `-name value`.
     ///
     /// # Errors
-    /// PETSc can not list its options.
+    /// PETSc cannot list its options.
     pub fn unused_options(&self) -> Result<Vec<String>> {
         self.options.borrow().unused()
     }
 
-    /// Waits for all other ranks to meet the same end. Where they do not, because the error is known here alone and
-    /// they wait for this rank elsewhere, says the error and ends all ranks. Collective among ranks that failed.
+    /// Waits for all other ranks to fail as well. If they do not, the error is known only here and
+    /// they wait for this rank elsewhere: this rank then prints the error and ends all ranks.
+    /// Collective among ranks that failed.
     pub fn meet(&self, error: &Error) {
         let deadline = Instant::now() + PATIENCE;
         let mut waiting = self.ending.immediate_barrier();
@@ -202,8 +208,9 @@ impl Session {
         }
     }
 
-    /// Tells an error once: rank 0 before any rank may end, since `mpirun` kills the others when the first ends in
-    /// failure. Returns the error without its words. Collective among ranks that failed.
+    /// Prints an error once. Rank 0 prints before any rank may end, because `mpirun` kills the
+    /// others when the first one fails. Returns the error without its message. Collective among
+    /// ranks that failed.
     #[must_use]
     pub fn tell(&self, error: &Error) -> Error {
         if self.rank() == 0 {
@@ -213,17 +220,18 @@ impl Session {
         Error::new(error.cause, "")
     }
 
-    /// Ends all ranks at once with the exit code `code`; for errors that the other ranks can not know of.
+    /// Ends all ranks immediately with the exit code `code`, for errors that the other ranks cannot
+    /// know.
     pub fn abort(&self, code: i32) -> ! {
         end_all_ranks(code)
     }
 
-    /// The communicator as PETSc takes it.
+    /// The communicator in PETSc's type.
     pub(super) fn comm(&self) -> sys::MPI_Comm {
         self.world.as_raw()
     }
 
-    /// PETSc makes MPI return its errors, but the crate `mpi` does not look at them.
+    /// PETSc makes MPI return its errors, but the crate `mpi` does not check them.
     fn make_mpi_errors_fatal(&self) {
         // SAFETY: the communicator is alive; the handler is a constant of MPI.
         unsafe { mpi::ffi::MPI_Comm_set_errhandler(self.comm(), mpi::ffi::RSMPI_ERRORS_ARE_FATAL) };
@@ -232,7 +240,7 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
-        // MPI goes after PETSc: the field with the universe is dropped after this body.
+        // MPI ends after PETSc: the field with the universe is dropped after this body.
         let ended = petsc!(PetscPopErrorHandler()).and_then(|()| petsc!(PetscFinalize()));
         if let Err(error) = ended {
             let _ = writeln!(std::io::stderr(), "contact-petsc: {error}");
@@ -240,7 +248,7 @@ impl Drop for Session {
     }
 }
 
-/// Program name and options in the form of C's `main`.
+/// Program name and options in the form of C's `main` arguments.
 struct Arguments {
     count: c_int,
     pointer: *mut *mut c_char,
@@ -250,8 +258,9 @@ struct Arguments {
 
 impl Arguments {
     fn new(args: &[String]) -> Result<Self> {
-        // Signals have their usual meaning or ours: PETSc would end the run at a terminal that goes away and at a pipe
-        // that was closed. And without the last word it would read .petscrc files that happen to lie about.
+        // Signals keep their default or our handling: PETSc would end the run when a terminal is
+        // closed or a pipe is broken. The last option prevents PETSc from reading stray .petscrc
+        // files.
         let own = ["-no_signal_handler", "-skip_petscrc"];
         let words = ["contact-petsc"].into_iter().chain(args.iter().map(String::as_str)).chain(own);
         let texts = words.map(options::text).collect::<Result<Vec<_>>>()?;
@@ -263,10 +272,10 @@ impl Arguments {
     }
 }
 
-/// Reads the files that PETSc will read its options from, which it does on rank 0 alone.
+/// Reads the files from which PETSc will read its options. PETSc reads them on rank 0 only.
 ///
 /// # Errors
-/// Such a file is no file of options.
+/// Such a file is not an options file.
 fn require_files(args: &[String]) -> Result<()> {
     let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
     let given = environment.split_whitespace().map(|word| word.trim_matches(['"', '\'']));
@@ -274,8 +283,9 @@ fn require_files(args: &[String]) -> Result<()> {
     options::require_files(&args.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
-/// An error before MPI has started, of which the other ranks can not know. Rank 0 says it elsewhere, and `mpirun` then ends the
-/// others; where rank 0 did not meet it, this rank says it. Returns the error without its words where they are said.
+/// Handles an error before the start of MPI, which the other ranks cannot know. Rank 0 returns the
+/// error; it is printed elsewhere, and `mpirun` then ends the others. If rank 0 has no error, this
+/// rank prints it. Returns the error without its message once it is printed.
 fn say_late(error: Error) -> Error {
     if std::env::var("OMPI_COMM_WORLD_RANK").map_or(true, |rank| rank == "0") {
         return error;
@@ -289,7 +299,7 @@ fn say(error: &Error) {
     let _ = std::io::stderr().write_all(format!("contact-petsc: {}: {error}\n", error.label()).as_bytes());
 }
 
-/// Ends all ranks for a fault that leaves no way to go on, with one message.
+/// Ends all ranks with one message after an unrecoverable error.
 pub(super) fn fault(error: &Error) -> ! {
     let _ = writeln!(std::io::stderr(), "contact-petsc: {error}");
     end_all_ranks(FAULT)
@@ -301,7 +311,7 @@ fn report_panic(info: &PanicHookInfo) {
     let words = words.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic");
     let place = info.location().map(|place| format!(" ({}:{})", place.file(), place.line()));
     let message = format!("contact-petsc: fault of the program: {words}{}\n", place.unwrap_or_default());
-    // One write, so that the messages of two ranks do not mix.
+    // A single write, so that the messages of two ranks do not mix.
     let _ = std::io::stderr().write_all(message.as_bytes());
     end_all_ranks(FAULT)
 }

@@ -11,7 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null_mut;
 use std::rc::Rc;
 
-/// `y` from `x`.
+/// Computes `y` from `x`.
 pub(super) type Apply = Box<dyn FnMut(&Vector, &mut Vector) -> Result<()>>;
 
 struct Context {
@@ -20,7 +20,7 @@ struct Context {
 }
 
 impl Context {
-    /// Runs the closure; a panic must not cross C, and an error becomes a code with its text kept.
+    /// Runs the closure. A panic must not cross C. An error becomes a code, and its text is stored.
     fn run(&mut self, x: sys::Vec, y: sys::Vec) -> sys::PetscErrorCode {
         let answer = catch_unwind(AssertUnwindSafe(|| {
             let x = Vector::share(&self.session, x)?;
@@ -61,7 +61,7 @@ unsafe extern "C" fn apply_preconditioner(pc: sys::PC, x: sys::Vec, y: sys::Vec)
 
 unsafe extern "C" fn destroy_preconditioner(pc: sys::PC) -> sys::PetscErrorCode {
     let mut context: *mut Context = null_mut();
-    // SAFETY: PETSc calls this once, last; the box is the one that `install` let go.
+    // SAFETY: PETSc calls this once, last; the box is the one that `install` released.
     unsafe {
         let code = sys::PCShellGetContext(pc, (&raw mut context).cast());
         if code == sys::SUCCESS && !context.is_null() {
@@ -71,16 +71,17 @@ unsafe extern "C" fn destroy_preconditioner(pc: sys::PC) -> sys::PetscErrorCode 
     }
 }
 
-/// A matrix known by its product alone.
+/// A matrix defined only by its product with a vector.
 pub struct ShellOperator {
     _session: Rc<Session>,
     raw: sys::Mat,
 }
 
 impl ShellOperator {
-    /// An operator of the layout of `like` whose product is `apply(x, y)`, which sets `y = A x`. Collective.
+    /// An operator with the layout of `like` whose product is `apply(x, y)`, which sets `y = A x`.
+    /// Collective.
     ///
-    /// The closure runs on all ranks together; if it fails it must fail on all.
+    /// The closure runs on all ranks together. If it fails, it must fail on all ranks.
     ///
     /// # Errors
     /// PETSc fails.
@@ -96,7 +97,8 @@ impl ShellOperator {
         petsc!(MatCreateShell(comm, rows, rows, total, total, null_mut(), &mut raw))?;
         let shell = Self { _session: Rc::clone(session), raw };
         petsc!(MatSetBlockSize(raw, like.block_size() as i32))?;
-        // SAFETY: PETSc keeps operations as functions without a signature and calls them with these handles.
+        // SAFETY: PETSc stores operations as functions without a signature and calls them with
+        // these handles.
         let (multiply, destroy) = unsafe {
             (
                 std::mem::transmute::<Multiply, unsafe extern "C" fn()>(multiply),
@@ -126,7 +128,7 @@ unsafe extern "C" fn multiply(matrix: sys::Mat, x: sys::Vec, y: sys::Vec) -> sys
 
 unsafe extern "C" fn destroy_operator(matrix: sys::Mat) -> sys::PetscErrorCode {
     let mut context: *mut Context = null_mut();
-    // SAFETY: PETSc calls this once, when the last that refers to the matrix lets go.
+    // SAFETY: PETSc calls this once, when the last reference to the matrix is released.
     unsafe {
         let code = sys::MatShellGetContext(matrix, (&raw mut context).cast());
         if code == sys::SUCCESS && !context.is_null() {
@@ -144,7 +146,7 @@ impl Operator for ShellOperator {
 
 impl Drop for ShellOperator {
     fn drop(&mut self) {
-        // SAFETY: the handle is ours, and PETSc runs since we hold the session.
+        // SAFETY: we own the handle, and PETSc is running because we hold the session.
         unsafe { sys::MatDestroy(&mut self.raw) };
     }
 }

@@ -1,4 +1,4 @@
-//! How PETSc stores a matrix's values on a rank, and access to the arrays.
+//! Storage of a matrix's values on a rank by PETSc, and access to the arrays.
 
 use super::call::petsc;
 use super::pattern::BlockPattern;
@@ -7,18 +7,18 @@ use petsc_sys as sys;
 use std::ffi::CStr;
 use std::ptr::null_mut;
 
-/// How PETSc stores the values.
+/// Storage format of the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Format {
-    /// Scalar rows: every preconditioner works, algebraic multigrid among them.
+    /// Scalar rows. Every preconditioner works, including algebraic multigrid.
     Aij,
-    /// Blocks: products and ILU take about half the time. Multigrid and MUMPS's Cholesky refuse it, and ICC
-    /// of PETSc 3.18 crashes on a rank without rows. ILU(0), which is symmetric for a symmetric matrix,
-    /// replaces ICC.
+    /// Blocks. Products and ILU take about half the time. Multigrid and MUMPS's Cholesky do not
+    /// support it, and ICC of PETSc 3.18 crashes on a rank without rows. ILU(0), which is symmetric
+    /// for a symmetric matrix, replaces ICC.
     Baij,
 }
 
-/// The value array of one part, given back when dropped.
+/// The value array of one part, returned to PETSc when dropped.
 pub(super) struct PartArray {
     part: sys::Mat,
     format: Format,
@@ -42,7 +42,8 @@ impl PartArray {
         if self.length == 0 {
             return &mut [];
         }
-        // SAFETY: `find_parts` has checked the length; nobody else has the array while the matrix is borrowed.
+        // SAFETY: `find_parts` has checked the length; there is no other access to the array while
+        // the matrix is borrowed.
         unsafe { std::slice::from_raw_parts_mut(self.pointer, self.length) }
     }
 }
@@ -52,7 +53,7 @@ impl Drop for PartArray {
         if self.part.is_null() {
             return;
         }
-        // SAFETY: gives back what `open` took.
+        // SAFETY: returns the array that `open` took.
         unsafe {
             match self.format {
                 Format::Aij => sys::MatSeqAIJRestoreArray(self.part, &mut self.pointer),
@@ -62,7 +63,7 @@ impl Drop for PartArray {
     }
 }
 
-/// PETSc's name of a format.
+/// PETSc's name for a format.
 pub(super) fn type_name(format: Format) -> &'static CStr {
     match format {
         Format::Aij => c"aij",
@@ -70,7 +71,7 @@ pub(super) fn type_name(format: Format) -> &'static CStr {
     }
 }
 
-/// What PETSc knows of a sequential matrix.
+/// PETSc's information on a sequential matrix.
 pub(super) fn info(matrix: sys::Mat) -> Result<sys::MatInfo> {
     let mut info = std::mem::MaybeUninit::<sys::MatInfo>::zeroed();
     petsc!(MatGetInfo(matrix, sys::MAT_LOCAL, info.as_mut_ptr()))?;

@@ -1,4 +1,4 @@
-//! Rows and columns of a matrix that belong to some of the nodes, as a matrix of its own.
+//! The rows and columns of a matrix that belong to selected nodes, as a separate matrix.
 
 use super::call::petsc;
 use super::matrix::Matrix;
@@ -10,21 +10,21 @@ use petsc_sys as sys;
 use std::ptr::null_mut;
 use std::rc::Rc;
 
-/// `P^T A P`, where `P` picks nodes; each rank keeps the rows of the picked nodes that it owns.
+/// `P^T A P`, where `P` selects nodes. Each rank holds the rows of the selected nodes that it owns.
 pub struct SubMatrix {
     session: Rc<Session>,
     raw: sys::Mat,
     rows: sys::IS,
-    /// Owned nodes that were picked, ascending.
+    /// Selected owned nodes, ascending.
     nodes: Vec<u32>,
     block_size: usize,
 }
 
 impl SubMatrix {
-    /// The part of `whole` on these owned nodes, ascending; a rank may pick none. Collective.
+    /// The part of `whole` on these owned nodes, ascending; a rank may select no nodes. Collective.
     ///
     /// # Errors
-    /// No memory.
+    /// There is not enough memory.
     pub fn new(session: &Rc<Session>, whole: &Matrix, nodes: Vec<u32>) -> Result<Self> {
         let size = whole.block_size();
         let first = whole.pattern().first_row;
@@ -47,14 +47,14 @@ impl SubMatrix {
         Ok(part)
     }
 
-    /// Takes over the present values of the matrix that it is a part of, and stays the same matrix to a solver, which
-    /// keeps its ordering. Collective.
+    /// Copies the current values of the full matrix. For a solver it remains the same matrix, so
+    /// that the solver keeps its ordering. Collective.
     ///
     /// # Errors
-    /// The pattern is another one.
+    /// The pattern differs.
     pub fn extract(&mut self, whole: &Matrix) -> Result<()> {
-        // By way of another one: the distributed BAIJ of PETSc 3.18 does not recognise its own part if a rank has
-        // no rows in it.
+        // Via a second matrix: the distributed BAIJ of PETSc 3.18 does not recognize its own
+        // submatrix if a rank has no rows in it.
         let mut present = null_mut();
         let initial = sys::MAT_INITIAL_MATRIX;
         petsc!(MatCreateSubMatrix(whole.raw(), self.rows, self.rows, initial, &mut present))?;
@@ -63,10 +63,10 @@ impl SubMatrix {
         copied
     }
 
-    /// A zero vector of its layout. Collective.
+    /// A zero vector with its layout. Collective.
     ///
     /// # Errors
-    /// No memory.
+    /// There is not enough memory.
     pub fn vector(&self) -> Result<Vector> {
         Vector::new(&self.session, self.nodes.len(), self.block_size)
     }
@@ -99,7 +99,7 @@ impl Operator for SubMatrix {
 
 impl Drop for SubMatrix {
     fn drop(&mut self) {
-        // SAFETY: the handles are ours, and PETSc runs since we hold the session.
+        // SAFETY: we own the handles, and PETSc is running because we hold the session.
         unsafe {
             sys::MatDestroy(&mut self.raw);
             sys::ISDestroy(&mut self.rows);

@@ -1,7 +1,8 @@
-//! Threads of the BLAS below PETSc: one a rank, since the ranks are the parallelism.
+//! Threads of the BLAS below PETSc: one per rank, because the ranks provide the parallelism.
 //!
-//! A BLAS with threads starts one a core of its own accord, in every rank, and matrices of a few hundred rows then cost
-//! three times as much. Which BLAS there is the dynamic linker knows, hence the functions are looked for by name.
+//! A multithreaded BLAS starts one thread per core in every rank by default. Matrices of a few
+//! hundred rows then take three times as long. Only the dynamic linker knows which BLAS is loaded,
+//! so the functions are looked up by name.
 
 use std::ffi::{CStr, c_char, c_int};
 
@@ -10,7 +11,8 @@ use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
 use super::usage::give_back_what_is_free;
 use crate::error::{Error, Result};
 
-/// A BLAS with threads: its functions, and the environment variables by which a user chooses their number.
+/// A multithreaded BLAS: its functions, and the environment variables by which a user sets the
+/// number of threads.
 struct Library {
     set: &'static CStr,
     get: &'static CStr,
@@ -33,37 +35,40 @@ const LIBRARIES: [Library; 2] = [
 type Set = unsafe extern "C" fn(c_int);
 type Get = unsafe extern "C" fn() -> c_int;
 
-/// One thread for the BLAS of this process, unless the user chose a number.
+/// Sets one thread for the BLAS of this process, unless the user chose a number.
 pub(super) fn one_unless_chosen() {
     for library in &LIBRARIES {
         let chosen = library.chosen_by.iter().any(|name| std::env::var_os(name).is_some());
         let Some(set) = address(library.set).filter(|_| !chosen) else { continue };
-        // SAFETY: a function of that name takes an int and returns nothing, in every release of the library.
+        // SAFETY: a function of that name takes an int and returns nothing, in every release of the
+        // library.
         unsafe { std::mem::transmute::<*mut libc::c_void, Set>(set)(1) };
     }
 }
 
-/// Threads of the BLAS of this process; nothing where it has none, or is one that this program does not know.
+/// Threads of the BLAS of this process; `None` if it has no threads or is an unknown BLAS.
 pub fn blas_threads() -> Option<u32> {
     let get = LIBRARIES.iter().find_map(|library| address(library.get))?;
-    // SAFETY: a function of that name takes nothing and returns an int, in every release of the library.
+    // SAFETY: a function of that name takes nothing and returns an int, in every release of the
+    // library.
     let count = unsafe { std::mem::transmute::<*mut libc::c_void, Get>(get)() };
     u32::try_from(count).ok()
 }
 
-/// Address space of a thread of OpenBLAS, which it takes with its first matrix \[bytes\].
+/// Address space of an OpenBLAS thread, which is allocated with its first matrix \[bytes\].
 const BUFFER: usize = 128 << 20;
-/// Address space that a small run needs beside it \[bytes\].
+/// Additional address space that a small run needs \[bytes\].
 const RUN: usize = 16 << 20;
 
-/// Lets the BLAS allocate its buffers now, if there is room for them: without room OpenBLAS would retry endlessly.
+/// Makes the BLAS allocate its buffers now, if there is enough memory. Without enough memory
+/// OpenBLAS would retry endlessly.
 ///
 /// # Errors
-/// There is no room, by a limit as that of `ulimit -v`.
+/// There is not enough memory, due to a limit such as `ulimit -v`.
 pub(super) fn take_buffers() -> Result<()> {
     require_buffers()?;
     let Some(solve) = address(c"dtrsm_") else { return Ok(()) };
-    // As long as the integers of any BLAS, which reads the part that it knows.
+    // As wide as the integers of any BLAS, which reads only the part that it needs.
     let count = ORDER as i64;
     let one = 1.0;
     let mut matrix = [0.0; ORDER * ORDER];
@@ -72,7 +77,8 @@ pub(super) fn take_buffers() -> Result<()> {
     let (left, upper, plain) = (c"L".as_ptr(), c"U".as_ptr(), c"N".as_ptr());
     let (count, one) = (&raw const count, &raw const one);
     let (matrix, right) = (matrix.as_ptr(), right.as_mut_ptr());
-    // SAFETY: the signature of the BLAS, with the hidden lengths of the words; the matrices have the announced sizes.
+    // SAFETY: the signature of the BLAS, with the hidden lengths of the words; the matrices have
+    // the announced sizes.
     unsafe {
         let solve = std::mem::transmute::<*mut libc::c_void, Solve>(solve);
         solve(left, upper, plain, plain, count, count, one, matrix, count, right, count, 1, 1, 1, 1);
@@ -80,22 +86,23 @@ pub(super) fn take_buffers() -> Result<()> {
     Ok(())
 }
 
-/// Makes sure that there is room for the buffers of the BLAS and a small run. MPI needs some of it as well, and its own error
-/// messages are obscure.
+/// Checks that there is enough memory for the buffers of the BLAS and a small run. MPI needs some
+/// of it as well, and its own error messages are obscure.
 ///
 /// # Errors
-/// As [`take_buffers`].
+/// The errors of [`take_buffers`].
 pub(super) fn require_buffers() -> Result<()> {
     require_room(needed_room(blas_threads()))
 }
 
-/// Address space for a BLAS with this number of threads and a small run \[bytes\]. A BLAS without threads takes no such buffers.
+/// Address space for a BLAS with this number of threads and a small run \[bytes\]. A BLAS without
+/// threads allocates no such buffers.
 fn needed_room(threads: Option<u32>) -> usize {
     let buffers = threads.map_or(0, |threads| BUFFER.saturating_mul(threads.max(1) as usize));
     buffers.saturating_add(RUN)
 }
 
-/// Order of the matrices that are solved for the sake of the buffers.
+/// Order of the matrices that are solved to trigger the allocation of the buffers.
 const ORDER: usize = 32;
 
 type Solve = unsafe extern "C" fn(
@@ -118,7 +125,8 @@ type Solve = unsafe extern "C" fn(
 
 fn require_room(bytes: usize) -> Result<()> {
     let fits = Vec::<u8>::new().try_reserve_exact(bytes).is_ok();
-    // The allocator may keep what was reserved for later, out of reach of libraries that ask the system.
+    // The allocator may keep the reserved memory for later, unavailable to libraries that allocate
+    // from the system.
     give_back_what_is_free();
     if fits {
         return Ok(());
@@ -139,9 +147,9 @@ fn require_room(bytes: usize) -> Result<()> {
     Err(Error::internal(text).hint(&cure))
 }
 
-/// Where a function is that some library of this process offers.
+/// Address of a function in any library of this process; `None` if there is no such function.
 pub(super) fn address(name: &CStr) -> Option<*mut libc::c_void> {
-    // SAFETY: the name ends with a zero; looking for it changes nothing.
+    // SAFETY: the name ends with a zero; the lookup changes nothing.
     let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
     (!found.is_null()).then_some(found)
 }
@@ -150,7 +158,7 @@ pub(super) fn address(name: &CStr) -> Option<*mut libc::c_void> {
 mod tests {
     use super::*;
 
-    /// Room for buffers is required only if there is a BLAS with threads.
+    /// Memory for buffers is required only for a multithreaded BLAS.
     #[test]
     fn buffers_are_those_of_a_blas_with_threads() {
         assert_eq!(needed_room(None), 16 << 20);

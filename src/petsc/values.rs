@@ -7,9 +7,9 @@ use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 use std::ptr::null_mut;
 
-/// Values of a vector on this rank, to be read.
+/// Values of a vector on this rank, for reading.
 ///
-/// The ghosts lie behind the owned values in one array: that is how PETSc documents a ghosted vector.
+/// The ghosts follow the owned values in one array, as PETSc documents for a ghosted vector.
 pub struct Values<'a> {
     vector: sys::Vec,
     pointer: *const f64,
@@ -19,7 +19,8 @@ pub struct Values<'a> {
 
 impl Values<'_> {
     /// # Safety
-    /// The vector is borrowed as long as the values live, and `length` is at most that of its owned and ghost values.
+    /// The vector is borrowed as long as the values live, and `length` is at most that of its owned
+    /// and ghost values.
     pub(super) unsafe fn new(vector: sys::Vec, length: usize) -> Self {
         let mut pointer = std::ptr::null();
         petsc!(VecGetArrayRead(vector, &mut pointer)).unwrap_or_else(|error| fault(&error));
@@ -33,19 +34,19 @@ impl Deref for Values<'_> {
         if self.length == 0 {
             return &[];
         }
-        // SAFETY: PETSc's array has this length and lives until it is given back in `drop`.
+        // SAFETY: PETSc's array has this length and lives until it is returned in `drop`.
         unsafe { std::slice::from_raw_parts(self.pointer, self.length) }
     }
 }
 
 impl Drop for Values<'_> {
     fn drop(&mut self) {
-        // SAFETY: gives back what `new` took; the vector is still borrowed.
+        // SAFETY: returns what `new` took; the vector is still borrowed.
         unsafe { sys::VecRestoreArrayRead(self.vector, &mut self.pointer) };
     }
 }
 
-/// Values of a vector on this rank, to be changed.
+/// Values of a vector on this rank, for modification.
 pub struct ValuesMut<'a> {
     vector: sys::Vec,
     pointer: *mut f64,
@@ -55,7 +56,8 @@ pub struct ValuesMut<'a> {
 
 impl ValuesMut<'_> {
     /// # Safety
-    /// The vector is borrowed as long as the values live, and `length` is at most that of its owned and ghost values.
+    /// The vector is borrowed as long as the values live, and `length` is at most that of its owned
+    /// and ghost values.
     pub(super) unsafe fn new(vector: sys::Vec, length: usize) -> Self {
         let mut pointer = null_mut();
         petsc!(VecGetArray(vector, &mut pointer)).unwrap_or_else(|error| fault(&error));
@@ -69,7 +71,7 @@ impl Deref for ValuesMut<'_> {
         if self.length == 0 {
             return &[];
         }
-        // SAFETY: as in `Values`.
+        // SAFETY: PETSc's array has this length and lives until it is returned in `drop`.
         unsafe { std::slice::from_raw_parts(self.pointer, self.length) }
     }
 }
@@ -79,14 +81,15 @@ impl DerefMut for ValuesMut<'_> {
         if self.length == 0 {
             return &mut [];
         }
-        // SAFETY: as in `Values`; the vector is borrowed for us alone.
+        // SAFETY: PETSc's array has this length and lives until it is returned in `drop`; the
+        // vector is borrowed exclusively.
         unsafe { std::slice::from_raw_parts_mut(self.pointer, self.length) }
     }
 }
 
 impl Drop for ValuesMut<'_> {
     fn drop(&mut self) {
-        // SAFETY: gives back what `new` took, by which PETSc learns that the values changed.
+        // SAFETY: returns what `new` took, which notifies PETSc that the values changed.
         unsafe { sys::VecRestoreArray(self.vector, &mut self.pointer) };
     }
 }

@@ -1,4 +1,5 @@
-//! A distributed vector of node values: the owned ones first, then copies of other ranks' ones (ghosts).
+//! A distributed vector of node values: first the owned ones, then copies of other ranks' values
+//! (ghosts).
 
 use super::call::petsc;
 use super::census::{self, Kind};
@@ -9,10 +10,11 @@ use petsc_sys as sys;
 use std::ptr::null_mut;
 use std::rc::Rc;
 
-/// A distributed vector with `block_size` values a node.
+/// A distributed vector with `block_size` values per node.
 ///
-/// Storage of a rank: `[owned blocks | ghost blocks]`, value = block * `block_size` + component. Algebra (`axpy`,
-/// `norm`, ...) works on the owned part; ghosts follow by [`Vector::update_ghosts`].
+/// Storage of a rank: `[owned blocks | ghost blocks]`, value = block * `block_size` + component.
+/// Algebra (`axpy`, `norm`, ...) acts on the owned part; [`Vector::update_ghosts`] updates the
+/// ghosts.
 pub struct Vector {
     session: Rc<Session>,
     raw: sys::Vec,
@@ -22,10 +24,11 @@ pub struct Vector {
 }
 
 impl Vector {
-    /// A zero vector of `owned_blocks` blocks here and copies of the blocks with the global numbers `ghosts`. Collective.
+    /// A zero vector with `owned_blocks` blocks on this rank and copies of the blocks with the
+    /// global numbers `ghosts`. Collective.
     ///
     /// # Errors
-    /// PETSc refuses the sizes or has no memory.
+    /// PETSc rejects the sizes or has not enough memory.
     pub fn ghosted(
         session: &Rc<Session>,
         owned_blocks: usize,
@@ -53,15 +56,15 @@ impl Vector {
     /// A zero vector without ghosts. Collective.
     ///
     /// # Errors
-    /// As [`Vector::ghosted`].
+    /// The errors of [`Vector::ghosted`].
     pub fn new(session: &Rc<Session>, owned_blocks: usize, block_size: usize) -> Result<Self> {
         Self::ghosted(session, owned_blocks, block_size, &[])
     }
 
-    /// A zero vector of the same layout, ghosts included. Collective.
+    /// A zero vector with the same layout, including ghosts. Collective.
     ///
     /// # Errors
-    /// PETSc has no memory.
+    /// PETSc has not enough memory.
     pub fn like(&self) -> Result<Self> {
         let mut raw = null_mut();
         petsc!(VecDuplicate(self.raw, &mut raw))?;
@@ -72,15 +75,16 @@ impl Vector {
         Ok(twin)
     }
 
-    /// A zero vector of the same layout where it is `wanted`, else one without entries. Collective.
+    /// A zero vector with the same layout if it is `wanted`, otherwise one without entries.
+    /// Collective.
     ///
     /// # Errors
-    /// As [`like`](Self::like).
+    /// The errors of [`like`](Self::like).
     pub fn like_if(&self, wanted: bool) -> Result<Self> {
         if wanted { self.like() } else { Self::new(&self.session, 0, self.block_size) }
     }
 
-    /// A second owner of a vector that PETSc hands to a callback; without ghosts.
+    /// A second owner of a vector that PETSc passes to a callback, without ghosts.
     pub(super) fn share(session: &Rc<Session>, raw: sys::Vec) -> Result<Self> {
         let (mut owned, mut block_size) = (0, 0);
         petsc!(VecGetLocalSize(raw, &mut owned))?;
@@ -91,7 +95,7 @@ impl Vector {
         Ok(Self { session: Rc::clone(session), raw, block_size: block_size as usize, owned, local: owned })
     }
 
-    /// Values a block.
+    /// Values per block.
     pub fn block_size(&self) -> usize {
         self.block_size
     }
@@ -107,25 +111,25 @@ impl Vector {
         unsafe { Values::new(self.raw(), self.owned) }
     }
 
-    /// The owned and then the ghost values.
+    /// The owned values, followed by the ghost values.
     pub fn local(&self) -> Values<'_> {
         // SAFETY: PETSc made the vector with this many values.
         unsafe { Values::new(self.raw(), self.local) }
     }
 
-    /// The owned values, to be changed.
+    /// The owned values, for modification.
     pub fn owned_mut(&mut self) -> ValuesMut<'_> {
         // SAFETY: PETSc made the vector with this many values.
         unsafe { ValuesMut::new(self.raw(), self.owned) }
     }
 
-    /// The owned and then the ghost values, to be changed.
+    /// The owned values, followed by the ghost values, for modification.
     pub fn local_mut(&mut self) -> ValuesMut<'_> {
         // SAFETY: PETSc made the vector with this many values.
         unsafe { ValuesMut::new(self.raw(), self.local) }
     }
 
-    /// Gives every ghost the value of its owner. Collective.
+    /// Sets every ghost to the value of its owner. Collective.
     ///
     /// # Errors
     /// Communication fails.
@@ -189,12 +193,12 @@ impl Vector {
         petsc!(VecScale(self.raw, alpha))
     }
 
-    /// Every value, ghosts included, becomes `value`.
+    /// Sets every value, including ghosts, to `value`.
     pub fn set(&mut self, value: f64) {
         self.local_mut().fill(value);
     }
 
-    /// Copies all values of a vector of the same layout, ghosts included.
+    /// Copies all values of a vector with the same layout, including ghosts.
     ///
     /// # Errors
     /// The layouts differ.
@@ -244,7 +248,7 @@ impl Vector {
         petsc!(VecPointwiseMult(self.raw, x.raw, y.raw))
     }
 
-    /// `self_i = x_i / y_i`, owned part; 0 where `y_i` is.
+    /// `self_i = x_i / y_i`, owned part; 0 if `y_i` is 0.
     ///
     /// # Errors
     /// The layouts differ.
@@ -252,7 +256,7 @@ impl Vector {
         petsc!(VecPointwiseDivide(self.raw, x.raw, y.raw))
     }
 
-    /// PETSc's handle, alive as long as `self` is.
+    /// PETSc's handle, valid as long as `self`.
     pub fn raw(&self) -> sys::Vec {
         self.raw
     }
@@ -266,7 +270,7 @@ impl Vector {
 impl Drop for Vector {
     fn drop(&mut self) {
         census::gone(Kind::Vector, self.local * size_of::<f64>());
-        // SAFETY: the handle is ours, and PETSc runs since we hold the session.
+        // SAFETY: we own the handle, and PETSc is running because we hold the session.
         unsafe { sys::VecDestroy(&mut self.raw) };
     }
 }

@@ -1,4 +1,4 @@
-//! Names and versions of the libraries that the program runs with.
+//! Names and versions of the libraries in use.
 
 use std::ffi::{CStr, c_void};
 use std::mem::MaybeUninit;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::call::petsc;
 use super::threads;
 
-/// PETSc, MPI and METIS as the program runs with them; works without a session.
+/// PETSc, MPI and METIS as loaded at run time; works without a session.
 ///
 /// Names and versions, as in `PETSc` and `3.18.5`.
 pub fn versions() -> [(String, String); 3] {
@@ -24,20 +24,22 @@ pub fn versions() -> [(String, String); 3] {
     [("PETSc".to_owned(), petsc), mpi, ("METIS".to_owned(), metis)]
 }
 
-/// The file of the library that a function lies in, links followed.
+/// The library file that contains a function, with links resolved.
 fn file_of(function: *mut c_void) -> Option<PathBuf> {
     let mut found = MaybeUninit::<libc::Dl_info>::zeroed();
-    // SAFETY: the linker only compares the address, and fills the record where it returns anything but zero.
+    // SAFETY: the linker only compares the address, and fills the record if it returns anything but
+    // zero.
     let found = unsafe { (libc::dladdr(function, found.as_mut_ptr()) != 0).then(|| found.assume_init()) }?;
     if found.dli_fname.is_null() {
         return None;
     }
-    // SAFETY: a string of the linker, which lives as long as the library is loaded.
+    // SAFETY: a string of the linker, which is valid as long as the library is loaded.
     let name = unsafe { CStr::from_ptr(found.dli_fname) };
     std::fs::canonicalize(name.to_str().ok()?).ok()
 }
 
-/// The version in the name of a shared library, where all three numbers are there: METIS does not tell it otherwise.
+/// The version in the name of a shared library, if all three numbers are present. METIS does not
+/// provide it otherwise.
 fn version_of_file(path: impl AsRef<Path>) -> Option<String> {
     let (_, version) = path.as_ref().file_name()?.to_str()?.split_once(".so.")?;
     let mut numbers = version.split('.');
@@ -45,7 +47,8 @@ fn version_of_file(path: impl AsRef<Path>) -> Option<String> {
     is_whole.then(|| version.to_owned())
 }
 
-/// What an MPI library says of itself, as name and version: a version begins with a digit, or with a `v` and a digit.
+/// Name and version from the description of an MPI library. A version begins with a digit, or with
+/// a `v` and a digit.
 fn name_and_version(library: &str) -> (String, String) {
     let line = library.split([',', '\n']).next().unwrap_or_default();
     let is_version =
@@ -62,7 +65,7 @@ fn name_and_version(library: &str) -> (String, String) {
 mod tests {
     use super::*;
 
-    /// Names of several words are one name, and the version is the version.
+    /// Names may consist of several words and are separated correctly from the version.
     #[test]
     fn libraries_have_names_and_versions() {
         for (words, name, version) in [
@@ -75,7 +78,7 @@ mod tests {
         }
     }
 
-    /// The whole version of a file's name, and nothing of one that has a part of it only.
+    /// A file name gives a complete version, or none if it contains only a part of it.
     #[test]
     fn files_of_libraries_have_versions() {
         assert_eq!(version_of_file("/usr/lib/libmetis.so.5.1.0").as_deref(), Some("5.1.0"));

@@ -1,23 +1,25 @@
 //! Degrees of freedom of a rank, and which of them are prescribed (3.1).
 //!
-//! Numbering is node-major: `dof = node * D + component`, local nodes, owned before ghosts. Ghost degrees of freedom are
-//! marked like owned ones, so that columns of prescribed unknowns are known without communication.
+//! Numbering is node-major: `dof = node * D + component`, local nodes, owned before ghosts. Ghost
+//! degrees of freedom are marked like owned ones, so that columns of prescribed unknowns are known
+//! without communication.
 
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, digits};
 
-/// A displacement boundary condition as resolved from the case: which components on which set.
+/// A displacement boundary condition as resolved from the case: the prescribed components on a set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boundary<const D: usize> {
     /// Name in the case file.
     pub name: String,
-    /// Set of points, facets or elements whose nodes are held.
+    /// Set of points, facets or elements to whose nodes the condition applies.
     pub set: String,
     /// Components that are prescribed.
     pub components: [bool; D],
 }
 
-/// What a displacement boundary condition prescribes on this rank, ghosts included.
+/// Degrees of freedom that a displacement boundary condition prescribes on this rank, including
+/// ghosts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prescribed {
     /// Name in the case file.
@@ -26,7 +28,8 @@ pub struct Prescribed {
     pub entries: Vec<(u32, u8)>,
 }
 
-/// Prescribed displacement \[m\], velocity \[m/s\] and acceleration \[m/s2\] of one component at one time.
+/// Prescribed displacement \[m\], velocity \[m/s\] and acceleration \[m/s2\] of one component at
+/// one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PrescribedMotion {
     /// Displacement \[m\].
@@ -44,14 +47,14 @@ pub struct Fields<'a> {
     pub u: &'a mut [f64],
     /// Velocity \[m/s\].
     pub v: &'a mut [f64],
-    /// Acceleration \[m/s2\]; empty where there is no inertia.
+    /// Acceleration \[m/s2\]; empty in a problem without inertia.
     pub a: &'a mut [f64],
 }
 
 /// The prescribed degrees of freedom of a rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DofMap<const D: usize> {
-    /// For each local degree of freedom, ghosts included: is it prescribed?
+    /// Whether each local degree of freedom is prescribed, including ghosts.
     pub constrained: Vec<bool>,
     /// One entry for each boundary condition, in the given order.
     pub boundaries: Vec<Prescribed>,
@@ -60,12 +63,14 @@ pub struct DofMap<const D: usize> {
 impl<const D: usize> DofMap<D> {
     /// Resolves the boundary conditions on the local mesh.
     ///
-    /// A degree of freedom at which two conditions prescribe the same motion, as where two planes of symmetry meet,
-    /// belongs to the first of them; `same_motion` is asked for (boundaries, component).
+    /// If two conditions prescribe the same motion of a degree of freedom, for example at the
+    /// intersection of two symmetry planes, it belongs to the first. `same_motion` is called with
+    /// (boundaries, component).
     ///
     /// # Errors
-    /// When a set does not exist, or two conditions prescribe different motions of one degree of freedom, on the
-    /// ranks that see it: agree on it.
+    /// A set does not exist, or two conditions prescribe different motions of one degree of
+    /// freedom. The error occurs on the ranks that have this degree of freedom, so the ranks must
+    /// agree on it.
     pub fn new(
         mesh: &Mesh<D>,
         boundaries: &[Boundary<D>],
@@ -90,22 +95,22 @@ impl<const D: usize> DofMap<D> {
         Ok(Self { constrained: holder.iter().map(|&held| held != usize::MAX).collect(), boundaries: all })
     }
 
-    /// Number of local degrees of freedom, ghosts included.
+    /// Number of local degrees of freedom, including ghosts.
     pub fn len(&self) -> usize {
         self.constrained.len()
     }
 
-    /// Whether the rank holds no node.
+    /// Whether the rank holds no nodes.
     pub fn is_empty(&self) -> bool {
         self.constrained.is_empty()
     }
 
-    /// Writes the prescribed motion into the fields; other entries stay.
+    /// Writes the prescribed motion to the fields; other entries are unchanged.
     ///
-    /// `motion` is asked for (boundary, component, reference point \[m\]).
+    /// `motion` is called with (boundary, component, reference point \[m\]).
     ///
     /// # Errors
-    /// The first that `motion` returns.
+    /// The first error that `motion` returns.
     pub fn fill(
         &self,
         points: &[[f64; D]],
@@ -162,7 +167,7 @@ mod tests {
     use super::*;
     use crate::mesh::{ElementKind, Facet};
 
-    /// A unit square of one quad4 with sets left and bottom.
+    /// A unit square of one quad4 with the sets left and bottom.
     fn square() -> Mesh<2> {
         let mut mesh = Mesh::with_points(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
         mesh.push(ElementKind::Quad4, [0, 1, 2, 3]);
@@ -175,7 +180,8 @@ mod tests {
         Boundary { name: name.into(), set: set.into(), components }
     }
 
-    /// Conditions on different components of a shared corner live together and are filled each with its own values.
+    /// Conditions on different components of a shared corner coexist, and each is filled with its
+    /// own values.
     #[test]
     fn prescribed_values_reach_their_degrees_of_freedom() {
         let mesh = square();
@@ -199,7 +205,8 @@ mod tests {
         assert_eq!(u, [0.0, 0.0, 9.0, 0.0, 9.0, 9.0, 0.0, 9.0]);
     }
 
-    /// Where two conditions prescribe the same motion the first holds the degree of freedom, once.
+    /// If two conditions prescribe the same motion, the degree of freedom belongs only to the
+    /// first.
     #[test]
     fn equal_motions_share_a_corner() {
         let both = [boundary("clamp", "left", [true, true]), boundary("floor", "bottom", [false, true])];
@@ -209,7 +216,8 @@ mod tests {
         assert_eq!(map.boundaries[1].entries, [(1, 1)]);
     }
 
-    /// Two different motions of one degree of freedom are refused by their names and the place.
+    /// Two different motions of one degree of freedom are rejected with their names and the
+    /// location.
     #[test]
     fn conflicts_name_the_point() {
         let both = [boundary("clamp", "left", [true, true]), boundary("floor", "bottom", [false, true])];

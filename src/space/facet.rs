@@ -1,15 +1,18 @@
-//! Geometry of a facet: tangents, the outward area vector, their variations, and the curvature of the facet.
+//! Geometry of a facet: tangents, the outward area vector, their variations, and the curvature of
+//! the facet.
 //!
-//! The one place that knows which way out is: in the plane the tangent turned clockwise, in space the product of the two
-//! tangents. [`ElementKind::sides`](crate::mesh::ElementKind::sides) orders the nodes of a facet to suit.
+//! This module alone defines the outward direction: in the plane the tangent rotated clockwise, in
+//! space the cross product of the two tangents.
+//! [`ElementKind::sides`](crate::mesh::ElementKind::sides) orders the nodes of a facet accordingly.
 
 use crate::tensor::{Tensor, Vector, cross};
 
-/// Derivatives `x_,k` of the position with respect to the facet's `D - 1` reference coordinates \[m\]; in the plane
-/// the second entry is zero.
+/// Derivatives `x_,k` of the position with respect to the facet's `D - 1` reference coordinates
+/// \[m\]. In the plane the second entry is zero.
 pub type Tangents<const D: usize> = [Vector<D>; 2];
 
-/// Tangents of a facet with nodes at `x` (reference or current) \[m\] and gradients `dn[a * (D - 1) + k]`.
+/// Tangents of a facet with nodes at `x` (reference or current) \[m\] and gradients `dn[a * (D - 1)
+/// + k]`.
 pub fn facet_tangents<const D: usize>(x: &[Vector<D>], dn: &[f64]) -> Tangents<D> {
     let mut tangents = [Vector::zeros(); 2];
     for (x, dn) in x.iter().zip(dn.chunks_exact(D - 1)) {
@@ -20,7 +23,8 @@ pub fn facet_tangents<const D: usize>(x: &[Vector<D>], dn: &[f64]) -> Tangents<D
     tangents
 }
 
-/// Outward area vector for a unit of reference measure, `A = |A| n`, so that `da = |A| dxi` [m, m2].
+/// Outward area vector for a unit of reference measure, `A = |A| n`, so that `da = |A| dxi` [m,
+/// m2].
 ///
 /// In the plane `(t_y, -t_x)`, in space `x_,1 x x_,2`.
 pub fn facet_normal<const D: usize>(tangents: &Tangents<D>) -> Vector<D> {
@@ -32,7 +36,8 @@ pub fn facet_normal<const D: usize>(tangents: &Tangents<D>) -> Vector<D> {
     }
 }
 
-/// Derivative of [`facet_normal`] with respect to the position of a node with gradient `dn[k]`: `dA = W du_a` [1, m].
+/// Derivative of [`facet_normal`] with respect to the position of a node with gradient `dn[k]`: `dA
+/// = W du_a` [1, m].
 ///
 /// Row = component of `A`, column = component of `u_a`; skew-symmetric.
 pub fn area_variation<const D: usize>(tangents: &Tangents<D>, dn: &[f64]) -> Tensor<D> {
@@ -58,7 +63,8 @@ mod tests {
     use crate::mesh::ElementKind;
     use crate::space::reference;
 
-    /// Nodes of an element on its own reference domain, a little bent so that nothing is accidentally affine.
+    /// Nodes of an element on its own reference domain, slightly bent so that the map is not
+    /// affine.
     fn bent<const D: usize>(kind: ElementKind, size: f64) -> Vec<Vector<D>> {
         let place = |p: &[f64; 3]| {
             Vector::from_fn(|i, _| p[i] + size * ((1.3 * p[0] - 0.4 * p[1] + 0.7 * p[2] + i as f64).sin()))
@@ -72,7 +78,8 @@ mod tests {
             .filter(move |kind| kind.dimension() == dimension && !kind.sides().is_empty())
     }
 
-    /// By the divergence theorem the sides of every element enclose its volume, each pointing outward.
+    /// By the divergence theorem the sides of every element enclose its volume, with outward area
+    /// vectors.
     fn sides_enclose_the_volume<const D: usize>() {
         for kind in solids(D) {
             let x = bent::<D>(kind, 0.05);
@@ -119,7 +126,8 @@ mod tests {
         ElementKind::ALL.into_iter().filter(move |kind| kind.dimension() + 1 == dimension)
     }
 
-    /// The area vector is at most quadratic in the positions: a central difference gives its variation exactly.
+    /// The area vector is at most quadratic in the positions: a central difference gives its
+    /// variation exactly.
     fn area_variation_is_the_derivative<const D: usize>() {
         for kind in facet_kinds(D) {
             let x = bent::<D>(kind, 0.3);

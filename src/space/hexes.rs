@@ -1,5 +1,5 @@
-//! Hexahedra on `[-1, 1]^3` in VTK's order: corners of the bottom and of the top, edges of the bottom, of the top, the
-//! upright ones, then the faces -x, +x, -y, +y, -z, +z, then the centre.
+//! Hexahedra on `[-1, 1]^3` in VTK's order: corners of the bottom and of the top, edges of the
+//! bottom, of the top, the vertical ones, then the faces -x, +x, -y, +y, -z, +z, then the centre.
 
 use super::layout::{Layout, Rules};
 use super::shape::Family;

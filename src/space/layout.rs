@@ -1,10 +1,10 @@
-//! What the family of an element is made of: shape functions, nodes, rules.
+//! Definition of an element: shape functions, nodes and quadrature rules.
 
 use super::shape::Family;
 
-/// What a family's file writes down of an element; the rest follows.
+/// Data that a family's file specifies for an element; all other data are derived.
 pub(super) struct Layout {
-    /// How the shape functions follow from the nodes.
+    /// Construction of the shape functions from the nodes.
     pub family: Family,
     /// Node coordinates in VTK's order.
     pub nodes: &'static [[f64; 3]],
@@ -20,6 +20,6 @@ pub(super) struct Rules {
     pub mass: usize,
     /// Contact integrated by Gauss points.
     pub contact: usize,
-    /// What the nodal rule, if there is one, integrates exactly.
+    /// Degree that the nodal rule, if there is one, integrates exactly.
     pub nodal: usize,
 }

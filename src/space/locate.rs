@@ -1,4 +1,5 @@
-//! Which node, and which element, a point of the reference configuration belongs to.
+//! Search for the node nearest to a point of the reference configuration, and for the element that
+//! contains it.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -23,15 +24,18 @@ pub struct Located {
     pub coordinates: [f64; 3],
 }
 
-/// Newton steps of [`pull_back`]; elements of any quality need fewer than ten.
+/// Maximum number of Newton steps of [`pull_back`]; elements of any quality need fewer than ten.
 const STEPS: usize = 30;
 
-/// How far outside its reference domain a point still counts as in the element. Dimensionless.
+/// Distance outside its reference domain up to which a point still counts as in the element.
+/// Dimensionless.
 const TOLERANCE: f64 = 1e-10;
 
-/// The nearest of `candidates` (local nodes) to `point` \[m\], the first of equals; `None` without candidates.
+/// The nearest of `candidates` (local nodes) to `point` \[m\]. Of equally near nodes it is the
+/// first; `None` without candidates.
 ///
-/// On several ranks: take the smallest distance, among equals the lowest number in the input mesh.
+/// On several ranks: take the smallest distance, and for equal distances the lowest number in the
+/// input mesh.
 pub fn nearest_node<const D: usize>(
     mesh: &Mesh<D>,
     candidates: impl IntoIterator<Item = u32>,
@@ -45,7 +49,7 @@ pub fn nearest_node<const D: usize>(
     all.reduce(|best, next| if next.distance < best.distance { next } else { best })
 }
 
-/// The first of `elements` that contains `point` \[m\]; `None` where none does.
+/// The first of `elements` that contains `point` \[m\]; `None` if no element contains it.
 pub fn locate<const D: usize>(
     mesh: &Mesh<D>,
     elements: impl IntoIterator<Item = u32>,
@@ -58,7 +62,8 @@ pub fn locate<const D: usize>(
     })
 }
 
-/// Reference coordinates of `point` \[m\] in an element, also where it lies outside; `None` where Newton's method fails.
+/// Reference coordinates of `point` \[m\] in an element, also for a point outside; `None` if
+/// Newton's method fails.
 pub fn pull_back<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D]) -> Option<[f64; 3]> {
     let nodes = mesh.element_nodes(element as usize);
     let kind = reference(mesh.kinds[element as usize]);
@@ -84,7 +89,8 @@ pub fn pull_back<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D])
     None
 }
 
-/// Whether the point lies in the box around the nodes, widened by half its size: curved sides bulge.
+/// Whether the point lies in the box around the nodes, extended by half its size because curved
+/// sides may bulge.
 fn near<const D: usize>(mesh: &Mesh<D>, element: u32, point: &[f64; D]) -> bool {
     let nodes = mesh.element_nodes(element as usize);
     (0..D).all(|k| {
@@ -141,14 +147,15 @@ mod tests {
         }
     }
 
-    /// A point goes to its element and back, for every element; a point outside is in none.
+    /// For every element, mapping a point to the element and back reproduces the point. A point
+    /// outside is in no element.
     #[test]
     fn points_are_found_where_they_are() {
         round_trip::<2>();
         round_trip::<3>();
     }
 
-    /// The nearest node is found, the first of equals, none without candidates.
+    /// The nearest node is found: the first of equally near ones, `None` without candidates.
     #[test]
     fn nearest_node_is_the_nearest() {
         let mesh = Mesh::<2>::with_points(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);

@@ -1,7 +1,9 @@
-//! Reference elements, quadrature, facet geometry, prescribed degrees of freedom, points in elements.
+//! Reference elements, quadrature, facet geometry, prescribed degrees of freedom, points in
+//! elements.
 //!
-//! A reference element is data: its nodes and, for each shape function, a product of affine factors (see [`shape`]).
-//! Values, gradients and second derivatives follow from the one product rule for every element.
+//! A reference element is data: its nodes and, for each shape function, a product of affine factors
+//! (see [`shape`]). Values, gradients and second derivatives of every element follow from a single
+//! product rule.
 
 mod dofs;
 mod facet;

@@ -1,4 +1,5 @@
-//! Quadrature rules with positive weights: Gauss-Legendre and its tensor products, symmetric rules on simplices.
+//! Quadrature rules with positive weights: Gauss-Legendre and its tensor products, symmetric rules
+//! on simplices.
 
 /// A quadrature rule on a reference element.
 #[derive(Debug, Clone, PartialEq)]
@@ -7,16 +8,17 @@ pub struct Rule {
     pub points: Vec<[f64; 3]>,
     /// Positive weights; their sum is the volume of the reference element.
     pub weights: Vec<f64>,
-    /// Polynomials integrated exactly: up to this degree, on lines, quads and hexes up to it in each direction.
+    /// Degree of polynomials that are integrated exactly; on lines, quads and hexes it applies to
+    /// each direction.
     pub degree: usize,
 }
 
-/// Points that permute the barycentric coordinates of a simplex, with the weight of one of them relative to a
-/// simplex of volume one.
+/// Points obtained by permuting the barycentric coordinates of a simplex. The weight of each point
+/// is relative to a simplex of volume one.
 enum Orbit {
     /// The centroid.
     Centre { weight: f64 },
-    /// All coordinates `a` but one.
+    /// All coordinates `a` except one.
     One { weight: f64, a: f64 },
     /// Two coordinates `a`, two `1/2 - a`; tetrahedra only.
     Pairs { weight: f64, a: f64 },
@@ -46,8 +48,9 @@ impl Rule {
         rule
     }
 
-    /// The smallest rule here that integrates polynomials of `degree` exactly on the unit triangle (`dim` 2) or the
-    /// unit tetrahedron (`dim` 3): symmetric where tabulated, otherwise a Gauss rule collapsed onto a corner.
+    /// The smallest available rule that integrates polynomials of `degree` exactly on the unit
+    /// triangle (`dim` 2) or the unit tetrahedron (`dim` 3). It is symmetric if tabulated,
+    /// otherwise a Gauss rule collapsed onto a corner.
     pub fn simplex(dim: usize, degree: usize) -> Self {
         let (exact, orbits) = match (dim, degree) {
             (_, 0 | 1) => (1, vec![Orbit::Centre { weight: 1.0 }]),
@@ -74,14 +77,15 @@ impl Rule {
         self.weights.len()
     }
 
-    /// Whether there is no point; no rule here is empty.
+    /// Whether there are no points; no rule in this module is empty.
     pub fn is_empty(&self) -> bool {
         self.weights.is_empty()
     }
 }
 
 impl Orbit {
-    /// Weight and Cartesian points; the first barycentric coordinate belongs to the corner at the origin.
+    /// Weight and Cartesian points. The first barycentric coordinate belongs to the corner at the
+    /// origin.
     fn expand(&self, dim: usize) -> (f64, Vec<[f64; 3]>) {
         let corner = |k: usize, at: f64, others: f64| {
             let mut point = [0.0; 3];
@@ -154,7 +158,8 @@ fn walkington_14() -> Vec<Orbit> {
     ]
 }
 
-/// Gauss-Legendre points of the cube collapsed onto the simplex, by `x = u, y = v (1 - u), z = w (1 - u) (1 - v)`.
+/// Gauss-Legendre points of the cube collapsed onto the simplex, by `x = u, y = v (1 - u), z = w (1
+/// - u) (1 - v)`.
 fn collapsed(dim: usize, degree: usize) -> Rule {
     // The Jacobian of the collapse has degree dim - 1 in u.
     let cube = Rule::tensor(dim, degree + dim - 1);
@@ -175,7 +180,8 @@ fn collapsed(dim: usize, degree: usize) -> Rule {
     rule
 }
 
-/// Points and weights of the `n`-point Gauss-Legendre rule on `[-1, 1]`, ascending and exactly symmetric.
+/// Points and weights of the `n`-point Gauss-Legendre rule on `[-1, 1]`, ascending and exactly
+/// symmetric.
 fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let mut rule = vec![(0.0, 0.0); n];
     for i in 0..n.div_ceil(2) {
@@ -233,7 +239,8 @@ mod tests {
         (1..=n).map(|k| k as f64).product()
     }
 
-    /// Tensor rules integrate every monomial up to their degree in each direction, and not one degree more.
+    /// Tensor rules integrate every monomial exactly up to their degree in each direction, and no
+    /// higher degree.
     #[test]
     fn tensor_rules_are_exact_to_their_degree() {
         let line = |p: usize| if p.is_multiple_of(2) { 2.0 / (p + 1) as f64 } else { 0.0 };
@@ -254,7 +261,8 @@ mod tests {
         }
     }
 
-    /// Simplex rules, tabulated and collapsed, have positive weights, points inside, and the degree they claim.
+    /// Simplex rules, tabulated and collapsed, have positive weights, interior points, and the
+    /// stated degree.
     #[test]
     fn simplex_rules_are_exact_to_their_degree() {
         for dim in 2..=3 {

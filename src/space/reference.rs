@@ -1,4 +1,5 @@
-//! Reference elements: nodes, shape functions with their derivatives, and quadrature rules by purpose.
+//! Reference elements: nodes, shape functions with their derivatives, and quadrature rules for each
+//! purpose.
 
 use std::sync::LazyLock;
 
@@ -8,10 +9,11 @@ use super::shape::{Family, Product, functions};
 use super::{hexes, lines, quads, tets, triangles};
 use crate::mesh::ElementKind;
 
-/// An element on its reference domain: `[-1, 1]^d` (lines, quads, hexes) or the unit simplex (triangles, tets).
+/// An element on its reference domain: `[-1, 1]^d` (lines, quads, hexes) or the unit simplex
+/// (triangles, tets).
 #[derive(Debug)]
 pub struct ReferenceElement {
-    /// Which element this is.
+    /// Kind of the element.
     pub kind: ElementKind,
     dim: usize,
     coordinates: &'static [[f64; 3]],
@@ -117,7 +119,8 @@ impl ReferenceElement {
         }
     }
 
-    /// `d2N_a / d xi_k d xi_l` at `xi` into `d2n[(a * dim + k) * dim + l]`; the curvature of facets needs it.
+    /// `d2N_a / d xi_k d xi_l` at `xi` into `d2n[(a * dim + k) * dim + l]`, needed for the
+    /// curvature of facets.
     pub fn second_gradient(&self, xi: &[f64], d2n: &mut [f64]) {
         let xi = &xi[..self.dim];
         for (d2n, function) in d2n.chunks_exact_mut(self.dim * self.dim).zip(&self.functions) {
@@ -127,8 +130,8 @@ impl ReferenceElement {
         }
     }
 
-    /// Stiffness: full integration (quad4 2x2, hex8 2x2x2, quadratic ones 3 in each direction; tri3 and tet4 1, tri6 3,
-    /// tet10 4 points).
+    /// Stiffness: full integration (quad4 2x2, hex8 2x2x2, quadratic ones 3 in each direction; tri3
+    /// and tet4 1, tri6 3, tet10 4 points).
     pub fn full_rule(&self) -> &Rule {
         &self.full
     }
@@ -143,13 +146,15 @@ impl ReferenceElement {
         &self.mass
     }
 
-    /// Contact by Gauss points: 2 in each direction on linear facets, 3 on quadratic ones; tri3 3, tri6 7 points.
+    /// Contact by Gauss points: 2 in each direction on linear facets, 3 on quadratic ones; tri3 3,
+    /// tri6 7 points.
     pub fn gauss_contact_rule(&self) -> &Rule {
         &self.gauss_contact
     }
 
-    /// Points at the nodes, in their order, with the integrals of the shape functions as weights (Lobatto where there
-    /// is one); None where a weight would not be positive (tri6, quad8, tet10, hex20).
+    /// Points at the nodes, in their order, with the integrals of the shape functions as weights (a
+    /// Lobatto rule if there is one). `None` if a weight would not be positive (tri6, quad8, tet10,
+    /// hex20).
     pub fn nodal_rule(&self) -> Option<&Rule> {
         self.nodal.as_ref()
     }

@@ -1,7 +1,7 @@
 //! Shape functions as data: a scale times a product of affine factors.
 //!
-//! Every Lagrange and serendipity function of degree one and two has this form, so an element is written down by its
-//! nodes and its [`Family`]; nothing is derived by hand twice.
+//! Every Lagrange and serendipity function of degree one and two has this form. An element is
+//! therefore defined by its nodes and its [`Family`], and no function is derived by hand.
 
 /// `c0 + c1 xi + c2 eta + c3 zeta`, as the four coefficients.
 pub type Affine = [f64; 4];
@@ -15,7 +15,7 @@ pub struct Product {
     pub factors: Vec<Affine>,
 }
 
-/// How the shape functions follow from the nodes.
+/// Construction of the shape functions from the nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
     /// Tensor product of Lagrange polynomials on `[-1, 1]`, degree one or two.
@@ -52,7 +52,7 @@ impl Product {
         sum
     }
 
-    /// The product at `xi` with some factors left out.
+    /// The product at `xi` without some of the factors.
     fn without(&self, xi: &[f64], skip: &[usize]) -> f64 {
         let kept = self.factors.iter().enumerate().filter(|(i, _)| !skip.contains(i));
         kept.fold(self.scale, |product, (_, factor)| product * affine(factor, xi))
@@ -63,7 +63,8 @@ fn affine(factor: &Affine, xi: &[f64]) -> f64 {
     factor[0] + xi.iter().zip(&factor[1..]).map(|(x, c)| c * x).sum::<f64>()
 }
 
-/// The shape functions of the nodes at `nodes` (unused coordinates zero), one at each node and zero at the others.
+/// The shape functions of the nodes at `nodes` (unused coordinates zero), one at each node and zero
+/// at the others.
 pub fn functions(family: Family, nodes: &[[f64; 3]], dim: usize) -> Vec<Product> {
     let function = |node: &[f64; 3]| match family {
         Family::Lagrange(degree) => lagrange(degree, node, dim),
@@ -107,7 +108,7 @@ fn serendipity(node: &[f64; 3], dim: usize) -> Product {
         }
     }
     if node[..dim].iter().all(|&s| s != 0.0) {
-        // Vanishes on the mid-edge nodes next to the corner.
+        // Vanishes at the mid-edge nodes next to the corner.
         function.factors.push([1.0 - dim as f64, node[0], node[1], node[2]]);
     }
     function

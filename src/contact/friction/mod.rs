@@ -1,5 +1,5 @@
-//! Friction: a bound on the tangential traction (one file each, one line in the table below), a coefficient
-//! inside it where the law has one, a regularisation around it.
+//! Friction: a bound on the tangential traction, a regularization of stick, and for some laws a
+//! coefficient. Each law has its own file and one line in the table below.
 
 pub mod coefficient;
 pub mod regularization;
@@ -12,23 +12,23 @@ use crate::reader::findings::Findings;
 use crate::reader::laws::laws;
 pub use regularization::Regularization;
 
-/// What a friction bound may depend on.
+/// Quantities on which a friction bound may depend.
 #[derive(Debug, Clone, Copy)]
 pub struct Pressed {
-    /// The normal law's answer.
+    /// Response of the normal law.
     pub normal: NormalResponse,
-    /// Gap \[m\], negative where pressed.
+    /// Gap \[m\], negative in contact.
     pub gap: f64,
     /// `|v_T| >= 0` \[m/s\].
     pub slip_speed: f64,
 }
 
-/// The friction bound with its slopes.
+/// The friction bound with its derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Bound {
     /// `b >= 0` \[Pa\].
     pub value: f64,
-    /// `db/dg` \[Pa/m\], the way over the normal traction included.
+    /// `db/dg` \[Pa/m\], including the dependence through the normal traction.
     pub by_gap: f64,
     /// `db/d|v_T|` \[Pa s/m\].
     pub by_speed: f64,
@@ -50,13 +50,13 @@ impl Default for FrictionLaw {
 
 /// A law for the friction bound.
 pub trait FrictionBound {
-    /// Bound and slopes where something presses.
+    /// Bound and derivatives at a closed point.
     fn bound(&self, at: Pressed) -> Bound;
 
-    /// How stick is approximated below the bound; `None` without friction.
+    /// Regularization of stick below the bound; `None` without friction.
     fn regularization(&self) -> Option<Regularization>;
 
-    /// Says what is wrong with the parameters; that of the regularization is checked elsewhere.
+    /// Reports invalid parameters. The regularization is checked elsewhere.
     fn check(&self, findings: &mut Findings);
 
     /// Whether the bound depends on the slip speed, so that `C_mu` exists.
@@ -64,17 +64,18 @@ pub trait FrictionBound {
         false
     }
 
-    /// Whether the bound over the normal traction depends on the normal traction.
+    /// Whether the ratio of bound to normal traction depends on the normal traction.
     fn coefficient_depends_on_pressure(&self) -> bool {
         false
     }
 }
 
-/// Slopes beyond this are infinite for every purpose; held here, a product with a zero stays zero.
+/// Derivatives are limited to this magnitude. Larger ones are effectively infinite, and a product
+/// of zero and infinity would not be zero.
 const STEEPEST: f64 = 1e200;
 
 impl FrictionLaw {
-    /// Bound and slopes; zero where nothing presses.
+    /// Bound and derivatives; zero at an open point.
     pub fn bound(&self, at: Pressed) -> Bound {
         if at.normal.traction <= 0.0 {
             return Bound::default();
@@ -83,12 +84,12 @@ impl FrictionLaw {
         Bound { by_gap: bound.by_gap.clamp(-STEEPEST, STEEPEST), ..bound }
     }
 
-    /// Whether there is any friction.
+    /// Whether the law has friction.
     pub fn rubs(&self) -> bool {
         self.law().regularization().is_some()
     }
 
-    /// The friction of a contact; `None` where there is none.
+    /// The friction of a contact; `None` if the contact is frictionless.
     pub fn friction(&self) -> Option<Friction> {
         self.law().regularization().map(|regularization| Friction { law: *self, regularization })
     }
@@ -99,7 +100,7 @@ impl FrictionLaw {
 pub struct Friction {
     /// The bound.
     pub law: FrictionLaw,
-    /// Stick below it: that of the law, or a stiffer one.
+    /// Regularization of stick: that of the law, or a stiffer one.
     pub regularization: Regularization,
 }
 
@@ -118,7 +119,8 @@ mod tests {
         law.bound(Pressed { normal: normal.evaluate(gap), gap, slip_speed })
     }
 
-    /// Every friction law over every normal law has slopes by gap and by speed of Taylor order two.
+    /// For every combination of friction law and normal law, the derivatives by gap and by speed
+    /// have Taylor order two.
     #[test]
     fn bounds_have_taylor_order_two() {
         for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
@@ -134,7 +136,8 @@ mod tests {
         }
     }
 
-    /// The free test: with c_N = 1/eps_n, m_N = 1, c_T = c_N^(8/9) E^(1/9), m_T = 8/9 the power law is Grosch(-1/9).
+    /// Analytical check: with c_N = 1/eps_n, m_N = 1, c_T = c_N^(8/9) E^(1/9), m_T = 8/9 the power
+    /// law equals Grosch(-1/9).
     #[test]
     fn power_law_is_grosch_schallamach() {
         let (modulus, stiffness) = (5e6, 1e10);
@@ -152,7 +155,8 @@ mod tests {
         }
     }
 
-    /// Bounds vanish where nothing presses and stay finite at vanishing pressure, rest and any speed.
+    /// Bounds vanish at open points. They stay finite at vanishing pressure, at rest and at any
+    /// speed.
     #[test]
     fn finite_at_the_extremes() {
         for normal in NORMAL_LAWS.iter().flat_map(|entry| (entry.samples)()) {
@@ -173,7 +177,8 @@ mod tests {
         }
     }
 
-    /// A bound that ignored its parameter would pass every derivative test: it must scale with it.
+    /// The bound scales with its parameter. Derivative tests would not detect a bound that ignores
+    /// it.
     #[test]
     fn bound_notices_the_coefficient() {
         let normal = NormalLaw::penalty(1e-10);

@@ -1,4 +1,5 @@
-//! How the set-valued law of friction becomes a function: a stick velocity (2.8), or a stick stiffness.
+//! Regularization of the set-valued friction law by a stick velocity (2.8), or by a stick
+//! stiffness.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,7 +23,7 @@ pub enum Regularization {
 }
 tagged!(Regularization, "regularization");
 
-/// `phi` and its slope, so that `t_T = -b phi v_T`.
+/// `phi` and its derivative, so that `t_T = -b phi v_T`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InverseSlipSpeed {
     /// `phi_eps` \[s/m\], finite at rest.
@@ -32,7 +33,7 @@ pub struct InverseSlipSpeed {
 }
 
 impl Regularization {
-    /// The paper's regularisation, with a stick velocity \[m/s\].
+    /// The paper's regularization, with a stick velocity \[m/s\].
     pub fn stick_velocity(velocity: f64) -> Self {
         Self::StickVelocity(Velocity::new(velocity))
     }
@@ -47,7 +48,7 @@ impl Regularization {
         Self::StickStiffness(Stiffness::new(stiffness))
     }
 
-    /// The slip velocity below which points stick, where that is the approximation.
+    /// The slip velocity below which points stick; `None` for a stick stiffness.
     pub fn slip_velocity(&self) -> Option<Velocity> {
         match *self {
             Self::StickVelocity(velocity) | Self::SmoothStickVelocity(velocity) => Some(velocity),
@@ -55,7 +56,7 @@ impl Regularization {
         }
     }
 
-    /// The stiffness of stick, where that is the approximation.
+    /// The stick stiffness; `None` for a stick velocity.
     pub fn stiffness(&self) -> Option<Stiffness> {
         match *self {
             Self::StickStiffness(stiffness) => Some(stiffness),
@@ -63,14 +64,15 @@ impl Regularization {
         }
     }
 
-    /// Says what is wrong with it.
+    /// Reports an invalid parameter.
     pub fn check(&self, findings: &mut Findings) {
         self.stiffness().into_iter().for_each(|value| findings.positive("the stick stiffness", value));
         self.slip_velocity().into_iter().for_each(|value| findings.positive("the stick velocity", value));
     }
 }
 
-/// `phi = 1 / max(speed, stick_velocity)` (2.8), the only division by a slip speed in the program.
+/// `phi = 1 / max(speed, stick_velocity)` (2.8). This is the only division by a slip speed in the
+/// program.
 pub fn inverse_slip_speed(speed: f64, stick_velocity: f64) -> InverseSlipSpeed {
     if speed <= stick_velocity {
         return InverseSlipSpeed { value: 1.0 / stick_velocity, derivative: 0.0 };
@@ -92,13 +94,13 @@ pub struct RegularizationEntry {
     pub name: &'static str,
     /// One line for `contact-petsc list`.
     pub about: &'static str,
-    /// The regularisation with this parameter.
+    /// Creates the regularization with this parameter.
     pub of: fn(f64) -> Regularization,
-    /// A parameter on which every test of derivatives runs.
+    /// Parameter with which the derivative tests run.
     pub sample: f64,
 }
 
-/// Every regularisation there is: feeds `list` and the tests.
+/// All regularizations, for `list` and the tests.
 pub const REGULARIZATIONS: &[RegularizationEntry] = &[
     RegularizationEntry {
         name: "stick_velocity",
@@ -125,7 +127,8 @@ mod tests {
     use super::*;
     use crate::taylor::taylor_rate;
 
-    /// Both phi have slopes of Taylor order two on both sides of the stick velocity and are finite at rest.
+    /// The derivatives of both phi have Taylor order two on either side of the stick velocity and
+    /// are finite at rest.
     #[test]
     fn slopes_have_taylor_order_two() {
         for phi in [inverse_slip_speed, smooth_inverse_slip_speed] {
@@ -139,7 +142,7 @@ mod tests {
         }
     }
 
-    /// A regularisation of zero is refused, since it would divide by it.
+    /// A regularization parameter of zero is rejected, because the law divides by it.
     #[test]
     fn refuses_zero() {
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {

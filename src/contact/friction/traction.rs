@@ -1,32 +1,35 @@
-//! Friction traction of one point with its derivatives: velocity form (2.8), (2.30), or return map with
-//! history (2.32).
+//! Friction traction of one point with its derivatives: velocity form (2.8), (2.30), or return map
+//! with history (2.32).
 //!
-//! `w` is the relative velocity and `d` the relative displacement since the start of the step (contactor minus
-//! target, not projected); the slip velocity is `v_T = P w`. Returned derivatives are plain derivatives of the
-//! traction; the point kernel turns them into left-hand sides.
+//! `w` is the relative velocity and `d` the relative displacement since the start of the step. Both
+//! are contactor minus target and not projected. The slip velocity is `v_T = P w`. The returned
+//! derivatives are plain derivatives of the traction; the point kernel converts them to left-hand
+//! sides.
 
 use super::regularization::{InverseSlipSpeed, inverse_slip_speed, smooth_inverse_slip_speed};
 use super::{Bound, Regularization};
 use crate::reader::quantity::Velocity;
 use crate::tensor::{Tensor, Vector, tangential_projector};
 
-/// A trial traction this close to the bound, relative to it, is on it. A point that slid in the last step starts the
-/// next one exactly there: rounding must not choose its branch, and most that slid go on.
+/// A trial traction within this relative distance of the bound counts as being on the bound. A
+/// point that slid in the last step starts the next step exactly on the bound. Rounding must not
+/// choose its branch, and most points that slid continue to slide.
 const ON_THE_BOUND: f64 = 1e-12;
 
-/// Which branch of the law a point is evaluated on.
+/// Branch of the law on which a point is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Branch {
-    /// The one that the slip asks for.
+    /// The branch that follows from the slip.
     #[default]
     Actual,
-    /// The stick branch, continued beyond the bound. A Newton correction is computed from it where the slip
-    /// direction reversed between two iterates: then the root lies between, on the steep stick branch, which the
-    /// flat slip branches on both sides would jump over for ever.
+    /// The stick branch, continued beyond the bound. The Newton correction is computed from it if
+    /// the slip direction reversed between two iterates. The root then lies between them, on the
+    /// steep stick branch. The flat slip branches on both sides would jump over it in every
+    /// iteration.
     Stick,
 }
 
-/// Motion of a point relative to its target, with what it remembers from the last accepted step.
+/// Motion of a point relative to its target, with its history from the last accepted step.
 #[derive(Debug, Clone, Copy)]
 pub struct Slip<'a, const D: usize> {
     /// Unit normal, outward from the target.
@@ -58,12 +61,12 @@ pub struct FrictionTraction<const D: usize> {
     pub by_increment: Tensor<D>,
     /// `dt_T/dn` at fixed `w`, `d` \[Pa\].
     pub by_normal: Tensor<D>,
-    /// Work per area that slip has turned into heat over the step, return map only \[J/m^2\], >= 0.
+    /// Frictional heat per area over the step, return map only \[J/m^2\], >= 0.
     pub plastic_work: f64,
 }
 
 impl<const D: usize> FrictionTraction<D> {
-    /// A traction that depends on nothing; a point that carries it slips.
+    /// A constant traction without derivatives. A point that carries it slips.
     pub fn dead(traction: Vector<D>) -> Self {
         Self {
             traction,
@@ -79,7 +82,7 @@ impl<const D: usize> FrictionTraction<D> {
 }
 
 impl Regularization {
-    /// Traction and derivatives for a bound that was evaluated at the speed of `slip`.
+    /// Traction and derivatives, given a bound that was evaluated at the speed of `slip`.
     pub fn traction<const D: usize>(
         &self,
         bound: &Bound,
@@ -91,7 +94,8 @@ impl Regularization {
             Self::StickVelocity(velocity) | Self::SmoothStickVelocity(velocity)
                 if branch == Branch::Stick =>
             {
-                // The correction ends about where the slip vanishes, and there the bound has no say.
+                // The correction leads to a state of almost no slip, where the bound has no
+                // influence.
                 FrictionTraction {
                     by_bound: Vector::zeros(),
                     by_velocity_through_bound: Tensor::zeros(),
@@ -108,7 +112,7 @@ impl Regularization {
         }
     }
 
-    /// Energy per area that elastic stick stores and gives back \[J/m^2\]; zero in the velocity form.
+    /// Energy per area that elastic stick stores \[J/m^2\]; zero in the velocity form.
     pub fn recoverable_energy<const D: usize>(&self, traction: &Vector<D>) -> f64 {
         self.stiffness().map_or(0.0, |stiffness| 0.5 * traction.norm_squared() / stiffness.value)
     }
@@ -136,9 +140,9 @@ impl<const D: usize> Slip<'_, D> {
     }
 }
 
-/// Length and direction, the direction zero where there is none.
+/// Length and direction; the direction of a zero vector is zero.
 fn unit<const D: usize>(vector: &Vector<D>) -> (f64, Vector<D>) {
-    // Scaled first: the square of a tiny component underflows.
+    // Scale first: the square of a tiny component underflows.
     let largest = vector.amax();
     if largest < f64::MIN_POSITIVE {
         return (0.0, Vector::zeros());
@@ -148,7 +152,7 @@ fn unit<const D: usize>(vector: &Vector<D>) -> (f64, Vector<D>) {
     (length * largest, scaled / length)
 }
 
-/// `P - e e`: what is left of the tangent plane across the slip. Exactly zero in the plane.
+/// `P - e e`: projector onto the tangent direction across the slip. Exactly zero in the plane.
 fn across<const D: usize>(normal: &Vector<D>, direction: &Vector<D>) -> Tensor<D> {
     match D {
         2 => Tensor::zeros(),
@@ -165,7 +169,7 @@ fn velocity_form<const D: usize>(
     let (speed, direction) = slip.direction();
     let slip_velocity = direction * speed;
     let along = direction * direction.transpose();
-    // b d(phi |v_T|)/d|v_T|: zero on the slip branch of the clipped phi, and exactly so.
+    // b d(phi |v_T|)/d|v_T|: exactly zero on the slip branch of the clipped phi.
     let slope = bound.value * (phi.value + phi.derivative * speed);
     let slope_along = if slips && phi.derivative * speed <= -phi.value { 0.0 } else { slope.max(0.0) };
     let by_velocity = match speed > 0.0 {
@@ -174,7 +178,7 @@ fn velocity_form<const D: usize>(
     };
     let by_bound = -slip_velocity * phi.value;
     let by_velocity_through_bound = by_bound * direction.transpose() * bound.by_speed;
-    // The projected slip velocity also changes along n, where the traction is a plain multiple of it.
+    // The projected slip velocity also changes along n; there the traction is proportional to it.
     let stretch = Tensor::identity() * (bound.value * phi.value)
         + slip_velocity * direction.transpose() * (bound.value * phi.derivative + bound.by_speed * phi.value);
     FrictionTraction {
@@ -217,7 +221,7 @@ fn return_map<const D: usize>(
     let sideways = across(slip.normal, &direction);
     let slip_direction = slip.direction().1;
     let through_bound = direction * slip_direction.transpose() * bound.by_speed;
-    // Not `across`: the trial traction turns with n, so it also changes along n.
+    // Not `across`: the trial traction rotates with n, so it also changes along n.
     let turn = (Tensor::identity() - direction * direction.transpose()) * shrink;
     FrictionTraction {
         traction: direction * bound.value,
@@ -231,8 +235,8 @@ fn return_map<const D: usize>(
     }
 }
 
-/// Turns a traction tangential to `from` by the smallest rotation that takes `from` to `to`, keeping its length;
-/// second value: the derivative with respect to `to`.
+/// Rotates a traction tangential to `from` by the smallest rotation that takes `from` to `to`. The
+/// length is preserved. The second value is the derivative with respect to `to`.
 pub fn rotate<const D: usize>(
     traction: &Vector<D>,
     from: &Vector<D>,
@@ -240,7 +244,8 @@ pub fn rotate<const D: usize>(
 ) -> (Vector<D>, Tensor<D>) {
     let cosine_plus_one = 1.0 + from.dot(to);
     if cosine_plus_one < 1e-12 {
-        // Normals opposed: half a turn about an axis in the tangent plane, which axis is open.
+        // Opposite normals: half a turn about an axis in the tangent plane. The axis is not
+        // determined.
         return (-traction, Tensor::zeros());
     }
     let lift = to.dot(traction) / cosine_plus_one;

@@ -1,4 +1,4 @@
-//! What a friction law must do, whatever its formula: oppose the slip, respect the bound, dissipate.
+//! Properties of every friction law: it opposes the slip, respects the bound and dissipates energy.
 
 use num_dual::{Dual64, DualNum};
 
@@ -17,7 +17,7 @@ fn vector<const D: usize>(seed: u32, size: f64) -> Vector<D> {
     Vector::from_column_slice(&scatter(D, seed)) * size
 }
 
-/// Traction for a velocity and an increment, after an old traction under an old normal.
+/// Traction for a velocity and an increment, given the old traction and the old normal.
 fn traction<const D: usize>(
     law: &Regularization,
     b: f64,
@@ -47,15 +47,15 @@ fn respects_the_cone<const D: usize>() {
     assert!(slips > 50 && slips < 390, "both branches are met: {slips}");
 }
 
-/// The return map never leaves the cone, whatever the slip, the normal and the bound do.
+/// The return map never leaves the friction cone, for any slip, normal and bound.
 #[test]
 fn return_map_stays_in_the_cone() {
     respects_the_cone::<2>();
     respects_the_cone::<3>();
 }
 
-/// A point that slid starts the next step on the slip branch, however its traction was rounded; a point at rest that
-/// carries nothing sticks.
+/// A point that slid starts the next step on the slip branch, regardless of rounding in its
+/// traction. A point at rest without traction sticks.
 #[test]
 fn rounding_does_not_choose_the_branch() {
     let normal = Vector::<3>::new(0.0, 0.0, 1.0);
@@ -86,7 +86,8 @@ fn rounding_does_not_choose_the_branch() {
     assert!(!response.slips && response.by_increment.iter().all(|c| c.is_finite()));
 }
 
-/// Sliding to and fro by +-a turns 4 b (a - b / k_T) into heat, and all work is heat or recoverable.
+/// Cyclic sliding by +-a dissipates 4 b (a - b / k_T) as heat. All work is either heat or
+/// recoverable energy.
 #[test]
 fn cycling_dissipates_the_hysteresis_loop() {
     let (stiffness, b, amplitude) = (1e9, 1e5, 5e-4);
@@ -110,7 +111,7 @@ fn cycling_dissipates_the_hysteresis_loop() {
     assert!((work / heat - 1.0).abs() < 1e-2);
 }
 
-/// In stick the velocity form creeps with eps_v |t_T| / b; the return map comes to rest.
+/// In stick the velocity form creeps at eps_v |t_T| / b, and the return map comes to rest.
 #[test]
 fn velocity_form_creeps_as_the_formula_says() {
     let (eps, b) = (1e-3, 1e5);
@@ -125,7 +126,7 @@ fn velocity_form_creeps_as_the_formula_says() {
     assert_eq!(rest.traction, answer.traction, "loaded stick needs no further slip");
 }
 
-/// The velocity forms take power out at any velocity, and the traction never exceeds the bound.
+/// The velocity forms dissipate power at any velocity, and the traction never exceeds the bound.
 #[test]
 fn velocity_forms_dissipate() {
     let normal = vector::<3>(5, 1.0).normalize();
@@ -142,7 +143,7 @@ fn velocity_forms_dissipate() {
     }
 }
 
-/// Turning keeps the length, lands in the new tangent plane, and its derivative has order two.
+/// Rotation keeps the length and ends in the new tangent plane; its derivative has order two.
 #[test]
 fn rotated_history_keeps_its_length() {
     for seed in 0..20 {
@@ -164,7 +165,7 @@ fn rotated_history_keeps_its_length() {
     assert!((quarter - Vector::<2>::new(0.0, -3.0)).norm() < 1e-15, "tangents turn with their normals");
 }
 
-/// The laws of theory, section 2.9, written once more over dual numbers.
+/// The laws of theory, section 2.9, implemented independently with dual numbers.
 fn oracle(law: &Regularization, b: f64, w: [Dual64; 3], old: [f64; 3]) -> [Dual64; 3] {
     let size = |v: &[Dual64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     let bound = Dual64::from(b);
@@ -188,7 +189,8 @@ fn oracle(law: &Regularization, b: f64, w: [Dual64; 3], old: [f64; 3]) -> [Dual6
     }
 }
 
-/// Against dual numbers: in the tangent plane both regimes of every regularisation have the exact derivative.
+/// Comparison with dual numbers: in the tangent plane both regimes of every regularization have the
+/// exact derivative.
 #[test]
 fn agrees_with_dual_numbers() {
     let normal = Vector::<3>::new(0.0, 0.0, 1.0);
@@ -212,7 +214,8 @@ fn agrees_with_dual_numbers() {
     }
 }
 
-/// The continued stick branch keeps the slope of stick and passes the bound, so that its root is the stick state.
+/// The continued stick branch keeps the stick stiffness beyond the bound, so that its root is the
+/// stick state.
 #[test]
 fn stick_branch_continues_beyond_the_bound() {
     let normal = Vector::<2>::new(0.0, 1.0);

@@ -1,4 +1,4 @@
-//! Broad phase: finds the pairs of facets that may share segments.
+//! Broad phase: finds the pairs of facets that may have common segments.
 
 use super::candidates::{CandidateRange, Candidates};
 use super::contact::VertexContact;
@@ -8,7 +8,7 @@ use crate::space::facet_normal;
 use crate::tensor::Vector;
 
 impl<const D: usize> VertexContact<D> {
-    /// These couples of facets (contactor, target), in ascending order.
+    /// Candidates from these pairs of facets (contactor, target), in ascending order.
     pub fn candidates_of(&self, couples: Vec<(u32, u32)>) -> Candidates<D> {
         let mut nodes = Vec::new();
         for &(facet, target) in &couples {
@@ -20,11 +20,12 @@ impl<const D: usize> VertexContact<D> {
         Candidates::new(couples, nodes)
     }
 
-    /// Pairs (contactor facet, target facet) that come within `range` of having a common segment at the displacements `u`.
-    /// A pair without a segment contributes nothing, so too many pairs cost time only; a missing pair would change the result.
+    /// Pairs (contactor facet, target facet) that come within `range` of having a common segment at
+    /// the displacements `u`. A pair without a segment contributes nothing, so surplus pairs cost
+    /// time only. A missing pair would change the result.
     ///
-    /// Facets that share a node are left out: surfaces of one body that meet at an edge do not press each other there. Over an obstacle
-    /// every facet is a candidate.
+    /// Pairs of facets that share a node are excluded: surfaces of one body that meet at an edge do
+    /// not press on each other there. Over an obstacle every facet is a candidate.
     pub fn candidates(&self, u: &[f64], range: &CandidateRange) -> Candidates<D> {
         let Some(opposite) = self.target.body() else {
             return self
@@ -82,7 +83,8 @@ impl<const D: usize> Frame<D> {
         Some(Self { along: vec![first, facet_normal(&[across, first])], across })
     }
 
-    /// Whether the extents of two facets in these directions come within `range` of each other.
+    /// Whether the extents of two facets in the directions of this frame come within `range` of
+    /// each other.
     fn is_near(&self, nodes: &[Vector<D>], others: &[Vector<D>], range: &CandidateRange) -> bool {
         let extent = |nodes: &[Vector<D>], axis: &Vector<D>| {
             nodes

@@ -1,47 +1,50 @@
-//! Candidate pairs: facets of contactor and target that may share segments, with a cache of the segments.
+//! Candidate pairs: facets of contactor and target that may share segments, with a cache of the
+//! segments.
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::overlap::{Overlap, StepOverlap};
 
-/// How far apart facets may be to be candidates \[m\].
+/// Largest distance between candidate facets \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CandidateRange {
-    /// Along the normal of the contactor facet, in front of it and behind.
+    /// Along the normal of the contactor facet, in front of it and behind it.
     pub across: f64,
-    /// Along the contactor facet, beyond its ends: how far the surfaces may slide until candidates are sought anew.
+    /// Along the contactor facet, beyond its ends. The surfaces may slide this far before the
+    /// candidates are searched again.
     pub along: f64,
 }
 
 impl CandidateRange {
-    /// Largest distance along a coordinate axis \[m\], whichever way the facet is turned.
+    /// Largest distance along any coordinate axis \[m\], for any orientation of the facet.
     pub(super) fn farthest<const D: usize>(&self) -> f64 {
         (self.across.powi(2) + (D as f64 - 1.0) * self.along.powi(2)).sqrt()
     }
 }
 
-/// Facets that may meet. Their segments are cached, so that force and stiffness at the same fields compute them once.
+/// Pairs of facets that may be in contact. Their segments are cached, so that force and stiffness
+/// at the same fields compute them only once.
 #[derive(Debug, Clone)]
 pub struct Candidates<const D: usize> {
     /// Contactor facet and target facet, in ascending order.
     couples: Vec<(u32, u32)>,
-    /// Their nodes, each once.
+    /// Nodes of all facets, each listed once.
     nodes: Vec<u32>,
     /// Segments at the iterate.
     pub(super) overlap: Cached<Overlap<D>>,
-    /// Segments at the start of a step over which forces act.
+    /// Segments at the start of a step over which the forces act.
     pub(super) start: Cached<Overlap<D>>,
-    /// Segments and gradients over such a step.
+    /// Segments and gradients over that step.
     pub(super) step: Cached<StepOverlap<D>>,
 }
 
-/// The last value, with the nodal fields for which it was computed.
+/// The last value and the nodal fields for which it was computed.
 #[derive(Debug)]
 pub(super) struct Cached<T>(RefCell<Option<(Vec<f64>, Rc<T>)>>);
 
 impl<T> Cached<T> {
-    /// The value for these fields, computed only if they differ from the last ones.
+    /// The value for these fields. It is recomputed only if they differ from the previous ones.
     pub fn at(&self, fields: Vec<f64>, find: impl FnOnce() -> T) -> Rc<T> {
         if let Some((known, value)) = &*self.0.borrow()
             && *known == fields
@@ -83,7 +86,7 @@ impl<const D: usize> Candidates<D> {
         &self.couples
     }
 
-    /// These fields at the nodes of all couples.
+    /// Values of these fields at the nodes of all pairs.
     pub(super) fn values(&self, fields: &[&[f64]]) -> Vec<f64> {
         let mut values = Vec::with_capacity(fields.len() * self.nodes.len() * D);
         for field in fields {

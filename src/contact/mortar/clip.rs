@@ -1,7 +1,9 @@
-//! Overlap of two convex polygons in the plane, every vertex with its origin, so that it can be differentiated.
+//! Overlap of two convex polygons in the plane. Every vertex has a known origin, so that it can be
+//! differentiated.
 //!
-//! Sutherland and Hodgman: the target's polygon is clipped by one edge of the contactor's after the other. What a vertex is - a
-//! corner of either side, or the crossing of two edges - is decided in numbers; its derivative follows from that.
+//! Sutherland-Hodgman algorithm: the target polygon is clipped by each edge of the contactor
+//! polygon in turn. A vertex is a corner of either polygon or the crossing of two edges. Numerical
+//! comparison decides which one, and the derivative follows from that.
 
 use super::segment::{CORNERS, TARGET};
 
@@ -11,14 +13,15 @@ pub(super) type Flat = [f64; 2];
 /// Derivatives of a scalar by the coordinates of all projected corners: `corner * 2 + component`.
 pub(super) type ByFlat = [f64; 2 * CORNERS];
 
-/// A corner this close to an edge lies on it, over the length of the edge: the crossing of nearly parallel edges is ill-conditioned.
-/// The overlap is wrong by as much at most; ten times smaller, the derivatives of such crossings lose a digit more.
+/// A corner within this distance of an edge, relative to the length of the edge, lies on it: the
+/// crossing of nearly parallel edges is ill-conditioned. The overlap is wrong by at most as much.
+/// With a ten times smaller value the derivatives of such crossings lose one more digit.
 pub(super) const ON_EDGE: f64 = 1e-11;
 
-/// Most vertices of the overlap of two quadrilaterals, with room for ties.
+/// Maximum number of vertices in the overlap of two quadrilaterals, with a margin for ties.
 const MOST_VERTICES: usize = 12;
 
-/// What a vertex of the overlap is.
+/// Origin of a vertex of the overlap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Origin {
     /// A corner of the contactor's or of the target's piece, numbered as in [`ByFlat`].
@@ -27,7 +30,7 @@ enum Origin {
     Crossing { contactor: [u8; 2], target: [u8; 2] },
 }
 
-/// Which edge leads from a vertex to the next one.
+/// The edge from a vertex of the overlap to the next one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Edge {
     /// From this corner of the contactor to its next one.
@@ -39,13 +42,14 @@ enum Edge {
 /// A vertex of the overlap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PolygonVertex {
-    /// Where it is.
+    /// Coordinates of the vertex.
     pub place: Flat,
     origin: Origin,
     edge: Edge,
 }
 
-/// The overlap of two pieces in the plane, anticlockwise. It has no vertices if the pieces do not overlap.
+/// The overlap of two pieces in the plane, anticlockwise. It has no vertices if the pieces do not
+/// overlap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Polygon {
     vertices: [PolygonVertex; MOST_VERTICES],
@@ -53,7 +57,8 @@ pub(super) struct Polygon {
 }
 
 impl Polygon {
-    /// The overlap of the contactor's `count` corners, anticlockwise, with the target's `others`, clockwise; see [`TARGET`].
+    /// The overlap of the contactor's `count` corners (anticlockwise) with the target's `others`
+    /// corners (clockwise); see [`TARGET`].
     pub fn of(flat: &[Flat; CORNERS], count: usize, others: usize) -> Self {
         let nothing = PolygonVertex { place: [0.0; 2], origin: Origin::Corner(0), edge: Edge::Contactor(0) };
         let mut polygon = Self { vertices: [nothing; MOST_VERTICES], count: 0 };
@@ -87,7 +92,7 @@ impl Polygon {
         }
     }
 
-    /// What lies on the inner side of the contactor's edge from corner `i`.
+    /// The part on the inner side of the contactor's edge from corner `i`.
     fn clipped(&self, flat: &[Flat; CORNERS], i: usize, count: usize) -> Self {
         let next = (i + 1) % count;
         let along = sub(flat[next], flat[i]);
@@ -104,7 +109,7 @@ impl Polygon {
             let crossing = |edge| {
                 let origin = match this.edge {
                     Edge::Target(target) => Origin::Crossing { contactor: ends, target },
-                    // Two edges of the contactor meet in the corner that they share.
+                    // Two edges of the contactor meet in their common corner.
                     Edge::Contactor(other) if (usize::from(other) + 1) % count == i => {
                         Origin::Corner(ends[0])
                     }
@@ -121,7 +126,7 @@ impl Polygon {
             };
             match (inside, goes_in) {
                 (true, true) => kept.push(*this),
-                // A vertex on the edge is where the polygon turns into it.
+                // A vertex on the edge, where the polygon turns onto the edge.
                 (true, false) if here <= tolerance => {
                     kept.push(PolygonVertex { edge: Edge::Contactor(ends[0]), ..*this })
                 }
@@ -148,7 +153,8 @@ impl PolygonVertex {
             Origin::Corner(corner) => (0..2).for_each(|c| by[c][2 * usize::from(corner) + c] = 1.0),
             Origin::Crossing { contactor, target } => {
                 let [contactor, target] = [contactor, target].map(|ends| ends.map(usize::from));
-                // The crossing stays on both lines: u x dX = u x dP and v x dX = v x dQ for the points P, Q of the two edges there.
+                // The crossing stays on both lines: u x dX = u x dP and v x dX = v x dQ for the
+                // points P, Q of the two edges there.
                 let u = sub(flat[contactor[1]], flat[contactor[0]]);
                 let v = sub(flat[target[1]], flat[target[0]]);
                 let sine = cross(u, v);
@@ -156,7 +162,8 @@ impl PolygonVertex {
                     let sign = if edge == contactor { 1.0 } else { -1.0 };
                     let part = dot(sub(self.place, flat[edge[0]]), direction) / dot(direction, direction);
                     for (corner, share) in [(edge[0], 1.0 - part), (edge[1], part)] {
-                        // dX = other * (direction x dP) / sine, direction x dP = d_0 dP_1 - d_1 dP_0.
+                        // dX = other * (direction x dP) / sine, direction x dP = d_0 dP_1 - d_1
+                        // dP_0.
                         for c in 0..2 {
                             let factor = sign * share * other[c] / sine;
                             by[c][2 * corner] -= factor * direction[1];

@@ -1,4 +1,5 @@
-//! A contact of a surface with a body or an obstacle: sums over pairs first, then the laws of the vertices.
+//! Contact of a surface with a body or an obstacle: sums over pairs of facets, then the laws of the
+//! vertices.
 
 use super::candidates::Candidates;
 use super::integrals::{
@@ -18,13 +19,14 @@ use crate::rounding;
 use crate::tensor::Vector;
 use crate::terms::Terms;
 
-/// Receives what a contact contributes.
+/// Receives the contributions of a contact.
 pub trait ContactSink {
-    /// `force[a * D + i]` of these nodes (places in the field arrays), to be added to the right-hand side [N, per depth in 2D].
+    /// Adds `force[a * D + i]` of these nodes to the right-hand side [N, per depth in 2D]. `nodes`
+    /// are indices into the field arrays.
     fn force(&mut self, nodes: &[u32], force: &[f64]);
 
-    /// `stiffness[((a * m + b) * D + i) * D + j]` of `m` nodes, all of which belong to `vertex`, to be added to the left-hand
-    /// matrix \[N/m\].
+    /// Adds `stiffness[((a * m + b) * D + i) * D + j]` to the left-hand matrix \[N/m\]. All `m`
+    /// nodes belong to `vertex`.
     fn stiffness(&mut self, vertex: usize, nodes: &[u32], stiffness: &[f64]);
 }
 
@@ -39,30 +41,32 @@ pub struct VertexContact<const D: usize> {
     pub law: ContactLaw,
     /// Area on which the tractions act.
     pub area: AreaKind,
-    /// Points deeper than this below the target come from its other side \[m\]. An obstacle has no other side: `f64::MAX`.
+    /// Points deeper than this below the target lie nearer to its other side and are ignored \[m\].
+    /// An obstacle has no other side: `f64::MAX`.
     pub depth: f64,
-    /// Part of the tractions that each side carries as the contactor: 1/2 in a contact of a surface with itself, whose facets are contactors
-    /// and targets in turn, else 1.
+    /// Part of the tractions that each side carries as the contactor. It is 1/2 in self-contact,
+    /// where every facet is both contactor and target, and 1 otherwise.
     pub share: f64,
 }
 
-/// Gap, over the size of a contactor facet, from which on a point has no weight. Over a plane all points have, so that gaps are linear and
-/// tangents symmetric.
+/// Gap, relative to the size of a contactor facet, from which on a point has no weight. Over a
+/// plane all points have weight, so that gaps are linear and tangents symmetric.
 pub const OPEN: f64 = 0.25;
 
-/// Where in a step the nodes are taken to be, the displacements being those of the iterate.
+/// Instant of the step at which the node positions are taken. The given displacements are those of
+/// the iterate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Instant {
     /// At the start of the step.
     Start,
     /// At the displacements.
     Iterate,
-    /// As far beyond them as they are from the start.
+    /// Extrapolated beyond the iterate by the displacement since the start.
     Beyond,
 }
 
 impl Instant {
-    /// Displacement of a node, given those at the start and of the iterate.
+    /// Displacement of a node at this instant, from those at the start and of the iterate.
     fn displacement<const D: usize>(self, start: Vector<D>, iterate: Vector<D>) -> Vector<D> {
         match self {
             Self::Start => start,
@@ -72,7 +76,8 @@ impl Instant {
     }
 }
 
-/// Positions and fields of the nodes of a pair; refilled for each, so that nothing is allocated anew.
+/// Positions and fields of the nodes of a pair. The buffers are reused for every pair to avoid
+/// allocation.
 pub(super) struct Gathered<const D: usize> {
     pub nodes: Vec<u32>,
     positions: Vec<Vector<D>>,
@@ -94,7 +99,7 @@ impl<const D: usize> Gathered<D> {
         }
     }
 
-    /// Takes the nodes of a contactor facet.
+    /// Loads the nodes of a contactor facet.
     fn begin(
         &mut self,
         origin: [&Vector<D>; 2],
@@ -108,7 +113,7 @@ impl<const D: usize> Gathered<D> {
         self.contactor = nodes.len();
     }
 
-    /// Takes the nodes of a target facet in the place of those of another.
+    /// Loads the nodes of a target facet in place of the previous one.
     fn oppose(
         &mut self,
         origin: [&Vector<D>; 2],
@@ -149,7 +154,8 @@ impl<const D: usize> Gathered<D> {
 }
 
 impl<const D: usize> VertexContact<D> {
-    /// Evaluates all vertices at `fields`, keeps their states in `state.current` and hands what they contribute to `sink`.
+    /// Evaluates all vertices at `fields`, stores their states in `state.current` and passes their
+    /// contributions to `sink`.
     pub fn evaluate(
         &self,
         candidates: &Candidates<D>,
@@ -218,12 +224,13 @@ impl<const D: usize> VertexContact<D> {
         Overlap { pairs, sums }
     }
 
-    /// Gap of a vertex of which nothing is covered \[m\]: the distance of the places around it from an obstacle; unknown of a body.
+    /// Gap of an uncovered vertex \[m\]. Over an obstacle it is the distance of the points around
+    /// the vertex; for a body it is unknown.
     pub(super) fn free_gap(&self, sums: &VertexSums<D>) -> f64 {
         self.target.obstacle().map_or(f64::INFINITY, |_| -sums.depth)
     }
 
-    /// Calls `visit` with each of these couples at `fields`.
+    /// Calls `visit` with each of these pairs at `fields`.
     pub(super) fn sweep(
         &self,
         couples: impl Iterator<Item = (u32, u32)>,
@@ -237,7 +244,8 @@ impl<const D: usize> VertexContact<D> {
             let facet = &self.surface.facets()[index as usize];
             let nodes = self.surface.facet_nodes(facet);
             let reference = self.surface.reference_points(facet);
-            // Between bodies positions are measured from a node: far from the origin gaps would lose digits otherwise.
+            // Between bodies, positions are measured from a node; otherwise gaps far from the
+            // origin lose digits.
             let origin = match &self.target {
                 ContactTarget::Body(_) => [reference[0], gathered.displacement(nodes[0], fields)],
                 ContactTarget::Obstacle(_) => [Vector::zeros(); 2],
@@ -375,7 +383,7 @@ impl<const D: usize> VertexContact<D> {
         }
     }
 
-    /// Adds the stiffness of what is frozen at the vertices.
+    /// Adds the stiffness of the frozen quantities at the vertices.
     pub(super) fn add_frozen(
         &self,
         pairs: &[ActivePair<D>],
@@ -395,7 +403,8 @@ impl<const D: usize> VertexContact<D> {
         });
     }
 
-    /// The wanted ones of `count` vertices with all nodes of their pairs in these lists, each once.
+    /// The selected ones of `count` vertices with all nodes of their pairs in these lists, each
+    /// node once.
     pub(super) fn nodes_of(
         &self,
         lists: &[&[ActivePair<D>]],
@@ -450,7 +459,8 @@ impl<const D: usize> VertexContact<D> {
         }
     }
 
-    /// Adds the variations of the sums over these pairs to the rows of their vertices, and the stiffness of what is frozen.
+    /// Adds the variations of the sums over these pairs to the rows of their vertices, and the
+    /// stiffness of the frozen quantities.
     pub(super) fn vary(
         &self,
         pairs: &[ActivePair<D>],
@@ -506,7 +516,7 @@ impl<const D: usize> VertexContact<D> {
         });
     }
 
-    /// The rows of the vertices of a facet.
+    /// Indices of the rows of the vertices of a facet.
     fn numbers_of(&self, facet: u32, rows: &[VertexRows<D>]) -> [Option<usize>; 4] {
         self.surface.facets()[facet as usize].vertices.map(|vertex| {
             let vertex = vertex? as usize;
@@ -515,18 +525,18 @@ impl<const D: usize> VertexContact<D> {
     }
 }
 
-/// What is held fixed at every vertex while the geometry varies.
+/// Quantities held fixed at every vertex while the geometry varies.
 pub(super) struct FrozenVertices<const D: usize> {
-    /// Tractions \[Pa\]; none where nothing of the vertex is wanted.
+    /// Tractions \[Pa\]; `None` for vertices that are not selected.
     pub carried: Vec<Option<Carried<D>>>,
-    /// What varies under those tractions.
+    /// Geometric quantities that vary under these tractions.
     pub changes: FrozenChanges,
     /// How the energy of each vertex depends on its weighted gap and its area.
     pub potential: Vec<VertexPotential>,
 }
 
 impl<const D: usize> FrozenVertices<D> {
-    /// The tractions of the wanted vertices, under which varies what `terms` ask for.
+    /// The tractions of the selected vertices; `terms` selects which geometric quantities vary.
     pub fn of(points: &[PointState<D>], terms: Terms, wanted: impl Fn(usize) -> bool) -> Self {
         let changes = FrozenChanges {
             under_pressure: terms.contains(Terms::NORMAL_GEOMETRY),
@@ -542,7 +552,7 @@ impl<const D: usize> FrozenVertices<D> {
         Self { carried, changes, potential: vec![VertexPotential::default(); points.len()] }
     }
 
-    /// The first of these vertices that has anything.
+    /// The first of these vertices with frozen quantities.
     fn owner(&self, vertices: &[Option<u32>; 4]) -> Option<usize> {
         let has = |vertex: &usize| {
             self.carried[*vertex].as_ref().is_some_and(Carried::acts)
@@ -564,7 +574,7 @@ impl<const D: usize> FrozenVertices<D> {
     }
 }
 
-/// Which variations the laws of these vertices need.
+/// Variations that the laws of these vertices need.
 fn varying<const D: usize>(slopes: &[Option<Slopes<D>>]) -> WantedVariations {
     let any = |of: &dyn Fn(&Slopes<D>) -> f64| slopes.iter().flatten().any(|slopes| of(slopes) != 0.0);
     let slip_velocity = any(&|slopes| slopes.by_velocity.amax() + slopes.through_bound.amax());
@@ -573,13 +583,14 @@ fn varying<const D: usize>(slopes: &[Option<Slopes<D>>]) -> WantedVariations {
     WantedVariations { normal, slip_velocity, slip_increment }
 }
 
-/// A block of zeros of so many nodes.
+/// Resizes a block for this number of nodes and sets it to zero.
 pub(super) fn clear_block<const D: usize>(block: &mut Vec<f64>, nodes: usize) {
     block.clear();
     block.resize(nodes * nodes * D * D, 0.0);
 }
 
-/// Whether the boxes of the two facets come within the range of gaps. Far cheaper than to find that there is no segment.
+/// Whether the bounding boxes of the two facets come within the range of gaps. This test is much
+/// cheaper than a failed segment search.
 fn may_meet<const D: usize>(pair: &FacetPair<'_, D>) -> bool {
     let Opposite::Facet(target) = &pair.target else { return true };
     let range = pair.range.open + pair.range.depth;

@@ -1,4 +1,5 @@
-//! Two blocks that touch by segments: tangents term by term, action and reaction, patches, smooth slides.
+//! Mortar contact of two blocks: tangents term by term, action and reaction, patch tests, smooth
+//! sliding.
 
 use super::*;
 use crate::contact::friction::{FRICTION_LAWS, Friction, Regularization};
@@ -82,14 +83,14 @@ impl<const D: usize> Scene<D> {
         Self { mesh, contact, candidates, v: rest.clone(), u_start: rest.clone(), u: rest, state }
     }
 
-    /// A block of `upper` elements sunk by the overlap into a wider one of `lower` elements.
+    /// A block of `upper` elements pressed by the overlap into a wider block of `lower` elements.
     fn pressed(upper: ElementKind, lower: ElementKind) -> Self {
         let upper = block(upper, [0.0, 1.0], [0.0, 1.0], 2);
         let lower = block(lower, [-0.35, 1.25], [-1.0, OVERLAP], 3);
         Self::new(upper, lower)
     }
 
-    /// Both blocks bent and in motion, with tractions from a step before.
+    /// Both blocks bent and in motion, with tractions from the previous step.
     fn bent(upper: ElementKind, lower: ElementKind, law: ContactLaw) -> Self {
         let mut scene = Self::pressed(upper, lower);
         let size = scene.u.len();
@@ -103,7 +104,7 @@ impl<const D: usize> Scene<D> {
         scene
     }
 
-    /// The upper block slid by so much.
+    /// The scene with the upper block displaced laterally by `by`.
     fn shifted(mut self, by: f64) -> Self {
         for node in (0..self.mesh.points.len()).filter(|&node| is_upper(&self, node)).collect::<Vec<_>>() {
             self.u[node * D] += by;
@@ -121,7 +122,7 @@ impl<const D: usize> Scene<D> {
 
     pub fn force_at(&self, u: &[f64], request: &ContactRequest) -> Vec<f64> {
         let mut moved = self.clone();
-        // Velocities follow the displacements as an integrator has them.
+        // Velocities follow from the displacements as in a time integrator.
         let velocities =
             moved.v.iter().zip(u.iter().zip(&self.u)).map(|(v, (new, old))| v + SHIFT * (new - old));
         moved.v = velocities.collect();
@@ -133,7 +134,8 @@ impl<const D: usize> Scene<D> {
         self.selected(terms, &ContactRequest::default(), None)
     }
 
-    /// The matrix of these terms, or of springs that are at most as stiff as `joint`, under a request for forces.
+    /// The matrix of these terms for a force request. With `joint` it is that of springs no stiffer
+    /// than this value.
     pub fn selected(&self, terms: Terms, request: &ContactRequest, joint: Option<f64>) -> Vec<f64> {
         let selection = TermSelection { terms, velocity_shift: SHIFT, joint };
         let mut matrix =
@@ -148,7 +150,7 @@ impl<const D: usize> Scene<D> {
     }
 }
 
-/// Regimes with all vertices well within stick or slip, at the penetrations of the scenes.
+/// Friction regimes with all vertices well within stick or slip, at the penetrations of the scenes.
 pub fn regimes() -> [Regularization; 5] {
     [
         Regularization::stick_velocity(20.0),
@@ -164,7 +166,7 @@ fn is_consistent<const D: usize>(scene: &Scene<D>, what: &str) {
     assert!(rate > 1.9, "{what}: rate {rate}");
 }
 
-/// Order of the error that the matrix of these terms leaves of the change of the force.
+/// Order of the error of the matrix of these terms as the derivative of the force.
 pub fn rate<const D: usize>(scene: &Scene<D>, terms: Terms, request: &ContactRequest) -> f64 {
     let total = scene.u.len();
     let matrix = scene.selected(terms, request, None);
@@ -175,8 +177,8 @@ pub fn rate<const D: usize>(scene: &Scene<D>, terms: Terms, request: &ContactReq
     taylor_rate(|u| scene.force_at(u, request), df, &scene.u, &direction)
 }
 
-/// The sum of all terms is minus the derivative of the force, for every pair of facets without friction, and with friction in every
-/// regime and by every law.
+/// The sum of all terms is minus the derivative of the force. This is checked for every pair of
+/// facets without friction, and with friction in every regime and for every law.
 #[test]
 fn the_tangent_is_the_derivative_of_the_force() {
     let plane = [ElementKind::Quad4, ElementKind::Quad9, ElementKind::Tri6];
@@ -191,7 +193,7 @@ fn the_tangent_is_the_derivative_of_the_force() {
     for (upper, lower) in space.into_iter().zip([space[1], space[0], space[3], space[0]]) {
         is_consistent(&Scene::<3>::bent(upper, lower, penalty(None)), &format!("{upper} on {lower}"));
     }
-    // Slivers that are deeper than they are long.
+    // Segments that are deeper than they are long.
     for shift in [1.17, 1.2, 1.23] {
         let scene = Scene::<2>::bent(ElementKind::Quad4, ElementKind::Quad4, penalty(None));
         is_consistent(&scene.shifted(shift), &format!("shifted by {shift}"));
@@ -219,7 +221,7 @@ fn the_tangent_is_the_derivative_of_the_force() {
     }
 }
 
-/// The terms add up to the whole.
+/// The individual terms add up to the full matrix.
 #[test]
 fn terms_add_up() {
     let law = penalty(Some(coulomb(0.4, regimes()[0])));
@@ -248,7 +250,8 @@ fn balances<const D: usize>(scene: &mut Scene<D>, moment_bound: f64, what: &str)
     assert!(moment.amax() < moment_bound * size, "{what}: {:e}", moment.amax() / size);
 }
 
-/// Action is reaction to rounding, also with friction, and pressures between straight lines and between triangles have no moment.
+/// Action equals reaction to rounding, also with friction. Pressures between straight lines and
+/// between triangles have no moment.
 #[test]
 fn action_is_reaction() {
     let friction = penalty(Some(coulomb(0.4, regimes()[1])));
@@ -261,7 +264,7 @@ fn action_is_reaction() {
 
 fn presses_evenly<const D: usize>(upper: ElementKind, lower: ElementKind, shift: f64) {
     let mut scene = Scene::<D>::pressed(upper, lower);
-    // Over the end of the target by this much.
+    // The contactor overhangs the end of the target by this length.
     let count = scene.mesh.points.len();
     for element in (0..scene.mesh.element_count()).filter(|&e| scene.mesh.body[e] == 1) {
         for &node in scene.mesh.element_nodes(element) {
@@ -289,8 +292,8 @@ fn is_upper<const D: usize>(scene: &Scene<D>, node: usize) -> bool {
         .any(|e| scene.mesh.body[e] == 1 && scene.mesh.element_nodes(e).contains(&(node as u32)))
 }
 
-/// Flat surfaces of different meshes have the same gap and pressure at every vertex, and a resultant of pressure times covered area,
-/// also where the contactor hangs over the end of its target.
+/// Flat surfaces with different meshes have equal gap and pressure at every vertex. The resultant
+/// is pressure times covered area, also if the contactor overhangs its target.
 #[test]
 fn flat_surfaces_press_evenly() {
     let plane =
@@ -305,8 +308,8 @@ fn flat_surfaces_press_evenly() {
     }
 }
 
-/// As a bumpy block slides over another one the forces are continuously differentiable: second differences fall with the square of the
-/// step.
+/// When a bumpy block slides over another one, the forces are continuously differentiable: second
+/// differences decrease with the square of the step.
 #[test]
 fn forces_are_smooth_along_a_slide() {
     fn roughness<const D: usize>(steps: usize) -> f64 {
@@ -369,7 +372,7 @@ fn conserves<const D: usize>(upper: ElementKind, lower: ElementKind, law: Contac
     let [heat, stick] = [sum(&|point| point.plastic_work), sum(&|point| point.recoverable)];
     let balance = work + (after - before) + heat + (stick - held);
     let scale = force.iter().zip(&step).map(|(f, d)| (f * size * d).abs()).sum::<f64>();
-    // The change of energy is known to the rounding of the energy itself.
+    // The change of energy is known only to the rounding error of the energy.
     let rounding = 1e-12 * scale + 1e-14 * before;
     assert!(balance.abs() < rounding, "{what}: energy {balance:e} of {scale:e}");
     let forces: Vec<Vector<D>> = force.chunks_exact(D).map(Vector::from_row_slice).collect();
@@ -381,8 +384,9 @@ fn conserves<const D: usize>(upper: ElementKind, lower: ElementKind, law: Contac
     assert!(moment < 1e-12 * size, "{what}: moment {:e}", moment / size);
 }
 
-/// Forces over a step do the work by which the energy of the contact falls, less the heat of friction, and have neither resultant nor
-/// moment: for small and for large motions, with and without friction, on flat and on bent facets.
+/// Forces over a step do work equal to the decrease of contact energy minus frictional heat. They
+/// have neither resultant nor moment. This is checked for small and large motions, with and without
+/// friction, on flat and bent facets.
 #[test]
 fn forces_over_a_step_conserve_energy_and_momentum() {
     let friction = penalty(Some(coulomb(0.4, regimes()[3])));
@@ -402,7 +406,7 @@ fn error_of_bent<const D: usize>(kind: ElementKind, law: ContactLaw, bend: f64, 
     error_over_step(scene, terms)
 }
 
-/// Error of the matrix over a step times a direction, over that of the derivative of the force.
+/// Error of the matrix over a step in one direction, relative to the derivative of the force.
 pub fn error_over_step<const D: usize>(mut scene: Scene<D>, terms: Terms) -> f64 {
     scene.contact.area = AreaKind::Reference;
     scene.v.fill(0.0);
@@ -425,8 +429,8 @@ pub fn error_over_step<const D: usize>(mut scene: Scene<D>, terms: Terms) -> f64
     error / slope.iter().map(|s| s * s).sum::<f64>().sqrt()
 }
 
-/// The matrix over a step is the derivative of the force where flat surfaces press each other evenly, and within a hundredth where
-/// they are bent. Without the geometric stiffness it is not.
+/// The matrix over a step is the derivative of the force for flat surfaces with uniform pressure,
+/// and within one percent for bent surfaces. Without the geometric stiffness it is not.
 #[test]
 fn the_matrix_over_a_step_is_near_the_derivative() {
     let stick = penalty(Some(coulomb(0.4, regimes()[3])));
@@ -442,7 +446,8 @@ fn the_matrix_over_a_step_is_near_the_derivative() {
     }
 }
 
-/// A sliver of a corner that lies deep behind a side has no pressure there; one that is half as deep as it is long has all of it.
+/// A sliver of a corner deep behind a side has no pressure. A sliver half as deep as it is long has
+/// the full pressure.
 #[test]
 fn a_sliver_deeper_than_long_does_not_press() {
     let force = |sunk: f64| -> f64 {
@@ -460,7 +465,7 @@ fn a_sliver_deeper_than_long_does_not_press() {
     assert_eq!([2.1e-3, 0.1].map(force), [0.0; 2]);
 }
 
-/// Where nothing is left uncovered a vertex presses as deep as it is, also by several facets.
+/// A fully covered vertex presses according to its depth, also if several facets cover it.
 #[test]
 fn what_is_covered_presses_however_deep() {
     for sunk in [0.05, 0.1, 0.2] {

@@ -1,13 +1,17 @@
-//! Integrals over the common segments of one contactor facet and one target facet, weighted by the vertices of the contactor.
+//! Integrals over the common segments of one contactor facet and one target facet, weighted by the
+//! vertices of the contactor.
 //!
-//! At a segment point with `x = sum N_a x_a`, `y = sum M_b y_b` and `nu = x_,1 x x_,2` (outward from the contactor) the normal is
-//! `n = -nu / |nu|`, the gap `g = (x - y) . n` and `dGamma = fade(g) w j`, with `j = |nu|` now or in the reference configuration.
-//! With the coefficients `c_a = N_a` on the contactor and `-M_b` on the target, vertex `A` with weight `Phi_A` has
+//! At a segment point with `x = sum N_a x_a`, `y = sum M_b y_b` and `nu = x_,1 x x_,2` (outward
+//! from the contactor) the normal is `n = -nu / |nu|`, the gap `g = (x - y) . n` and `dGamma =
+//! fade(g) w j`, with `j = |nu|` now or in the reference configuration. With the coefficients `c_a
+//! = N_a` on the contactor and `-M_b` on the target, vertex `A` with weight `Phi_A` has
 //!
-//! `kappa = int Phi_A`, `W = int Phi_A g`, `N = int Phi_A n`, `D_a = int Phi_A c_a`, `V_a = int Phi_A n c_a`.
+//! `kappa = int Phi_A`, `W = int Phi_A g`, `N = int Phi_A n`, `D_a = int Phi_A c_a`, `V_a = int
+//! Phi_A n c_a`.
 //!
-//! Everything is a function of the positions of the nodes of the two facets alone. Over a rigid obstacle the points are those of a rule on
-//! the whole contactor facet; gap and normal are the obstacle's signed distance at `x` and its gradient.
+//! All integrals depend only on the node positions of the two facets. Over a rigid obstacle a
+//! quadrature rule on the whole contactor facet gives the points. Gap and normal are the obstacle's
+//! signed distance at `x` and its gradient.
 
 use super::intersection::{degree, overlap};
 use super::obstacle::PlacedObstacle;
@@ -18,7 +22,7 @@ use crate::mesh::ElementKind;
 use crate::space::{area_variation, facet_normal};
 use crate::tensor::{Tensor, Vector, tangential_projector};
 
-/// Most nodes of two facets.
+/// Maximum number of nodes of two facets.
 pub const PAIR_NODES: usize = 2 * MOST_NODES;
 
 /// A facet with its nodes.
@@ -30,31 +34,34 @@ pub struct PlacedFacet<'a, const D: usize> {
     pub nodes: &'a [Vector<D>],
 }
 
-/// Which measure carries the tractions.
+/// Configuration in which the tractions act.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AreaMeasure<'a, const D: usize> {
-    /// The facet as it is: tractions are Cauchy's.
+    /// The deformed facet: tractions are Cauchy tractions.
     Current,
-    /// The undeformed facet, with these positions of its nodes \[m\]: tractions are nominal.
+    /// The undeformed facet with these positions of its nodes \[m\]: tractions are nominal.
     Reference(&'a [Vector<D>]),
 }
 
-/// How far apart surfaces may be to be integrated over, and by which weight.
+/// Range of gaps over which surfaces are integrated, and the weight of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
-    /// Part of the tractions that a pair carries: all of them, or half where every facet is contactor and target in turn.
+    /// Part of the tractions that a pair carries: all of them, or half if every facet is both
+    /// contactor and target.
     pub share: f64,
-    /// Points deeper than this come from the other side of the target and have no weight; it fades from half of this depth on \[m\].
+    /// Points deeper than this lie nearer to the other side of the target and have no weight. The
+    /// weight fades from half of this depth \[m\].
     pub depth: f64,
-    /// Points farther away than this have no weight; it fades from half of this distance on \[m\].
+    /// Points farther away than this have no weight. The weight fades from half of this distance
+    /// \[m\].
     pub open: f64,
 }
 
 impl Range {
-    /// The part with which a point at this gap counts, and its derivatives [1/m, 1/m^2].
+    /// Weight of a point at this gap, and its derivatives [1/m, 1/m^2].
     ///
-    /// The gap of a vertex is a mean. Without this factor, a facet over a deep hole would open the vertex although its other facets
-    /// press. The factor is continuously differentiable.
+    /// The gap of a vertex is a mean value. Without this factor, a facet over a deep hole would
+    /// open the vertex although its other facets press. The factor is continuously differentiable.
     pub(super) fn fade(&self, gap: f64) -> [f64; 3] {
         let (end, toward_open) = if gap > 0.0 { (self.open, 1.0) } else { (self.depth, -1.0) };
         let width = 0.5 * end;
@@ -72,12 +79,12 @@ impl Range {
     }
 }
 
-/// What lies opposite a contactor facet.
+/// The side opposite a contactor facet.
 #[derive(Debug, Clone, Copy)]
 pub enum Opposite<'a, const D: usize> {
     /// A facet of a body: the integrals go over the common segments.
     Facet(PlacedFacet<'a, D>),
-    /// A rigid obstacle: they go over the whole contactor facet.
+    /// A rigid obstacle: the integrals cover the whole contactor facet.
     Obstacle(PlacedObstacle<'a, D>),
 }
 
@@ -91,16 +98,16 @@ impl<'a, const D: usize> Opposite<'a, D> {
     }
 }
 
-/// A contactor facet over what lies opposite.
+/// A contactor facet and the opposite side.
 #[derive(Debug, Clone, Copy)]
 pub struct FacetPair<'a, const D: usize> {
-    /// Carries the vertices.
+    /// The contactor facet, whose corners are the vertices.
     pub contactor: PlacedFacet<'a, D>,
     /// The other side.
     pub target: Opposite<'a, D>,
-    /// Measure of the contactor.
+    /// Configuration in which the area of the contactor is measured.
     pub measure: AreaMeasure<'a, D>,
-    /// What is too far.
+    /// Range of gaps.
     pub range: Range,
 }
 
@@ -117,7 +124,8 @@ pub struct VertexIntegrals<const D: usize> {
     pub coefficients: [f64; PAIR_NODES],
     /// `V_a` [m, m^2].
     pub pushes: [Vector<D>; PAIR_NODES],
-    /// Largest of `-g` \[m\]: over all points; over an obstacle over those around the vertex, in range or not.
+    /// Maximum of `-g` \[m\]. It is taken over all points; over an obstacle, over the points around
+    /// the vertex, in range or not.
     pub depth: f64,
 }
 
@@ -137,7 +145,7 @@ impl<const D: usize> Default for VertexIntegrals<D> {
 /// The integrals of all vertices over one pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairIntegrals<const D: usize> {
-    /// By the corners of the contactor facet.
+    /// One entry for each corner of the contactor facet.
     pub vertices: [VertexIntegrals<D>; MOST_CORNERS],
     /// Covered area of the facet, `sum_A kappa_A` [m, m^2].
     pub cover: f64,
@@ -150,7 +158,8 @@ pub struct PairFields<'a, const D: usize> {
     pub fields: [&'a [Vector<D>]; 2],
 }
 
-/// Derivatives of the integrals of one vertex by the position of one node; rows are components, columns those of the node.
+/// Derivatives of the integrals of one vertex by the position of one node. Rows are components of
+/// the integral, columns those of the node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VertexVariation<const D: usize> {
     /// `dkappa`.
@@ -174,7 +183,7 @@ impl<const D: usize> Default for VertexVariation<D> {
     }
 }
 
-/// Tractions of a vertex, held fixed while the geometry varies.
+/// Tractions of a vertex that are held fixed while the geometry varies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Carried<const D: usize> {
     /// `t_n` \[Pa\].
@@ -184,35 +193,35 @@ pub struct Carried<const D: usize> {
 }
 
 impl<const D: usize> Carried<D> {
-    /// Whether there is any traction.
+    /// Whether any traction is nonzero.
     pub fn acts(&self) -> bool {
         self.normal != 0.0 || self.friction.iter().any(|t| *t != 0.0)
     }
 }
 
-/// What is held fixed at the vertices of a contactor facet while the geometry varies.
+/// Quantities held fixed at the vertices of a contactor facet while the geometry varies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrozenFacet<const D: usize> {
-    /// Tractions by the corners.
+    /// Tractions at the corners.
     pub carried: [Carried<D>; MOST_CORNERS],
-    /// What varies under those tractions.
+    /// Geometric quantities that vary under these tractions.
     pub changes: FrozenChanges,
-    /// Of the potential `sum_A p_A (W_A - g_A kappa_A) - u_A kappa_A` by the corners.
+    /// Coefficients of the potential `sum_A p_A (W_A - g_A kappa_A) - u_A kappa_A` at the corners.
     pub potential: [VertexPotential; MOST_CORNERS],
 }
 
-/// What varies under tractions that are held fixed.
+/// Geometric quantities that vary under fixed tractions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FrozenChanges {
-    /// Normals, and where the two sides lie opposite each other, under the pressure.
+    /// Normals and the pairing of opposite points vary under the pressure.
     pub under_pressure: bool,
-    /// Where the two sides lie opposite each other, under friction.
+    /// The pairing of opposite points varies under friction.
     pub under_friction: bool,
-    /// The area, under both.
+    /// The area varies under both tractions.
     pub area: bool,
 }
 
-/// How the energy of a vertex depends on its weighted gap and its area.
+/// Derivatives of the energy of a vertex by its weighted gap and its area.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VertexPotential {
     /// `p` \[Pa\].
@@ -234,7 +243,7 @@ impl<const D: usize> Default for FrozenFacet<D> {
     }
 }
 
-/// Which variations of a vertex are wanted beside those of gap and area.
+/// Variations of a vertex that are needed besides those of gap and area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct WantedVariations {
     /// `dN`.
@@ -245,14 +254,14 @@ pub struct WantedVariations {
     pub slip_increment: bool,
 }
 
-/// Everything of one segment point, and how it varies with the nodes.
+/// All quantities of one segment point, from which its variation with the nodes follows.
 pub(super) struct Point<const D: usize> {
     pub contactor: FacetShape,
-    /// Zero over an obstacle.
+    /// Shape functions of the target facet; zero over an obstacle.
     pub target: FacetShape,
     /// `Phi_A` with its gradient.
     pub weights: FacetShape,
-    /// `dGamma` with the part that fades, and without it.
+    /// `dGamma` with and without the fading weight.
     pub measure: f64,
     pub whole: f64,
     pub fade: [f64; 3],
@@ -263,10 +272,10 @@ pub(super) struct Point<const D: usize> {
 pub(super) struct Variation<const D: usize> {
     pub xi: [[Vector<D>; PAIR_NODES]; 2],
     pub eta: [[Vector<D>; PAIR_NODES]; 2],
-    /// Of the measure at fixed size of the facet, and by that size.
+    /// Of the measure: at fixed size of the facet, and by that size.
     pub measure: [Vector<D>; PAIR_NODES],
     pub stretch: [Vector<D>; PAIR_NODES],
-    /// Of the measure without the part that fades.
+    /// Of the measure without the fading weight.
     pub whole: [Vector<D>; PAIR_NODES],
     pub gap: [Vector<D>; PAIR_NODES],
     pub normal: [Tensor<D>; PAIR_NODES],
@@ -293,7 +302,7 @@ impl<const D: usize> FacetPair<'_, D> {
         self.contactor.nodes.len() + self.target.nodes().len()
     }
 
-    /// The integrals; `None` where the facets have no common segment.
+    /// The integrals; `None` if the facets have no common segment.
     pub fn integrate(&self) -> Option<PairIntegrals<D>> {
         let vertices = [VertexIntegrals::default(); MOST_CORNERS];
         let mut sums = PairIntegrals { vertices, cover: 0.0 };
@@ -322,11 +331,12 @@ impl<const D: usize> FacetPair<'_, D> {
         found.then_some(sums)
     }
 
-    /// Hands the variation of the integrals of each vertex with each node to `add`: corner, node, change.
+    /// Passes the variation of the integrals of each vertex with each node to `add`: corner, node,
+    /// change.
     ///
-    /// On the way, minus the derivatives by what is `frozen` are added to `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes
-    /// \[N/m\]: of the force `sum_A (t_n V_a + t_T D_a)`, and of the gradient of the potential, see
-    /// [`FrozenFacet`].
+    /// It also adds the stiffness of the `frozen` quantities to `stiffness[((a * m + b) * D + i) *
+    /// D + j]` of the `m` nodes \[N/m\]. This stiffness is minus the derivative of the force `sum_A
+    /// (t_n V_a + t_T D_a)` and of the gradient of the potential, see [`FrozenFacet`].
     pub fn vary(
         &self,
         fields: &PairFields<'_, D>,
@@ -351,7 +361,7 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
-    /// The derivatives by what is frozen alone, see [`vary`](Self::vary).
+    /// Adds only the stiffness of the frozen quantities, see [`vary`](Self::vary).
     pub fn add_frozen(&self, frozen: &FrozenFacet<D>, stiffness: &mut [f64]) {
         self.sweep(Want::Variations, |point, variation| {
             self.add_frozen_point(point, variation, frozen, stiffness);
@@ -414,7 +424,7 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
-    /// The change of `sum_A (t_n V_a + t_T D_a)` at fixed tractions of the vertices.
+    /// Adds the change of `sum_A (t_n V_a + t_T D_a)` at fixed tractions of the vertices.
     fn add_geometry(
         &self,
         point: &Point<D>,
@@ -470,8 +480,9 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
-    /// The Hessian of the potential, without the second derivatives of the measure and what is proportional to the angle between the two
-    /// sides: (1.11) of the theory, where its parts are named.
+    /// Adds the Hessian of the potential (1.11) of the theory, which names its parts. It omits the
+    /// second derivatives of the measure and the part proportional to the angle between the two
+    /// sides.
     fn add_potential(
         &self,
         point: &Point<D>,
@@ -480,7 +491,8 @@ impl<const D: usize> FacetPair<'_, D> {
         stiffness: &mut [f64],
     ) {
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
-        // With `D_A = fade (p (g - g_A) - u)`: `sum_A Phi_A` of its first and second derivatives by the gap.
+        // With `D_A = fade (p (g - g_A) - u)`: `sum_A Phi_A` of its first and second derivatives by
+        // the gap.
         let [counts, fading, bending] = point.fade;
         let (mut first_slope, mut second_slope) = (0.0, 0.0);
         let mut along_weights = [0.0; 2];
@@ -508,7 +520,7 @@ impl<const D: usize> FacetPair<'_, D> {
             |shape: &FacetShape, nodes: &[Vector<D>]| bends(shape, nodes).map(|bend| bend.dot(&point.normal));
         let below = curvatures(&point.contactor, self.contactor.nodes);
         let above = curvatures(&point.target, target.nodes);
-        // `d_a(y_,k . n)` without what the point's own slide adds.
+        // `d_a(y_,k . n)` without the contribution of the sliding of the point.
         let mut tilts = [[Vector::zeros(); PAIR_NODES]; 2];
         for a in 0..all {
             for k in 0..D - 1 {
@@ -546,7 +558,7 @@ impl<const D: usize> FacetPair<'_, D> {
         }
     }
 
-    /// Visits the points of all segments, with their variation where it is wanted.
+    /// Visits the points of all segments, with their variation if it is needed.
     fn sweep(&self, want: Want, mut visit: impl FnMut(&Point<D>, &Variation<D>)) {
         let target = match &self.target {
             Opposite::Facet(target) => target,
@@ -672,7 +684,7 @@ impl<const D: usize> FacetPair<'_, D> {
         Some(point)
     }
 
-    /// Derivatives by the nodes, given those by the corners of two pieces.
+    /// Derivatives by the nodes, from those by the corners of two pieces.
     fn spread(
         &self,
         target: ElementKind,
@@ -698,7 +710,8 @@ impl<const D: usize> FacetPair<'_, D> {
     }
 }
 
-/// The Hessian of the potential over an obstacle, whose gap has the second derivative `N_a N_b dn/dx` by the nodes.
+/// Adds the Hessian of the potential over an obstacle. The gap has the second derivative `N_a N_b
+/// dn/dx` by the nodes.
 fn add_potential_on_obstacle<const D: usize>(
     point: &Point<D>,
     variation: &Variation<D>,
@@ -726,7 +739,8 @@ fn subtract_block<const D: usize>(stiffness: &mut [f64], number: usize, block: &
     }
 }
 
-/// A field of the contactor relative to the target at a segment point, and its slopes along both facets.
+/// A relative field (contactor minus target) at a segment point, and its derivatives along both
+/// facets.
 struct Relative<const D: usize> {
     value: Vector<D>,
     along_contactor: [Vector<D>; 2],
@@ -764,7 +778,7 @@ pub(super) fn interpolate<const D: usize>(shape: &[f64; MOST_NODES], nodes: &[Ve
     nodes.iter().zip(shape).map(|(x, n)| x * *n).sum()
 }
 
-/// `f_,k` of a field of the nodes.
+/// `f_,k` of a nodal field.
 pub(super) fn tangents<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) -> [Vector<D>; 2] {
     let mut tangents = [Vector::zeros(); 2];
     for (x, gradient) in nodes.iter().zip(&shape.gradient) {
@@ -786,7 +800,8 @@ fn bends<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) -> [Vector<D>;
     bends
 }
 
-/// Derivatives of the vector area by the coordinates: `x_,1k x x_,2 + x_,1 x x_,2k`; in the plane the turned `x_,11`.
+/// Derivatives of the vector area by the coordinates: `x_,1k x x_,2 + x_,1 x x_,2k`; in the plane
+/// the rotated `x_,11`.
 fn area_slopes<const D: usize>(tangents: &[Vector<D>; 2], bends: &[Vector<D>; 3]) -> [Vector<D>; 2] {
     if D == 2 {
         return [facet_normal(&[bends[0], Vector::zeros()]), Vector::zeros()];

@@ -1,4 +1,5 @@
-//! Integrals of pairs: their derivatives, resultants and moments, and what partition of unity makes of them.
+//! Integrals of pairs: derivatives, resultants, moments, and the consequences of the partition of
+//! unity.
 
 use super::*;
 use crate::taylor::{scatter, taylor_rate};
@@ -9,7 +10,8 @@ const FACES: [ElementKind; 5] =
 const ALL: WantedVariations = WantedVariations { normal: true, slip_velocity: true, slip_increment: true };
 const RANGE: Range = Range { share: 1.0, depth: 0.6, open: 0.6 };
 
-/// A contactor below and a target above it, shifted, turned a little and bent by `bend`, at about this gap \[m\].
+/// A contactor and a target above it, shifted, slightly rotated and bent by `bend`, at
+/// approximately this gap \[m\].
 fn coordinates<const D: usize>(kinds: [ElementKind; 2], seed: u32, bend: f64, gap: f64) -> Vec<f64> {
     let nodes =
         |kind: ElementKind| crate::space::reference(kind).node_coordinates().iter().take(kind.nodes());
@@ -55,7 +57,7 @@ fn all_pairs(kinds: &[ElementKind]) -> Vec<[ElementKind; 2]> {
     kinds.iter().flat_map(|&a| kinds.iter().map(move |&b| [a, b])).collect()
 }
 
-/// Values of all integrals in a row, the fields' sums behind those of geometry.
+/// All integrals as one vector: first those of the geometry, then the sums of the fields.
 fn values<const D: usize>(pair: &FacetPair<'_, D>, fields: &[Vec<Vector<D>>; 2]) -> Vec<f64> {
     let sums = pair.integrate().expect("they overlap");
     let mut all = Vec::new();
@@ -105,8 +107,8 @@ fn varies<const D: usize>(kinds: [ElementKind; 2], reference: bool, gap: f64) {
     }
 }
 
-/// Area, gap, normal and slips of every vertex change as their variations say, for every pair of facets, in both measures, in
-/// contact and where the weight fades.
+/// Area, gap, normal and slips of every vertex match their variations, for every pair of facets and
+/// both measures, in contact and in the fading range.
 #[test]
 fn integrals_move_as_their_variations_say() {
     for (reference, gap) in [(false, -0.05), (true, -0.05), (false, 0.45), (true, 0.45), (false, -0.45)] {
@@ -163,7 +165,8 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool) {
     }
 }
 
-/// Forces of frozen tractions change as the geometric stiffness says, for every pair of facets and both measures.
+/// Forces of frozen tractions match their geometric stiffness, for every pair of facets and both
+/// measures.
 #[test]
 fn forces_move_as_their_stiffness_says() {
     for reference in [false, true] {
@@ -189,8 +192,9 @@ fn resultants<const D: usize>(kinds: [ElementKind; 2]) -> [f64; 2] {
     worst
 }
 
-/// Forces have no resultant; pressures have no moment where points are paired along the normal: on straight lines, on triangles.
-/// On bent facets the chord between the points leaves a moment that is small as the bend times the gap.
+/// Forces have no resultant. Pressures have no moment if points are paired along the normal: on
+/// straight lines and on triangles. On bent facets the chord between the points leaves a small
+/// moment, proportional to the bend times the gap.
 #[test]
 fn pressures_have_neither_resultant_nor_moment() {
     for kinds in all_pairs(&LINES) {
@@ -208,7 +212,8 @@ fn pressures_have_neither_resultant_nor_moment() {
     }
 }
 
-/// Weights sum to one: over a target that covers all of a flat contactor a uniform pressure gives the consistent nodal loads.
+/// Weights sum to one: over a target that covers a flat contactor completely, a uniform pressure
+/// gives the consistent nodal loads.
 #[test]
 fn a_uniform_pressure_gives_consistent_loads() {
     for kinds in all_pairs(&FACES) {
@@ -231,7 +236,7 @@ fn a_uniform_pressure_gives_consistent_loads() {
     }
 }
 
-/// Where flat surfaces touch, the matrix is the derivative of the gradient of the weighted gaps.
+/// For touching flat surfaces, the matrix is the derivative of the gradient of the weighted gaps.
 fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
     let z = coordinates::<D>(kinds, 3, 0.0, 0.0);
     let (pressures, size) = ([0.7, 1.3, -0.4, 0.9], z.len());
@@ -276,7 +281,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
     }
 }
 
-/// For every pair of facets.
+/// The Hessian of the potential is the derivative of its gradient for every pair of facets.
 #[test]
 fn the_potential_has_the_hessian_of_its_gradient() {
     all_pairs(&LINES).into_iter().for_each(potential_is_exact::<2>);

@@ -1,10 +1,11 @@
-//! The overlap of two pieces, in the plane and in space.
+//! The overlap of two pieces, in 2D and in 3D.
 
 use super::segment::{PlacedPiece, PointVariation, SegmentPoint, Want};
 use super::{line, polygon};
 use crate::mesh::ElementKind;
 
-/// Polynomial degree to which integrals over a segment of flat facets of these kinds are exact: weight times displacement.
+/// Polynomial degree that is integrated exactly over a segment of flat facets of these kinds:
+/// weight times displacement.
 pub fn degree(contactor: ElementKind, target: ElementKind) -> usize {
     let of = |kind| match kind {
         ElementKind::Line2 | ElementKind::Tri3 => 1,
@@ -18,10 +19,11 @@ pub fn degree(contactor: ElementKind, target: ElementKind) -> usize {
     weight + of(contactor).max(of(target)) + bent
 }
 
-/// Calls `visit` with every point of the overlap of two pieces, and with its variation if `want` asks for it; otherwise the variation
-/// is zero.
+/// Calls `visit` with every point of the overlap of two pieces. It also computes the variation of
+/// the point if `want` requests it; otherwise the variation is zero.
 ///
-/// The rule is exact to `degree` on flat facets. Pieces that do not face each other have no overlap.
+/// The quadrature rule is exact to `degree` on flat facets. Pieces that do not face each other have
+/// no overlap.
 pub fn overlap<const D: usize>(
     contactor: &PlacedPiece<'_, D>,
     target: &PlacedPiece<'_, D>,
@@ -44,7 +46,7 @@ mod tests {
     use crate::taylor::{scatter, taylor_rate};
     use crate::tensor::Vector;
 
-    /// A facet of `kind` near the unit size, bent by `bend`, seen from below if it is a target.
+    /// A facet of `kind` with about unit size, bent by `bend`, seen from below if it is a target.
     pub(in super::super) fn facet<const D: usize>(kind: ElementKind, seed: u32, bend: f64) -> Vec<Vector<D>> {
         let places = crate::space::reference(kind).node_coordinates();
         let noise = scatter(kind.nodes() * D, seed);
@@ -54,12 +56,12 @@ mod tests {
         places.iter().take(kind.nodes()).enumerate().map(node).collect()
     }
 
-    /// A target over a contactor whose body is below it: turned about the first axis, shifted.
+    /// A target over a contactor whose body is below it, rotated about the first axis and shifted.
     fn opposite<const D: usize>(kind: ElementKind, seed: u32, bend: f64) -> Vec<Vector<D>> {
         let shift = Vector::<D>::from_fn(|i, _| [0.37, 0.21, 0.0][if D == 2 && i == 1 { 2 } else { i }]);
         let mut nodes = facet::<D>(kind, seed, bend);
         for node in &mut nodes {
-            // The normal turns over; in the plane the line runs the other way.
+            // The normal is reversed; in the plane the line has the opposite direction.
             let flip = if D == 2 { 0 } else { 1 };
             node[flip] = -node[flip];
             *node += shift;
@@ -130,14 +132,16 @@ mod tests {
         }
     }
 
-    /// Points, coordinates and weights change as their variations say, to second order, for every pair of pieces.
+    /// Points, coordinates and weights match their variations to second order, for every pair of
+    /// pieces.
     #[test]
     fn points_move_as_their_variations_say() {
         PLANE.into_iter().for_each(varies::<2>);
         SPACE.into_iter().for_each(varies::<3>);
     }
 
-    /// Where facets end at the same place, as on matching meshes, rounding does not choose the derivatives.
+    /// If facets end at the same position, as on matching meshes, rounding does not choose the
+    /// derivatives.
     #[test]
     fn rounding_does_not_choose_derivatives_at_aligned_ends() {
         let variations = |e: f64| {

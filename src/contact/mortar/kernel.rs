@@ -1,10 +1,17 @@
-//! The kernel of a vertex: its gap, normal and slip with their variations, and every term of (3.5) that its laws bring.
+//! The kernel of a vertex: its gap, normal and slip with their variations, and every term of (3.5)
+//! that its laws contribute.
 //!
-//! With the sums of [`super::integrals`] over all pairs of a vertex, `g = W / kappa`, `n = N / |N|` and `c_a = D_a / kappa`. A node
-//! receives `kappa (t_n v_a + c_a t_T)` with `v_a = V_a / kappa`: the pressure acts along the normals of the facets, so that forces
-//! pass the patch test and have no moment, the friction along that of the vertex. Minus the variation of it is, by what varies,
-//! `t_n` (`K_CN`), `t_T` with the bound (`K_nT`) and with the slip (`K_T`, `C_mu`), slip measure and normal (`K_TG`), all of which are
-//! here, and `v_a`, `c_a` and `kappa`, which [`super::integrals::FacetPair::vary`] has.
+//! With the sums of [`super::integrals`] over all pairs of a vertex, `g = W / kappa`, `n = N / |N|`
+//! and `c_a = D_a / kappa`. A node receives the force `kappa (t_n v_a + c_a t_T)` with `v_a = V_a /
+//! kappa`. The pressure acts along the normals of the facets, so that forces pass the patch test
+//! and have no moment. Friction acts along the tangent plane of the vertex.
+//!
+//! The stiffness is minus the variation of this force. Its parts are, by the varying quantity:
+//!
+//! - `t_n` (`K_CN`), computed here.
+//! - `t_T` with the bound (`K_nT`) and with the slip (`K_T`, `C_mu`), computed here.
+//! - `t_T` with slip measure and normal (`K_TG`), computed here.
+//! - `v_a`, `c_a` and `kappa`, computed by [`super::integrals::FacetPair::vary`].
 
 use super::surface::VertexSize;
 use crate::contact::history::History;
@@ -13,10 +20,10 @@ use crate::contact::point::{ContactLaw, Manner, PointState, Relation, Slopes, Te
 use crate::tensor::{Tensor, Vector};
 use crate::terms::Terms;
 
-/// How a vertex depends on one node.
+/// Dependence of a vertex on one node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VertexNode<const D: usize> {
-    /// The node: its place in the field arrays.
+    /// Index of the node in the field arrays.
     pub node: u32,
     /// `c_a`.
     pub coefficient: f64,
@@ -26,7 +33,8 @@ pub struct VertexNode<const D: usize> {
     pub gap: Vector<D>,
     /// `dn/dx_a` \[1/m\].
     pub normal: Tensor<D>,
-    /// Derivatives of the relative velocity \[1/s\] and of the relative increment \[-\] at fixed fields.
+    /// Derivatives of the relative velocity \[1/s\] and of the relative increment \[-\] at fixed
+    /// fields.
     pub slips: [Tensor<D>; 2],
 }
 
@@ -57,10 +65,10 @@ pub struct VertexSums<const D: usize> {
     pub slips: [Vector<D>; 2],
     /// Minus the gap of the deepest segment point \[m\].
     pub depth: f64,
-    /// Covered area of the facets around the vertex, and the undeformed whole of it [m, m^2].
+    /// Covered area of the facets around the vertex, and their whole undeformed area [m, m^2].
     pub cover: f64,
     full: f64,
-    /// Length of the vertex across the plane: 1 in the plane, in space the root of its area [-, m].
+    /// Length of the vertex across the plane: 1 in 2D, the square root of its area in 3D [-, m].
     width: f64,
 }
 
@@ -80,17 +88,20 @@ impl<const D: usize> Default for VertexSums<D> {
     }
 }
 
-/// A vertex of which less than this part of the area is covered has no target: its gap would be a quotient of rounding errors. Ten
-/// times more or less changes nothing, because a force is that part of the pressure.
+/// A vertex with less than this fraction of its area covered has no target, because its gap would
+/// be a quotient of rounding errors. A value ten times larger or smaller changes nothing, because
+/// the force is that fraction of the pressure.
 const COVERED: f64 = 1e-13;
 
-/// Depth over covered length from which on a vertex carries nothing. With 1 and with 4 all shipped scenes of two bodies take the same
-/// Newton iterations, except for `collision/cubes`: 265 and 227 in place of 229.
+/// Ratio of depth to covered length from which on a vertex carries no traction. With 1 and with 4
+/// all shipped scenes of two bodies take the same Newton iterations, except `collision/cubes`: 265
+/// and 227 instead of 229.
 const ACROSS: f64 = 2.0;
 
 impl<const D: usize> VertexSums<D> {
-    /// Ends the summation. Clears the sums of a vertex that is covered by rounding alone, by facets whose normals cancel, or by a sliver
-    /// that lies deeper than it is long; only its depth is left.
+    /// Finishes the summation. It clears the sums of a vertex, except its depth, in three cases:
+    /// the vertex is covered only by rounding, the normals of the facets cancel, or it is covered
+    /// by a sliver that is deeper than long.
     pub fn finish(&mut self, size: &VertexSize) {
         self.full = size.facets * size.share;
         self.width = if D == 2 { size.share } else { size.share * size.vertex.sqrt() };
@@ -100,7 +111,7 @@ impl<const D: usize> VertexSums<D> {
         }
     }
 
-    /// Inverse of the length that is covered around the vertex [1/m]; 0 where nothing is left uncovered.
+    /// Inverse of the covered length around the vertex [1/m]; 0 if it is fully covered.
     fn inverse_length(&self) -> f64 {
         (self.width / self.cover - self.width / self.full).max(0.0)
     }
@@ -110,15 +121,16 @@ impl<const D: usize> VertexSums<D> {
         self.gap / self.area
     }
 
-    /// The gap that the laws see \[m\].
+    /// The gap with which the laws are evaluated \[m\].
     pub fn gap(&self) -> f64 {
         self.limited().0
     }
 
-    /// The gap that the laws see, with its derivatives by the mean gap \[-\] and by the covered area [-, 1/m].
+    /// The gap with which the laws are evaluated, with its derivatives by the mean gap \[-\] and by
+    /// the covered area [-, 1/m].
     ///
-    /// With `l` the length that is covered around the vertex, `g = -l phi(-W / (kappa l))`: `phi(s) = s` up to a half, from there it falls
-    /// to 0 at 2 (theory, section 1.3).
+    /// With `l` the covered length around the vertex, `g = -l phi(-W / (kappa l))`. `phi(s) = s` up
+    /// to one half; from there `phi` decreases to 0 at `s = 2` (theory, section 1.3).
     fn limited(&self) -> (f64, f64, f64) {
         let mean = self.mean_gap();
         let inverse = self.inverse_length();
@@ -133,25 +145,26 @@ impl<const D: usize> VertexSums<D> {
         (-part / inverse, slope, (s * slope - part) * self.width / (self.cover * inverse).powi(2))
     }
 
-    /// How much the gap that the laws see changes with the mean gap.
+    /// Derivative of the gap with which the laws are evaluated by the mean gap.
     pub fn by_mean_gap(&self) -> f64 {
         self.limited().1
     }
 
-    /// Whether anything of the vertex lies opposite a target.
+    /// Whether any part of the vertex lies opposite a target.
     pub fn is_covered(&self) -> bool {
         self.area > 0.0
     }
 
-    /// How deep the deepest place lies below the target \[m\], without the initial overclosure `adjusted` that is treated as zero gap.
+    /// Depth of the deepest point below the target \[m\], minus the initial overclosure `adjusted`
+    /// that is treated as zero gap.
     pub fn sunk(&self, adjusted: f64) -> f64 {
         (self.depth + adjusted).max(0.0)
     }
 
     /// Evaluates the laws; `adjusted` is the initial overclosure that is treated as zero gap \[m\].
     ///
-    /// The slip of the return map has the turn of the normal taken out, `d = sum c_a du_a - g (n - n_old)`, so that a rotation that
-    /// both sides share is no slip.
+    /// The slip increment of the return map excludes the rotation of the normal, `d = sum c_a du_a
+    /// - g (n - n_old)`. A common rotation of both sides therefore produces no slip.
     pub fn respond(
         &self,
         law: &ContactLaw,
@@ -176,7 +189,8 @@ impl<const D: usize> VertexSums<D> {
         (PointState { flatness, sunk, ..state }, slopes)
     }
 
-    /// Turns the derivatives of the sums, which the nodes of `row` hold in the place of those of the means, into the latter.
+    /// Converts the derivatives of the sums, which the nodes of `row` hold initially, to
+    /// derivatives of the means.
     pub(super) fn normalise(&self, history: &History<D>, row: &mut VertexRows<D>) {
         let gap = self.mean_gap();
         let (_, by_mean, by_cover) = self.limited();
@@ -202,12 +216,13 @@ impl<const D: usize> VertexSums<D> {
     }
 }
 
-/// `n - n_old`; zero where there is no normal to compare with.
+/// `n - n_old`; zero if there is no previous normal.
 fn turn<const D: usize>(normal: &Vector<D>, history: &History<D>) -> Vector<D> {
     if history.normal.amax() == 0.0 { Vector::zeros() } else { normal - history.normal }
 }
 
-/// Adds the chosen terms of a closed vertex to `stiffness[((a * m + b) * D + i) * D + j]` of its `m` nodes \[N/m\].
+/// Adds the selected terms of a closed vertex to `stiffness[((a * m + b) * D + i) * D + j]` of its
+/// `m` nodes \[N/m\].
 pub fn add_stiffness<const D: usize>(
     state: &PointState<D>,
     slopes: &Slopes<D>,
@@ -256,20 +271,20 @@ pub fn add_stiffness<const D: usize>(
     }
 }
 
-/// A vertex with the nodes that it depends on.
+/// A vertex with the nodes on which it depends.
 #[derive(Debug)]
 pub(super) struct VertexRows<const D: usize> {
     pub vertex: usize,
     pub nodes: Vec<VertexNode<D>>,
     /// Undeformed positions of the nodes \[m\].
     pub reference_points: Vec<Vector<D>>,
-    /// Derivatives of `kappa` and of the covered area of the facets around [-, m].
+    /// Derivatives of `kappa` and of the covered area of the surrounding facets [-, m].
     pub by_area: Vec<Vector<D>>,
     pub by_cover: Vec<Vector<D>>,
 }
 
 impl<const D: usize> VertexRows<D> {
-    /// The place of a node, which is one of the vertex.
+    /// Index of a node of the vertex in its row.
     pub fn place(&self, node: u32) -> usize {
         self.nodes.iter().position(|known| known.node == node).unwrap_or(0)
     }

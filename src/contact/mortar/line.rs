@@ -1,7 +1,8 @@
-//! Overlap of two straight lines in the plane: an interval of the contactor's.
+//! Overlap of two straight lines in the plane: an interval of the contactor line.
 //!
-//! With `d = x_b - x_a` the ends of the target lie at `s = (y - x_a) . d / |d|^2` of the contactor's line; the overlap is
-//! `[max(s_d, 0), min(s_c, 1)]` for a target from `y_c` to `y_d`, which runs the other way since it faces the contactor.
+//! With `d = x_b - x_a` the ends of the target lie at `s = (y - x_a) . d / |d|^2` on the contactor
+//! line. The overlap is `[max(s_d, 0), min(s_c, 1)]` for a target from `y_c` to `y_d`. The target
+//! has the opposite direction because it faces the contactor.
 
 use std::sync::LazyLock;
 
@@ -10,10 +11,12 @@ use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGE
 use crate::space::Rule;
 use crate::tensor::Vector;
 
-/// A target seen under a smaller part of the contactor's length than this does not face it.
+/// A target whose projection is smaller than this fraction of the contactor's length does not face
+/// it.
 const FACES: f64 = 1e-9;
 
-/// The nearest coordinate on the contactor. What is at its end to rounding is at its end, or rounding would choose the derivative.
+/// The nearest coordinate on the contactor. A coordinate that equals an end up to rounding is set
+/// to the end; otherwise rounding would choose the derivative.
 fn clamped(s: f64) -> f64 {
     match s {
         _ if s < ON_EDGE => 0.0,
@@ -47,7 +50,7 @@ pub(super) fn overlap<const D: usize>(
     if length <= 0.0 {
         return;
     }
-    // An end of the contactor at an end of the target is the contactor's: no derivative belongs to the tie.
+    // If ends of both lines coincide, the contactor's end is used; it contributes no derivative.
     let inside = |s: f64| s > 0.0 && s < 1.0;
     let by_low = if inside(low) { last.by_corners(TARGET + 1, &along, square) } else { none() };
     let by_high = if inside(high) { first.by_corners(TARGET, &along, square) } else { none() };
@@ -83,9 +86,9 @@ pub(super) fn overlap<const D: usize>(
     }
 }
 
-/// An end of the target seen from the contactor.
+/// Projection of an end of the target onto the contactor.
 struct End<const D: usize> {
-    /// Place along the contactor's line, 0 and 1 at its ends.
+    /// Coordinate along the contactor line, 0 and 1 at its ends.
     s: f64,
     /// From the contactor's first end \[m\].
     offset: Vector<D>,
@@ -97,7 +100,7 @@ fn place<const D: usize>(y: &Vector<D>, a: &Vector<D>, along: &Vector<D>, square
 }
 
 impl<const D: usize> End<D> {
-    /// `ds/dz`, the end being corner `own`.
+    /// `ds/dz`, where the end is corner `own`.
     fn by_corners(&self, own: usize, along: &Vector<D>, square: f64) -> ByCorners<D> {
         let mut by = none();
         let by_end = along / square;

@@ -1,4 +1,4 @@
-//! A block on every obstacle: tangents term by term, stages, steps that conserve, and vertices that keep to themselves.
+//! A block on every obstacle: tangents term by term, stages, conserving steps, and lumped vertices.
 
 use std::rc::Rc;
 
@@ -16,7 +16,7 @@ use crate::mesh::{ElementKind, merge};
 use crate::taylor::scatter;
 use crate::tensor::Tensor;
 
-/// Depth of the middle of the bottom \[m\].
+/// Depth of the centre of the bottom \[m\].
 const DEPTH: f64 = 0.01;
 const WIDTH: f64 = 0.2;
 
@@ -25,13 +25,13 @@ const SPACE_KINDS: [ElementKind; 5] =
     [ElementKind::Hex8, ElementKind::Tet4, ElementKind::Hex20, ElementKind::Hex27, ElementKind::Tet10];
 
 impl<const D: usize> Scene<D> {
-    /// The bottom of a block sunk into an obstacle that it faces, at rest.
+    /// The bottom of a block pressed into an obstacle that it faces, at rest.
     fn over(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind) -> Self {
         let middle = Self::middle(&**obstacle);
         Self::standing(obstacle, kind, obstacle.proximity(&middle).normal)
     }
 
-    /// A place below the surface of an obstacle.
+    /// A point below the surface of an obstacle.
     fn middle(obstacle: &dyn Shape<D>) -> Vector<D> {
         let mut middle = Vector::<D>::from_fn(|i, _| 0.41 + 0.1 * i as f64);
         for _ in 0..4 {
@@ -71,7 +71,7 @@ impl<const D: usize> Scene<D> {
         Self { mesh, contact, candidates, v: rest.clone(), u_start: rest.clone(), u: rest, state }
     }
 
-    /// The same, bent and in motion, with tractions from a step before.
+    /// A block on an obstacle, bent and in motion, with tractions from the previous step.
     fn bent_over(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, law: ContactLaw) -> Self {
         Self::over(obstacle, kind).bend(law)
     }
@@ -94,7 +94,8 @@ fn size(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
-/// The tangent has order two, and loses it with any of its terms that is not small. The terms that mattered.
+/// Checks that the tangent has order two, and that it loses this order without any of its terms
+/// that is not small. Returns the terms that mattered.
 fn check<const D: usize>(scene: &Scene<D>, request: &ContactRequest, what: &str) -> Terms {
     let found = rate(scene, Terms::ALL, request);
     let (target, law) = (&scene.contact.target, &scene.contact.law);
@@ -131,7 +132,8 @@ fn every_law<const D: usize>(targets: &[Rc<dyn Shape<D>>], kind: ElementKind) ->
     seen
 }
 
-/// On every obstacle every law has a consistent tangent in stick and in slip, and every term of it matters somewhere.
+/// On every obstacle every law has a consistent tangent in stick and in slip, and every term of it
+/// matters in some case.
 #[test]
 fn the_tangent_over_an_obstacle_is_the_derivative() {
     let all: Terms = CONTACT_TERMS.into_iter().collect();
@@ -140,7 +142,8 @@ fn the_tangent_over_an_obstacle_is_the_derivative() {
     every_law::<3>(&spheres[2..3], ElementKind::Tet4);
 }
 
-/// So it has on every kind of facet, with the current and with the undeformed area; on the latter no area changes.
+/// The tangent is consistent on every kind of facet, with the current and with the undeformed area.
+/// With the undeformed area no area varies.
 #[test]
 fn so_is_that_of_every_facet() {
     fn facets<const D: usize>(obstacle: &Rc<dyn Shape<D>>, kinds: &[ElementKind]) {
@@ -158,7 +161,8 @@ fn so_is_that_of_every_facet() {
     sample_shapes::<3>().into_iter().step_by(2).for_each(|obstacle| facets(&obstacle, &SPACE_KINDS));
 }
 
-/// A facet counts less the more upright it stands, and not at all where it looks away; the tangent knows it.
+/// The weight of a facet decreases as it becomes upright, and is zero for a facet that faces away.
+/// The tangent includes this weight.
 #[test]
 fn upright_facets_do_not_press() {
     let force = |degrees: f64, kind: ElementKind| {
@@ -180,7 +184,7 @@ fn upright_facets_do_not_press() {
     }
 }
 
-/// Without friction and on the undeformed area the tangent over a plane is symmetric.
+/// Without friction and with the undeformed area the tangent over a plane is symmetric.
 #[test]
 fn the_tangent_over_a_plane_is_symmetric() {
     for obstacle in sample_shapes::<3>().into_iter().filter(|obstacle| obstacle.is_plane()) {
@@ -194,8 +198,8 @@ fn the_tangent_over_a_plane_is_symmetric() {
     }
 }
 
-/// Straight facets over a plane: each vertex has the gap of its own place, also where a facet hangs over the plane, and only its own node
-/// gets a force.
+/// On straight facets over a plane, each vertex has the gap at its own position and applies force
+/// only to its own node. This also holds for a facet that overhangs the plane.
 #[test]
 fn a_corner_on_a_plane_keeps_to_itself() {
     let plane: Rc<dyn Shape<3>> = Rc::new(Plane::new(Vector::zeros(), Vector::<3>::new(0.3, 0.0, 1.0)));
@@ -216,7 +220,7 @@ fn a_corner_on_a_plane_keeps_to_itself() {
     assert!(open > 0 && open < scene.state.current.len());
 }
 
-/// A vertex far from a round obstacle knows how far its facets are.
+/// A vertex far from a round obstacle has the correct distance of its facets.
 #[test]
 fn gaps_are_known_at_any_distance() {
     for obstacle in sample_shapes::<2>() {
@@ -238,7 +242,7 @@ fn gaps_are_known_at_any_distance() {
     }
 }
 
-/// What a stage holds does not change, and the tangent knows it.
+/// Frozen quantities do not change in a stage, and the tangent accounts for this.
 #[test]
 fn stages_have_consistent_tangents() {
     let law = penalty(Some(coulomb(0.7, regimes()[0])));
@@ -306,8 +310,8 @@ fn conserves<const D: usize>(obstacle: &Rc<dyn Shape<D>>, kind: ElementKind, law
     assert!(size(&along) < 1e-12 * size(&force), "{what}: momentum {along:?}");
 }
 
-/// Over a step the work is that of the energies and of friction, and without friction there is no momentum along a plane and no angular
-/// momentum about a centre or an axis.
+/// Over a step the work equals the change of energies plus frictional heat. Without friction there
+/// is no momentum along a plane and no angular momentum about a centre or an axis.
 #[test]
 fn forces_over_a_step_conserve_on_obstacles() {
     let friction = penalty(Some(coulomb(0.4, regimes()[3])));
@@ -323,7 +327,8 @@ fn forces_over_a_step_conserve_on_obstacles() {
     }
 }
 
-/// The matrix over a step is the derivative of the force on a plane, and within a hundredth on round obstacles.
+/// The matrix over a step is the derivative of the force on a plane, and within one percent on
+/// round obstacles.
 #[test]
 fn the_matrix_over_a_step_on_obstacles_is_near_the_derivative() {
     for law in [penalty(None), penalty(Some(coulomb(0.4, regimes()[3])))] {
@@ -343,7 +348,8 @@ fn the_matrix_over_a_step_on_obstacles_is_near_the_derivative() {
     }
 }
 
-/// On a plane, where nothing turns, the springs for multigrid are K_CN and K_T, and no stiffer than asked; at an instant and over a step.
+/// On a plane no normal rotates, and the springs for multigrid equal K_CN and K_T, limited to the
+/// given stiffness. This holds at an instant and over a step.
 #[test]
 fn springs_on_a_plane_are_the_terms() {
     let stick = penalty(Some(coulomb(0.4, regimes()[3])));

@@ -1,11 +1,16 @@
-//! Forces over a step: the discrete gradient of the contact energy, vertex by vertex (theory, section 1.8).
+//! Forces over a step: the discrete gradient of the contact energy, vertex by vertex (theory,
+//! section 1.8).
 //!
-//! With the energy `Pi = sum_A kappa_A U(g_A)` and the change `d` of the positions over the step, the force of a vertex is
-//! `-kappa_m (dU/dg) Dg - U_m Dkappa`: means `kappa_m`, `U_m` of both ends, the quotient of the changes of energy and gap, and discrete
-//! gradients `Dq = dq/dx + ((q_1 - q_0 - dq/dx . d) / |e|^2) e` of gap and area, their gradients being those in the middle. `e` is `d`
-//! without the motion nearest to it that changes no gap: between bodies a rigid motion, over an obstacle one that takes the obstacle
-//! into itself. So `Dq . d` is the change of `q` and the work is that of the energy, whatever moves; and since neither the gradients nor
-//! `e` have a resultant or a moment along such motions, momentum is kept as well.
+//! Let `Pi = sum_A kappa_A U(g_A)` be the energy and `d` the change of the positions over the step.
+//! The force of a vertex is `-kappa_m (dU/dg) Dg - U_m Dkappa`. It consists of the means `kappa_m`,
+//! `U_m` of both ends, the quotient of the changes of energy and gap, and discrete gradients `Dq =
+//! dq/dx + ((q_1 - q_0 - dq/dx . d) / |e|^2) e` of gap and area, with gradients in the middle of
+//! the step.
+//!
+//! `e` is `d` without the nearest motion that changes no gap. Between bodies this is a rigid
+//! motion, over an obstacle a motion that maps the obstacle onto itself. Hence `Dq . d` is the
+//! change of `q`, and the work equals the change of energy for any motion. Neither the gradients
+//! nor `e` have a resultant or a moment along such motions, so momentum is conserved as well.
 
 use super::candidates::Candidates;
 use super::contact::{ContactSink, FrozenVertices, Instant, VertexContact, clear_block};
@@ -25,18 +30,20 @@ use crate::contact::target::ContactTarget;
 use crate::tensor::{Tensor, Vector, rotations};
 use crate::terms::Terms;
 
-/// A motion whose non-rigid part is smaller than this, over the extent of the vertex, is taken for rigid. What the gradients in the middle lack
-/// of the change of gap and area is of third order in that part, hence below rounding, and would be divided by its square.
+/// A motion whose non-rigid part, relative to the extent of the vertex, is smaller than this is
+/// treated as rigid. The error of the gradients in the middle is of third order in that part, hence
+/// below rounding, and would be divided by its square.
 const RIGID: f64 = 1e-7;
 
-/// Gap and area of a vertex at both ends; where it has no target at one end its gap is that at the other.
+/// Gap and area of a vertex at both ends. If it has no target at one end, the gap of the other end
+/// is used.
 #[derive(Clone, Copy)]
 struct Change {
     gaps: [f64; 2],
     areas: [f64; 2],
 }
 
-/// A vertex that takes part in a step.
+/// A vertex that contributes to a step.
 struct Active<const D: usize> {
     change: Change,
     normal: NormalResponse,
@@ -49,7 +56,7 @@ struct Active<const D: usize> {
 }
 
 impl<const D: usize> VertexEnds<D> {
-    /// Of a vertex that has a target at one end at least.
+    /// Change of a vertex that has a target at one end at least.
     fn change(&self, adjusted: f64) -> Change {
         let [start, end] =
             [self.start, self.end].map(|sums| sums.is_covered().then(|| sums.gap() - adjusted));
@@ -59,7 +66,7 @@ impl<const D: usize> VertexEnds<D> {
 }
 
 impl<const D: usize> VertexEnds<D> {
-    /// The normal in the middle of the step; zero where the vertex has no target there.
+    /// The normal in the middle of the step; zero if the vertex has no target there.
     fn direction(&self) -> Vector<D> {
         self.middle.normal.try_normalize(0.0).unwrap_or_else(Vector::zeros)
     }
@@ -72,7 +79,8 @@ impl Change {
 }
 
 impl<const D: usize> VertexContact<D> {
-    /// As [`evaluate`](Self::evaluate), with forces that act over the step in whose middle the fields are.
+    /// Evaluates all vertices like [`evaluate`](Self::evaluate), with forces that act over the step
+    /// whose middle the fields describe.
     pub(super) fn evaluate_over_step(
         &self,
         candidates: &Candidates<D>,
@@ -124,7 +132,7 @@ impl<const D: usize> VertexContact<D> {
         }
         for (carried, ends) in frozen.carried.iter_mut().zip(ends) {
             match carried {
-                // What the pressure holds is in the potential.
+                // The pressure part is included in the potential.
                 Some(carried) if ends.middle.is_covered() => {
                     carried.normal = 0.0;
                     carried.friction *= ends.end.area / ends.middle.area;
@@ -141,7 +149,7 @@ impl<const D: usize> VertexContact<D> {
         }
     }
 
-    /// What the geometry of a step has for all vertices.
+    /// Geometric quantities of a step for all vertices.
     fn step_overlap(
         &self,
         candidates: &Candidates<D>,
@@ -179,7 +187,8 @@ impl<const D: usize> VertexContact<D> {
         overlap
     }
 
-    /// A vertex that carries nothing over the step: what its elastic stick held becomes heat. It is closed where it touches to rounding.
+    /// State of a vertex that carries no traction over the step. The energy of its elastic stick
+    /// becomes heat. It counts as closed if it touches up to rounding.
     fn open(
         &self,
         ends: &VertexEnds<D>,
@@ -215,7 +224,8 @@ impl<const D: usize> VertexContact<D> {
         let direction = ends.direction();
         let [velocity, increment] =
             [&motion.velocities, motion.sliding()].map(|field| slip(row, ends, &direction, field));
-        // Area that is newly covered sticks to nothing yet. Elastic stick then never stores more than it did, so that friction heats.
+        // Newly covered area has no stick history. Elastic stick then never stores more energy than
+        // before, so that frictional heat is not negative.
         let kept =
             if ends.end.area > ends.start.area { (ends.start.area / ends.end.area).sqrt() } else { 1.0 };
         let old = history.friction_traction * kept;
@@ -307,7 +317,7 @@ impl<const D: usize> VertexStep<D> {
         }
     }
 
-    /// `dt_T` by the slip of the middle; the end moves twice as far.
+    /// `dt_T` by the slip in the middle; the end moves twice as far.
     fn by_slip(&self, selection: &TermSelection) -> Tensor<D> {
         let friction = &self.active.friction;
         friction.by_velocity * selection.velocity_shift + friction.by_increment * 2.0
@@ -384,7 +394,7 @@ impl<const D: usize> VertexStep<D> {
     }
 }
 
-/// `c_a P - g dn/dx_a`: what the slip of the vertex takes of the motion of one node.
+/// `c_a P - g dn/dx_a`: contribution of the motion of one node to the slip of the vertex.
 fn test<const D: usize>(row: &VertexRows<D>, ends: &VertexEnds<D>, a: usize) -> Tensor<D> {
     let node = &row.nodes[a];
     if !ends.middle.is_covered() {
@@ -405,16 +415,16 @@ fn slip<const D: usize>(
     slip - direction * direction.dot(&slip)
 }
 
-/// How the nodes of a vertex move over the step.
+/// Motion of the nodes of a vertex over the step.
 struct Motion<const D: usize> {
     unfelt: UnfeltMotions<D>,
-    /// Whether the target moves as well: a motion that both sides share is then no slip.
+    /// Whether the target moves as well. A common motion of both sides is then not slip.
     target_moves: bool,
     /// `d` \[m\].
     whole: Vec<Vector<D>>,
     /// `e` \[m\].
     changes: Vec<Vector<D>>,
-    /// Velocities, without their rigid part where the target moves \[m/s\].
+    /// Velocities \[m/s\], without their rigid part if the target moves.
     velocities: Vec<Vector<D>>,
     square: f64,
 }
@@ -454,7 +464,7 @@ impl<const D: usize> Motion<D> {
         Self { unfelt, target_moves, whole, changes, velocities, square }
     }
 
-    /// The part of `d` that may be slip \[m\].
+    /// The part of `d` that can be slip \[m\].
     fn sliding(&self) -> &Vec<Vector<D>> {
         if self.target_moves { &self.changes } else { &self.whole }
     }
@@ -465,21 +475,23 @@ struct UnfeltMotions<const D: usize> {
     basis: Vec<Vec<Vector<D>>>,
 }
 
-/// Most motions that change no gap: those of a rigid body in space.
+/// Maximum number of motions that change no gap: those of a rigid body in space.
 const MOTIONS: usize = 6;
 
-/// A motion is one of those before it if this part of it is left beside them.
+/// A motion is linearly dependent on the previous ones if no more than this fraction of it remains
+/// after orthogonalization.
 const DEPENDENT: f64 = 1e-8;
 
 impl<const D: usize> UnfeltMotions<D> {
-    /// `motions` at a place: their velocities there, zero where there are fewer.
+    /// `motions` gives the velocities of the motions at a point; velocities of unused motions are
+    /// zero.
     fn new(places: &[Vector<D>], motions: impl Fn(&Vector<D>) -> [Vector<D>; MOTIONS]) -> Self {
         let fields: Vec<[Vector<D>; MOTIONS]> = places.iter().map(motions).collect();
         let mut all = Self { basis: Vec::with_capacity(MOTIONS) };
         for k in 0..MOTIONS {
             let mut field: Vec<Vector<D>> = fields.iter().map(|at| at[k]).collect();
             let whole = size(&field);
-            // Twice, so that what rounding leaves of the others goes as well.
+            // Orthogonalize twice to remove rounding residuals.
             all.remove(&mut field);
             all.remove(&mut field);
             let left = size(&field);
@@ -491,7 +503,8 @@ impl<const D: usize> UnfeltMotions<D> {
         all
     }
 
-    /// Takes the nearest such motion out of a field: what is left has no resultant along any of them.
+    /// Removes the nearest such motion from a field. The remainder has no resultant along any of
+    /// them.
     fn remove(&self, field: &mut [Vector<D>]) {
         for motion in &self.basis {
             let part: f64 = motion.iter().zip(field.iter()).map(|(m, f)| m.dot(f)).sum();
@@ -504,7 +517,7 @@ fn size<const D: usize>(field: &[Vector<D>]) -> f64 {
     field.iter().map(|value| value.norm_squared()).sum::<f64>().sqrt()
 }
 
-/// Velocities of the rigid motions at a place: along the axes, and about those of turns.
+/// Velocities of the rigid motions at a point: translations along the axes and rotations.
 fn rigid_motions<const D: usize>(x: &Vector<D>) -> [Vector<D>; MOTIONS] {
     let mut motions = [Vector::zeros(); MOTIONS];
     for i in 0..D {

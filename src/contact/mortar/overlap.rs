@@ -1,4 +1,5 @@
-//! Where two surfaces lie opposite each other: pairs of facets with common segments, and the sums over them of all vertices.
+//! Overlap of two surfaces: pairs of facets with common segments, and the sums over them for all
+//! vertices.
 
 use std::rc::Rc;
 
@@ -13,7 +14,7 @@ pub(super) struct ActivePair<const D: usize> {
     pub integrals: PairIntegrals<D>,
 }
 
-/// All pairs with common segments, and the sums over them of all vertices.
+/// All pairs with common segments, and the sums over them for all vertices.
 #[derive(Debug)]
 pub(super) struct Overlap<const D: usize> {
     /// In the order of the couples.
@@ -29,16 +30,16 @@ pub(super) struct VertexEnds<const D: usize> {
     pub end: VertexSums<D>,
 }
 
-/// What a step has of all vertices by its geometry alone.
+/// Geometric quantities of a step for all vertices.
 #[derive(Debug)]
 pub(super) struct StepOverlap<const D: usize> {
     pub at_start: Rc<Overlap<D>>,
     pub at_middle: Overlap<D>,
     pub at_end: Overlap<D>,
     pub ends: Vec<VertexEnds<D>>,
-    /// Vertices that press at one of the ends.
+    /// Whether each vertex presses at one of the ends.
     pub active: Vec<bool>,
-    /// Of the active ones, with gradients in the middle.
+    /// Rows of the active vertices, with gradients in the middle of the step.
     pub rows: Vec<VertexRows<D>>,
 }
 

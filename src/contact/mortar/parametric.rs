@@ -4,10 +4,11 @@ use super::clip::{ByFlat, Flat, cross, sub};
 use super::segment::CORNERS;
 use super::split::{FacetPiece, MOST_CORNERS};
 
-/// Newton's method on a convex quadrilateral needs two or three steps; a piece that needs more than this has no inverse there.
+/// Newton's method on a convex quadrilateral needs two or three steps. If more steps than this are
+/// needed, the point has no inverse in the piece.
 const MOST_STEPS: usize = 20;
 
-/// Residual at which the inverse is found, over the size of the piece.
+/// Convergence tolerance of the inverse: residual relative to the size of the piece.
 const FOUND: f64 = 4e-16;
 
 /// A piece with its corners in the plane: `p(r) = c_0 + c_1 r_1 + c_2 r_2 + c_3 r_1 r_2`.
@@ -20,7 +21,7 @@ pub(super) struct Parametric<'a> {
 /// A point of a piece.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ParametricPoint {
-    /// Functions of the corners.
+    /// Shape functions of the corners.
     shape: [f64; MOST_CORNERS],
     /// Their derivatives by `r_1`, `r_2`.
     slopes: [[f64; 2]; MOST_CORNERS],
@@ -47,7 +48,8 @@ impl<'a> Parametric<'a> {
         Self { piece, coefficients, size }
     }
 
-    /// The point of the piece that lies at `place`; `None` if Newton's method finds no such point.
+    /// The point of the piece at the plane coordinates `place`; `None` if Newton's method finds no
+    /// such point.
     pub fn inverse(&self, place: Flat) -> Option<ParametricPoint> {
         let [c0, c1, c2, c3] = self.coefficients;
         let mut r = [0.0; 2];
@@ -92,7 +94,7 @@ impl<'a> Parametric<'a> {
         [0, 1].map(|k| self.piece.corners.iter().zip(point.shape).map(|(corner, n)| corner.at[k] * n).sum())
     }
 
-    /// Derivatives of those by the plane, given the ones of `r`.
+    /// Derivatives of the facet coordinates by the plane, from those of `r`.
     pub fn facet_variation(&self, point: &ParametricPoint, by_r: &[ByFlat; 2]) -> [ByFlat; 2] {
         let mut by = [[0.0; 2 * CORNERS]; 2];
         for (k, by) in by.iter_mut().enumerate() {
@@ -112,7 +114,8 @@ impl<'a> Parametric<'a> {
         by
     }
 
-    /// Derivatives of `r` of the point that lies at a place which moves by `by_place`; the corners of the piece begin at `first`.
+    /// Derivatives of `r` at a point whose plane coordinates vary by `by_place`. The corners of the
+    /// piece begin at `first`.
     pub fn variation(&self, point: &ParametricPoint, by_place: &[ByFlat; 2], first: usize) -> [ByFlat; 2] {
         let mut rest = *by_place;
         for (i, shape) in point.shape.iter().enumerate().take(self.piece.corners.len()) {

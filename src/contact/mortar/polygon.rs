@@ -1,9 +1,11 @@
-//! Overlap of two plane pieces in space: a convex polygon in the plane of the contactor's piece, cut into triangles.
+//! Overlap of two plane pieces in space: a convex polygon in the plane of the contactor's piece,
+//! divided into triangles.
 //!
-//! The plane has the normal of the contactor's piece at its centre; both pieces are projected onto it. There a point is a function of
-//! the 16 coordinates of 8 projected corners. With `e_k` the axes, `m` the normal and `h` the height of a corner above the plane, a
-//! corner that moves by `dx` moves by `e_k . dx - h e_k . dm` in the plane, since the axes follow the normal. What all corners share
-//! of that changes nothing.
+//! The plane has the normal of the contactor's piece at its centre, and both pieces are projected
+//! onto it. A point in the plane is a function of the 16 coordinates of 8 projected corners. Let
+//! `e_k` be the axes, `m` the normal and `h` the height of a corner above the plane. A corner that
+//! moves by `dx` moves by `e_k . dx - h e_k . dm` in the plane, because the axes follow the normal.
+//! A common motion of all corners in the plane changes nothing.
 
 use std::sync::LazyLock;
 
@@ -39,7 +41,7 @@ pub(super) fn overlap<const D: usize>(
         for (barycentric, weight) in rule(degree) {
             let place = triangle.place(barycentric);
             let (Some(under), Some(over)) = (below.inverse(place), above.inverse(place)) else { continue };
-            // A piece so warped that it folds in the plane has no inverse there.
+            // A piece that is so warped that it folds in the plane has no inverse there.
             if under.determinant <= 0.0 || over.determinant >= 0.0 {
                 continue;
             }
@@ -77,7 +79,7 @@ struct Plane<const D: usize> {
 }
 
 impl<const D: usize> Plane<D> {
-    /// `None` where the contactor's piece has no area.
+    /// `None` if the contactor's piece has no area.
     fn of(contactor: &PlacedPiece<'_, D>, target: &PlacedPiece<'_, D>) -> Option<Self> {
         let count = contactor.piece.corners.len();
         let slopes: &[[f64; 2]] = match count {
@@ -112,7 +114,7 @@ impl<const D: usize> Plane<D> {
         Some(Self { axes, flat, heights, turn })
     }
 
-    /// Derivatives by the positions of the corners, given those by their coordinates in the plane.
+    /// Derivatives by the positions of the corners, from those by their coordinates in the plane.
     fn lift(&self, by_flat: &ByFlat, count: usize, others: usize) -> ByCorners<D> {
         let mut by = [Vector::zeros(); CORNERS];
         let mut by_normal = Vector::zeros();
@@ -133,7 +135,7 @@ struct Triangle<'a> {
     vertices: [&'a PolygonVertex; 3],
 }
 
-/// How a triangle moves.
+/// Variation of a triangle.
 struct TriangleVariation {
     /// Derivatives of the coordinates of its vertices.
     vertices: [[ByFlat; 2]; 3],
@@ -155,7 +157,7 @@ impl Triangle<'_> {
         let vertices = self.vertices.map(|vertex| vertex.variation(flat));
         let mut area = [0.0; 2 * CORNERS];
         for i in 0..3 {
-            // The opposite side, turned: d(area) = (side x dv) / 2.
+            // The opposite side, rotated: d(area) = (side x dv) / 2.
             let side = sub(self.vertices[(i + 2) % 3].place, self.vertices[(i + 1) % 3].place);
             for (area, (x, y)) in area.iter_mut().zip(vertices[i][0].iter().zip(&vertices[i][1])) {
                 *area += 0.5 * (side[0] * y - side[1] * x);

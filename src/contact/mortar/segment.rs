@@ -1,22 +1,24 @@
-//! Segments: where two facets lie opposite each other, and the points at which contact is integrated there.
+//! Segments: regions in which two facets lie opposite each other, and the integration points of
+//! contact there.
 //!
-//! A segment is the overlap of a piece of the contactor with a piece of the target, seen along the normal of the
-//! contactor's piece. Its points have coordinates on both facets and a weight in the reference domain of the contactor,
-//! all of which are functions of the positions of the corners of the two pieces, and of nothing else.
+//! A segment is the overlap of a piece of the contactor with a piece of the target, projected along
+//! the normal of the contactor's piece. Its points have coordinates on both facets and a weight in
+//! the reference domain of the contactor. These depend only on the positions of the corners of the
+//! two pieces.
 
 use super::split::{FacetPiece, MOST_CORNERS};
 use crate::tensor::Vector;
 
-/// Most corners of two pieces; those of the target begin at [`TARGET`].
+/// Maximum number of corners of two pieces; those of the target begin at [`TARGET`].
 pub const CORNERS: usize = 2 * MOST_CORNERS;
 
-/// Where the corners of the target's piece begin.
+/// Index of the first corner of the target's piece.
 pub const TARGET: usize = MOST_CORNERS;
 
-/// A scalar's derivatives by the positions of the corners of both pieces.
+/// Derivatives of a scalar by the positions of the corners of both pieces.
 pub type ByCorners<const D: usize> = [Vector<D>; CORNERS];
 
-/// How a segment point moves with the corners of the two pieces.
+/// Derivatives of a segment point by the corners of the two pieces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointVariation<const D: usize> {
     /// `dxi_k/dz` \[1/m\].
@@ -45,20 +47,20 @@ pub struct SegmentPoint<const D: usize> {
     pub weight: f64,
 }
 
-/// A piece where it is now.
+/// A piece with its current position.
 #[derive(Debug, Clone, Copy)]
 pub struct PlacedPiece<'a, const D: usize> {
-    /// Which piece of which kind of facet.
+    /// The piece and the kind of its facet.
     pub piece: &'a FacetPiece,
     /// Positions of its corners \[m\].
     pub corners: &'a [Vector<D>; MOST_CORNERS],
 }
 
-/// Whether an overlap brings the variation of its points.
+/// Whether the variation of the points of an overlap is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Want {
-    /// Values alone.
+    /// Only values.
     Points,
-    /// How the points move as well.
+    /// Values and variations of the points.
     Variations,
 }

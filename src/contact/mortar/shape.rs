@@ -1,10 +1,12 @@
-//! Shape functions of facets in closed form, with first and second derivatives: what every segment point needs.
+//! Shape functions of facets in closed form, with first and second derivatives, for evaluation at
+//! segment points.
 //!
-//! [`crate::space::reference`] has the same functions as data, for tables that are made once; a segment point lies anywhere.
+//! [`crate::space::reference`] has the same functions as data, for tables that are computed once.
+//! Segment points have arbitrary positions.
 
 use crate::mesh::ElementKind;
 
-/// Most nodes of a facet.
+/// Maximum number of nodes of a facet.
 pub const MOST_NODES: usize = 9;
 
 /// Shape functions of one facet at one point of its reference domain.
@@ -22,7 +24,7 @@ impl FacetShape {
     /// The functions of a facet of `kind` at `xi`.
     ///
     /// # Panics
-    /// When `kind` is no facet.
+    /// If `kind` is not a facet.
     pub fn at(kind: ElementKind, xi: [f64; 2]) -> Self {
         let mut shape = Self::default();
         match kind {
@@ -68,7 +70,7 @@ impl FacetShape {
         }
     }
 
-    /// Quad4 and quad9: products of functions along the two directions.
+    /// Quad4 and quad9: products of one-dimensional functions.
     fn product(&mut self, nodes: usize, [s, t]: [f64; 2]) {
         let order = if nodes == 4 { 1 } else { 2 };
         let (first, second) = (Lagrange::at(order, s), Lagrange::at(order, t));
@@ -111,7 +113,7 @@ impl FacetShape {
 const BARYCENTRIC: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
 const QUAD_CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
-/// For each node of a quad9 its place along either direction: 0 at -1, 1 at +1, 2 in the middle.
+/// For each node of a quad9 its index along either direction: 0 at -1, 1 at +1, 2 in the middle.
 const QUAD_PLACES: [[usize; 2]; 9] = [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [1, 2], [2, 1], [0, 2], [2, 2]];
 
 /// Lagrange functions on `[-1, 1]` of the nodes -1, 1 and, for order 2, 0.
@@ -143,7 +145,7 @@ mod tests {
     use super::*;
     use crate::space::reference;
 
-    /// The closed forms are the functions of the reference elements, with both derivatives.
+    /// The closed forms equal the functions of the reference elements, with both derivatives.
     #[test]
     fn shape_functions_are_those_of_the_elements() {
         let facets = [

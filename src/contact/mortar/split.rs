@@ -1,21 +1,23 @@
-//! Facets cut into linear pieces: lines, triangles and quadrilaterals between corners, on which segments are found.
+//! Division of facets into linear pieces (lines, triangles and quadrilaterals between corners) for
+//! the segment search.
 //!
-//! A linear facet is one piece. A quadratic one is cut through its mid-side nodes and, if it is a quadrilateral, its centre.
-//! Pieces only pair the points of the two sides; what is integrated there uses the true shape of the facet.
+//! A linear facet is one piece. A quadratic facet is divided at its mid-side nodes and, if it is a
+//! quadrilateral, at its centre. Pieces only pair the points of the two sides. The integrands use
+//! the true shape of the facet.
 
 use super::shape::FacetShape;
 use crate::mesh::ElementKind;
 use crate::tensor::Vector;
 
-/// Most corners of a piece.
+/// Maximum number of corners of a piece.
 pub const MOST_CORNERS: usize = 4;
 
 /// A corner of a piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corner {
-    /// Where it lies in the reference domain of the facet.
+    /// Coordinates in the reference domain of the facet.
     pub at: [f64; 2],
-    /// The node that lies there; `None` at the centre of a quad8.
+    /// The node at this corner; `None` at the centre of a quad8.
     pub node: Option<usize>,
 }
 
@@ -26,7 +28,8 @@ pub struct FacetPiece {
     pub kind: ElementKind,
     /// Its corners, in the order of the kind.
     pub corners: Vec<Corner>,
-    /// Measure of the piece in the reference domain of the facet, over that of its own reference domain.
+    /// Measure of the piece in the reference domain of the facet, divided by that of its own
+    /// reference domain.
     pub scale: f64,
 }
 
@@ -41,7 +44,8 @@ pub fn pieces(kind: ElementKind) -> &'static [FacetPiece] {
     &PIECES[kind as usize]
 }
 
-/// The linear kind with the corners of `kind`, on which the weights of the vertices are defined.
+/// The linear kind with the corners of `kind`, on which the weight functions of the vertices are
+/// defined.
 pub fn linear(kind: ElementKind) -> ElementKind {
     match kind {
         ElementKind::Line2 | ElementKind::Line3 => ElementKind::Line2,
@@ -50,7 +54,7 @@ pub fn linear(kind: ElementKind) -> ElementKind {
     }
 }
 
-/// Node numbers of the pieces; [`CENTRE`] stands for the centre.
+/// Node numbers of the pieces; [`CENTRE`] denotes the centre.
 fn layout(kind: ElementKind) -> &'static [&'static [usize]] {
     match kind {
         ElementKind::Line2 => &[&[0, 1]],
@@ -62,7 +66,7 @@ fn layout(kind: ElementKind) -> &'static [&'static [usize]] {
     }
 }
 
-/// Number of the centre among the nodes of a quad9; a quad8 has no node there.
+/// Index of the centre among the nodes of a quad9; a quad8 has no node there.
 const CENTRE: usize = 8;
 
 fn cut(kind: ElementKind) -> Vec<FacetPiece> {
@@ -81,7 +85,7 @@ fn cut(kind: ElementKind) -> Vec<FacetPiece> {
 }
 
 impl FacetPiece {
-    /// Positions of the corners \[m\] of the piece of a facet of `kind` with nodes at `nodes`.
+    /// Positions of the corners \[m\] of a piece, for a facet of `kind` with nodes at `nodes`.
     pub fn positions<const D: usize>(
         &self,
         kind: ElementKind,
@@ -105,7 +109,7 @@ impl FacetPiece {
 mod tests {
     use super::*;
 
-    /// Pieces cover the reference domain once, and their orientation is that of the facet.
+    /// Pieces cover the reference domain exactly once and have the orientation of the facet.
     #[test]
     fn pieces_cover_the_facet() {
         for kind in

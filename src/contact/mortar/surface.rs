@@ -13,7 +13,7 @@ use crate::tensor::Vector;
 /// Undeformed sizes around a vertex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VertexSize {
-    /// Area that the vertex stands for [m, m^2].
+    /// Area assigned to the vertex [m, m^2].
     pub vertex: f64,
     /// Area of the facets around it [m, m^2].
     pub facets: f64,
@@ -24,23 +24,25 @@ pub struct VertexSize {
 /// A facet with a vertex of this rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VertexFacet {
-    /// Which side of which local element.
+    /// Local element and side.
     pub facet: Facet,
     /// Kind of the facet.
     pub kind: ElementKind,
     /// The vertex of this rank at each corner; `None` at vertices of other ranks.
     pub vertices: [Option<u32>; 4],
-    /// Size, the root of its undeformed area \[m\].
+    /// Size \[m\]: the square root of its undeformed area in 3D, its length in 2D.
     pub size: f64,
-    /// `int Phi_A Phi_B` over the undeformed facet [m, m^2]; where the facet is lumped `int Phi_A` on the diagonal.
+    /// `int Phi_A Phi_B` over the undeformed facet [m, m^2]; for a lumped facet `int Phi_A` on the
+    /// diagonal.
     pub shares: [[f64; 4]; 4],
     nodes: Range<usize>,
 }
 
 /// Vertices of one contactor that this rank owns, with the facets around them.
 ///
-/// A vertex is a corner of a facet. It carries the laws, the history and the multipliers of the contact; the nodes between
-/// corners of quadratic facets carry none. Facets are in the order of the input mesh, which is the same on every rank.
+/// A vertex is a corner of a facet. It carries the laws, the history and the multipliers of the
+/// contact. The nodes between corners of quadratic facets carry none of these. Facets are in the
+/// order of the input mesh, which is the same on every rank.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VertexSurface<const D: usize> {
     facets: Vec<VertexFacet>,
@@ -54,7 +56,8 @@ pub struct VertexSurface<const D: usize> {
 }
 
 impl<const D: usize> VertexSurface<D> {
-    /// The surface of local `facets`; also without any. On kinds that are `lumped` a vertex stands for its own place alone.
+    /// The surface of local `facets`, which may be empty. On kinds that are `lumped` a vertex uses
+    /// only its own position.
     pub fn new(
         mesh: &Mesh<D>,
         facets: &[Facet],
@@ -113,7 +116,8 @@ impl<const D: usize> VertexSurface<D> {
         surface
     }
 
-    /// Adds the undeformed area of a facet to its vertices; the root of that area, and the shares of pairs of vertices.
+    /// Adds the undeformed area of a facet to its vertices. Returns the size of the facet and the
+    /// shares of pairs of vertices.
     fn weigh(
         &mut self,
         kind: ElementKind,
@@ -173,7 +177,7 @@ impl<const D: usize> VertexSurface<D> {
         &self.reference_points[facet.nodes.clone()]
     }
 
-    /// Local nodes at which the vertices of this rank lie.
+    /// Local nodes of the vertices of this rank.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices
     }
@@ -183,12 +187,12 @@ impl<const D: usize> VertexSurface<D> {
         &self.around[self.first[vertex] as usize..self.first[vertex + 1] as usize]
     }
 
-    /// Undeformed area that a vertex stands for, wherever its target ends [m, m^2].
+    /// Undeformed area assigned to a vertex, regardless of the extent of its target [m, m^2].
     pub fn reference_area(&self, vertex: usize) -> f64 {
         self.reference_area[vertex]
     }
 
-    /// Undeformed sizes around a vertex, whose contact carries this share of the tractions.
+    /// Undeformed sizes around a vertex whose contact carries this share of the tractions.
     pub fn size_of(&self, vertex: usize, share: f64) -> VertexSize {
         let area = |&facet: &u32| self.facets[facet as usize].size.powi(D as i32 - 1);
         let facets = self.around(vertex).iter().map(area).sum();

@@ -3,7 +3,7 @@
 use crate::reader::findings::Findings;
 use crate::reader::laws::laws;
 
-/// What a normal law says at one gap.
+/// Response of a normal law at one gap.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct NormalResponse {
     /// `t_n >= 0`, pressure on the contactor \[Pa\]; 0 at an open point.
@@ -27,7 +27,7 @@ impl Default for NormalLaw {
     }
 }
 
-/// What a contact presses against.
+/// Properties of the surfaces in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PressedSide {
     /// Young's modulus of the softer side \[Pa\].
@@ -38,65 +38,69 @@ pub struct PressedSide {
 
 /// A law of the normal traction.
 pub trait NormalContact {
-    /// Traction, its slope and the potential at this penetration >= 0 \[m\].
+    /// Traction, its derivative and the potential at this penetration >= 0 \[m\].
     fn closed(&self, penetration: f64) -> NormalResponse;
 
-    /// The penetration \[m\] at which the traction is `pressure` \[Pa\], >= 0: the inverse of the law.
+    /// The penetration \[m\] at which the traction is `pressure` \[Pa\], >= 0: the inverse of the
+    /// law.
     fn penetration(&self, pressure: f64) -> f64;
 
-    /// Says what is wrong with the parameters.
+    /// Reports invalid parameters.
     fn check(&self, findings: &mut Findings);
 
-    /// The law with what the case leaves to the surfaces; `None` if nothing is left.
+    /// The law completed with parameters that the case does not give and the surfaces determine.
+    /// `None` if the law is complete.
     fn completed(&self, _side: &PressedSide) -> Option<NormalLaw> {
         None
     }
 
-    /// The penetration that the case accepts, if the law follows from it \[m\].
+    /// The accepted penetration that the case specifies \[m\], if the law is derived from it.
     fn accepted_penetration(&self) -> Option<f64> {
         None
     }
 
-    /// Penetration over traction, of a law in which it is constant [m/Pa].
+    /// Penetration divided by traction, for a law in which the ratio is constant [m/Pa].
     fn linear_compliance(&self) -> Option<f64> {
         None
     }
 
-    /// The law made stiffer by a factor; `None` of a law whose penetration is physical.
+    /// The law stiffened by a factor; `None` for a law whose penetration is physical.
     fn stiffened(&self, _factor: f64) -> Option<NormalLaw> {
         None
     }
 }
 
 impl NormalLaw {
-    /// The penalty of this compliance [m/Pa].
+    /// The penalty law with this compliance [m/Pa].
     pub fn penalty(compliance: f64) -> Self {
         Self::Penalty(Penalty::of(compliance))
     }
 
-    /// Whether this is a penalty, which stands for contact without penetration.
+    /// Whether this is a penalty law, which approximates contact without penetration.
     pub fn is_penalty(&self) -> bool {
         self.law().linear_compliance().is_some()
     }
 
-    /// The penetration \[m\] at which the traction is `pressure` \[Pa\], >= 0: the inverse of the law.
+    /// The penetration \[m\] at which the traction is `pressure` \[Pa\], >= 0: the inverse of the
+    /// law.
     pub fn penetration(&self, pressure: f64) -> f64 {
         self.law().penetration(pressure)
     }
 
-    /// The law with what the case leaves to the surfaces.
+    /// The law completed with parameters that the case does not give and the surfaces determine.
     #[must_use]
     pub fn completed(self, side: &PressedSide) -> Self {
         self.law().completed(side).unwrap_or(self)
     }
 
-    /// Traction, its slope and the potential at `gap` \[m\] (> 0 open).
+    /// Traction, its derivative and the potential at `gap` \[m\] (> 0 open).
     pub fn evaluate(&self, gap: f64) -> NormalResponse {
         if gap > 0.0 { NormalResponse::default() } else { self.law().closed(-gap) }
     }
 
-    /// The mean of the traction between two gaps \[m\], `-(w(g_1) - w(g_0)) / (g_1 - g_0)`, and its derivative by the
-    /// second; at equal gaps the traction there, and half of its slope.
+    /// The mean of the traction between two gaps \[m\], `-(w(g_1) - w(g_0)) / (g_1 - g_0)`, and its
+    /// derivative by the second gap. At equal gaps these are the traction and half of its
+    /// derivative.
     pub fn between(&self, [start, end]: [f64; 2]) -> NormalResponse {
         let depth = [-start, -end];
         let potential = self.evaluate(end).potential;
@@ -113,7 +117,8 @@ impl NormalLaw {
         NormalResponse { traction, derivative: (after.traction - traction) / change, potential }
     }
 
-    /// The same between closed gaps that are not far from each other, where the quotient would cancel.
+    /// The mean traction between two closed gaps of similar size, for which the quotient would
+    /// suffer from cancellation.
     fn mean(&self, [start, end]: [f64; 2]) -> NormalResponse {
         let mut sum = NormalResponse::default();
         for (place, weight) in GAUSS {
@@ -127,10 +132,12 @@ impl NormalLaw {
     }
 }
 
-/// Where the smaller of two depths is this part of the larger, their quotient has all its digits.
+/// If the ratio of the smaller to the larger depth is below this value, the quotient has full
+/// precision.
 const NEAR: f64 = 0.9;
 
-/// Gauss' six points, by pairs: between depths in the ratio of [`NEAR`] exact to rounding for any power.
+/// Six-point Gauss rule, by pairs. Between depths in the ratio of [`NEAR`] it is exact to rounding
+/// for any power.
 const GAUSS: [(f64, f64); 3] = [
     (0.238_619_186_083_196_9, 0.467_913_934_572_691),
     (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
@@ -149,7 +156,8 @@ mod tests {
         laws
     }
 
-    /// In every normal law the slope is the derivative of the traction and the traction that of the potential.
+    /// In every normal law the slope is the derivative of the traction, and the traction is that of
+    /// the potential.
     #[test]
     fn derivatives_have_taylor_order_two() {
         for law in all() {
@@ -165,8 +173,8 @@ mod tests {
         }
     }
 
-    /// Between two gaps, near or far, closed or not, the mean traction does the work of the potential, and its slope is
-    /// its derivative by the second gap.
+    /// Between any two gaps, near or far, closed or open, the mean traction does the work of the
+    /// potential. Its slope is its derivative by the second gap.
     #[test]
     fn mean_traction_does_the_work_of_the_potential() {
         for law in all() {
@@ -198,7 +206,7 @@ mod tests {
         }
     }
 
-    /// Tractions push, stiffen with penetration, vanish when open, and stay finite at any gap.
+    /// Tractions push, increase with penetration, vanish at open points and stay finite at any gap.
     #[test]
     fn pushes_and_never_pulls() {
         for law in all() {
@@ -211,7 +219,7 @@ mod tests {
         }
     }
 
-    /// The penetration of a pressure is the one at which the law gives that pressure.
+    /// The penetration of a pressure is that at which the law gives this pressure.
     #[test]
     fn penetration_inverts_the_law() {
         for law in all() {
@@ -235,7 +243,7 @@ mod tests {
         }
     }
 
-    /// A law that could not push back is refused.
+    /// A law that cannot resist penetration is rejected.
     #[test]
     fn refuses_what_is_not_a_law() {
         let refused = |law: NormalLaw| {

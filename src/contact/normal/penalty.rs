@@ -20,14 +20,15 @@ pub struct Penalty {
 }
 
 impl Penalty {
-    /// Pressure at which the accepted penetration is reached, over the modulus: beyond it bodies of this kind have lost a tenth of
-    /// their height.
+    /// Ratio of pressure to modulus at which the accepted penetration is reached. Beyond it bodies
+    /// of this kind have lost a tenth of their height.
     const REFERENCE_PRESSURE: f64 = 0.1;
 
-    /// Stiffness of the derived penalty over that of a layer of elements: 5 % of h at a pressure of E.
+    /// Stiffness of the derived penalty relative to that of a layer of elements: 5 % of h at a
+    /// pressure of E.
     const STIFFNESS_RATIO: f64 = 20.0;
 
-    /// The law of this compliance [m/Pa].
+    /// The law with this compliance [m/Pa].
     pub fn of(compliance: f64) -> Self {
         Self { compliance: Some(Compliance::new(compliance)), penetration: None }
     }

@@ -1,4 +1,4 @@
-//! Checks of places and directions.
+//! Checks of positions and directions.
 
 use crate::reader::at::At;
 use crate::reader::findings::Findings;
@@ -9,7 +9,7 @@ pub(super) fn check_place(what: &str, place: &At<Vec<Length>>, dimension: usize,
     findings.entries(what, place, dimension);
 }
 
-/// Requires a vector of any length but zero.
+/// Requires a nonzero vector.
 pub(super) fn check_direction(
     what: &str,
     direction: &At<Vec<Number>>,

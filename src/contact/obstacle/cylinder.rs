@@ -1,4 +1,4 @@
-//! Endless circular cylinder in space.
+//! Infinite circular cylinder in space.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,7 +56,8 @@ impl CylinderObstacle {
     }
 }
 
-/// A cylinder without ends or the hollow of one. In the plane a disc ([`super::Sphere`]) does its work.
+/// An infinite cylinder, or the hollow of one. In the plane a disc ([`super::Sphere`]) is used
+/// instead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinder<const D: usize> {
     point: Vector<D>,
@@ -68,7 +69,7 @@ pub struct Cylinder<const D: usize> {
 }
 
 impl<const D: usize> Cylinder<D> {
-    /// From a point on the axis \[m\], the axis (of any length but zero), radius > 0 \[m\] and the free side.
+    /// From a point on the axis \[m\], the nonzero axis, radius > 0 \[m\] and the free side.
     pub fn new(point: Vector<D>, axis: Vector<D>, radius: f64, side: Side) -> Self {
         let axis = axis.normalize();
         let [across, _] = tangents_of(&axis);
@@ -91,7 +92,7 @@ impl<const D: usize> Shape<D> for Cylinder<D> {
         (self.side == Side::Outside).then_some(core)
     }
 
-    /// A cylinder slides along its axis and turns about it.
+    /// A cylinder can slide along its axis and rotate about it.
     fn motions_along(&self, x: &Vector<D>) -> [Vector<D>; 6] {
         let mut motions = [Vector::zeros(); 6];
         motions[0] = self.axis;

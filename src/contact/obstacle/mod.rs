@@ -1,7 +1,8 @@
-//! Rigid obstacles as signed distances, in the plane and in space. One file each, one line in the table below.
+//! Rigid obstacles as signed distances, in 2D and 3D. Each obstacle has its own file and one line
+//! in the table below.
 //!
-//! With a signed distance `g(x)` the normal is its gradient and the curvature its Hessian, so nothing of the
-//! geometry is lost in the tangent.
+//! The gradient of a signed distance `g(x)` is the normal, and its Hessian the curvature. The
+//! tangent therefore contains the complete geometry.
 
 mod check;
 mod shape;
@@ -20,7 +21,7 @@ use crate::reader::laws::family;
 use crate::reader::quantity::Quantity;
 use crate::tensor::{Vector, cross};
 
-/// Makes the enum of the obstacles, its table, and the ways to their checks and shapes.
+/// Defines the enum of the obstacles, its table, and the dispatch to checks and shapes.
 macro_rules! obstacles {
     ($($name:literal: $file:ident::$obstacle:ident),+ $(,)?) => {
         family! {
@@ -30,7 +31,7 @@ macro_rules! obstacles {
         }
 
         impl Obstacle {
-            /// Says what is wrong with it in a case of this dimension.
+            /// Reports invalid parameters in a case of this dimension.
             pub fn check(&self, dimension: usize, findings: &mut Findings) {
                 match self {
                     $(Self::$obstacle(obstacle) => obstacle.check(dimension, findings),)+
@@ -57,14 +58,14 @@ obstacles! {
     "cylinder": cylinder::CylinderObstacle,
 }
 
-/// Entries as numbers; those that are missing are 0.
+/// Entries as numbers; missing entries are 0.
 fn numbers<const D: usize, const KG: i8, const M: i8, const S: i8>(
     values: &[Quantity<KG, M, S>],
 ) -> Vector<D> {
     Vector::from_fn(|i, _| values.get(i).map_or(0.0, |value| value.value))
 }
 
-/// Unit vectors that span the tangent plane of the unit vector `normal`; the second zero in the plane.
+/// Unit vectors that span the tangent plane of the unit vector `normal`; in 2D the second is zero.
 fn tangents_of<const D: usize>(normal: &Vector<D>) -> [Vector<D>; 2] {
     let axis = normal.iter().enumerate().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or(0, |(i, _)| i);
     let mut across = Vector::<D>::zeros();
@@ -73,7 +74,7 @@ fn tangents_of<const D: usize>(normal: &Vector<D>) -> [Vector<D>; 2] {
     [first, if D == 3 { cross(normal, &first) } else { Vector::zeros() }]
 }
 
-/// The shapes of all samples of this dimension.
+/// The shapes of all sample obstacles of this dimension.
 #[cfg(test)]
 pub(super) fn sample_shapes<const D: usize>() -> Vec<Rc<dyn Shape<D>>> {
     let fits = |obstacle: &Obstacle| {
@@ -108,7 +109,8 @@ mod tests {
         assert!((here.gap - obstacle.gap(&x)).abs() < 1e-15);
     }
 
-    /// In 2D and 3D, of every obstacle the normal is the gradient of the gap and the Hessian that of the normal.
+    /// In 2D and 3D, the normal of every obstacle is the gradient of the gap, and the Hessian is
+    /// that of the normal.
     #[test]
     fn derivatives_have_taylor_order_two() {
         assert!(sample_shapes::<2>().len() >= 4 && sample_shapes::<3>().len() >= 2 * OBSTACLES.len());
@@ -122,7 +124,7 @@ mod tests {
         }
     }
 
-    /// Gaps are distances with the free side positive.
+    /// Gaps are distances, positive on the free side.
     #[test]
     fn gaps_are_signed_distances() {
         let floor = Plane::new(Vector::<2>::zeros(), Vector::<2>::new(0.0, 2.0));
@@ -136,7 +138,7 @@ mod tests {
         assert!((rod.gap(&Vector::<3>::new(3.0, 4.0, 100.0)) - 4.0).abs() < 1e-15);
     }
 
-    /// A point on the centre or the axis gets a unit normal across the axis and no NaN.
+    /// A point on the centre or the axis has a unit normal across the axis and no NaN.
     #[test]
     fn finite_on_centre_and_axis() {
         for side in [Side::Outside, Side::Inside] {
@@ -158,7 +160,8 @@ mod tests {
         }
     }
 
-    /// What is no obstacle is refused: zero normal or axis, radius not positive, a wrong number of coordinates, a cylinder in 2D.
+    /// Invalid obstacles are rejected: zero normal or axis, nonpositive radius, wrong number of
+    /// coordinates, a cylinder in 2D.
     #[test]
     fn refuses_degenerate_obstacles() {
         let refused = |obstacle: Obstacle, dimension: usize| {
@@ -179,7 +182,8 @@ mod tests {
         assert!(refused(CylinderObstacle::of([0.0; 3], up, 1.0, Side::Outside).into(), 2));
     }
 
-    /// Near the anchor, gaps of a shape with a large radius, or given by a far point, have all their digits.
+    /// Near the anchor, gaps have full precision for shapes with a large radius or given by a far
+    /// point.
     #[test]
     fn gaps_near_the_anchor_lose_no_digits() {
         let near = Vector::<2>::new(0.2, 0.0);
@@ -195,8 +199,8 @@ mod tests {
         }
     }
 
-    /// Between any two points of a path that is told flat the normal turns by less than 0.2; a plane is flat, a chord as long as
-    /// the radius and the inside of a hollow are not.
+    /// Between any two points of a path that is reported as flat, the normal rotates by less than
+    /// 0.2. A plane is flat. A chord as long as the radius and the inside of a hollow are not flat.
     #[test]
     fn what_is_flat_turns_by_little() {
         let mut flat = 0;

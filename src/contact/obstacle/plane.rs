@@ -56,7 +56,7 @@ pub struct Plane<const D: usize> {
 }
 
 impl<const D: usize> Plane<D> {
-    /// From any point on it \[m\] and a normal of any length but zero.
+    /// From any point on it \[m\] and a nonzero normal.
     pub fn new(point: Vector<D>, normal: Vector<D>) -> Self {
         Self { point, normal: normal.normalize() }
     }
@@ -75,7 +75,7 @@ impl<const D: usize> Shape<D> for Plane<D> {
         true
     }
 
-    /// A plane slides and turns in itself.
+    /// A plane can slide along itself and rotate about its normal.
     fn motions_along(&self, x: &Vector<D>) -> [Vector<D>; 6] {
         let mut motions = [Vector::zeros(); 6];
         let [first, second] = tangents_of(&self.normal);

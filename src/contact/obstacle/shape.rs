@@ -1,13 +1,14 @@
-//! What the kernel knows of a rigid obstacle: a signed distance. No other code asks which shape it is.
+//! Interface of the kernel to a rigid obstacle: a signed distance. No other code depends on the
+//! type of the shape.
 
 use std::fmt::Debug;
 
 use crate::tensor::{Tensor, Vector};
 
-/// Where a point stands to an obstacle.
+/// Relation of a point to an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Proximity<const D: usize> {
-    /// `g_n`, signed distance \[m\], > 0 where the point is free (2.2).
+    /// `g_n`, signed distance \[m\], > 0 on the free side (2.2).
     pub gap: f64,
     /// `n = dg/dx`, unit normal outward from the obstacle, towards the free side.
     pub normal: Vector<D>,
@@ -30,59 +31,65 @@ pub trait Shape<const D: usize>: Debug {
         false
     }
 
-    /// What the solid is round about, if it is round: a thin one may slip between the points of a contactor. `None` of planes and hollows.
+    /// Centre or axis of a solid round shape. A thin one may slip between the points of a
+    /// contactor. `None` for planes and hollows.
     fn core(&self) -> Option<Core<D>> {
         None
     }
 
-    /// Velocities at `x` of the motions that take the shape into itself, and so change no gap. Zero where there are fewer.
+    /// Velocities at `x` of the motions that map the shape onto itself and so change no gap. Unused
+    /// entries are zero.
     fn motions_along(&self, _x: &Vector<D>) -> [Vector<D>; 6] {
         [Vector::zeros(); 6]
     }
 
-    /// The shape with its surface described from the point that is nearest to `near` \[m\]. Gaps around there then lose no digits to a large
-    /// radius or to a far point by which the case describes the shape.
+    /// The shape with its surface described relative to the surface point nearest to `near` \[m\].
+    /// Gaps near this point then lose no digits, even for a large radius or a far reference point
+    /// in the case.
     fn anchored(&self, near: &Vector<D>) -> Box<dyn Shape<D>>;
 }
 
-/// The middle of a round solid: its surface has the same distance from it everywhere.
+/// The centre or axis of a round solid. All points of its surface have the same distance from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Core<const D: usize> {
-    /// That distance \[m\].
+    /// Radius \[m\].
     pub radius: f64,
-    /// The middle, or a point of it \[m\].
+    /// The centre, or a point of the axis \[m\].
     pub point: Vector<D>,
-    /// Direction of the axis, of length 1; `None` if the middle is a point.
+    /// Unit direction of the axis; `None` for a centre.
     pub axis: Option<Vector<D>>,
 }
 
 impl<const D: usize> Core<D> {
-    /// From the middle to `x` \[m\], square to the axis.
+    /// Vector from the centre or axis to `x` \[m\], perpendicular to the axis.
     pub fn offset(&self, x: &Vector<D>) -> Vector<D> {
         let offset = x - self.point;
         self.axis.map_or(offset, |axis| offset - axis * axis.dot(&offset))
     }
 
-    /// The point of the middle that is nearest to `x` \[m\].
+    /// The point of the centre or axis that is nearest to `x` \[m\].
     pub fn nearest(&self, x: &Vector<D>) -> Vector<D> {
         x - self.offset(x)
     }
 }
 
-/// Whether the normal of a shape turns by less than 0.2 between any two points of a path of this length \[m\], at the ends of which the gap
-/// is `least` \[m\] or more. A hollow says no, whatever it does.
+/// Whether the normal of a shape rotates by less than 0.2 between any two points of a path of this
+/// length \[m\]. The gap at the ends of the path is at least `least` \[m\]. For a hollow the answer
+/// is always no.
 pub fn is_flat_along<const D: usize>(shape: &dyn Shape<D>, length: f64, least: f64) -> bool {
-    /// Length over the distance from the centre; seen from there it is an angle of 0.19.
+    /// Length divided by the distance from the centre; the path then subtends an angle of 0.19.
     const CHORD: f64 = 0.19;
-    // No gap changes faster than the place.
+    // The gap changes at most as much as the position.
     let is_short = |core: Core<D>| length <= CHORD * (core.radius + least - 0.5 * length);
     shape.is_plane() || shape.core().is_some_and(is_short)
 }
 
-/// A surface at a constant distance from a point or an axis, described from one of its points, the anchor.
+/// A surface at a constant distance from a point or an axis, described relative to one of its
+/// points, the anchor.
 ///
-/// With the arm `r_0` from the middle to the anchor, `|r_0| = R`, and the way `d` from the anchor, the distance from the surface is
-/// `|r_0 + d| - R = (2 r_0 . d + d . d) / (|r_0 + d| + R)`, in which nothing cancels near the anchor.
+/// Let the arm `r_0` lead from the centre to the anchor, `|r_0| = R`, and let `d` be the offset
+/// from the anchor. The distance from the surface is `|r_0 + d| - R = (2 r_0 . d + d . d) / (|r_0 +
+/// d| + R)`. This form has no cancellation near the anchor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RoundSurface<const D: usize> {
     anchor: Vector<D>,
@@ -91,22 +98,25 @@ pub(super) struct RoundSurface<const D: usize> {
     sign: f64,
 }
 
-/// Nearer to the centre than this fraction of the radius a direction is rounding noise.
+/// Closer to the centre than this fraction of the radius, a direction is rounding noise.
 const CENTRE: f64 = 1e-12;
 
 impl<const D: usize> RoundSurface<D> {
-    /// From the anchor's direction as seen from the middle, which is at `middle` \[m\]; `sign` is 1 outside and -1 inside.
+    /// From the direction of the anchor as seen from the centre, which is at `middle` \[m\]; `sign`
+    /// is 1 outside and -1 inside.
     pub fn new(middle: &Vector<D>, direction: &Vector<D>, radius: f64, sign: f64) -> Self {
         let arm = direction * radius;
         Self { anchor: middle + arm, arm, radius, sign }
     }
 
-    /// The same surface with another anchor, in that direction from `middle`, which belongs to it \[m\].
+    /// This surface with another anchor, in the given direction from `middle`, a point of its
+    /// centre or axis \[m\].
     pub fn seen_from(&self, middle: &Vector<D>, direction: &Vector<D>) -> Self {
         Self::new(middle, direction, self.radius, self.sign)
     }
 
-    /// From the middle to `x` \[m\]; `transverse` projects onto the directions in which the surface is round.
+    /// Vector from the centre to `x` \[m\]; `transverse` projects onto the directions in which the
+    /// surface is round.
     pub fn offset(&self, x: &Vector<D>, transverse: &Tensor<D>) -> Vector<D> {
         self.arm + transverse * (x - self.anchor)
     }
@@ -118,7 +128,8 @@ impl<const D: usize> RoundSurface<D> {
         self.sign * (2.0 * self.arm.dot(&way) + way.norm_squared()) / (distance + self.radius)
     }
 
-    /// Gap, normal and Hessian. At the centre every direction is as near as the others: the last round one is taken, without curvature.
+    /// Gap, normal and Hessian. At the centre all directions are equally near. The longest
+    /// projected coordinate axis is then the normal, without curvature.
     pub fn proximity(&self, x: &Vector<D>, transverse: &Tensor<D>) -> Proximity<D> {
         let offset = self.offset(x, transverse);
         let distance = offset.norm();

@@ -1,4 +1,4 @@
-//! On which side of a closed surface the bodies are.
+//! Side of a closed surface on which the bodies are.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -47,7 +47,7 @@ impl SphereObstacle {
     }
 }
 
-/// A sphere (2D: a disc) or the hollow of one.
+/// A sphere (2D: a disc), or the hollow of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sphere<const D: usize> {
     centre: Vector<D>,
@@ -78,7 +78,7 @@ impl<const D: usize> Shape<D> for Sphere<D> {
         (self.side == Side::Outside).then_some(core)
     }
 
-    /// A sphere turns about its centre.
+    /// A sphere can rotate about its centre.
     fn motions_along(&self, x: &Vector<D>) -> [Vector<D>; 6] {
         let mut motions = [Vector::zeros(); 6];
         motions[..3].copy_from_slice(&rotations(&(x - self.centre)));

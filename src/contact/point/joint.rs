@@ -1,8 +1,8 @@
-//! A closed point as springs that multigrid can work with: no stiffer than the elements around them.
+//! A closed point as springs for multigrid, no stiffer than the surrounding elements.
 
 use crate::tensor::{Tensor, Vector};
 
-/// The stiffness with which a closed point resists a relative motion of its two sides, `K_CN` and `K_T` alone.
+/// Stiffness of a closed point against relative motion of its two sides, `K_CN` and `K_T` only.
 #[derive(Debug, Clone, Copy)]
 pub struct Joint<const D: usize> {
     /// Along the normal, `-dt_n/dg` \[Pa/m\].
@@ -12,9 +12,10 @@ pub struct Joint<const D: usize> {
 }
 
 impl<const D: usize> Joint<D> {
-    /// Adds `A c_a c_b (k_n n n^T + K_T)` to `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes with these coefficients
-    /// \[N/m\], both springs made as soft as `stiffest` \[Pa/m\] where they are stiffer. Symmetric, not negative, and without
-    /// resistance to motions that the two sides share.
+    /// Adds `A c_a c_b (k_n n n^T + K_T)` to `stiffness[((a * m + b) * D + i) * D + j]` of the `m`
+    /// nodes with these coefficients \[N/m\]. Springs stiffer than `stiffest` \[Pa/m\] are reduced
+    /// to it. The matrix is symmetric and positive semidefinite, and it does not resist common
+    /// motions of the two sides.
     pub fn add_springs(
         &self,
         normal: &Vector<D>,

@@ -13,14 +13,16 @@ use super::normal::{NormalLaw, NormalResponse};
 use crate::tensor::{Tensor, Vector};
 use crate::terms::Terms;
 
-/// Which terms of the matrix to add, and `dv/du` of the time integrator \[1/s\], by which damping becomes stiffness.
+/// Terms of the matrix to add, and `dv/du` of the time integrator \[1/s\], which converts damping
+/// to stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TermSelection {
-    /// Terms wanted; those that are not contact's are ignored.
+    /// Selected terms; terms that do not belong to contact are ignored.
     pub terms: Terms,
     /// `c_v`.
     pub velocity_shift: f64,
-    /// In the place of the terms springs no stiffer than this \[Pa/m\]: what multigrid can work with.
+    /// Replaces the terms by springs no stiffer than this \[Pa/m\], which are suitable for
+    /// multigrid.
     pub joint: Option<f64>,
 }
 
@@ -29,14 +31,14 @@ pub struct TermSelection {
 pub struct ContactLaw {
     /// Gap to pressure.
     pub normal: NormalLaw,
-    /// `None`: no friction. On a plane every contact term is then symmetric except `K_phi`; over round obstacles and between bodies the
-    /// change of the gap is not symmetric either.
+    /// `None`: no friction. On a plane every contact term is then symmetric except `K_phi`. Over
+    /// round obstacles and between bodies the derivative of the gap is not symmetric either.
     pub friction: Option<Friction>,
 }
 
-/// Tractions held by a stage of the two-stage scheme; `None` follows the law.
+/// Tractions held fixed by a stage of the two-stage scheme; `None` follows the law.
 ///
-/// A frozen value acts whatever the gap, so that a stage sees no switch that is not its own.
+/// A frozen value acts at any gap, so that a stage has no status changes other than its own.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Frozen<const D: usize> {
     /// Stage II: dead pressure \[Pa\] along the current normal.
@@ -48,12 +50,12 @@ pub struct Frozen<const D: usize> {
 }
 
 impl<const D: usize> Frozen<D> {
-    /// Friction switched off: what the static start wants.
+    /// Friction switched off, for the static start.
     pub fn frictionless() -> Self {
         Self { friction_traction: Some(Vector::zeros()), ..Self::default() }
     }
 
-    /// Whether something is held that acts at an open point too.
+    /// Whether a held traction also acts at an open point.
     fn presses(&self) -> bool {
         self.normal_traction.is_some_and(|t| t > 0.0)
             || self.bound.is_some_and(|b| b > 0.0)
@@ -61,26 +63,27 @@ impl<const D: usize> Frozen<D> {
     }
 }
 
-/// How a point is evaluated.
+/// Options of the evaluation of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Manner<const D: usize> {
-    /// Tangent on the slip branch.
+    /// Branch of the friction law.
     pub branch: Branch,
     /// Tractions held fixed.
     pub frozen: Frozen<D>,
-    /// Penetration at which the normal law has the pressure of the multiplier \[m\]: the law is evaluated at
-    /// `gap - offset`, which for the penalty is `t_n = <lambda - g / eps_n>`.
+    /// Penetration at which the normal law has the pressure of the multiplier \[m\]. The law is
+    /// evaluated at `gap - offset`, which for the penalty is `t_n = <lambda - g / eps_n>`.
     pub offset: f64,
-    /// Gaps of this size are rounding \[m\]: a point that lies no farther apart is closed, whether the computed gap is positive
-    /// or negative. Forces are those of the law at the computed gap.
+    /// Gaps of this size are rounding \[m\]. A point within this distance is closed, for either
+    /// sign of the computed gap. Forces are those of the law at the computed gap.
     pub touching: f64,
-    /// No correction was computed in this solve: a point that touches resists in its tangent on either side of its target, or
-    /// rounding would decide which points hold a body that rests on them. Later iterates have the slope of the side they are on:
-    /// a point that is to open would leave by ever smaller corrections else.
+    /// No correction has been computed in this solve yet. A touching point then contributes
+    /// stiffness for either sign of its gap; otherwise rounding would decide which points support a
+    /// resting body. Later iterates use the slope at the computed gap; otherwise a point that
+    /// should open would leave by ever smaller corrections.
     pub fresh: bool,
 }
 
-/// Derivatives of the tractions at a closed point: what the stiffness is made of.
+/// Derivatives of the tractions at a closed point, from which the stiffness is assembled.
 #[derive(Debug, Clone, Copy)]
 pub struct Slopes<const D: usize> {
     /// `dt_n/dg` \[Pa/m\].
@@ -97,7 +100,7 @@ pub struct Slopes<const D: usize> {
     pub by_normal: Tensor<D>,
 }
 
-/// What the laws see of a point: its place to the target, and how it moves relative to it.
+/// Inputs of the laws at a point: its position relative to the target and its relative motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Relation<'a, const D: usize> {
     /// `g_n` \[m\].
@@ -110,11 +113,12 @@ pub struct Relation<'a, const D: usize> {
     pub velocity: Vector<D>,
     /// `d`, of displacements since the start of the step \[m\].
     pub increment: Vector<D>,
-    /// What the point remembers from the last accepted step.
+    /// History of the point from the last accepted step.
     pub history: &'a History<D>,
 }
 
-/// State of a point under the laws and, where it is closed, the derivatives of its tractions. Pure.
+/// State of a point under the laws and, if it is closed, the derivatives of its tractions. Pure
+/// function.
 pub fn tractions<const D: usize>(
     law: &ContactLaw,
     relation: &Relation<'_, D>,
@@ -168,8 +172,9 @@ pub fn tractions<const D: usize>(
     (state, Some(slopes))
 }
 
-/// Energy stored at a closed point. A multiplier that pushes does no work where it meets the gap exactly: what is stored is
-/// half the pressure times the penetration that is left, which without a multiplier is the potential of the penalty.
+/// Energy stored at a closed point. A pushing multiplier does no work if the gap is exactly zero.
+/// The stored energy is then half the pressure times the remaining penetration, which without a
+/// multiplier is the potential of the penalty.
 fn potential<const D: usize>(law: &ContactLaw, gap: f64, manner: &Manner<D>) -> f64 {
     let shifted = law.normal.evaluate(gap - manner.offset);
     if manner.offset > 0.0 { 0.5 * shifted.traction * (-gap).max(0.0) } else { shifted.potential }

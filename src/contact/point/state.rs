@@ -1,4 +1,4 @@
-//! State of a contact point: what is reported, compared between iterates, and frozen.
+//! State of a contact point, which is reported, compared between iterates and frozen.
 
 use crate::tensor::Vector;
 
@@ -14,7 +14,7 @@ pub enum Status {
     Slip,
 }
 
-/// State of a contact point in one iterate: what is reported, compared and frozen.
+/// State of a contact point in one iterate, which is reported, compared and frozen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointState<const D: usize> {
     /// `g_n` \[m\], > 0 open.
@@ -31,23 +31,27 @@ pub struct PointState<const D: usize> {
     pub slip_velocity: Vector<D>,
     /// `P d`, slip since the start of the step \[m\].
     pub slip_increment: Vector<D>,
-    /// Open, stick or slip. A point that touches to rounding is closed.
+    /// Open, stick or slip. A point that touches up to rounding is closed.
     pub status: Status,
-    /// The point penetrates by more than the rounding of its place. The force of any other closed point is rounding, or none.
+    /// The point penetrates by more than the rounding error of its position. The force of any other
+    /// closed point is zero or rounding error.
     pub presses: bool,
     /// `A` \[m, m^2\].
     pub area: f64,
-    /// Length of the mean of the unit normals over the area: 1 where it is flat. Times area and pressure it is the resultant.
+    /// Length of the mean of the unit normals over the area: 1 on a flat surface. Multiplied by
+    /// area and pressure it gives the magnitude of the resultant.
     pub flatness: f64,
-    /// Depth of the deepest place of the target in the facets around a vertex \[m\], at least 0.
+    /// Largest depth below the target in the facets around a vertex \[m\], at least 0.
     pub sunk: f64,
-    /// `w(g)` \[J/m^2\]: times the reference area, the energy stored by the normal law.
+    /// `w(g)` \[J/m^2\]. Multiplied by the reference area it is the energy stored by the normal
+    /// law.
     pub potential: f64,
     /// Energy stored in elastic stick \[J/m^2\]; zero in the velocity form.
     pub recoverable: f64,
-    /// Heat of the step by the return map \[J/m^2\]; zero in the velocity form, whose power is [`friction_power`](Self::friction_power).
+    /// Frictional heat of the step by the return map \[J/m^2\]. It is zero in the velocity form,
+    /// whose power is [`friction_power`](Self::friction_power).
     pub plastic_work: f64,
-    /// The tractions are those that acted over the step, and `plastic_work` is all of its heat.
+    /// The tractions acted over the step, and `plastic_work` is the total heat of the step.
     pub over_step: bool,
 }
 
@@ -75,13 +79,13 @@ impl<const D: usize> Default for PointState<D> {
 }
 
 impl<const D: usize> PointState<D> {
-    /// `-t_T . v_T` per area \[W/m^2\]: what friction takes out of the motion, >= 0 in the velocity form.
+    /// `-t_T . v_T` per area \[W/m^2\]: power that friction dissipates, >= 0 in the velocity form.
     pub fn friction_power(&self) -> f64 {
         -self.friction_traction.dot(&self.slip_velocity)
     }
 
-    /// A tangential vector as one number: in the plane its component along the tangent, which is the normal turned
-    /// clockwise by a right angle; in space its length.
+    /// A tangential vector as one number. In the plane it is the component along the tangent, which
+    /// is the normal rotated clockwise by a right angle. In space it is the length.
     pub fn along(&self, vector: &Vector<D>) -> f64 {
         let n = &self.normal;
         if D == 2 { vector[0] * n[1] - vector[1] * n[0] } else { vector.norm() }

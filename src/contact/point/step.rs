@@ -1,16 +1,17 @@
-//! The laws over a step: friction under the mean pressure, and what elastic stick holds.
+//! The laws over a step: friction under the mean pressure, and the energy of elastic stick.
 
 use super::{ContactLaw, Manner};
 use crate::contact::friction::Pressed;
 use crate::contact::friction::traction::{FrictionTraction, Slip};
 use crate::tensor::Vector;
 
-/// Energy that elastic stick holds under a traction \[J/m^2\].
+/// Energy that elastic stick stores under a traction \[J/m^2\].
 pub fn stored<const D: usize>(law: &ContactLaw, traction: &Vector<D>) -> f64 {
     law.friction.map_or(0.0, |f| f.regularization.recoverable_energy(traction))
 }
 
-/// Bound, `dt_T/dt_n` and the traction: the bound is that of the penetration under the mean pressure.
+/// Bound, `dt_T/dt_n` and the traction. The bound is that of the penetration under the mean
+/// pressure.
 pub fn friction<const D: usize>(
     law: &ContactLaw,
     pressure: f64,

@@ -1,4 +1,4 @@
-//! Energy, force and tangent against each other.
+//! Consistency of energy, force and tangent.
 
 use super::*;
 
@@ -33,8 +33,9 @@ fn derivatives<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     }
 }
 
-/// Energy, internal force and tangent are derivatives of one another for every element, law, kinematics and cure for locking, to
-/// second order; without `K_0 + K_NL` or without `K_S` the order falls.
+/// Energy, internal force and tangent are derivatives of one another to second order, for every
+/// element, law, kinematics and treatment of locking. Without `K_0 + K_NL` or without `K_S` the
+/// order decreases.
 #[test]
 fn force_and_tangent_have_order_two() {
     for_every_kind!(derivatives);
@@ -60,7 +61,8 @@ fn symmetry<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     }
 }
 
-/// The tangent is symmetric to rounding, and at rest it is that of linear elasticity.
+/// The tangent is symmetric to rounding, and in the undeformed state it is that of linear
+/// elasticity.
 #[test]
 fn tangent_is_symmetric_and_hookes_at_rest() {
     for_every_kind!(symmetry);

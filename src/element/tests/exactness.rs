@@ -1,4 +1,4 @@
-//! States whose answer is known.
+//! States with a known solution.
 
 use super::*;
 use crate::material::{Law, LawTask};
@@ -56,8 +56,8 @@ fn patch<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
             let det = nalgebra::DMatrix::from_fn(D, D, |i, j| f[(i, j)]).determinant();
             assert!((state.det_f - det).abs() < 1e-13);
         }
-        // The resultant of the internal force on the half of the body beyond a node vanishes inside: only boundary
-        // nodes carry force.
+        // The resultant of the internal force on the part of the body beyond a node vanishes in the
+        // interior: only boundary nodes carry force.
         let (force, _) = assemble(mesh, &group, &u, Terms::empty());
         let inner = interior(mesh);
         for node in inner {
@@ -87,7 +87,7 @@ impl<const D: usize> LawTask for EnergyAt<D> {
     }
 }
 
-/// The same corners with straight sides.
+/// The mesh with the same corners and straight sides.
 fn straightened<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
     for element in 0..mesh.element_count() {
         let nodes = mesh.element_nodes(element).to_vec();
@@ -112,7 +112,8 @@ fn interior<const D: usize>(mesh: &Mesh<D>) -> Vec<usize> {
     (0..on_side.len()).filter(|&node| !on_side[node]).collect()
 }
 
-/// A linear displacement of a distorted patch gives one stress everywhere, the law's energy, and balance inside.
+/// A linear displacement of a distorted patch gives a constant stress, the energy of the law, and
+/// equilibrium in the interior.
 #[test]
 fn linear_displacement_gives_constant_stress() {
     for_every_kind!(patch);
@@ -128,14 +129,14 @@ fn tiny_strains<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     }
 }
 
-/// Forces of strains near 1e-12 keep their digits.
+/// Forces for strains near 1e-12 keep full precision.
 #[test]
 fn tiny_strains_keep_their_digits() {
     for_every_kind!(tiny_strains);
 }
 
-/// Selective reduced integration frees quad4 and hex8 from locking in nearly incompressible bending, and full
-/// integration does lock.
+/// Selective reduced integration prevents locking of quad4 and hex8 in nearly incompressible
+/// bending. Full integration locks.
 #[test]
 fn reduced_volume_terms_cure_locking() {
     let tip = |locking| {
@@ -168,7 +169,7 @@ fn reduced_volume_terms_cure_locking() {
     assert!(locked < 0.7 * beam, "{locked} {beam}");
 }
 
-/// Von Mises stress of uniaxial tension is the tension, of pressure nothing.
+/// The von Mises stress of uniaxial tension equals the tension; that of pressure is zero.
 #[test]
 fn von_mises_measures_shear() {
     assert!((Cauchy([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]).von_mises() - 3.0).abs() < 1e-15);
@@ -176,7 +177,7 @@ fn von_mises_measures_shear() {
     assert!((Cauchy([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]).von_mises() - 3.0_f64.sqrt()).abs() < 1e-15);
 }
 
-/// In plane strain the stress that holds the body flat is `lambda tr(eps)` for small strain.
+/// In plane strain the out-of-plane stress is `lambda tr(eps)` for small strain.
 #[test]
 fn plane_strain_holds_the_body_flat() {
     let mesh = distorted::<2>(ElementKind::Quad4);
@@ -191,7 +192,8 @@ fn plane_strain_holds_the_body_flat() {
     }
 }
 
-/// By default the cure is taken at a high Poisson's ratio, on elements that offer it, and nowhere else.
+/// The default treats locking only at a high Poisson's ratio and on elements that support the
+/// treatment.
 #[test]
 fn the_default_cure_follows_poissons_ratio_and_element() {
     for (ratio, cures) in [(0.3, false), (0.449, false), (0.45, true), (0.499, true)] {

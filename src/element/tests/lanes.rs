@@ -1,4 +1,4 @@
-//! Lanes against lanes, inverted elements, and groups that make no sense.
+//! Comparison of lane types, inverted elements, and invalid groups.
 
 use super::super::general::General;
 use super::super::solid::Solid;
@@ -48,7 +48,7 @@ fn collect<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<Vec<f64>> 
     rows.0
 }
 
-/// Chooses the kernel for the law of a group, on plain lanes.
+/// Selects the kernel for the law of a group, on portable lanes.
 struct EvaluatePortable<'a, const D: usize>(Job<'a, D>);
 
 impl<const D: usize> LawTask for EvaluatePortable<'_, D> {
@@ -73,14 +73,15 @@ fn collect_portable<const D: usize>(group: &ElementGroup<D>, u: &[f64]) -> Vec<V
     rows.0
 }
 
-/// An element's numbers are the same bits alone and in any company, and the plain lanes agree with the fast ones.
+/// The results of an element are bitwise identical alone and with any other elements in the group.
+/// The portable lanes agree with the fast ones.
 #[test]
 fn lanes_do_not_change_the_answer() {
     for_every_kind!(lanes);
 }
 
 fn inversions<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
-    // Two reversed elements: the lower one must be named, whatever the lanes.
+    // Two inverted elements: the lower one must be reported for any lane type.
     let count = mesh.element_count();
     let victims = [count - 1, count / 2];
     let mut u = vec![0.0; mesh.points.len() * D];
@@ -113,13 +114,14 @@ fn inversions<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     }
 }
 
-/// An element turned inside out is reported, the first of the group, with the place; so is a NaN.
+/// The first inverted element of the group is reported with its location. A NaN is reported in the
+/// same way.
 #[test]
 fn inverted_elements_are_reported() {
     for_every_kind!(inversions);
 }
 
-/// Groups that make no sense are refused with a sentence.
+/// Invalid groups are rejected with a message.
 #[test]
 fn wrong_groups_are_refused() {
     let neo = |locking| formulation(neo_hookean(), Kinematics::Finite, locking);

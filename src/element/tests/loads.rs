@@ -8,7 +8,8 @@ fn masses<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     let still = vec![0.0; mesh.points.len() * D];
     group.stress(&still, |_, stress| volumes.push(stress.volume));
     let n = kind.nodes();
-    // Volumes by the full rule and mass by its own differ on curved sides, but only a little.
+    // The volume is computed with the full rule and the mass with its own. On curved sides they
+    // differ, but only slightly.
     let tolerance = if kind.order() == 1 { 1e-13 } else { 1e-2 };
     group.mass(|index, mass| {
         let total: f64 = mass.iter().sum();
@@ -23,7 +24,7 @@ fn masses<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         assert!(mass.iter().all(|&m| m > 0.0), "{kind}: {mass:?}");
         assert!((mass.iter().sum::<f64>() - totals[index]).abs() < 1e-14);
     });
-    // A constant body force is the mass times it.
+    // A constant body force gives the mass times this force.
     let nodes = |index| mesh.element_nodes(index).to_vec();
     let mut sink = Dense::new(mesh, &nodes);
     group.body_force(|_| std::array::from_fn(|i| 1.0 + i as f64), &mut sink);
@@ -33,7 +34,8 @@ fn masses<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     }
 }
 
-/// Consistent and lumped mass are positive and sum to density times volume; weight is mass times gravity.
+/// Consistent and lumped mass are positive and sum to density times volume; weight is mass times
+/// gravity.
 #[test]
 fn mass_sums_to_density_times_volume() {
     for_every_kind!(masses);
@@ -65,7 +67,8 @@ fn pressures<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
         let sum: f64 = (0..mesh.points.len()).map(|node| sink.force[node * D + i]).sum();
         assert!(sum.abs() < 1e-13, "{kind}: a pressure all around pushes the body: {sum}");
     }
-    // Virtual work on a uniform growth: minus pressure times the change of volume, D times the volume.
+    // Virtual work for a uniform expansion: minus pressure times the change of volume, which is D
+    // times the volume.
     let mut sink = Dense::new(mesh, &nodes);
     closed.pressure(Configuration::Reference, |_| 2.0, &mut sink);
     let work: f64 = mesh.points.iter().flatten().zip(sink.force.iter()).map(|(x, f)| x * f).sum();
@@ -76,7 +79,7 @@ fn pressures<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     assert!((work / (-2.0 * D as f64 * volume) - 1.0).abs() < tolerance, "{kind}: {work} {volume}");
 }
 
-/// Pressure has an exact tangent, pushes inward, and cancels over a closed surface.
+/// Pressure has an exact tangent, acts inward, and has no resultant on a closed surface.
 #[test]
 fn pressure_follows_the_surface() {
     for_every_kind!(pressures);

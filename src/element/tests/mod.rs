@@ -1,4 +1,5 @@
-//! The element kernels against energies, differences, exact solutions and each other, for all elements.
+//! The element kernels compared with energies, finite differences, exact solutions and each other,
+//! for all elements.
 
 mod consistency;
 mod exactness;
@@ -14,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 
 const MODULI: Moduli<f64> = Moduli { lambda: 1.7, mu: 0.6 };
 
-/// A sink that assembles dense.
+/// A sink that assembles a dense matrix.
 struct Dense<'a, const D: usize> {
     nodes: &'a dyn Fn(usize) -> Vec<u32>,
     force: DVector<f64>,
@@ -46,7 +47,7 @@ impl<const D: usize> ElementSink for Dense<'_, D> {
     }
 }
 
-/// A box of few elements with all nodes pushed about; quadratic elements end up curved.
+/// A box of few elements with all nodes perturbed; quadratic elements become curved.
 fn distorted<const D: usize>(kind: ElementKind) -> Mesh<D> {
     let cells = std::array::from_fn(|i| {
         if D == 2 || kind == ElementKind::Hex8 || i == 0 && kind.nodes() < 20 { 2 } else { 1 }
@@ -81,7 +82,7 @@ fn group<const D: usize>(mesh: &Mesh<D>, formulation: Formulation) -> ElementGro
 fn variants(kind: ElementKind) -> Vec<Formulation> {
     let mut all = Vec::new();
     let cures = Locking::ALL.into_iter().map(|(locking, ..)| locking);
-    // What `auto` does is one of the others.
+    // `auto` is equivalent to one of the others.
     for locking in cures.filter(|locking| *locking != Locking::Auto && locking.offered(kind)) {
         all.extend(laws().map(|law| formulation(law, Kinematics::Finite, locking)));
         all.push(formulation(neo_hookean(), Kinematics::Linear, locking));

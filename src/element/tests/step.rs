@@ -58,8 +58,9 @@ fn work<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     }
 }
 
-/// Over a step forces do the work that the energy grows by, and have neither resultant nor, about where the nodes are in
-/// its middle, moment; for every element, law, kinematics and cure for locking.
+/// Over a step the work of the forces equals the increase of energy. The forces have no resultant,
+/// and no moment about the positions in the middle of the step. This holds for every element, law,
+/// kinematics and treatment of locking.
 #[test]
 fn forces_over_a_step_conserve() {
     for_every_kind!(work);
@@ -82,7 +83,8 @@ fn derivatives<const D: usize>(kind: ElementKind, mesh: &Mesh<D>) {
     }
 }
 
-/// The tangent over a step is the derivative of the force by the displacement in its middle, to second order.
+/// The tangent over a step is the derivative of the force by the displacement in its middle, to
+/// second order.
 #[test]
 fn tangent_over_a_step_has_order_two() {
     for_every_kind!(derivatives);
@@ -98,7 +100,7 @@ impl ElementSink for Rows {
     }
 }
 
-/// Plain lanes agree with the fast ones, and a step that ends inverted is reported.
+/// Portable lanes agree with the fast ones, and a step whose end state is inverted is reported.
 #[test]
 fn lanes_agree_over_a_step() {
     let mesh = distorted::<3>(ElementKind::Hex8);

@@ -1,4 +1,4 @@
-//! From the file's content to a checked mesh: elements, the chosen region, its points.
+//! Conversion of the file content to a checked mesh: elements, selected region, points.
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
@@ -11,16 +11,17 @@ use crate::error::{Error, Result};
 use crate::mesh::compact::GONE;
 use crate::mesh::{FacetIndex, Mesh, validate};
 
-/// A plane mesh may leave the plane z = 0 by this part of its size.
+/// Tolerance of the distance from the plane z = 0 in a plane mesh, relative to the size of the
+/// mesh.
 const PLANE: f64 = 1e-8;
 
-/// The elements of the mesh's dimension, and which of the file's elements each one was.
+/// The elements of the mesh's dimension, with their indices in the file.
 pub(super) struct Solids<const D: usize> {
     pub mesh: Mesh<D>,
     pub origin: Vec<usize>,
 }
 
-/// The checked mesh of `D` dimensions, and where its nodes and elements are in the file.
+/// The checked mesh in `D` dimensions, and the locations of its nodes and elements in the file.
 pub(super) fn mesh<const D: usize>(
     input: &GmshInput,
     raw: &Raw,
@@ -72,7 +73,8 @@ fn check_dimension<const D: usize>(input: &GmshInput, raw: &Raw) -> Result<()> {
     }
 }
 
-/// All elements of dimension `D` with their regions. MSH 2.2 repeats an element for each of its groups.
+/// All elements of dimension `D` with their regions. MSH 2.2 repeats an element for each of its
+/// groups.
 fn solids<const D: usize>(input: &GmshInput, raw: &Raw) -> Result<Solids<D>> {
     let mut mesh = Mesh::with_points(raw.points.iter().map(|x| std::array::from_fn(|k| x[k])).collect());
     let mut origin: Vec<usize> = Vec::new();
@@ -132,7 +134,7 @@ fn check_dangling(input: &GmshInput, raw: &Raw) -> Result<()> {
         .hint("put its elements into a physical group or remove it from the geometry; a chosen `region` drops such nodes"))
 }
 
-/// Keeps the elements of one region and what the sets have of them.
+/// Keeps the elements of one region and their parts of the sets.
 fn restrict<const D: usize>(solids: &mut Solids<D>, kept: &[bool]) {
     let old = std::mem::take(&mut solids.mesh);
     let mut mesh = Mesh { points: old.points.clone(), ..Mesh::default() };
@@ -170,7 +172,7 @@ fn check_plane<const D: usize>(input: &GmshInput, raw: &Raw, mesh: &Mesh<D>) -> 
         .hint("a case of dimension 2 needs a mesh in the plane z = 0"))
 }
 
-/// No element is inverted or flat, no side has three elements.
+/// Checks that no element is inverted or flat and that no side has three elements.
 fn check_shape<const D: usize>(input: &GmshInput, raw: &Raw, solids: &Solids<D>) -> Result<()> {
     let mesh = &solids.mesh;
     if let Some(bad) = validate::first_bad_element(mesh) {
@@ -194,7 +196,7 @@ fn check_shape<const D: usize>(input: &GmshInput, raw: &Raw, solids: &Solids<D>)
     Ok(())
 }
 
-/// No side has three elements of those that are kept.
+/// Checks that no side has three of the retained elements.
 fn check_sides<const D: usize>(
     input: &GmshInput,
     raw: &Raw,

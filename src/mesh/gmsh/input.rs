@@ -1,8 +1,8 @@
-//! The bytes of an MSH file with a place in them: words of text, or numbers of either byte order.
+//! The bytes of an MSH file with a read position: words of text, or numbers in either byte order.
 
 use crate::error::{Error, Result};
 
-/// How numbers are written.
+/// Encoding of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
     Text,
@@ -10,20 +10,21 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-/// A file in memory, read from front to back. Sizes that the file announces are never believed before it is seen to be
-/// long enough for them.
+/// A file in memory, read from front to back. An announced size is accepted only after a check that
+/// the file is long enough.
 pub(super) struct GmshInput<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Where the item read last begins; messages point at it.
+    /// Start of the last item, for messages.
     start: usize,
     pub encoding: Encoding,
 }
 
-/// No section has a longer name \[bytes\]: to look for the end of one takes its length times that of the file.
+/// Maximum length of a section name \[bytes\]. The search for the end of a section takes this
+/// length times that of the file.
 const NAME: usize = 256;
 
-/// The least that one entry takes in the file.
+/// Minimum size of one entry in the file.
 pub(super) struct Least {
     pub words: u64,
     pub bytes: u64,
@@ -34,17 +35,17 @@ impl<'a> GmshInput<'a> {
         Self { bytes, at: 0, start: 0, encoding: Encoding::Text }
     }
 
-    /// Where the item read last begins, for [`error_at`](Self::error_at).
+    /// Start of the last item, for [`error_at`](Self::error_at).
     pub fn place(&self) -> usize {
         self.start
     }
 
-    /// An error at the item read last.
+    /// An error at the last item.
     pub fn error(&self, message: impl AsRef<str>) -> Error {
         self.error_at(self.start, message)
     }
 
-    /// An error at an earlier place: a line of a text file, a byte of a binary one.
+    /// An error at an earlier position: a line of a text file, a byte of a binary one.
     pub fn error_at(&self, place: usize, message: impl AsRef<str>) -> Error {
         let context = if self.encoding == Encoding::Text {
             let before = &self.bytes[..place.min(self.bytes.len())];
@@ -82,7 +83,8 @@ impl<'a> GmshInput<'a> {
         self.text(self.start, self.at, what)
     }
 
-    /// The rest of this line or, at its end, the next line that is not blank; the line's end is consumed.
+    /// The rest of this line or, at its end, the next line that is not blank. The line end is
+    /// consumed.
     pub fn line(&mut self, what: &str) -> Result<&'a str> {
         self.skip_space();
         let rest = &self.bytes[self.at..];
@@ -94,7 +96,7 @@ impl<'a> GmshInput<'a> {
         Ok(self.text(self.start, self.start + length, what)?.trim_end())
     }
 
-    /// A number that is text in binary files too, alone on its line.
+    /// A number that is text in binary files too, on a line of its own.
     pub fn line_size(&mut self, what: &str) -> Result<u64> {
         let line = self.line(what)?;
         line.parse().map_err(|_| self.error(format!("expected {what}, found '{}'", shortened(line))))
@@ -135,7 +137,8 @@ impl<'a> GmshInput<'a> {
         self.number(what, f64::from_le_bytes, f64::from_be_bytes)
     }
 
-    /// The next number that counts or names something: in binary an integer of four bytes, in text of any size up to eight.
+    /// The next count or identifier. In binary it is an integer of four bytes, in text an integer
+    /// of up to eight.
     pub fn label(&mut self, what: &str) -> Result<u64> {
         if self.encoding == Encoding::Text {
             return self.size(what);
@@ -158,7 +161,7 @@ impl<'a> GmshInput<'a> {
         Ok(())
     }
 
-    /// Where the next entry begins, for [`end_entry`](Self::end_entry).
+    /// Start of the next entry, for [`end_entry`](Self::end_entry).
     pub fn begin_entry(&mut self) -> usize {
         if self.encoding == Encoding::Text {
             self.skip_space();
@@ -166,7 +169,8 @@ impl<'a> GmshInput<'a> {
         self.at
     }
 
-    /// Checks that a text file's entry takes exactly one line; numbers would else slip into their neighbours' places.
+    /// Checks that an entry of a text file is on exactly one line. Otherwise numbers would shift
+    /// into neighbouring fields.
     pub fn end_entry(&self, begin: usize, what: &str) -> Result<()> {
         if self.encoding != Encoding::Text {
             return Ok(());
@@ -210,7 +214,7 @@ impl<'a> GmshInput<'a> {
         Ok(())
     }
 
-    /// Passes over a section that is not needed.
+    /// Skips a section that is not needed.
     pub fn skip_section(&mut self, name: &str) -> Result<()> {
         let end = format!("$End{name}");
         let found = self.bytes[self.at..].windows(end.len()).position(|window| window == end.as_bytes());

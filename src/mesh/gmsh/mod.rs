@@ -1,7 +1,8 @@
 //! Reader of Gmsh meshes, MSH 2.2 and 4.1, as text or binary of either byte order.
 //!
-//! Physical groups become sets: those of the mesh's dimension regions (element sets), those one dimension lower facet
-//! sets, those below point sets. A group without a name goes by its number.
+//! Physical groups become sets according to their dimension. Groups of the mesh's dimension become
+//! regions (element sets), groups one dimension lower become facet sets, and lower ones point sets.
+//! A group without a name is identified by its number.
 
 mod build;
 mod input;
@@ -22,7 +23,7 @@ use raw::Raw;
 pub use source::GmshFile;
 use source::Labels;
 
-/// The section `$MeshFormat` lies within so many bytes.
+/// The section `$MeshFormat` lies within this number of bytes.
 const HEAD: u64 = 4096;
 
 /// The two formats.
@@ -32,19 +33,23 @@ enum Version {
     Four,
 }
 
-/// Reads a mesh of `D` dimensions. A chosen `region` keeps its elements and the nodes that they use.
+/// Reads a mesh of `D` dimensions. With `region`, only the elements of the region and their nodes
+/// are kept.
 ///
 /// # Errors
-/// The file can not be read, is damaged, truncated or not of a known format; the region does not exist; an element is
-/// unknown, inverted or degenerate; a node is used by no element; a facet of a set does not bound the mesh.
+/// - The file cannot be read, or is damaged, truncated or of unknown format.
+/// - The region does not exist.
+/// - An element is unknown, inverted or degenerate.
+/// - A node is used by no element.
+/// - A facet of a set does not bound the mesh.
 pub fn read<const D: usize>(path: &Path, region: Option<&str>) -> Result<Mesh<D>> {
     read_with_source(path, region).map(|(mesh, _)| mesh)
 }
 
-/// Reads a mesh as [`read`] does, and keeps where its nodes and elements are in the file.
+/// Reads a mesh like [`read`], and keeps the locations of its nodes and elements in the file.
 ///
 /// # Errors
-/// Those of [`read`].
+/// The errors of [`read`].
 pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Result<(Mesh<D>, GmshFile)> {
     let name = path.display().to_string();
     let unreadable = |e: std::io::Error| {
@@ -56,7 +61,7 @@ pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Re
         error.within(&name)
     };
     let mut file = files::open(path).map_err(unreadable)?;
-    // What is no mesh is not read, however long it is.
+    // A file that is not a mesh is not read further, regardless of its length.
     let mut bytes = Vec::new();
     file.by_ref().take(HEAD).read_to_end(&mut bytes).map_err(unreadable)?;
     format(&mut GmshInput::new(&bytes)).map_err(|e| e.within(&name))?;
@@ -69,10 +74,10 @@ pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Re
     Ok((mesh, GmshFile { name, bytes, encoding, labels }))
 }
 
-/// The mesh in the bytes of a file, see [`read`].
+/// Reads the mesh from the bytes of a file, see [`read`].
 ///
 /// # Errors
-/// As [`read`], with a line or byte and without the name of the file.
+/// The errors of [`read`], with a line or byte and without the name of the file.
 pub fn parse<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<Mesh<D>> {
     labelled(bytes, region).map(|(mesh, ..)| mesh)
 }
@@ -166,7 +171,7 @@ fn sections(input: &mut GmshInput, version: Version) -> Result<Raw> {
     Ok(raw)
 }
 
-/// Names of physical groups: text in every format.
+/// Names of physical groups, which are text in every format.
 fn names(input: &mut GmshInput, raw: &mut Raw) -> Result<()> {
     let count = input.line_size("the number of physical names")?;
     for _ in 0..count {

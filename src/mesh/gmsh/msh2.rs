@@ -41,7 +41,7 @@ pub(super) fn elements(input: &mut GmshInput, raw: &mut Raw) -> Result<()> {
     Ok(())
 }
 
-/// One block of equal elements of a binary file; returns how many.
+/// Reads one block of equal elements of a binary file. Returns the number of elements.
 fn block(input: &mut GmshInput, raw: &mut Raw, most: u64) -> Result<u64> {
     let code = input.int("an element type")?;
     let count = input.label("the number of elements in a block")?;

@@ -9,7 +9,7 @@ use crate::error::Result;
 const LABEL: Least = Least { words: 1, bytes: 4 };
 const BLOCK: Least = Least { words: 4, bytes: 20 };
 
-/// Physical groups, as a list of [`Raw`], of each entity by dimension and tag.
+/// Physical groups of each entity by dimension and tag, as a list of [`Raw`].
 pub(super) type Entities = HashMap<(i32, i32), u32>;
 
 pub(super) fn entities(input: &mut GmshInput, raw: &mut Raw) -> Result<Entities> {
@@ -111,7 +111,7 @@ pub(super) fn elements(input: &mut GmshInput, raw: &mut Raw, entities: &Entities
     total(input, raw.elements.len() - before, count, "elements")
 }
 
-/// Numbers of blocks and of entries at the head of nodes and of elements.
+/// Numbers of blocks and of entries in the header of the nodes and of the elements.
 fn header(input: &mut GmshInput) -> Result<(u64, u64)> {
     let blocks = input.size("the number of blocks")?;
     input.afford(blocks, &BLOCK, "blocks")?;

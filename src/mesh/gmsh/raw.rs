@@ -1,4 +1,5 @@
-//! What both formats hold: numbered nodes, numbered elements with their physical groups, and names of groups.
+//! Content common to both formats: numbered nodes, numbered elements with their physical groups,
+//! and names of groups.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,18 +10,19 @@ use crate::mesh::ElementKind;
 /// Point element of MSH files.
 const POINT: i32 = 15;
 
-/// As many nodes as 32-bit unknowns allow in 3D.
+/// Maximum number of nodes for 32-bit unknowns in 3D.
 const MAX_NODES: usize = i32::MAX as usize / 3;
 
-/// A file's content in the file's own numbers.
+/// Content of a file, with the numbers used in the file.
 #[derive(Default)]
 pub(super) struct Raw {
-    /// Indices of nodes that break the row of numbers that the first node begins; most files have none.
+    /// Indices of nodes that do not continue the consecutive numbering from the first node. Most
+    /// files have no such nodes.
     strays: HashMap<u64, u32>,
-    /// Index to node number in the file.
+    /// Number in the file of each node.
     pub node_ids: Vec<u64>,
     pub points: Vec<[f64; 3]>,
-    /// Where each node stands in the file.
+    /// Location of each node in the file.
     pub node_places: Vec<usize>,
     pub elements: Vec<RawElement>,
     /// Node numbers of all elements, in Gmsh's order.
@@ -39,7 +41,7 @@ pub(super) struct RawElement {
     pub kind: Option<ElementKind>,
     groups: u32,
     first: usize,
-    /// Where it stands in the file.
+    /// Location in the file.
     pub place: usize,
 }
 
@@ -50,7 +52,7 @@ impl RawElement {
 }
 
 impl Raw {
-    /// Calls an element by number and kind, and says where in the file it stands.
+    /// An error at an element, which is named by number and kind with its location in the file.
     pub fn error(&self, input: &GmshInput, element: &RawElement, message: impl AsRef<str>) -> Error {
         let kind = element.kind.map_or("point", ElementKind::name);
         input.error_at(element.place, format!("element {} ({kind}) {}", element.id, message.as_ref()))
@@ -80,7 +82,8 @@ impl Raw {
         &self.groups[element.groups as usize]
     }
 
-    /// A number for a list of physical tags; 0 stands for no group, and a sign for orientation.
+    /// Index of a list of physical tags. Tag 0 means no group, and the sign of a tag is the
+    /// orientation.
     pub fn group_list(&mut self, tags: impl IntoIterator<Item = i32>) -> u32 {
         let mut tags: Vec<u32> = tags.into_iter().map(i32::unsigned_abs).filter(|&tag| tag != 0).collect();
         tags.sort_unstable();
@@ -98,7 +101,7 @@ impl Raw {
         if self.node_ids.get(row) == Some(&id) { Some(row as u32) } else { self.strays.get(&id).copied() }
     }
 
-    /// Adds the node that `input` has just read.
+    /// Adds the node that was just read from `input`.
     pub fn add_node(&mut self, input: &GmshInput, id: u64, point: [f64; 3]) -> Result<()> {
         for (value, axis) in point.iter().zip(["x", "y", "z"]) {
             if !value.is_finite() {
@@ -123,20 +126,22 @@ impl Raw {
         Ok(())
     }
 
-    /// Adds the element whose number `input` has just read; its nodes are then pushed to `element_nodes`.
+    /// Adds the element whose number was just read from `input`. The caller then pushes its nodes
+    /// to `element_nodes`.
     pub fn add_element(&mut self, input: &GmshInput, id: u64, kind: Option<ElementKind>, groups: u32) {
         let first = self.element_nodes.len();
         self.elements.push(RawElement { id, kind, groups, first, place: input.place() });
     }
 }
 
-/// A place as messages write it: `(0.48, 0)`.
+/// A position as printed in messages: `(0.48, 0)`.
 pub(super) fn coordinates(point: &[f64]) -> String {
     let parts: Vec<String> = point.iter().map(f64::to_string).collect();
     format!("({})", parts.join(", "))
 }
 
-/// The kind of an MSH element type: `None` is a point. `whose` type it is begins the message where it is unknown.
+/// The kind of an MSH element type; `None` is a point. If the type is unknown, the error message
+/// begins with `whose`.
 pub(super) fn kind_of(
     input: &GmshInput,
     whose: std::fmt::Arguments,

@@ -1,4 +1,4 @@
-//! Physical groups as sets: the chosen region, facets, points.
+//! Physical groups as sets: the selected region, facets, points.
 
 use std::collections::BTreeMap;
 
@@ -7,13 +7,13 @@ use super::raw::{Raw, RawElement};
 use crate::error::{Error, Result};
 use crate::mesh::{Facet, FacetIndex, Mesh};
 
-/// A group's name, or its number where it has none.
+/// The name of a group, or its number if it has no name.
 pub(super) fn label(raw: &Raw, dimension: usize, tag: u32) -> String {
     let name = raw.names.get(&(dimension, tag)).filter(|name| !name.is_empty());
     name.cloned().unwrap_or_else(|| tag.to_string())
 }
 
-/// Which elements the region has; `None` without a region.
+/// Which elements belong to the region; `None` without a region.
 pub(super) fn keep<const D: usize>(
     mesh: &Mesh<D>,
     raw: &Raw,
@@ -40,7 +40,7 @@ pub(super) fn keep<const D: usize>(
     Err(Error::file(message).hint(&hint))
 }
 
-/// Groups of dimension `D - 1` as sides of the elements that are kept.
+/// Groups of dimension `D - 1` as sides of the retained elements.
 pub(super) fn facets<const D: usize>(
     input: &GmshInput,
     raw: &Raw,
@@ -76,7 +76,7 @@ pub(super) fn facets<const D: usize>(
 
 const MATCH: &str = "mesh all dimensions together, and save them in one file of one order";
 
-/// The sides of elements that a facet of the file is, or why it is none.
+/// The element sides that match a facet of the file, or the reason why there are none.
 fn matching_sides<const D: usize>(
     mesh: &Mesh<D>,
     index: &FacetIndex,
@@ -99,7 +99,8 @@ fn matching_sides<const D: usize>(
     Ok(sides)
 }
 
-/// Groups of lower dimensions as nodes. Nodes that no element has are left out where a region is chosen.
+/// Groups of lower dimensions as nodes. If a region is selected, nodes without elements are
+/// omitted.
 pub(super) fn points<const D: usize>(
     input: &GmshInput,
     raw: &Raw,
@@ -133,14 +134,14 @@ pub(super) fn points<const D: usize>(
     Ok(sets)
 }
 
-/// Sets of which the region has nothing are other bodies' sets.
+/// Removes sets without members in the region, which belong to other bodies.
 pub(super) fn drop_empty<const D: usize>(mesh: &mut Mesh<D>) {
     mesh.facet_sets.retain(|_, facets| !facets.is_empty());
     mesh.point_sets.retain(|_, points| !points.is_empty());
     mesh.element_sets.retain(|_, elements| !elements.is_empty());
 }
 
-/// A name must say which set is meant.
+/// Checks that names of sets are unambiguous.
 pub(super) fn check_names<const D: usize>(mesh: &Mesh<D>) -> Result<()> {
     let sets = mesh.sets();
     let Some(twice) = sets.windows(2).find(|pair| pair[0].0 == pair[1].0) else { return Ok(()) };

@@ -1,11 +1,12 @@
-//! Where the nodes and elements of a mesh are in its file: for messages about what is found after reading.
+//! Locations of the nodes and elements of a mesh in its file, for messages about errors found after
+//! reading.
 
 use super::input::{Encoding, GmshInput};
 use super::raw::coordinates;
 use crate::error::Error;
 use crate::mesh::Mesh;
 
-/// Number of a node or element in the file, and where it is.
+/// Number of a node or element in the file, and its location.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Label {
     pub id: u64,
@@ -19,7 +20,7 @@ pub(super) struct Labels {
     pub elements: Vec<Label>,
 }
 
-/// The file that a mesh was read from.
+/// The file from which a mesh was read.
 #[derive(Debug, Clone)]
 pub struct GmshFile {
     pub(super) name: String,

@@ -1,4 +1,5 @@
-//! `merge: { tolerance: ... }`: coincident nodes of a body become one, except between the sets of a contact.
+//! `merge: { tolerance: ... }`: merges coincident nodes of a body, except between the sets of a
+//! contact.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,15 +9,16 @@ use crate::mesh::{Bounds, BoundsTree, DisjointSets, FacetIndex, Mesh};
 use super::seams::{Seams, nodes_of};
 use super::{MeshOrigin, distance};
 
-/// What merging did.
+/// Result of a merge.
 pub(super) struct Merged {
-    /// Nodes that became another one.
+    /// Number of nodes that were replaced by another one.
     pub(super) joined: usize,
-    /// Pairs of nodes within the tolerance that a contact keeps apart.
+    /// Number of node pairs within the tolerance that a contact keeps separate.
     pub(super) apart: usize,
 }
 
-/// Joins nodes that are closer than `tolerance`, which is in `m`. Nodes that were replaced have no elements afterwards.
+/// Merges nodes that are closer than `tolerance`, which is in `m`. Replaced nodes belong to no
+/// element afterwards.
 pub(super) fn merge_nodes<const D: usize>(
     mesh: &mut Mesh<D>,
     tolerance: f64,
@@ -77,7 +79,8 @@ fn close_pairs<const D: usize>(mesh: &Mesh<D>, tolerance: f64) -> Vec<[u32; 2]> 
     pairs
 }
 
-/// Joins the pairs, but no node of one set of a contact with a node of the other, neither directly nor through a third node.
+/// Joins the pairs, but never a node of one set of a contact with a node of the other, neither
+/// directly nor through a third node.
 fn join_except_in_contact<const D: usize>(
     mesh: &Mesh<D>,
     pairs: &[[u32; 2]],
@@ -85,7 +88,7 @@ fn join_except_in_contact<const D: usize>(
     sets: &mut DisjointSets,
 ) -> Merged {
     let glued = glued_nodes(mesh, pairs, seams);
-    // Nodes of contacts in each set of joined nodes, by its lowest member.
+    // Nodes of contacts in each set of joined nodes, by the lowest member of the set.
     let mut in_contact: HashMap<u32, Vec<u32>> = HashMap::new();
     for &node in pairs.as_flattened() {
         if !glued.contains(&node) && seams.contain(node) {
@@ -113,7 +116,8 @@ fn join_except_in_contact<const D: usize>(
 
 /// Nodes of coincident sides between which no contact acts.
 ///
-/// Where a contact ends inside a body, at the tip of a crack, its last nodes are such nodes too: the sides beyond must be joined.
+/// If a contact ends inside a body, at the tip of a crack, its last nodes are also of this kind:
+/// the sides beyond must be joined.
 fn glued_nodes<const D: usize>(mesh: &Mesh<D>, pairs: &[[u32; 2]], seams: &Seams) -> HashSet<u32> {
     let mut all = DisjointSets::new(mesh.points.len());
     for &[one, other] in pairs {
@@ -128,7 +132,7 @@ fn glued_nodes<const D: usize>(mesh: &Mesh<D>, pairs: &[[u32; 2]], seams: &Seams
     nodes.filter(|[one, other]| !seams.separate(one, other)).flatten().flatten().collect()
 }
 
-/// Requires that no side has three elements after nodes were joined.
+/// Requires that no side has three elements after the merge.
 pub(super) fn require_two_sides<const D: usize>(
     mesh: &Mesh<D>,
     index: &FacetIndex,
@@ -143,7 +147,7 @@ pub(super) fn require_two_sides<const D: usize>(
         .hint("elements overlap there: remove one of them, or give a smaller merge.tolerance"))
 }
 
-/// Removes sides from their sets that are inside the body since nodes were joined.
+/// Removes sides from their sets that are in the interior of the body after the merge.
 pub(super) fn drop_inner_facets<const D: usize>(
     mesh: &mut Mesh<D>,
     index: &FacetIndex,

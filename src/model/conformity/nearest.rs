@@ -1,16 +1,18 @@
-//! How far a place is from a facet: by Newton's method over the facet and along its edges, and at its corners.
+//! Distance of a point from a facet, by Newton's method over the facet and along its edges, and at
+//! its corners.
 
 use crate::contact::mortar::shape::FacetShape;
 use crate::mesh::ElementKind;
 use crate::tensor::Vector;
 
-/// Newton steps before a start is given up: curved facets need four to eight.
+/// Maximum number of Newton steps from one start: curved facets need four to eight.
 const STEPS: usize = 40;
-/// Reference coordinates are found to this.
+/// Tolerance of the reference coordinates.
 const TOLERANCE: f64 = 1e-14;
-/// Beyond these reference coordinates, three steps from the middle, the nearest point lies on the border.
+/// If the reference coordinates exceed this value after three steps from the centre, the nearest
+/// point lies on the border.
 const FAR: f64 = 3.0;
-/// A point this far (reference coordinates) outside of a facet still counts as on it.
+/// A point at most this far (reference coordinates) outside of a facet still counts as on it.
 const SLACK: f64 = 1e-12;
 
 /// Distance of `x` from the facet with nodes at `nodes` in the order of `kind` \[m\].
@@ -31,7 +33,7 @@ pub(in crate::model) fn distance<const D: usize>(
     within.map_or(border, |xi| border.min(facet.offset(&xi).norm()))
 }
 
-/// A facet seen from a place.
+/// A facet and the point from which its distance is measured.
 struct Facet<'a, const D: usize> {
     x: &'a Vector<D>,
     kind: ElementKind,
@@ -39,13 +41,14 @@ struct Facet<'a, const D: usize> {
 }
 
 impl<const D: usize> Facet<'_, D> {
-    /// From the facet's point at `xi` to the place \[m\].
+    /// Vector from the facet's point at `xi` to the given point \[m\].
     fn offset(&self, xi: &[f64; 2]) -> Vector<D> {
         let shape = FacetShape::at(self.kind, *xi);
         self.nodes.iter().zip(shape.value).map(|(node, n)| (self.x - node) * n).sum()
     }
 
-    /// A point of stationary distance within the span of some directions from `xi`; none where Newton's method leaves the facet.
+    /// A point of stationary distance within the span of some directions from `xi`; `None` if
+    /// Newton's method leaves the facet.
     fn nearest(&self, mut xi: [f64; 2], directions: &[[f64; 2]]) -> Option<[f64; 2]> {
         for _ in 0..STEPS {
             let shape = FacetShape::at(self.kind, xi);
@@ -70,7 +73,8 @@ impl<const D: usize> Facet<'_, D> {
                     hessian[i][j] = metric[i][j] - bend(d, e);
                 }
             }
-            // Where the distance is not convex, the matrix of Gauss and Newton still points downhill.
+            // If the distance is not convex, the Gauss-Newton matrix still gives a descent
+            // direction.
             let count = directions.len();
             let step = solve(&hessian, residual, count).or_else(|| solve(&metric, residual, count))?;
             let size = step[0].abs().max(step[1].abs());
@@ -85,7 +89,7 @@ impl<const D: usize> Facet<'_, D> {
                 return None;
             }
         }
-        // On a large or distant facet rounding may keep the step above the tolerance.
+        // On a large or distant facet, rounding may keep the step above the tolerance.
         Some(xi)
     }
 
@@ -113,7 +117,7 @@ impl<const D: usize> Facet<'_, D> {
     }
 }
 
-/// Solves one or two equations; none where they are singular or not definite.
+/// Solves one or two equations; `None` if they are singular or not definite.
 fn solve(a: &[[f64; 2]; 2], b: [f64; 2], count: usize) -> Option<[f64; 2]> {
     if count == 1 {
         return (a[0][0] > 0.0).then(|| [b[0] / a[0][0], 0.0]);
@@ -130,7 +134,7 @@ mod tests {
     use super::*;
     use crate::taylor::scatter;
 
-    /// The least distance from many points of a facet.
+    /// The smallest distance from many points of a facet.
     fn sampled<const D: usize>(x: &Vector<D>, kind: ElementKind, nodes: &[Vector<D>]) -> f64 {
         let facet = Facet { x, kind, nodes };
         let steps = if D == 2 { 4000 } else { 200 };
@@ -161,7 +165,8 @@ mod tests {
         }
     }
 
-    /// No point of a bent facet is nearer, over it and beyond its edges and corners.
+    /// No point of a bent facet is nearer than the computed distance, for points over the facet and
+    /// beyond its edges and corners.
     #[test]
     fn no_point_is_nearer() {
         [ElementKind::Line2, ElementKind::Line3].into_iter().for_each(is_the_least::<2>);
@@ -175,7 +180,7 @@ mod tests {
         faces.into_iter().for_each(is_the_least::<3>);
     }
 
-    /// Exact on a flat facet, and a number on one without extent.
+    /// Exact on a flat facet, and finite on one without extent.
     #[test]
     fn flat_facets_are_exact() {
         let nodes = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]].map(Vector::from);

@@ -1,4 +1,5 @@
-//! Where a contact of a body with itself acts: surfaces that touch there are separate on purpose.
+//! Seams: surfaces between which a contact of a body with itself acts. Surfaces that touch there
+//! are separate on purpose.
 
 use std::collections::HashSet;
 
@@ -16,7 +17,8 @@ impl Seams {
         Self(meets.iter().map(|(one, other)| [nodes(one), nodes(other)]).collect())
     }
 
-    /// Whether what touches is in one set of a contact, and what it touches in the other.
+    /// Whether the touching part belongs to one set of a contact, and the touched part to the
+    /// other.
     pub(super) fn explain<const D: usize>(&self, mesh: &Mesh<D>, touch: &Touch) -> bool {
         match *touch {
             Touch::Nodes(one, other) => self.separate(&[one], &[other]),
@@ -25,9 +27,11 @@ impl Seams {
         }
     }
 
-    /// Whether a node hangs on the rim of a seam: at the edge between a facet of the other set and the outer surface.
+    /// Whether a node lies on the rim of a seam: at the edge between a facet of the other set and
+    /// the outer surface.
     ///
-    /// A node there lies on the facets of both, and the outer one is in no set. Nodes in `in_contact` touch the other set.
+    /// Such a node lies on the facets of both, and the outer facet is in no set. Nodes in
+    /// `in_contact` touch the other set.
     pub(super) fn has_on_rim<const D: usize>(
         &self,
         mesh: &Mesh<D>,
@@ -40,13 +44,14 @@ impl Seams {
         in_contact.contains(&node) && self.pairs().any(|[one, other]| has(one, &node) && shares_rim(other))
     }
 
-    /// Whether a contact acts between nodes that are all in its one set and nodes that are all in the other.
+    /// Whether a contact acts between nodes that are all in one of its sets and nodes that are all
+    /// in the other.
     pub(super) fn separate(&self, these: &[u32], those: &[u32]) -> bool {
         let all = |set: &[u32], nodes: &[u32]| nodes.iter().all(|node| has(set, node));
         self.pairs().any(|[one, other]| all(one, these) && all(other, those))
     }
 
-    /// Whether no contact of the body with itself acts.
+    /// Whether the body has no contact with itself.
     pub(super) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -56,13 +61,14 @@ impl Seams {
         self.0.as_flattened().iter().any(|set| has(set, &node))
     }
 
-    /// Whether two nodes are on different sides of a contact. A node in both of its sets is on neither side.
+    /// Whether two nodes are on different sides of a contact. A node in both sets is on neither
+    /// side.
     pub(super) fn part(&self, these: u32, those: u32) -> bool {
         let only = |node: u32, set: &[u32], other: &[u32]| has(set, &node) && !has(other, &node);
         self.pairs().any(|[one, other]| only(these, one, other) && only(those, other, one))
     }
 
-    /// The sets of each contact in both orders.
+    /// The sets of each contact, in both orders.
     fn pairs(&self) -> impl Iterator<Item = [&[u32]; 2]> {
         self.0.iter().flat_map(|[one, other]| [[&**one, &**other], [&**other, &**one]])
     }

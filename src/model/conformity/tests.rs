@@ -1,4 +1,5 @@
-//! Meshes whose elements do not fit together are refused with the place, for every kind of element; those that do are not.
+//! Meshes with nonconforming elements are rejected with the location, for every kind of element.
+//! Conforming meshes are accepted.
 
 use super::*;
 use crate::mesh::BoxShape;
@@ -8,7 +9,7 @@ fn block<const D: usize>(kind: ElementKind, cells: [u32; D], min: [f64; D], max:
     BoxShape { min, max, cells, element: kind }.mesh().expect("a box")
 }
 
-/// Elements and points of several meshes in one, which share no nodes.
+/// Elements and points of several meshes in one mesh, without shared nodes.
 fn beside<const D: usize>(parts: &[Mesh<D>]) -> Mesh<D> {
     let mut all = Mesh::with_points(Vec::new());
     for part in parts {
@@ -25,7 +26,7 @@ fn check<const D: usize>(mesh: &mut Mesh<D>, parts: MeshParts) -> Result<Vec<Str
     conform(mesh, "block", "m", &MeshOrigin::Box("block", "m"), parts, &[])
 }
 
-/// The message of a mesh that is refused.
+/// Asserts that a mesh is rejected with this message.
 #[track_caller]
 fn refused<const D: usize>(mesh: &mut Mesh<D>, words: &str) {
     let error = check(mesh, MeshParts::Joined).expect_err(words);
@@ -71,7 +72,7 @@ fn in_dimension<const D: usize>() {
         max[0] = 2.0;
         assert_eq!(merged.points.len(), block::<D>(kind, cells, [0.0; D], max).points.len(), "{kind}");
 
-        // One cell against two: nodes hang, also once corners are joined.
+        // One cell next to two: there are hanging nodes, also after the corners are joined.
         let mut cells = [1; D];
         cells[1] = 2;
         let hanging = || beside(&[unit::<D>(kind, 0.0, [1; D]), unit::<D>(kind, 1.0, cells)]);
@@ -81,9 +82,9 @@ fn in_dimension<const D: usize>() {
             kind.order() == 2 || error.message.contains("hangs") || error.message.contains("lies on a side");
         assert!(sides, "{kind}: {}", error.message);
 
-        // The same elements once more, with nodes of their own.
+        // A second copy of the elements, with nodes of its own.
         refused(&mut beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 0.0, [2; D])]), "coincide");
-        // Two parts far apart are two parts, and a remark says so.
+        // Two parts that are far apart are accepted, with a remark.
         let mut island = beside(&[unit::<D>(kind, 0.0, [2; D]), unit::<D>(kind, 5.0, [1; D])]);
         let remarks = check(&mut island, MeshParts::Joined).expect("an island");
         assert!(remarks[0].contains("elements in the smallest: "), "{remarks:?}");
@@ -100,7 +101,8 @@ fn solid_meshes_must_fit_together() {
     in_dimension::<3>();
 }
 
-/// Elements ten million times as long as thick have sides close to each other, and are one body all the same.
+/// Elements ten million times as long as thick have sides close to each other, but still form one
+/// body.
 #[test]
 fn thin_bodies_are_not_taken_for_parts_that_touch() {
     for kind in kinds(2) {
@@ -113,7 +115,7 @@ fn thin_bodies_are_not_taken_for_parts_that_touch() {
     }
 }
 
-/// A node inside the side of a neighbour hangs, although the corners are shared.
+/// A node inside the side of a neighbour is a hanging node, although the corners are shared.
 #[test]
 fn a_hanging_node_is_named() {
     let mut mesh = Mesh::with_points(vec![
@@ -132,7 +134,8 @@ fn a_hanging_node_is_named() {
     refused(&mut mesh, "the node at [1, 0.5] m hangs");
 }
 
-/// Elements of different orders do not share the nodes of their sides, those of different shapes not the sides.
+/// Elements of different orders do not share the nodes of their sides; elements of different shapes
+/// do not share the sides.
 #[test]
 fn neighbours_of_another_order_or_shape_are_refused() {
     let mut orders = Mesh::with_points(vec![
@@ -151,7 +154,7 @@ fn neighbours_of_another_order_or_shape_are_refused() {
     orders.push(ElementKind::Quad8, [1, 4, 5, 2, 6, 7, 8, 9]);
     refused(&mut orders, "share the corners of a side, but not its other nodes");
 
-    // A cube beside five tetrahedra on its corners: the square side meets two triangles.
+    // A cube beside five tetrahedra on its corners: the square side is opposite two triangles.
     let mut shapes = block::<3>(ElementKind::Hex8, [2, 1, 1], [0.0; 3], [2.0, 1.0, 1.0]);
     let nodes = shapes.element_nodes(1).to_vec();
     let mut mixed = Mesh::with_points(std::mem::take(&mut shapes.points));
@@ -165,8 +168,9 @@ fn neighbours_of_another_order_or_shape_are_refused() {
 /// Five tetrahedra on the corners of a hexahedron.
 const FIVE: [[usize; 4]; 5] = [[0, 1, 3, 4], [1, 2, 3, 6], [1, 4, 5, 6], [3, 4, 6, 7], [1, 3, 4, 6]];
 
-/// Warped sides that do not match do not lie on each other, but have the same corners: a square one beside two triangles, and
-/// triangles with other diagonals. A tetrahedron that was left out is no such slit.
+/// Warped sides that do not match do not coincide but have the same corners: a quadrilateral beside
+/// two triangles, or triangles with different diagonals. The void of an omitted tetrahedron is not
+/// such a slit.
 #[test]
 fn warped_sides_that_do_not_match_are_refused() {
     let cells = block::<3>(ElementKind::Hex8, [2, 1, 1], [0.0; 3], [2.0, 1.0, 1.0]);
@@ -196,7 +200,8 @@ fn warped_sides_that_do_not_match_are_refused() {
     assert!(Surface::new(&hollow, &boundary).unmatched_sides().is_empty());
 }
 
-/// Pieces that share one node, in space also an edge, hinge; with more they are one.
+/// Pieces that share one node, or in space an edge, are hinged. With more shared nodes they are one
+/// piece.
 #[test]
 fn pieces_hinge_on_what_does_not_hold_them() {
     // Two squares at one corner.
@@ -214,7 +219,8 @@ fn pieces_hinge_on_what_does_not_hold_them() {
     let remarks = check(&mut hinge, MeshParts::Joined).expect("a hinge");
     assert!(remarks[0].contains("joined at single nodes only, as at [1, 1] m"), "{remarks:?}");
     assert_eq!(hinge.piece, [0, 1]);
-    // A ring of four squares around a hole of the size of a square: two nodes at two corners join the pieces.
+    // A ring of four squares around a hole of the size of a square: two nodes at two corners join
+    // the pieces.
     let mut ring = Mesh::with_points((0..16).map(|k| [f64::from(k % 4), f64::from(k / 4)]).collect());
     for corner in [1, 4, 6, 9] {
         ring.push(ElementKind::Quad4, [corner, corner + 1, corner + 5, corner + 4]);
@@ -222,7 +228,8 @@ fn pieces_hinge_on_what_does_not_hold_them() {
     let remarks = check(&mut ring, MeshParts::Joined).expect("a ring");
     assert_eq!(ring.piece, [0, 1, 2, 3], "four hinges: a mechanism");
     assert_eq!(remarks.len(), 1, "{remarks:?}");
-    // Two cubes at an edge turn about it; a third one that shares a side with both makes them one.
+    // Two cubes at an edge rotate about it. A third cube that shares a side with both makes them
+    // one piece.
     let mut cubes = block::<3>(ElementKind::Hex8, [2, 2, 1], [0.0; 3], [2.0, 2.0, 1.0]);
     let all: Vec<Vec<u32>> = (0..4).map(|element| cubes.element_nodes(element).to_vec()).collect();
     let of = |chosen: &[usize]| {
@@ -241,7 +248,8 @@ fn pieces_hinge_on_what_does_not_hold_them() {
     check(&mut cubes, MeshParts::Joined).expect("four cubes");
 }
 
-/// Puts the sides at x = 1 into the sets `left`, of the first `count` elements, and `right`, of the others.
+/// Adds the sides at x = 1 to the sets `left`, for the first `count` elements, and `right`, for the
+/// others.
 fn name_seam<const D: usize>(mesh: &mut Mesh<D>, count: u32) {
     let boundary = FacetIndex::new(mesh).boundary();
     let at_seam = |facet: &Facet| mesh.facet_corners(*facet).all(|node| mesh.points[node as usize][0] == 1.0);
@@ -251,14 +259,15 @@ fn name_seam<const D: usize>(mesh: &mut Mesh<D>, count: u32) {
     mesh.facet_sets.insert("right".into(), right);
 }
 
-/// As `check`, with a contact between the sets `left` and `right`.
+/// Runs `check` with a contact between the sets `left` and `right`.
 fn check_with_contact<const D: usize>(mesh: &mut Mesh<D>, parts: MeshParts) -> Result<Vec<String>> {
     let meets = [("left".to_owned(), "right".to_owned())];
     conform(mesh, "block", "m", &MeshOrigin::Box("block", "m"), parts, &meets)
 }
 
-/// Surfaces between which a contact of the body with itself acts may touch, with meshes that match or not. In space the nodes
-/// at the rim of the contact lie on outer sides too, which are in no set.
+/// Surfaces between which a contact of the body with itself acts may touch, with matching or
+/// nonmatching meshes. In space the nodes at the rim of the contact also lie on outer sides, which
+/// are in no set.
 #[test]
 fn sides_of_a_contact_may_touch() {
     fn check_kind<const D: usize>(kind: ElementKind) {
@@ -276,7 +285,7 @@ fn sides_of_a_contact_may_touch() {
     kinds(3).for_each(check_kind::<3>);
 }
 
-/// Surfaces that touch beyond the sets of a contact are refused, at a place in none of them.
+/// Surfaces that touch outside of the sets of a contact are rejected, at a location in neither set.
 #[test]
 fn a_contact_excuses_its_own_surfaces_only() {
     let lower = unit::<3>(ElementKind::Hex8, 0.0, [1, 2, 2]);
@@ -291,8 +300,8 @@ fn a_contact_excuses_its_own_surfaces_only() {
     assert!(error.contains("the node at [1, 0, 0] m") && error.contains("(2 such pairs)"), "{error}");
 }
 
-/// Merging does not join the two sets of a contact. At the tip of a crack, where the sides beyond are to be joined, it joins
-/// the last nodes of the sets.
+/// Merging does not join the two sets of a contact. At the tip of a crack, where the sides beyond
+/// must be joined, it joins the last nodes of the sets.
 #[test]
 fn merging_keeps_the_sets_of_a_contact_apart() {
     fn check_kind<const D: usize>(kind: ElementKind) {
@@ -329,7 +338,8 @@ fn merging_keeps_the_sets_of_a_contact_apart() {
     kinds(3).for_each(check_kind::<3>);
 }
 
-/// Merging by more than an edge is refused at the element, and sides that come to lie inside leave their sets.
+/// Merging by more than an edge is rejected at the element. Sides that become interior are removed
+/// from their sets.
 #[test]
 fn merging_has_its_limits() {
     let twice =
@@ -348,7 +358,8 @@ fn merging_has_its_limits() {
     assert!(mesh.facet_sets.is_empty());
 }
 
-/// An element that only its curved sides turn inside out is refused, though all its corners are good; for every curved kind.
+/// For every curved kind, an element that is inverted only by its curved sides is rejected,
+/// although all its corners are valid.
 #[test]
 fn inverted_curves_are_refused() {
     fn check<const D: usize>(kind: ElementKind) {
@@ -358,7 +369,7 @@ fn inverted_curves_are_refused() {
         let nodes = good.element_nodes(0);
         let (corners, middle) = (kind.corners(), nodes[kind.corners()]);
         let mut bent = good.clone();
-        // The first midside node is pulled through the element, to its opposite.
+        // The first midside node is moved through the element to the opposite side.
         let centre = good.element_centre(0);
         let from = good.points[middle as usize];
         bent.points[middle as usize] = std::array::from_fn(|k| from[k] + 2.0 * (centre[k] - from[k]));
@@ -375,11 +386,11 @@ fn inverted_curves_are_refused() {
     }
 }
 
-/// All nodes of an element in one place: the message has a number.
+/// If all nodes of an element coincide, the message contains a finite number.
 #[test]
 fn an_element_without_extent_is_refused() {
     let mut mesh = block::<2>(ElementKind::Quad8, [1; 2], [0.0; 2], [1.0; 2]);
-    // Straight sides are not integrated: a node in the middle of a side is moved first.
+    // Straight sides are not integrated: a midside node is moved first.
     for place in &mut mesh.points {
         place[0] *= place[0];
         place[1] = 0.0;
@@ -389,13 +400,13 @@ fn an_element_without_extent_is_refused() {
     assert!(error.contains("is 0.0e0 of"), "{error}");
 }
 
-/// The fixtures of Gmsh, as it wrote them and with a defect put in; 22a is the readable form.
+/// The Gmsh fixtures, in original form and with a defect. 22a is the readable form.
 fn fixture(kind: &str, format: &str) -> std::path::PathBuf {
     let name = format!("tests/fixtures/gmsh/{kind}-{format}.msh");
     std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// What the program says of a mesh in a file.
+/// The remarks or the error for a mesh file.
 fn read<const D: usize>(path: &std::path::Path, parts: MeshParts) -> Result<Vec<String>> {
     let (mut mesh, source) = gmsh::read_with_source::<D>(path, None)?;
     let source = MeshOrigin::File(&source);
@@ -403,7 +414,7 @@ fn read<const D: usize>(path: &std::path::Path, parts: MeshParts) -> Result<Vec<
     conform(&mut mesh, "block", "m", &source, parts, &[])
 }
 
-/// A text of MSH 2.2 whose elements of group 2 have nodes of their own, moved along x.
+/// An MSH 2.2 text in which the elements of group 2 have nodes of their own, moved along x.
 fn unjoined(text: &str, dimension: usize, moved: f64) -> String {
     let mut nodes: BTreeMap<u64, Vec<String>> = BTreeMap::new();
     let (mut head, mut elements, mut section) = (String::new(), Vec::new(), "");
@@ -459,8 +470,9 @@ fn unjoined(text: &str, dimension: usize, moved: f64) -> String {
     out + "$EndElements\n"
 }
 
-/// All that Gmsh wrote is taken, in every format; with nodes doubled between the two regions it is refused at a line, or
-/// merged, or two parts; for linear and quadratic elements, plane and solid.
+/// All meshes written by Gmsh are accepted, in every format. With nodes doubled between the two
+/// regions, the mesh is rejected at a line, or the nodes are merged, or there are two parts. This
+/// is checked for linear and quadratic elements, plane and solid.
 #[test]
 fn meshes_of_gmsh_fit_together_unless_they_are_damaged() {
     fn check<const D: usize>(kind: &str) {

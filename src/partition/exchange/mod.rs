@@ -1,8 +1,10 @@
-//! Messages between neighbouring ranks: agreed once, then used often, with one message a neighbour.
+//! Messages between neighbouring ranks. They are set up once and used often, with one message per
+//! neighbour.
 //!
-//! [`sparse_all_to_all`] makes the agreements. [`NodeExchange`] brings values of nodes that others own, and adds
-//! contributions back into their rows; [`RowExchange`] does the same for rows of the matrix. Sums are made in the order
-//! of the ranks that sent, never in that of arrival.
+//! [`sparse_all_to_all`] sets up the communication. [`NodeExchange`] fetches values of nodes that
+//! other ranks own, and adds contributions to their rows. [`RowExchange`] sends contributions to
+//! rows of the matrix. Sums are computed in the order of the sending ranks, never in that of
+//! arrival.
 
 mod nodes;
 mod owners;

@@ -9,44 +9,46 @@ use crate::error::{Error, Result, agree};
 use crate::partition::IndexMap;
 use crate::petsc::Sends;
 
-/// A list of nodes that this rank wants values of, agreed with their owners.
+/// Communication plan for a list of nodes whose values this rank needs from their owners.
 #[derive(Debug, Clone, Default)]
 pub struct NodeExchange {
-    /// Whom this rank gives values to, and which owned nodes in which order.
+    /// Ranks to which this rank sends values, and the ordered list of owned nodes for each.
     takers: Peers,
     given: Vec<u32>,
-    /// Whom this rank gets values from, and the place in the wanted list of each that comes.
+    /// Ranks from which this rank receives values, and the position of each received value in the
+    /// wanted list.
     owners: Peers,
     places: Vec<u32>,
     leaving: Sends,
     landed: Vec<f64>,
 }
 
-/// One of several fields that travel together.
+/// One of several fields that are sent together.
 #[derive(Debug)]
 pub struct Field<'a> {
-    /// Values a node.
+    /// Values per node.
     pub width: usize,
-    /// Values of the owned nodes in local order; may go on, such as with ghosts.
+    /// Values of the owned nodes in local order. More values may follow, for example of ghosts.
     pub owned: &'a [f64],
     /// Values of the wanted nodes in the order of the list.
     pub wanted: &'a mut [f64],
 }
 
-/// What one exchange costs this rank.
+/// Communication cost of one exchange on this rank.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Traffic {
-    /// Messages sent, one a neighbour.
+    /// Messages sent, one per neighbour.
     pub messages: usize,
     /// Bytes in them.
     pub bytes: usize,
 }
 
 impl NodeExchange {
-    /// Agrees on the list of `wanted` global nodes, in any order, in which a node may stand more than once. Collective.
+    /// Sets up the exchange of the `wanted` global nodes, in any order and possibly repeated.
+    /// Collective.
     ///
     /// # Errors
-    /// The same on every rank, when a node does not exist.
+    /// A node does not exist. The error is identical on every rank.
     pub fn new(world: &impl CommunicatorCollectives, index: &IndexMap, wanted: &[i32]) -> Result<Self> {
         let table = Owners::gather(world, index);
         let found: Option<Vec<_>> = wanted.iter().map(|&global| table.find(global)).collect();
@@ -70,9 +72,11 @@ impl NodeExchange {
         })
     }
 
-    /// Fills `wanted`, `width` values a node in the order of the list, from the owners' values. Collective.
+    /// Fills `wanted`, `width` values per node in the order of the list, from the owners' values.
+    /// Collective.
     ///
-    /// `owned` has the owned nodes in local order and may go on, such as with ghosts.
+    /// `owned` contains the owned nodes in local order. More values may follow, for example of
+    /// ghosts.
     pub fn forward(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -83,7 +87,8 @@ impl NodeExchange {
         self.forward_many(world, &mut [Field { width, owned, wanted }]);
     }
 
-    /// The same for several fields in one message a neighbour. Collective.
+    /// Performs [`forward`](Self::forward) for several fields with one message per neighbour.
+    /// Collective.
     pub fn forward_many(&mut self, world: &impl CommunicatorCollectives, fields: &mut [Field<'_>]) {
         let width: usize = fields.iter().map(|field| field.width).sum();
         let room = self.leaving.room();
@@ -103,7 +108,8 @@ impl NodeExchange {
         }
     }
 
-    /// Fills `wanted` with what `give` writes of each owned node, `width` values a node. Collective.
+    /// Fills `wanted` with the values that `give` writes for each owned node, `width` values per
+    /// node. Collective.
     pub fn forward_from(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -123,16 +129,17 @@ impl NodeExchange {
         }
     }
 
-    /// Brings what is leaving from the owners to those that want it.
+    /// Sends the outgoing values from the owners to the ranks that need them.
     fn travel(&mut self, world: &impl CommunicatorCollectives, width: usize) {
         self.landed.resize(self.places.len() * width, 0.0);
         let lists = self.takers.ranges(width);
         swap_while(world, &mut self.leaving, lists, &self.owners, &mut self.landed, width, || ());
     }
 
-    /// Adds `wanted`, `width` values a node in the order of the list, to the owners' values. Collective.
+    /// Adds `wanted`, `width` values per node in the order of the list, to the owners' values.
+    /// Collective.
     ///
-    /// The owner adds by ascending rank of those that send, so that the sum is the same each time.
+    /// The owner adds in ascending order of the sending ranks, so that the sum is reproducible.
     pub fn reverse_add(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -143,7 +150,8 @@ impl NodeExchange {
         self.reverse_add_while(world, width, wanted, owned, || ());
     }
 
-    /// The same, and does `work` while the values are on their way. Collective.
+    /// Performs [`reverse_add`](Self::reverse_add), and runs `work` while the values are in
+    /// transit. Collective.
     pub fn reverse_add_while<R>(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -167,17 +175,18 @@ impl NodeExchange {
         done
     }
 
-    /// What a [`forward`](Self::forward) of `width` values a node makes this rank send.
+    /// Messages that this rank sends in a [`forward`](Self::forward) of `width` values per node.
     pub fn traffic(&self, width: usize) -> Traffic {
         Traffic { messages: self.takers.count(), bytes: self.takers.items() * width * size_of::<f64>() }
     }
 
-    /// What a [`reverse_add`](Self::reverse_add) of `width` values a node makes this rank send.
+    /// Messages that this rank sends in a [`reverse_add`](Self::reverse_add) of `width` values per
+    /// node.
     pub fn reverse_traffic(&self, width: usize) -> Traffic {
         Traffic { messages: self.owners.count(), bytes: self.owners.items() * width * size_of::<f64>() }
     }
 
-    /// Owned nodes that others want, by ascending taker.
+    /// Owned nodes that other ranks need, by ascending receiving rank.
     pub fn given(&self) -> &[u32] {
         &self.given
     }

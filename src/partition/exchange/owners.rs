@@ -1,16 +1,16 @@
-//! Who owns a global node: every rank knows the first node of all ranks.
+//! Ownership of global nodes: every rank knows the first node of all ranks.
 
 use mpi::traits::CommunicatorCollectives;
 
 use crate::partition::IndexMap;
 
-/// First global node of each rank, and the number of all nodes at the end.
+/// First global node of each rank, followed by the total number of nodes.
 pub(super) struct Owners {
     firsts: Vec<i32>,
 }
 
 impl Owners {
-    /// Collective.
+    /// Gathers the first nodes of all ranks. Collective.
     pub fn gather(world: &impl CommunicatorCollectives, index: &IndexMap) -> Self {
         let mut firsts = vec![0; world.size() as usize];
         world.all_gather_into(&index.first, &mut firsts[..]);
@@ -18,9 +18,9 @@ impl Owners {
         Self { firsts }
     }
 
-    /// The owner of a global node, and its local number there; `None` where there is no such node.
+    /// The owner of a global node, and its local number there; `None` if there is no such node.
     pub fn find(&self, global: i32) -> Option<(i32, u32)> {
-        // The last of the ranks that begin there: those before it own nothing.
+        // The last of the ranks that begin there: those before it own no nodes.
         let rank = self.firsts.partition_point(|&first| first <= global).checked_sub(1)?;
         let known = rank + 1 < self.firsts.len();
         known.then(|| (rank as i32, (global - self.firsts[rank]) as u32))
@@ -31,7 +31,7 @@ impl Owners {
 mod tests {
     use super::*;
 
-    /// Ranks without nodes own nothing, wherever they stand.
+    /// Ranks without nodes own nothing, at any position.
     #[test]
     fn empty_ranks_own_nothing() {
         let owners = Owners { firsts: vec![0, 0, 3, 3, 3, 7, 7] };

@@ -1,4 +1,4 @@
-//! The ranks on one end of an exchange, and the one place where messages fly.
+//! The ranks on one end of an exchange, and the only place where messages are sent.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use mpi::traits::{CommunicatorCollectives, Destination, Source};
 
 use crate::petsc::Sends;
 
-/// Ranks, ascending, and how many items go to or come from each.
+/// Ranks, ascending, with the number of items sent to or received from each.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Peers {
     ranks: Vec<i32>,
@@ -16,7 +16,7 @@ pub(super) struct Peers {
 }
 
 impl Peers {
-    /// Peers with their counts, ascending; those without items are no peers.
+    /// Peers with their counts, ascending. Ranks without items are omitted.
     pub fn new(counts: impl IntoIterator<Item = (i32, usize)>) -> Self {
         let mut peers = Self { ranks: Vec::new(), offsets: vec![0] };
         let mut end = 0;
@@ -38,18 +38,18 @@ impl Peers {
         self.offsets.last().copied().unwrap_or(0)
     }
 
-    /// Each peer with its part of `all`, which has `width` entries an item.
+    /// Each peer with its part of `all`, which has `width` entries per item.
     pub fn parts<'a, T>(&'a self, all: &'a [T], width: usize) -> impl Iterator<Item = (i32, &'a [T])> {
         self.ranges(width).map(|(rank, range)| (rank, &all[range]))
     }
 
-    /// Each peer with the range of its entries, of which an item has `width`.
+    /// Each peer with the range of its entries; an item has `width` entries.
     pub fn ranges(&self, width: usize) -> impl Iterator<Item = (i32, Range<usize>)> {
         let ranges = self.offsets.windows(2).map(move |ends| ends[0] * width..ends[1] * width);
         self.ranks.iter().copied().zip(ranges)
     }
 
-    /// Each peer with its part, to be written to.
+    /// Each peer with its mutable part.
     fn parts_mut<'a, T>(&self, mut all: &'a mut [T], width: usize) -> Vec<(i32, &'a mut [T])> {
         let mut parts = Vec::with_capacity(self.count());
         for (&rank, ends) in self.ranks.iter().zip(self.offsets.windows(2)) {
@@ -61,7 +61,7 @@ impl Peers {
     }
 }
 
-/// What travels one way: peers and a buffer with their items one after the other.
+/// One direction of an exchange: peers and a buffer with their consecutive items.
 pub(super) struct Cargo<'a, B> {
     /// The ranks at the other end.
     pub peers: &'a Peers,
@@ -69,8 +69,8 @@ pub(super) struct Cargo<'a, B> {
     pub items: B,
 }
 
-/// Sends and receives one message a peer and waits for all of them. `width` is the number of entries an item has; both
-/// ends know all lengths.
+/// Sends and receives one message per peer and waits for all of them. `width` is the number of
+/// entries per item. Both ends know all lengths.
 pub(super) fn swap<T: Equivalence>(
     world: &impl CommunicatorCollectives,
     width: usize,
@@ -81,7 +81,7 @@ pub(super) fn swap<T: Equivalence>(
         return;
     }
     scope(|scope| {
-        // Receives first: a message that is expected needs no copy.
+        // Post receives first: an expected message needs no copy.
         let arriving: Vec<Request<'_, [T], _>> = into
             .peers
             .parts_mut(into.items, width)
@@ -97,9 +97,10 @@ pub(super) fn swap<T: Equivalence>(
     });
 }
 
-/// Sends the `lists` of the buffer `out`, each to its rank, and receives into `items` of the peers `from`, with room for
-/// `width` entries an item: how many came from each, and what `work` returned, which is done while the messages fly and is
-/// to wait for no other rank.
+/// Sends the `lists` of the buffer `out`, each to its rank, and receives into `items` of the peers
+/// `from`, with room for `width` entries per item. Runs `work` while the messages are in transit;
+/// `work` must not wait for another rank. Returns the number of entries received from each peer,
+/// and the result of `work`.
 pub(super) fn swap_while<R>(
     world: &impl CommunicatorCollectives,
     out: &mut Sends,
@@ -128,7 +129,7 @@ pub(super) fn swap_while<R>(
 mod tests {
     use super::*;
 
-    /// Each peer has its part, ranks without items have none.
+    /// Each peer has its part; ranks without items have no part.
     #[test]
     fn parts_follow_each_other() {
         let peers = Peers::new([(0, 2), (3, 0), (4, 1)]);

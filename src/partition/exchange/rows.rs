@@ -1,4 +1,4 @@
-//! Blocks in rows of the matrix that other ranks own.
+//! Exchange of blocks in matrix rows that other ranks own.
 
 use mpi::traits::CommunicatorCollectives;
 
@@ -10,8 +10,9 @@ use crate::error::{Error, Result, agree};
 use crate::partition::IndexMap;
 use crate::petsc::Sends;
 
-/// Node pairs in rows of other ranks, in compressed form: block `k` is row `rows[i]`, column `columns[k]` with
-/// `offsets[i] <= k < offsets[i + 1]`. Rows and the columns of each ascend.
+/// Node pairs in rows of other ranks, in compressed form: block `k` has row `rows[i]` and column
+/// `columns[k]` with `offsets[i] <= k < offsets[i + 1]`. Rows and the columns of each row are
+/// ascending.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ForeignRows {
     rows: Vec<i32>,
@@ -20,7 +21,7 @@ pub struct ForeignRows {
 }
 
 impl ForeignRows {
-    /// From pairs (row, column) of global nodes, in any order and repeated as they come.
+    /// Compresses pairs (row, column) of global nodes, which may be unordered and repeated.
     pub fn collect(mut pairs: Vec<(i32, i32)>) -> Self {
         pairs.sort_unstable();
         pairs.dedup();
@@ -38,7 +39,7 @@ impl ForeignRows {
         self.columns.len()
     }
 
-    /// Number of the block of a pair of global nodes; `None` where it is not among them.
+    /// Number of the block of a pair of global nodes; `None` if the pair is not included.
     pub fn slot(&self, row: i32, column: i32) -> Option<u32> {
         let row = self.rows.binary_search(&row).ok()?;
         let from = self.offsets[row];
@@ -54,39 +55,40 @@ impl ForeignRows {
     }
 }
 
-/// Rows of other ranks that this rank adds to, and rows of its own that others add to, agreed with them.
+/// Communication plan for rows of other ranks to which this rank adds, and own rows to which others
+/// add.
 #[derive(Debug, Clone, Default)]
 pub struct RowExchange {
-    /// Whom this rank sends how many blocks.
+    /// Ranks to which this rank sends blocks, with their numbers.
     owners: Peers,
-    /// Who sends how many blocks.
+    /// Ranks that send blocks, with their numbers.
     senders: Peers,
     /// Received rows as local owned nodes, by sender; columns as global nodes.
     rows: Vec<u32>,
     offsets: Vec<u32>,
     columns: Vec<i32>,
-    /// Messages that go and come, and what came in them.
+    /// Outgoing and incoming messages, and their received content.
     leaving: Sends,
     landed: Vec<f64>,
     numbers: Vec<u32>,
     arrived: Vec<f64>,
 }
 
-/// Blocks that arrived, one after the other, and their numbers among all that may, those of
-/// [`received`](RowExchange::received): ascending, of a sender each once.
+/// Received blocks, consecutively, and their numbers among all possible blocks, which are those of
+/// [`received`](RowExchange::received). Numbers are ascending and unique for each sender.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arrived<'a> {
-    /// Number of each.
+    /// Number of each block.
     pub numbers: &'a [u32],
-    /// Their values.
+    /// Values of the blocks.
     pub blocks: &'a [f64],
 }
 
 impl RowExchange {
-    /// Tells the owners which blocks they will get. Collective.
+    /// Announces the blocks to their owners. Collective.
     ///
     /// # Errors
-    /// The same on every rank, when a row does not exist.
+    /// A row does not exist. The error is identical on every rank.
     pub fn new(
         world: &impl CommunicatorCollectives,
         index: &IndexMap,
@@ -119,8 +121,9 @@ impl RowExchange {
         }
     }
 
-    /// Rows that others add to, as (local owned node, global columns), in the order in which their blocks arrive: by
-    /// ascending sender, then row, then column. A row stands once for each sender.
+    /// Rows to which others add, as (local owned node, global columns), in the order in which their
+    /// blocks arrive: by ascending sender, then row, then column. A row is listed once for each
+    /// sender.
     pub fn received(&self) -> impl Iterator<Item = (u32, &[i32])> {
         let columns = self.offsets.windows(2).map(|ends| &self.columns[ends[0] as usize..ends[1] as usize]);
         self.rows.iter().copied().zip(columns)
@@ -131,8 +134,8 @@ impl RowExchange {
         self.columns.len()
     }
 
-    /// Sends the blocks of [`ForeignRows`], `size` values each in its order, those alone that are not zero, and returns
-    /// those that arrived, to be added in their order. Collective.
+    /// Sends the nonzero blocks of [`ForeignRows`], `size` values each in its order. Returns the
+    /// received blocks, to be added in their order. Collective.
     pub fn send_values(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -142,7 +145,8 @@ impl RowExchange {
         self.send_values_while(world, size, blocks, || ()).0
     }
 
-    /// The same, and does `work` while the blocks are on their way. Collective.
+    /// Performs [`send_values`](Self::send_values), and runs `work` while the blocks are in
+    /// transit. Collective.
     pub fn send_values_while<R>(
         &mut self,
         world: &impl CommunicatorCollectives,
@@ -151,7 +155,7 @@ impl RowExchange {
         work: impl FnOnce() -> R,
     ) -> (Arrived<'_>, R) {
         let Self { leaving, landed, numbers, arrived, .. } = self;
-        // A block travels behind its number. Few couples are in contact, and short messages are there at once.
+        // A block follows its number. Few pairs are in contact, and short messages arrive quickly.
         let room = leaving.room();
         let mut lists = Vec::with_capacity(self.owners.count());
         for (rank, part) in self.owners.parts(blocks, size) {
@@ -181,14 +185,15 @@ impl RowExchange {
         (Arrived { numbers, blocks: arrived }, done)
     }
 
-    /// What [`send_values`](Self::send_values) with `size` values a block makes this rank send where no block is
-    /// zero.
+    /// Messages that this rank sends in [`send_values`](Self::send_values) with `size` values per
+    /// block if no block is zero.
     pub fn traffic(&self, size: usize) -> Traffic {
         Traffic { messages: self.owners.count(), bytes: self.owners.items() * (size + 1) * size_of::<f64>() }
     }
 }
 
-/// For each owner, ascending: its rows, each as local node, number of columns, columns; and the number of blocks.
+/// For each owner, ascending: its rows, each as local node, number of columns and columns; then the
+/// number of blocks.
 fn announcements(table: &Owners, foreign: &ForeignRows) -> Result<Vec<(i32, Vec<u32>, usize)>> {
     let mut lists: Vec<(i32, Vec<u32>, usize)> = Vec::new();
     for (row, columns) in foreign.iter() {
@@ -211,7 +216,7 @@ fn announcements(table: &Owners, foreign: &ForeignRows) -> Result<Vec<(i32, Vec<
 mod tests {
     use super::*;
 
-    /// Pairs come out sorted and once, and each is found again.
+    /// Pairs are sorted and unique, and each is found again.
     #[test]
     fn pairs_are_compressed() {
         let rows = ForeignRows::collect(vec![(9, 4), (3, 8), (9, 1), (3, 8), (9, 4), (3, 2)]);

@@ -1,14 +1,16 @@
-//! Lists to some ranks, from others that are not known beforehand.
+//! Sends lists to some ranks without prior knowledge of the senders.
 
 use mpi::datatype::Equivalence;
 use mpi::traits::CommunicatorCollectives;
 
 use super::peers::{Cargo, Peers, swap};
 
-/// Sends each list to its rank and returns what came, by ascending source. Collective; for setting up.
+/// Sends each list to its rank and returns the received lists, by ascending source. Collective; for
+/// setup.
 ///
-/// Lists to the same rank arrive as one, in their order; lists to the rank itself arrive as well; empty ones do not.
-/// Costs one integer for each pair of ranks, and a message for each list.
+/// Lists to the same rank arrive as one, in their order. Lists to the sending rank itself arrive as
+/// well; empty lists do not. The cost is one integer for each pair of ranks, and a message for each
+/// list.
 pub fn sparse_all_to_all<T: Equivalence + Clone + Default>(
     world: &impl CommunicatorCollectives,
     lists: &[(i32, Vec<T>)],

@@ -1,4 +1,4 @@
-//! What makes a reference element: checked for every kind by iterating the table.
+//! Properties of reference elements, checked for every kind in the table.
 
 use super::*;
 
@@ -15,8 +15,8 @@ fn shapes(element: &ReferenceElement, xi: [f64; 3]) -> Vec<f64> {
     n
 }
 
-/// Exponents of the polynomials that an element contains: total degree up to its order on simplices and
-/// serendipity elements, degree in each direction on tensor products.
+/// Exponents of the polynomials that an element contains. The total degree is limited by its order
+/// on simplices and serendipity elements, the degree in each direction on tensor products.
 fn contained(element: &ReferenceElement) -> Vec<[i32; 3]> {
     let (total, each) = match layout(element.kind).family {
         Family::Lagrange(p) => (i32::MAX, i32::from(p)),
@@ -33,7 +33,7 @@ fn contained(element: &ReferenceElement) -> Vec<[i32; 3]> {
     all
 }
 
-/// Each entry of the list stands where its kind points, with its own number of nodes.
+/// Each entry of the list has the index of its kind and the correct number of nodes.
 #[test]
 fn every_kind_has_its_element() {
     for (kind, element) in ElementKind::ALL.into_iter().zip(elements()) {
@@ -43,7 +43,8 @@ fn every_kind_has_its_element() {
     }
 }
 
-/// Every node stands at the mean of the corners that the mesh names as its parents: one node order for both.
+/// Every node is the mean of the corners that the mesh defines as its parents: both use one node
+/// order.
 #[test]
 fn nodes_stand_between_their_corners() {
     for element in elements() {
@@ -68,7 +69,8 @@ fn shape_functions_are_one_at_their_node() {
     }
 }
 
-/// Interpolation reproduces the constant (partition of unity) and all polynomials of the element's order.
+/// Interpolation reproduces the constant (partition of unity) and all polynomials of the element's
+/// order.
 #[test]
 fn polynomials_of_the_order_are_contained() {
     for element in elements() {
@@ -81,7 +83,8 @@ fn polynomials_of_the_order_are_contained() {
     }
 }
 
-/// Taylor: with gradient and second gradient the remainder falls with the third power of the step.
+/// Taylor test: with gradient and second gradient the remainder decreases with the third power of
+/// the step.
 #[test]
 fn derivatives_pass_the_taylor_test() {
     for element in elements() {
@@ -130,7 +133,7 @@ fn weights_are_positive_and_sum_to_the_volume() {
     }
 }
 
-/// The rules have the numbers of points that the discretisation is specified with.
+/// The rules have the specified numbers of points.
 #[test]
 fn rules_have_their_points() {
     use ElementKind::*;
@@ -152,7 +155,8 @@ fn rules_have_their_points() {
     assert_eq!(counts(Hex27), [27, 1, 27, 27]);
 }
 
-/// The mass rule integrates all products of shape functions: a much finer rule changes nothing.
+/// The mass rule integrates all products of shape functions exactly: a much finer rule gives the
+/// same result.
 #[test]
 fn mass_rule_is_exact_for_products() {
     for element in elements() {
@@ -170,7 +174,8 @@ fn mass_rule_is_exact_for_products() {
     }
 }
 
-/// Nodal rules: trapezoid and Simpson, absent where a node would have no positive weight; exact to their degree.
+/// Nodal rules: trapezoidal and Simpson's rule, absent if a node would have a nonpositive weight;
+/// exact to their degree.
 #[test]
 fn nodal_rules_sit_on_the_nodes() {
     use ElementKind::*;

@@ -1,4 +1,4 @@
-//! A coefficient that is a number.
+//! A constant coefficient.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
-//! Rubber after Grosch and Schallamach, `mu = mu_0 (t_n / E)^e` (2.26).
+//! Friction of rubber after Grosch and Schallamach, `mu = mu_0 (t_n / E)^e` (2.26).
 //!
-//! The paper prints `e = +1/9`, which contradicts its own compliance parameters (2.28) and the measured fall of
-//! rubber friction with pressure; `-1/9` is the law that agrees with both.
+//! The paper prints `e = +1/9`, which contradicts its own compliance parameters (2.28) and the
+//! measured decrease of rubber friction with pressure. The law with `-1/9` agrees with both.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -48,7 +48,8 @@ impl GroschSchallamach {
 
 impl CoefficientOfFriction for GroschSchallamach {
     fn evaluate(&self, normal_traction: f64, _speed: f64) -> CoefficientValue {
-        // As t_n -> 0 the coefficient is unbounded (the bound mu t_n is not): the ratio has a floor.
+        // As t_n -> 0 the coefficient is unbounded (the bound mu t_n is not), so the ratio has a
+        // lower limit.
         let ratio = (normal_traction / self.modulus.value).max(f64::MIN_POSITIVE);
         let value = (self.reference.value * ratio.powf(self.exponent.value)).min(f64::MAX);
         CoefficientValue { value, by_traction: self.exponent.value * value, by_speed: 0.0 }

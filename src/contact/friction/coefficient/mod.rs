@@ -4,12 +4,12 @@ use crate::reader::findings::Findings;
 use crate::reader::laws::laws;
 use crate::reader::place::Place;
 
-/// A coefficient at one state, with its slopes.
+/// Value of a coefficient at one state, with its derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CoefficientValue {
     /// `mu >= 0` \[-\].
     pub value: f64,
-    /// `t_n dmu/dt_n` \[-\]: the slope times the traction, which stays finite as `t_n -> 0`.
+    /// `t_n dmu/dt_n` \[-\]. Unlike the derivative alone, the product stays finite as `t_n -> 0`.
     pub by_traction: f64,
     /// `dmu/d|v_T|` \[s/m\].
     pub by_speed: f64,
@@ -23,9 +23,9 @@ laws! {
     "stribeck": stribeck::Stribeck,
 }
 
-/// A law of the coefficient of friction.
+/// A law for the coefficient of friction.
 pub trait CoefficientOfFriction {
-    /// Coefficient and slopes at `normal_traction` > 0 \[Pa\] and `speed` >= 0 \[m/s\].
+    /// Coefficient and derivatives at `normal_traction` > 0 \[Pa\] and `speed` >= 0 \[m/s\].
     fn evaluate(&self, normal_traction: f64, speed: f64) -> CoefficientValue;
 
     /// Whether the coefficient depends on the slip speed, so that `C_mu` exists.
@@ -38,12 +38,12 @@ pub trait CoefficientOfFriction {
         false
     }
 
-    /// Says what is wrong with the parameters; the place is that of the whole coefficient.
+    /// Reports invalid parameters. `place` is the location of the whole coefficient.
     fn check(&self, place: Place, findings: &mut Findings);
 }
 
 impl Coefficient {
-    /// Coefficient and slopes at `normal_traction` > 0 \[Pa\] and `speed` >= 0 \[m/s\].
+    /// Coefficient and derivatives at `normal_traction` > 0 \[Pa\] and `speed` >= 0 \[m/s\].
     pub fn evaluate(&self, normal_traction: f64, speed: f64) -> CoefficientValue {
         self.law().evaluate(normal_traction, speed)
     }
@@ -63,7 +63,8 @@ mod tests {
         })
     }
 
-    /// In every coefficient the slopes by traction and by speed have Taylor order two (or are exact).
+    /// The derivatives of every coefficient by traction and by speed have Taylor order two, or are
+    /// exact.
     #[test]
     fn derivatives_have_taylor_order_two() {
         for law in all() {
@@ -80,7 +81,7 @@ mod tests {
         }
     }
 
-    /// Coefficients stay finite and not negative at vanishing and at huge tractions and speeds.
+    /// Coefficients stay finite and nonnegative at vanishing and at huge tractions and speeds.
     #[test]
     fn finite_at_the_extremes() {
         for law in all() {
@@ -94,8 +95,8 @@ mod tests {
         }
     }
 
-    /// At `t_n = 0.14 E` the coefficient is 1.24 with the exponent -1/9, and 0.80 with the printed +1/9
-    /// (theory, section 2.8).
+    /// At `t_n = 0.14 E` the coefficient is 1.24 with the exponent -1/9, and 0.80 with the printed
+    /// +1/9 (theory, section 2.8).
     #[test]
     fn grosch_schallamach_has_the_published_values() {
         let mu = |e| GroschSchallamach::of(1.0, 5e6, e).evaluate(0.14 * 5e6, 0.0).value;
@@ -113,7 +114,7 @@ mod tests {
         assert!(law.evaluate(1e5, 0.05).by_speed < 0.0);
     }
 
-    /// Numbers that are no coefficient are refused.
+    /// Invalid parameters of a coefficient are rejected.
     #[test]
     fn refuses_what_is_not_a_coefficient() {
         let refused = |law: Coefficient| {

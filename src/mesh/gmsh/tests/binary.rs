@@ -1,4 +1,4 @@
-//! Bytes: both byte orders, and files that are cut or damaged.
+//! Binary files: both byte orders, and truncated or damaged files.
 
 use std::time::{Duration, Instant};
 
@@ -8,7 +8,7 @@ use super::super::parse;
 use super::{FORMATS, bytes};
 use crate::mesh::Mesh;
 
-/// A writer of the small mesh in binary, of either byte order.
+/// Writes the small mesh as binary in either byte order.
 struct Writer {
     bytes: Vec<u8>,
     big: bool,
@@ -103,7 +103,8 @@ fn both_byte_orders_are_read() {
     }
 }
 
-/// Every eight bytes of a binary file in turn become a huge count: each is refused at once, in little memory.
+/// Each group of eight bytes of a binary file in turn becomes a huge count. Each file is rejected
+/// immediately, with little memory.
 #[test]
 fn huge_counts_are_refused_quickly() {
     let start = Instant::now();
@@ -118,7 +119,7 @@ fn huge_counts_are_refused_quickly() {
     assert!(start.elapsed() < Duration::from_secs(10));
 }
 
-/// A file that is cut anywhere before its last word is refused, in every format.
+/// A file that is truncated anywhere before its last word is rejected, in every format.
 #[test]
 fn truncated_files_are_refused() {
     for format in FORMATS {

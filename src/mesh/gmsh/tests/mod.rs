@@ -1,4 +1,4 @@
-//! Meshes of Gmsh: what it wrote in every format is read, and what is chosen of it.
+//! Meshes written by Gmsh are read in every format, with selection of regions.
 
 mod binary;
 mod text;
@@ -31,7 +31,8 @@ fn check_area<const D: usize>(mesh: &Mesh<D>, set: &str, area: [f64; D]) {
     }
 }
 
-/// Plane meshes that Gmsh wrote, in all formats: area, sides outward, midside nodes between their corners, sets.
+/// Plane meshes written by Gmsh, in all formats: area, outward sides, midside nodes between their
+/// corners, sets.
 #[test]
 fn plane_meshes_of_gmsh() {
     for kind in PLANE {
@@ -53,7 +54,8 @@ fn plane_meshes_of_gmsh() {
     }
 }
 
-/// Solid meshes that Gmsh wrote, in all formats: volume, sides outward, midside nodes between their corners, sets.
+/// Solid meshes written by Gmsh, in all formats: volume, outward sides, midside nodes between their
+/// corners, sets.
 #[test]
 fn solid_meshes_of_gmsh() {
     for kind in SOLID {
@@ -75,7 +77,7 @@ fn solid_meshes_of_gmsh() {
     }
 }
 
-/// Text and binary files of one mesh give the same mesh, number by number; text has 16 digits.
+/// Text and binary files of one mesh give identical numbers; text has 16 digits.
 #[test]
 fn text_and_binary_agree() {
     for version in ["22", "41"] {
@@ -98,7 +100,8 @@ fn check_formats<const D: usize>(kind: &str, version: &str) {
     assert_eq!(text, binary, "{kind}");
 }
 
-/// A region keeps its elements, the nodes that they use and its part of each set; its border becomes its surface.
+/// A region keeps its elements, their nodes and its part of each set. Its border becomes its
+/// surface.
 #[test]
 fn region_keeps_its_elements_and_nodes() {
     for format in FORMATS {
@@ -117,7 +120,7 @@ fn region_keeps_its_elements_and_nodes() {
     }
 }
 
-/// A facet set between two elements of the body is refused with the place and the cure.
+/// A facet set between two elements of the body is rejected with its location and a remedy.
 #[test]
 fn set_inside_the_mesh_is_refused() {
     let error = parse::<2>(&bytes("ring", "22a"), None).unwrap_err().message;
@@ -127,7 +130,7 @@ fn set_inside_the_mesh_is_refused() {
     assert!(error.starts_with("byte ") && error.contains("'interface'"), "{error}");
 }
 
-/// Errors carry the file's name, and a missing file is one of exit code 4.
+/// Errors contain the name of the file. A missing file has exit code 4.
 #[test]
 fn errors_carry_the_name_of_the_file() {
     let error = read::<2>(&fixture("none"), None).unwrap_err();
@@ -139,14 +142,14 @@ fn errors_carry_the_name_of_the_file() {
     assert_eq!(error.exit_code(), 4);
 }
 
-/// A name of another dimension is called by its dimension.
+/// If a name belongs to another dimension, the message states this dimension.
 #[test]
 fn region_of_another_dimension_is_refused() {
     let error = parse::<2>(&bytes("tri6", "41a"), Some("bottom")).unwrap_err().message;
     assert!(error.contains("'bottom' is a physical group of dimension 1"), "{error}");
 }
 
-/// Meshes of the other dimension are refused with both dimensions.
+/// Meshes of the other dimension are rejected, and the message states both dimensions.
 #[test]
 fn mesh_of_another_dimension_is_refused() {
     let error = parse::<2>(&bytes("hex20", "22a"), None).unwrap_err().message;

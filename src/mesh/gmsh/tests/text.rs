@@ -1,4 +1,4 @@
-//! A small mesh as text: what is wrong is told with its line, and what is harmless is read.
+//! A small mesh as text: errors are reported with their line, and harmless variants are read.
 
 use super::super::parse;
 use crate::mesh::Mesh;
@@ -36,7 +36,8 @@ fn broken(from: &str, to: &str) -> String {
     parse::<2>(SMALL.replace(from, to).as_bytes(), None).unwrap_err().message
 }
 
-/// The small mesh is read, and each way to break it gives its place, its reason and, where there is one, a cure.
+/// The small mesh is read. Each defect is reported with its location, its reason and, if possible,
+/// a remedy.
 #[test]
 fn broken_meshes_are_refused_with_place_and_reason() {
     let mesh: Mesh<2> = parse(SMALL.as_bytes(), None).unwrap();
@@ -105,7 +106,8 @@ fn broken_meshes_are_refused_with_place_and_reason() {
     }
 }
 
-/// Node numbers may have gaps and any order; the same number far from the first is still found to be twice.
+/// Node numbers may have gaps and any order. A duplicate number is detected even far from its first
+/// occurrence.
 #[test]
 fn node_numbers_may_have_gaps_and_any_order() {
     let expected: Mesh<2> = parse(SMALL.as_bytes(), None).unwrap();
@@ -131,7 +133,8 @@ fn node_numbers_may_have_gaps_and_any_order() {
     assert!(error.contains("line 16: node 7 is defined twice"), "{error}");
 }
 
-/// A node of a point set must belong to the body, unless a region is chosen: then it is another body's.
+/// A node of a point set must belong to the body, unless a region is selected. The node then
+/// belongs to another body.
 #[test]
 fn point_of_a_set_must_belong_to_the_body() {
     let alone = SMALL.replace("6\n1 0 0 0", "7\n7 9 9 0\n1 0 0 0").replace("1 15 2 1 6 6", "1 15 2 1 6 7");
@@ -142,7 +145,7 @@ fn point_of_a_set_must_belong_to_the_body() {
     assert!(mesh.point_sets.is_empty());
 }
 
-/// A region drops nodes that nothing uses; groups without a name go by their number.
+/// A region drops unused nodes. Groups without a name are identified by their number.
 #[test]
 fn region_by_number_drops_loose_nodes() {
     let loose =
@@ -153,7 +156,7 @@ fn region_by_number_drops_loose_nodes() {
     assert!(error.contains("region 'unused' has no elements\nhint: known regions: 3"), "{error}");
 }
 
-/// Three triangles at one edge are no body.
+/// Three triangles at one edge are rejected.
 #[test]
 fn three_elements_at_one_side_are_refused() {
     let extra =
@@ -162,7 +165,7 @@ fn three_elements_at_one_side_are_refused() {
     assert!(error.contains("shares one side with two or more others: 5, 3, 4"), "{error}");
 }
 
-/// Line ends of Windows, comments, sections of data and no trailing line end are all read.
+/// Windows line ends, comments, data sections and a missing final line end are accepted.
 #[test]
 fn harmless_variants_are_read() {
     let mesh: Mesh<2> = parse(SMALL.as_bytes(), None).unwrap();
