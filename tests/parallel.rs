@@ -315,8 +315,8 @@ fn a_belt_converges_to_rounding_on_1_2_3_and_4_ranks() {
 }
 
 /// A block on a disc with a radius of 1 km, and on a slope through a point 10 000 km away. Gaps
-/// lose no digits to the size or the position of an obstacle. Newton's method therefore converges
-/// as on a plane, without a cut step.
+/// lose no digits to the size or the position of an obstacle. Newton's method therefore takes at
+/// most two iterations more than on a plane, in which contact spreads over the disc. No step is cut.
 #[test]
 fn obstacles_may_be_large_and_far_on_1_2_and_3_ranks() {
     let text = |obstacle: &str| {
@@ -342,7 +342,7 @@ fn obstacles_may_be_large_and_far_on_1_2_and_3_ranks() {
         for ranks in [1, 2, 3] {
             let results = Results::of(&text(obstacle), ranks);
             let newton = iterations(&results);
-            assert!(newton <= iterations(&flat) + 1, "{obstacle} on {ranks} ranks: {newton} iterations");
+            assert!(newton <= iterations(&flat) + 2, "{obstacle} on {ranks} ranks: {newton} iterations");
             let found = force(&results) / force(&flat);
             assert!((found - 1.0).abs() < 0.01, "{obstacle} on {ranks} ranks: {found}");
         }
