@@ -11,7 +11,7 @@
 //! | Layer | Modules | What they hold |
 //! |---|---|---|
 //! | 0 | [`error`], [`files`], [`rounding`], [`tensor`], [`square`], [`lanes`], [`derivatives`], [`terms`] | causes and exit codes; files from outside; rounding perturbed on purpose; small tensors; SIMD lanes; numbers that carry derivatives; the terms of (3.5) |
-//! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects; files from which a run goes on |
+//! | 1 | [`reader`]; [`petsc`]; [`checkpoint`] | reading YAML with places, units and functions; owners of PETSc's objects; checkpoints, from which a run resumes |
 //! | 2 | [`mesh`]; [`material`]; `contact::normal`, `contact::friction`, `contact::obstacle` | data and point laws |
 //! | 3 | [`case`] | what the user writes |
 //! | 4 | [`partition`] | METIS, who owns what, distribution |

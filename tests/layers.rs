@@ -199,7 +199,9 @@ fn opened(path: &str) -> Vec<String> {
         return vec![name.trim().trim_end_matches("::self").to_owned()];
     };
     let inner = rest.trim_end().trim_end_matches('}');
-    let (mut depth, mut part, mut parts) = (0, String::new(), Vec::new());
+    let mut depth = 0;
+    let mut part = String::new();
+    let mut parts = Vec::new();
     for c in inner.chars() {
         match c {
             '{' => depth += 1,

@@ -205,7 +205,7 @@ impl<'de> Visitor<'de> for AnyAccuracy {
     fn visit_newtype_struct<D: Deserializer<'de>>(self, inner: D) -> Result<Accuracy, D::Error> {
         inner.deserialize_any(self)
     }
-    /// Bytes mark a value that stands for anything.
+    /// Bytes mark a placeholder for any value.
     fn visit_bytes<E: Error>(self, _: &[u8]) -> Result<Accuracy, E> {
         Ok(Accuracy::of(&LEVELS[1]))
     }
@@ -279,8 +279,8 @@ impl JsonSchema for Accuracy {
             "required": ["relative"], "additionalProperties": false
         });
         schemars::json_schema!({
-            "description": "How wrong the answer may be. A part that is left out is that of balanced, one that is none is \
-                left as the rest of the case says it.",
+            "description": "Requested accuracy. A part that is left out has the value of `balanced`. A part that is `none` \
+                follows the rest of the case.",
             "anyOf": [
                 { "type": "string", "enum": names },
                 {

@@ -100,7 +100,7 @@ pub(super) fn contacts<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Nam
     deserializer.deserialize_newtype_struct(CHOICE, Contacts)
 }
 
-/// The contacts with obstacles that a contact of `all` with `all` stands for, of those that are not there yet.
+/// The contacts with obstacles that a contact of `all` with `all` includes and the case does not list.
 pub(super) fn with_obstacles<'a>(
     contacts: &Named<Contact>,
     obstacles: impl Iterator<Item = &'a str>,

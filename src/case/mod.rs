@@ -135,8 +135,8 @@ impl Case {
             .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))
     }
 
-    /// Reads, checks and completes the text of a case; the name, a path, stands in errors and says what paths are
-    /// relative to.
+    /// Reads, checks and completes the text of a case; errors show the name, and its folder is the
+    /// base of relative paths.
     ///
     /// # Errors
     /// What is wrong, as `name:line:column: message`, with the line itself and a hint.

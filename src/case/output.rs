@@ -14,16 +14,16 @@ pub struct Output {
     pub fields: Fields,
     /// Material points whose history is written, by name.
     pub probes: Named<Probe>,
-    /// Files from which `--restart` goes on; a signal writes one also without this.
+    /// Checkpoints, from which `--restart` resumes a run. Without this key only a signal writes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub checkpoint: Option<Checkpoint>,
 }
 
-/// Files from which a run goes on.
+/// Checkpoints, from which a run can be resumed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Checkpoint {
-    /// Every so many steps, >= 1; one is written at the end as well.
+    /// Number of steps between two checkpoints, >= 1. One is written at the end as well.
     pub every: At<u32>,
     /// The last so many are kept, >= 1.
     pub keep: At<u32>,

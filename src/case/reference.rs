@@ -83,12 +83,12 @@ struct Page<'a> {
     known: Vec<(String, String)>,
 }
 
-/// What a schema stands for, once references and alternatives with `null` are resolved.
+/// A schema whose references and alternatives with `null` are resolved.
 struct Resolved<'a> {
     schema: &'a Value,
     /// Name of the definition that it is.
     name: Option<&'a str>,
-    /// How the path goes on: nothing, or `.NAME` for entries of a mapping by name.
+    /// Rest of the path: empty, or `.NAME` for the entries of a mapping by name.
     suffix: &'static str,
 }
 

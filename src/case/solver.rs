@@ -80,10 +80,9 @@ pub struct Newton {
     pub max_iterations: At<u32>,
     /// Whether a step that does not reduce the residual is shortened.
     pub line_search: bool,
-    /// Whether early iterations solve the linear system only as well as they need (Eisenstat and Walker). Left out: from
-    /// 20 000 unknowns on, and where an accuracy is asked for; below, exact solves cost little and take the same number of
-    /// iterations on any number of ranks. Where it is true and steps follow their error in time, the tangent of an earlier step
-    /// serves for as long as one correction with it does.
+    /// Whether early iterations solve the linear system only as accurately as they need (Eisenstat and Walker). If absent: true from
+    /// 20 000 unknowns on and in every case with `accuracy`. Exact solves take the same number of iterations on any number of ranks.
+    /// If true and steps follow their error in time, the tangent of an earlier step is reused while one correction with it converges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inexact: Option<bool>,
 }
@@ -257,7 +256,7 @@ impl Linear {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Krylov {
-    /// True residual over right-hand side, between 0 and 1, both excluded; with `newton.inexact` the tightest that is asked.
+    /// True residual over right-hand side, between 0 and 1, both excluded; with `newton.inexact` the tightest one.
     pub tolerance: Number,
 }
 

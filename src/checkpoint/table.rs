@@ -11,7 +11,7 @@ pub struct StoredTable {
     pub columns: Vec<String>,
     /// Key of each row, which does not depend on the number of ranks.
     pub keys: Vec<u64>,
-    /// Rows with as many words as there are columns; numbers are stored as their bits.
+    /// The rows, one word for each column. Numbers are stored as their bits.
     pub words: Vec<u64>,
     /// Length of the key ranges. All rows with keys in one such range are in the memory of one rank
     /// at a time.

@@ -1,7 +1,7 @@
 //! What the program needs of a hyperelastic law. All of it is a pure function of the displacement gradient at one point.
 
 use super::step::StepMotion;
-use super::{MetricLaw, Moduli, Part, Potential};
+use super::{MetricLaw, Moduli, Part, Potential, SAMPLE};
 use crate::lanes::{RatioSlope, Real};
 use crate::reader::findings::Findings;
 use crate::square::Square;
@@ -20,6 +20,11 @@ pub trait Parameters: Potential + Copy {
 
     /// A law of this kind with these moduli at small strain, for comparisons between laws.
     fn from_moduli(moduli: Moduli<f64>) -> Self;
+
+    /// Laws of this kind on which every test of the family runs.
+    fn samples() -> Vec<Self> {
+        vec![Self::from_moduli(SAMPLE)]
+    }
 }
 
 /// A hyperelastic law.

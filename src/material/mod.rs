@@ -29,42 +29,20 @@ pub use potential::Potential;
 pub use step::StepMotion;
 pub use uniaxial::Uniaxial;
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::{Error, Result};
 use crate::reader::findings::Findings;
-use crate::reader::laws::LawEntry;
-use crate::reader::tagged::tagged;
+use crate::reader::laws::family;
 
-/// Makes the enum of the laws and [`MATERIALS`].
-///
-/// A law is a file with a struct and one line: its name in cases, its file, its struct.
+/// Makes the enum of the laws with its table (see [`family`]), and the ways to what kernels and checks need.
 macro_rules! materials {
     ($($name:literal: $file:ident::$law:ident),+ $(,)?) => {
-        $(mod $file;)+
-        $(pub use $file::$law;)+
-
-        /// Hyperelastic law.
-        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-        #[serde(remote = "Self", deny_unknown_fields)]
-        #[schemars(rename = "Material")]
-        #[expect(missing_docs, reason = "each law documents itself")]
-        pub enum Material {
-            $(
-                #[serde(rename = $name)]
-                $law($law),
-            )+
+        family! {
+            /// Hyperelastic law.
+            Material ("material", schema "Material", table MATERIALS):
+            $($name: $file::$law),+
         }
-        tagged!(Material, "material");
 
-        /// Every law: feeds `list`, the hints in errors and the tests.
-        pub const MATERIALS: &[LawEntry<Material>] = &[$(
-            LawEntry {
-                name: $name,
-                schema: || schemars::schema_for!($law),
-                samples: || vec![Material::$law($law::from_moduli(SAMPLE))],
-            },
-        )+];
+        impl Copy for Material {}
 
         impl Material {
             /// The law of that name in case files with these moduli at small strain; `None` if there is no such law.

@@ -11,7 +11,7 @@ use mpi::ffi;
 use mpi::raw::AsRaw;
 use mpi::traits::Communicator;
 
-/// Values in transit to other ranks. A copy has none in transit.
+/// Values in transit to other ranks. A copy of this struct has no values in transit.
 #[derive(Default)]
 pub struct Sends {
     items: Vec<f64>,

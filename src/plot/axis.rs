@@ -82,7 +82,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// An axis that contains all finite `values`, with about as many ticks as there is `room` for.
+    /// An axis that contains all finite `values`, with about `room` ticks.
     pub fn covering(
         quantity: &AxisQuantity,
         values: impl IntoIterator<Item = f64>,

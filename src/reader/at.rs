@@ -43,7 +43,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
     }
 }
 
-/// Reads a value whose place is told beforehand; one that is made on the way has none.
+/// Reads a value whose place was set beforehand. A value that the program makes has an unknown place.
 struct Placed<T>(PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>> Visitor<'de> for Placed<T> {

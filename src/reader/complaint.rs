@@ -18,7 +18,7 @@ pub struct Complaint {
     pub message: String,
     /// The cure; empty if the sentence says it.
     pub hint: String,
-    /// How reading can go on behind it.
+    /// How the rest of the file can be read.
     pub(super) repair: Repair,
 }
 

@@ -62,7 +62,8 @@ impl Document {
     /// takes a key away.
     ///
     /// # Errors
-    /// A path leads through what is no mapping or list, or by a name that the case has not; told with its place.
+    /// A path leads through a value that is neither a mapping nor a list, or names a key that the case does not have.
+    /// The error has the place of the path.
     pub fn put(&mut self, overrides: &Named<Node>) -> Result<()> {
         for (path, value) in overrides.iter() {
             if path.split(['.', '[']).next() == Some("units") {
@@ -75,7 +76,7 @@ impl Document {
         Ok(())
     }
 
-    /// The document as what it means, checked.
+    /// Reads the document as typed data and checks it.
     pub fn read_as<T: DeserializeOwned + JsonSchema>(
         &self,
         check: impl Fn(&T) -> Vec<Complaint>,

@@ -68,7 +68,7 @@ impl Expression {
     /// Reads an expression.
     ///
     /// # Errors
-    /// What stands where it should not, with the number of characters before it.
+    /// The unexpected part, with the number of characters before it.
     pub(super) fn parse(text: &str) -> Result<Self, Complaint> {
         let (root, variables) = parser::parse(text)?;
         Ok(Self { root, variables })

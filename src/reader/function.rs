@@ -183,7 +183,7 @@ impl<'de, const KG: i8, const M: i8, const S: i8> Deserialize<'de> for Varying<K
     }
 }
 
-/// A text is an expression first; a number with a unit is none (`5 mm`), and nothing else is.
+/// A text is read as an expression first, then as a number with a unit (`5 mm`).
 fn from_scalar(scalar: &Scalar, dimension: Dimension) -> Result<Function, Complaint> {
     let Scalar::Text(text) = scalar else {
         return scalar.in_dimension(dimension).map(Function::constant);

@@ -4,7 +4,7 @@ use serde_saphyr::Location;
 
 /// Line and column (both from 1, in characters) and length of a piece of a file; zeros where unknown.
 ///
-/// Two places are always equal: where a value stands does not distinguish two cases.
+/// Two places are always equal: the location of a value does not distinguish two cases.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Place {
     /// 0: the case or the study that is read; 1: the study that changes keys of the case.

@@ -84,7 +84,7 @@ pub fn wall_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Du
     units::reading_in(Units::SI, || Option::deserialize(deserializer))
 }
 
-/// What stands where a number is expected.
+/// A value that was read in place of a number.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Scalar {
     /// A number.

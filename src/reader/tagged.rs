@@ -114,7 +114,7 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
         inner.deserialize_any(self)
     }
 
-    /// Bytes mark a value that stands for anything. YAML has no bytes, so no case file can contain this mark.
+    /// Bytes mark a placeholder for any value. YAML has no bytes, so no case file can contain this mark.
     fn visit_bytes<E: Error>(self, _: &[u8]) -> Result<Self::Value, E> {
         self.visitor.visit_enum(AnyOf::first(self.variants))
     }

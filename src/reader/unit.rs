@@ -126,7 +126,7 @@ pub(super) fn number_length(text: &str) -> usize {
 /// Value in SI and dimension of a number with a unit, as `"300 kN/m"`, `"1700 kg/m^3"`, `"2 N*s/m"`.
 ///
 /// # Errors
-/// No number, or an unknown unit, with the character at which it stands.
+/// The text has no number or an unknown unit. The error has its position.
 pub fn parse(text: &str) -> Result<(f64, Dimension), Complaint> {
     let digits = number_length(text.trim_start());
     let indent = text.len() - text.trim_start().len();

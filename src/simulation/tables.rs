@@ -27,7 +27,7 @@ pub struct Tables<const D: usize> {
     iterations: IterationTable,
     units: Units,
     /// Error of an iteration row that could not be written. It is returned at the end of the step,
-    /// where all ranks exchange errors.
+    /// when the ranks compare their errors.
     trouble: Option<Error>,
     /// Mark of the table of iterations before the current step.
     before: Option<Mark>,

@@ -4,7 +4,7 @@
 use super::row::{MemberState, StudyRow};
 
 /// The rows of a study, with the names that the sentences use.
-pub struct Findings<'a> {
+pub struct StudyFindings<'a> {
     /// Names of the axes.
     pub axes: &'a [String],
     /// Names of the quantities.
@@ -13,7 +13,7 @@ pub struct Findings<'a> {
     pub rows: &'a [StudyRow],
 }
 
-impl Findings<'_> {
+impl StudyFindings<'_> {
     /// A sentence for each quantity and target.
     pub fn advice(&self, targets: &[f64]) -> Vec<String> {
         let each = |quantity: usize| targets.iter().map(move |&target| self.sentence(quantity, target));
@@ -208,7 +208,7 @@ mod tests {
         rows[3].is_measure = vec![true];
         rows[5].state = MemberState::Failed;
         let names = ["element", "h"].map(str::to_owned);
-        let findings = Findings { axes: &names, quantities: &["reaction".into()], rows: &rows };
+        let findings = StudyFindings { axes: &names, quantities: &["reaction".into()], rows: &rows };
         let advice = findings.advice(&[0.01, 1e-4]);
         assert_eq!(
             advice[0],
@@ -220,7 +220,7 @@ mod tests {
                 "no member suffices; the nearest is element = quad9, h = 0.1 with 0.62 % after 0.4 s"
             )
         );
-        let nothing = Findings { rows: &rows[3..4], ..findings };
+        let nothing = StudyFindings { rows: &rows[3..4], ..findings };
         assert!(nothing.advice(&[0.1])[0].contains("nothing to say"));
     }
 
@@ -238,7 +238,7 @@ mod tests {
             row.cost = Cost { unknowns, steps: 1, ..row.cost.clone() };
         }
         let names = ["scheme", "h"].map(str::to_owned);
-        let findings = Findings { axes: &names, quantities: &["force".into()], rows: &rows };
+        let findings = StudyFindings { axes: &names, quantities: &["force".into()], rows: &rows };
         let advice = findings.advice(&[0.01]);
         assert!(advice[0].contains("use scheme = a, h = 3: 0.4 s"), "{advice:?}");
         assert!(
@@ -262,7 +262,7 @@ mod tests {
         }
         rows[2].errors = vec![Some(0.02)];
         let names = ["change".to_owned()];
-        let findings = Findings { axes: &names, quantities: &["force".into()], rows: &rows };
+        let findings = StudyFindings { axes: &names, quantities: &["force".into()], rows: &rows };
         let advice = findings.advice(&[0.01, 1e-4]);
         assert!(advice[0].contains("use change = as-shipped") && !advice[0].contains("luck"), "{advice:?}");
         assert_eq!(advice[1], "for 0.01 % in force no member suffices: 0.1 % at best");

@@ -1,7 +1,7 @@
 //! Figures of a study, one set per quantity: error over cost, convergence, and the
 //! Time-Accuracy-Size spectrum.
 
-use super::advice::Findings;
+use super::advice::StudyFindings;
 use super::front::{digits, pareto};
 use super::row::{MemberState, StudyRow};
 use crate::error::Result;
@@ -21,7 +21,7 @@ struct Family {
 /// Half the size of the mark of a member.
 const MARK: f64 = 3.5;
 
-impl Findings<'_> {
+impl StudyFindings<'_> {
     /// The positions of the members on the Pareto front of a quantity, by increasing cost.
     pub fn front(&self, quantity: usize) -> Vec<usize> {
         let point = |row: &StudyRow| match row.errors[quantity] {

@@ -144,7 +144,8 @@ tagged!(read KnownReference, "reference");
 pub const TABLES: [&str; 5] = ["probes.csv", "contact.csv", "reactions.csv", "energy.csv", "momentum.csv"];
 
 impl Study {
-    /// Reads and checks the text of a study; the name, a path, stands in errors and says what paths are relative to.
+    /// Reads and checks the text of a study; errors show the name, and its folder is the
+    /// base of relative paths.
     ///
     /// # Errors
     /// What is wrong, as `name:line:column: message`, with the line itself and a hint.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::advice::{Findings, percent, seconds};
+use super::advice::{StudyFindings, percent, seconds};
 use super::file::Study;
 use super::row::MemberState;
 use super::table;
@@ -97,7 +97,7 @@ pub struct Papers<'a> {
     /// The study.
     pub study: &'a Study,
     /// The results so far.
-    pub findings: Findings<'a>,
+    pub findings: StudyFindings<'a>,
 }
 
 impl Papers<'_> {
@@ -155,7 +155,7 @@ impl Papers<'_> {
     }
 
     fn summary(&self, fronts: &[Vec<usize>], figures: &[String]) -> String {
-        let Findings { quantities, rows, .. } = self.findings;
+        let StudyFindings { quantities, rows, .. } = self.findings;
         let mut text = format!("# {}\n\n", self.study.title.as_deref().unwrap_or("Study"));
         let failed = rows.iter().filter(|row| row.state == MemberState::Failed).count();
         text.push_str(&format!(

@@ -8,7 +8,7 @@ use mpi::collective::SystemOperation;
 use mpi::traits::{Communicator, CommunicatorCollectives, Root};
 use serde_json::Value;
 
-use super::advice::{Findings, percent, seconds};
+use super::advice::{StudyFindings, percent, seconds};
 use super::file::Study;
 use super::folder::{self, Papers, StudyFolder};
 use super::plan::{self, Member};
@@ -345,7 +345,7 @@ impl<'a> Ledger<'a> {
     }
 
     fn papers(&self) -> Papers<'_> {
-        let findings = Findings { axes: &self.axes, quantities: &self.quantities, rows: &self.rows };
+        let findings = StudyFindings { axes: &self.axes, quantities: &self.quantities, rows: &self.rows };
         Papers { folder: &self.options.folder, study: self.study, findings }
     }
 

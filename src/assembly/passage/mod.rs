@@ -108,8 +108,8 @@ impl<const D: usize> ContactSystem<D> {
                 }
                 None => {
                     // Points deeper than half the depth have less weight. A point that gets there
-                    // in one long step may not be pushed back, and one that was there at the start
-                    // of the step may get deeper.
+                    // in one long step may not be pushed back. A point that starts the step there
+                    // may get deeper.
                     let depth = contact.pair.depth();
                     let mut through = 0;
                     if motion > contact.pair.stride() {

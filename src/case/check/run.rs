@@ -163,7 +163,7 @@ impl Check<'_> {
                 format!("the energy guard must be > 0, found {}", energy.value),
             );
             if self.case.is_static() {
-                self.found.say(energy.place, "the energy guard watches motion, and a static case has none");
+                self.found.say(energy.place, "the energy guard applies to dynamics, and this case is static");
                 self.found.cure("leave out `energy`");
             }
         }

@@ -76,7 +76,7 @@ pub(super) fn facets<const D: usize>(
 
 const MATCH: &str = "mesh all dimensions together, and save them in one file of one order";
 
-/// The element sides that match a facet of the file, or the reason why there are none.
+/// The element sides that match a facet of the file, or the reason why no side matches.
 fn matching_sides<const D: usize>(
     mesh: &Mesh<D>,
     index: &FacetIndex,
