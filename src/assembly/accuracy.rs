@@ -11,7 +11,7 @@ use super::system::ContactSystem;
 use crate::contact::friction::Regularization;
 use crate::contact::multipliers::Augmentation;
 use crate::contact::point::Status;
-use crate::dynamics::{Dynamics, Shortfall};
+use crate::dynamics::{MultigridHints, Shortfall};
 use crate::error::Result;
 
 /// Requested penetration tolerance.

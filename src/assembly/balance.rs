@@ -10,13 +10,13 @@ use super::stages::hold;
 use super::system::{ContactSystem, ForceParts};
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::state::Branches;
-use crate::dynamics::{Dynamics, OverStep, Residual, Stage};
+use crate::dynamics::{Equations, OverStep, Residual, Stage};
 use crate::error::{Result, agree};
 use crate::petsc::Vector;
 
 impl<const D: usize> ContactSystem<D> {
-    pub(super) fn moment<'a>(stage: &Stage, u: &'a [f64]) -> Moment<'a> {
-        Moment { time: stage.trial.time, u, factor: stage.load_factor }
+    pub(super) fn moment<'a>(stage: &Stage, factor: f64, u: &'a [f64]) -> Moment<'a> {
+        Moment { time: stage.trial.time, u, factor }
     }
 
     /// Computes the three parts of the forces at the trial state. Records an inverted element.
@@ -26,7 +26,9 @@ impl<const D: usize> ContactSystem<D> {
         contact.fill(0.0);
         let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
         let over_step = stage.over_step == OverStep::Middle;
-        let request = ContactRequest { stiffness: None, hold: hold(stage), branches, over_step };
+        let hold = hold(self.continuation.friction, self.split);
+        let factor = self.continuation.load_factor;
+        let request = ContactRequest { stiffness: None, hold, branches, over_step };
         let solids = &self.solids;
         let loads = &mut self.external;
         let phases = &self.phases;
@@ -46,7 +48,7 @@ impl<const D: usize> ContactSystem<D> {
                 }
             }
             external.fill(0.0);
-            loads.add_force(&Self::moment(stage, &u), solids, external);
+            loads.add_force(&Self::moment(stage, factor, &u), solids, external);
         };
         let Some(interface) = &mut self.interface else { return bodies() };
         let world = self.session.world();
@@ -188,7 +190,7 @@ impl<const D: usize> ContactSystem<D> {
     /// Computes `M a + Q - F_ext - F_n - F_T` of the trial state: zero on free unknowns, reactions
     /// on prescribed ones \[N\].
     ///
-    /// Call it after [`Dynamics::residual`] at the same state. Collective.
+    /// Call it after [`Equations::residual`] at the same state. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails.

@@ -1,4 +1,4 @@
-//! Implementation of the system's interface to solvers and integrators.
+//! Implementation of the system's interfaces to solvers and integrators.
 
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
@@ -7,11 +7,11 @@ use super::accuracy;
 use super::contact::LocalContact;
 use super::stages::{self, Target};
 use super::system::ContactSystem;
-use super::tangent::symmetric;
 use crate::case::Units;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
-    ContactCounts, Dynamics, ForceChange, Freeze, Lift, OverStep, Residual, RigidMotion, Shortfall, Stage,
+    Augmentation, ContactCounts, ContactMonitor, Continuation, Equations, FloatingBodies, ForceChange,
+    Freeze, Lift, MultigridHints, OverStep, Residual, RigidMotion, Shortfall, Split, Stage, Staging,
 };
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
@@ -20,16 +20,20 @@ use crate::petsc::{Matrix, Vector};
 use crate::space::Fields;
 use crate::terms::Terms;
 
-impl<const D: usize> Dynamics for ContactSystem<D> {
+impl<const D: usize> Equations for ContactSystem<D> {
     fn prescribe(&mut self, stage: &mut Stage) -> Result<()> {
-        let (time, factor) = (stage.trial.time, stage.load_factor);
+        let factor = self.continuation.load_factor;
         let filled = {
             let (mut u, mut v, mut a) =
                 (stage.trial.u.local_mut(), stage.trial.v.local_mut(), stage.trial.a.local_mut());
             let fields = Fields { u: &mut u, v: &mut v, a: &mut a };
             // Prescribed motion is evaluated only at the end of a step. Its midpoint value is the
             // mean; otherwise work would be lost.
-            let time = if stage.over_step == OverStep::Middle { stage.start.time + stage.dt } else { time };
+            let time = if stage.over_step == OverStep::Middle {
+                stage.start.time + stage.dt
+            } else {
+                stage.trial.time
+            };
             self.supports.fill(&self.local.mesh.points, time, factor, fields)
         };
         self.trouble = filled.err();
@@ -44,14 +48,6 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         self.balance(stage, Branches::Actual, out)
     }
 
-    fn predicts(&self) -> bool {
-        self.changes.flipped > 0
-    }
-
-    fn predicted_residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
-        self.balance(stage, Branches::Predicted, out)
-    }
-
     fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {
         self.assemble(stage, terms, Target::Own, lift)
     }
@@ -60,19 +56,35 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         self.assemble(stage, terms, Target::Other(matrix), None)
     }
 
-    fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()> {
-        self.assemble(stage, Terms::BODIES, Target::Joined(matrix), None)
-    }
-
     fn matrix(&self) -> &Matrix {
         &self.matrix
     }
 
-    fn is_symmetric(&self, stage: &Stage, terms: Terms) -> bool {
-        symmetric(&self.contacts, &self.external, stage, terms)
-            && (stage.over_step == OverStep::No || self.symmetric_steps)
+    fn fault(&mut self) -> Option<Error> {
+        let told = |own: Option<Error>| agree(self.session.world(), own.map_or(Ok(()), Err)).err();
+        // An inverted element causes non-finite values on any rank.
+        let inverted = self.fault.map(|inverted| self.describe(&inverted));
+        told(inverted).or_else(|| told(self.unsound_force()))
     }
 
+    fn rounding(&self, stage: &Stage) -> Result<f64> {
+        self.rounding_of_forces(stage)
+    }
+
+    fn continuation(&self) -> &Continuation {
+        &self.continuation
+    }
+
+    fn units(&self) -> Units {
+        self.units
+    }
+
+    fn extent(&self) -> f64 {
+        self.extent
+    }
+}
+
+impl<const D: usize> ContactMonitor for ContactSystem<D> {
     fn observe(&mut self) -> Result<ContactCounts> {
         let mut own = Changes::default();
         let (mut stick, mut slip) = (0, 0);
@@ -105,11 +117,45 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         Ok(ContactCounts { closed, pressing, stick, slip, changed, flipped })
     }
 
+    fn rewind(&mut self) {
+        self.contacts.iter_mut().for_each(LocalContact::begin_step);
+    }
+
+    fn predicts(&self) -> bool {
+        self.changes.flipped > 0
+    }
+
+    fn predicted_residual(&mut self, stage: &Stage, out: &mut Vector) -> Result<Residual> {
+        self.balance(stage, Branches::Predicted, out)
+    }
+
     fn reverses(&self) -> bool {
         let own = u8::from(self.contacts.iter().any(|contact| contact.state.reverses()));
         let mut any = 0u8;
         self.session.world().all_reduce_into(&own, &mut any, SystemOperation::max());
         any > 0
+    }
+
+    fn is_cycling(&self) -> bool {
+        self.changes.is_two_cycle()
+    }
+
+    fn stride(&self) -> f64 {
+        self.contacts.iter().map(|contact| contact.pair.stride()).fold(f64::INFINITY, f64::min)
+    }
+
+    fn restless_points(&self) -> String {
+        match self.changes.changed {
+            0 => String::new(),
+            1 => "1 contact point still changes its status".to_owned(),
+            n => format!("{n} contact points still change their status"),
+        }
+    }
+}
+
+impl<const D: usize> Staging for ContactSystem<D> {
+    fn set_split(&mut self, split: Split) {
+        self.split = split;
     }
 
     fn freeze(&mut self, what: Freeze) {
@@ -119,10 +165,42 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     fn force_change(&self) -> ForceChange {
         stages::force_change(self.session.world(), &self.contacts)
     }
+}
 
-    fn contact_normals(&mut self, out: &mut Vector) -> Result<()> {
-        stages::contact_normals(self.session.world(), &self.contacts, self.interface.as_mut(), out);
-        Ok(())
+impl<const D: usize> Augmentation for ContactSystem<D> {
+    fn reset_multipliers(&mut self) {
+        self.contacts
+            .iter_mut()
+            .filter(|contact| contact.state.seeks_multipliers())
+            .for_each(LocalContact::recall_multipliers);
+    }
+
+    fn shortfall(&self) -> Option<Shortfall> {
+        accuracy::shortfall(self.session.world(), &self.contacts)
+    }
+
+    fn improve(&mut self) {
+        accuracy::improve(self.session.world(), &mut self.contacts);
+    }
+}
+
+impl<const D: usize> FloatingBodies for ContactSystem<D> {
+    fn rigid_motions(&self, stage: &Stage) -> Result<Vec<RigidMotion>> {
+        self.rigid_at(stage)
+    }
+
+    fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()> {
+        Self::weigh_motion(self, motion, out)
+    }
+
+    fn unit(&self) -> f64 {
+        self.unit
+    }
+}
+
+impl<const D: usize> MultigridHints for ContactSystem<D> {
+    fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()> {
+        self.assemble(stage, Terms::BODIES, Target::Joined(matrix), None)
     }
 
     fn contact_nodes(&mut self) -> Vec<bool> {
@@ -147,70 +225,9 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
         floats
     }
 
-    fn rigid_motions(&self, stage: &Stage) -> Result<Vec<RigidMotion>> {
-        self.rigid_at(stage)
-    }
-
-    fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()> {
-        Self::weigh_motion(self, motion, out)
-    }
-
-    fn unit(&self) -> f64 {
-        self.unit
-    }
-
-    fn is_cycling(&self) -> bool {
-        self.changes.is_two_cycle()
-    }
-
-    fn stride(&self) -> f64 {
-        self.contacts.iter().map(|contact| contact.pair.stride()).fold(f64::INFINITY, f64::min)
-    }
-
-    fn rewind(&mut self) {
-        self.contacts.iter_mut().for_each(LocalContact::begin_step);
-    }
-
-    fn fault(&mut self) -> Option<Error> {
-        let told = |own: Option<Error>| agree(self.session.world(), own.map_or(Ok(()), Err)).err();
-        // An inverted element causes non-finite values on any rank.
-        let inverted = self.fault.map(|inverted| self.describe(&inverted));
-        told(inverted).or_else(|| told(self.unsound_force()))
-    }
-
-    fn restless_points(&self) -> String {
-        match self.changes.changed {
-            0 => String::new(),
-            1 => "1 contact point still changes its status".to_owned(),
-            n => format!("{n} contact points still change their status"),
-        }
-    }
-
-    fn recall_multipliers(&mut self) {
-        self.contacts
-            .iter_mut()
-            .filter(|contact| contact.state.seeks_multipliers())
-            .for_each(LocalContact::recall_multipliers);
-    }
-
-    fn shortfall(&self) -> Option<Shortfall> {
-        accuracy::shortfall(self.session.world(), &self.contacts)
-    }
-
-    fn units(&self) -> Units {
-        self.units
-    }
-
-    fn improve(&mut self) {
-        accuracy::improve(self.session.world(), &mut self.contacts);
-    }
-
-    fn rounding(&self, stage: &Stage) -> Result<f64> {
-        self.rounding_of_forces(stage)
-    }
-
-    fn extent(&self) -> f64 {
-        self.extent
+    fn contact_normals(&mut self, out: &mut Vector) -> Result<()> {
+        stages::contact_normals(self.session.world(), &self.contacts, self.interface.as_mut(), out);
+        Ok(())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sizes of nodal fields, with which errors in time are measured and compared.
 
 use super::system::ContactSystem;
-use crate::dynamics::Dynamics;
+use crate::dynamics::MultigridHints;
 use crate::error::Result;
 use crate::petsc::Vector;
 

@@ -8,7 +8,7 @@ use super::contact::LocalContact;
 use super::interface::{Interface, RemoteForce};
 use crate::contact::evaluation::ContactFields;
 use crate::contact::state::{self, Hold, Keep};
-use crate::dynamics::{ForceChange, Freeze, FrictionMode, KnownFriction, Split, Stage};
+use crate::dynamics::{ForceChange, Freeze, FrictionMode, KnownFriction, Split};
 use crate::petsc::{Matrix, Vector};
 use crate::tensor::Vector as Point;
 
@@ -24,8 +24,8 @@ pub enum Target<'a> {
 }
 
 /// Quantities that the contact law holds fixed in this stage.
-pub fn hold(stage: &Stage) -> Hold {
-    match (stage.friction, stage.split) {
+pub fn hold(friction: FrictionMode, split: Split) -> Hold {
+    match (friction, split) {
         (FrictionMode::Off, _) => Hold::Frictionless,
         (FrictionMode::AsGiven, Split::Monolithic) => Hold::Nothing,
         (FrictionMode::AsGiven, Split::NormalStage(KnownFriction::Bound)) => Hold::Bound,

@@ -25,7 +25,7 @@ use crate::case::Units;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::ContactLaw;
 use crate::contact::state::{Changes, Hold};
-use crate::dynamics::{OverStep, Stage};
+use crate::dynamics::{Continuation, OverStep, Split, Stage};
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
 use crate::model::Model;
@@ -76,6 +76,10 @@ pub struct ContactSystem<const D: usize> {
     pub(super) has_modes: bool,
     pub(super) matrix: Matrix,
     pub(super) work: Vector,
+    /// How the equations differ from those of the scene at present.
+    pub(super) continuation: Continuation,
+    /// Which quantities a staggered solve currently holds fixed.
+    pub(super) split: Split,
     pub(super) fault: Option<Inverted>,
     /// A prescribed value that is not finite. It is reported with the next residual, which is
     /// collective.
@@ -179,6 +183,8 @@ impl<const D: usize> ContactSystem<D> {
             redistribution,
             parts,
             overclosures,
+            continuation: Continuation::default(),
+            split: Split::Monolithic,
             fault: None,
             trouble: None,
             changes: Changes::default(),
@@ -348,6 +354,11 @@ impl<const D: usize> ContactSystem<D> {
         stage.start_forces.copy_from(&self.forces)?;
         self.rest_massless(&mut stage.start_forces);
         Ok(())
+    }
+
+    /// Sets how the equations differ from those of the scene.
+    pub fn set_continuation(&mut self, continuation: Continuation) {
+        self.continuation = continuation;
     }
 
     /// The units of all numbers.

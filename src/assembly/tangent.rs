@@ -10,7 +10,7 @@ use super::system::ContactSystem;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::TermSelection;
 use crate::contact::state::Branches;
-use crate::dynamics::{FrictionMode, Lift, OverStep, Stage};
+use crate::dynamics::{Continuation, FrictionMode, Lift, OverStep, Stage};
 use crate::error::Result;
 use crate::petsc::{BlockValues, Symmetry};
 use crate::terms::Terms;
@@ -40,11 +40,12 @@ impl<const D: usize> ContactSystem<D> {
         let weight = stage.balance.mass[1];
         let unit = self.unit;
         let rows = self.local.index.owned * D;
-        let holding = stage.holding;
+        let Continuation { spring, friction, load_factor, .. } = self.continuation;
+        let hold = hold(friction, self.split);
         let phases = &self.phases;
         let interface = self.interface.as_mut();
         let world = self.session.world();
-        let symmetric = symmetric(contacts, external, stage, terms)
+        let symmetric = symmetric(contacts, external, friction, terms)
             && (stage.over_step == OverStep::No || self.symmetric_steps);
         let symmetry = if symmetric { Symmetry::Symmetric } else { Symmetry::None };
         let (matrix, joined) = match target {
@@ -65,8 +66,8 @@ impl<const D: usize> ContactSystem<D> {
                 massless.filter(|&dof| !constrained[dof]).for_each(|dof| values.add_diagonal(dof, unit));
             }
             for (dof, held) in constrained[..rows].iter().enumerate() {
-                if *held || holding > 0.0 {
-                    values.add_diagonal(dof, if *held { unit } else { holding * unit });
+                if *held || spring > 0.0 {
+                    values.add_diagonal(dof, if *held { unit } else { spring * unit });
                 }
             }
             drop(tangent);
@@ -80,7 +81,7 @@ impl<const D: usize> ContactSystem<D> {
                     inverted = inverted.and(done);
                 }
                 if terms.contains(Terms::FOLLOWING_LOAD) {
-                    external.add_stiffness(&Self::moment(stage, &u), constrained, values, lift);
+                    external.add_stiffness(&Self::moment(stage, load_factor, &u), constrained, values, lift);
                 }
             };
             let fields = ContactFields { u: &u, v: &v, u_start: &u_start };
@@ -88,9 +89,9 @@ impl<const D: usize> ContactSystem<D> {
                 stiffness: Some(TermSelection {
                     terms,
                     velocity_shift: shifts.velocity,
-                    joint: joined.then(|| contact.joint(stage.friction)),
+                    joint: joined.then(|| contact.joint(friction)),
                 }),
-                hold: hold(stage),
+                hold,
                 branches: Branches::Predicted,
                 over_step: stage.over_step == OverStep::Middle,
             };
@@ -120,13 +121,13 @@ impl<const D: usize> ContactSystem<D> {
 
 /// Whether the matrix is symmetric. Friction, a changing area or a following load make it
 /// non-symmetric.
-pub(super) fn symmetric<const D: usize>(
+fn symmetric<const D: usize>(
     contacts: &[LocalContact<D>],
     external: &External<D>,
-    stage: &Stage,
+    friction: FrictionMode,
     terms: Terms,
 ) -> bool {
-    let friction = stage.friction == FrictionMode::AsGiven;
+    let friction = friction == FrictionMode::AsGiven;
     let coupled = Terms::FRICTION_NORMAL_COUPLING | Terms::FRICTION_GEOMETRY;
     let contact = |contact: &LocalContact<D>| {
         (friction && contact.law().friction.is_some() && terms.intersects(coupled))

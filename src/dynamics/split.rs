@@ -1,5 +1,7 @@
 //! The quantities that the stages of a staggered solve hold fixed.
 
+use super::Equations;
+
 /// Which coupling between normal contact and friction a stage cuts, by holding fixed what the other
 /// stage solves for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -45,4 +47,19 @@ pub struct ForceChange {
     pub friction: f64,
     /// Size of the normal forces.
     pub normal: f64,
+}
+
+/// What the stages of a staggered solve hold fixed. By default nothing can be held, as in a system
+/// without contact.
+pub trait Staging: Equations {
+    /// Sets which quantities are held fixed from now on.
+    fn set_split(&mut self, _split: Split) {}
+
+    /// Stores tractions that the stages of a [`Split`] hold fixed.
+    fn freeze(&mut self, _what: Freeze) {}
+
+    /// Compares the friction forces of the last residual with the frozen ones. Collective.
+    fn force_change(&self) -> ForceChange {
+        ForceChange::default()
+    }
 }

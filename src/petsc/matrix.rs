@@ -31,6 +31,7 @@ pub struct Matrix {
     /// Diagonal and off-diagonal part. The latter is null on a single rank. Owned by `raw`.
     parts: [sys::Mat; 2],
     format: Format,
+    symmetry: Symmetry,
     block_size: usize,
     pattern: Rc<BlockPattern>,
     scatter: Scatter,
@@ -134,6 +135,7 @@ impl Matrix {
             raw,
             parts: [raw, null_mut()],
             format,
+            symmetry: Symmetry::None,
             block_size: size,
             pattern: Rc::clone(pattern),
             scatter,
@@ -343,7 +345,14 @@ impl Matrix {
             petsc!(MatSetOption(self.raw, sys::MAT_SPD_ETERNAL, definite))?;
         }
         petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRIC, symmetric))?;
-        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRY_ETERNAL, symmetric))
+        petsc!(MatSetOption(self.raw, sys::MAT_SYMMETRY_ETERNAL, symmetric))?;
+        self.symmetry = symmetry;
+        Ok(())
+    }
+
+    /// The symmetry that was declared last.
+    pub fn symmetry(&self) -> Symmetry {
+        self.symmetry
     }
 
     /// Provides the rigid-body modes of nodes at `coordinates` (owned nodes, D values each) to

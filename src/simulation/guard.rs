@@ -7,7 +7,7 @@ use super::motion::MotionWatch;
 use super::unexplained::{KnownError, Unexplained};
 use crate::assembly::{ContactSystem, Energies, EnergyLedger};
 use crate::case::{Case, Units};
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{Equations, Stage};
 use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::time::Scheme;

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::options;
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
-use crate::dynamics::{Dynamics, MovingPart, RigidMotion, Stage};
+use crate::dynamics::{Equations, FloatingBodies, MovingPart, RigidMotion, Stage};
 use crate::error::{Cause, Error, Result};
 use crate::solvers::{Driven, SolveReport, Trouble, describe};
 

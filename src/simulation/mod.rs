@@ -34,7 +34,7 @@ use std::rc::Rc;
 
 use crate::assembly::{ContactSystem, EnergyLedger, Motions, SystemOptions};
 use crate::case::Case;
-use crate::dynamics::{Dynamics, OverStep, Stage};
+use crate::dynamics::{Equations, OverStep, Stage};
 use crate::error::{Cause, Error, Result, agree};
 use crate::model::{ContactModel, Model, Target, read_meshes};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};

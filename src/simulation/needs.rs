@@ -11,7 +11,7 @@ use super::pace::limits_slip;
 use crate::assembly::ContactSystem;
 use crate::case::Case;
 use crate::contact::obstacle::Shape;
-use crate::dynamics::Dynamics;
+use crate::dynamics::Equations;
 use crate::element::Kinematics;
 use crate::model::{Model, Target};
 use crate::petsc::{Format, Kind, census};

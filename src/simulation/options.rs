@@ -2,13 +2,14 @@
 
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
-use crate::dynamics::{Dynamics, KnownFriction};
+use crate::dynamics::{Equations, KnownFriction};
 use crate::error::Result;
 use crate::partition::LocalMesh;
 use crate::petsc::{Format, Session};
 use crate::solvers::{
-    Augmented, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Passes, Preset,
-    Problem, SecondOperator, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder, storage,
+    Augmented, Cycle, FilteredAmgSettings, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Passes,
+    Preset, Problem, SecondOperator, Staggered, StaggeredSettings, Strategy, TwoStageSettings, ladder,
+    storage,
 };
 use crate::terms::Terms;
 use crate::time::Scheme;
@@ -283,6 +284,7 @@ pub fn newton(case: &Case, terms: Terms, unknowns: usize) -> NewtonSettings {
             None => [tightest, FIRM * tightest],
         },
         line_search: newton.line_search,
+        searched_after_cycle: Cycle::OF_SYSTEM,
         terms,
         keep_tangent: inexact == Some(true) && follows_time(case),
     }

@@ -2,7 +2,7 @@
 
 use crate::assembly::{ContactSystem, Overclosure, Watched};
 use crate::case::Units;
-use crate::dynamics::Dynamics;
+use crate::dynamics::Equations;
 use crate::error::shown;
 use crate::model::ContactModel;
 use crate::output::record::PenetrationRecord;

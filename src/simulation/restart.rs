@@ -181,7 +181,7 @@ impl Saved {
         let mut pace = StepPacing::new(system, stage, case, model)?;
         self.state.pace.iter().for_each(|memory| pace.recall(system, memory));
         stage.start.time = self.state.time;
-        stage.holding = start::holding(system, case);
+        system.set_continuation(start::of_steps(system, case));
         system.forget(stage)?;
         pace.forget(system);
         let control = self.control(case, model);

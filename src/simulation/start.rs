@@ -7,7 +7,7 @@ use super::journal::Journal;
 use super::{SOLVER_PREFIXES, options};
 use crate::assembly::{ContactSystem, Span};
 use crate::case::{Case, Start};
-use crate::dynamics::{Balance, Dynamics, FrictionMode, Shifts, Stage};
+use crate::dynamics::{Balance, Continuation, Equations, FrictionMode, Shifts, Stage};
 use crate::error::{Cause, Error, Result};
 use crate::model::Model;
 use crate::petsc::Vector;
@@ -50,23 +50,23 @@ pub fn at_equilibrium<const D: usize>(
 ) -> Result<()> {
     if case.is_static() {
         require_supports(system)?;
-        stage.holding = holding(system, case);
+        system.set_continuation(of_steps(system, case));
         return begin(system, stage, 0.0);
     }
     if let Some(Start::Equilibrium { friction, increments }) = case.start.as_ref().map(|start| &start.value) {
-        stage.friction = if *friction { FrictionMode::AsGiven } else { FrictionMode::Off };
-        press(system, stage, case, *increments, journal)?;
-        stage.friction = FrictionMode::AsGiven;
+        let friction = if *friction { FrictionMode::AsGiven } else { FrictionMode::Off };
+        press(system, stage, case, friction, *increments, journal)?;
     }
     system.set_velocity(stage, model)?;
     begin(system, stage, case.time.step())?;
     accelerate(system, stage, case)
 }
 
-/// Stiffness of the auxiliary spring in the steps. It is non-zero in statics if supports alone do
-/// not hold the bodies.
-pub fn holding<const D: usize>(system: &ContactSystem<D>, case: &Case) -> f64 {
-    if case.is_static() && !system.is_held() { HOLDING } else { 0.0 }
+/// The equations of the steps. In statics they have an auxiliary spring if supports alone do not
+/// hold the bodies.
+pub fn of_steps<const D: usize>(system: &ContactSystem<D>, case: &Case) -> Continuation {
+    let spring = if case.is_static() && !system.is_held() { HOLDING } else { 0.0 };
+    Continuation { spring, ..Continuation::default() }
 }
 
 /// Checks that in statics each piece of a body is held by supports or by contact.
@@ -110,6 +110,7 @@ fn press<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
     case: &Case,
+    friction: FrictionMode,
     increments: u32,
     journal: &mut Journal<D>,
 ) -> Result<()> {
@@ -124,20 +125,24 @@ fn press<const D: usize>(
     let newton =
         Monolithic::new(options::newton(case, terms, system.unknowns()), linear, system.pattern_vector())?;
     let mut strategy = options::augmented(system, Box::new(newton));
-    stage.holding = if system.is_held() { 0.0 } else { HOLDING };
+    let spring = if system.is_held() { 0.0 } else { HOLDING };
+    let mut continuation = Continuation { friction, spring, ..Continuation::default() };
     let free = (!system.is_held()).then(|| system.free_bodies());
     let mut level = Levels::new(increments.max(1));
     let mut course = Course::new(system)?;
     while let Some(factor) = level.next() {
-        let outcome = match stage.holding == 0.0 && course.goes_on_to(factor) {
+        let increment = Continuation { load_factor: factor, ..continuation };
+        let outcome = match spring == 0.0 && course.goes_on_to(factor) {
             true => {
-                let outcome = approach(system, stage, factor, strategy.as_mut(), Some(&course), journal)?;
+                let outcome = approach(system, stage, increment, strategy.as_mut(), Some(&course), journal)?;
                 match outcome {
                     Outcome::Converged(_) => outcome,
-                    Outcome::Failed(..) => approach(system, stage, factor, strategy.as_mut(), None, journal)?,
+                    Outcome::Failed(..) => {
+                        approach(system, stage, increment, strategy.as_mut(), None, journal)?
+                    }
                 }
             }
-            false => approach(system, stage, factor, strategy.as_mut(), None, journal)?,
+            false => approach(system, stage, increment, strategy.as_mut(), None, journal)?,
         };
         match outcome {
             Outcome::Converged(report) => {
@@ -150,9 +155,11 @@ fn press<const D: usize>(
             // will hold it. All forces except those along weakly resisted motions are then in
             // balance.
             Outcome::Failed(report, _)
-                if may_yield(stage) && !report.driven && (report.residual < ALMOST || !level.can_cut()) =>
+                if may_yield(&continuation)
+                    && !report.driven
+                    && (report.residual < ALMOST || !level.can_cut()) =>
             {
-                stage.yielding = YIELDING;
+                continuation.free_resistance = YIELDING;
                 level.begin_anew();
             }
             Outcome::Failed(..) if level.cut() => {}
@@ -165,37 +172,36 @@ fn press<const D: usize>(
             }
         }
     }
-    stage.load_factor = 1.0;
-    (stage.holding, stage.yielding) = (0.0, 0.0);
-    stage.enough = 0.0;
+    system.set_continuation(Continuation::default());
     Ok(())
 }
 
 /// Whether bodies that only a weak resistance holds can be held in place, and are not held yet.
-fn may_yield(stage: &Stage) -> bool {
-    stage.holding > 0.0 && stage.yielding == 0.0 && stage.friction == FrictionMode::Off
+fn may_yield(start: &Continuation) -> bool {
+    start.spring > 0.0 && start.free_resistance == 0.0 && start.friction == FrictionMode::Off
 }
 
-/// Computes the equilibrium at the fraction `factor` of the loads. The first guess is extrapolated
+/// Computes the equilibrium at one increment of the loads. The first guess is extrapolated
 /// from the last two equilibria, or comes from one linear solve with the prescribed displacements.
 fn approach<const D: usize>(
     system: &mut ContactSystem<D>,
     stage: &mut Stage,
-    factor: f64,
+    increment: Continuation,
     strategy: &mut dyn Strategy,
     course: Option<&Course>,
     journal: &mut Journal<D>,
 ) -> Result<Outcome> {
     Scheme::Static.prepare(stage, 1.0, 0.0)?;
-    let friction = stage.friction == FrictionMode::AsGiven;
+    let friction = increment.friction == FrictionMode::AsGiven;
+    let factor = increment.load_factor;
     if !friction {
         stage.shifts = Shifts::default();
     }
-    stage.load_factor = factor;
     // Friction depends on the path, and the rounding along a free motion is only visible in a tight
     // balance.
-    let passes = factor < 1.0 && !friction && stage.holding == 0.0;
-    stage.enough = if passes { PASSING } else { 0.0 };
+    let passes = factor < 1.0 && !friction && increment.spring == 0.0;
+    let tolerance = if passes { PASSING } else { 0.0 };
+    system.set_continuation(Continuation { tolerance, ..increment });
     journal.start_attempt(factor);
     let moved = match course {
         Some(course) => course.extrapolate(factor, stage).map(|()| true)?,
@@ -338,7 +344,9 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     stage.trial.time = 0.0;
     // Statics begins undeformed and without loads. A load that acts from the first step on grows
     // from zero within that step, so that its work is counted.
-    stage.load_factor = if system.is_dynamic() { 1.0 } else { 0.0 };
+    let steps = *system.continuation();
+    let load_factor = if system.is_dynamic() { 1.0 } else { 0.0 };
+    system.set_continuation(Continuation { load_factor, ..steps });
     system.prescribe(stage)?;
     // A return map knows only the slip in its history. Bodies that slide at the start are therefore
     // assumed to have slid for one step before.
@@ -350,7 +358,7 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
         let fault = system.fault();
         return Err(fault.unwrap_or_else(|| Error::not_converged("the forces at the start are not numbers")));
     }
-    stage.load_factor = 1.0;
+    system.set_continuation(steps);
     system.remember_start(stage)?;
     stage.start.copy_from(&stage.trial)
 }

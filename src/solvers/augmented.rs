@@ -38,7 +38,7 @@ impl Strategy for Augmented {
         stage: &mut Stage,
         watch: &mut dyn FnMut(&IterationReport),
     ) -> Result<Outcome> {
-        system.recall_multipliers();
+        system.reset_multipliers();
         let mut report = SolveReport::default();
         let mut least = f64::INFINITY;
         let mut idle = 0;
@@ -85,7 +85,7 @@ impl Strategy for Augmented {
     }
 
     fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
-        system.recall_multipliers();
+        system.reset_multipliers();
         self.inner.follow_prescribed(system, stage)
     }
 

@@ -1,7 +1,5 @@
 //! Detection of Newton iterates that return to an earlier state.
 
-use crate::dynamics::Split;
-
 /// Corrections along which a line search is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Search {
@@ -29,18 +27,19 @@ impl Cycle {
     /// Residuals with at most this relative difference belong to the same iterate. Linear solves
     /// that end early cause differences of this size.
     const SAME: f64 = 1e-6;
-    /// Number of corrections that are searched along after a cycle, for the full system and for a
-    /// stage.
+    /// Number of corrections of the full system that are searched along after a cycle.
     ///
-    /// For the full system it is one, because full corrections across a reversal of the slip are
-    /// mostly right. With two, the rubber block at a coefficient of 16 has 104 steps cut instead of
-    /// 25. A stage has more, because its forces have a potential.
-    const SEARCHED: [u32; 2] = [1, 3];
+    /// Full corrections across a reversal of the slip are mostly right. With two, the rubber block
+    /// at a coefficient of 16 has 104 steps cut instead of 25.
+    pub const OF_SYSTEM: u32 = 1;
+    /// Number of corrections of a stage that are searched along after a cycle. It is larger,
+    /// because the forces of a stage have a potential.
+    pub const OF_STAGE: u32 = 3;
 
-    /// Creates the detector for a solve of the full system or of a stage.
-    pub fn of(split: Split) -> Self {
-        let of_stage = usize::from(split != Split::Monolithic);
-        Self { seen: Vec::new(), left: 0, searched: Self::SEARCHED[of_stage] }
+    /// Creates the detector for a solve in which `searched` corrections are searched along after a
+    /// cycle.
+    pub fn new(searched: u32) -> Self {
+        Self { seen: Vec::new(), left: 0, searched }
     }
 
     /// Selects the line search for the correction at a residual of size `norm`, where it `may` be
@@ -79,7 +78,7 @@ mod tests {
     /// after that.
     #[test]
     fn what_comes_back_is_seen() {
-        let mut cycle = Cycle::of(Split::FrictionStage);
+        let mut cycle = Cycle::new(Cycle::OF_STAGE);
         let told: Vec<bool> =
             [0.098, 0.026, 0.160, 0.195, 0.098, 0.03, 0.02, 0.01].map(|norm| cycle.closes(norm)).into();
         assert_eq!(told, [false, false, false, false, true, true, true, false]);
@@ -88,7 +87,7 @@ mod tests {
     /// The search covers all corrections in a cycle, or those that do not help, or no corrections.
     #[test]
     fn what_is_searched_along() {
-        let mut cycle = Cycle::of(Split::Monolithic);
+        let mut cycle = Cycle::new(Cycle::OF_SYSTEM);
         assert_eq!(cycle.search(1.0, [false; 2], true), Search::Never);
         assert_eq!(cycle.search(0.5, [false, true], true), Search::Slow);
         assert_eq!(cycle.search(0.5, [false; 2], true), Search::Never);
@@ -101,7 +100,7 @@ mod tests {
     #[test]
     fn what_converges_is_no_cycle() {
         for factor in [0.99, 0.5, 1e-4] {
-            let mut cycle = Cycle::of(Split::Monolithic);
+            let mut cycle = Cycle::new(Cycle::OF_SYSTEM);
             let mut norm = 1.0;
             for _ in 0..40 {
                 assert!(!cycle.closes(norm));

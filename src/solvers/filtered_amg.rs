@@ -26,7 +26,7 @@
 
 use super::own::{CustomPreconditioner, Origin};
 use super::zone::Zone;
-use crate::dynamics::{ContactCounts, Dynamics, Stage};
+use crate::dynamics::{ContactCounts, MultigridHints, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Event, Format, Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
@@ -143,12 +143,13 @@ impl Bulk {
 
     fn assemble(
         &mut self,
-        system: &mut dyn Dynamics,
+        system: &mut dyn MultigridHints,
         stage: &Stage,
         layout: &Vector,
         reuse: Reuse,
     ) -> Result<()> {
-        let wanted = [if stage.inertia { stage.shifts.acceleration } else { 0.0 }, stage.holding];
+        let wanted =
+            [if stage.inertia { stage.shifts.acceleration } else { 0.0 }, system.continuation().spring];
         if reuse == Reuse::Keep && self.serves(wanted) {
             return Ok(());
         }
@@ -174,7 +175,7 @@ impl Bulk {
     }
 
     /// Adds springs to bodies that only contact holds, because contact can slide or be open.
-    fn hold_floating(&mut self, system: &dyn Dynamics, inertia: &Vector) -> Result<()> {
+    fn hold_floating(&mut self, system: &dyn MultigridHints, inertia: &Vector) -> Result<()> {
         let floats = system.floating_nodes();
         let mut diagonal = inertia.like()?;
         self.matrix.diagonal(&mut diagonal)?;
@@ -241,7 +242,7 @@ impl CustomPreconditioner for FilteredAmg {
         self.bulk.heed(contact);
     }
 
-    fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage, reuse: Reuse) -> Result<()> {
+    fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()> {
         self.zone.observe(system.contact_nodes());
         // Factors that were kept are renewed first, because the hierarchy may not be the cause.
         let reuse = if self.zone.is_kept() { Reuse::Keep } else { reuse };

@@ -12,11 +12,11 @@
 //! (5.4).
 //!
 //! This moves neither the centre of mass nor the mean angle along `n`. The weak spring of
-//! [`Stage::holding`](crate::dynamics::Stage) makes the factorisation regular and does not affect
+//! [`Continuation::spring`](crate::dynamics::Continuation) makes the factorisation regular and does not affect
 //! the solution.
 //!
 //! A target that deforms resists a body weakly wherever the target is not bent evenly, and the
-//! equilibrium of the body may be far away. If [`Stage::yielding`](crate::dynamics::Stage) is above
+//! equilibrium of the body may be far away. If [`Continuation::free_resistance`](crate::dynamics::Continuation) is above
 //! zero, such motions are held as well, by a force that is removed from the residual and reported
 //! ([`HeldMotions`]). Friction has to carry this force from then on.
 //!
@@ -31,7 +31,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, SVD};
 
 use super::held::{Driven, HeldMotions, describe};
 use crate::case::Units;
-use crate::dynamics::{Dynamics, RigidMotion, Stage};
+use crate::dynamics::{FloatingBodies, RigidMotion, Stage};
 use crate::error::Result;
 use crate::petsc::{Operator, Vector};
 
@@ -76,13 +76,13 @@ impl FreeMotions {
     ///
     /// # Errors
     /// If a PETSc call fails.
-    pub fn find(system: &dyn Dynamics, stage: &Stage, b: &Vector, allowed: f64) -> Result<Self> {
+    pub fn find(system: &dyn FloatingBodies, stage: &Stage, b: &Vector, allowed: f64) -> Result<Self> {
         let rigid = system.rigid_motions(stage)?;
         if rigid.is_empty() {
             return Ok(Self::default());
         }
         let fields: Vec<&Vector> = rigid.iter().map(|motion| &motion.field).collect();
-        let free = unresisted(system, stage, &fields)?;
+        let free = unresisted(system, &fields)?;
         if free.ncols() == 0 {
             return Ok(Self::default());
         }
@@ -188,13 +188,14 @@ fn products(left: &[&Vector], right: &[&Vector]) -> Vec<f64> {
 
 /// Coefficients, as orthonormal columns, of the combinations of `fields` for which `K n` and
 /// `K^T n` are zero. Collective.
-fn unresisted(system: &dyn Dynamics, stage: &Stage, fields: &[&Vector]) -> Result<DMatrix<f64>> {
+fn unresisted(system: &dyn FloatingBodies, fields: &[&Vector]) -> Result<DMatrix<f64>> {
     let (matrix, unit, count) = (system.matrix(), system.unit(), fields.len());
     // The spring does not count as resistance.
-    let spring = stage.holding * unit;
+    let spring = system.continuation().spring * unit;
     let mut image = fields[0].like()?;
     matrix.diagonal(&mut image)?;
-    let tolerance = (FREE.max(stage.yielding) * unit).max(ROUNDINGS * f64::EPSILON * image.max_norm()?);
+    let tolerance = (FREE.max(system.continuation().free_resistance) * unit)
+        .max(ROUNDINGS * f64::EPSILON * image.max_norm()?);
     let mut columns = Vec::with_capacity(count);
     for field in fields {
         matrix.multiply(field, &mut image)?;
@@ -258,7 +259,7 @@ fn combine<'a>(fields: &[&Vector], factors: impl Iterator<Item = &'a f64>, into:
 
 /// Combines `fields` by the columns of `idle` and orthonormalises the results with the weight.
 /// Collective.
-fn weighed(system: &dyn Dynamics, fields: &[&Vector], idle: &DMatrix<f64>) -> Result<Vec<Motion>> {
+fn weighed(system: &dyn FloatingBodies, fields: &[&Vector], idle: &DMatrix<f64>) -> Result<Vec<Motion>> {
     let mut motions = Vec::with_capacity(idle.ncols());
     for column in idle.column_iter() {
         let (mut field, mut weight) = (fields[0].like()?, fields[0].like()?);

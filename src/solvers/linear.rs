@@ -12,7 +12,7 @@ use super::subdomain::Subdomain;
 use super::tried::LinearAttempt;
 use super::two_stage::{TwoStage, TwoStageSettings};
 use super::users_options::{beside_the_users, refuse_symmetric_method};
-use crate::dynamics::{ContactCounts, Dynamics, Stage};
+use crate::dynamics::{ContactCounts, MultigridHints, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{BlockPattern, Event, Krylov, Matrix, Reuse, Session, Vector, residual_norm};
 
@@ -175,7 +175,7 @@ impl LinearSolver {
 
     /// Updates the preconditioner's own matrices, if there are any. If the system's matrix is
     /// `kept`, they are updated only when they no longer fit.
-    fn refresh(&mut self, system: &mut dyn Dynamics, stage: &Stage, kept: bool) -> Result<()> {
+    fn refresh(&mut self, system: &mut dyn MultigridHints, stage: &Stage, kept: bool) -> Result<()> {
         let preset = self.preset();
         if !preset.is_own() || kept && !self.fatigue.is_tired() {
             return Ok(());
@@ -215,7 +215,7 @@ impl LinearSolver {
     /// If a PETSc call fails.
     pub fn solve_system(
         &mut self,
-        system: &mut dyn Dynamics,
+        system: &mut dyn MultigridHints,
         stage: &Stage,
         kept: bool,
         rhs: &Vector,

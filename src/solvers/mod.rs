@@ -31,6 +31,7 @@ mod zone;
 
 pub use augmented::Augmented;
 pub use convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
+pub use cycle::Cycle;
 pub use filtered_amg::{FilteredAmgSettings, Passes};
 pub use forcing::Forcing;
 pub use free_motion::FreeMotions;

@@ -5,7 +5,7 @@
 //!
 //! - Points open and close in turn. A line search minimises the residual.
 //! - A whole interface reverses its slip in turn. The correction assumes stick there, see
-//!   [`Dynamics::predicts`].
+//!   [`ContactMonitor::predicts`].
 //! - The trial state has det F <= 0. The correction is halved.
 
 mod follow;
@@ -18,7 +18,9 @@ use super::free_motion::FreeMotions;
 use super::held::{Driven, HeldMotions};
 use super::kept_tangent::KeptTangent;
 use super::linear::{Fallback, LinearSolver, Solved};
-use crate::dynamics::{Dynamics, FrictionMode, Residual, Stage};
+use crate::dynamics::{
+    ContactMonitor, Dynamics, Equations, FloatingBodies, FrictionMode, MultigridHints, Residual, Stage,
+};
 use crate::error::Result;
 use crate::petsc::Vector;
 use crate::terms::Terms;
@@ -47,6 +49,8 @@ pub struct NewtonSettings {
     pub linear: [f64; 2],
     /// Whether to search along a correction that does not reduce the residual.
     pub line_search: bool,
+    /// Number of corrections that are searched along after a cycle of iterates.
+    pub searched_after_cycle: u32,
     /// Terms of the tangent.
     pub terms: Terms,
     /// Whether a tangent of an earlier step is reused while it still serves.
@@ -187,17 +191,17 @@ impl Monolithic {
     ) -> Result<Outcome> {
         let [krylov, inner] = std::mem::take(&mut self.ahead);
         let mut report = SolveReport { krylov, inner, ..SolveReport::default() };
-        self.target = self.settings.tolerance.max(stage.enough);
+        self.target = self.settings.tolerance.max(system.continuation().tolerance);
         self.forcing.restart();
         system.rewind();
         let mut now = self.evaluate(system, stage)?;
         let mut row = IterationReport { krylov, ..IterationReport::first(relative(now), system.observe()?) };
         let mut at_rounding = false;
-        let mut cycle = Cycle::of(stage.split);
+        let mut cycle = Cycle::new(self.settings.searched_after_cycle);
         let mut descent = Descent::default();
         let mut lost = None;
         loop {
-            if stage.friction == FrictionMode::AsGiven {
+            if system.continuation().friction == FrictionMode::AsGiven {
                 self.linear.heed(row.contact);
             }
             watch(&row);
@@ -212,7 +216,7 @@ impl Monolithic {
                 && descent.has_stopped(now.norm)
                 && self.stands_at_rounding(&row, now, system, stage)?;
             if self.settled(now, row.iteration) || at_rounding || stands {
-                let yields = stage.yielding > 0.0 && self.free.held() > 0;
+                let yields = system.continuation().free_resistance > 0.0 && self.free.held() > 0;
                 report.held = match yields {
                     true => std::mem::take(&mut self.carried),
                     false => self.free.needed(&self.residual, now.scale, false)?,
@@ -282,11 +286,11 @@ impl Monolithic {
     }
 
     /// Computes the residual at `stage.trial.u`, after an update of rates and prescribed values.
-    pub(super) fn evaluate(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<Residual> {
+    pub(super) fn evaluate(&mut self, system: &mut dyn Equations, stage: &mut Stage) -> Result<Residual> {
         stage.update_rates()?;
         system.prescribe(stage)?;
         let now = system.residual(stage, &mut self.residual)?;
-        if stage.yielding == 0.0 || self.free.held() == 0 {
+        if system.continuation().free_resistance == 0.0 || self.free.held() == 0 {
             return Ok(now);
         }
         // Held motions are held by a separate force.
@@ -296,7 +300,13 @@ impl Monolithic {
     }
 
     /// Whether the next correction reuses the current tangent.
-    fn keeps_tangent(&self, system: &dyn Dynamics, stage: &Stage, now: Residual, points: [u64; 2]) -> bool {
+    fn keeps_tangent(
+        &self,
+        system: &dyn ContactMonitor,
+        stage: &Stage,
+        now: Residual,
+        points: [u64; 2],
+    ) -> bool {
         let excess = now.norm / (self.target * now.scale);
         let fit = self.settings.keep_tangent && stage.inertia && !system.predicts();
         fit && self.kept.serves(stage.shifts, system.matrix().pattern(), points, excess)
@@ -331,7 +341,11 @@ impl Monolithic {
             false => self.rhs.copy_from(&self.residual)?,
         }
         self.rhs.scale(-1.0)?;
-        let allowed = if stage.yielding > 0.0 { Self::CARRIED } else { Self::NO_FORCE * self.target };
+        let allowed = if system.continuation().free_resistance > 0.0 {
+            Self::CARRIED
+        } else {
+            Self::NO_FORCE * self.target
+        };
         self.release(system, stage, allowed * now.scale)?;
         let asked = self.forcing.next(now.norm, self.target * now.scale);
         // A residual with stick assumed beyond the bound is far out of balance. The linear error
@@ -346,14 +360,14 @@ impl Monolithic {
     /// Solves for the correction with the current right side, without the held motions.
     fn solve_held(
         &mut self,
-        system: &mut dyn Dynamics,
+        system: &mut dyn MultigridHints,
         stage: &Stage,
         tolerance: f64,
     ) -> Result<Option<Solved>> {
         let linear = &mut self.linear;
         let mut solved =
             linear.solve_system(system, stage, false, &self.rhs, &mut self.correction, tolerance)?;
-        if let (Some(total), true) = (&mut solved, stage.yielding > 0.0) {
+        if let (Some(total), true) = (&mut solved, system.continuation().free_resistance > 0.0) {
             self.free.answer(|weight, answer| {
                 let own = linear.solve_system(system, stage, true, weight, answer, tolerance)?;
                 total.iterations += own.as_ref().map_or(0, |own| own.iterations);
@@ -367,8 +381,8 @@ impl Monolithic {
 
     /// Finds the free motions of a static equilibrium at the assembled matrix. Removes forces along
     /// them that are at most `allowed` \[N\] from the right side.
-    fn release(&mut self, system: &dyn Dynamics, stage: &Stage, allowed: f64) -> Result<()> {
-        if stage.holding == 0.0 {
+    fn release(&mut self, system: &dyn FloatingBodies, stage: &Stage, allowed: f64) -> Result<()> {
+        if system.continuation().spring == 0.0 {
             return Ok(());
         }
         self.free = FreeMotions::find(system, stage, &self.rhs, allowed)?;
@@ -386,7 +400,7 @@ impl Monolithic {
         before: Residual,
         search: Search,
     ) -> Result<Point> {
-        let whole = self.stride(system, stage)?;
+        let whole = self.stride(system)?;
         let full = self.at(system, stage, whole)?;
         let good = full.norm.is_finite() && full.norm < Self::GROWTH * before.norm;
         let fast = full.norm * Self::REDUCTION <= before.norm && search != Search::Always;
@@ -420,8 +434,8 @@ impl Monolithic {
     /// Largest part of the correction that may be taken. It is 1, except for a correction that
     /// carries a body that nothing holds. The residual does not depend on the target before the
     /// body touches it.
-    fn stride(&self, system: &dyn Dynamics, stage: &Stage) -> Result<f64> {
-        if stage.holding == 0.0 {
+    fn stride(&self, system: &dyn ContactMonitor) -> Result<f64> {
+        if system.continuation().spring == 0.0 {
             return Ok(1.0);
         }
         let limit = system.stride();
@@ -430,7 +444,7 @@ impl Monolithic {
     }
 
     /// Computes the residual at the origin plus a part of the correction.
-    fn at(&mut self, system: &mut dyn Dynamics, stage: &mut Stage, length: f64) -> Result<Residual> {
+    fn at(&mut self, system: &mut dyn Equations, stage: &mut Stage, length: f64) -> Result<Residual> {
         stage.trial.u.waxpy(length, &self.correction, &self.origin)?;
         self.evaluate(system, stage)
     }
@@ -448,7 +462,7 @@ impl Monolithic {
 
     /// Whether the last correction was below the rounding of the displacements, so that no iterate
     /// can be better. A body in free flight ends here, because its forces are only rounding.
-    fn at_rounding(&self, row: &IterationReport, system: &dyn Dynamics) -> Result<bool> {
+    fn at_rounding(&self, row: &IterationReport, system: &dyn Equations) -> Result<bool> {
         let size = system.extent() + self.origin.norm()?;
         // The full correction counts, even if only a part was taken. A search along noise is
         // useless.
@@ -462,7 +476,7 @@ impl Monolithic {
         &self,
         row: &IterationReport,
         now: Residual,
-        system: &dyn Dynamics,
+        system: &dyn Equations,
         stage: &Stage,
     ) -> Result<bool> {
         let size = system.extent() + self.origin.norm()?;
@@ -472,12 +486,12 @@ impl Monolithic {
 
     /// Whether a residual is no larger than what rounding may leave at the trial state, estimated
     /// with the last assembled matrix.
-    pub(super) fn is_rounding(now: Residual, system: &dyn Dynamics, stage: &Stage) -> Result<bool> {
+    pub(super) fn is_rounding(now: Residual, system: &dyn Equations, stage: &Stage) -> Result<bool> {
         Ok(now.norm <= Self::ROUNDINGS * system.rounding(stage)?)
     }
 
     /// Explains why the iteration limit was reached, with values and the points that do not settle.
-    fn slow(&self, report: &SolveReport, system: &dyn Dynamics) -> String {
+    fn slow(&self, report: &SolveReport, system: &dyn ContactMonitor) -> String {
         let restless = system.restless_points();
         format!(
             "residual {:.1e} > {:.1e} after {} iterations{}{restless}",
@@ -495,6 +509,6 @@ pub(super) fn relative(now: Residual) -> f64 {
 }
 
 /// Explains why a trial state was rejected.
-fn rejected(system: &mut dyn Dynamics) -> String {
+fn rejected(system: &mut dyn Equations) -> String {
     system.fault().map_or_else(|| "the residual is not a number".to_owned(), |fault| fault.message)
 }

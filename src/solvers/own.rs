@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use crate::dynamics::{ContactCounts, Dynamics, Stage};
+use crate::dynamics::{ContactCounts, MultigridHints, Stage};
 use crate::error::Result;
 use crate::petsc::{Matrix, Reuse, Session, Vector};
 
@@ -29,7 +29,7 @@ pub trait CustomPreconditioner {
     ///
     /// # Errors
     /// If a PETSc call fails.
-    fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage, reuse: Reuse) -> Result<()>;
+    fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, reuse: Reuse) -> Result<()>;
 
     /// Prepares to precondition `matrix`. Factors of an earlier matrix may be kept. Collective.
     ///

@@ -9,6 +9,7 @@
 //! part of their change ([`Progress::relax`]). A step that does not contract even then has failed.
 
 use super::convergence::{IterationReport, Outcome, SolvePhase, SolveReport, Trouble};
+use super::cycle::Cycle;
 use super::linear::{Fallback, LinearSolver};
 use super::monolithic::{Monolithic, NewtonSettings, relative};
 use super::progress::{Progress, Sweep};
@@ -90,6 +91,7 @@ impl Staggered {
                 tolerance: newton.tolerance.min(tight),
                 max_iterations: newton.max_iterations.max(Self::STAGE_ITERATIONS),
                 terms,
+                searched_after_cycle: Cycle::OF_STAGE,
                 // The stages alternate in using one matrix.
                 keep_tangent: false,
                 ..newton.clone()
@@ -116,11 +118,11 @@ impl Staggered {
         stage: &mut Stage,
         watch: &mut dyn FnMut(&IterationReport),
     ) -> Result<(Outcome, Residual)> {
-        stage.split = Split::NormalStage(self.settings.known);
+        system.set_split(Split::NormalStage(self.settings.known));
         let mut rows =
             |row: &IterationReport| watch(&IterationReport { phase: SolvePhase::NormalStage, ..*row });
         let outcome = self.normal.solve(system, stage, &mut rows)?;
-        stage.split = Split::Monolithic;
+        system.set_split(Split::Monolithic);
         let balance = self.normal.evaluate(system, stage)?;
         system.freeze(Freeze::NormalTractions);
         self.found.copy_from(&stage.trial.u)?;
@@ -134,11 +136,11 @@ impl Staggered {
         stage: &mut Stage,
         watch: &mut dyn FnMut(&IterationReport),
     ) -> Result<(Outcome, Sweep)> {
-        stage.split = Split::FrictionStage;
+        system.set_split(Split::FrictionStage);
         let mut rows =
             |row: &IterationReport| watch(&IterationReport { phase: SolvePhase::FrictionStage, ..*row });
         let outcome = self.friction.solve(system, stage, &mut rows)?;
-        stage.split = Split::Monolithic;
+        system.set_split(Split::Monolithic);
         let forces = system.force_change();
         system.freeze(Freeze::FrictionTractions);
         std::mem::swap(&mut self.apart, &mut self.apart_before);
@@ -279,15 +281,15 @@ impl Strategy for Staggered {
         watch: &mut dyn FnMut(&IterationReport),
     ) -> Result<Outcome> {
         let outcome = self.sweeps(system, stage, watch);
-        stage.split = Split::Monolithic;
+        system.set_split(Split::Monolithic);
         outcome
     }
 
     fn follow_prescribed(&mut self, system: &mut dyn Dynamics, stage: &mut Stage) -> Result<bool> {
         system.freeze(Freeze::LastStep);
-        stage.split = Split::NormalStage(self.settings.known);
+        system.set_split(Split::NormalStage(self.settings.known));
         let moved = self.normal.follow_prescribed(system, stage);
-        stage.split = Split::Monolithic;
+        system.set_split(Split::Monolithic);
         moved
     }
 

@@ -16,7 +16,7 @@ use std::rc::Rc;
 
 use super::own::{CustomPreconditioner, Origin};
 use super::presets::Preset;
-use crate::dynamics::{Dynamics, Stage};
+use crate::dynamics::{MultigridHints, Stage};
 use crate::error::{Error, Result};
 use crate::petsc::{Krylov, Matrix, Operator, Reuse, SharedOperator, Vector};
 use crate::terms::Terms;
@@ -121,7 +121,7 @@ impl CustomPreconditioner for TwoStage {
         Rc::ptr_eq(self.normal.matrix.pattern(), matrix.pattern())
     }
 
-    fn assemble(&mut self, system: &mut dyn Dynamics, stage: &Stage, _: Reuse) -> Result<()> {
+    fn assemble(&mut self, system: &mut dyn MultigridHints, stage: &Stage, _: Reuse) -> Result<()> {
         system.jacobian_into(stage, self.normal.terms, &mut self.normal.matrix)?;
         let Some(friction) = &mut self.friction else { return Ok(()) };
         system.jacobian_into(stage, friction.terms, &mut friction.matrix)?;

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use contact_petsc::assembly::{ContactSystem, SystemOptions};
 use contact_petsc::case::Case;
-use contact_petsc::dynamics::{Dynamics, FrictionMode, Shifts, Stage};
+use contact_petsc::dynamics::{ContactMonitor, Continuation, Equations, FrictionMode, Shifts, Stage};
 use contact_petsc::model::{Model, read_mesh};
 use contact_petsc::partition::{Plan, distribute};
 use contact_petsc::petsc::{Format, Session};
@@ -77,8 +77,8 @@ fn scene<const D: usize>(session: &Rc<Session>, text: &str, friction: &str) -> S
     let system = ContactSystem::new(session, local, &model, options).expect("a system");
     let stage = Stage::at_rest(system.pattern_vector()).expect("a stage");
     let mut scene = Scene { system, stage, session: session.clone() };
-    scene.stage.holding = HOLDING;
-    scene.stage.friction = if friction == NO_FRICTION { FrictionMode::Off } else { FrictionMode::AsGiven };
+    let friction = if friction == NO_FRICTION { FrictionMode::Off } else { FrictionMode::AsGiven };
+    scene.system.set_continuation(Continuation { spring: HOLDING, friction, ..Continuation::default() });
     scene
 }
 

@@ -14,6 +14,7 @@ mod manufactured;
 mod march;
 mod motion;
 mod mutants;
+mod oscillator;
 mod scene;
 mod stages;
 mod tangent;
@@ -44,6 +45,7 @@ const RUNS: &[Run] = &[
     ("solid_elements", manufactured::solid_elements, &[2]),
     ("patches", manufactured::patches, &[0, 2]),
     ("schemes", motion::schemes, &[2]),
+    ("oscillator", oscillator::orders, &[0]),
     ("start", motion::start, &[0]),
     ("balances", balances::all, &[0, 3]),
     ("tangents", tangent::all, &[0, 2, 3]),

@@ -4,14 +4,16 @@ use std::rc::Rc;
 
 use contact_petsc::assembly::{ContactSystem, SystemOptions};
 use contact_petsc::case::{Function, PlacedFunction, Units};
-use contact_petsc::dynamics::{Dynamics, Stage};
+use contact_petsc::dynamics::{Equations, Stage};
 use contact_petsc::element::{Formulation, Kinematics, Locking};
 use contact_petsc::material::Material;
 use contact_petsc::mesh::{BoxShape, ElementKind, Mesh, merge};
 use contact_petsc::model::{Body, Load, LoadKind, MassChoice, Model, Support};
 use contact_petsc::partition::{LocalMesh, Plan, distribute};
 use contact_petsc::petsc::{Format, Session};
-use contact_petsc::solvers::{LinearChoice, LinearSolver, Monolithic, NewtonSettings, Outcome, Problem};
+use contact_petsc::solvers::{
+    Cycle, LinearChoice, LinearSolver, Monolithic, NewtonSettings, Outcome, Problem,
+};
 use contact_petsc::space::reference;
 use contact_petsc::tensor::{Tensor, Vector, det_minus_one};
 use contact_petsc::terms::Terms;
@@ -146,6 +148,7 @@ impl<const D: usize> Scene<D> {
             max_iterations: 25,
             linear: [1e-10, 1e-10],
             line_search: true,
+            searched_after_cycle: Cycle::OF_SYSTEM,
             keep_tangent: false,
             terms: Terms::ALL,
         };

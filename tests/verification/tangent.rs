@@ -3,8 +3,8 @@
 
 use std::rc::Rc;
 
-use contact_petsc::dynamics::{Dynamics, Lift};
-use contact_petsc::petsc::{Format, Operator, Session, Vector as Distributed};
+use contact_petsc::dynamics::{Equations, Lift};
+use contact_petsc::petsc::{Format, Operator, Session, Symmetry, Vector as Distributed};
 use contact_petsc::terms::Terms;
 use contact_petsc::time::Scheme;
 
@@ -188,7 +188,7 @@ fn check<const D: usize>(session: &Rc<Session>, case: &Case<D>, format: Format) 
         );
     }
     drop(columns);
-    let promised = scene.system.is_symmetric(&scene.stage, Terms::ALL);
+    let promised = scene.system.matrix().symmetry() == Symmetry::Symmetric;
     let asymmetry = scene.system.matrix().asymmetry().expect("PETSc");
     assert!(
         if promised { asymmetry < 1e-13 } else { asymmetry > 1e-8 },

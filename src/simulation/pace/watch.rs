@@ -8,7 +8,7 @@ use super::shortest::{MinimumStepWatch, Shortest};
 use crate::assembly::{ContactSystem, Energies, Stuck};
 use crate::case::{Accuracy, Case};
 use crate::contact::friction::Regularization;
-use crate::dynamics::{Dynamics, Stage, State};
+use crate::dynamics::{Augmentation, Stage, State};
 use crate::error::Result;
 use crate::output::accuracy::{AccuracyRecord, Errors};
 use crate::reader::quantity::Number;

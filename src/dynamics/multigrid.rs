@@ -1,0 +1,43 @@
+//! What preconditioners may know of bodies and contact beside the matrix.
+
+use super::{Equations, Stage};
+use crate::error::Result;
+use crate::petsc::{Matrix, Vector};
+use crate::terms::Terms;
+
+/// Knowledge of bodies and contact for preconditioners. The defaults are those of a system without
+/// contact whose bodies are held.
+pub trait MultigridHints: Equations {
+    /// Assembles [`Terms::BODIES`] with springs at closed contact points into a matrix with the
+    /// system's pattern. Symmetric. Collective.
+    ///
+    /// The springs have the stiffness of `K_CN` and `K_T`, but are at most as stiff as the elements
+    /// beneath them. They are softer at points without friction.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    fn joined_bodies_into(&mut self, stage: &Stage, matrix: &mut Matrix) -> Result<()> {
+        self.jacobian_into(stage, Terms::BODIES, matrix)
+    }
+
+    /// Marks the owned nodes of facets in contact at the last residual, on both sides of deformable
+    /// contacts. Collective.
+    fn contact_nodes(&mut self) -> Vec<bool> {
+        vec![false; self.matrix().pattern().rows()]
+    }
+
+    /// Marks the owned nodes of bodies that no support holds in some direction.
+    fn floating_nodes(&self) -> Vec<bool> {
+        vec![false; self.matrix().pattern().rows()]
+    }
+
+    /// Computes unit normals at the owned nodes in contact at the last residual, zero elsewhere.
+    /// Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    fn contact_normals(&mut self, out: &mut Vector) -> Result<()> {
+        out.set(0.0);
+        Ok(())
+    }
+}
