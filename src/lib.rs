@@ -21,9 +21,10 @@
 //! | 8 | [`assembly`] | where kernels, contact and PETSc meet: (3.5), (3.9), energies, reports |
 //! | 9 | [`solvers`]; [`time`] | monolithic and staggered Newton, linear solvers; Newmark and its family |
 //! | 10 | [`output`], [`plot`] | tables, fields, record, console; figures |
-//! | 11 | [`simulation`]; [`report`] | the run, in the order of the paper's section 3; a page about results |
-//! | 12 | [`study`] | many runs: errors against costs, advice |
-//! | 13 | [`commands`], [`cli`] | the command line |
+//! | 11 | [`advice`]; [`guard`] | what to know of a case before it runs; supervision of a run |
+//! | 12 | [`simulation`]; [`report`] | the run, in the order of the paper's section 3; a page about results |
+//! | 13 | [`study`] | many runs: errors against costs, advice |
+//! | 14 | [`commands`], [`cli`] | the command line |
 //!
 //! # From the paper's symbols to names
 //!
@@ -46,6 +47,7 @@
 //!
 //! Signs: every term is its contribution to the left-hand side, minus the derivative of a force.
 
+pub mod advice;
 pub mod assembly;
 pub mod case;
 pub mod checkpoint;
@@ -57,6 +59,7 @@ pub mod dynamics;
 pub mod element;
 pub mod error;
 pub mod files;
+pub mod guard;
 pub mod lanes;
 pub mod material;
 pub mod mesh;

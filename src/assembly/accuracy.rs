@@ -302,16 +302,7 @@ impl<const D: usize> ContactSystem<D> {
     /// For each contact, the root mean square speed of all bodies that an impulse on it gives to
     /// those of its bodies that are free to move \[1/kg\]. Collective.
     pub fn recoils(&self) -> Vec<f64> {
-        let mut own = vec![0.0; self.bodies.len()];
-        for solid in &self.solids {
-            solid.group.mass(|index, mass| {
-                if self.local.mine[solid.group.elements()[index] as usize] {
-                    own[solid.body] += mass.iter().sum::<f64>();
-                }
-            });
-        }
-        let mut masses = vec![0.0; own.len()];
-        self.session.world().all_reduce_into(&own[..], &mut masses[..], SystemOperation::sum());
+        let masses = self.body_masses();
         let all: f64 = masses.iter().sum();
         let flies =
             |body: &usize| masses[*body] > 0.0 && self.free_bodies.iter().any(|free| free.body == *body);

@@ -143,7 +143,7 @@ pub(super) fn height<const D: usize>(
 }
 
 /// Side lengths of the box around a body \[m\]. Collective.
-pub(super) fn sides_of<const D: usize>(
+pub fn sides_of<const D: usize>(
     world: &impl CommunicatorCollectives,
     local: &LocalMesh<D>,
     body: usize,

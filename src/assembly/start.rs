@@ -47,7 +47,7 @@ const ROUNDING: f64 = 1e-12;
 const ROUNDINGS: f64 = 8.0;
 
 /// Accuracy of positions of bodies with this extent and this largest coordinate \[m\].
-pub fn known(extent: f64, farthest: f64) -> f64 {
+pub fn known_length(extent: f64, farthest: f64) -> f64 {
     (ROUNDING * extent).max(ROUNDINGS * f64::EPSILON * farthest)
 }
 

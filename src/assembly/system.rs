@@ -11,7 +11,7 @@ use super::build::{
 };
 use super::contact::LocalContact;
 use super::contact_forces::add_contact_forces;
-use super::external::External;
+use super::external::{External, Moment};
 use super::interface::Interface;
 use super::mass::{MassMatrix, Supported};
 use super::pattern::pattern_of_elements;
@@ -19,7 +19,7 @@ use super::phases::Phases;
 use super::pieces::Pieces;
 use super::redistribution::Redistribution;
 use super::solid::{SolidElements, solids};
-use super::start::{Overclosure, known, resolve_overclosure, resolve_overclosure_of_points};
+use super::start::{Overclosure, known_length, resolve_overclosure, resolve_overclosure_of_points};
 use super::supports::{Supports, in_space};
 use crate::case::Units;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
@@ -117,7 +117,7 @@ impl<const D: usize> ContactSystem<D> {
         let world = session.world();
         let extent = extent(world, &local);
         let span = extent.max(farthest(world, &local));
-        let known = known(extent, span);
+        let known = known_length(extent, span);
         let mut overclosures = Vec::with_capacity(model.contacts.len());
         let middle = middle_of(world, &local);
         let anchored: Vec<_> = model.contacts.iter().map(|contact| contact.anchored(&middle)).collect();
@@ -209,7 +209,7 @@ impl<const D: usize> ContactSystem<D> {
             let phases = &self.phases;
             add_contact_forces(interface, &mut self.contacts, world, phases, &request, &mut force, || ());
         }
-        let known = known(self.size, self.extent);
+        let known = known_length(self.size, self.extent);
         for (at, (contact, given)) in self.contacts.iter_mut().zip(&model.contacts).enumerate() {
             if contact.is_deformable() {
                 self.overclosures.insert(
@@ -234,6 +234,47 @@ impl<const D: usize> ContactSystem<D> {
     /// The rank's part of the mesh.
     pub fn local(&self) -> &LocalMesh<D> {
         &self.local
+    }
+
+    /// The contacts of this rank.
+    pub fn contacts(&self) -> &[LocalContact<D>] {
+        &self.contacts
+    }
+
+    /// The elements of this rank, by body and kind.
+    pub fn solids(&self) -> &[SolidElements<D>] {
+        &self.solids
+    }
+
+    /// The prescribed displacements.
+    pub fn supports(&self) -> &Supports<D> {
+        &self.supports
+    }
+
+    /// Forces of the loads on the owned unknowns at the last residual \[N\].
+    pub fn external_forces(&self) -> &[f64] {
+        &self.parts.external
+    }
+
+    /// Adds the loads on the undeformed bodies at `time` to the owned rows of `force` \[N\].
+    pub fn add_undeformed_loads(&mut self, time: f64, force: &mut [f64]) {
+        let zero = vec![0.0; self.local.mesh.points.len() * D];
+        self.external.add_force(&Moment { time, u: &zero, factor: 1.0 }, &self.solids, force);
+    }
+
+    /// Mass of each body \[kg\]. Collective.
+    pub fn body_masses(&self) -> Vec<f64> {
+        let mut own = vec![0.0; self.bodies.len()];
+        for solid in &self.solids {
+            solid.group.mass(|index, mass| {
+                if self.local.mine[solid.group.elements()[index] as usize] {
+                    own[solid.body] += mass.iter().sum::<f64>();
+                }
+            });
+        }
+        let mut masses = vec![0.0; own.len()];
+        self.session.world().all_reduce_into(&own[..], &mut masses[..], SystemOperation::sum());
+        masses
     }
 
     /// Gaps and overclosures of the undeformed state.

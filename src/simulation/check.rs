@@ -10,7 +10,9 @@ use mpi::traits::CommunicatorCollectives;
 use super::pace::{self, limits_slip};
 use super::remarks::{contact_starts, remarks};
 use super::unit_note::unit_note;
-use super::{Share, itself, magnitudes, needs, options, share_out, start};
+use super::{Share, needs, options, share_out, start};
+use crate::advice::precision::Precision;
+use crate::advice::{locking, magnitudes, precision, self_contact};
 use crate::assembly::{ContactSystem, SystemOptions};
 use crate::case::Case;
 use crate::contact::point::ContactLaw;
@@ -35,15 +37,15 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     let world = session.world();
     let model = Model::<D>::new(case)?;
     let Share { local, partition, remarks: of_meshes } = share_out(session, case, &model)?;
-    let themselves = if session.size() == 1 { itself::remarks(&local, &model) } else { Vec::new() };
+    let themselves = if session.size() == 1 { self_contact::remarks(&local, &model) } else { Vec::new() };
     let sizes = sizes(world, &local, model.bodies.len());
     let scheme = options::scheme(&case.time);
     let linear = options::linear(case);
     let format = options::format(session, case, &local, &linear)?;
     let wanted = SystemOptions { inertia: scheme.has_inertia(), format };
     let mut system = ContactSystem::new(session, local, &model, wanted)?;
-    let precision = system.precision();
-    magnitudes::require_precision(&precision)?;
+    let precision = Precision::of(&system);
+    precision::require(&precision)?;
     start::require_reach(&mut system, &model, case)?;
     pace::limit_penetration(&mut system, case, &precision)?;
     if case.is_static() {
@@ -68,7 +70,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     if let Some(units) = unit_note(case) {
         let _ = writeln!(text, "{units}");
     }
-    for ((body, size), cures) in model.bodies.iter().zip(&sizes).zip(system.cures(&model)) {
+    for ((body, size), cures) in model.bodies.iter().zip(&sizes).zip(locking::cures(&system, &model)) {
         describe_body(&mut text, body, size, case);
         let cures: Vec<String> =
             cures.iter().map(|(kind, cure)| format!("{} of {kind}", cure.name())).collect();
@@ -90,8 +92,8 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
     drop((stage, past));
     let notes = remarks(&system, &watched).into_iter().chain(magnitudes::remarks(&system, &model));
     let notes = notes
-        .chain(magnitudes::precision(&precision))
-        .chain(magnitudes::locking(&system, &model))
+        .chain(precision::remark(&precision))
+        .chain(locking::remarks(&system, &model))
         .chain(options::remarks(case))
         .chain(of_meshes)
         .chain(themselves);

@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use super::options;
+use crate::advice::lifting::{contact_resists, loads_along};
 use crate::assembly::ContactSystem;
 use crate::case::{self, Case};
 use crate::dynamics::{Equations, FloatingBodies, MovingPart, RigidMotion, Stage};
@@ -65,7 +66,7 @@ pub(super) fn lifted<const D: usize>(
     let mut residual = system.pattern_vector().like()?;
     system.residual(stage, &mut residual)?;
     let rigid = system.rigid_motions(stage)?;
-    let (loads, all) = system.loads_along(&rigid);
+    let (loads, all) = loads_along(system, &rigid);
     let mut groups: Vec<usize> = rigid.iter().map(|motion| motion.group).collect();
     groups.dedup();
     for group in groups {
@@ -79,7 +80,7 @@ pub(super) fn lifted<const D: usize>(
         let way = &loads / size;
         residual.set(0.0);
         rigid.iter().zip(way.iter()).try_for_each(|(motion, part)| residual.axpy(*part, &motion.field))?;
-        if !system.contact_resists(&residual) {
+        if !contact_resists(system, &residual) {
             let Driven { words, force, unit } = describe(&rigid, &way, &loads, system.units());
             return Ok(Some(format!(
                 "contact can only push: once it opens, nothing resists {words}, which the loads drive by {force:.3e} {unit}; support \

@@ -7,12 +7,13 @@ use std::time::{Instant, SystemTime};
 
 use super::current_solve::CurrentSolve;
 use super::earlier_run::EarlierRun;
-use super::magnitudes;
 use super::place::{RunRequest, prepare, shared_folder, versions};
 use super::remarks::{RESTARTS_TO_ROUNDING, contact_starts, notes, remarks, untouched, unused, warning};
 use super::tables::Tables;
 use super::unit_note::unit_note;
-use crate::assembly::{ContactSystem, Energies, EnergyLedger, Precision, Watched};
+use crate::advice::precision::Precision;
+use crate::advice::{locking, magnitudes, precision};
+use crate::assembly::{ContactSystem, Energies, EnergyLedger, Watched};
 use crate::case::Case;
 use crate::dynamics::Stage;
 use crate::error::{Cause, Result, agree};
@@ -147,9 +148,9 @@ impl<const D: usize> Journal<D> {
         }
         let mut warnings = remarks(system, &self.watched);
         warnings.extend(magnitudes::remarks(system, &self.model));
-        warnings.extend(magnitudes::locking(system, &self.model));
-        let precision = system.precision();
-        warnings.extend(magnitudes::precision(&precision));
+        warnings.extend(locking::remarks(system, &self.model));
+        let precision = Precision::of(system);
+        warnings.extend(precision::remark(&precision));
         self.precision = Some(precision);
         warnings.append(&mut self.remarks);
         let keeps = !self.record.case["output"]["checkpoint"].is_null();
@@ -334,7 +335,7 @@ impl<const D: usize> Journal<D> {
         let contacts =
             contacts.filter_map(|contact| warning(contact, is_general(&contact.contact), self.record.units));
         let precision = self.precision.iter();
-        let blurred = precision.flat_map(|known| magnitudes::blurred(&self.record.penetrations, known));
+        let blurred = precision.flat_map(|known| precision::blurred(&self.record.penetrations, known));
         let last_words = std::mem::take(&mut self.last_words);
         let contacts = contacts.chain(missed).chain(blurred).chain(last_words).collect::<Vec<_>>();
         let options = if is_solved(outcome) { unused(&self.session) } else { Vec::new() };

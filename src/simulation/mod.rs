@@ -7,14 +7,10 @@ mod checkpoint;
 mod current_solve;
 mod earlier_run;
 mod fields;
-mod guard;
 mod hints;
 mod input;
-mod itself;
 mod journal;
-mod magnitudes;
 mod measure;
-mod motion;
 mod needs;
 mod options;
 mod pace;
@@ -27,15 +23,16 @@ mod resume;
 mod signals;
 mod start;
 mod tables;
-mod unexplained;
 mod unit_note;
 
 use std::rc::Rc;
 
-use crate::assembly::{ContactSystem, EnergyLedger, Motions, SystemOptions};
+use crate::advice::precision::{self, MotionPrecision, Motions, Precision, farthest_motion};
+use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
 use crate::case::Case;
 use crate::dynamics::{Equations, OverStep, Stage};
 use crate::error::{Cause, Error, Result, agree};
+use crate::guard::{RunGuard, slides};
 use crate::model::{ContactModel, Model, Target, read_meshes};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
@@ -55,8 +52,6 @@ pub use refusal::refuse;
 pub use signals::Signals;
 
 use checkpoint::{CheckpointPolicy, RunView};
-use guard::RunGuard;
-use magnitudes::MotionPrecision;
 use restart::Saved;
 
 /// Prefixes of PETSc's options for the linear solvers of the steps, the static start and the
@@ -99,8 +94,8 @@ impl<const D: usize> Ready<D> {
         let format = options::format(session, case, &local, &linear)?;
         let options = SystemOptions { inertia: scheme.has_inertia(), format };
         let mut system = ContactSystem::new(session, local, &model, options)?; // (2.1), (3.4)
-        let precision = system.precision();
-        magnitudes::require_precision(&precision)?;
+        let precision = Precision::of(&system);
+        precision::require(&precision)?;
         start::require_reach(&mut system, &model, case)?;
         pace::limit_penetration(&mut system, case, &precision)?;
         let stage = Stage::new(system.pattern_vector(), scheme.has_inertia())?;
@@ -189,8 +184,8 @@ fn begin<const D: usize>(
     journal: &mut Journal<D>,
 ) -> Result<RunMonitors> {
     start::at_equilibrium(system, stage, case, model, journal)?;
-    let farthest = system.farthest_motion(stage, Motions::All);
-    MotionPrecision::new(system.precision()).accept(farthest, "at the start")?;
+    let farthest = farthest_motion(system, stage, Motions::All);
+    MotionPrecision::new(Precision::of(system)).accept(farthest, "at the start")?;
     let control = pace::control(case, model, 0.0);
     let pace = StepPacing::new(system, stage, case, model)?;
     let ledger = EnergyLedger::begin(system, stage, system.pattern_vector().like()?)?;
@@ -210,7 +205,7 @@ fn march<const D: usize>(
     keeper: &mut CheckpointPolicy,
 ) -> Result<()> {
     let scheme = options::scheme(&case.time);
-    let mut precision = MotionPrecision::new(system.precision());
+    let mut precision = MotionPrecision::new(Precision::of(system));
     while !watch.control.finished() {
         let RunMonitors { control, ledger, guard, pace } = &mut watch;
         if guard.motion.foresees(control.dt()) && control.can_cut() {
@@ -235,7 +230,7 @@ fn march<const D: usize>(
         match outcome {
             Outcome::Converged(report) => {
                 let energies = *ledger.now();
-                let slides = system.slides(stage);
+                let slides = slides(system, stage);
                 if let Some(reason) =
                     control.can_cut().then(|| guard.motion.objection(&slides, case.units)).flatten()
                 {
@@ -249,7 +244,7 @@ fn march<const D: usize>(
                     journal.repeated(&report, control);
                     continue;
                 }
-                let farthest = system.farthest_motion(stage, Motions::All);
+                let farthest = farthest_motion(system, stage, Motions::All);
                 precision.accept(farthest, &at_time(system, stage)).map(|remark| {
                     remark.iter().for_each(|text| journal.warn(&format!("warning: {text}")));
                     journal.known(precision.at(farthest));
@@ -272,7 +267,7 @@ fn march<const D: usize>(
                 if control.fail() == Retry::GiveUp {
                     // If rounding dominates the prescribed motion, this is why the step does not
                     // converge.
-                    let prescribed = system.farthest_motion(stage, Motions::Prescribed);
+                    let prescribed = farthest_motion(system, stage, Motions::Prescribed);
                     precision.accept(prescribed, &at_time(system, stage))?;
                     let error = give_up(system, &reason, stage, control);
                     return Err(hints::with_hint(error, &report, system, stage, case)?);

@@ -8,7 +8,6 @@ use serde_json::Value;
 
 use super::begin::Begin;
 use super::earlier_run::EarlierRun;
-use super::guard::RunGuard;
 use super::input::shared_text;
 use super::journal::Journal;
 use super::pace::{self, StepPacing};
@@ -19,6 +18,7 @@ use crate::case::{Case, Units};
 use crate::checkpoint::{self, Store, StoredTable};
 use crate::dynamics::Stage;
 use crate::error::{Error, Result};
+use crate::guard::RunGuard;
 use crate::model::Model;
 use crate::output::folder::{ResultsFolder, record};
 use crate::output::process::{self, claim};

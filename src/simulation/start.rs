@@ -5,7 +5,9 @@
 use super::hints::{self, TOO_LARGE};
 use super::journal::Journal;
 use super::{SOLVER_PREFIXES, options};
-use crate::assembly::{ContactSystem, Span};
+use crate::advice::crushed::crushed;
+use crate::advice::reach::{self, Span};
+use crate::assembly::ContactSystem;
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Continuation, Equations, FrictionMode, Shifts, Stage};
 use crate::error::{Cause, Error, Result};
@@ -93,7 +95,8 @@ pub fn require_reach<const D: usize>(
 ) -> Result<()> {
     let from_equilibrium =
         matches!(case.start.as_ref().map(|start| &start.value), Some(Start::Equilibrium { .. }));
-    system.require_reach(
+    reach::require_reach(
+        system,
         model,
         &Span {
             end: case.time.end.value,
@@ -316,7 +319,7 @@ fn no_equilibrium<const D: usize>(
     let beyond = report.trouble == Trouble::Numbers || fault.is_some();
     let error = fault.unwrap_or_else(|| Error::not_converged(reason.to_owned())).within(&place);
     // Increments have been halved six times at this point.
-    let mut cure = match (system.crushed(model), report.trouble) {
+    let mut cure = match (crushed(system, model), report.trouble) {
         (Some(crushed), _) => crushed,
         (None, _) if beyond && error.cause != Cause::Guard => TOO_LARGE.to_owned(),
         (None, Trouble::Multipliers) => {

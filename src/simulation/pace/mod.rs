@@ -8,7 +8,8 @@ mod watch;
 
 use super::journal::Journal;
 use super::options;
-use crate::assembly::{Asked, ContactSystem, Energies, Precision};
+use crate::advice::precision::Precision;
+use crate::assembly::{Asked, ContactSystem, Energies};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;
 use crate::error::Result;

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::Slide;
+use super::slide::Slide;
 use crate::case::Units;
 
 /// Default limit in facets per step: one, with a margin for steps that are meant to be one facet

@@ -13,7 +13,7 @@ const TOUCH: f64 = 1e-9;
 
 /// Remarks on bodies that may touch themselves although no contact detects it, with the distance.
 /// `local` is the whole mesh.
-pub(super) fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Vec<String> {
+pub fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Vec<String> {
     let met = |body: usize| {
         let by =
             |target: &Target<D>| matches!(target, Target::Surface { bodies, .. } if bodies.contains(&body));

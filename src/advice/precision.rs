@@ -1,19 +1,13 @@
-//! Detects implausible magnitudes. Their usual cause is a wrong unit, such as `mPa` for `MPa`.
+//! Precision of positions. Coordinates are rounded, and element sizes and contact depths are
+//! differences of coordinates.
 
-use std::ops::RangeInclusive;
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
 
-use crate::assembly::{ContactSystem, Precision};
-use crate::element::LOCKS;
+use crate::assembly::{ContactSystem, LocalContact};
+use crate::dynamics::{Equations, Stage};
 use crate::error::{Error, Result};
-use crate::model::Model;
 use crate::output::record::PenetrationRecord;
-
-/// Plausible speeds of pressure waves \[m/s\], from the softest gels to beyond diamond.
-const WAVE_SPEEDS: RangeInclusive<f64> = 0.1..=3e4;
-
-/// Plausible ratios of contact stiffness to the stiffness of the elements beneath, from cushions to
-/// what rounding still resolves.
-const STIFFNESSES: RangeInclusive<f64> = 1e-4..=1e6;
 
 /// Ratios of the spacing of coordinates to the shortest element edge. Above the first, strains lose
 /// their sixth digit. Above the second, element shapes are lost.
@@ -26,6 +20,93 @@ const SHALLOW: [f64; 2] = [1e-6, 1e-2];
 /// wrong by a thousandth.
 const BLURRED: f64 = 1e-3;
 
+/// Lengths with which coordinates are compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Precision {
+    /// Largest coordinate, or largest displacement if [`moved`](Self::moved) \[m\].
+    pub farthest: f64,
+    /// Whether bodies have moved to the largest coordinate. Otherwise they start there.
+    pub moved: bool,
+    /// Distance between adjacent floating-point numbers at `farthest` \[m\].
+    pub spacing: f64,
+    /// Shortest distance between two corners of an element \[m\].
+    pub edge: f64,
+    /// Name of each contact, and its depth at a high pressure (a tenth of the softer modulus)
+    /// \[m\].
+    pub depths: Vec<(String, f64)>,
+    /// Unit of these lengths.
+    pub unit: String,
+}
+
+impl Precision {
+    /// Precision of the positions of this system. Collective.
+    pub fn of<const D: usize>(system: &ContactSystem<D>) -> Self {
+        let mesh = &system.local().mesh;
+        let edge = |element: usize| {
+            let corners = &mesh.element_nodes(element)[..mesh.kinds[element].corners()];
+            let pairs =
+                corners.iter().enumerate().flat_map(|(k, a)| corners[k + 1..].iter().map(move |b| (a, b)));
+            let square = |(a, b): (&u32, &u32)| -> f64 {
+                let [a, b] = [a, b].map(|&node| mesh.points[node as usize]);
+                (0..D).map(|k| (a[k] - b[k]).powi(2)).sum()
+            };
+            pairs.map(square).fold(f64::INFINITY, f64::min)
+        };
+        let own = (0..mesh.element_count()).map(edge).fold(f64::INFINITY, f64::min);
+        let mut shortest = 0.0_f64;
+        system.session().world().all_reduce_into(&own, &mut shortest, SystemOperation::min());
+        let depth = |contact: &LocalContact<D>| {
+            let modulus = contact.beneath * contact.facet_size;
+            (contact.name.clone(), contact.law().normal.penetration(0.1 * modulus))
+        };
+        Self {
+            farthest: system.extent(),
+            moved: false,
+            spacing: f64::EPSILON * system.extent(),
+            edge: shortest.sqrt(),
+            depths: system.contacts().iter().map(depth).collect(),
+            unit: system.units().of("m"),
+        }
+    }
+
+    /// Returns the precision of bodies that have moved as far as `farthest` \[m\], if that is
+    /// farther than before.
+    #[must_use]
+    pub fn at(&self, farthest: f64) -> Self {
+        if farthest <= self.farthest {
+            return self.clone();
+        }
+        Self { farthest, moved: true, spacing: f64::EPSILON * farthest, ..self.clone() }
+    }
+}
+
+/// Displacements that [`farthest_motion`] covers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motions {
+    /// All displacements.
+    All,
+    /// Prescribed displacements.
+    Prescribed,
+}
+
+/// Largest component of a displacement, or of a displaced position, at the trial state \[m\].
+/// Collective.
+///
+/// Strains are differences of displacements, gaps are differences of positions.
+pub fn farthest_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage, motions: Motions) -> f64 {
+    let u = stage.trial.u.owned();
+    let places = system.local().mesh.points.as_flattened();
+    let held = &system.supports().dofs.constrained;
+    let wanted = u.iter().zip(places).zip(held.iter());
+    let own = wanted
+        .filter(|(_, held)| motions == Motions::All || **held)
+        .map(|((u, x), _)| u.abs().max((x + u).abs()))
+        .fold(0.0, f64::max);
+    let mut most = 0.0_f64;
+    system.session().world().all_reduce_into(&own, &mut most, SystemOperation::max());
+    most
+}
+
 /// Hint for coordinates that are too large.
 const NEARER: &str = "move all bodies and obstacles nearer to the origin: coordinates have sixteen digits";
 
@@ -33,7 +114,7 @@ const NEARER: &str = "move all bodies and obstacles nearer to the origin: coordi
 const CLOSER: &str = "prescribe smaller motions, or end the run earlier: displacements have sixteen digits";
 
 /// Describes the precision of coordinates or displacements, with a hint.
-fn known(precision: &Precision) -> (String, &'static str) {
+fn described(precision: &Precision) -> (String, &'static str) {
     let Precision { farthest, moved, spacing, unit, .. } = precision;
     let (what, cure) = if *moved { ("displacements", CLOSER) } else { ("coordinates", NEARER) };
     (format!("{what} of {farthest:.1e} {unit} are known to {spacing:.1e} {unit} only"), cure)
@@ -41,7 +122,7 @@ fn known(precision: &Precision) -> (String, &'static str) {
 
 /// In every accepted step, compares the rounding of displacements with element sizes and
 /// penetrations.
-pub(super) struct MotionPrecision {
+pub struct MotionPrecision {
     start: Precision,
     /// Spacing at the last warning \[m\].
     warned: f64,
@@ -49,8 +130,8 @@ pub(super) struct MotionPrecision {
 
 impl MotionPrecision {
     /// A monitor that starts with the precision of the start, which was already reported.
-    pub(super) fn new(start: Precision) -> Self {
-        let warned = if precision(&start).is_some() { start.spacing } else { 0.0 };
+    pub fn new(start: Precision) -> Self {
+        let warned = if remark(&start).is_some() { start.spacing } else { 0.0 };
         Self { start, warned }
     }
 
@@ -60,22 +141,22 @@ impl MotionPrecision {
     /// # Errors
     /// Rounding is no longer small compared with the elements or the penetration of a contact; the
     /// error is the same on all ranks.
-    pub(super) fn accept(&mut self, farthest: f64, place: &str) -> Result<Option<String>> {
+    pub fn accept(&mut self, farthest: f64, place: &str) -> Result<Option<String>> {
         let now = self.start.at(farthest);
         if !now.moved {
             return Ok(None);
         }
-        require_precision(&now).map_err(|error| error.within(place))?;
+        require(&now).map_err(|error| error.within(place))?;
         if now.spacing < 10.0 * self.warned {
             return Ok(None);
         }
-        let remark = precision(&now);
+        let remark = remark(&now);
         self.warned = if remark.is_some() { now.spacing } else { self.warned };
         Ok(remark.map(|remark| format!("{place}: {remark}")))
     }
 
     /// The precision when bodies have moved as far as `farthest` \[m\].
-    pub(super) fn at(&self, farthest: f64) -> Precision {
+    pub fn at(&self, farthest: f64) -> Precision {
         self.start.at(farthest)
     }
 }
@@ -84,9 +165,9 @@ impl MotionPrecision {
 ///
 /// # Errors
 /// They are not; the error is the same on all ranks.
-pub(super) fn require_precision(precision: &Precision) -> Result<()> {
+pub fn require(precision: &Precision) -> Result<()> {
     let Precision { spacing, edge, depths, unit, .. } = precision;
-    let (words, cure) = known(precision);
+    let (words, cure) = described(precision);
     if *spacing > COARSE[1] * edge {
         let message = format!("{words}, and the shortest edge of an element has {edge:.1e} {unit}");
         return Err(Error::case(message).hint(cure));
@@ -102,9 +183,9 @@ pub(super) fn require_precision(precision: &Precision) -> Result<()> {
 }
 
 /// A remark if the rounding of coordinates reduces the number of correct digits in the results.
-pub(super) fn precision(precision: &Precision) -> Option<String> {
+pub fn remark(precision: &Precision) -> Option<String> {
     let Precision { spacing, edge, depths, unit, .. } = precision;
-    let (words, cure) = known(precision);
+    let (words, cure) = described(precision);
     let least = depths.iter().min_by(|a, b| a.1.total_cmp(&b.1));
     let shallow = least.filter(|(_, depth)| *spacing > SHALLOW[0] * depth);
     match shallow {
@@ -122,9 +203,9 @@ pub(super) fn precision(precision: &Precision) -> Option<String> {
 
 /// A warning for each contact whose penetration stayed so small that the rounding of coordinates or
 /// displacements affects its forces.
-pub(super) fn blurred(contacts: &[PenetrationRecord], precision: &Precision) -> Vec<String> {
+pub fn blurred(contacts: &[PenetrationRecord], precision: &Precision) -> Vec<String> {
     let Precision { spacing, unit, .. } = precision;
-    let (_, cure) = known(precision);
+    let (_, cure) = described(precision);
     let what = if precision.moved { "displacements" } else { "coordinates" };
     let shallow = |contact: &&PenetrationRecord| contact.force > 0.0 && contact.deepest > 0.0;
     let blurred = contacts.iter().filter(shallow).filter(|contact| *spacing > BLURRED * contact.deepest);
@@ -138,48 +219,4 @@ pub(super) fn blurred(contacts: &[PenetrationRecord], precision: &Precision) -> 
         )
     };
     blurred.map(words).collect()
-}
-
-/// A remark for each body whose elements lock and have no formulation that avoids it. Collective.
-pub(super) fn locking<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
-    let locked = system.locked_bodies(model).into_iter().map(|(name, kinds)| {
-        let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
-        let better = if D == 2 { "quad4, quad8, quad9 or tri6" } else { "hex8, hex20, hex27 or tet10" };
-        format!(
-            "'{name}' locks: {} elements have no cure and are too stiff at a Poisson's ratio of {LOCKS} or more: mesh it with {better}",
-            kinds.join(" and ")
-        )
-    });
-    locked.collect()
-}
-
-/// Hint for numbers that are consistent in mm, t and s.
-const TONNES: &str = " A case in mm, t, s says `units: { length: mm, mass: t, time: s }`";
-
-/// A remark for each implausible number.
-pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
-    let is_dynamic = system.is_dynamic();
-    let heavy = model.bodies.iter().filter(|body| is_dynamic && body.formulation.density > 0.0);
-    let waves = heavy.filter_map(|body| {
-        let formulation = &body.formulation;
-        let speed = (formulation.moduli().uniaxial_strain() / formulation.density).sqrt();
-        let in_si = speed * model.units.si_value("m/s");
-        let name = &body.name;
-        (!WAVE_SPEEDS.contains(&in_si)).then(|| {
-            let unit = model.units.of("m/s");
-            let in_mm = model.units.is_si() && WAVE_SPEEDS.contains(&(1e-3 * speed));
-            let cure = if in_mm { TONNES } else { "" };
-            format!(
-                "pressure waves run through '{name}' at {speed:.1e} {unit}: are the units of its moduli and its density right?{cure}"
-            )
-        })
-    });
-    let far_off = system.relative_stiffnesses().filter(|(_, ratio)| !STIFFNESSES.contains(ratio));
-    let contacts = far_off.map(|(name, ratio)| {
-        format!(
-            "contact '{name}' is {ratio:.1e} times as stiff as the elements beneath it: are the units of its normal law and of \
-             the moduli right?"
-        )
-    });
-    waves.chain(contacts).collect()
 }

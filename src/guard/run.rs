@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::closing::{Closing, closings};
 use super::motion::MotionWatch;
 use super::unexplained::{KnownError, Unexplained};
 use crate::assembly::{ContactSystem, Energies, EnergyLedger};
@@ -76,8 +77,8 @@ impl RunGuard {
         if self.speeds.is_empty() {
             return None;
         }
-        let closings = system.closings(stage);
-        let sudden = |(closing, speed): (&crate::assembly::Closing, &f64)| {
+        let closings = closings(system, stage);
+        let sudden = |(closing, speed): (&Closing, &f64)| {
             let many = closing.before == 0 || closing.now as f64 >= MANY * closing.points as f64;
             closing.now > 0 && many && closing.speed > SUDDEN * speed
         };

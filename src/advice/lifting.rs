@@ -1,0 +1,70 @@
+//! Whether loads move a body away from the contacts that hold it. Contacts push and do not pull.
+
+use mpi::collective::SystemOperation;
+use mpi::traits::CommunicatorCollectives;
+
+use crate::assembly::{ContactSystem, LocalContact, known_length};
+use crate::dynamics::{Equations, RigidMotion};
+use crate::petsc::Vector;
+use crate::tensor::Vector as Point;
+
+/// Forces of the loads along each motion, and the norm of all loads, at the last residual
+/// \[N\]. Collective.
+pub fn loads_along<const D: usize>(system: &ContactSystem<D>, motions: &[RigidMotion]) -> (Vec<f64>, f64) {
+    let loads = system.external_forces();
+    let dot = |motion: &RigidMotion| motion.field.owned().iter().zip(loads).map(|(n, f)| n * f).sum();
+    let mut own: Vec<f64> = motions.iter().map(dot).collect();
+    own.push(loads.iter().map(|f| f * f).sum());
+    let mut all = vec![0.0; own.len()];
+    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+    let square = all.pop().unwrap_or(0.0);
+    (all, square.sqrt())
+}
+
+/// Whether a point that was closed at the start of the step resists a motion. Its gap closes,
+/// or it has friction and does not open. Collective.
+pub fn contact_resists<const D: usize>(system: &ContactSystem<D>, motion: &Vector) -> bool {
+    /// Motion, relative to the largest motion of a node, below which a gap neither closes nor
+    /// opens. It is well above rounding.
+    const STILL: f64 = 1e-6;
+    let field = motion.owned();
+    let targets = mean_target_motions(system, &field);
+    let own = field.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let mut largest = 0.0_f64;
+    let world = system.session().world();
+    world.all_reduce_into(&own, &mut largest, SystemOperation::max());
+    let touching = known_length(system.size(), system.extent());
+    let resists = |(contact, target): (&LocalContact<D>, &Point<D>)| {
+        let rubs = contact.law().friction.is_some();
+        let least = if rubs { STILL } else { -STILL } * largest;
+        let points = contact.state.history.iter().zip(&contact.state.current).zip(contact.vertices());
+        points.filter(|((history, _), _)| history.gap <= touching).any(|((_, point), &node)| {
+            let moved = Point::<D>::from_column_slice(&field[node as usize * D..][..D]);
+            // Points whose bodies do not move are irrelevant.
+            (moved - target).dot(&point.normal) < least && (moved - target).amax() > STILL * largest
+        })
+    };
+    let own = u8::from(system.contacts().iter().zip(&targets).any(resists));
+    let mut any = 0u8;
+    world.all_reduce_into(&own, &mut any, SystemOperation::max());
+    any > 0
+}
+
+/// Mean motion of the nodes of each target surface; zero if the target is an obstacle.
+/// Collective.
+fn mean_target_motions<const D: usize>(system: &ContactSystem<D>, field: &[f64]) -> Vec<Point<D>> {
+    let mut own = vec![0.0_f64; system.contacts().len() * (D + 1)];
+    let mut nodes = Vec::new();
+    for (contact, sums) in system.contacts().iter().zip(own.chunks_exact_mut(D + 1)) {
+        for &facet in contact.pair.target_facets() {
+            system.local().mesh.facet_nodes(facet, &mut nodes);
+            for &node in nodes.iter().filter(|&&node| system.local().index.owns(node)) {
+                sums[D] += 1.0;
+                (0..D).for_each(|i| sums[i] += field[node as usize * D + i]);
+            }
+        }
+    }
+    let mut all = vec![0.0_f64; own.len()];
+    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+    all.chunks_exact(D + 1).map(|sums| Point::from_fn(|i, _| sums[i] / sums[D].max(1.0))).collect()
+}

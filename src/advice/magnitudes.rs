@@ -1,0 +1,44 @@
+//! Detects implausible magnitudes. Their usual cause is a wrong unit, such as `mPa` for `MPa`.
+
+use std::ops::RangeInclusive;
+
+use crate::assembly::ContactSystem;
+use crate::model::Model;
+
+/// Plausible speeds of pressure waves \[m/s\], from the softest gels to beyond diamond.
+const WAVE_SPEEDS: RangeInclusive<f64> = 0.1..=3e4;
+
+/// Plausible ratios of contact stiffness to the stiffness of the elements beneath, from cushions to
+/// what rounding still resolves.
+const STIFFNESSES: RangeInclusive<f64> = 1e-4..=1e6;
+
+/// Hint for numbers that are consistent in mm, t and s.
+const TONNES: &str = " A case in mm, t, s says `units: { length: mm, mass: t, time: s }`";
+
+/// A remark for each implausible number.
+pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
+    let is_dynamic = system.is_dynamic();
+    let heavy = model.bodies.iter().filter(|body| is_dynamic && body.formulation.density > 0.0);
+    let waves = heavy.filter_map(|body| {
+        let formulation = &body.formulation;
+        let speed = (formulation.moduli().uniaxial_strain() / formulation.density).sqrt();
+        let in_si = speed * model.units.si_value("m/s");
+        let name = &body.name;
+        (!WAVE_SPEEDS.contains(&in_si)).then(|| {
+            let unit = model.units.of("m/s");
+            let in_mm = model.units.is_si() && WAVE_SPEEDS.contains(&(1e-3 * speed));
+            let cure = if in_mm { TONNES } else { "" };
+            format!(
+                "pressure waves run through '{name}' at {speed:.1e} {unit}: are the units of its moduli and its density right?{cure}"
+            )
+        })
+    });
+    let far_off = system.relative_stiffnesses().filter(|(_, ratio)| !STIFFNESSES.contains(ratio));
+    let contacts = far_off.map(|(name, ratio)| {
+        format!(
+            "contact '{name}' is {ratio:.1e} times as stiff as the elements beneath it: are the units of its normal law and of \
+             the moduli right?"
+        )
+    });
+    waves.chain(contacts).collect()
+}

@@ -1,0 +1,13 @@
+//! Supervision of a run: steps that are too long for the contact, energy without an origin, and
+//! impacts.
+
+mod closing;
+mod motion;
+mod run;
+mod slide;
+mod unexplained;
+
+pub use closing::{Closing, closings};
+pub use motion::MotionWatch;
+pub use run::RunGuard;
+pub use slide::{Slide, slides};
