@@ -304,8 +304,7 @@ impl<const D: usize> ContactSystem<D> {
     pub fn recoils(&self) -> Vec<f64> {
         let masses = self.body_masses();
         let all: f64 = masses.iter().sum();
-        let flies =
-            |body: &usize| masses[*body] > 0.0 && self.free_bodies.iter().any(|free| free.body == *body);
+        let flies = |body: &usize| masses[*body] > 0.0 && self.holding().leaves_free(*body);
         let recoil = |contact: &LocalContact<D>| {
             let flying = contact.bodies.iter().filter(|body| flies(body));
             flying.map(|&body| 1.0 / (masses[body] * all)).sum::<f64>().sqrt()

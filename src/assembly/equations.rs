@@ -5,6 +5,7 @@ use mpi::traits::CommunicatorCollectives;
 
 use super::accuracy;
 use super::contact::LocalContact;
+use super::soundness::unsound_force;
 use super::stages::{self, Target};
 use super::system::ContactSystem;
 use crate::case::Units;
@@ -64,7 +65,7 @@ impl<const D: usize> Equations for ContactSystem<D> {
         let told = |own: Option<Error>| agree(self.session.world(), own.map_or(Ok(()), Err)).err();
         // An inverted element causes non-finite values on any rank.
         let inverted = self.fault.map(|inverted| self.describe(&inverted));
-        told(inverted).or_else(|| told(self.unsound_force()))
+        told(inverted).or_else(|| told(unsound_force(self)))
     }
 
     fn rounding(&self, stage: &Stage) -> Result<f64> {
@@ -186,11 +187,18 @@ impl<const D: usize> Augmentation for ContactSystem<D> {
 
 impl<const D: usize> FloatingBodies for ContactSystem<D> {
     fn rigid_motions(&self, stage: &Stage) -> Result<Vec<RigidMotion>> {
-        self.rigid_at(stage)
+        self.rigid_bodies().motions(&stage.trial.u.local())
     }
 
     fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()> {
-        Self::weigh_motion(self, motion, out)
+        match &self.mass {
+            Some(mass) => mass.multiply(motion, out)?,
+            None => out.copy_from(motion)?,
+        }
+        let mut values = out.owned_mut();
+        let held = self.supports.dofs.constrained.iter();
+        values.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(value, _)| *value = 0.0);
+        Ok(())
     }
 
     fn unit(&self) -> f64 {
@@ -213,7 +221,7 @@ impl<const D: usize> MultigridHints for ContactSystem<D> {
         let mut floats = vec![false; self.local.index.owned];
         for element in 0..mesh.element_count() {
             let body = usize::from(mesh.body[element]);
-            if !self.free_bodies.iter().any(|free| free.body == body) {
+            if !self.holding().leaves_free(body) {
                 continue;
             }
             for &node in mesh.element_nodes(element) {

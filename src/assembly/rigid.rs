@@ -5,15 +5,19 @@
 //! and pieces that share a node move it equally. They use the current positions of the nodes, or
 //! the initial ones if kinematics are linear.
 
+use std::rc::Rc;
+
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
-use super::system::ContactSystem;
-use crate::dynamics::{MovingPart, RigidMotion, Stage};
+use super::bodies::NamedBody;
+use super::pieces::Pieces;
+use crate::dynamics::{MovingPart, RigidMotion};
 use crate::element::Kinematics;
 use crate::error::Result;
-use crate::petsc::Vector;
+use crate::partition::LocalMesh;
+use crate::petsc::{Session, Vector};
 
 /// Relative square below which a support does not resist a combination. Rounding is below it.
 const UNFELT: f64 = 1e-12;
@@ -38,25 +42,33 @@ fn displacement<const D: usize>(k: usize, arm: &[f64; D]) -> [f64; D] {
     moved
 }
 
-impl<const D: usize> ContactSystem<D> {
+/// The bodies of a rank, with what is needed to find their strain-free motions.
+pub(super) struct RigidBodies<'a, const D: usize> {
+    pub session: &'a Rc<Session>,
+    pub local: &'a LocalMesh<D>,
+    pub bodies: &'a [NamedBody],
+    pub pieces: &'a Pieces<D>,
+    /// Whether each unknown is prescribed.
+    pub held: &'a [bool],
+    /// Extent of all bodies \[m\].
+    pub size: f64,
+}
+
+impl<const D: usize> RigidBodies<'_, D> {
     /// For each group of pieces, the number of motions that supports allow in the undeformed state,
     /// including rotations only. Collective.
-    pub(super) fn leeway(&self) -> Vec<usize> {
+    pub fn allowed(&self) -> Vec<usize> {
         let places = self.places(&vec![0.0; self.local.mesh.points.len() * D]);
         let combinations = self.combinations(&places, &self.centres(&places));
         combinations.iter().map(|found| found.motions.ncols()).collect()
     }
 
-    /// Computes the strain-free motions that supports allow at the trial positions. Those of each
-    /// group are orthonormal. Collective.
+    /// Computes the strain-free motions that supports allow at the displacement `u` \[m\]. Those of
+    /// each group are orthonormal. Collective.
     ///
     /// # Errors
     /// If a PETSc call fails.
-    pub(super) fn rigid_at(&self, stage: &Stage) -> Result<Vec<RigidMotion>> {
-        self.rigid(&stage.trial.u.local())
-    }
-
-    fn rigid(&self, u: &[f64]) -> Result<Vec<RigidMotion>> {
+    pub fn motions(&self, u: &[f64]) -> Result<Vec<RigidMotion>> {
         let count = motions(D);
         let places = self.places(u);
         let centres = self.centres(&places);
@@ -68,7 +80,7 @@ impl<const D: usize> ContactSystem<D> {
                     let member = pieces.binary_search(&piece).ok()?;
                     Some(&column.as_slice()[member * count..][..count])
                 };
-                let mut field = Vector::new(&self.session, self.local.index.owned, D)?;
+                let mut field = Vector::new(self.session, self.local.index.owned, D)?;
                 {
                     let mut values = field.owned_mut();
                     for (node, place) in places.iter().enumerate() {
@@ -81,7 +93,7 @@ impl<const D: usize> ContactSystem<D> {
                             (0..D).for_each(|i| values[node * D + i] += factor * moved[i]);
                         }
                     }
-                    let held = self.supports.dofs.constrained.iter();
+                    let held = self.held.iter();
                     values
                         .iter_mut()
                         .zip(held)
@@ -159,7 +171,7 @@ impl<const D: usize> ContactSystem<D> {
     /// fields, vanish at prescribed unknowns, and agree at nodes that pieces share. Collective.
     fn combinations(&self, places: &[Place<D>], centres: &[Centre<D>]) -> Vec<Combinations> {
         let count = motions(D);
-        let held = &self.supports.dofs.constrained;
+        let held = self.held;
         // Rotations are scaled by the extent, so that all motions have similar size.
         let scale = |k: usize| if k < D { 1.0 } else { 1.0 / self.size };
         let widths: Vec<usize> = self.pieces.groups.iter().map(|pieces| pieces.len() * count).collect();
@@ -243,22 +255,6 @@ impl<const D: usize> ContactSystem<D> {
             Combinations { motions: left, spreads: (0..width / count).map(spread).collect() }
         };
         starts.iter().zip(&widths).map(of_group).collect()
-    }
-
-    /// Computes the weight of a motion: `M n`, or `n` in systems without mass, zero in prescribed
-    /// rows. Collective.
-    ///
-    /// # Errors
-    /// If a PETSc call fails.
-    pub(super) fn weigh_motion(&self, motion: &Vector, out: &mut Vector) -> Result<()> {
-        match &self.mass {
-            Some(mass) => mass.multiply(motion, out)?,
-            None => out.copy_from(motion)?,
-        }
-        let mut values = out.owned_mut();
-        let held = self.supports.dofs.constrained.iter();
-        values.iter_mut().zip(held).filter(|(_, held)| **held).for_each(|(value, _)| *value = 0.0);
-        Ok(())
     }
 }
 

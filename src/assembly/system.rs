@@ -6,21 +6,21 @@ use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
 use super::bodies::{NamedBody, named_bodies};
-use super::build::{
-    FreeBody, contacts, extent, farthest, free_bodies, loads, middle_of, physics, supports, unit,
-};
+use super::build::{contacts, extent, farthest, free_bodies, loads, middle_of, physics, supports, unit};
 use super::contact::LocalContact;
 use super::contact_forces::add_contact_forces;
 use super::external::{External, Moment};
+use super::holding::Holding;
 use super::interface::Interface;
 use super::mass::{MassMatrix, Supported};
 use super::pattern::pattern_of_elements;
 use super::phases::Phases;
 use super::pieces::Pieces;
 use super::redistribution::Redistribution;
+use super::rigid::RigidBodies;
 use super::solid::{SolidElements, solids};
 use super::start::{Overclosure, known_length, resolve_overclosure, resolve_overclosure_of_points};
-use super::supports::{Supports, in_space};
+use super::supports::Supports;
 use crate::case::Units;
 use crate::contact::evaluation::{ContactFields, ContactRequest};
 use crate::contact::point::ContactLaw;
@@ -92,12 +92,9 @@ pub struct ContactSystem<const D: usize> {
     /// Whether the matrix of forces that conserve over a step is symmetric: everything is linear,
     /// and targets are flat.
     pub(super) symmetric_steps: bool,
-    pub(super) free_bodies: Vec<FreeBody>,
+    holding: Holding,
     pub(super) bodies: Vec<NamedBody>,
     pub(super) pieces: Pieces<D>,
-    /// For each group of pieces, the number of strain-free motions that supports allow, including
-    /// rotations only.
-    leeway: Vec<usize>,
     /// Stiffness in the unit rows of prescribed unknowns \[N/m\].
     pub(super) unit: f64,
     pub(super) phases: Phases,
@@ -156,6 +153,16 @@ impl<const D: usize> ContactSystem<D> {
             ForceParts { internal: vec![0.0; rows], contact: vec![0.0; rows], external: vec![0.0; rows] };
         let phases = Phases::register(session)?;
         let pieces = Pieces::new(world, &local, model);
+        let bodies = named_bodies(model);
+        let rigid = RigidBodies {
+            session,
+            local: &local,
+            bodies: &bodies,
+            pieces: &pieces,
+            held: &supports.dofs.constrained,
+            size: extent,
+        };
+        let holding = Holding::new(free_bodies(world, &local, &pieces, &supports), &pieces, &rigid.allowed());
         let mut system = Self {
             session: session.clone(),
             elements: pattern.clone(),
@@ -169,10 +176,9 @@ impl<const D: usize> ContactSystem<D> {
             extent: span,
             units: model.units,
             symmetric_steps: model.has_symmetric_steps(),
-            free_bodies: free_bodies(world, &local, &pieces, &supports),
-            bodies: named_bodies(model),
+            holding,
+            bodies,
             pieces,
-            leeway: Vec::new(),
             unit: unit(model, extent, &local),
             local,
             solids,
@@ -190,7 +196,6 @@ impl<const D: usize> ContactSystem<D> {
             changes: Changes::default(),
             phases,
         };
-        system.leeway = system.leeway();
         if !system.contacts.is_empty() {
             system.meet_undeformed(model)?;
         }
@@ -322,61 +327,21 @@ impl<const D: usize> ContactSystem<D> {
         self.mass.is_some()
     }
 
-    /// Whether supports hold every body against every rigid motion.
-    pub fn is_held(&self) -> bool {
-        self.leeway.iter().all(|motions| *motions == 0)
+    /// How supports hold the bodies.
+    pub fn holding(&self) -> &Holding {
+        &self.holding
     }
 
-    /// Bodies that no support holds in some direction, as `body (along x, y)`.
-    pub fn free_bodies(&self) -> Vec<String> {
-        self.free_bodies.iter().map(|free| free.words.clone()).collect()
-    }
-
-    /// Bodies that neither a support nor a contact can hold.
-    pub fn lost_bodies(&self) -> Vec<String> {
-        let lost = self.free_bodies.iter().filter(|free| !self.pieces.touched[free.group]);
-        lost.map(|free| free.words.clone()).collect()
-    }
-
-    /// Bodies, or pieces of them, that are supported along all axes and touched by no contact, but
-    /// can still move, for example about a single held point. Returns the number of such motions
-    /// for each.
-    pub fn hinged_bodies(&self) -> Vec<(String, usize)> {
-        let loose = |group: &usize| {
-            let free = self.free_bodies.iter().any(|free| free.group == *group);
-            self.leeway[*group] > 0 && !free && !self.pieces.touched[*group]
-        };
-        let groups = (0..self.leeway.len()).filter(loose);
-        groups.map(|group| (self.pieces.group_name(group), self.leeway[group])).collect()
-    }
-
-    /// Sets the initial velocity of the bodies. Prescribed components follow their supports.
-    /// Collective.
-    ///
-    /// # Errors
-    /// If a velocity is not finite (the same on all ranks), or a PETSc call fails.
-    pub fn set_velocity(&mut self, stage: &mut Stage, model: &Model<D>) -> Result<()> {
-        let own = self.fill_velocity(&mut stage.start.v.local_mut(), model);
-        agree(self.session.world(), own)?;
-        stage.start.a.set(0.0);
-        stage.start.v.update_ghosts()
-    }
-
-    fn fill_velocity(&self, v: &mut [f64], model: &Model<D>) -> Result<()> {
-        let mesh = &self.local.mesh;
-        v.fill(0.0);
-        for element in 0..mesh.element_count() {
-            let functions = &model.bodies[usize::from(mesh.body[element])].initial_velocity;
-            for &node in mesh.element_nodes(element) {
-                let point = &mesh.points[node as usize];
-                for (i, function) in functions.iter().enumerate().take(D) {
-                    let motion = function.motion(in_space(point), 0.0);
-                    function.require_sound(&motion, point, 0.0)?;
-                    v[node as usize * D + i] = motion.value;
-                }
-            }
+    /// The bodies, for their strain-free motions.
+    pub(super) fn rigid_bodies(&self) -> RigidBodies<'_, D> {
+        RigidBodies {
+            session: &self.session,
+            local: &self.local,
+            bodies: &self.bodies,
+            pieces: &self.pieces,
+            held: &self.supports.dofs.constrained,
+            size: self.size,
         }
-        Ok(())
     }
 
     /// Takes contact tractions and forces of the trial state as those at the start of the motion.

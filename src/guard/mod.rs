@@ -3,11 +3,13 @@
 
 mod closing;
 mod motion;
+mod passage;
 mod run;
 mod slide;
 mod unexplained;
 
 pub use closing::{Closing, closings};
 pub use motion::MotionWatch;
+pub use passage::missed_contact;
 pub use run::RunGuard;
 pub use slide::{Slide, slides};

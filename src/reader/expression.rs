@@ -9,14 +9,12 @@ use super::dual::{Motion, Scalar};
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Expression {
     root: Node,
-    variables: [bool; 4],
 }
 
 #[derive(Debug, Clone, PartialEq)]
 enum Node {
     Number(f64),
-    /// Index in `VARIABLES`.
-    Variable(usize),
+    Variable(Variable),
     Negate(Box<Node>),
     Binary(Operator, Box<Node>, Box<Node>),
     Call(Function, Vec<Node>),
@@ -50,7 +48,25 @@ enum Function {
     If,
 }
 
-const VARIABLES: [&str; 4] = ["x", "y", "z", "t"];
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Variable {
+    X,
+    Y,
+    Z,
+    Time,
+}
+
+const VARIABLES: [(&str, Variable); 4] =
+    [("x", Variable::X), ("y", Variable::Y), ("z", Variable::Z), ("t", Variable::Time)];
+
+/// Values of the variables.
+#[derive(Clone, Copy)]
+struct Values<T> {
+    x: T,
+    y: T,
+    z: T,
+    time: T,
+}
 
 const FUNCTIONS: [(&str, Function, usize); 9] = [
     ("sin", Function::Sin, 1),
@@ -70,22 +86,22 @@ impl Expression {
     /// # Errors
     /// The unexpected part, with the number of characters before it.
     pub(super) fn parse(text: &str) -> Result<Self, Complaint> {
-        let (root, variables) = parser::parse(text)?;
-        Ok(Self { root, variables })
+        Ok(Self { root: parser::parse(text)? })
     }
 
     /// Whether x, y or z occurs.
     pub(super) fn varies_in_space(&self) -> bool {
-        self.variables[..3].iter().any(|used| *used)
+        self.root.uses(&|variable| variable != Variable::Time)
     }
 
     /// Whether t occurs.
     pub(super) fn varies_in_time(&self) -> bool {
-        self.variables[3]
+        self.root.uses(&|variable| variable == Variable::Time)
     }
 
     pub(super) fn value(&self, point: [f64; 3], t: f64) -> f64 {
-        self.root.evaluate(&[point[0], point[1], point[2], t])
+        let [x, y, z] = point;
+        self.root.evaluate(&Values { x, y, z, time: t })
     }
 
     /// Instants at which `t` passes a number that it is compared with.
@@ -97,18 +113,32 @@ impl Expression {
 
     pub(super) fn motion(&self, point: [f64; 3], t: f64) -> Motion {
         let [x, y, z] = point.map(Motion::constant);
-        self.root.evaluate(&[x, y, z, Motion::time(t)])
+        self.root.evaluate(&Values { x, y, z, time: Motion::time(t) })
     }
 }
 
 impl Node {
-    fn evaluate<T: Scalar>(&self, variables: &[T; 4]) -> T {
+    fn evaluate<T: Scalar>(&self, at: &Values<T>) -> T {
         match self {
             Self::Number(value) => T::constant(*value),
-            Self::Variable(index) => variables[*index],
-            Self::Negate(node) => -node.evaluate(variables),
-            Self::Binary(operator, a, b) => operator.apply(a.evaluate(variables), b.evaluate(variables)),
-            Self::Call(function, arguments) => function.evaluate(arguments, variables),
+            Self::Variable(Variable::X) => at.x,
+            Self::Variable(Variable::Y) => at.y,
+            Self::Variable(Variable::Z) => at.z,
+            Self::Variable(Variable::Time) => at.time,
+            Self::Negate(node) => -node.evaluate(at),
+            Self::Binary(operator, a, b) => operator.apply(a.evaluate(at), b.evaluate(at)),
+            Self::Call(function, arguments) => function.evaluate(arguments, at),
+        }
+    }
+
+    /// Whether a variable that satisfies `wanted` occurs.
+    fn uses(&self, wanted: &impl Fn(Variable) -> bool) -> bool {
+        match self {
+            Self::Number(_) => false,
+            Self::Variable(variable) => wanted(*variable),
+            Self::Negate(node) => node.uses(wanted),
+            Self::Binary(_, a, b) => a.uses(wanted) || b.uses(wanted),
+            Self::Call(_, arguments) => arguments.iter().any(|node| node.uses(wanted)),
         }
     }
 }
@@ -120,22 +150,22 @@ impl Node {
             Self::Negate(node) => node.collect_kinks(kinks),
             Self::Binary(operator, a, b) => {
                 let sides = [(a.as_ref(), b.as_ref()), (b.as_ref(), a.as_ref())];
-                let time = sides.into_iter().find(|(side, _)| matches!(side, Self::Variable(3)));
+                let time = sides.into_iter().find(|(side, _)| matches!(side, Self::Variable(Variable::Time)));
                 if let Some((_, other)) = time.filter(|_| operator.compares())
                     && other.is_a_number()
                 {
-                    kinks.push(other.evaluate(&[0.0; 4]));
+                    kinks.push(other.evaluate(&Values { x: 0.0, y: 0.0, z: 0.0, time: 0.0 }));
                 }
                 [a, b].iter().for_each(|side| side.collect_kinks(kinks));
             }
             Self::Call(function, arguments) => {
                 if let (
                     Function::Min | Function::Max,
-                    [Self::Variable(3), other] | [other, Self::Variable(3)],
+                    [Self::Variable(Variable::Time), other] | [other, Self::Variable(Variable::Time)],
                 ) = (function, arguments.as_slice())
                     && other.is_a_number()
                 {
-                    kinks.push(other.evaluate(&[0.0; 4]));
+                    kinks.push(other.evaluate(&Values { x: 0.0, y: 0.0, z: 0.0, time: 0.0 }));
                 }
                 arguments.iter().for_each(|node| node.collect_kinks(kinks));
             }
@@ -181,8 +211,8 @@ impl Operator {
 impl Function {
     /// The value for arguments of which the parser has seen to it that there are enough; a function of one argument goes
     /// by its first and second derivatives, the others choose one of theirs.
-    fn evaluate<T: Scalar>(self, arguments: &[Node], variables: &[T; 4]) -> T {
-        let value = |number: usize| arguments[number].evaluate(variables);
+    fn evaluate<T: Scalar>(self, arguments: &[Node], at: &Values<T>) -> T {
+        let value = |number: usize| arguments[number].evaluate(at);
         let argument = value(0);
         let x = argument.real();
         let (f, first, second) = match self {

@@ -58,7 +58,7 @@ pub(super) fn lifted<const D: usize>(
 ) -> Result<Option<String>> {
     /// Fraction of all loads below which they do not drive a motion. It is well above rounding.
     const IDLE: f64 = 1e-9;
-    if system.is_held() || !system.has_contact() {
+    if system.holding().is_complete() || !system.has_contact() {
         return Ok(None);
     }
     stage.trial.u.copy_from(&stage.start.u)?;
@@ -129,13 +129,13 @@ fn with_hint_on_supports<const D: usize>(
     system: &ContactSystem<D>,
     case: &Case,
 ) -> Error {
-    if let (false, Some((name, _))) = (system.is_dynamic(), system.hinged_bodies().first()) {
+    if let (false, Some((name, _))) = (system.is_dynamic(), system.holding().hinged_bodies().first()) {
         return error.hint(&format!(
             "{name} can move without strain, and neither a support nor a contact resists that: support it, or take away the \
              loads that drive it"
         ));
     }
-    let free = system.free_bodies();
+    let free = system.holding().free_bodies();
     if report.driven && !free.is_empty() {
         return error.hint(&format!(
             "no support holds {}: its loads must balance along every free direction, or friction must hold it",

@@ -244,7 +244,7 @@ impl<const D: usize> Journal<D> {
         let _running = output.begin();
         self.step += 1;
         self.count(report);
-        self.stepped(report, || system.free_bodies());
+        self.stepped(report, || system.holding().free_bodies());
         self.record.totals.steps = self.step;
         self.rows(system, stage, ledger, energies, stage.dt)?;
         let last = stage.trial.time >= self.end * (1.0 - 1e-12);

@@ -28,11 +28,11 @@ mod unit_note;
 use std::rc::Rc;
 
 use crate::advice::precision::{self, MotionPrecision, Motions, Precision, farthest_motion};
-use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions};
+use crate::assembly::{ContactSystem, EnergyLedger, SystemOptions, unsound_state};
 use crate::case::Case;
 use crate::dynamics::{Equations, OverStep, Stage};
 use crate::error::{Cause, Error, Result, agree};
-use crate::guard::{RunGuard, slides};
+use crate::guard::{RunGuard, missed_contact, slides};
 use crate::model::{ContactModel, Model, Target, read_meshes};
 use crate::partition::{Couple, LocalMesh, Plan, Report, distribute};
 use crate::petsc::Session;
@@ -342,10 +342,10 @@ impl Attempt<'_> {
                 return Ok(failed(report, Trouble::Numbers, format!("at the end of the step: {why}")));
             }
         }
-        if let Some(reason) = system.unsound_state(stage) {
+        if let Some(reason) = unsound_state(system, stage) {
             return Ok(failed(report, Trouble::Numbers, reason));
         }
-        if let Some(reason) = system.missed_contact(stage)? {
+        if let Some(reason) = missed_contact(system, stage)? {
             return Ok(failed(report, Trouble::Motion, reason));
         }
         let energies = ledger.advance(system, stage)?;

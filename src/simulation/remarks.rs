@@ -103,7 +103,7 @@ pub(super) const RESTARTS_TO_ROUNDING: &str = "MUMPS rounds differently each tim
 /// A sentence that names the bodies that neither supports nor contacts can hold, if there are any.
 /// Statics rejects such bodies.
 fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
-    let lost = system.lost_bodies();
+    let lost = system.holding().lost_bodies();
     if lost.is_empty() {
         Vec::new()
     } else {
@@ -115,7 +115,7 @@ fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watched<D>]) -> Vec<String> {
     let mut remarks = Vec::new();
     if !system.is_dynamic() {
-        remarks.extend(system.hinged_bodies().into_iter().map(|(name, motions)| {
+        remarks.extend(system.holding().hinged_bodies().into_iter().map(|(name, motions)| {
             let s = if motions == 1 { "" } else { "s" };
             format!(
                 "{name} can move without strain ({motions} motion{s}), and neither a support nor a contact resists that: its loads \

@@ -7,7 +7,7 @@ use super::journal::Journal;
 use super::{SOLVER_PREFIXES, options};
 use crate::advice::crushed::crushed;
 use crate::advice::reach::{self, Span};
-use crate::assembly::ContactSystem;
+use crate::assembly::{ContactSystem, set_velocity};
 use crate::case::{Case, Start};
 use crate::dynamics::{Balance, Continuation, Equations, FrictionMode, Shifts, Stage};
 use crate::error::{Cause, Error, Result};
@@ -59,7 +59,7 @@ pub fn at_equilibrium<const D: usize>(
         let friction = if *friction { FrictionMode::AsGiven } else { FrictionMode::Off };
         press(system, stage, case, friction, *increments, journal)?;
     }
-    system.set_velocity(stage, model)?;
+    set_velocity(system, stage, model)?;
     begin(system, stage, case.time.step())?;
     accelerate(system, stage, case)
 }
@@ -67,7 +67,7 @@ pub fn at_equilibrium<const D: usize>(
 /// The equations of the steps. In statics they have an auxiliary spring if supports alone do not
 /// hold the bodies.
 pub fn of_steps<const D: usize>(system: &ContactSystem<D>, case: &Case) -> Continuation {
-    let spring = if case.is_static() && !system.is_held() { HOLDING } else { 0.0 };
+    let spring = if case.is_static() && !system.holding().is_complete() { HOLDING } else { 0.0 };
     Continuation { spring, ..Continuation::default() }
 }
 
@@ -76,7 +76,7 @@ pub fn of_steps<const D: usize>(system: &ContactSystem<D>, case: &Case) -> Conti
 /// # Errors
 /// A piece is held by neither.
 pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()> {
-    let lost = system.lost_bodies();
+    let lost = system.holding().lost_bodies();
     if lost.is_empty() {
         return Ok(());
     }
@@ -128,9 +128,9 @@ fn press<const D: usize>(
     let newton =
         Monolithic::new(options::newton(case, terms, system.unknowns()), linear, system.pattern_vector())?;
     let mut strategy = options::augmented(system, Box::new(newton));
-    let spring = if system.is_held() { 0.0 } else { HOLDING };
+    let spring = if system.holding().is_complete() { 0.0 } else { HOLDING };
     let mut continuation = Continuation { friction, spring, ..Continuation::default() };
-    let free = (!system.is_held()).then(|| system.free_bodies());
+    let free = (!system.holding().is_complete()).then(|| system.holding().free_bodies());
     let mut level = Levels::new(increments.max(1));
     let mut course = Course::new(system)?;
     while let Some(factor) = level.next() {
@@ -313,7 +313,7 @@ fn no_equilibrium<const D: usize>(
     factor: f64,
     cause: Option<String>,
 ) -> Error {
-    let free = if report.driven { system.free_bodies() } else { Vec::new() };
+    let free = if report.driven { system.holding().free_bodies() } else { Vec::new() };
     let place = format!("static start at {:.0} % of the loads", 100.0 * factor);
     let fault = system.fault();
     let beyond = report.trouble == Trouble::Numbers || fault.is_some();

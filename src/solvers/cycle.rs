@@ -11,6 +11,22 @@ pub enum Search {
     Always,
 }
 
+/// Signs that an iteration is slow.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Slowness {
+    /// Many corrections were made.
+    pub many: bool,
+    /// Contact points alternate between two states.
+    pub alternates: bool,
+}
+
+impl Slowness {
+    /// Whether there is any sign.
+    pub fn any(self) -> bool {
+        self.many || self.alternates
+    }
+}
+
 /// Detects residuals of a solve that occurred before.
 ///
 /// Points that open, slip or reverse in turn can make the corrections cycle through the same few
@@ -45,14 +61,13 @@ impl Cycle {
     /// Selects the line search for the correction at a residual of size `norm`, where it `may` be
     /// made.
     ///
-    /// A correction that does not help is searched along once `many` corrections precede it, or if
-    /// points `alternate`. A cycle counts only after `many`, because rounding repeats values as
-    /// well.
-    pub fn search(&mut self, norm: f64, [many, alternate]: [bool; 2], may: bool) -> Search {
+    /// A correction that does not help is searched along if the iteration is slow. A cycle counts
+    /// only after many corrections, because rounding repeats values as well.
+    pub fn search(&mut self, norm: f64, slow: Slowness, may: bool) -> Search {
         match self.closes(norm) {
             _ if !may => Search::Never,
-            true if many => Search::Always,
-            _ if many || alternate => Search::Slow,
+            true if slow.many => Search::Always,
+            _ if slow.any() => Search::Slow,
             _ => Search::Never,
         }
     }
@@ -88,12 +103,15 @@ mod tests {
     #[test]
     fn what_is_searched_along() {
         let mut cycle = Cycle::new(Cycle::OF_SYSTEM);
-        assert_eq!(cycle.search(1.0, [false; 2], true), Search::Never);
-        assert_eq!(cycle.search(0.5, [false, true], true), Search::Slow);
-        assert_eq!(cycle.search(0.5, [false; 2], true), Search::Never);
-        assert_eq!(cycle.search(0.5, [true, false], true), Search::Always);
-        assert_eq!(cycle.search(0.4, [true, false], true), Search::Slow);
-        assert_eq!(cycle.search(0.4, [true; 2], false), Search::Never);
+        let fast = Slowness::default();
+        let alternates = Slowness { alternates: true, ..fast };
+        let many = Slowness { many: true, ..fast };
+        assert_eq!(cycle.search(1.0, fast, true), Search::Never);
+        assert_eq!(cycle.search(0.5, alternates, true), Search::Slow);
+        assert_eq!(cycle.search(0.5, fast, true), Search::Never);
+        assert_eq!(cycle.search(0.5, many, true), Search::Always);
+        assert_eq!(cycle.search(0.4, many, true), Search::Slow);
+        assert_eq!(cycle.search(0.4, Slowness { many: true, alternates: true }, false), Search::Never);
     }
 
     /// A convergent sequence, fast or slow, is not treated as a cycle.

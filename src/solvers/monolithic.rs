@@ -11,7 +11,7 @@
 mod follow;
 
 use super::convergence::{IterationReport, Outcome, SolveReport, Trouble};
-use super::cycle::{Cycle, Search};
+use super::cycle::{Cycle, Search, Slowness};
 use super::descent::{Descent, Searched};
 use super::forcing::Forcing;
 use super::free_motion::FreeMotions;
@@ -236,9 +236,9 @@ impl Monolithic {
                 let reason = self.slow(&report, system);
                 return Ok(Outcome::Failed(report, reason));
             }
-            let slow = [row.iteration >= Self::PATIENCE, system.is_cycling()];
+            let slow = Slowness { many: row.iteration >= Self::PATIENCE, alternates: system.is_cycling() };
             let points = [row.contact.closed, row.contact.pressing];
-            let keeps = slow == [false; 2] && self.keeps_tangent(system, stage, now, points);
+            let keeps = !slow.any() && self.keeps_tangent(system, stage, now, points);
             let solved = match self.correct(system, stage, now, points, keeps)? {
                 Ok(solved) => solved,
                 Err((trouble, reason)) => {

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use contact_petsc::assembly::SystemOptions;
+use contact_petsc::assembly::{SystemOptions, set_velocity};
 use contact_petsc::mesh::ElementKind::{self, Hex8, Quad4, Tet10, Tri6};
 use contact_petsc::petsc::{Format, Session};
 use contact_petsc::solvers::{LinearChoice, Outcome};
@@ -130,7 +130,7 @@ fn drift<const D: usize>(session: &Rc<Session>, kind: ElementKind, step: f64) ->
     let mesh = Solid::new(kind, "neo_hookean").mesh(2, |_| ());
     let mut scene = Scene::new(session, mesh, &model, options);
     // Undeformed and unloaded: the acceleration at the start is zero.
-    scene.system.set_velocity(&mut scene.stage, &model).expect("PETSc");
+    set_velocity(&scene.system, &mut scene.stage, &model).expect("PETSc");
     let mut strategy = scene.strategy(&LinearChoice::Named("direct"), true);
     let at_start = momenta(&scene);
     for _ in 0..(0.4 / step).round() as usize {

@@ -20,13 +20,13 @@ const PRODUCTS: [(&str, Operator); 2] = [("*", Operator::Multiply), ("/", Operat
 const MAX_DEPTH: usize = 64;
 const MAX_OPERATIONS: usize = 1000;
 
-/// The tree of an expression, and which of the variables occur in it.
-pub(super) fn parse(text: &str) -> Result<(Node, [bool; 4]), Complaint> {
-    let mut parser = Parser { text, at: 0, depth: 0, operations: 0, variables: [false; 4] };
+/// The tree of an expression.
+pub(super) fn parse(text: &str) -> Result<Node, Complaint> {
+    let mut parser = Parser { text, at: 0, depth: 0, operations: 0 };
     let root = parser.comparison()?;
     parser.skip_space();
     match parser.rest().chars().next() {
-        None => Ok((root, parser.variables)),
+        None => Ok(root),
         Some(c) => Err(parser.wrong(format!("unexpected '{c}' in the expression"))),
     }
 }
@@ -36,7 +36,6 @@ struct Parser<'a> {
     at: usize,
     depth: usize,
     operations: usize,
-    variables: [bool; 4],
 }
 
 impl<'a> Parser<'a> {
@@ -160,10 +159,9 @@ impl<'a> Parser<'a> {
     }
 
     fn word(&mut self, name: &str) -> Result<Node, Complaint> {
-        if let Some(index) = VARIABLES.iter().position(|variable| *variable == name) {
-            self.variables[index] = true;
+        if let Some((_, variable)) = VARIABLES.iter().find(|entry| entry.0 == name) {
             self.at += name.len();
-            return Ok(Node::Variable(index));
+            return Ok(Node::Variable(*variable));
         }
         if name == "pi" {
             self.at += name.len();

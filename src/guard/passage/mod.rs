@@ -8,9 +8,7 @@ mod moving;
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
-use super::contact::LocalContact;
-use super::pair::ContactPair;
-use super::system::ContactSystem;
+use crate::assembly::{ContactSystem, LocalContact};
 use crate::contact::history::History;
 use crate::contact::obstacle::{Core, Shape};
 use crate::contact::passage::{Path, lies_between, normal_of};
@@ -33,127 +31,138 @@ struct Found {
     through: Vec<u64>,
 }
 
-impl<const D: usize> ContactSystem<D> {
-    /// Returns why the step of `stage` cannot be accepted although it balances, or `None`.
-    /// Collective.
-    ///
-    /// Either a surface passed through a target and is open on the other side, or an obstacle is
-    /// between the points of a contactor. Facets along the path are gathered only if something
-    /// moved further than the search limit allows.
-    ///
-    /// # Errors
-    /// If a message is damaged, the same on all ranks.
-    pub fn missed_contact(&mut self, stage: &Stage) -> Result<Option<String>> {
-        if self.contacts.is_empty() {
-            return Ok(None);
-        }
-        let (start, end) = (stage.start.u.local(), stage.trial.u.local());
-        let ends = StepEnds { start: &start, end: &end };
-        let motions = self.contacts.iter().flat_map(|contact| {
-            let [contactor, target] = self.shifts(contact, ends);
-            let near = if contact.is_deformable() {
-                is_deep(contact)
-            } else {
-                has_a_point_at_its_obstacle(contact, ends)
-            };
-            [contactor, target, f64::from(u8::from(near))]
-        });
-        let mut motions: Vec<f64> = motions.collect();
-        let own = motions.clone();
-        self.session.world().all_reduce_into(&own[..], &mut motions[..], SystemOperation::max());
-        let found = self.find(ends, &motions)?;
-        let counts = found.between.iter().chain(&found.through).copied();
-        let own: Vec<u64> = counts.collect();
-        let mut all = own.clone();
-        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
-        let (between, through) = all.split_at(self.contacts.len());
-        if let Some((contact, facets)) = self.contacts.iter().zip(between).find(|(_, facets)| **facets > 0) {
-            return Ok(Some(tell_between(contact, *facets, &self.units.of("m"))));
-        }
-        let points = self.contacts.iter().zip(through).zip(motions.chunks_exact(3));
-        if let Some(((contact, _), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
-            let motion = motion[0] + motion[1];
-            let expected = stage.inertia.then(|| self.expected_motion(stage));
-            return Ok(Some(tell_through(&contact.name, motion, expected, &self.units.of("m"))));
-        }
-        Ok(None)
+/// Returns why the step of `stage` cannot be accepted although it balances, or `None`.
+/// Collective.
+///
+/// Either a surface passed through a target and is open on the other side, or an obstacle is
+/// between the points of a contactor. Facets along the path are gathered only if something
+/// moved further than the search limit allows.
+///
+/// # Errors
+/// If a message is damaged, the same on all ranks.
+pub fn missed_contact<const D: usize>(
+    system: &mut ContactSystem<D>,
+    stage: &Stage,
+) -> Result<Option<String>> {
+    if system.contacts().is_empty() {
+        return Ok(None);
     }
-
-    /// Largest motion \[m\] that speed and acceleration at the start predict for any node in the
-    /// step, plus the motion of supports. Collective.
-    fn expected_motion(&self, stage: &Stage) -> f64 {
-        let largest = |field: &[f64]| field.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-        let (u, u_start) = (stage.trial.u.owned(), stage.start.u.owned());
-        let held = self.supports.dofs.constrained.iter();
-        let moved = u.iter().zip(u_start.iter()).zip(held).filter(|(_, held)| **held);
-        let prescribed = moved.map(|((end, start), _)| (end - start).abs()).fold(0.0_f64, f64::max);
-        let own = [largest(&stage.start.v.owned()), largest(&stage.start.a.owned()), prescribed];
-        let mut all = [0.0; 3];
-        self.session.world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
-        all[0] * stage.dt + 0.5 * all[1] * stage.dt.powi(2) + all[2]
-    }
-
-    /// Checks all contacts. Collective.
-    ///
-    /// For each contact, `motions` contains those of [`shifts`](Self::shifts), and whether a point
-    /// may touch the obstacle or is deep in a body. All values are maxima over all ranks.
-    fn find(&self, ends: StepEnds<'_>, motions: &[f64]) -> Result<Found> {
-        let mut found = Found { between: Vec::new(), through: Vec::new() };
-        for (contact, motion) in self.contacts.iter().zip(motions.chunks_exact(3)) {
-            let [motion, met] = [motion[0] + motion[1], motion[2]];
-            let (between, through) = match contact.obstacle() {
-                Some(obstacle) => {
-                    let through = if motion > 0.0 { passing(contact, obstacle, ends) } else { 0 };
-                    (between_points(contact, obstacle, ends, met > 0.0), through)
-                }
-                None => {
-                    // Points deeper than half the depth have less weight. A point that gets there
-                    // in one long step may not be pushed back. A point that starts the step there
-                    // may get deeper.
-                    let depth = contact.pair.depth();
-                    let mut through = 0;
-                    if motion > contact.pair.stride() {
-                        through += self.swept(&contact.pair, ends, motion, 0.5 * depth)?;
-                    }
-                    if met > 0.0 {
-                        through += self.swept(&contact.pair, ends, motion, depth)?;
-                    }
-                    (0, through)
-                }
-            };
-            found.between.push(between);
-            found.through.push(through);
-        }
-        Ok(found)
-    }
-
-    /// Counts points of either surface that went deeper than `depth` behind the other one, while
-    /// the surfaces moved by `motion` \[m\]. Collective.
-    fn swept(&self, pair: &ContactPair<D>, ends: StepEnds<'_>, motion: f64, depth: f64) -> Result<u64> {
-        let surfaces = pair.surfaces(&self.local);
-        let target = Moving::gathered(&self.session, &surfaces, ends, motion + depth)?;
-        let contactor = Moving::local(&self.local, surfaces.contactor, ends);
-        let spacing = EDGE * pair.facet();
-        Ok(crossings(&contactor, &target, depth, spacing) + crossings(&target, &contactor, depth, spacing))
-    }
-
-    /// Largest motions of own nodes of contactor and target in the step \[m\].
-    fn shifts(&self, contact: &LocalContact<D>, ends: StepEnds<'_>) -> [f64; 2] {
-        let of_node = |node: u32| {
-            let dofs = node as usize * D..node as usize * D + D;
-            dofs.map(|dof| (ends.end[dof] - ends.start[dof]).powi(2)).sum::<f64>()
+    let (start, end) = (stage.start.u.local(), stage.trial.u.local());
+    let ends = StepEnds { start: &start, end: &end };
+    let motions = system.contacts().iter().flat_map(|contact| {
+        let [contactor, target] = shifts(system, contact, ends);
+        let near = if contact.is_deformable() {
+            is_deep(contact)
+        } else {
+            has_a_point_at_its_obstacle(contact, ends)
         };
-        let surface = contact.surface();
-        let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
-        let contactor = contactor.map(|&node| of_node(node)).fold(0.0, f64::max);
-        let mut target = 0.0_f64;
-        let mut nodes = Vec::new();
-        for &facet in contact.pair.target_facets() {
-            self.local.mesh.facet_nodes(facet, &mut nodes);
-            target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
-        }
-        [contactor.sqrt(), target.sqrt()]
+        [contactor, target, f64::from(u8::from(near))]
+    });
+    let mut motions: Vec<f64> = motions.collect();
+    let own = motions.clone();
+    system.session().world().all_reduce_into(&own[..], &mut motions[..], SystemOperation::max());
+    let found = find(system, ends, &motions)?;
+    let counts = found.between.iter().chain(&found.through).copied();
+    let own: Vec<u64> = counts.collect();
+    let mut all = own.clone();
+    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::sum());
+    let (between, through) = all.split_at(system.contacts().len());
+    if let Some((contact, facets)) = system.contacts().iter().zip(between).find(|(_, facets)| **facets > 0) {
+        return Ok(Some(tell_between(contact, *facets, &system.units().of("m"))));
     }
+    let points = system.contacts().iter().zip(through).zip(motions.chunks_exact(3));
+    if let Some(((contact, _), motion)) = points.into_iter().find(|((_, points), _)| **points > 0) {
+        let motion = motion[0] + motion[1];
+        let expected = stage.inertia.then(|| expected_motion(system, stage));
+        return Ok(Some(tell_through(&contact.name, motion, expected, &system.units().of("m"))));
+    }
+    Ok(None)
+}
+
+/// Largest motion \[m\] that speed and acceleration at the start predict for any node in the
+/// step, plus the motion of supports. Collective.
+fn expected_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage) -> f64 {
+    let largest = |field: &[f64]| field.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let (u, u_start) = (stage.trial.u.owned(), stage.start.u.owned());
+    let held = system.supports().dofs.constrained.iter();
+    let moved = u.iter().zip(u_start.iter()).zip(held).filter(|(_, held)| **held);
+    let prescribed = moved.map(|((end, start), _)| (end - start).abs()).fold(0.0_f64, f64::max);
+    let own = [largest(&stage.start.v.owned()), largest(&stage.start.a.owned()), prescribed];
+    let mut all = [0.0; 3];
+    system.session().world().all_reduce_into(&own[..], &mut all[..], SystemOperation::max());
+    all[0] * stage.dt + 0.5 * all[1] * stage.dt.powi(2) + all[2]
+}
+
+/// Checks all contacts. Collective.
+///
+/// For each contact, `motions` contains those of [`shifts`], and whether a point
+/// may touch the obstacle or is deep in a body. All values are maxima over all ranks.
+fn find<const D: usize>(system: &ContactSystem<D>, ends: StepEnds<'_>, motions: &[f64]) -> Result<Found> {
+    let mut found = Found { between: Vec::new(), through: Vec::new() };
+    for (contact, motion) in system.contacts().iter().zip(motions.chunks_exact(3)) {
+        let [motion, met] = [motion[0] + motion[1], motion[2]];
+        let (between, through) = match contact.obstacle() {
+            Some(obstacle) => {
+                let through = if motion > 0.0 { passing(contact, obstacle, ends) } else { 0 };
+                (between_points(contact, obstacle, ends, met > 0.0), through)
+            }
+            None => {
+                // Points deeper than half the depth have less weight. A point that gets there
+                // in one long step may not be pushed back. A point that starts the step there
+                // may get deeper.
+                let depth = contact.pair.depth();
+                let mut through = 0;
+                if motion > contact.pair.stride() {
+                    through += swept(system, contact, ends, motion, 0.5 * depth)?;
+                }
+                if met > 0.0 {
+                    through += swept(system, contact, ends, motion, depth)?;
+                }
+                (0, through)
+            }
+        };
+        found.between.push(between);
+        found.through.push(through);
+    }
+    Ok(found)
+}
+
+/// Counts points of either surface that went deeper than `depth` behind the other one, while
+/// the surfaces moved by `motion` \[m\]. Collective.
+fn swept<const D: usize>(
+    system: &ContactSystem<D>,
+    contact: &LocalContact<D>,
+    ends: StepEnds<'_>,
+    motion: f64,
+    depth: f64,
+) -> Result<u64> {
+    let surfaces = contact.pair.surfaces(system.local());
+    let target = Moving::gathered(system.session(), &surfaces, ends, motion + depth)?;
+    let contactor = Moving::local(system.local(), surfaces.contactor, ends);
+    let spacing = EDGE * contact.pair.facet();
+    Ok(crossings(&contactor, &target, depth, spacing) + crossings(&target, &contactor, depth, spacing))
+}
+
+/// Largest motions of own nodes of contactor and target in the step \[m\].
+fn shifts<const D: usize>(
+    system: &ContactSystem<D>,
+    contact: &LocalContact<D>,
+    ends: StepEnds<'_>,
+) -> [f64; 2] {
+    let of_node = |node: u32| {
+        let dofs = node as usize * D..node as usize * D + D;
+        dofs.map(|dof| (ends.end[dof] - ends.start[dof]).powi(2)).sum::<f64>()
+    };
+    let surface = contact.surface();
+    let contactor = surface.facets().iter().flat_map(|facet| surface.facet_nodes(facet));
+    let contactor = contactor.map(|&node| of_node(node)).fold(0.0, f64::max);
+    let mut target = 0.0_f64;
+    let mut nodes = Vec::new();
+    for &facet in contact.pair.target_facets() {
+        system.local().mesh.facet_nodes(facet, &mut nodes);
+        target = nodes.iter().map(|&node| of_node(node)).fold(target, f64::max);
+    }
+    [contactor.sqrt(), target.sqrt()]
 }
 
 /// Spacing of the points on edges whose paths are tested, relative to the size of a facet. Two

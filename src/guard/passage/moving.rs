@@ -1,6 +1,6 @@
 //! Facets of both sides of a contact during the motion of a step.
 
-use super::super::targets::{Reach, Surfaces, TargetGather};
+use crate::assembly::targets::{Reach, Surfaces, TargetGather};
 use crate::contact::mortar::obstacle::rule_of;
 use crate::contact::mortar::shape::FacetShape;
 use crate::contact::obstacle::Shape;
