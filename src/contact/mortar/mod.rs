@@ -27,6 +27,7 @@ mod over_step;
 mod overlap;
 mod parametric;
 mod polygon;
+mod products;
 pub mod segment;
 pub mod shape;
 pub mod split;

@@ -354,6 +354,7 @@ impl<const D: usize> VertexStep<D> {
         let mut block = Vec::new();
         clear_block::<D>(&mut block, count);
         let gradients = Gradients::of(row, ends, active, motion);
+        let tests: Vec<Tensor<D>> = (0..count).map(|a| test(row, ends, a).transpose()).collect();
         let switch = |term| if selection.terms.contains(term) { 1.0 } else { 0.0 };
         let normal = switch(Terms::NORMAL_CONTACT);
         let coupling = switch(Terms::FRICTION_NORMAL_COUPLING);
@@ -365,23 +366,27 @@ impl<const D: usize> VertexStep<D> {
         let friction = active.friction.traction * switch(Terms::FRICTION_GEOMETRY);
         let middle = ends.middle.area;
         let part = if ends.middle.is_covered() { ends.end.area / middle } else { 0.0 };
-        for b in 0..count {
+        for (b, node) in row.nodes.iter().enumerate() {
             let by_gap = at_end.nodes[b].gap * 2.0;
             let by_area = at_end.by_area[b] * 2.0;
             let by_pressure =
                 by_gap * (mean * active.normal.derivative) + by_area * (0.5 * active.normal.traction);
             let by_energy = by_gap * (-0.5 * active.last);
             let by_friction = active.by_pressure * by_gap.transpose() * (active.normal.derivative * coupling)
-                + by_slip * test(row, ends, b);
+                + by_slip * tests[b].transpose();
+            let tested = by_friction * ends.end.area + friction * by_area.transpose();
+            let with_gradient = by_pressure * normal;
+            let with_area_gradient = by_energy * normal;
+            let with_area = node.gap * pressure;
+            let with_gap = row.by_area[b] * pressure;
+            let with_friction = row.by_area[b] * part;
             for a in 0..count {
-                let entry = gradients.gap[a] * by_pressure.transpose() * normal
-                    - gradients.area[a] * by_energy.transpose() * normal
-                    + test(row, ends, a).transpose() * by_friction * ends.end.area
-                    - (row.by_area[a] * row.nodes[b].gap.transpose()
-                        + row.nodes[a].gap * row.by_area[b].transpose())
-                        * pressure
-                    + test(row, ends, a).transpose() * friction * by_area.transpose()
-                    - friction * row.by_area[b].transpose() * (row.nodes[a].coefficient * part);
+                let entry = gradients.gap[a] * with_gradient.transpose()
+                    - gradients.area[a] * with_area_gradient.transpose()
+                    + tests[a] * tested
+                    - row.by_area[a] * with_area.transpose()
+                    - row.nodes[a].gap * with_gap.transpose()
+                    - friction * (with_friction * row.nodes[a].coefficient).transpose();
                 let start = (a * count + b) * D * D;
                 for i in 0..D {
                     for j in 0..D {
