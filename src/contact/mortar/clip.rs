@@ -104,7 +104,7 @@ impl Polygon {
     fn clip(&self, flat: &[Flat; CORNERS], i: usize, count: usize, kept: &mut Self) {
         let next = (i + 1) % count;
         let along = sub(flat[next], flat[i]);
-        let length = along[0].hypot(along[1]);
+        let length = dot(along, along).sqrt();
         let side = |vertex: &PolygonVertex| cross(along, sub(vertex.place, flat[i])) / length;
         let tolerance = ON_EDGE * length;
         let ends = [i, next].map(|corner| corner as u8);

@@ -186,12 +186,13 @@ impl<const D: usize> VertexContact<D> {
     ) -> Overlap<D> {
         let mut pairs = Vec::new();
         let mut sums = vec![VertexSums::default(); self.surface.vertices().len()];
+        let mut workspace = PairWorkspace::default();
         let couples = rounding::order(couples.len()).map(|number| couples[number]);
         self.sweep(couples, fields, instant, |facet, target, gathered, pair| {
             if !may_meet(pair) {
                 return;
             }
-            let Some(integrals) = pair.integrate() else { return };
+            let Some(integrals) = pair.integrate(&mut workspace) else { return };
             let meets = integrals.cover > 0.0;
             for (vertex, own) in
                 self.surface.facets()[facet as usize].vertices.iter().zip(&integrals.vertices)

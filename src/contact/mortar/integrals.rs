@@ -152,6 +152,12 @@ pub struct PairIntegrals<const D: usize> {
     pub cover: f64,
 }
 
+impl<const D: usize> Default for PairIntegrals<D> {
+    fn default() -> Self {
+        Self { vertices: [VertexIntegrals::default(); MOST_CORNERS], cover: 0.0 }
+    }
+}
+
 /// Fields of the nodes whose relative values are integrated: `S = int Phi_A sum_a c_a f_a`.
 #[derive(Debug, Clone, Copy)]
 pub struct PairFields<'a, const D: usize> {
@@ -276,6 +282,8 @@ pub(super) struct Point<const D: usize> {
 /// Derivatives of a scalar by the positions of the nodes of both facets.
 pub(super) type ByNodes<const D: usize> = [[f64; D]; PAIR_NODES];
 
+/// Derivatives of the quantities of a segment point.
+#[derive(Debug)]
 pub(super) struct Variation<const D: usize> {
     pub xi: [ByNodes<D>; 2],
     pub eta: [ByNodes<D>; 2],
@@ -287,7 +295,11 @@ pub(super) struct Variation<const D: usize> {
     /// Of the measure without the fading weight.
     pub whole: ByNodes<D>,
     pub gap: ByNodes<D>,
-    /// Of each component of the normal, if requested.
+    /// Of the normal by the nodes of the contactor, at a fixed point of the facet.
+    pub turns: [Tensor<D>; MOST_NODES],
+    /// Of the normal by the coordinates of the point.
+    pub bends: [Vector<D>; 2],
+    /// Of each component of the normal, both together, if requested.
     pub normal: [ByNodes<D>; D],
 }
 
@@ -302,6 +314,8 @@ impl<const D: usize> Variation<D> {
             stretch: none,
             whole: none,
             gap: none,
+            turns: [Tensor::zeros(); MOST_NODES],
+            bends: [Vector::zeros(); 2],
             normal: [none; D],
         }
     }
@@ -318,11 +332,23 @@ fn add_multiple(sum: &mut [f64], row: &[f64], factor: f64) {
 }
 
 /// Buffers for the derivatives of pairs, reused for every pair.
-#[derive(Debug, Default)]
-pub struct PairWorkspace {
+#[derive(Debug)]
+pub struct PairWorkspace<const D: usize> {
+    point: Variation<D>,
     variations: Products,
     frozen: FrozenProducts,
     row: Vec<f64>,
+}
+
+impl<const D: usize> Default for PairWorkspace<D> {
+    fn default() -> Self {
+        Self {
+            point: Variation::new(),
+            variations: Products::default(),
+            frozen: FrozenProducts::default(),
+            row: Vec::new(),
+        }
+    }
 }
 
 /// Stiffness of frozen quantities as products of rows.
@@ -342,16 +368,20 @@ impl FrozenProducts {
 
     /// Subtracts the sums from `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes.
     fn subtract_from<const D: usize>(&mut self, stiffness: &mut [f64], nodes: usize) {
-        let geometry = self.geometry.sums();
-        let potential = self.potential.sums();
-        for row in 0..nodes * D {
-            let (a, i) = (row / D, row % D);
-            let [along, half] = [geometry.row(row), potential.row(row)];
-            for b in 0..nodes {
-                let entries = &mut stiffness[((a * nodes + b) * D + i) * D..][..D];
-                for (j, entry) in entries.iter_mut().enumerate() {
-                    let column = b * D + j;
-                    *entry -= along[column] + (half[column] + potential.row(column)[row]);
+        let place =
+            |row: usize, column: usize| ((row / D * nodes + column / D) * D + row % D) * D + column % D;
+        let unknowns = 0..nodes * D;
+        for (products, symmetric) in [(&mut self.geometry, false), (&mut self.potential, true)] {
+            let sums = products.sums();
+            if !sums.any {
+                continue;
+            }
+            for row in unknowns.clone() {
+                for (column, value) in unknowns.clone().zip(sums.row(row)) {
+                    stiffness[place(row, column)] -= value;
+                    if symmetric {
+                        stiffness[place(column, row)] -= value;
+                    }
                 }
             }
         }
@@ -386,15 +416,13 @@ impl<const D: usize> FacetPair<'_, D> {
     }
 
     /// The integrals; `None` if the facets have no common segment.
-    pub fn integrate(&self) -> Option<PairIntegrals<D>> {
-        let vertices = [VertexIntegrals::default(); MOST_CORNERS];
-        let mut sums = PairIntegrals { vertices, cover: 0.0 };
-        let mut found = false;
+    pub fn integrate(&self, workspace: &mut PairWorkspace<D>) -> Option<PairIntegrals<D>> {
+        let mut found: Option<PairIntegrals<D>> = None;
         let everywhere = matches!(self.target, Opposite::Facet(_));
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let corners = self.contactor.kind.corners();
-        self.sweep(Want::Points, |point, _| {
-            found = true;
+        self.sweep(Want::Points, &mut workspace.point, |point, _| {
+            let sums = found.get_or_insert_default();
             sums.cover += point.measure;
             for (vertex, weight) in sums.vertices.iter_mut().zip(point.weights.value).take(corners) {
                 if everywhere || weight * corners as f64 >= 1.0 {
@@ -411,7 +439,7 @@ impl<const D: usize> FacetPair<'_, D> {
                 }
             }
         });
-        found.then_some(sums)
+        found
     }
 
     /// Passes the variation of the integrals of each vertex with each node to `add`: corner, node,
@@ -425,25 +453,34 @@ impl<const D: usize> FacetPair<'_, D> {
         fields: &PairFields<'_, D>,
         varying: WantedVariations,
         frozen: Option<(&FrozenFacet<D>, &mut [f64])>,
-        workspace: &mut PairWorkspace,
+        workspace: &mut PairWorkspace<D>,
         mut add: impl FnMut(usize, usize, &VertexVariation<D>),
     ) {
         let all = self.nodes();
         let corners = self.contactor.kind.corners();
         let order = SumOrder::of::<D>(varying);
-        workspace.variations.clear(corners * order.count, all * D);
-        workspace.frozen.clear(all * D);
-        let want = match varying.normal || frozen.is_some() {
-            true => Want::NormalVariations,
-            false => Want::Variations,
-        };
-        self.sweep(want, |point, variation| {
-            self.add_variation(point, variation, fields, &order, workspace);
+        let PairWorkspace { point: variation, variations, frozen: products, row } = workspace;
+        variations.clear(corners * order.count, all * D);
+        if frozen.is_some() {
+            products.clear(all * D);
+        }
+        let want = if frozen.is_some() { Want::NormalVariations } else { Want::Variations };
+        let mut turns = [[Tensor::zeros(); MOST_NODES]; MOST_CORNERS];
+        let first = self.contactor.nodes.len();
+        self.sweep(want, variation, |point, variation| {
+            self.add_variation(point, variation, fields, &order, variations);
+            if varying.normal {
+                for (turns, weight) in turns.iter_mut().zip(point.weights.value).take(corners) {
+                    let share = weight * point.measure;
+                    let changes = turns.iter_mut().zip(&variation.turns).take(first);
+                    changes.for_each(|(turn, by)| *turn += by * share);
+                }
+            }
             if let Some((frozen, _)) = &frozen {
-                self.add_frozen_point(point, variation, frozen, workspace);
+                self.add_frozen_point(point, variation, frozen, products, row);
             }
         });
-        let sums = workspace.variations.sums();
+        let sums = variations.sums();
         let mut change = VertexVariation::default();
         for vertex in 0..corners {
             for b in 0..all {
@@ -453,43 +490,52 @@ impl<const D: usize> FacetPair<'_, D> {
                 change.area = by(0);
                 change.gap = by(1);
                 let tensor = |first: usize| Tensor::from_fn(|i, j| by(first + i)[j]);
-                if let Some(first) = order.normal {
-                    change.normal = tensor(first);
+                if let Some(place) = order.normal {
+                    change.normal = tensor(place);
+                    if b < first {
+                        change.normal += turns[vertex][b];
+                    }
                 }
-                for (slip, first) in change.slips.iter_mut().zip(order.slips) {
-                    if let Some(first) = first {
-                        *slip = tensor(first);
+                for (slip, place) in change.slips.iter_mut().zip(order.slips) {
+                    if let Some(place) = place {
+                        *slip = tensor(place);
                     }
                 }
                 add(vertex, b, &change);
             }
         }
         if let Some((_, stiffness)) = frozen {
-            workspace.frozen.subtract_from::<D>(stiffness, all);
+            products.subtract_from::<D>(stiffness, all);
         }
     }
 
     /// Adds only the stiffness of the frozen quantities, see [`vary`](Self::vary).
-    pub fn add_frozen(&self, frozen: &FrozenFacet<D>, stiffness: &mut [f64], workspace: &mut PairWorkspace) {
-        workspace.frozen.clear(self.nodes() * D);
-        self.sweep(Want::NormalVariations, |point, variation| {
-            self.add_frozen_point(point, variation, frozen, workspace);
+    pub fn add_frozen(
+        &self,
+        frozen: &FrozenFacet<D>,
+        stiffness: &mut [f64],
+        workspace: &mut PairWorkspace<D>,
+    ) {
+        let PairWorkspace { point: variation, frozen: products, row, .. } = workspace;
+        products.clear(self.nodes() * D);
+        self.sweep(Want::NormalVariations, variation, |point, variation| {
+            self.add_frozen_point(point, variation, frozen, products, row);
         });
-        workspace.frozen.subtract_from::<D>(stiffness, self.nodes());
+        products.subtract_from::<D>(stiffness, self.nodes());
     }
 
-    /// Adds the variation of one point. With the share `Phi_A m` of a vertex, the sums of `Phi_A m
-    /// q` vary by `q (Phi_A dm + m Phi_A,k dxi_k) + Phi_A m dq`.
+    /// Adds the variation of one point, without the turns of its normal. With the share `Phi_A m` of
+    /// a vertex, the sums of `Phi_A m q` vary by `q (Phi_A dm + m Phi_A,k dxi_k) + Phi_A m dq`.
     fn add_variation(
         &self,
         point: &Point<D>,
         variation: &Variation<D>,
         fields: &PairFields<'_, D>,
         order: &SumOrder,
-        workspace: &mut PairWorkspace,
+        products: &mut Products,
     ) {
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
-        let PairWorkspace { variations: Products { left, right, .. }, .. } = workspace;
+        let Products { left, right, .. } = &mut *products;
         let corners = 0..self.contactor.kind.corners();
         let of = |vertex: usize| vertex * order.count..(vertex + 1) * order.count;
         let relative =
@@ -516,6 +562,9 @@ impl<const D: usize> FacetPair<'_, D> {
                 let sums = &mut factors[of(vertex)];
                 spread(point.measure * point.weights.gradient[vertex][k], sums);
                 let share = point.weights.value[vertex] * point.measure;
+                if let Some(place) = order.normal {
+                    (0..D).for_each(|i| sums[place + i] += share * variation.bends[k][i]);
+                }
                 for (place, relative) in relative.iter().flatten() {
                     (0..D).for_each(|i| sums[place + i] += share * relative.along_contactor[k][i]);
                 }
@@ -529,11 +578,6 @@ impl<const D: usize> FacetPair<'_, D> {
             }
         };
         add(&variation.gap, &|sums, share| sums[1] = share);
-        if let Some(place) = order.normal {
-            for (i, by) in variation.normal.iter().enumerate() {
-                add(by, &|sums, share| sums[place + i] = share);
-            }
-        }
         if relative.iter().any(Option::is_some) {
             for k in 0..self.coordinates() {
                 add(&variation.eta[k], &|sums, share| {
@@ -543,7 +587,7 @@ impl<const D: usize> FacetPair<'_, D> {
                 });
             }
         }
-        workspace.variations.flush();
+        products.flush();
     }
 
     /// Number of coordinates of the segment points that vary. Over an obstacle the points are
@@ -560,10 +604,10 @@ impl<const D: usize> FacetPair<'_, D> {
         point: &Point<D>,
         variation: &Variation<D>,
         frozen: &FrozenFacet<D>,
-        workspace: &mut PairWorkspace,
+        products: &mut FrozenProducts,
+        row: &mut Vec<f64>,
     ) {
         let corners = self.contactor.kind.corners();
-        let PairWorkspace { frozen: products, row, .. } = workspace;
         if frozen.carried[..corners].iter().any(Carried::acts) {
             self.add_geometry(point, variation, &frozen.carried, frozen.changes, &mut products.geometry);
         }
@@ -714,13 +758,20 @@ impl<const D: usize> FacetPair<'_, D> {
     }
 
     /// Visits the points of all segments, with their variation if it is needed.
-    fn sweep(&self, want: Want, mut visit: impl FnMut(&Point<D>, &Variation<D>)) {
+    fn sweep(
+        &self,
+        want: Want,
+        variation: &mut Variation<D>,
+        mut visit: impl FnMut(&Point<D>, &Variation<D>),
+    ) {
         let target = match &self.target {
             Opposite::Facet(target) => target,
-            Opposite::Obstacle(obstacle) => return self.sweep_over(obstacle, want, visit),
+            Opposite::Obstacle(obstacle) => return self.sweep_over(obstacle, want, variation, visit),
         };
         let degree = degree(self.contactor.kind, target.kind);
-        let mut variation = Variation::new();
+        if want != Want::Points {
+            variation.stretch[..self.nodes()].fill([0.0; D]);
+        }
         for below in pieces(self.contactor.kind) {
             let below_at = below.positions(self.contactor.kind, self.contactor.nodes);
             for above in pieces(target.kind) {
@@ -732,9 +783,8 @@ impl<const D: usize> FacetPair<'_, D> {
                     want,
                     &mut |segment, moves| {
                         let pieces = [below, above];
-                        if let Some(point) = self.point(target, pieces, segment, moves, want, &mut variation)
-                        {
-                            visit(&point, &variation);
+                        if let Some(point) = self.point(target, pieces, segment, moves, want, variation) {
+                            visit(&point, variation);
                         }
                     },
                 );
@@ -816,8 +866,8 @@ impl<const D: usize> FacetPair<'_, D> {
         let projector = tangential_projector(&normal) / size;
         let turned = projector * chord;
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
-        let Variation { xi, eta, weight, measure, stretch: by_size, whole, gap: by_gap, normal: by_normal } =
-            variation;
+        let Variation { xi, eta, weight, measure, stretch: by_size, whole, gap: by_gap, .. } = variation;
+        let Variation { turns, bends: along, normal: by_normal, .. } = variation;
         for (b, by_gap) in by_gap.iter_mut().enumerate().take(all) {
             *by_gap = (normal * point.coefficient(b, first)).into();
         }
@@ -832,10 +882,10 @@ impl<const D: usize> FacetPair<'_, D> {
                 AreaMeasure::Current => (by_area.tr_mul(&normal) * -segment.weight).into(),
                 AreaMeasure::Reference(_) => [0.0; D],
             };
+            turns[b] = -(projector * by_area);
             if want == Want::NormalVariations {
-                let turn = -(projector * by_area);
                 for (i, by) in by_normal.iter_mut().enumerate() {
-                    by[b] = turn.row(i).transpose().into();
+                    by[b] = turns[b].row(i).transpose().into();
                 }
             }
         }
@@ -845,13 +895,13 @@ impl<const D: usize> FacetPair<'_, D> {
         add_multiple(whole, row(weight, all), stretch);
         for k in 0..D - 1 {
             let [xi, eta] = [row(&xi[k], all), row(&eta[k], all)];
-            let along = -(projector * area_slopes[k]);
-            add_multiple(by_gap, xi, tangents[k].dot(&normal) + along.dot(&chord));
+            along[k] = -(projector * area_slopes[k]);
+            add_multiple(by_gap, xi, tangents[k].dot(&normal) + along[k].dot(&chord));
             add_multiple(by_gap, eta, -others[k].dot(&normal));
             add_multiple(whole, xi, stretch_slopes[k] * segment.weight);
             if want == Want::NormalVariations {
                 for (i, by) in by_normal.iter_mut().enumerate() {
-                    add_multiple(by[..all].as_flattened_mut(), xi, along[i]);
+                    add_multiple(by[..all].as_flattened_mut(), xi, along[k][i]);
                 }
             }
         }
@@ -875,11 +925,16 @@ impl<const D: usize> FacetPair<'_, D> {
         by: &ByCorners<D>,
         nodes: &mut ByNodes<D>,
     ) {
-        nodes[..self.nodes()].fill([0.0; D]);
-        let (first, second) = nodes.split_at_mut(self.contactor.nodes.len());
+        let (first, second) = nodes[..self.nodes()].split_at_mut(self.contactor.nodes.len());
         for (piece, kind, by, nodes) in
             [(below, self.contactor.kind, &by[..TARGET], first), (above, target, &by[TARGET..], second)]
         {
+            // The only piece of a linear facet has its nodes as corners.
+            if linear(kind) == kind {
+                nodes.iter_mut().zip(by).for_each(|(node, by)| *node = (*by).into());
+                continue;
+            }
+            nodes.fill([0.0; D]);
             for (corner, by) in piece.corners.iter().zip(by) {
                 match corner.node {
                     Some(node) => add_multiple(&mut nodes[node], by.as_slice(), 1.0),
@@ -943,6 +998,14 @@ pub(super) fn tangents<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) 
 /// `x_,11`, `x_,12`, `x_,22` of a facet of `kind` at these coordinates.
 fn bends<const D: usize>(kind: ElementKind, at: [f64; 2], nodes: &[Vector<D>]) -> [Vector<D>; 3] {
     let mut bends = [Vector::zeros(); 3];
+    match kind {
+        ElementKind::Line2 | ElementKind::Tri3 => return bends,
+        ElementKind::Quad4 => {
+            bends[1] = (nodes[0] - nodes[1] + nodes[2] - nodes[3]) * 0.25;
+            return bends;
+        }
+        _ => {}
+    }
     for (x, second) in nodes.iter().zip(&FacetShape::second(kind, at)) {
         for (bend, second) in bends.iter_mut().zip(second) {
             *bend += x * *second;

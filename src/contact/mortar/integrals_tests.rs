@@ -59,7 +59,7 @@ fn all_pairs(kinds: &[ElementKind]) -> Vec<[ElementKind; 2]> {
 
 /// All integrals as one vector: first those of the geometry, then the sums of the fields.
 fn values<const D: usize>(pair: &FacetPair<'_, D>, fields: &[Vec<Vector<D>>; 2]) -> Vec<f64> {
-    let sums = pair.integrate().expect("they overlap");
+    let sums = pair.integrate(&mut PairWorkspace::default()).expect("they overlap");
     let mut all = Vec::new();
     for vertex in sums.vertices.iter().take(pair.contactor.kind.corners()) {
         all.extend([vertex.area, vertex.gap]);
@@ -118,7 +118,7 @@ fn integrals_move_as_their_variations_say() {
 }
 
 fn force<const D: usize>(pair: &FacetPair<'_, D>, carried: &[Carried<D>; MOST_CORNERS]) -> Vec<f64> {
-    let sums = pair.integrate().expect("they overlap");
+    let sums = pair.integrate(&mut PairWorkspace::default()).expect("they overlap");
     let mut force = vec![0.0; pair.nodes() * D];
     for (vertex, carried) in sums.vertices.iter().zip(carried).take(pair.contactor.kind.corners()) {
         for (a, force) in force.chunks_exact_mut(D).enumerate() {

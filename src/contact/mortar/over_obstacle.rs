@@ -33,9 +33,9 @@ impl<const D: usize> FacetPair<'_, D> {
         &self,
         placed: &PlacedObstacle<'_, D>,
         want: Want,
+        variation: &mut Variation<D>,
         mut visit: impl FnMut(&Point<D>, &Variation<D>),
     ) {
-        let mut variation = Variation::new();
         for q in rounding::order(placed.rule.len()) {
             let [first, second, _] = placed.rule.points[q];
             let contactor = FacetShape::at(self.contactor.kind, [first, second]);
@@ -85,6 +85,7 @@ impl<const D: usize> FacetPair<'_, D> {
                     let by_gap = proximity.normal * shape;
                     let by_measure = by_gap * (fade[1] * point.whole) + by_part * fade[0];
                     variation.gap[b] = by_gap.into();
+                    variation.turns[b] = proximity.hessian * shape;
                     for (i, by) in variation.normal.iter_mut().enumerate() {
                         by[b] = (proximity.hessian.row(i).transpose() * shape).into();
                     }
@@ -93,7 +94,7 @@ impl<const D: usize> FacetPair<'_, D> {
                     variation.whole[b] = (by_size + by_part).into();
                 }
             }
-            visit(&point, &variation);
+            visit(&point, variation);
         }
     }
 }

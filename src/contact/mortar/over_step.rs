@@ -159,17 +159,21 @@ impl<const D: usize> VertexContact<D> {
         let couples = candidates.couples();
         let values = candidates.values(&[fields.u_start]);
         let at_start = candidates.start.at(values, || self.integrate(couples, fields, Instant::Start));
-        let at_middle = self.integrate(couples, fields, Instant::Iterate);
         let at_end = self.integrate(couples, fields, Instant::Beyond);
+        let presses =
+            |sums: &VertexSums<D>, vertex: usize| sums.is_covered() && sums.gap() < state.adjusted(vertex);
+        let sums = at_start.sums.iter().zip(&at_end.sums).enumerate();
+        let active: Vec<bool> =
+            sums.map(|(vertex, (start, end))| presses(start, vertex) || presses(end, vertex)).collect();
+        let near_active = |&(facet, _): &(u32, u32)| {
+            let vertices = self.surface.facets()[facet as usize].vertices;
+            vertices.iter().flatten().any(|&vertex| active[vertex as usize])
+        };
+        let around: Vec<(u32, u32)> = couples.iter().copied().filter(near_active).collect();
+        let at_middle = self.integrate(&around, fields, Instant::Iterate);
         let sums = at_start.sums.iter().zip(&at_middle.sums).zip(&at_end.sums);
         let ends: Vec<VertexEnds<D>> = sums
             .map(|((start, middle), end)| VertexEnds { start: *start, middle: *middle, end: *end })
-            .collect();
-        let presses =
-            |sums: &VertexSums<D>, vertex: usize| sums.is_covered() && sums.gap() < state.adjusted(vertex);
-        let vertices = ends.iter().enumerate();
-        let active: Vec<bool> = vertices
-            .map(|(vertex, ends)| presses(&ends.start, vertex) || presses(&ends.end, vertex))
             .collect();
         let mut overlap = StepOverlap { at_start, at_middle, at_end, ends, active, rows: Vec::new() };
         let mut rows = self.nodes_of(&overlap.lists(), overlap.ends.len(), |vertex| overlap.active[vertex]);

@@ -3,8 +3,8 @@
 use super::clip::{ByFlat, Flat, cross, sub};
 use super::split::{FacetPiece, MOST_CORNERS};
 
-/// Newton's method on a convex quadrilateral needs two or three steps. If more steps than this are
-/// needed, the point has no inverse in the piece.
+/// Newton's method on a convex quadrilateral needs one or two steps from the root in closed form. If
+/// more steps than this are needed, the point has no inverse in the piece.
 const MOST_STEPS: usize = 20;
 
 /// Convergence tolerance of the inverse: residual relative to the size of the piece.
@@ -60,7 +60,8 @@ impl<'a> Parametric<'a> {
     /// such point.
     pub fn inverse(&self, place: Flat) -> Option<ParametricPoint> {
         let [c0, c1, c2, c3] = self.coefficients;
-        let mut r = [0.0; 2];
+        let affine = c3[0].abs().max(c3[1].abs()) <= FOUND * self.size;
+        let mut r = if affine { [0.0; 2] } else { self.root(sub(place, c0)) };
         for _ in 0..MOST_STEPS {
             let tangents =
                 [[c1[0] + c3[0] * r[1], c1[1] + c3[1] * r[1]], [c2[0] + c3[0] * r[0], c2[1] + c3[1] * r[0]]];
@@ -71,12 +72,30 @@ impl<'a> Parametric<'a> {
                 return None;
             }
             r = [r[0] + step[0], r[1] + step[1]];
-            let affine = c3[0].abs().max(c3[1].abs()) <= FOUND * self.size;
             if affine || step[0].abs().max(step[1].abs()) <= FOUND.sqrt() {
                 return Some(self.at(r));
             }
         }
         None
+    }
+
+    /// Solution of `c_1 r_1 + c_2 r_2 + c_3 r_1 r_2 = offset` in closed form, up to cancellation; the
+    /// centre if there is none.
+    ///
+    /// The product with `c_1 + c_3 r_2` eliminates `r_1`. Of the two roots the one is taken that
+    /// belongs to the piece, where its determinant keeps its sign.
+    fn root(&self, offset: Flat) -> [f64; 2] {
+        let [_, c1, c2, c3] = self.coefficients;
+        let square = cross(c2, c3);
+        let at_centre = cross(c2, c1);
+        let linear = at_centre - cross(offset, c3);
+        let constant = -cross(offset, c1);
+        let discriminant = linear * linear - 4.0 * square * constant;
+        let second = -2.0 * constant / (linear + discriminant.sqrt().copysign(at_centre));
+        let along = [c1[0] + c3[0] * second, c1[1] + c3[1] * second];
+        let rest = [offset[0] - c2[0] * second, offset[1] - c2[1] * second];
+        let first = (rest[0] * along[0] + rest[1] * along[1]) / (along[0] * along[0] + along[1] * along[1]);
+        if first.is_finite() && second.is_finite() { [first, second] } else { [0.0; 2] }
     }
 
     fn at(&self, r: [f64; 2]) -> ParametricPoint {

@@ -30,12 +30,23 @@ impl Rows {
 
     /// Appends a copy of a row.
     pub fn push_copy(&mut self, row: &[f64]) {
-        self.push().copy_from_slice(row);
+        debug_assert_eq!(row.len(), self.length);
+        self.values.extend_from_slice(row);
+        self.pad();
     }
 
     /// Appends a multiple of a row.
     pub fn push_multiple(&mut self, row: &[f64], factor: f64) {
-        self.push().iter_mut().zip(row).for_each(|(entry, value)| *entry = value * factor);
+        debug_assert_eq!(row.len(), self.length);
+        self.values.extend(row.iter().map(|value| value * factor));
+        self.pad();
+    }
+
+    fn pad(&mut self) {
+        if self.length < self.stride {
+            let full = self.values.len() + self.stride - self.length;
+            self.values.resize(full, 0.0);
+        }
     }
 
     fn count(&self) -> usize {
@@ -51,6 +62,7 @@ pub(super) struct Products {
     /// The right factors.
     pub right: Rows,
     sums: Vec<f64>,
+    any: bool,
 }
 
 /// Number of pairs that are added up at once. Their rows fit into the first-level cache. With 32
@@ -64,6 +76,7 @@ impl Products {
         self.right.clear(right);
         self.sums.clear();
         self.sums.resize(self.left.stride * self.right.stride, 0.0);
+        self.any = false;
     }
 
     /// Adds up the pairs if there are many.
@@ -76,7 +89,7 @@ impl Products {
     /// The sum of the products of all pairs.
     pub fn sums(&mut self) -> Sums<'_> {
         self.add_up();
-        Sums { values: &self.sums, stride: self.right.stride }
+        Sums { values: &self.sums, stride: self.right.stride, any: self.any }
     }
 
     fn add_up(&mut self) {
@@ -85,6 +98,7 @@ impl Products {
             dispatch(AddUp { left: &self.left, right: &self.right, sums: &mut self.sums });
             self.left.values.clear();
             self.right.values.clear();
+            self.any = true;
         }
     }
 }
@@ -93,6 +107,8 @@ impl Products {
 pub(super) struct Sums<'a> {
     values: &'a [f64],
     stride: usize,
+    /// Whether there were any pairs.
+    pub any: bool,
 }
 
 impl Sums<'_> {
