@@ -13,7 +13,7 @@ pub const VARIABLE: &str = "CONTACT_PETSC_ROUNDING";
 
 /// What it may name, and what that does.
 pub const WAYS: [(&str, &str); 3] = [
-    ("scalar", "element kernels without AVX2 and fused multiply-add"),
+    ("scalar", "element kernels and sums of contact without AVX2 and fused multiply-add"),
     (
         "points",
         "pairs of contact facets, and the points of a facet over an obstacle, are summed from the last to the first",

@@ -128,6 +128,8 @@ impl<const D: usize> VertexStiffness<'_, '_, D> {
     ) {
         let mut block = [0.0; 9];
         let block = &mut block[..D * D];
+        let constrained = |node: &u32| self.constrained[*node as usize * D..][..D].contains(&true);
+        let held: Vec<bool> = nodes.iter().map(constrained).collect();
         for (a, &row) in nodes.iter().enumerate() {
             for (b, &column) in nodes.iter().enumerate() {
                 let at = a * nodes.len() + b;
@@ -138,7 +140,9 @@ impl<const D: usize> VertexStiffness<'_, '_, D> {
                         *entry = 0.5 * (*entry + mirrored[ij % D * D + ij / D]);
                     }
                 }
-                self.release(row, column, block);
+                if held[a] || held[b] {
+                    self.release(row, column, block);
+                }
                 match self.couplings.place(vertex, place(a, b)) {
                     Some(CouplingSlots::Slot(slot)) => self.values.add(slot, block),
                     Some(CouplingSlots::Remote(at)) => {

@@ -19,7 +19,7 @@ pub(super) type ByFlat = [f64; 2 * CORNERS];
 pub(super) const ON_EDGE: f64 = 1e-11;
 
 /// Maximum number of vertices in the overlap of two quadrilaterals, with a margin for ties.
-const MOST_VERTICES: usize = 12;
+pub(super) const MOST_VERTICES: usize = 12;
 
 /// Origin of a vertex of the overlap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,8 +60,7 @@ impl Polygon {
     /// The overlap of the contactor's `count` corners (anticlockwise) with the target's `others`
     /// corners (clockwise); see [`TARGET`].
     pub fn of(flat: &[Flat; CORNERS], count: usize, others: usize) -> Self {
-        let nothing = PolygonVertex { place: [0.0; 2], origin: Origin::Corner(0), edge: Edge::Contactor(0) };
-        let mut polygon = Self { vertices: [nothing; MOST_VERTICES], count: 0 };
+        let mut polygon = Self::nothing();
         let seen = -area(&flat[TARGET..][..others]);
         if seen.is_nan() || seen <= 0.0 {
             return polygon;
@@ -72,12 +71,21 @@ impl Polygon {
             let origin = Origin::Corner(ends[0]);
             polygon.push(PolygonVertex { place: flat[TARGET + j], origin, edge: Edge::Target(ends) });
         }
+        let mut other = Self::nothing();
+        let (mut whole, mut kept) = (&mut polygon, &mut other);
         for i in 0..count {
-            if polygon.count > 0 {
-                polygon = polygon.clipped(flat, i, count);
+            whole.clip(flat, i, count, kept);
+            (whole, kept) = (kept, whole);
+            if whole.count == 0 {
+                break;
             }
         }
-        polygon
+        *whole
+    }
+
+    fn nothing() -> Self {
+        let vertex = PolygonVertex { place: [0.0; 2], origin: Origin::Corner(0), edge: Edge::Contactor(0) };
+        Self { vertices: [vertex; MOST_VERTICES], count: 0 }
     }
 
     /// The vertices.
@@ -92,15 +100,15 @@ impl Polygon {
         }
     }
 
-    /// The part on the inner side of the contactor's edge from corner `i`.
-    fn clipped(&self, flat: &[Flat; CORNERS], i: usize, count: usize) -> Self {
+    /// Stores the part on the inner side of the contactor's edge from corner `i` in `kept`.
+    fn clip(&self, flat: &[Flat; CORNERS], i: usize, count: usize, kept: &mut Self) {
         let next = (i + 1) % count;
         let along = sub(flat[next], flat[i]);
-        let length = along[0].hypot(along[1]);
+        let length = dot(along, along).sqrt();
         let side = |vertex: &PolygonVertex| cross(along, sub(vertex.place, flat[i])) / length;
         let tolerance = ON_EDGE * length;
         let ends = [i, next].map(|corner| corner as u8);
-        let mut kept = Self { count: 0, ..*self };
+        kept.count = 0;
         for k in 0..self.count {
             let this = &self.vertices[k];
             let that = &self.vertices[(k + 1) % self.count];
@@ -141,14 +149,12 @@ impl Polygon {
         if kept.count < 3 {
             kept.count = 0;
         }
-        kept
     }
 }
 
 impl PolygonVertex {
-    /// Derivatives of both coordinates.
-    pub fn variation(&self, flat: &[Flat; CORNERS]) -> [ByFlat; 2] {
-        let mut by = [[0.0; 2 * CORNERS]; 2];
+    /// Adds the derivatives of both coordinates to `by`.
+    pub fn vary(&self, flat: &[Flat; CORNERS], by: &mut [ByFlat; 2]) {
         match self.origin {
             Origin::Corner(corner) => (0..2).for_each(|c| by[c][2 * usize::from(corner) + c] = 1.0),
             Origin::Crossing { contactor, target } => {
@@ -173,7 +179,6 @@ impl PolygonVertex {
                 }
             }
         }
-        by
     }
 }
 

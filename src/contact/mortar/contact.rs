@@ -4,7 +4,7 @@
 use super::candidates::Candidates;
 use super::integrals::{
     AreaMeasure, Carried, FacetPair, FrozenChanges, FrozenFacet, Opposite, PAIR_NODES, PairFields,
-    PlacedFacet, Range, VertexPotential, WantedVariations,
+    PairWorkspace, PlacedFacet, Range, VertexPotential, WantedVariations,
 };
 use super::kernel::{VertexNode, VertexRows, VertexSums, add_stiffness};
 use super::obstacle::{PlacedObstacle, rule_of};
@@ -186,12 +186,13 @@ impl<const D: usize> VertexContact<D> {
     ) -> Overlap<D> {
         let mut pairs = Vec::new();
         let mut sums = vec![VertexSums::default(); self.surface.vertices().len()];
+        let mut workspace = PairWorkspace::default();
         let couples = rounding::order(couples.len()).map(|number| couples[number]);
         self.sweep(couples, fields, instant, |facet, target, gathered, pair| {
             if !may_meet(pair) {
                 return;
             }
-            let Some(integrals) = pair.integrate() else { return };
+            let Some(integrals) = pair.integrate(&mut workspace) else { return };
             let meets = integrals.cover > 0.0;
             for (vertex, own) in
                 self.surface.facets()[facet as usize].vertices.iter().zip(&integrals.vertices)
@@ -395,10 +396,11 @@ impl<const D: usize> VertexContact<D> {
         let active = pairs.iter().filter(|pair| frozen.owner(vertices(pair.facet)).is_some());
         let active = active.map(|pair| (pair.facet, pair.target));
         let mut block = Vec::new();
+        let mut workspace = PairWorkspace::default();
         self.sweep(active, fields, Instant::Iterate, |index, _, gathered, pair| {
             let Some(owner) = frozen.owner(vertices(index)) else { return };
             clear_block::<D>(&mut block, gathered.nodes.len());
-            pair.add_frozen(&frozen.of_facet(vertices(index)), &mut block);
+            pair.add_frozen(&frozen.of_facet(vertices(index)), &mut block, &mut workspace);
             sink.stiffness(owner, &gathered.nodes, &block);
         });
     }
@@ -476,6 +478,7 @@ impl<const D: usize> VertexContact<D> {
             .map(|pair| (pair.facet, pair.target))
             .collect();
         let mut block = Vec::new();
+        let mut workspace = PairWorkspace::default();
         self.sweep(active.into_iter(), fields, instant, |index, _, gathered, pair| {
             let numbers = self.numbers_of(index, rows);
             let both = PairFields { fields: [&gathered.velocities, &gathered.increments] };
@@ -492,7 +495,7 @@ impl<const D: usize> VertexContact<D> {
                 nodes.for_each(|(&node, place)| *place = rows[*number].place(node));
             }
             let mut by_cover = [Vector::zeros(); PAIR_NODES];
-            pair.vary(&both, varying, held_here, |corner, a, by| {
+            pair.vary(&both, varying, held_here, &mut workspace, |corner, a, by| {
                 by_cover[a] += by.area;
                 let Some(number) = numbers[corner] else { return };
                 let row = &mut rows[number];

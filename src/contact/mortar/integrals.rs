@@ -15,6 +15,7 @@
 
 use super::intersection::{degree, overlap};
 use super::obstacle::PlacedObstacle;
+use super::products::Products;
 use super::segment::{ByCorners, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
 use super::shape::{FacetShape, MOST_NODES};
 use super::split::{FacetPiece, MOST_CORNERS, linear, pieces};
@@ -151,6 +152,12 @@ pub struct PairIntegrals<const D: usize> {
     pub cover: f64,
 }
 
+impl<const D: usize> Default for PairIntegrals<D> {
+    fn default() -> Self {
+        Self { vertices: [VertexIntegrals::default(); MOST_CORNERS], cover: 0.0 }
+    }
+}
+
 /// Fields of the nodes whose relative values are integrated: `S = int Phi_A sum_a c_a f_a`.
 #[derive(Debug, Clone, Copy)]
 pub struct PairFields<'a, const D: usize> {
@@ -267,32 +274,138 @@ pub(super) struct Point<const D: usize> {
     pub fade: [f64; 3],
     pub gap: f64,
     pub normal: Vector<D>,
+    /// Coordinates on both facets.
+    pub xi: [f64; 2],
+    pub eta: [f64; 2],
 }
 
+/// Derivatives of a scalar by the positions of the nodes of both facets.
+pub(super) type ByNodes<const D: usize> = [[f64; D]; PAIR_NODES];
+
+/// Derivatives of the quantities of a segment point.
+#[derive(Debug)]
 pub(super) struct Variation<const D: usize> {
-    pub xi: [[Vector<D>; PAIR_NODES]; 2],
-    pub eta: [[Vector<D>; PAIR_NODES]; 2],
+    pub xi: [ByNodes<D>; 2],
+    pub eta: [ByNodes<D>; 2],
+    /// Of the weight of the segment point.
+    pub weight: ByNodes<D>,
     /// Of the measure: at fixed size of the facet, and by that size.
-    pub measure: [Vector<D>; PAIR_NODES],
-    pub stretch: [Vector<D>; PAIR_NODES],
+    pub measure: ByNodes<D>,
+    pub stretch: ByNodes<D>,
     /// Of the measure without the fading weight.
-    pub whole: [Vector<D>; PAIR_NODES],
-    pub gap: [Vector<D>; PAIR_NODES],
-    pub normal: [Tensor<D>; PAIR_NODES],
+    pub whole: ByNodes<D>,
+    pub gap: ByNodes<D>,
+    /// Of the normal by the nodes of the contactor, at a fixed point of the facet.
+    pub turns: [Tensor<D>; MOST_NODES],
+    /// Of the normal by the coordinates of the point.
+    pub bends: [Vector<D>; 2],
+    /// Of each component of the normal, both together, if requested.
+    pub normal: [ByNodes<D>; D],
 }
 
 impl<const D: usize> Variation<D> {
     pub fn new() -> Self {
-        let none = [Vector::zeros(); PAIR_NODES];
+        let none = [[0.0; D]; PAIR_NODES];
         Self {
             xi: [none; 2],
             eta: [none; 2],
+            weight: none,
             measure: none,
             stretch: none,
             whole: none,
             gap: none,
-            normal: [Tensor::zeros(); PAIR_NODES],
+            turns: [Tensor::zeros(); MOST_NODES],
+            bends: [Vector::zeros(); 2],
+            normal: [none; D],
         }
+    }
+}
+
+/// The derivatives by the positions of this many nodes as a flat row.
+fn row<const D: usize>(by: &ByNodes<D>, nodes: usize) -> &[f64] {
+    by[..nodes].as_flattened()
+}
+
+/// Adds a multiple of one row to another.
+fn add_multiple(sum: &mut [f64], row: &[f64], factor: f64) {
+    sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += factor * value);
+}
+
+/// Buffers for the derivatives of pairs, reused for every pair.
+#[derive(Debug)]
+pub struct PairWorkspace<const D: usize> {
+    point: Variation<D>,
+    variations: Products,
+    frozen: FrozenProducts,
+    row: Vec<f64>,
+}
+
+impl<const D: usize> Default for PairWorkspace<D> {
+    fn default() -> Self {
+        Self {
+            point: Variation::new(),
+            variations: Products::default(),
+            frozen: FrozenProducts::default(),
+            row: Vec::new(),
+        }
+    }
+}
+
+/// Stiffness of frozen quantities as products of rows.
+#[derive(Debug, Default)]
+struct FrozenProducts {
+    /// Under fixed tractions.
+    geometry: Products,
+    /// Of a potential, which is symmetric: half of its matrix. The other half is the transpose.
+    potential: Products,
+}
+
+impl FrozenProducts {
+    fn clear(&mut self, unknowns: usize) {
+        self.geometry.clear(unknowns, unknowns);
+        self.potential.clear(unknowns, unknowns);
+    }
+
+    /// Subtracts the sums from `stiffness[((a * m + b) * D + i) * D + j]` of the `m` nodes.
+    fn subtract_from<const D: usize>(&mut self, stiffness: &mut [f64], nodes: usize) {
+        let place =
+            |row: usize, column: usize| ((row / D * nodes + column / D) * D + row % D) * D + column % D;
+        let unknowns = 0..nodes * D;
+        for (products, symmetric) in [(&mut self.geometry, false), (&mut self.potential, true)] {
+            let sums = products.sums();
+            if !sums.any {
+                continue;
+            }
+            for row in unknowns.clone() {
+                for (column, value) in unknowns.clone().zip(sums.row(row)) {
+                    stiffness[place(row, column)] -= value;
+                    if symmetric {
+                        stiffness[place(column, row)] -= value;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Order of the sums of one vertex: area, gap, normal and the two slips, as far as they are needed.
+struct SumOrder {
+    normal: Option<usize>,
+    slips: [Option<usize>; 2],
+    count: usize,
+}
+
+impl SumOrder {
+    fn of<const D: usize>(varying: WantedVariations) -> Self {
+        let mut count = 2;
+        let mut place = |wanted: bool| {
+            let first = count;
+            count += if wanted { D } else { 0 };
+            wanted.then_some(first)
+        };
+        let normal = place(varying.normal);
+        let slips = [place(varying.slip_velocity), place(varying.slip_increment)];
+        Self { normal, slips, count }
     }
 }
 
@@ -303,15 +416,13 @@ impl<const D: usize> FacetPair<'_, D> {
     }
 
     /// The integrals; `None` if the facets have no common segment.
-    pub fn integrate(&self) -> Option<PairIntegrals<D>> {
-        let vertices = [VertexIntegrals::default(); MOST_CORNERS];
-        let mut sums = PairIntegrals { vertices, cover: 0.0 };
-        let mut found = false;
+    pub fn integrate(&self, workspace: &mut PairWorkspace<D>) -> Option<PairIntegrals<D>> {
+        let mut found: Option<PairIntegrals<D>> = None;
         let everywhere = matches!(self.target, Opposite::Facet(_));
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let corners = self.contactor.kind.corners();
-        self.sweep(Want::Points, |point, _| {
-            found = true;
+        self.sweep(Want::Points, &mut workspace.point, |point, _| {
+            let sums = found.get_or_insert_default();
             sums.cover += point.measure;
             for (vertex, weight) in sums.vertices.iter_mut().zip(point.weights.value).take(corners) {
                 if everywhere || weight * corners as f64 >= 1.0 {
@@ -328,7 +439,7 @@ impl<const D: usize> FacetPair<'_, D> {
                 }
             }
         });
-        found.then_some(sums)
+        found
     }
 
     /// Passes the variation of the integrals of each vertex with each node to `add`: corner, node,
@@ -342,69 +453,149 @@ impl<const D: usize> FacetPair<'_, D> {
         fields: &PairFields<'_, D>,
         varying: WantedVariations,
         frozen: Option<(&FrozenFacet<D>, &mut [f64])>,
+        workspace: &mut PairWorkspace<D>,
         mut add: impl FnMut(usize, usize, &VertexVariation<D>),
     ) {
         let all = self.nodes();
         let corners = self.contactor.kind.corners();
-        let mut sums = [[VertexVariation::default(); PAIR_NODES]; MOST_CORNERS];
-        let mut frozen = frozen;
-        self.sweep(Want::Variations, |point, variation| {
-            self.add_variation(point, variation, fields, varying, &mut sums);
-            if let Some((frozen, stiffness)) = &mut frozen {
-                self.add_frozen_point(point, variation, frozen, stiffness);
+        let order = SumOrder::of::<D>(varying);
+        let PairWorkspace { point: variation, variations, frozen: products, row } = workspace;
+        variations.clear(corners * order.count, all * D);
+        if frozen.is_some() {
+            products.clear(all * D);
+        }
+        let want = if frozen.is_some() { Want::NormalVariations } else { Want::Variations };
+        let mut turns = [[Tensor::zeros(); MOST_NODES]; MOST_CORNERS];
+        let first = self.contactor.nodes.len();
+        self.sweep(want, variation, |point, variation| {
+            self.add_variation(point, variation, fields, &order, variations);
+            if varying.normal {
+                for (turns, weight) in turns.iter_mut().zip(point.weights.value).take(corners) {
+                    let share = weight * point.measure;
+                    let changes = turns.iter_mut().zip(&variation.turns).take(first);
+                    changes.for_each(|(turn, by)| *turn += by * share);
+                }
+            }
+            if let Some((frozen, _)) = &frozen {
+                self.add_frozen_point(point, variation, frozen, products, row);
             }
         });
-        for (vertex, sums) in sums.iter().enumerate().take(corners) {
-            for (b, change) in sums.iter().enumerate().take(all) {
-                add(vertex, b, change);
+        let sums = variations.sums();
+        let mut change = VertexVariation::default();
+        for vertex in 0..corners {
+            for b in 0..all {
+                let by = |number: usize| {
+                    Vector::from_column_slice(&sums.row(vertex * order.count + number)[b * D..][..D])
+                };
+                change.area = by(0);
+                change.gap = by(1);
+                let tensor = |first: usize| Tensor::from_fn(|i, j| by(first + i)[j]);
+                if let Some(place) = order.normal {
+                    change.normal = tensor(place);
+                    if b < first {
+                        change.normal += turns[vertex][b];
+                    }
+                }
+                for (slip, place) in change.slips.iter_mut().zip(order.slips) {
+                    if let Some(place) = place {
+                        *slip = tensor(place);
+                    }
+                }
+                add(vertex, b, &change);
             }
+        }
+        if let Some((_, stiffness)) = frozen {
+            products.subtract_from::<D>(stiffness, all);
         }
     }
 
     /// Adds only the stiffness of the frozen quantities, see [`vary`](Self::vary).
-    pub fn add_frozen(&self, frozen: &FrozenFacet<D>, stiffness: &mut [f64]) {
-        self.sweep(Want::Variations, |point, variation| {
-            self.add_frozen_point(point, variation, frozen, stiffness);
+    pub fn add_frozen(
+        &self,
+        frozen: &FrozenFacet<D>,
+        stiffness: &mut [f64],
+        workspace: &mut PairWorkspace<D>,
+    ) {
+        let PairWorkspace { point: variation, frozen: products, row, .. } = workspace;
+        products.clear(self.nodes() * D);
+        self.sweep(Want::NormalVariations, variation, |point, variation| {
+            self.add_frozen_point(point, variation, frozen, products, row);
         });
+        products.subtract_from::<D>(stiffness, self.nodes());
     }
 
+    /// Adds the variation of one point, without the turns of its normal. With the share `Phi_A m` of
+    /// a vertex, the sums of `Phi_A m q` vary by `q (Phi_A dm + m Phi_A,k dxi_k) + Phi_A m dq`.
     fn add_variation(
         &self,
         point: &Point<D>,
         variation: &Variation<D>,
         fields: &PairFields<'_, D>,
-        varying: WantedVariations,
-        sums: &mut [[VertexVariation<D>; PAIR_NODES]; MOST_CORNERS],
+        order: &SumOrder,
+        products: &mut Products,
     ) {
-        let first = self.contactor.nodes.len();
-        let [velocities, increments] = fields.fields;
-        let relative = [
-            varying.slip_velocity.then(|| point.relative(velocities, first)),
-            varying.slip_increment.then(|| point.relative(increments, first)),
-        ];
-        for b in 0..self.nodes() {
-            let by_measure = variation.measure[b] + variation.stretch[b];
-            let by_relative = [0, 1].map(|k| relative[k].as_ref().map(|relative| relative.by(variation, b)));
-            for (vertex, sums) in sums.iter_mut().enumerate().take(self.contactor.kind.corners()) {
-                let weight = point.weights.value[vertex];
-                let slope = point.weights.gradient[vertex];
-                let mut by_share = by_measure * weight;
-                for k in 0..D - 1 {
-                    by_share += variation.xi[k][b] * (point.measure * slope[k]);
+        let (first, all) = (self.contactor.nodes.len(), self.nodes());
+        let Products { left, right, .. } = &mut *products;
+        let corners = 0..self.contactor.kind.corners();
+        let of = |vertex: usize| vertex * order.count..(vertex + 1) * order.count;
+        let relative =
+            [0, 1].map(|k| order.slips[k].map(|place| (place, point.relative(fields.fields[k], first))));
+        let spread = |factor: f64, sums: &mut [f64]| {
+            sums[0] = factor;
+            sums[1] = factor * point.gap;
+            if let Some(place) = order.normal {
+                (0..D).for_each(|i| sums[place + i] = factor * point.normal[i]);
+            }
+            for (place, relative) in relative.iter().flatten() {
+                (0..D).for_each(|i| sums[place + i] = factor * relative.value[i]);
+            }
+        };
+        let by_measure = right.push();
+        by_measure.copy_from_slice(row(&variation.measure, all));
+        add_multiple(by_measure, row(&variation.stretch, all), 1.0);
+        let factors = left.push();
+        corners.clone().for_each(|vertex| spread(point.weights.value[vertex], &mut factors[of(vertex)]));
+        for k in 0..self.coordinates() {
+            right.push_copy(row(&variation.xi[k], all));
+            let factors = left.push();
+            for vertex in corners.clone() {
+                let sums = &mut factors[of(vertex)];
+                spread(point.measure * point.weights.gradient[vertex][k], sums);
+                let share = point.weights.value[vertex] * point.measure;
+                if let Some(place) = order.normal {
+                    (0..D).for_each(|i| sums[place + i] += share * variation.bends[k][i]);
                 }
-                let share = weight * point.measure;
-                let sum = &mut sums[b];
-                sum.area += by_share;
-                sum.gap += by_share * point.gap + variation.gap[b] * share;
-                if varying.normal {
-                    sum.normal += point.normal * by_share.transpose() + variation.normal[b] * share;
-                }
-                for k in 0..2 {
-                    if let (Some(relative), Some(by)) = (&relative[k], &by_relative[k]) {
-                        sum.slips[k] += relative.value * by_share.transpose() + by * share;
-                    }
+                for (place, relative) in relative.iter().flatten() {
+                    (0..D).for_each(|i| sums[place + i] += share * relative.along_contactor[k][i]);
                 }
             }
+        }
+        let mut add = |by: &ByNodes<D>, fill: &dyn Fn(&mut [f64], f64)| {
+            right.push_copy(row(by, all));
+            let factors = left.push();
+            for vertex in corners.clone() {
+                fill(&mut factors[of(vertex)], point.weights.value[vertex] * point.measure);
+            }
+        };
+        add(&variation.gap, &|sums, share| sums[1] = share);
+        if relative.iter().any(Option::is_some) {
+            for k in 0..self.coordinates() {
+                add(&variation.eta[k], &|sums, share| {
+                    for (place, relative) in relative.iter().flatten() {
+                        (0..D).for_each(|i| sums[place + i] = -share * relative.along_target[k][i]);
+                    }
+                });
+            }
+        }
+        products.flush();
+    }
+
+    /// Number of coordinates of the segment points that vary. Over an obstacle the points are
+    /// fixed.
+    fn coordinates(&self) -> usize {
+        match self.target {
+            Opposite::Facet(_) => D - 1,
+            Opposite::Obstacle(_) => 0,
         }
     }
 
@@ -413,14 +604,15 @@ impl<const D: usize> FacetPair<'_, D> {
         point: &Point<D>,
         variation: &Variation<D>,
         frozen: &FrozenFacet<D>,
-        stiffness: &mut [f64],
+        products: &mut FrozenProducts,
+        row: &mut Vec<f64>,
     ) {
         let corners = self.contactor.kind.corners();
         if frozen.carried[..corners].iter().any(Carried::acts) {
-            self.add_geometry(point, variation, &frozen.carried, frozen.changes, stiffness);
+            self.add_geometry(point, variation, &frozen.carried, frozen.changes, &mut products.geometry);
         }
         if frozen.potential[..corners].iter().any(|own| own.pressure != 0.0) {
-            self.add_potential(point, variation, &frozen.potential, stiffness);
+            self.add_potential(point, variation, &frozen.potential, &mut products.potential, row);
         }
     }
 
@@ -431,7 +623,7 @@ impl<const D: usize> FacetPair<'_, D> {
         variation: &Variation<D>,
         carried: &[Carried<D>; MOST_CORNERS],
         changes: FrozenChanges,
-        stiffness: &mut [f64],
+        products: &mut Products,
     ) {
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         let mut pressure = 0.0;
@@ -455,40 +647,48 @@ impl<const D: usize> FacetPair<'_, D> {
         }
         let traction = point.normal * pressure + friction;
         let force = traction * point.measure;
-        for b in 0..all {
-            let mut by = traction * variation.measure[b].transpose()
-                + variation.normal[b] * (pressure * point.measure);
-            if changes.area {
-                by += whole * variation.stretch[b].transpose();
+        let add_force = |entries: &mut [f64], force: &Vector<D>| {
+            for (a, entries) in entries.chunks_exact_mut(D).enumerate() {
+                add_multiple(entries, force.as_slice(), point.coefficient(a, first));
             }
-            for k in 0..D - 1 {
-                let along = point.normal * pressure_slope[k] + friction_slope[k];
-                by += along * (variation.xi[k][b] * point.measure).transpose();
-            }
-            for a in 0..all {
-                let (shape, coordinates, sign, node) = match a < first {
-                    true => (&point.contactor, &variation.xi, 1.0, a),
-                    false => (&point.target, &variation.eta, -1.0, a - first),
-                };
-                let mut by_coefficient = Vector::zeros();
-                for k in 0..D - 1 {
-                    by_coefficient += coordinates[k][b] * (sign * shape.gradient[node][k]);
-                }
-                let block = by * (sign * shape.value[node]) + force * by_coefficient.transpose();
-                subtract_block(stiffness, a * all + b, &block);
+        };
+        let mut add = |force: &Vector<D>, by: &ByNodes<D>| {
+            add_force(products.left.push(), force);
+            products.right.push_copy(row(by, all));
+        };
+        add(&traction, &variation.measure);
+        if changes.area {
+            add(&whole, &variation.stretch);
+        }
+        if pressure != 0.0 {
+            for (i, by) in variation.normal.iter().enumerate() {
+                let mut push = Vector::zeros();
+                push[i] = pressure * point.measure;
+                add(&push, by);
             }
         }
+        for k in 0..self.coordinates() {
+            let along = (point.normal * pressure_slope[k] + friction_slope[k]) * point.measure;
+            let by_xi = products.left.push();
+            add_force(by_xi, &along);
+            add_by_node(&mut by_xi[..first * D], &point.contactor, k, &force);
+            products.right.push_copy(row(&variation.xi[k], all));
+            add_by_node(&mut products.left.push()[first * D..], &point.target, k, &-force);
+            products.right.push_copy(row(&variation.eta[k], all));
+        }
+        products.flush();
     }
 
-    /// Adds the Hessian of the potential (1.11) of the theory, which names its parts. It omits the
-    /// second derivatives of the measure and the part proportional to the angle between the two
-    /// sides.
+    /// Adds half of the Hessian of the potential (1.11) of the theory, which names its parts; the
+    /// other half is the transpose. It omits the second derivatives of the measure and the part
+    /// proportional to the angle between the two sides.
     fn add_potential(
         &self,
         point: &Point<D>,
         variation: &Variation<D>,
         potential: &[VertexPotential; MOST_CORNERS],
-        stiffness: &mut [f64],
+        products: &mut Products,
+        buffer: &mut Vec<f64>,
     ) {
         let (first, all) = (self.contactor.nodes.len(), self.nodes());
         // With `D_A = fade (p (g - g_A) - u)`: `sum_A Phi_A` of its first and second derivatives by
@@ -504,68 +704,74 @@ impl<const D: usize> FacetPair<'_, D> {
             (0..D - 1).for_each(|k| along_weights[k] += point.weights.gradient[vertex][k] * by_gap);
         }
         let force = first_slope * point.whole;
-        let mut by_weight = [Vector::zeros(); PAIR_NODES];
-        for a in 0..all {
-            by_weight[a] =
-                variation.whole[a] * first_slope + variation.gap[a] * (0.5 * second_slope * point.whole);
-            for k in 0..D - 1 {
-                by_weight[a] += variation.xi[k][a] * (point.whole * along_weights[k]);
-            }
+        let by_gap = row(&variation.gap, all);
+        products.left.push_copy(by_gap);
+        let by_weight = products.right.push();
+        add_multiple(by_weight, row(&variation.whole, all), first_slope);
+        add_multiple(by_weight, by_gap, 0.5 * second_slope * point.whole);
+        for k in 0..self.coordinates() {
+            add_multiple(by_weight, row(&variation.xi[k], all), point.whole * along_weights[k]);
         }
         let Opposite::Facet(target) = &self.target else {
-            return add_potential_on_obstacle(point, variation, all, force, &by_weight, stiffness);
+            // The gap has the second derivative `N_a N_b dn/dx` by the nodes.
+            for (i, by) in variation.normal.iter().enumerate() {
+                products.left.push_copy(row(by, all));
+                let own = products.right.push();
+                (0..all).for_each(|a| own[a * D + i] = 0.5 * force * point.contactor.value[a]);
+            }
+            return products.flush();
         };
+        for (i, by) in variation.normal.iter().enumerate() {
+            let by = row(by, all);
+            products.left.push_copy(by);
+            let own = products.right.push();
+            add_multiple(own, by, -0.5 * point.gap * force);
+            (0..all).for_each(|a| own[a * D + i] += force * point.coefficient(a, first));
+        }
         let along = tangents(&point.target, target.nodes);
-        let curvatures =
-            |shape: &FacetShape, nodes: &[Vector<D>]| bends(shape, nodes).map(|bend| bend.dot(&point.normal));
-        let below = curvatures(&point.contactor, self.contactor.nodes);
-        let above = curvatures(&point.target, target.nodes);
-        // `d_a(y_,k . n)` without the contribution of the sliding of the point.
-        let mut tilts = [[Vector::zeros(); PAIR_NODES]; 2];
-        for a in 0..all {
+        let [below, above] = [(&self.contactor, point.xi), (target, point.eta)]
+            .map(|(facet, at)| bends(facet.kind, at, facet.nodes).map(|bend| bend.dot(&point.normal)));
+        for k in 0..D - 1 {
+            // `d(y_,k . n)` without half of the contribution of the sliding of the point.
+            buffer.clear();
+            buffer.resize(all * D, 0.0);
+            for (i, by) in variation.normal.iter().enumerate() {
+                add_multiple(buffer, row(by, all), along[k][i]);
+            }
+            add_by_node(&mut buffer[first * D..], &point.target, k, &point.normal);
+            for l in 0..D - 1 {
+                add_multiple(buffer, row(&variation.eta[l], all), 0.5 * above[k + l]);
+            }
+            products.left.push_copy(row(&variation.eta[k], all));
+            products.right.push_multiple(buffer, -force);
+        }
+        if below.iter().any(|bend| *bend != 0.0) {
             for k in 0..D - 1 {
-                tilts[k][a] = variation.normal[a].transpose() * along[k];
-                if a >= first {
-                    tilts[k][a] += point.normal * point.target.gradient[a - first][k];
+                products.left.push_copy(row(&variation.xi[k], all));
+                let under = products.right.push();
+                for l in 0..D - 1 {
+                    add_multiple(under, row(&variation.xi[l], all), -0.5 * force * below[k + l]);
                 }
             }
         }
-        for a in 0..all {
-            let own = point.coefficient(a, first) * force;
-            for b in a..all {
-                let other = point.coefficient(b, first) * force;
-                let mut block = by_weight[a] * variation.gap[b].transpose()
-                    + variation.gap[a] * by_weight[b].transpose()
-                    + variation.normal[b] * own
-                    + variation.normal[a].transpose()
-                        * (Tensor::identity() * other - variation.normal[b] * (point.gap * force));
-                for k in 0..D - 1 {
-                    let mut over = tilts[k][b];
-                    let mut under = Vector::zeros();
-                    for l in 0..D - 1 {
-                        over += variation.eta[l][b] * above[k + l];
-                        under += variation.xi[l][b] * below[k + l];
-                    }
-                    block -= variation.eta[k][a] * (over * force).transpose()
-                        + tilts[k][a] * (variation.eta[k][b] * force).transpose()
-                        + variation.xi[k][a] * (under * force).transpose();
-                }
-                subtract_block(stiffness, a * all + b, &block);
-                if b > a {
-                    subtract_block(stiffness, b * all + a, &block.transpose());
-                }
-            }
-        }
+        products.flush();
     }
 
     /// Visits the points of all segments, with their variation if it is needed.
-    fn sweep(&self, want: Want, mut visit: impl FnMut(&Point<D>, &Variation<D>)) {
+    fn sweep(
+        &self,
+        want: Want,
+        variation: &mut Variation<D>,
+        mut visit: impl FnMut(&Point<D>, &Variation<D>),
+    ) {
         let target = match &self.target {
             Opposite::Facet(target) => target,
-            Opposite::Obstacle(obstacle) => return self.sweep_over(obstacle, want, visit),
+            Opposite::Obstacle(obstacle) => return self.sweep_over(obstacle, want, variation, visit),
         };
         let degree = degree(self.contactor.kind, target.kind);
-        let mut variation = Variation::new();
+        if want != Want::Points {
+            variation.stretch[..self.nodes()].fill([0.0; D]);
+        }
         for below in pieces(self.contactor.kind) {
             let below_at = below.positions(self.contactor.kind, self.contactor.nodes);
             for above in pieces(target.kind) {
@@ -577,9 +783,8 @@ impl<const D: usize> FacetPair<'_, D> {
                     want,
                     &mut |segment, moves| {
                         let pieces = [below, above];
-                        if let Some(point) = self.point(target, pieces, segment, moves, want, &mut variation)
-                        {
-                            visit(&point, &variation);
+                        if let Some(point) = self.point(target, pieces, segment, moves, want, variation) {
+                            visit(&point, variation);
                         }
                     },
                 );
@@ -621,13 +826,20 @@ impl<const D: usize> FacetPair<'_, D> {
             }
         };
         let stretch = reference.map_or(size, |area: Vector<D>| area.norm());
+        let linear = linear(self.contactor.kind);
         let point = Point {
-            weights: FacetShape::at(linear(self.contactor.kind), segment.xi),
+            weights: if linear == self.contactor.kind {
+                contactor
+            } else {
+                FacetShape::at(linear, segment.xi)
+            },
             measure: counts * segment.weight * stretch,
             whole: segment.weight * stretch,
             fade,
             gap,
             normal,
+            xi: segment.xi,
+            eta: segment.eta,
             contactor,
             target,
         };
@@ -638,49 +850,70 @@ impl<const D: usize> FacetPair<'_, D> {
             self.spread(opposite.kind, pieces, &moves.xi[k], &mut variation.xi[k]);
             self.spread(opposite.kind, pieces, &moves.eta[k], &mut variation.eta[k]);
         }
-        self.spread(opposite.kind, pieces, &moves.weight, &mut variation.measure);
-        let bends = bends(&contactor, self.contactor.nodes);
+        self.spread(opposite.kind, pieces, &moves.weight, &mut variation.weight);
+        let bends = bends(self.contactor.kind, segment.xi, self.contactor.nodes);
         let area_slopes = area_slopes(&tangents, &bends);
         let stretch_slopes = match self.measure {
             AreaMeasure::Current => area_slopes.map(|slope| -slope.dot(&normal)),
             AreaMeasure::Reference(nodes) => {
-                let slopes =
-                    self::area_slopes(&self::tangents(&contactor, nodes), &self::bends(&contactor, nodes));
+                let bends = self::bends(self.contactor.kind, segment.xi, nodes);
+                let slopes = self::area_slopes(&self::tangents(&point.contactor, nodes), &bends);
                 let direction = reference.map_or_else(Vector::zeros, |area| area / stretch);
                 slopes.map(|slope| slope.dot(&direction))
             }
         };
-        let others = self::tangents(&target, opposite.nodes);
+        let others = self::tangents(&point.target, opposite.nodes);
         let projector = tangential_projector(&normal) / size;
-        let first = self.contactor.nodes.len();
-        for b in 0..self.nodes() {
-            let mut by_area = Tensor::zeros();
-            let mut by_size = Vector::zeros();
-            let mut by_gap = normal * point.coefficient(b, first);
-            if b < first {
-                by_area = area_variation(&tangents, &contactor.gradient[b]);
-                by_size = -by_area.transpose() * normal;
-            }
-            let mut by_stretch = Vector::zeros();
-            for k in 0..D - 1 {
-                let (xi, eta) = (variation.xi[k][b], variation.eta[k][b]);
-                by_area += area_slopes[k] * xi.transpose();
-                by_gap += xi * tangents[k].dot(&normal) - eta * others[k].dot(&normal);
-                by_stretch += xi * stretch_slopes[k];
-            }
-            let by_normal = -projector * by_area;
-            by_gap += by_normal.transpose() * chord;
-            let by_size = match self.measure {
-                AreaMeasure::Current => by_size * segment.weight,
-                AreaMeasure::Reference(_) => Vector::zeros(),
-            };
-            let by_place = variation.measure[b] * stretch + by_stretch * segment.weight;
-            variation.measure[b] = by_place * counts + by_gap * (fading * segment.weight * stretch);
-            variation.stretch[b] = by_size * counts;
-            variation.whole[b] = by_place + by_size;
-            variation.gap[b] = by_gap;
-            variation.normal[b] = by_normal;
+        let turned = projector * chord;
+        let (first, all) = (self.contactor.nodes.len(), self.nodes());
+        let Variation { xi, eta, weight, measure, stretch: by_size, whole, gap: by_gap, .. } = variation;
+        let Variation { turns, bends: along, normal: by_normal, .. } = variation;
+        for (b, by_gap) in by_gap.iter_mut().enumerate().take(all) {
+            *by_gap = (normal * point.coefficient(b, first)).into();
         }
+        if want == Want::NormalVariations {
+            by_normal.iter_mut().for_each(|by| by[first..all].fill([0.0; D]));
+        }
+        for b in 0..first {
+            let by_area = area_variation(&tangents, &point.contactor.gradient[b]);
+            let turn = by_area.tr_mul(&turned);
+            by_gap[b].iter_mut().zip(turn.iter()).for_each(|(by, turn)| *by -= turn);
+            by_size[b] = match self.measure {
+                AreaMeasure::Current => (by_area.tr_mul(&normal) * -segment.weight).into(),
+                AreaMeasure::Reference(_) => [0.0; D],
+            };
+            turns[b] = -(projector * by_area);
+            if want == Want::NormalVariations {
+                for (i, by) in by_normal.iter_mut().enumerate() {
+                    by[b] = turns[b].row(i).transpose().into();
+                }
+            }
+        }
+        let by_gap = by_gap[..all].as_flattened_mut();
+        let whole = whole[..all].as_flattened_mut();
+        whole.fill(0.0);
+        add_multiple(whole, row(weight, all), stretch);
+        for k in 0..D - 1 {
+            let [xi, eta] = [row(&xi[k], all), row(&eta[k], all)];
+            along[k] = -(projector * area_slopes[k]);
+            add_multiple(by_gap, xi, tangents[k].dot(&normal) + along[k].dot(&chord));
+            add_multiple(by_gap, eta, -others[k].dot(&normal));
+            add_multiple(whole, xi, stretch_slopes[k] * segment.weight);
+            if want == Want::NormalVariations {
+                for (i, by) in by_normal.iter_mut().enumerate() {
+                    add_multiple(by[..all].as_flattened_mut(), xi, along[k][i]);
+                }
+            }
+        }
+        let measure = measure[..all].as_flattened_mut();
+        measure.fill(0.0);
+        add_multiple(measure, whole, counts);
+        if fading != 0.0 {
+            add_multiple(measure, by_gap, fading * segment.weight * stretch);
+        }
+        let by_size = by_size[..first].as_flattened_mut();
+        add_multiple(whole, by_size, 1.0);
+        by_size.iter_mut().for_each(|by| *by *= counts);
         Some(point)
     }
 
@@ -690,19 +923,25 @@ impl<const D: usize> FacetPair<'_, D> {
         target: ElementKind,
         [below, above]: [&FacetPiece; 2],
         by: &ByCorners<D>,
-        nodes: &mut [Vector<D>; PAIR_NODES],
+        nodes: &mut ByNodes<D>,
     ) {
-        nodes[..self.nodes()].fill(Vector::zeros());
-        let (first, second) = nodes.split_at_mut(self.contactor.nodes.len());
+        let (first, second) = nodes[..self.nodes()].split_at_mut(self.contactor.nodes.len());
         for (piece, kind, by, nodes) in
             [(below, self.contactor.kind, &by[..TARGET], first), (above, target, &by[TARGET..], second)]
         {
+            // The only piece of a linear facet has its nodes as corners.
+            if linear(kind) == kind {
+                nodes.iter_mut().zip(by).for_each(|(node, by)| *node = (*by).into());
+                continue;
+            }
+            nodes.fill([0.0; D]);
             for (corner, by) in piece.corners.iter().zip(by) {
                 match corner.node {
-                    Some(node) => nodes[node] += by,
+                    Some(node) => add_multiple(&mut nodes[node], by.as_slice(), 1.0),
                     None => {
                         let shape = FacetShape::at(kind, corner.at);
-                        nodes.iter_mut().zip(shape.value).for_each(|(node, n)| *node += by * n);
+                        let nodes = nodes.iter_mut().zip(shape.value);
+                        nodes.for_each(|(node, n)| add_multiple(node, by.as_slice(), n));
                     }
                 }
             }
@@ -710,32 +949,10 @@ impl<const D: usize> FacetPair<'_, D> {
     }
 }
 
-/// Adds the Hessian of the potential over an obstacle. The gap has the second derivative `N_a N_b
-/// dn/dx` by the nodes.
-fn add_potential_on_obstacle<const D: usize>(
-    point: &Point<D>,
-    variation: &Variation<D>,
-    nodes: usize,
-    force: f64,
-    by_weight: &[Vector<D>; PAIR_NODES],
-    stiffness: &mut [f64],
-) {
-    for a in 0..nodes {
-        for b in 0..nodes {
-            let block = by_weight[a] * variation.gap[b].transpose()
-                + variation.gap[a] * by_weight[b].transpose()
-                + variation.normal[b] * (point.contactor.value[a] * force);
-            subtract_block(stiffness, a * nodes + b, &block);
-        }
-    }
-}
-
-fn subtract_block<const D: usize>(stiffness: &mut [f64], number: usize, block: &Tensor<D>) {
-    let entries = &mut stiffness[number * D * D..][..D * D];
-    for i in 0..D {
-        for j in 0..D {
-            entries[i * D + j] -= block[(i, j)];
-        }
+/// Adds `force_i dN_a/dxi_k` to the entries of the nodes `a` of one facet.
+fn add_by_node<const D: usize>(entries: &mut [f64], shape: &FacetShape, k: usize, force: &Vector<D>) {
+    for (entries, gradient) in entries.chunks_exact_mut(D).zip(&shape.gradient) {
+        add_multiple(entries, force.as_slice(), gradient[k]);
     }
 }
 
@@ -745,17 +962,6 @@ struct Relative<const D: usize> {
     value: Vector<D>,
     along_contactor: [Vector<D>; 2],
     along_target: [Vector<D>; 2],
-}
-
-impl<const D: usize> Relative<D> {
-    fn by(&self, variation: &Variation<D>, b: usize) -> Tensor<D> {
-        let mut by = Tensor::zeros();
-        for k in 0..D - 1 {
-            by += self.along_contactor[k] * variation.xi[k][b].transpose();
-            by -= self.along_target[k] * variation.eta[k][b].transpose();
-        }
-        by
-    }
 }
 
 impl<const D: usize> Point<D> {
@@ -789,10 +995,18 @@ pub(super) fn tangents<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) 
     tangents
 }
 
-/// `x_,11`, `x_,12`, `x_,22`.
-fn bends<const D: usize>(shape: &FacetShape, nodes: &[Vector<D>]) -> [Vector<D>; 3] {
+/// `x_,11`, `x_,12`, `x_,22` of a facet of `kind` at these coordinates.
+fn bends<const D: usize>(kind: ElementKind, at: [f64; 2], nodes: &[Vector<D>]) -> [Vector<D>; 3] {
     let mut bends = [Vector::zeros(); 3];
-    for (x, second) in nodes.iter().zip(&shape.second) {
+    match kind {
+        ElementKind::Line2 | ElementKind::Tri3 => return bends,
+        ElementKind::Quad4 => {
+            bends[1] = (nodes[0] - nodes[1] + nodes[2] - nodes[3]) * 0.25;
+            return bends;
+        }
+        _ => {}
+    }
+    for (x, second) in nodes.iter().zip(&FacetShape::second(kind, at)) {
         for (bend, second) in bends.iter_mut().zip(second) {
             *bend += x * *second;
         }

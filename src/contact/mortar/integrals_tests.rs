@@ -59,7 +59,7 @@ fn all_pairs(kinds: &[ElementKind]) -> Vec<[ElementKind; 2]> {
 
 /// All integrals as one vector: first those of the geometry, then the sums of the fields.
 fn values<const D: usize>(pair: &FacetPair<'_, D>, fields: &[Vec<Vector<D>>; 2]) -> Vec<f64> {
-    let sums = pair.integrate().expect("they overlap");
+    let sums = pair.integrate(&mut PairWorkspace::default()).expect("they overlap");
     let mut all = Vec::new();
     for vertex in sums.vertices.iter().take(pair.contactor.kind.corners()) {
         all.extend([vertex.area, vertex.gap]);
@@ -80,7 +80,7 @@ fn change<const D: usize>(
     let width = 2 + 3 * D;
     let mut all = vec![0.0; width * pair.contactor.kind.corners()];
     let fields = PairFields { fields: [&fields[0], &fields[1]] };
-    pair.vary(&fields, ALL, None, |vertex, node, by| {
+    pair.vary(&fields, ALL, None, &mut PairWorkspace::default(), |vertex, node, by| {
         let row = &mut all[vertex * width..][..width];
         row[0] += by.area.dot(&d[node]);
         row[1] += by.gap.dot(&d[node]);
@@ -118,7 +118,7 @@ fn integrals_move_as_their_variations_say() {
 }
 
 fn force<const D: usize>(pair: &FacetPair<'_, D>, carried: &[Carried<D>; MOST_CORNERS]) -> Vec<f64> {
-    let sums = pair.integrate().expect("they overlap");
+    let sums = pair.integrate(&mut PairWorkspace::default()).expect("they overlap");
     let mut force = vec![0.0; pair.nodes() * D];
     for (vertex, carried) in sums.vertices.iter().zip(carried).take(pair.contactor.kind.corners()) {
         for (a, force) in force.chunks_exact_mut(D).enumerate() {
@@ -151,7 +151,9 @@ fn forces_vary<const D: usize>(kinds: [ElementKind; 2], reference: bool) {
                 changes: FrozenChanges { under_pressure: true, under_friction: true, area: true },
                 ..FrozenFacet::default()
             };
-            with_pair(kinds, z, undeformed, |pair| pair.add_frozen(&frozen, &mut stiffness));
+            with_pair(kinds, z, undeformed, |pair| {
+                pair.add_frozen(&frozen, &mut stiffness, &mut PairWorkspace::default())
+            });
             let nodes = z.len() / D;
             let entry = |row: usize, column: usize| {
                 stiffness[((row / D * nodes + column / D) * D + row % D) * D + column % D]
@@ -248,6 +250,7 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
                 &PairFields { fields: [&none, &none] },
                 WantedVariations::default(),
                 None,
+                &mut PairWorkspace::default(),
                 |vertex, node, by: &VertexVariation<D>| {
                     let entries = all[node * D..].iter_mut().zip(by.gap.iter());
                     entries.for_each(|(all, gap)| *all += pressures[vertex] * gap);
@@ -259,7 +262,9 @@ fn potential_is_exact<const D: usize>(kinds: [ElementKind; 2]) {
     let mut stiffness = vec![0.0; size * size];
     let potential = pressures.map(|pressure| VertexPotential { pressure, ..VertexPotential::default() });
     let frozen = FrozenFacet::<D> { potential, ..FrozenFacet::default() };
-    with_pair(kinds, &z, None, |pair| pair.add_frozen(&frozen, &mut stiffness));
+    with_pair(kinds, &z, None, |pair| {
+        pair.add_frozen(&frozen, &mut stiffness, &mut PairWorkspace::default())
+    });
     let nodes = size / D;
     let step = 1e-6;
     for column in 0..size {

@@ -56,7 +56,7 @@ pub(super) fn overlap<const D: usize>(
     let by_high = if inside(high) { first.by_corners(TARGET, &along, square) } else { none() };
     let (by_first, by_last) = match want {
         Want::Points => (none(), none()),
-        Want::Variations => {
+        Want::Variations | Want::NormalVariations => {
             (first.by_corners(TARGET, &along, square), last.by_corners(TARGET + 1, &along, square))
         }
     };
@@ -73,7 +73,7 @@ pub(super) fn overlap<const D: usize>(
             eta: [eta_c + theta * (eta_d - eta_c), 0.0],
             weight: weight * length * (xi_b - xi_a),
         };
-        if want == Want::Variations {
+        if want != Want::Points {
             for i in [0, 1, TARGET, TARGET + 1] {
                 let by_s = by_low[i] * (1.0 - point) + by_high[i] * *point;
                 let by_theta = (by_s - by_first[i] - (by_last[i] - by_first[i]) * theta) / span;

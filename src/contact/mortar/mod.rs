@@ -9,7 +9,8 @@
 //!
 //! - `broad_phase` finds candidate pairs.
 //! - `intersection` finds the segments of two pieces (`line` in the plane, `polygon` in space).
-//! - [`integrals`] integrates over a pair of facets, and `over_obstacle` over an obstacle.
+//! - [`integrals`] integrates over a pair of facets, and `over_obstacle` over an obstacle. `products`
+//!   adds up the derivatives.
 //! - [`kernel`] evaluates the laws of a vertex.
 //! - [`contact`] combines them, and `over_step` does so for the conserving scheme.
 
@@ -27,6 +28,7 @@ mod over_step;
 mod overlap;
 mod parametric;
 mod polygon;
+mod products;
 pub mod segment;
 pub mod shape;
 pub mod split;

@@ -33,9 +33,9 @@ impl<const D: usize> FacetPair<'_, D> {
         &self,
         placed: &PlacedObstacle<'_, D>,
         want: Want,
+        variation: &mut Variation<D>,
         mut visit: impl FnMut(&Point<D>, &Variation<D>),
     ) {
-        let mut variation = Variation::new();
         for q in rounding::order(placed.rule.len()) {
             let [first, second, _] = placed.rule.points[q];
             let contactor = FacetShape::at(self.contactor.kind, [first, second]);
@@ -60,10 +60,12 @@ impl<const D: usize> FacetPair<'_, D> {
                 fade,
                 gap: proximity.gap,
                 normal: proximity.normal,
+                xi: [first, second],
+                eta: [0.0; 2],
                 target: FacetShape::default(),
                 contactor,
             };
-            if want == Want::Variations {
+            if want != Want::Points {
                 if point.measure == 0.0 {
                     continue;
                 }
@@ -80,14 +82,19 @@ impl<const D: usize> FacetPair<'_, D> {
                         AreaMeasure::Current => by_size * (part * weight),
                         AreaMeasure::Reference(_) => Vector::zeros(),
                     };
-                    variation.gap[b] = proximity.normal * shape;
-                    variation.normal[b] = proximity.hessian * shape;
-                    variation.measure[b] = variation.gap[b] * (fade[1] * point.whole) + by_part * fade[0];
-                    variation.stretch[b] = by_size * fade[0];
-                    variation.whole[b] = by_size + by_part;
+                    let by_gap = proximity.normal * shape;
+                    let by_measure = by_gap * (fade[1] * point.whole) + by_part * fade[0];
+                    variation.gap[b] = by_gap.into();
+                    variation.turns[b] = proximity.hessian * shape;
+                    for (i, by) in variation.normal.iter_mut().enumerate() {
+                        by[b] = (proximity.hessian.row(i).transpose() * shape).into();
+                    }
+                    variation.measure[b] = by_measure.into();
+                    variation.stretch[b] = (by_size * fade[0]).into();
+                    variation.whole[b] = (by_size + by_part).into();
                 }
             }
-            visit(&point, &variation);
+            visit(&point, variation);
         }
     }
 }

@@ -159,17 +159,21 @@ impl<const D: usize> VertexContact<D> {
         let couples = candidates.couples();
         let values = candidates.values(&[fields.u_start]);
         let at_start = candidates.start.at(values, || self.integrate(couples, fields, Instant::Start));
-        let at_middle = self.integrate(couples, fields, Instant::Iterate);
         let at_end = self.integrate(couples, fields, Instant::Beyond);
+        let presses =
+            |sums: &VertexSums<D>, vertex: usize| sums.is_covered() && sums.gap() < state.adjusted(vertex);
+        let sums = at_start.sums.iter().zip(&at_end.sums).enumerate();
+        let active: Vec<bool> =
+            sums.map(|(vertex, (start, end))| presses(start, vertex) || presses(end, vertex)).collect();
+        let near_active = |&(facet, _): &(u32, u32)| {
+            let vertices = self.surface.facets()[facet as usize].vertices;
+            vertices.iter().flatten().any(|&vertex| active[vertex as usize])
+        };
+        let around: Vec<(u32, u32)> = couples.iter().copied().filter(near_active).collect();
+        let at_middle = self.integrate(&around, fields, Instant::Iterate);
         let sums = at_start.sums.iter().zip(&at_middle.sums).zip(&at_end.sums);
         let ends: Vec<VertexEnds<D>> = sums
             .map(|((start, middle), end)| VertexEnds { start: *start, middle: *middle, end: *end })
-            .collect();
-        let presses =
-            |sums: &VertexSums<D>, vertex: usize| sums.is_covered() && sums.gap() < state.adjusted(vertex);
-        let vertices = ends.iter().enumerate();
-        let active: Vec<bool> = vertices
-            .map(|(vertex, ends)| presses(&ends.start, vertex) || presses(&ends.end, vertex))
             .collect();
         let mut overlap = StepOverlap { at_start, at_middle, at_end, ends, active, rows: Vec::new() };
         let mut rows = self.nodes_of(&overlap.lists(), overlap.ends.len(), |vertex| overlap.active[vertex]);
@@ -354,6 +358,7 @@ impl<const D: usize> VertexStep<D> {
         let mut block = Vec::new();
         clear_block::<D>(&mut block, count);
         let gradients = Gradients::of(row, ends, active, motion);
+        let tests: Vec<Tensor<D>> = (0..count).map(|a| test(row, ends, a).transpose()).collect();
         let switch = |term| if selection.terms.contains(term) { 1.0 } else { 0.0 };
         let normal = switch(Terms::NORMAL_CONTACT);
         let coupling = switch(Terms::FRICTION_NORMAL_COUPLING);
@@ -365,23 +370,27 @@ impl<const D: usize> VertexStep<D> {
         let friction = active.friction.traction * switch(Terms::FRICTION_GEOMETRY);
         let middle = ends.middle.area;
         let part = if ends.middle.is_covered() { ends.end.area / middle } else { 0.0 };
-        for b in 0..count {
+        for (b, node) in row.nodes.iter().enumerate() {
             let by_gap = at_end.nodes[b].gap * 2.0;
             let by_area = at_end.by_area[b] * 2.0;
             let by_pressure =
                 by_gap * (mean * active.normal.derivative) + by_area * (0.5 * active.normal.traction);
             let by_energy = by_gap * (-0.5 * active.last);
             let by_friction = active.by_pressure * by_gap.transpose() * (active.normal.derivative * coupling)
-                + by_slip * test(row, ends, b);
+                + by_slip * tests[b].transpose();
+            let tested = by_friction * ends.end.area + friction * by_area.transpose();
+            let with_gradient = by_pressure * normal;
+            let with_area_gradient = by_energy * normal;
+            let with_area = node.gap * pressure;
+            let with_gap = row.by_area[b] * pressure;
+            let with_friction = row.by_area[b] * part;
             for a in 0..count {
-                let entry = gradients.gap[a] * by_pressure.transpose() * normal
-                    - gradients.area[a] * by_energy.transpose() * normal
-                    + test(row, ends, a).transpose() * by_friction * ends.end.area
-                    - (row.by_area[a] * row.nodes[b].gap.transpose()
-                        + row.nodes[a].gap * row.by_area[b].transpose())
-                        * pressure
-                    + test(row, ends, a).transpose() * friction * by_area.transpose()
-                    - friction * row.by_area[b].transpose() * (row.nodes[a].coefficient * part);
+                let entry = gradients.gap[a] * with_gradient.transpose()
+                    - gradients.area[a] * with_area_gradient.transpose()
+                    + tests[a] * tested
+                    - row.by_area[a] * with_area.transpose()
+                    - row.nodes[a].gap * with_gap.transpose()
+                    - friction * (with_friction * row.nodes[a].coefficient).transpose();
                 let start = (a * count + b) * D * D;
                 for i in 0..D {
                     for j in 0..D {

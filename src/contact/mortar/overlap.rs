@@ -34,6 +34,7 @@ pub(super) struct VertexEnds<const D: usize> {
 #[derive(Debug)]
 pub(super) struct StepOverlap<const D: usize> {
     pub at_start: Rc<Overlap<D>>,
+    /// Of the pairs around active vertices; the sums of other vertices are incomplete.
     pub at_middle: Overlap<D>,
     pub at_end: Overlap<D>,
     pub ends: Vec<VertexEnds<D>>,

@@ -1,11 +1,10 @@
 //! The map from the reference domain of a piece to the plane, and back.
 
 use super::clip::{ByFlat, Flat, cross, sub};
-use super::segment::CORNERS;
 use super::split::{FacetPiece, MOST_CORNERS};
 
-/// Newton's method on a convex quadrilateral needs two or three steps. If more steps than this are
-/// needed, the point has no inverse in the piece.
+/// Newton's method on a convex quadrilateral needs one or two steps from the root in closed form. If
+/// more steps than this are needed, the point has no inverse in the piece.
 const MOST_STEPS: usize = 20;
 
 /// Convergence tolerance of the inverse: residual relative to the size of the piece.
@@ -31,6 +30,15 @@ pub(super) struct ParametricPoint {
     pub determinant: f64,
 }
 
+/// Derivatives of a point of a piece.
+#[derive(Debug, Default)]
+pub(super) struct PieceVariation {
+    /// Of the facet coordinates [1/m].
+    pub facet: [ByFlat; 2],
+    /// Of the determinant \[m\].
+    pub determinant: ByFlat,
+}
+
 impl<'a> Parametric<'a> {
     /// The piece with its corners at `flat` \[m\].
     pub fn of(piece: &'a FacetPiece, flat: &[Flat]) -> Self {
@@ -52,7 +60,8 @@ impl<'a> Parametric<'a> {
     /// such point.
     pub fn inverse(&self, place: Flat) -> Option<ParametricPoint> {
         let [c0, c1, c2, c3] = self.coefficients;
-        let mut r = [0.0; 2];
+        let affine = c3[0].abs().max(c3[1].abs()) <= FOUND * self.size;
+        let mut r = if affine { [0.0; 2] } else { self.root(sub(place, c0)) };
         for _ in 0..MOST_STEPS {
             let tangents =
                 [[c1[0] + c3[0] * r[1], c1[1] + c3[1] * r[1]], [c2[0] + c3[0] * r[0], c2[1] + c3[1] * r[0]]];
@@ -63,12 +72,30 @@ impl<'a> Parametric<'a> {
                 return None;
             }
             r = [r[0] + step[0], r[1] + step[1]];
-            let affine = c3[0].abs().max(c3[1].abs()) <= FOUND * self.size;
             if affine || step[0].abs().max(step[1].abs()) <= FOUND.sqrt() {
                 return Some(self.at(r));
             }
         }
         None
+    }
+
+    /// Solution of `c_1 r_1 + c_2 r_2 + c_3 r_1 r_2 = offset` in closed form, up to cancellation; the
+    /// centre if there is none.
+    ///
+    /// The product with `c_1 + c_3 r_2` eliminates `r_1`. Of the two roots the one is taken that
+    /// belongs to the piece, where its determinant keeps its sign.
+    fn root(&self, offset: Flat) -> [f64; 2] {
+        let [_, c1, c2, c3] = self.coefficients;
+        let square = cross(c2, c3);
+        let at_centre = cross(c2, c1);
+        let linear = at_centre - cross(offset, c3);
+        let constant = -cross(offset, c1);
+        let discriminant = linear * linear - 4.0 * square * constant;
+        let second = -2.0 * constant / (linear + discriminant.sqrt().copysign(at_centre));
+        let along = [c1[0] + c3[0] * second, c1[1] + c3[1] * second];
+        let rest = [offset[0] - c2[0] * second, offset[1] - c2[1] * second];
+        let first = (rest[0] * along[0] + rest[1] * along[1]) / (along[0] * along[0] + along[1] * along[1]);
+        if first.is_finite() && second.is_finite() { [first, second] } else { [0.0; 2] }
     }
 
     fn at(&self, r: [f64; 2]) -> ParametricPoint {
@@ -94,59 +121,46 @@ impl<'a> Parametric<'a> {
         [0, 1].map(|k| self.piece.corners.iter().zip(point.shape).map(|(corner, n)| corner.at[k] * n).sum())
     }
 
-    /// Derivatives of the facet coordinates by the plane, from those of `r`.
-    pub fn facet_variation(&self, point: &ParametricPoint, by_r: &[ByFlat; 2]) -> [ByFlat; 2] {
-        let mut by = [[0.0; 2 * CORNERS]; 2];
-        for (k, by) in by.iter_mut().enumerate() {
-            let slope = |direction: usize| -> f64 {
-                self.piece
-                    .corners
-                    .iter()
-                    .zip(point.slopes)
-                    .map(|(corner, s)| corner.at[k] * s[direction])
-                    .sum()
-            };
-            let (first, second) = (slope(0), slope(1));
-            for (by, (r, s)) in by.iter_mut().zip(by_r[0].iter().zip(&by_r[1])) {
-                *by = first * r + second * s;
-            }
-        }
-        by
-    }
-
-    /// Derivatives of `r` at a point whose plane coordinates vary by `by_place`. The corners of the
-    /// piece begin at `first`.
-    pub fn variation(&self, point: &ParametricPoint, by_place: &[ByFlat; 2], first: usize) -> [ByFlat; 2] {
-        let mut rest = *by_place;
-        for (i, shape) in point.shape.iter().enumerate().take(self.piece.corners.len()) {
-            for (k, rest) in rest.iter_mut().enumerate() {
-                rest[2 * (first + i) + k] -= shape;
-            }
-        }
+    /// Derivatives at a point whose plane coordinates vary by `by_place`. The corners of the piece
+    /// begin at `first`.
+    pub fn vary(
+        &self,
+        point: &ParametricPoint,
+        by_place: &[ByFlat; 2],
+        first: usize,
+        variation: &mut PieceVariation,
+    ) {
         let [u, v] = point.tangents;
-        let mut by = [[0.0; 2 * CORNERS]; 2];
-        for i in 0..2 * CORNERS {
-            let move_by = [rest[0][i], rest[1][i]];
-            by[0][i] = cross(move_by, v) / point.determinant;
-            by[1][i] = cross(u, move_by) / point.determinant;
-        }
-        by
-    }
-
-    /// Derivatives of the determinant at that point.
-    pub fn determinant_variation(&self, point: &ParametricPoint, by_r: &[ByFlat; 2], first: usize) -> ByFlat {
         let bend = self.coefficients[3];
-        let [u, v] = point.tangents;
-        let (along_u, along_v) = (cross(bend, v), cross(u, bend));
-        let mut by = [0.0; 2 * CORNERS];
-        for (by, (r, s)) in by.iter_mut().zip(by_r[0].iter().zip(&by_r[1])) {
-            *by = along_u * s + along_v * r;
+        // The facet coordinates and the determinant as functions of `r`.
+        let mut by_r = [[0.0; 2]; 3];
+        let corners = &self.piece.corners;
+        for (corner, slopes) in corners.iter().zip(&point.slopes) {
+            for (by_r, at) in by_r.iter_mut().zip(corner.at) {
+                by_r.iter_mut().zip(slopes).for_each(|(by_r, slope)| *by_r += at * slope);
+            }
         }
-        for (i, slopes) in point.slopes.iter().enumerate().take(self.piece.corners.len()) {
+        by_r[2] = [cross(u, bend), cross(bend, v)];
+        let [xi, eta] = &mut variation.facet;
+        for (by, by_r) in [xi, eta, &mut variation.determinant].into_iter().zip(by_r) {
+            // `dr` is the inverse of the map, applied to the motion of the place relative to the
+            // piece.
+            let by_motion = [
+                (by_r[0] * v[1] - by_r[1] * u[1]) / point.determinant,
+                (by_r[1] * u[0] - by_r[0] * v[0]) / point.determinant,
+            ];
+            for (by, (x, y)) in by.iter_mut().zip(by_place[0].iter().zip(&by_place[1])) {
+                *by = by_motion[0] * x + by_motion[1] * y;
+            }
+            for (i, shape) in point.shape.iter().enumerate().take(corners.len()) {
+                by[2 * (first + i)] -= by_motion[0] * shape;
+                by[2 * (first + i) + 1] -= by_motion[1] * shape;
+            }
+        }
+        for (i, slopes) in point.slopes.iter().enumerate().take(corners.len()) {
             // cross(dP s_1, v) + cross(u, dP s_2)
-            by[2 * (first + i)] += slopes[0] * v[1] - slopes[1] * u[1];
-            by[2 * (first + i) + 1] += slopes[1] * u[0] - slopes[0] * v[0];
+            variation.determinant[2 * (first + i)] += slopes[0] * v[1] - slopes[1] * u[1];
+            variation.determinant[2 * (first + i) + 1] += slopes[1] * u[0] - slopes[0] * v[0];
         }
-        by
     }
 }

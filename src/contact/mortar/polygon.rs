@@ -9,12 +9,12 @@
 
 use std::sync::LazyLock;
 
-use super::clip::{ByFlat, Flat, Polygon, PolygonVertex, cross, sub};
-use super::parametric::Parametric;
+use super::clip::{ByFlat, Flat, MOST_VERTICES, Polygon, PolygonVertex, cross, sub};
+use super::parametric::{Parametric, PieceVariation};
 use super::segment::{ByCorners, CORNERS, PlacedPiece, PointVariation, SegmentPoint, TARGET, Want};
 use super::split::MOST_CORNERS;
 use crate::space::{Rule, area_variation, facet_normal};
-use crate::tensor::{Tensor, Vector, tangential_projector};
+use crate::tensor::{Vector, tangential_projector};
 
 /// See [`super::intersection::overlap`].
 pub(super) fn overlap<const D: usize>(
@@ -30,14 +30,18 @@ pub(super) fn overlap<const D: usize>(
     let Some((root, rest)) = polygon.vertices().split_first() else { return };
     let below = Parametric::of(contactor.piece, &plane.flat[..count]);
     let above = Parametric::of(target.piece, &plane.flat[TARGET..][..others]);
+    let mut motions =
+        (want != Want::Points).then(|| Motions::of(&plane, [count, others], polygon.vertices()));
     let mut variation = PointVariation::default();
-    for pair in rest.windows(2) {
+    for (second, pair) in rest.windows(2).enumerate() {
         let triangle = Triangle { vertices: [root, &pair[0], &pair[1]] };
         let area = triangle.area();
         if area.is_nan() || area <= 0.0 {
             continue;
         }
-        let motion = (want == Want::Variations).then(|| triangle.variation(&plane.flat));
+        if let Some(motions) = &mut motions {
+            motions.enter(&triangle, [0, second + 1, second + 2]);
+        }
         for (barycentric, weight) in rule(degree) {
             let place = triangle.place(barycentric);
             let (Some(under), Some(over)) = (below.inverse(place), above.inverse(place)) else { continue };
@@ -47,20 +51,20 @@ pub(super) fn overlap<const D: usize>(
             }
             let weight = weight * area * contactor.piece.scale / under.determinant;
             let on = SegmentPoint { xi: below.facet_point(&under), eta: above.facet_point(&over), weight };
-            if let Some(motion) = &motion {
-                let by_place = motion.place(barycentric);
-                let by_under = below.variation(&under, &by_place, 0);
-                let by_over = above.variation(&over, &by_place, TARGET);
-                let by_determinant = below.determinant_variation(&under, &by_under, 0);
+            if let Some(motions) = &mut motions {
+                motions.move_to(barycentric);
+                below.vary(&under, &motions.place, 0, &mut motions.below);
+                above.vary(&over, &motions.place, TARGET, &mut motions.above);
+                let by_determinant = motions.below.determinant.iter();
                 let mut by_weight = [0.0; 2 * CORNERS];
-                for (i, by) in by_weight.iter_mut().enumerate() {
-                    *by = weight * (motion.area[i] / area - by_determinant[i] / under.determinant);
+                for (by, (a, d)) in by_weight.iter_mut().zip(motions.area.iter().zip(by_determinant)) {
+                    *by = weight * (a / area - d / under.determinant);
                 }
-                let by_xi = below.facet_variation(&under, &by_under);
-                let by_eta = above.facet_variation(&over, &by_over);
-                variation.xi = by_xi.map(|by| plane.lift(&by, count, others));
-                variation.eta = by_eta.map(|by| plane.lift(&by, count, others));
-                variation.weight = plane.lift(&by_weight, count, others);
+                for k in 0..2 {
+                    motions.lift(&motions.below.facet[k], &mut variation.xi[k]);
+                    motions.lift(&motions.above.facet[k], &mut variation.eta[k]);
+                }
+                motions.lift(&by_weight, &mut variation.weight);
             }
             visit(&on, &variation);
         }
@@ -74,18 +78,19 @@ struct Plane<const D: usize> {
     flat: [Flat; CORNERS],
     /// Their heights above the plane \[m\].
     heights: [f64; CORNERS],
-    /// `dm/dx` by the corners of the contactor's piece \[1/m\].
-    turn: [Tensor<D>; MOST_CORNERS],
+    /// `m`, multiplied by `size`, which is the area of the piece in units of its reference domain
+    /// \[m^2\].
+    vector_area: Vector<D>,
+    size: f64,
+    /// Derivatives of the positions by the piece's own coordinates at its centre \[m\].
+    tangents: [Vector<D>; 2],
 }
 
 impl<const D: usize> Plane<D> {
     /// `None` if the contactor's piece has no area.
     fn of(contactor: &PlacedPiece<'_, D>, target: &PlacedPiece<'_, D>) -> Option<Self> {
         let count = contactor.piece.corners.len();
-        let slopes: &[[f64; 2]] = match count {
-            3 => &[[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]],
-            _ => &[[-0.25, -0.25], [0.25, -0.25], [0.25, 0.25], [-0.25, 0.25]],
-        };
+        let slopes = slopes_at_centre(count);
         let corners = &contactor.corners[..count];
         let tangents = [0, 1].map(|k| corners.iter().zip(slopes).map(|(x, s)| x * s[k]).sum::<Vector<D>>());
         let vector_area = facet_normal(&tangents);
@@ -96,11 +101,6 @@ impl<const D: usize> Plane<D> {
         let normal = vector_area / size;
         let first = tangents[0] / tangents[0].norm();
         let axes = [first, facet_normal(&[normal, first])];
-        let projector = tangential_projector(&normal) / size;
-        let mut turn = [Tensor::zeros(); MOST_CORNERS];
-        for (turn, slope) in turn.iter_mut().zip(slopes) {
-            *turn = projector * area_variation(&tangents, slope);
-        }
         let origin = corners.iter().sum::<Vector<D>>() / count as f64;
         let mut flat = [[0.0; 2]; CORNERS];
         let mut heights = [0.0; CORNERS];
@@ -111,36 +111,108 @@ impl<const D: usize> Plane<D> {
             flat[corner] = [axes[0].dot(&offset), axes[1].dot(&offset)];
             heights[corner] = normal.dot(&offset);
         }
-        Some(Self { axes, flat, heights, turn })
+        Some(Self { axes, flat, heights, vector_area, size, tangents })
+    }
+}
+
+/// Derivatives of the shape functions of a piece with this number of corners at its centre.
+fn slopes_at_centre(corners: usize) -> &'static [[f64; 2]] {
+    match corners {
+        3 => &[[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]],
+        _ => &[[-0.25, -0.25], [0.25, -0.25], [0.25, 0.25], [-0.25, 0.25]],
+    }
+}
+
+/// Derivatives of the vertices of an overlap, of one of its triangles and of one of its points.
+struct Motions<'a, const D: usize> {
+    plane: &'a Plane<D>,
+    /// Numbers of corners of both pieces.
+    corners: [usize; 2],
+    /// Derivatives of the angles between the plane and its axes by the corners of the contactor's
+    /// piece: `e_k . dm/dx` \[1/m\].
+    turns: [[Vector<D>; 2]; MOST_CORNERS],
+    /// Of the coordinates of every vertex.
+    vertices: [[ByFlat; 2]; MOST_VERTICES],
+    /// The vertices of the present triangle.
+    triangle: [usize; 3],
+    /// Of its area \[m\].
+    area: ByFlat,
+    /// Of the coordinates of the present point.
+    place: [ByFlat; 2],
+    /// Of the present point on both pieces.
+    below: PieceVariation,
+    above: PieceVariation,
+}
+
+impl<'a, const D: usize> Motions<'a, D> {
+    fn of(plane: &'a Plane<D>, corners: [usize; 2], overlap: &[PolygonVertex]) -> Self {
+        let normal = plane.vector_area / plane.size;
+        let projector = tangential_projector(&normal) / plane.size;
+        let mut turns = [[Vector::zeros(); 2]; MOST_CORNERS];
+        for (turns, slope) in turns.iter_mut().zip(slopes_at_centre(corners[0])) {
+            let turn = projector * area_variation(&plane.tangents, slope);
+            *turns = plane.axes.map(|axis| turn.tr_mul(&axis));
+        }
+        let mut vertices = [[[0.0; 2 * CORNERS]; 2]; MOST_VERTICES];
+        vertices.iter_mut().zip(overlap).for_each(|(by, vertex)| vertex.vary(&plane.flat, by));
+        Self {
+            plane,
+            corners,
+            turns,
+            vertices,
+            triangle: [0; 3],
+            area: [0.0; 2 * CORNERS],
+            place: [[0.0; 2 * CORNERS]; 2],
+            below: PieceVariation::default(),
+            above: PieceVariation::default(),
+        }
+    }
+
+    /// Computes the derivatives of a triangle with these vertices.
+    fn enter(&mut self, triangle: &Triangle<'_>, vertices: [usize; 3]) {
+        self.triangle = vertices;
+        self.area.fill(0.0);
+        for (i, vertex) in vertices.into_iter().enumerate() {
+            // The opposite side, rotated: d(area) = (side x dv) / 2.
+            let side = sub(triangle.vertices[(i + 2) % 3].place, triangle.vertices[(i + 1) % 3].place);
+            let [x, y] = &self.vertices[vertex];
+            for (area, (x, y)) in self.area.iter_mut().zip(x.iter().zip(y)) {
+                *area += 0.5 * (side[0] * y - side[1] * x);
+            }
+        }
+    }
+
+    /// Computes the derivatives of the coordinates of a point of the triangle.
+    fn move_to(&mut self, barycentric: &[f64; 3]) {
+        let [a, b, c] = self.triangle.map(|vertex| &self.vertices[vertex]);
+        for k in 0..2 {
+            for i in 0..2 * CORNERS {
+                self.place[k][i] =
+                    barycentric[0] * a[k][i] + barycentric[1] * b[k][i] + barycentric[2] * c[k][i];
+            }
+        }
     }
 
     /// Derivatives by the positions of the corners, from those by their coordinates in the plane.
-    fn lift(&self, by_flat: &ByFlat, count: usize, others: usize) -> ByCorners<D> {
-        let mut by = [Vector::zeros(); CORNERS];
-        let mut by_normal = Vector::zeros();
+    fn lift(&self, by_flat: &ByFlat, by: &mut ByCorners<D>) {
+        let [count, others] = self.corners;
+        let [first, second] = self.plane.axes;
+        let mut by_turn = [0.0; 2];
         for corner in (0..count).chain(TARGET..TARGET + others) {
-            let along = self.axes[0] * by_flat[2 * corner] + self.axes[1] * by_flat[2 * corner + 1];
-            by_normal -= along * self.heights[corner];
-            by[corner] = along;
+            let [x, y] = [by_flat[2 * corner], by_flat[2 * corner + 1]];
+            by[corner] = first * x + second * y;
+            by_turn[0] += x * self.plane.heights[corner];
+            by_turn[1] += y * self.plane.heights[corner];
         }
-        for (by, turn) in by.iter_mut().zip(&self.turn).take(count) {
-            *by += turn.transpose() * by_normal;
+        for (by, turns) in by.iter_mut().zip(&self.turns).take(count) {
+            *by -= turns[0] * by_turn[0] + turns[1] * by_turn[1];
         }
-        by
     }
 }
 
 /// A triangle of the fan around the first vertex of the overlap.
 struct Triangle<'a> {
     vertices: [&'a PolygonVertex; 3],
-}
-
-/// Variation of a triangle.
-struct TriangleVariation {
-    /// Derivatives of the coordinates of its vertices.
-    vertices: [[ByFlat; 2]; 3],
-    /// Derivatives of its area \[m\].
-    area: ByFlat,
 }
 
 impl Triangle<'_> {
@@ -151,31 +223,6 @@ impl Triangle<'_> {
 
     fn place(&self, barycentric: &[f64; 3]) -> Flat {
         [0, 1].map(|k| (0..3).map(|i| barycentric[i] * self.vertices[i].place[k]).sum())
-    }
-
-    fn variation(&self, flat: &[Flat; CORNERS]) -> TriangleVariation {
-        let vertices = self.vertices.map(|vertex| vertex.variation(flat));
-        let mut area = [0.0; 2 * CORNERS];
-        for i in 0..3 {
-            // The opposite side, rotated: d(area) = (side x dv) / 2.
-            let side = sub(self.vertices[(i + 2) % 3].place, self.vertices[(i + 1) % 3].place);
-            for (area, (x, y)) in area.iter_mut().zip(vertices[i][0].iter().zip(&vertices[i][1])) {
-                *area += 0.5 * (side[0] * y - side[1] * x);
-            }
-        }
-        TriangleVariation { vertices, area }
-    }
-}
-
-impl TriangleVariation {
-    fn place(&self, barycentric: &[f64; 3]) -> [ByFlat; 2] {
-        let mut by = [[0.0; 2 * CORNERS]; 2];
-        for (vertex, share) in self.vertices.iter().zip(barycentric) {
-            for (by, vertex) in by.iter_mut().zip(vertex) {
-                by.iter_mut().zip(vertex).for_each(|(by, v)| *by += share * v);
-            }
-        }
-        by
     }
 }
 

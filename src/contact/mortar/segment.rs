@@ -61,6 +61,8 @@ pub struct PlacedPiece<'a, const D: usize> {
 pub enum Want {
     /// Only values.
     Points,
-    /// Values and variations of the points.
+    /// Values and variations of the points, of their gaps and measures.
     Variations,
+    /// Also variations of their normals.
+    NormalVariations,
 }

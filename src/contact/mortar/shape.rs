@@ -16,9 +16,10 @@ pub struct FacetShape {
     pub value: [f64; MOST_NODES],
     /// `dN_a/dxi_k`.
     pub gradient: [[f64; 2]; MOST_NODES],
-    /// `d2N_a` by `xi_1 xi_1`, `xi_1 xi_2`, `xi_2 xi_2`.
-    pub second: [[f64; 3]; MOST_NODES],
 }
+
+/// `d2N_a` by `xi_1 xi_1`, `xi_1 xi_2`, `xi_2 xi_2`.
+pub type SecondDerivatives = [[f64; 3]; MOST_NODES];
 
 impl FacetShape {
     /// The functions of a facet of `kind` at `xi`.
@@ -43,7 +44,6 @@ impl FacetShape {
         for a in 0..nodes {
             self.value[a] = along.value[a];
             self.gradient[a][0] = along.slope[a];
-            self.second[a][0] = along.bend[a];
         }
     }
 
@@ -58,15 +58,9 @@ impl FacetShape {
         for i in 0..3 {
             self.value[i] = l[i] * (2.0 * l[i] - 1.0);
             self.gradient[i] = d[i].map(|d| d * (4.0 * l[i] - 1.0));
-            self.second[i] = [4.0 * d[i][0] * d[i][0], 4.0 * d[i][0] * d[i][1], 4.0 * d[i][1] * d[i][1]];
             let j = (i + 1) % 3;
             self.value[3 + i] = 4.0 * l[i] * l[j];
             self.gradient[3 + i] = [0, 1].map(|k| 4.0 * (d[i][k] * l[j] + l[i] * d[j][k]));
-            self.second[3 + i] = [
-                8.0 * d[i][0] * d[j][0],
-                4.0 * (d[i][0] * d[j][1] + d[i][1] * d[j][0]),
-                8.0 * d[i][1] * d[j][1],
-            ];
         }
     }
 
@@ -77,11 +71,6 @@ impl FacetShape {
         for (a, &[i, j]) in QUAD_PLACES[..nodes].iter().enumerate() {
             self.value[a] = first.value[i] * second.value[j];
             self.gradient[a] = [first.slope[i] * second.value[j], first.value[i] * second.slope[j]];
-            self.second[a] = [
-                first.bend[i] * second.value[j],
-                first.slope[i] * second.slope[j],
-                first.value[i] * second.bend[j],
-            ];
         }
     }
 
@@ -93,21 +82,84 @@ impl FacetShape {
             let r = a * s + b * t - 1.0;
             self.value[i] = 0.25 * p * q * r;
             self.gradient[i] = [0.25 * a * q * (r + p), 0.25 * b * p * (r + q)];
-            self.second[i] = [0.5 * q, 0.25 * a * b * (r + p + q), 0.5 * p];
         }
         for (i, b) in [(4, -1.0), (6, 1.0)] {
             let q = 1.0 + b * t;
             self.value[i] = 0.5 * (1.0 - s * s) * q;
             self.gradient[i] = [-s * q, 0.5 * (1.0 - s * s) * b];
-            self.second[i] = [-q, -s * b, 0.0];
         }
         for (i, a) in [(5, 1.0), (7, -1.0)] {
             let p = 1.0 + a * s;
             self.value[i] = 0.5 * (1.0 - t * t) * p;
             self.gradient[i] = [0.5 * (1.0 - t * t) * a, -t * p];
-            self.second[i] = [0.0, -t * a, -p];
         }
     }
+
+    /// Second derivatives of the functions of a facet of `kind` at `xi`.
+    ///
+    /// # Panics
+    /// If `kind` is not a facet.
+    pub fn second(kind: ElementKind, xi: [f64; 2]) -> SecondDerivatives {
+        match kind {
+            ElementKind::Line2 | ElementKind::Tri3 => [[0.0; 3]; MOST_NODES],
+            ElementKind::Line3 => {
+                let mut second = [[0.0; 3]; MOST_NODES];
+                second
+                    .iter_mut()
+                    .zip(Lagrange::at(2, xi[0]).bend)
+                    .for_each(|(second, bend)| second[0] = bend);
+                second
+            }
+            ElementKind::Tri6 => second_of_quadratic_triangle(),
+            ElementKind::Quad4 | ElementKind::Quad9 => second_of_product(kind.nodes(), xi),
+            ElementKind::Quad8 => second_of_serendipity(xi),
+            _ => unreachable!("{kind} is no facet"),
+        }
+    }
+}
+
+fn second_of_quadratic_triangle() -> SecondDerivatives {
+    let mut second = [[0.0; 3]; MOST_NODES];
+    let d = BARYCENTRIC;
+    for i in 0..3 {
+        let j = (i + 1) % 3;
+        second[i] = [4.0 * d[i][0] * d[i][0], 4.0 * d[i][0] * d[i][1], 4.0 * d[i][1] * d[i][1]];
+        second[3 + i] =
+            [8.0 * d[i][0] * d[j][0], 4.0 * (d[i][0] * d[j][1] + d[i][1] * d[j][0]), 8.0 * d[i][1] * d[j][1]];
+    }
+    second
+}
+
+/// Quad4 and quad9.
+fn second_of_product(nodes: usize, [s, t]: [f64; 2]) -> SecondDerivatives {
+    let mut second = [[0.0; 3]; MOST_NODES];
+    let order = if nodes == 4 { 1 } else { 2 };
+    let [along, across] = [Lagrange::at(order, s), Lagrange::at(order, t)];
+    for (second, &[i, j]) in second.iter_mut().zip(&QUAD_PLACES[..nodes]) {
+        *second = [
+            along.bend[i] * across.value[j],
+            along.slope[i] * across.slope[j],
+            along.value[i] * across.bend[j],
+        ];
+    }
+    second
+}
+
+/// Quad8.
+fn second_of_serendipity([s, t]: [f64; 2]) -> SecondDerivatives {
+    let mut second = [[0.0; 3]; MOST_NODES];
+    for (i, &[a, b]) in QUAD_CORNERS.iter().enumerate() {
+        let p = 1.0 + a * s;
+        let q = 1.0 + b * t;
+        second[i] = [0.5 * q, 0.25 * a * b * (a * s + b * t - 1.0 + p + q), 0.5 * p];
+    }
+    for (i, b) in [(4, -1.0), (6, 1.0)] {
+        second[i] = [-(1.0 + b * t), -s * b, 0.0];
+    }
+    for (i, a) in [(5, 1.0), (7, -1.0)] {
+        second[i] = [0.0, -t * a, -(1.0 + a * s)];
+    }
+    second
 }
 
 const BARYCENTRIC: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
@@ -164,6 +216,7 @@ mod tests {
             let mut value = vec![0.0; nodes];
             let mut gradient = vec![0.0; nodes * dim];
             let mut second = vec![0.0; nodes * dim * dim];
+            let bends = FacetShape::second(kind, xi);
             let element = reference(kind);
             element.shape(&xi, &mut value);
             element.gradient(&xi, &mut gradient);
@@ -174,7 +227,7 @@ mod tests {
                     assert!((shape.gradient[a][k] - gradient[a * dim + k]).abs() < 1e-15, "{kind} {a}");
                     for l in 0..dim {
                         let expected = second[(a * dim + k) * dim + l];
-                        assert!((shape.second[a][k + l] - expected).abs() < 1e-14, "{kind} {a} {k} {l}");
+                        assert!((bends[a][k + l] - expected).abs() < 1e-14, "{kind} {a} {k} {l}");
                     }
                 }
             }

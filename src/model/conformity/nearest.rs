@@ -52,6 +52,7 @@ impl<const D: usize> Facet<'_, D> {
     fn nearest(&self, mut xi: [f64; 2], directions: &[[f64; 2]]) -> Option<[f64; 2]> {
         for _ in 0..STEPS {
             let shape = FacetShape::at(self.kind, xi);
+            let second = FacetShape::second(self.kind, xi);
             let offset = self.offset(&xi);
             let sum = |weight: &dyn Fn(usize) -> f64| -> Vector<D> {
                 self.nodes.iter().enumerate().map(|(a, node)| node * weight(a)).sum()
@@ -61,7 +62,7 @@ impl<const D: usize> Facet<'_, D> {
                 let of = |[ss, st, tt]: [f64; 3]| {
                     ss * d[0] * e[0] + st * (d[0] * e[1] + d[1] * e[0]) + tt * d[1] * e[1]
                 };
-                offset.dot(&sum(&|a| of(shape.second[a])))
+                offset.dot(&sum(&|a| of(second[a])))
             };
             let mut residual = [0.0; 2];
             let mut metric = [[0.0; 2]; 2];
