@@ -87,12 +87,12 @@ impl<const D: usize> ContactSystem<D> {
             if gap > reach {
                 let (m, s) = (self.units.of("m"), self.units.of("s"));
                 let message = format!(
-                    "contact '{}' can not close: its surfaces start {gap:.3e} {m} apart, and within {} {s} the bodies get no \
-                     further than {reach:.3e} {m}",
+                    "contact '{}' can not close: its surfaces are initially {gap:.3e} {m} apart, and within \
+                     {} {s} the bodies move by at most {reach:.3e} {m}",
                     contact.name, span.end
                 );
                 return Err(Error::case(message).hint(&format!(
-                    "bring them together (are all lengths in {m}?), or leave the contact out"
+                    "check that all lengths are in {m}, move the bodies closer, or remove the contact"
                 )));
             }
         }

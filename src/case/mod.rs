@@ -129,7 +129,7 @@ impl Case {
         read.map_err(|error| Error::file(format!("{name}: the case file can not be read: {error}")))?;
         if bytes.len() as u64 > LONGEST {
             let text = format!("{name}: longer than {LONGEST} bytes, the limit of case files");
-            return Err(Error::case(text).hint("meshes belong in files of their own"));
+            return Err(Error::case(text).hint("store meshes in separate files"));
         }
         String::from_utf8(bytes)
             .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))

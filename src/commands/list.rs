@@ -25,7 +25,7 @@ fn groups() -> Vec<Group> {
     let own = |name, summary: &str| (name, summary.to_owned());
     let auto = own(
         "auto",
-        "chosen by size, dimension, inertia and symmetry; a failing one is followed by a stronger",
+        "chosen by size, dimension, inertia and symmetry; if it fails, a more robust one is used",
     );
     let presets = PRESETS.iter().map(|preset| own(preset.name, preset.about));
     vec![

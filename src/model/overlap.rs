@@ -56,7 +56,8 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
                 continue;
             };
             let message = format!(
-                "bodies '{}' and '{}' overlap at the start: {} {m}, the middle of an element of '{0}', lies inside '{1}'",
+                "bodies '{}' and '{}' overlap at the start: the centre of an element of '{0}' at {} {m} \
+                 lies inside '{1}'",
                 names[inner],
                 names[outer],
                 spelled(&place)
@@ -75,7 +76,8 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
             let near = elements[body].iter().copied().filter(|&e| around_element(mesh, e).meets(&at));
             if locate(mesh, near, &centre).is_some() {
                 let message = format!(
-                    "body '{}' and obstacle '{}' overlap at the start: the middle of the obstacle, {} {m}, lies inside the body",
+                    "body '{}' and obstacle '{}' overlap at the start: the centre of the obstacle at {} {m} \
+                     lies inside the body",
                     names[body],
                     name.value,
                     spelled(&centre)

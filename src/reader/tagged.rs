@@ -154,7 +154,7 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
         let value = self.visitor.visit_enum(NameAndParameters { name: name.value, map: &mut map })?;
         if let Some(second) = map.next_key::<At<String>>()? {
             let both =
-                Complaint::new(format!("one {noun} at a time: '{}' stands beside '{first}'", second.value));
+                Complaint::new(format!("expected only one {noun}, found '{first}' and '{}'", second.value));
             return Err(A::Error::custom(both.at(second.place)));
         }
         Ok(value)

@@ -24,7 +24,9 @@ impl<const D: usize> Journal<D> {
         self.count(report);
         let Some(free) = free.filter(|_| factor == 1.0) else { return };
         let note = match report.newton {
-            0 => "in balance where they lie: no motion was held, and no force was needed".to_owned(),
+            0 => "the bodies are in equilibrium in their initial position: no motion was restrained, and no \
+                  force was needed"
+                .to_owned(),
             _ => report.held.note(),
         };
         self.tell_held(&report.held, note, free);

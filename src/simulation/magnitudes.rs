@@ -27,16 +27,18 @@ const SHALLOW: [f64; 2] = [1e-6, 1e-2];
 const BLURRED: f64 = 1e-3;
 
 /// Hint for coordinates that are too large.
-const NEARER: &str = "move all bodies and obstacles nearer to the origin: coordinates have sixteen digits";
+const NEARER: &str = "move all bodies and obstacles closer to the origin: coordinates are stored with \
+                      sixteen digits";
 
 /// Hint for displacements that are too large.
-const CLOSER: &str = "prescribe smaller motions, or end the run earlier: displacements have sixteen digits";
+const CLOSER: &str = "prescribe smaller motions, or end the run earlier: displacements are stored with \
+                      sixteen digits";
 
 /// Describes the precision of coordinates or displacements, with a hint.
 fn known(precision: &Precision) -> (String, &'static str) {
     let Precision { farthest, moved, spacing, unit, .. } = precision;
     let (what, cure) = if *moved { ("displacements", CLOSER) } else { ("coordinates", NEARER) };
-    (format!("{what} of {farthest:.1e} {unit} are known to {spacing:.1e} {unit} only"), cure)
+    (format!("{what} of {farthest:.1e} {unit} are known only to {spacing:.1e} {unit}"), cure)
 }
 
 /// In every accepted step, compares the rounding of displacements with element sizes and
@@ -88,14 +90,14 @@ pub(super) fn require_precision(precision: &Precision) -> Result<()> {
     let Precision { spacing, edge, depths, unit, .. } = precision;
     let (words, cure) = known(precision);
     if *spacing > COARSE[1] * edge {
-        let message = format!("{words}, and the shortest edge of an element has {edge:.1e} {unit}");
+        let message = format!("{words}, but the shortest element edge is {edge:.1e} {unit}");
         return Err(Error::case(message).hint(cure));
     }
     match depths.iter().find(|(_, depth)| *spacing > SHALLOW[1] * depth) {
         Some((name, depth)) => {
             let message =
-                format!("{words}, and contact '{name}' is {depth:.1e} {unit} deep at a high pressure");
-            Err(Error::case(message).hint(&format!("{cure}, or give a larger compliance")))
+                format!("{words}, but contact '{name}' penetrates by {depth:.1e} {unit} at a high pressure");
+            Err(Error::case(message).hint(&format!("{cure}, or use a larger compliance")))
         }
         None => Ok(()),
     }
@@ -109,11 +111,13 @@ pub(super) fn precision(precision: &Precision) -> Option<String> {
     let shallow = least.filter(|(_, depth)| *spacing > SHALLOW[0] * depth);
     match shallow {
         Some((name, depth)) => Some(format!(
-            "{words}, and contact '{name}' is {depth:.1e} {unit} deep at a high pressure: forces may balance to {:.0e} only; {cure}",
+            "{words}, but contact '{name}' penetrates by {depth:.1e} {unit} at a high pressure: forces may \
+             balance only to {:.0e}; {cure}",
             (spacing / depth).min(1.0)
         )),
         None if *spacing > COARSE[0] * edge => Some(format!(
-            "{words}, and the shortest edge of an element has {edge:.1e} {unit}: strains are known to {:.0e} only; {cure}",
+            "{words}, but the shortest element edge is {edge:.1e} {unit}: strains are known only to {:.0e}; \
+             {cure}",
             spacing / edge
         )),
         None => None,
@@ -130,8 +134,9 @@ pub(super) fn blurred(contacts: &[PenetrationRecord], precision: &Precision) -> 
     let blurred = contacts.iter().filter(shallow).filter(|contact| *spacing > BLURRED * contact.deepest);
     let words = |contact: &PenetrationRecord| {
         format!(
-            "warning: contact '{}' went {:.1e} {unit} deep, and {what} are known to {spacing:.1e} {unit} only: its forces are known to \
-             {:.0} %\nhint: {cure}",
+            "warning: contact '{}' penetrated by {:.1e} {unit}, but {what} are known only to {spacing:.1e} \
+             {unit}: its forces are known only to {:.0} %\n\
+             hint: {cure}",
             contact.contact,
             contact.deepest,
             (100.0 * spacing / contact.deepest).clamp(1.0, 100.0)
@@ -146,7 +151,8 @@ pub(super) fn locking<const D: usize>(system: &ContactSystem<D>, model: &Model<D
         let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
         let better = if D == 2 { "quad4, quad8, quad9 or tri6" } else { "hex8, hex20, hex27 or tet10" };
         format!(
-            "'{name}' locks: {} elements have no cure and are too stiff at a Poisson's ratio of {LOCKS} or more: mesh it with {better}",
+            "'{name}' locks: {} elements do not support selective_reduced and are too stiff at a Poisson's \
+             ratio of {LOCKS} or more: mesh it with {better}",
             kinds.join(" and ")
         )
     });
@@ -154,7 +160,7 @@ pub(super) fn locking<const D: usize>(system: &ContactSystem<D>, model: &Model<D
 }
 
 /// Hint for numbers that are consistent in mm, t and s.
-const TONNES: &str = " A case in mm, t, s says `units: { length: mm, mass: t, time: s }`";
+const TONNES: &str = " For a case in mm, t, s write `units: { length: mm, mass: t, time: s }`";
 
 /// A remark for each implausible number.
 pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
@@ -170,15 +176,16 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D
             let in_mm = model.units.is_si() && WAVE_SPEEDS.contains(&(1e-3 * speed));
             let cure = if in_mm { TONNES } else { "" };
             format!(
-                "pressure waves run through '{name}' at {speed:.1e} {unit}: are the units of its moduli and its density right?{cure}"
+                "pressure waves in '{name}' have a speed of {speed:.1e} {unit}: check the units of its \
+                 moduli and density.{cure}"
             )
         })
     });
     let far_off = system.relative_stiffnesses().filter(|(_, ratio)| !STIFFNESSES.contains(ratio));
     let contacts = far_off.map(|(name, ratio)| {
         format!(
-            "contact '{name}' is {ratio:.1e} times as stiff as the elements beneath it: are the units of its normal law and of \
-             the moduli right?"
+            "contact '{name}' is {ratio:.1e} times as stiff as the elements beneath it: check the units of \
+             its normal law and of the moduli"
         )
     });
     waves.chain(contacts).collect()

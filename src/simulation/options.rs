@@ -99,7 +99,7 @@ pub fn remarks(case: &Case) -> Vec<String> {
         .iter()
         .filter(|(_, body)| !case.is_static() && body.density.is_some_and(|density| density.value == 0.0));
     let massless = massless.map(|(name, _)| {
-        format!("'{}' has no mass: it follows supports, loads and contacts at once", name.value)
+        format!("'{}' has no mass: it follows supports, loads and contacts instantaneously", name.value)
     });
     idle.then(|| remark.to_owned())
         .into_iter()
@@ -113,18 +113,22 @@ pub fn remarks(case: &Case) -> Vec<String> {
 
 /// Remarks on tolerances so large that they affect the results.
 fn loose(case: &Case) -> impl Iterator<Item = String> {
-    let newton = ("newton", case.solver.newton.tolerance.value, "forces out of balance", "the largest one");
+    let newton = ("newton", case.solver.newton.tolerance.value, "unbalanced forces", "the largest force");
     let staggered = match &case.solver.strategy.value {
-        case::Strategy::Staggered { tolerance, .. } => {
-            Some(("strategy.staggered", tolerance.value, "the stages apart", "the motion of a step"))
-        }
+        case::Strategy::Staggered { tolerance, .. } => Some((
+            "strategy.staggered",
+            tolerance.value,
+            "a difference of the stages",
+            "the displacement of \
+                                                                                        a step",
+        )),
         case::Strategy::Monolithic => None,
     };
     let given = [Some(newton), staggered].into_iter().flatten();
     given.filter(|(_, tolerance, ..)| *tolerance > LOOSEST_NEWTON).map(|(name, tolerance, what, of)| {
         format!(
-            "solver.{name}: {{ tolerance: {tolerance} }} leaves {what} by up to {:.2} % of {of}, which limits the accuracy of the results: \
-             write {LOOSEST_NEWTON:e} or less",
+            "solver.{name}: {{ tolerance: {tolerance} }} allows {what} of up to {:.2} % of {of}, which \
+             limits the accuracy of the results: use {LOOSEST_NEWTON:e} or less",
             100.0 * tolerance
         )
     })
@@ -140,8 +144,9 @@ fn doubled(case: &Case) -> Option<String> {
         .find(|(_, contact)| enforced && itself(contact) && !super::pace::keeps_laws(case));
     found.map(|(name, _)| {
         format!(
-            "contact '{}': where a surface meets itself, both sides have multipliers for accuracy.penetration, and a small penetration may \
-             not be reached; name the two surfaces if they are known, or ask for a relative penetration of 1e-3 or more",
+            "contact '{}': in self-contact both sides have multipliers for accuracy.penetration, and a \
+             small penetration may not be reached; name the two surfaces if they are known, or request a \
+             relative penetration of 1e-3 or more",
             name.value
         )
     })
@@ -157,8 +162,8 @@ fn kept(case: &Case) -> Option<String> {
     let parts: Vec<&str> = penetration.into_iter().chain(slip).collect();
     (!parts.is_empty()).then(|| {
         format!(
-            "`scheme: conserving` keeps the laws of contact: what accuracy.{} asks is reported but not enforced; a smaller compliance or a \
-             larger stick stiffness reduces the error",
+            "`scheme: conserving` does not modify the contact laws: accuracy.{} is reported but not \
+             enforced; a smaller compliance or a larger stick stiffness reduces the error",
             parts.join(" and accuracy.")
         )
     })
@@ -179,8 +184,9 @@ fn swinging(case: &Case) -> Option<String> {
     let swings: Vec<String> = swings.map(|(name, _)| format!("'{}'", name.value)).collect();
     (!swings.is_empty()).then(|| {
         format!(
-            "nodes with mass oscillate on the penalty while they touch: the error in time may be twice the reported one; \
-             `mass: redistributed` in {} avoids this, in fewer iterations if the steps converge",
+            "nodes with mass oscillate on the penalty while in contact: the error in time may be twice the \
+             reported one; `mass: redistributed` in {} avoids this, in fewer iterations if the steps \
+             converge",
             swings.join(", ")
         )
     })
@@ -325,11 +331,11 @@ mod tests {
             let text = format!("{text}solver: {solver}\n");
             super::remarks(&Case::parse(&text, "case.yml").expect("a case")).join("; ")
         };
-        assert!(told("{ newton: { tolerance: 0.9 } }").contains("by up to 90.00 % of the largest one"));
+        assert!(told("{ newton: { tolerance: 0.9 } }").contains("of up to 90.00 % of the largest force"));
         assert_eq!(told("{ newton: { tolerance: 1e-3 } }"), "");
         assert!(
             told("{ strategy: { staggered: { tolerance: 0.5 } } }")
-                .contains("the stages apart by up to 50.00 %")
+                .contains("a difference of the stages of up to 50.00 %")
         );
     }
 

@@ -189,7 +189,7 @@ impl Study {
     fn check(&self, complaints: &mut Vec<Complaint>) {
         self.sweep.iter().for_each(|(name, axis)| check_axis(name, axis, complaints));
         if self.quantities.value.is_empty() {
-            let nothing = Complaint::new("a study looks at one quantity at least".into());
+            let nothing = Complaint::new("a study needs at least one quantity".into());
             complaints.push(nothing.at(self.quantities.place));
         }
         for (name, quantity) in self.quantities.value.iter() {
@@ -201,19 +201,19 @@ impl Study {
         }
         let bad = self.accuracy.value.iter().find(|target| !(target.value > 0.0 && target.value < 1.0));
         complaints.extend(bad.map(|target| {
-            let message = format!("an accuracy is between 0 and 1, {} is not", target.value);
+            let message = format!("an accuracy must be between 0 and 1, found {}", target.value);
             Complaint::new(message).at(target.place).hint("0.01 means 1 %")
         }));
         for name in
             self.sweep.iter().map(|(name, _)| name).chain(self.quantities.value.iter().map(|(name, _)| name))
         {
             if COLUMNS.contains(&name.value.as_str()) {
-                let message = format!("study.csv has a column of its own called '{}'", name.value);
+                let message = format!("'{}' is already the name of a column of study.csv", name.value);
                 complaints.push(Complaint::new(message).at(name.place).hint("choose another name"));
             }
         }
         for reserved in self.members.iter().map(|(name, _)| name).filter(|name| name.value == "reference") {
-            let message = "the name 'reference' is that of the reference's own run".into();
+            let message = "the name 'reference' is reserved for the reference run".into();
             complaints.push(Complaint::new(message).at(reserved.place));
         }
     }
@@ -231,18 +231,18 @@ impl Study {
                 .push(Complaint::new("the first instant is not before the last".into()).at(between.place));
         }
         if let Some(scale) = quantity.scale.filter(|scale| scale.value <= 0.0) {
-            complaints.push(Complaint::new("a size is positive".into()).at(scale.place));
+            complaints.push(Complaint::new("a size must be positive".into()).at(scale.place));
         }
         let own = quantity.reference.as_ref();
         if own.is_none() && self.reference.is_none() {
-            let message = format!("'{}' has nothing to be compared with", name.value);
-            let cure = "give the study a `reference`, or this quantity its own: `reference: { value: ... }`";
+            let message = format!("'{}' has no reference", name.value);
+            let cure = "add a `reference` to the study, or to this quantity: `reference: { value: ... }`";
             complaints.push(Complaint::new(message).at(name.place).hint(cure));
         }
         if let (Measure::L2, Some(At { value: KnownReference::Value(_), place })) =
             (quantity.measure.value, own)
         {
-            let message = "a curve is compared with a curve, not with a value".into();
+            let message = "a curve must be compared with a curve, not with a value".into();
             complaints.push(Complaint::new(message).at(*place).hint("reference: { csv: FILE }"));
         }
     }
@@ -262,9 +262,9 @@ fn check_axis(name: &At<String>, axis: &Axis, complaints: &mut Vec<Complaint>) {
             }
         },
         (None, None, Some(choices)) => choices.len(),
-        _ => return complaints.push(say("an axis has a key and its values, or choices", form)),
+        _ => return complaints.push(say("an axis needs a key and its values, or choices", form)),
     };
     if count == 0 {
-        complaints.push(say("this axis has no value", form));
+        complaints.push(say("this axis has no values", form));
     }
 }

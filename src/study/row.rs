@@ -226,15 +226,14 @@ impl References {
                     |error: String| study.error(file.place, error, "paths are relative to the study file");
                 if Csv::read(&path).is_ok_and(|csv| csv.is_some_and(|csv| csv.is_cut)) {
                     return Err(absent(format!(
-                        "{}: its last line has no end: is it cut short?",
+                        "{}: its last line has no line end: the file may be truncated",
                         path.display()
                     )));
                 }
                 let read = TimeSeries::read(&path, &quantity.column.value, &[], units)
                     .map_err(|e| absent(e.message))?;
                 let curve = read.filter(|curve| !curve.is_empty());
-                let curve =
-                    curve.ok_or_else(|| absent(format!("{}: no curve to compare with", path.display())))?;
+                let curve = curve.ok_or_else(|| absent(format!("{}: no reference curve", path.display())))?;
                 Ok(Some(Standard::Curve(curve)))
             }
         };

@@ -30,8 +30,8 @@ pub struct CylinderObstacle {
 impl CylinderObstacle {
     pub(super) fn check(&self, dimension: usize, findings: &mut Findings) {
         if dimension != 3 {
-            findings.say(self.point.place, "a cylinder is an obstacle of 3D");
-            findings.cure("in 2D a `sphere` is a disc");
+            findings.say(self.point.place, "a cylinder is a 3D obstacle");
+            findings.cure("use a `sphere`, which is a disc in 2D");
             return;
         }
         check_place("the point of a cylinder", &self.point, dimension, findings);

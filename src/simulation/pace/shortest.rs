@@ -47,7 +47,9 @@ impl Shortest {
         (self.steps == Self::TOLD).then(|| {
             let [why, cure] = plight.told(units);
             format!(
-                "warning: {} steps were as short as they may be, and the accuracy may be missed all the same{why}\nhint: {cure}",
+                "warning: {} steps had the minimum length, and the requested accuracy may still not be \
+                 reached{why}\n\
+                 hint: {cure}",
                 self.steps
             )
         })
@@ -64,9 +66,12 @@ impl Shortest {
             let s = units.of("s");
             let place = format!("t = {:.6e} {s}, step of {:.3e} {s}", stage.start.time, stage.dt);
             let Self { missed, .. } = self;
-            let what = format!("{missed} steps were as short as they may be, and erred by more than was asked all the same{why}");
+            let what = format!(
+                "{missed} steps had the minimum length, and their error still exceeded the \
+                                tolerance{why}"
+            );
             Error::not_converged(what).within(&place).hint(&format!(
-                "results up to this time are kept; {cure}; steps are no shorter than 1/1024 of `time.step`"
+                "results up to this time are kept; {cure}; the minimum step length is 1/1024 of `time.step`"
             ))
         })
     }
@@ -78,29 +83,32 @@ impl MinimumStepWatch {
         let m = units.of("m");
         let Self { size, stiffer, rattles, rubs } = *self;
         let on = format!(
-            "on a penalty {stiffer} times stiffer than that of the case, made so for accuracy.penetration"
+            "on a penalty that accuracy.penetration made {stiffer} times stiffer than that of the case"
         );
         match (rattles, stiffer > 1.0, rubs) {
             (true, ..) => [
-                format!(": contact rattles {on}"),
-                "take the mass off the nodes of contact surfaces, `mass: redistributed` of their bodies, use `scheme: \
-                 conserving`, which keeps its energy with any step, or ask for less"
+                format!(": contact chatters {on}"),
+                "make the nodes of contact surfaces massless with `mass: redistributed` of their bodies, \
+                 use `scheme: conserving`, which conserves energy with any step, or relax the tolerance"
                     .to_owned(),
             ],
-            (false, true, _) => [format!(" {on}"), "ask for less, or for a larger penetration".to_owned()],
+            (false, true, _) => {
+                [format!(" {on}"), "relax the tolerance, or request a larger penetration".to_owned()]
+            }
             (false, false, true) => [
                 format!(
-                    ", over {size:.1e} {m}, the largest displacement so far: what slides under a constant coefficient of friction \
-                     may flutter on its nodes, ever more the better its steps resolve it"
+                    ", relative to {size:.1e} {m}, the largest displacement so far: bodies that slide with \
+                     a constant coefficient of friction may flutter on their nodes, increasingly so the \
+                     better the steps resolve it"
                 ),
-                "give such a scene a step that damps the flutter, `time: none` in `accuracy` and `generalized_alpha: { \
-                 spectral_radius: 0.5 }`, or ask for less"
+                "damp the flutter by equal steps and a dissipative scheme, `time: none` in `accuracy` and \
+                 `generalized_alpha: { spectral_radius: 0.5 }`, or relax the tolerance"
                     .to_owned(),
             ],
             (false, false, false) => [
-                format!(", over {size:.1e} {m}, the largest displacement so far"),
-                "ask for less, or write `time: none` for equal steps; for an impact `scheme: conserving` keeps its energy \
-                 with any step"
+                format!(", relative to {size:.1e} {m}, the largest displacement so far"),
+                "relax the tolerance, or write `time: none` for equal steps; for an impact `scheme: \
+                 conserving` conserves energy with any step"
                     .to_owned(),
             ],
         }
