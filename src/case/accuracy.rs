@@ -24,7 +24,7 @@ pub struct Accuracy {
     pub slip: Option<Number>,
     /// Sum of the errors of all steps, over the largest displacement; both are root mean squares weighted by mass.
     pub time: Option<Number>,
-    /// Energy that comes or goes without a cause, over the largest energy.
+    /// Unexplained energy that is gained or lost, relative to the largest energy.
     pub energy: Option<Number>,
 }
 

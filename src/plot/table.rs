@@ -277,6 +277,6 @@ mod tests {
         assert_eq!(draw(), Vec::<String>::new());
         std::fs::write(&path, TABLE.replace("c,7,direct,1,0\n", "")).unwrap();
         let notes = draw();
-        assert!(notes.len() == 1 && notes[0].contains("lacks rows"), "{notes:?}");
+        assert!(notes.len() == 1 && notes[0].contains("rows are missing"), "{notes:?}");
     }
 }

@@ -73,9 +73,7 @@ pub(super) fn put(root: &mut Node, path: &At<String>, value: &Node) -> std::resu
                 let place = at(*offset, 1);
                 so_far.push_str(&format!("[{position}]"));
                 let Tree::List(entries) = &mut node.tree else {
-                    return Err(
-                        Complaint::new(format!("'{so_far}': this is not a list in the case")).at(place)
-                    );
+                    return Err(Complaint::new(format!("'{so_far}' is not a list in the case")).at(place));
                 };
                 let count = entries.len();
                 entries.get_mut(*position).ok_or_else(|| {

@@ -248,8 +248,11 @@ impl Base {
         let [found, wanted] = [exponents, wanted].map(|exponents| Dimension(exponents.map(f64::from)));
         let [found, wanted] = [found, wanted].map(|dimension| dimension.name().unwrap_or("a derived unit"));
         let cure = ["as in kg, t, g or slinch", "as in m, mm or in", "as in s or ms"][which];
-        Err(Complaint::new(format!("expected a unit of {wanted}, but '{}' is a unit of {found}", text.value))
-            .hint(cure))
+        Err(Complaint::new(format!(
+            "'{}' is a unit of {found}, but a unit of {wanted} is expected",
+            text.value
+        ))
+        .hint(cure))
     }
 }
 

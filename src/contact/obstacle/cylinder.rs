@@ -12,13 +12,13 @@ use crate::reader::findings::Findings;
 use crate::reader::quantity::{Length, Number};
 use crate::tensor::{Tensor, Vector, cross, tangential_projector};
 
-/// Endless cylinder, in 3D only; side: outside or inside.
+/// Infinite cylinder, in 3D only; side: outside or inside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CylinderObstacle {
     /// A point of the axis \[m\].
     pub point: At<Vec<Length>>,
-    /// Direction of the axis, of any length but zero.
+    /// Direction of the axis, of any non-zero length.
     pub axis: At<Vec<Number>>,
     /// Radius \[m\], > 0.
     pub radius: Length,

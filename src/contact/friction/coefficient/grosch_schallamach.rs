@@ -19,7 +19,8 @@ pub struct GroschSchallamach {
     pub reference: Number,
     /// Normal traction at which the coefficient is the reference \[Pa\], > 0.
     pub modulus: Pressure,
-    /// Between -1 and 1, -1 excluded. -1/9 unless given; the paper prints +1/9, against its own constants and measurement.
+    /// Between -1 and 1, -1 excluded; -1/9 if absent. The paper prints +1/9, which contradicts its own
+    /// constants and measurement.
     #[serde(default = "default_exponent")]
     pub exponent: Number,
 }
