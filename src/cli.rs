@@ -330,10 +330,8 @@ where
         (Some(Sub::Chart(chart)), _) => Ok(Command::Chart(chart)),
         (Some(Sub::Parts { case, counts }), _) => Ok(Command::Parts { case, counts }),
         (Some(Sub::Completions { shell }), _) => Ok(Command::Completions(shell)),
-        (None, None) => Err(Error::usage("no case file and no command").hint(
-            "list commands and options \
-                                                                              with contact-petsc --help",
-        )),
+        (None, None) => Err(Error::usage("no case file and no command")
+            .hint("list commands and options with contact-petsc --help")),
     }
 }
 

@@ -105,7 +105,7 @@ const CASES: &[Broken] = &[
         "cells: [4, 4] }",
         "cells: [4, 4], map: { x: \"0.4 - x\" } }",
         3,
-        &["case.yml:5:75", "the map of the box", "[0.35, 0.05] m", "inverted", "hint: "],
+        &["case.yml:5:75", "the map of the box", "[0.4, 0] m", "inverted", "hint: "],
         2,
     ),
     ("cells: [4, 4] }", "cells: [4, 4], map: { z: \"1\" } }", 3, &["case.yml:5:", "z", "2D"], 0),
@@ -247,7 +247,7 @@ const CASES: &[Broken] = &[
         "boundary:",
         "  heel: { contactor: block.bottom, target: floor }\nboundary:",
         3,
-        &["case.yml:16:", "'sole' and 'heel' have the same two sides", "keep one of them"],
+        &["case.yml:16:", "'sole' and 'heel' have the same two sides", "keep only one of them"],
         0,
     ),
     (

@@ -166,8 +166,8 @@ fn achieved_penetration_is_reported() {
         folder.write("case.yml", &case);
         let output = run(0, &["case.yml", "-o", "out"], &folder).success();
         assert!(output.stdout.contains("sole: deepest penetration"), "{}", output.stdout);
-        assert!(output.stdout.contains("asked for"), "{}", output.stdout);
-        let warned = output.stderr.contains("warning: contact 'sole' went");
+        assert!(output.stdout.contains(", requested 1.000e-"), "{}", output.stdout);
+        let warned = output.stderr.contains("warning: contact 'sole' penetrated by");
         assert_eq!(warned, !kept, "{asked}: {}{}", output.stdout, output.stderr);
     }
 }

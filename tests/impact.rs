@@ -195,7 +195,7 @@ fn what_is_asked_of_the_laws_is_told() {
     }
     let told = record["warnings"].to_string();
     assert!(told.contains("accuracy.penetration and accuracy.slip"), "{told}");
-    assert!(told.contains("not met: penetration"), "{told}");
+    assert!(told.contains("not reached: penetration"), "{told}");
     let equal = friction("{ energy: 1e-3, time: none, penetration: none, slip: none }");
     let record = equal.record()["accuracy"].clone();
     assert!(record["achieved"]["energy"].as_f64().is_some_and(|energy| energy < 1e-10), "{record}");
@@ -395,7 +395,7 @@ fn the_guard_ends_a_run_that_makes_energy() {
             .expect("JSON");
     assert_eq!((&record["exit_code"], &record["verdict"]), (&6.into(), &"failed".into()));
     let warnings = record["warnings"].as_array().expect("warnings");
-    let seen = |text: &serde_json::Value| text.as_str().is_some_and(|text| text.contains("impact seen"));
+    let seen = |text: &serde_json::Value| text.as_str().is_some_and(|text| text.contains("impact at t = "));
     assert!(warnings.iter().any(seen), "{warnings:?}");
     let ledger = Table::read(&folder.join("out/energy.csv"));
     assert!(

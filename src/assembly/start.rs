@@ -184,7 +184,7 @@ fn require_small<const D: usize>(
     ))
     .hint(
         "adjust and conform correct small mesh errors only; move the body, or set initial_overclosure to \
-           accept",
+         accept",
     ))
 }
 
@@ -222,7 +222,7 @@ fn require_free_side<const D: usize>(
     ))
     .hint(
         "the normal of a plane must point to the free side; for a sphere or cylinder set side: outside or \
-           inside",
+         inside",
     ))
 }
 

@@ -148,11 +148,15 @@ impl TryFrom<MeshKeys> for Mesh {
         }
         match (keys.cuboid, keys.file, keys.region) {
             (Some(_), Some(file), _) => wrong("a mesh is a box or a file, not both", file.place),
-            (Some(_), None, Some(region)) => wrong("'region' belongs to a mesh file, not to a box", region.place),
+            (Some(_), None, Some(region)) => {
+                wrong("'region' belongs to a mesh file, not to a box", region.place)
+            }
             (Some(cuboid), None, None) => Ok(Self::Box(Box::new(cuboid))),
             (None, Some(file), region) => Ok(Self::File(FileMesh { file, region, merge })),
-            (None, None, _) => Err(Complaint::new("a mesh needs 'box' or 'file'".into())
-                .hint("as in { file: block.msh, region: rubber } or { box: { min: [0, 0], max: [1, 1], cells: [8, 8] } }")),
+            (None, None, _) => Err(Complaint::new("a mesh needs 'box' or 'file'".into()).hint(
+                "for example { file: block.msh, region: rubber } or { box: { min: [0, 0], max: [1, 1], \
+                 cells: [8, 8] } }",
+            )),
         }
     }
 }

@@ -83,7 +83,7 @@ impl Check<'_> {
             let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || name.starts_with('-') || !name.chars().all(fits) {
                 self.found.say(name.place, format!("'{}' is not a valid PETSc option", name.value));
-                self.found.cure("write the name without the leading dash, as in ksp_monitor");
+                self.found.cure("write the name without the leading dash, for example ksp_monitor");
             }
         }
     }

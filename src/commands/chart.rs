@@ -28,12 +28,7 @@ fn conditions(texts: &[String]) -> Result<Vec<(String, Vec<String>)>> {
         Some((column.to_owned(), values.split(',').map(str::to_owned).collect()))
     };
     let read = texts.iter().map(|text| {
-        condition(text).ok_or_else(|| {
-            Error::usage(format!(
-                "expected COLUMN=VALUE,..., found \
-                                                                        `{text}`"
-            ))
-        })
+        condition(text).ok_or_else(|| Error::usage(format!("expected COLUMN=VALUE,..., found `{text}`")))
     });
     read.collect()
 }

@@ -161,8 +161,8 @@ fn require_equal_orders<const D: usize>(
             let kind = mesh.kinds[other.element as usize];
             let message =
                 format!("and {neighbour} ({kind}) share the corners of a side, but not its other nodes");
-            let cure = "mesh the body with elements of one order; in Gmsh `-order 1` or `-order 2`, and the same \
-                        `Mesh.SecondOrderIncomplete` for all of it";
+            let cure = "mesh the body with elements of a single order; in Gmsh `-order 1` or `-order 2`, \
+                        and the same `Mesh.SecondOrderIncomplete` for all of it";
             return Err(source.at_element(mesh, one.element as usize, &message).hint(cure));
         }
     }
@@ -477,8 +477,7 @@ fn find_pieces<const D: usize>(
                  to rotate"
             );
             return Err(source.at_node(mesh, node, &message).hint(
-                "connect elements by common sides; a body can have at most 64 pieces joined at single \
-                       nodes",
+                "connect elements by common sides; a body can have at most 64 pieces joined at single nodes",
             ));
         }
         remarks.push(format!(

@@ -164,8 +164,7 @@ fn bend<const D: usize>(mesh: &mut Mesh<D>, map: &case::BoxMap, case: &Case) -> 
             let text = format!("the map of the box makes the element at {place} {m} flat or inverted");
             let error = case.error(at.unwrap_or_default(), text);
             Err(error.hint(
-                "the map must keep neighbouring points neighbours, and the left side left of the \
-                            right side",
+                "the map must keep neighbouring points neighbours, and the left side left of the right side",
             ))
         }
         None => Ok(()),

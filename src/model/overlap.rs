@@ -62,7 +62,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
                 names[outer],
                 spelled(&place)
             );
-            refuse_or_tell(case, [names[inner], names[outer]], message, &mut remarks)?;
+            refuse_or_remark(case, [names[inner], names[outer]], message, &mut remarks)?;
         }
     }
     for (name, obstacle) in case.obstacles.iter() {
@@ -82,7 +82,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
                     name.value,
                     spelled(&centre)
                 );
-                refuse_or_tell(case, [names[body], &name.value], message, &mut remarks)?;
+                refuse_or_remark(case, [names[body], &name.value], message, &mut remarks)?;
             }
         }
     }
@@ -91,7 +91,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
 
 /// Returns an error at the contact if a contact between the two bodies treats overclosure as an
 /// error; otherwise adds a remark.
-fn refuse_or_tell(case: &Case, pair: [&str; 2], message: String, remarks: &mut Vec<String>) -> Result<()> {
+fn refuse_or_remark(case: &Case, pair: [&str; 2], message: String, remarks: &mut Vec<String>) -> Result<()> {
     let between = case.contact.iter().filter(|(_, contact)| {
         let on = |side: usize| contact.is_on(pair[side]) || contact.target.value == pair[side];
         on(0) && on(1)

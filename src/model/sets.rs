@@ -36,12 +36,8 @@ pub fn shared_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> 
                 "'{}' is a single facet, which can not be in contact with itself",
                 contact.target.value
             );
-            let error = || {
-                case.error(contact.target.place, message).hint(
-                    "name a surface with several \
-                                                                           facets",
-                )
-            };
+            let error =
+                || case.error(contact.target.place, message).hint("name a surface with several facets");
             return (contactor.len() == 1).then(error);
         }
         let known: HashSet<_> = contactor.iter().collect();

@@ -42,7 +42,7 @@ impl PvdSeries {
         let mut series = Self::new(path);
         if path.exists() {
             let cure = "remove this file to resume without the fields that it lists, or start again without \
-                 --restart";
+                        --restart";
             series.entries = read(path).map_err(|error| error.hint(cure))?;
             series.entries.retain(|entry| entry.time <= last_time);
             series.write()?;

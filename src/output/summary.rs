@@ -137,7 +137,7 @@ pub(super) fn summary(record: &Record) -> String {
             totals.inner_krylov_iterations
         ));
     }
-    let told = record.penetrations.iter().map(|contact| contact.told(&m));
+    let told = record.penetrations.iter().map(|contact| contact.describe(&m));
     told.for_each(|contact| text.push_str(&format!("  contact   {contact}\n")));
     let told = record.accuracy.iter().map(|accuracy| accuracy.told(record.units));
     told.for_each(|accuracy| text.push_str(&format!("  accuracy  {accuracy}\n")));
@@ -151,7 +151,7 @@ pub(super) fn summary(record: &Record) -> String {
 
 impl PenetrationRecord {
     /// The contact as text for the console; `m` is the unit of length.
-    fn told(&self, m: &str) -> String {
+    fn describe(&self, m: &str) -> String {
         let Self { contact, deepest, asked, .. } = self;
         match (self.has_closed(), asked) {
             (false, _) => format!("{contact}: never closed"),

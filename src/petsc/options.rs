@@ -138,7 +138,7 @@ pub fn validate(arguments: &[String]) -> Result<()> {
     let mut takes_value = false;
     for word in arguments {
         if !is_name(word) && !takes_value {
-            let hint = "write PETSc options after `--`, each as `-name` or `-name value`";
+            let hint = "write PETSc options after `--`, each in the form `-name` or `-name value`";
             return Err(Error::usage(format!("`{word}` is not a PETSc option")).hint(hint));
         }
         takes_value = is_name(word);
@@ -168,7 +168,7 @@ fn follow(words: &[&str], within: &mut Vec<String>) -> Result<()> {
             _ => continue,
         };
         let Some(name) = words.get(index + 1).filter(|next| !next.starts_with('-')) else {
-            let cure = format!("write the name of a file after it, as in `{word} options.txt`");
+            let cure = format!("write the name of a file after it, for example `{word} options.txt`");
             return Err(Error::usage(format!("the PETSc option `{word}` has no file name")).hint(&cure));
         };
         let wrong = |what: String| {

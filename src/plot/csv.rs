@@ -43,10 +43,8 @@ impl Csv {
         let Some(header) = lines.next() else { return Ok(None) };
         let wrong = |line: usize, what: String| {
             let text = format!("{}: line {line}: {what}", path.display());
-            Error::file(text).hint(
-                "the table is damaged or was not written by this program: create or copy \
-                                    it again",
-            )
+            Error::file(text)
+                .hint("the table is damaged or was not written by this program: create or copy it again")
         };
         let read =
             |line: usize, text: &str| fields(text).ok_or_else(|| wrong(line, "an unmatched quote".into()));

@@ -198,7 +198,7 @@ impl<'de, E: Error> Deserializer<'de> for NoParameters<E> {
     type Error = E;
 
     fn deserialize_any<V: Visitor<'de>>(self, _visitor: V) -> Result<V::Value, E> {
-        Err(E::custom(Complaint::new("this law needs a value, as in `name: value`".into())))
+        Err(E::custom(Complaint::new("this law needs a value: `name: value`".into())))
     }
 
     fn deserialize_struct<V: Visitor<'de>>(

@@ -197,8 +197,8 @@ fn balance(page: &mut Page, record: &Value) {
         std::iter::once("rank").chain(columns.iter().map(|(name, _, _)| *name)).chain([""]).collect();
     page.table(&header, &rows);
     page.paragraph(
-        "Work is search, contact, element forces and tangents, in which no rank waits for \
-                    another. CPU includes waiting.",
+        "Work is search, contact, element forces and tangents, in which no rank waits for another. CPU \
+         includes waiting.",
     );
 }
 

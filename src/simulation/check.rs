@@ -184,8 +184,7 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     let cfl = case.time.step() / crossing;
     let _ = writeln!(
         text,
-        "  crossing time: {crossing:.4e} {s}, the step is {cfl:.3} times as long (CFL \
-                            number)"
+        "  crossing time: {crossing:.4e} {s}, the step is {cfl:.3} times as long (CFL number)"
     );
 }
 

@@ -151,8 +151,7 @@ impl CheckpointPolicy {
         }
         let why = Self::reason(self.asked());
         Error::stopped(format!(
-            "{why} during the static start; no step was completed, and no checkpoint was \
-                                written"
+            "{why} during the static start; no step was completed, and no checkpoint was written"
         ))
         .hint("start again")
     }
@@ -206,8 +205,8 @@ impl CheckpointPolicy {
                 self.command
             )),
             None => error.hint(
-                "check that the folder exists and that the disk has free space, and start \
-                                again; there is no older checkpoint",
+                "check that the folder exists and that the disk has free space, and start again; there is \
+                 no older checkpoint",
             ),
         }
     }

@@ -27,7 +27,7 @@ pub struct MotionGuard {
 }
 
 impl MotionGuard {
-    fn tell(&self, units: Units) -> String {
+    fn describe(&self, units: Units) -> String {
         let verb = if self.rolls { "rolled" } else { "slid" };
         format!(
             "the surfaces of contact '{}' {verb} by {:.3e} {}, {:.1} facets",
@@ -77,7 +77,7 @@ impl MotionWatch {
             rejected[k] = (rolled.facets > self.limit).then_some(rolled.facets);
         }
         self.rejected = rejected;
-        Some(format!("{}; {:.2} are allowed per step", motion.tell(units), self.limit))
+        Some(format!("{}; {:.2} are allowed per step", motion.describe(units), self.limit))
     }
 
     /// Records an accepted step: its number and its length \[s\].
@@ -100,7 +100,7 @@ impl MotionWatch {
             "warning: {} in step {step}, and by more than {:.2} facets in {} steps that could not be cut \
              further: their friction depends on the step length\n\
              hint: use a shorter step, or a larger `time.cuts`",
-            motion.tell(units),
+            motion.describe(units),
             self.limit,
             self.beyond
         ))

@@ -104,23 +104,22 @@ pub fn remarks(case: &Case) -> Vec<String> {
     idle.then(|| remark.to_owned())
         .into_iter()
         .chain(massless)
-        .chain(swinging(case))
-        .chain(loose(case))
-        .chain(kept(case))
-        .chain(doubled(case))
+        .chain(oscillating_nodes(case))
+        .chain(large_tolerances(case))
+        .chain(unenforced_accuracy(case))
+        .chain(multipliers_on_both_sides(case))
         .collect()
 }
 
 /// Remarks on tolerances so large that they affect the results.
-fn loose(case: &Case) -> impl Iterator<Item = String> {
+fn large_tolerances(case: &Case) -> impl Iterator<Item = String> {
     let newton = ("newton", case.solver.newton.tolerance.value, "unbalanced forces", "the largest force");
     let staggered = match &case.solver.strategy.value {
         case::Strategy::Staggered { tolerance, .. } => Some((
             "strategy.staggered",
             tolerance.value,
             "a difference of the stages",
-            "the displacement of \
-                                                                                        a step",
+            "the displacement of a step",
         )),
         case::Strategy::Monolithic => None,
     };
@@ -135,7 +134,7 @@ fn loose(case: &Case) -> impl Iterator<Item = String> {
 }
 
 /// Remark on multipliers where a surface meets itself: both of its sides have them.
-fn doubled(case: &Case) -> Option<String> {
+fn multipliers_on_both_sides(case: &Case) -> Option<String> {
     let enforced = case.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some());
     let itself = |contact: &&case::Contact| contact.contactor.value == contact.target.value;
     let found = case
@@ -154,7 +153,7 @@ fn doubled(case: &Case) -> Option<String> {
 
 /// Remarks on parts of `accuracy` without effect: under the conserving scheme the laws of contact
 /// stay as they are.
-fn kept(case: &Case) -> Option<String> {
+fn unenforced_accuracy(case: &Case) -> Option<String> {
     let accuracy = case.accuracy.as_ref().filter(|_| super::pace::keeps_laws(case))?;
     let stiff = case.contact.values().any(|contact| contact.normal.is_penalty());
     let penetration = (accuracy.penetration.is_some() && stiff).then_some("penetration");
@@ -171,7 +170,7 @@ fn kept(case: &Case) -> Option<String> {
 
 /// Remark on stiff penalties: under the conserving scheme nothing damps oscillations that no
 /// reasonable step resolves.
-fn swinging(case: &Case) -> Option<String> {
+fn oscillating_nodes(case: &Case) -> Option<String> {
     let conserves = case.time.scheme.value == case::Scheme::Conserving;
     case.accuracy.as_ref().and_then(|accuracy| accuracy.time.as_ref()).filter(|_| conserves)?;
     let stiff = |contact: &&case::Contact| contact.normal.is_penalty();

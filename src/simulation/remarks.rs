@@ -85,7 +85,7 @@ fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
 /// Notes before the run: bodies that in dynamics are free to fly, and bodies with massless contact
 /// nodes.
 pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
-    let mut notes = loose(system);
+    let mut notes = unsupported_bodies(system);
     let [spared, _] = system.redistributed();
     if !spared.is_empty() {
         notes.push(format!(
@@ -106,7 +106,7 @@ pub(super) const RESTARTS_TO_ROUNDING: &str = "on several ranks MUMPS rounds dif
 
 /// A sentence that names the bodies that neither supports nor contacts can hold, if there are any.
 /// Statics rejects such bodies.
-fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
+fn unsupported_bodies<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     let lost = system.lost_bodies();
     if lost.is_empty() {
         Vec::new()

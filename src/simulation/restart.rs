@@ -228,10 +228,8 @@ fn spare(case: &Case, place: &RunRequest, ranks: usize) -> Result<()> {
         "{folder}: an interrupted run of this case can be resumed from step {step}; nothing was changed"
     );
     let on = place.command(ranks);
-    let cure = format!(
-        "resume with {on} --restart, or start again with --anew instead, which replaces the \
-                        results"
-    );
+    let cure =
+        format!("resume with {on} --restart, or use --anew instead to start again and replace the results");
     Err(Error::file(text).hint(&cure))
 }
 

@@ -51,7 +51,7 @@ impl HeldMotions {
             None => {
                 format!(
                     "{motions} free motion{s} {were} restrained, and no force was needed: {part} acted \
-                         along it"
+                     along it"
                 )
             }
             Some(Driven { words, force, unit, .. }) => format!(
@@ -135,10 +135,10 @@ mod tests {
     fn a_force_that_holds_is_told() {
         let held = |motions, force, by| HeldMotions { motions, force, by }.note();
         assert!(held(0, 0.0, None).ends_with("no force was needed"));
-        assert!(held(1, 2e-13, None).starts_with(
-            "1 free motion was restrained, and no force was needed: \
-                                                  2.0e-13"
-        ));
+        assert!(
+            held(1, 2e-13, None)
+                .starts_with("1 free motion was restrained, and no force was needed: 2.0e-13")
+        );
         let by =
             Driven { words: "the motion of 'block' along x".to_owned(), force: 3.0, unit: "N".to_owned() };
         let told = held(2, 1e-6, Some(by));

@@ -194,7 +194,7 @@ impl Staggered {
     }
 
     /// Explains why the sweeps end without agreement, if they do.
-    fn hopeless(&self, number: u32, sweep: &Sweep, progress: &Progress) -> Option<String> {
+    fn no_agreement(&self, number: u32, sweep: &Sweep, progress: &Progress) -> Option<String> {
         if number < self.settings.max_sweeps && !progress.stagnates() {
             return None;
         }
@@ -242,7 +242,7 @@ impl Staggered {
             {
                 break;
             }
-            if let Some(reason) = self.hopeless(number, &sweep, &progress) {
+            if let Some(reason) = self.no_agreement(number, &sweep, &progress) {
                 report.trouble = Trouble::Sweeps;
                 return Ok(Outcome::Failed(report, reason));
             }

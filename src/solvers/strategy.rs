@@ -19,8 +19,7 @@ pub struct Entry {
 pub const STRATEGIES: &[Entry] = &[
     Entry {
         name: "monolithic",
-        about: "Newton with the full non-symmetric tangent, for any coefficient of \
-                                        friction",
+        about: "Newton with the full non-symmetric tangent, for any coefficient of friction",
     },
     Entry {
         name: "staggered",

@@ -180,13 +180,13 @@ fn curve(quantity: &StudyQuantity, folder: &Path, study: &Study, units: Units) -
         quantity.only.iter().map(|(column, word)| (column.value.as_str(), word.value.as_str())).collect();
     let path = folder.join(&quantity.table.value);
     TimeSeries::read(&path, &quantity.column.value, &only, units).map_err(|error| match error.cause {
-        Cause::Case => told(study, quantity, &error),
+        Cause::Case => at_quantity(study, quantity, &error),
         _ => error,
     })
 }
 
 /// Adds the position in the study to an error about a column.
-fn told(study: &Study, quantity: &StudyQuantity, error: &Error) -> Error {
+fn at_quantity(study: &Study, quantity: &StudyQuantity, error: &Error) -> Error {
     let (message, hint) = error.message.split_once("\nhint: ").unwrap_or((&error.message, ""));
     study.error(quantity.column.place, message, hint)
 }

@@ -212,7 +212,8 @@ fn the_units_of_a_case_are_said_and_kept() {
     let folder = Folder::new("units-said");
     folder.write("case.yml", &TONNES.case(2));
     let said = run(0, &["case.yml", "-o", "results"], &folder).success().text();
-    for words in ["units: mm, t, s", "N, MPa, mJ", "plane strain", "of 1 mm", "smallest gap 0.000e0 mm"] {
+    for words in ["units: mm, t, s", "N, MPa, mJ", "plane strain, thickness 1 mm", "smallest gap 0.000e0 mm"]
+    {
         assert!(said.contains(words), "{words}: {said}");
     }
     let deepest = said.lines().find(|line| line.contains("deepest penetration"));

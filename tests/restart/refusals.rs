@@ -34,8 +34,8 @@ fn what_does_not_fit_is_refused() {
     let mut later = whole.clone();
     later[25] = 99;
     for (bytes, words) in [
-        (&whole[..whole.len() / 2], "cut short"),
-        (&whole[..10], "cut short"),
+        (&whole[..whole.len() / 2], "truncated"),
+        (&whole[..10], "truncated"),
         (&flipped, "SHA-256"),
         (&later, "format 99; this program reads format 3"),
         (b"something else that is long enough to be looked at", "not a checkpoint"),
@@ -69,7 +69,7 @@ fn what_does_not_fit_is_refused() {
     folder.write("case.yml", &case);
     let rows = fs::read(out.join("energy.csv")).expect("a table");
     fs::write(out.join("energy.csv"), &rows[..rows.len() - 10]).expect("a shorter table");
-    refused(&folder, &["--restart"], 4, &["energy.csv", "lacks rows"]);
+    refused(&folder, &["--restart"], 4, &["energy.csv", "rows are missing", "--restart=FILE"]);
     let mut other = rows.clone();
     let place = other.iter().rposition(u8::is_ascii_digit).expect("a number");
     other[place] ^= 1;
@@ -184,5 +184,5 @@ fn the_series_names_no_fields_that_are_gone() {
     assert!(!named.is_empty() && named.iter().all(|file| out.join(file).is_file()), "{series}");
     fs::write(out.join("fields.pvd"), "<VTKFile").expect("a damaged series");
     folder.write("case.yml", &text.replace("end: 0.005", "end: 0.008"));
-    refused(&folder, &["--restart"], 4, &["fields.pvd: cut short", "hint: remove this file"]);
+    refused(&folder, &["--restart"], 4, &["fields.pvd: truncated", "hint: remove this file"]);
 }

@@ -21,8 +21,8 @@ impl Check<'_> {
             if given && power {
                 self.found.say(
                     at,
-                    "a contact has a power law, whose penetration represents the roughness \
-                                    and can not be reduced by multipliers",
+                    "a contact has a power law, whose penetration represents the roughness and can not be \
+                     reduced by multipliers",
                 );
                 self.found.cure("write `penetration: none`, or `normal: penalty`");
             }

@@ -56,10 +56,8 @@ impl Check<'_> {
         if !self.case.is_static() || self.case.boundary.iter().any(weighs) {
             self.found.say(name.place, format!("the body '{}' needs a density", name.value));
             let unit = self.case.units.of("kg/m3");
-            self.found.cure(&format!(
-                "add `density:` in {unit}; it is optional only in statics without \
-                                      gravity"
-            ));
+            self.found
+                .cure(&format!("add `density:` in {unit}; it is optional only in statics without gravity"));
         }
     }
 
@@ -105,8 +103,8 @@ impl Check<'_> {
         if locking == Locking::SelectiveReduced && !element.value.offers_locking_cure() {
             self.found.say(element.place, format!("{name} does not support selective_reduced"));
             self.found.cure(
-                "selective_reduced is for quadrilaterals and hexahedra; remove `locking`, or \
-                             change the element",
+                "selective_reduced is for quadrilaterals and hexahedra; remove `locking`, or change the \
+                 element",
             );
         }
     }

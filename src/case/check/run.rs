@@ -65,8 +65,7 @@ impl Check<'_> {
             (None, None) => {
                 self.found.say(
                     time.scheme.place,
-                    "the static scheme needs 'increments', or 'step' in addition to \
-                                             'end'",
+                    "the static scheme needs 'increments', or 'step' in addition to 'end'",
                 );
                 self.found.cure("write for example scheme: { static: { increments: 4 } }");
             }
@@ -93,8 +92,7 @@ impl Check<'_> {
         if self.case.is_static() {
             self.found.say(
                 start.place,
-                "a static case has no `start`: it begins undeformed and computes an \
-                                   equilibrium",
+                "a static case has no `start`: it begins undeformed and computes an equilibrium",
             );
             self.found.cure("remove `start`");
         }
@@ -127,11 +125,8 @@ impl Check<'_> {
                 );
                 self.found.cure("write `linear: auto`, cg_icc or cholesky");
             } else if !friction {
-                self.found.say(
-                    linear.place,
-                    "two_stage solves friction separately, but no contact has \
-                                              friction",
-                );
+                self.found
+                    .say(linear.place, "two_stage solves friction separately, but no contact has friction");
                 self.found.cure("write `linear: auto`");
             }
         }
@@ -205,8 +200,7 @@ impl Check<'_> {
                 self.found.require(
                     !on.contains('.'),
                     on.place,
-                    "a probe is placed on a body, not on one of \
-                                                                 its sets",
+                    "a probe is placed on a body, not on one of its sets",
                 );
             }
         }

@@ -131,8 +131,8 @@ fn check_dangling(input: &GmshInput, raw: &Raw) -> Result<()> {
     let message =
         format!("node {} at {} belongs to no element", raw.node_ids[node], coordinates(&raw.points[node]));
     Err(input.error_at(raw.node_places[node], message).hint(
-        "assign its elements to a physical group, or remove it from the geometry; with `region` such \
-               nodes are ignored",
+        "assign its elements to a physical group, or remove it from the geometry; with `region` such nodes \
+         are ignored",
     ))
 }
 

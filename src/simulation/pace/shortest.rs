@@ -45,7 +45,7 @@ impl Shortest {
     /// The warning to print now. It is returned once.
     pub fn remark(&self, plight: &MinimumStepWatch, units: Units) -> Option<String> {
         (self.steps == Self::TOLD).then(|| {
-            let [why, cure] = plight.told(units);
+            let [why, cure] = plight.cause_and_hint(units);
             format!(
                 "warning: {} steps had the minimum length, and the requested accuracy may still not be \
                  reached{why}\n\
@@ -62,13 +62,12 @@ impl Shortest {
     /// The error that ends a run with too many steps of the minimum length, in the step of `stage`.
     pub fn hopeless(&self, plight: &MinimumStepWatch, stage: &Stage, units: Units) -> Option<Error> {
         self.is_hopeless().then(|| {
-            let [why, cure] = plight.told(units);
+            let [why, cure] = plight.cause_and_hint(units);
             let s = units.of("s");
             let place = format!("t = {:.6e} {s}, step of {:.3e} {s}", stage.start.time, stage.dt);
             let Self { missed, .. } = self;
             let what = format!(
-                "{missed} steps had the minimum length, and their error still exceeded the \
-                                tolerance{why}"
+                "{missed} steps had the minimum length, and their error still exceeded the tolerance{why}"
             );
             Error::not_converged(what).within(&place).hint(&format!(
                 "results up to this time are kept; {cure}; the minimum step length is 1/1024 of `time.step`"
@@ -79,7 +78,7 @@ impl Shortest {
 
 impl MinimumStepWatch {
     /// The cause and the hint.
-    fn told(&self, units: Units) -> [String; 2] {
+    fn cause_and_hint(&self, units: Units) -> [String; 2] {
         let m = units.of("m");
         let Self { size, stiffer, rattles, rubs } = *self;
         let on = format!(
@@ -132,9 +131,9 @@ mod tests {
         assert_eq!(told.len(), 1);
         assert!(told[0].contains("100 steps") && told[0].contains("flutter"), "{}", told[0]);
         let rattling = MinimumStepWatch { stiffer: 16.0, rattles: true, ..plight };
-        assert!(rattling.told(Units::SI)[1].contains("mass: redistributed"));
+        assert!(rattling.cause_and_hint(Units::SI)[1].contains("mass: redistributed"));
         let smooth = MinimumStepWatch { rubs: false, ..plight };
-        assert!(smooth.told(Units::SI)[1].contains("conserving"));
+        assert!(smooth.cause_and_hint(Units::SI)[1].contains("conserving"));
     }
 
     /// Short steps with acceptable errors may continue indefinitely. Short steps with too large

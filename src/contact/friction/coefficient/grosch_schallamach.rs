@@ -68,10 +68,8 @@ impl CoefficientOfFriction for GroschSchallamach {
         let message = format!("the exponent must be > -1 and <= 1, found {exponent}");
         findings.require(fits, self.exponent.place, message);
         if !fits {
-            findings.cure(
-                "use -0.1111111111 for rubber; the sign of +0.1111111111 in the paper is a \
-                           misprint",
-            );
+            findings
+                .cure("use -0.1111111111 for rubber; the sign of +0.1111111111 in the paper is a misprint");
         }
     }
 }
