@@ -111,7 +111,7 @@ fn a_full_disk_loses_nothing_on_1_and_2_ranks() {
         let full = compute(&folder, ranks, "out", &["--restart"]);
         assert_eq!(full.code, Some(4), "{}", full.stderr);
         assert_eq!(full.stderr.matches("contact-petsc: error:").count(), 1, "{}", full.stderr);
-        for words in ["No space left", "step-000020.ckpt", "the checkpoint of step 10 is whole", "--restart"]
+        for words in ["No space left", "step-000020.ckpt", "the checkpoint of step 10 is intact", "--restart"]
         {
             assert!(full.stderr.contains(words), "no '{words}' in: {}", full.stderr);
         }
@@ -120,7 +120,7 @@ fn a_full_disk_loses_nothing_on_1_and_2_ranks() {
         std::os::unix::fs::symlink("/dev/full", out.join("run.json.part")).expect("a link");
         let full = compute(&folder, ranks, "out", &["--restart"]);
         assert_eq!(full.code, Some(4), "{}", full.stderr);
-        for words in ["No space left", "run.json", "the checkpoint of step 10 is whole", "--restart"] {
+        for words in ["No space left", "run.json", "the checkpoint of step 10 is intact", "--restart"] {
             assert!(full.stderr.contains(words), "no '{words}' in: {}", full.stderr);
         }
         compute(&folder, ranks, "out", &["--restart"]).success();
