@@ -64,7 +64,8 @@ impl Facts {
             return None;
         };
         Some(format!(
-            "the PETSc that pkg-config finds {flaw}: install the Debian package petsc-dev (of Debian 12 or newer)"
+            "the PETSc found by pkg-config {flaw}: install the Debian package petsc-dev (of Debian 12 or \
+             newer)"
         ))
     }
 }

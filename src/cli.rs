@@ -1,4 +1,4 @@
-//! The command line: `contact-petsc case.yml`, its sisters, and what they take.
+//! The command line: `contact-petsc case.yml`, the other commands, and their arguments.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -41,52 +41,52 @@ struct Line {
 
 #[derive(Debug, Subcommand)]
 enum Sub {
-    /// Compute a case; the word may be left out
+    /// Compute a case; the word `run` is optional
     Run(RunArguments),
-    /// Parse, mesh and pair a case, print it completed with derived numbers, solve nothing; list the members of a study
+    /// Check a case without solving it and print it with all defaults and derived numbers; list the members of a study
     Check {
         /// Case file, or study file
         case: PathBuf,
-        /// PETSc's own options, after `--`
+        /// PETSc options, after `--`
         #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
         petsc: Vec<String>,
     },
-    /// List what a case can name: elements, materials, laws, schemes, solvers
+    /// List the elements, materials, laws, schemes and solvers that a case can use
     List,
     /// Print the JSON schema (draft-07) of a case file, for editors, or its reference page
     Schema {
-        /// That of a study file instead
+        /// Print that of a study file instead
         #[arg(long)]
         study: bool,
-        /// The reference page (Markdown) instead of the JSON schema
+        /// Print the reference page (Markdown) instead of the JSON schema
         #[arg(long)]
         markdown: bool,
     },
-    /// Run a study: a case with keys varied, errors against costs, advice; goes on where it was left
+    /// Run a study: a case with varied keys, errors against costs, advice; an interrupted study is resumed
     Study(StudyArguments),
-    /// Draw figures (SVG) of one result, or of several in common figures
+    /// Draw figures (SVG) of one result, or of several results in common figures
     Plot {
         /// Results folders
         #[arg(required = true)]
         results: Vec<PathBuf>,
-        /// Folder of the figures; the first results folder unless given
+        /// Folder of the figures; default: the first results folder
         #[arg(short, long, value_name = "DIR")]
         output: Option<PathBuf>,
     },
-    /// Write one page about a result or a study, report.html: pictures, numbers, warnings, the case; needs no network
+    /// Write a self-contained page about a result or a study, report.html: figures, numbers, warnings, the case
     Report {
-        /// Results folder of a run or of a study; `plot` takes several, and puts them into common figures
+        /// Results folder of a run or of a study; to compare several runs in common figures use `plot`
         results: PathBuf,
-        /// Times in seconds at which the bodies are shown; start, middle and end unless given
+        /// Times in seconds at which the bodies are shown; default: start, middle and end
         #[arg(long, value_name = "SECONDS,...", value_delimiter = ',', allow_negative_numbers = true, value_parser = instant)]
         at: Vec<f64>,
-        /// File of the page; `report.html` in the results folder unless given
+        /// File of the page; default: `report.html` in the results folder
         #[arg(short, long, value_name = "HTML")]
         output: Option<PathBuf>,
     },
-    /// Draw columns of a table (CSV) over another one: curves of studies, as scripts/compare-solvers makes them
+    /// Plot a column of a table (CSV) against another one, for example the tables of scripts/compare-solvers
     Chart(ChartArguments),
-    /// Cut the mesh of a case into parts without solving, print what each number of parts would cost (CSV)
+    /// Partition the mesh of a case without solving it, print the costs of each number of parts (CSV)
     Parts {
         /// Case file
         case: PathBuf,
@@ -94,28 +94,28 @@ enum Sub {
         #[arg(required = true, value_parser = clap::value_parser!(u32).range(1..=65536))]
         counts: Vec<u32>,
     },
-    /// Print completions for a shell, to be sourced or saved where the shell looks
+    /// Print the completion script of a shell, to be sourced or saved in the completions folder of the shell
     Completions {
         /// Shell
         shell: Shell,
     },
 }
 
-/// What a run takes.
+/// Arguments of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Args)]
 pub struct RunArguments {
     /// Case file
     pub case: PathBuf,
-    /// Results folder; `results/` and the name of the case's folder or file unless given
+    /// Results folder; default: `results/` and the name of the case's folder or file
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// Go on from the last checkpoint of the results folder, or from the one given; in a new folder as a branch
+    /// Resume from the last checkpoint of the results folder, or from CHECKPOINT, also in a new folder as a branch
     #[arg(long, value_name = "CHECKPOINT", num_args = 0..=1, require_equals = true)]
     pub restart: Option<Option<PathBuf>>,
-    /// Begin again where a run of this case stopped with checkpoints: they go, and so do its results
+    /// Start again although the folder holds an interrupted run of this case; deletes its checkpoints and results
     #[arg(long, conflicts_with = "restart")]
     pub anew: bool,
-    /// Stop before this wall time is over, with a checkpoint and exit code 7: seconds, or as in "55 min", "2 h", 1:30:00
+    /// Stop before this wall time with a checkpoint and exit code 7: seconds, or for example "55 min", "2 h", 1:30:00
     #[arg(long, value_name = "TIME", value_parser = wall_time)]
     pub wall_time: Option<Duration>,
     /// Print the Newton table (-v), and the linear solvers' iterations (-vv)
@@ -124,60 +124,60 @@ pub struct RunArguments {
     /// Print errors and warnings only
     #[arg(short, long)]
     pub quiet: bool,
-    /// PETSc's own options, after `--`; they win over those of the case
+    /// PETSc options, after `--`; they override those of the case
     #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
     pub petsc: Vec<String>,
 }
 
-/// What a study takes.
+/// Arguments of a study.
 #[derive(Debug, Clone, PartialEq, Eq, Args)]
 pub struct StudyArguments {
     /// Study file
     pub study: PathBuf,
-    /// Results folder; `results/` and the name of the study's folder or file unless given
+    /// Results folder; default: `results/` and the name of the study's folder or file
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
-    /// List the members, run none
+    /// List the members without running them
     #[arg(long)]
     pub dry_run: bool,
-    /// Run members once more that failed before
+    /// Run members that failed before again
     #[arg(long)]
     pub rerun_failed: bool,
-    /// Let the members speak (-v), with their Newton tables (-vv)
+    /// Print the output of the members (-v), with their Newton tables (-vv)
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
     pub verbose: u8,
-    /// Print errors only; warnings of the members stand in their run.json
+    /// Print errors only; warnings of the members are in their run.json
     #[arg(short, long)]
     pub quiet: bool,
-    /// PETSc's own options, after `--`; they win over those of the case
+    /// PETSc options, after `--`; they override those of the case
     #[arg(last = true, value_name = "PETSC OPTIONS", allow_hyphen_values = true)]
     pub petsc: Vec<String>,
 }
 
-/// What a chart takes.
+/// Arguments of a chart.
 #[derive(Debug, Clone, PartialEq, Eq, Args)]
 pub struct ChartArguments {
     /// Table with a header row
     pub table: PathBuf,
-    /// Column across
+    /// Column of the horizontal axis
     #[arg(long, value_name = "COLUMN")]
     pub x: String,
-    /// Column upward
+    /// Column of the vertical axis
     #[arg(long, value_name = "COLUMN")]
     pub y: String,
-    /// Column that parts the rows into curves
+    /// Column that groups the rows into curves
     #[arg(long, value_name = "COLUMN")]
     pub by: String,
-    /// Column that parts the rows into panels
+    /// Column that groups the rows into panels
     #[arg(long, value_name = "COLUMN")]
     pub panels: Option<String>,
-    /// Only rows in which a column has one of these values
+    /// Use only rows in which a column has one of these values
     #[arg(long = "where", value_name = "COLUMN=VALUE,...")]
     pub only: Vec<String>,
-    /// Rows in which a column has none of these values are gaps in their curves
+    /// Leave gaps in the curves at rows in which a column has none of these values
     #[arg(long, value_name = "COLUMN=VALUE,...")]
     pub valid: Vec<String>,
-    /// Axes with a logarithmic scale
+    /// Axes with logarithmic scale
     #[arg(long, value_name = "AXIS")]
     pub log: Vec<ChartAxis>,
     /// Title of the figure
@@ -191,13 +191,13 @@ pub struct ChartArguments {
 /// An axis of a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ChartAxis {
-    /// Across.
+    /// Horizontal.
     X,
-    /// Upward.
+    /// Vertical.
     Y,
 }
 
-/// How much a run says.
+/// How much a run prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
     /// Errors, and a run its warnings.
@@ -211,14 +211,14 @@ pub enum Verbosity {
 }
 
 impl RunArguments {
-    /// How much the run says.
+    /// How much the run prints.
     pub fn verbosity(&self) -> Verbosity {
         Verbosity::of(self.quiet, self.verbose)
     }
 }
 
 impl StudyArguments {
-    /// How much the study says.
+    /// How much the study prints.
     pub fn verbosity(&self) -> Verbosity {
         Verbosity::of(self.quiet, self.verbose)
     }
@@ -235,7 +235,7 @@ impl Verbosity {
     }
 }
 
-/// What the user asks for.
+/// The requested command.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Command {
     /// Compute a case.
@@ -247,7 +247,7 @@ pub enum Command {
         /// PETSc's own options.
         petsc: Vec<String>,
     },
-    /// List what a case can name.
+    /// List the names that a case can use.
     List,
     /// Print the schema of a case file, or of a study file.
     Schema {
@@ -276,7 +276,7 @@ pub enum Command {
     },
     /// Draw columns of a table.
     Chart(ChartArguments),
-    /// Count what numbers of parts would cost.
+    /// Print the costs of numbers of parts.
     Parts {
         /// Case file.
         case: PathBuf,
@@ -285,14 +285,14 @@ pub enum Command {
     },
     /// Print completions.
     Completions(Shell),
-    /// Print this text and end well: `--help`, `--version`.
+    /// Print this text and exit successfully: `--help`, `--version`.
     Print(String),
 }
 
 /// Reads a command line, the program's name first. `versions` are the lines that `--version` shows below its own.
 ///
 /// # Errors
-/// [`crate::error::Cause::Usage`] with what is wrong and how it is used.
+/// [`crate::error::Cause::Usage`] with the fault and the usage.
 pub fn parse<I, T>(arguments: I, versions: &str) -> Result<Command>
 where
     I: IntoIterator<Item = T>,
@@ -313,7 +313,8 @@ where
             return Err(first.and_then(|word| mistyped(&word)).unwrap_or_else(|| usage(&error)));
         }
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            let cure = "contact-petsc CASE runs a case file; contact-petsc --help lists commands and options";
+            let cure = "run a case file with contact-petsc CASE; list commands and options with \
+                        contact-petsc --help";
             return Err(Error::usage("no case file and no command").hint(cure));
         }
         Err(error) => return Err(usage(&error)),
@@ -329,14 +330,15 @@ where
         (Some(Sub::Chart(chart)), _) => Ok(Command::Chart(chart)),
         (Some(Sub::Parts { case, counts }), _) => Ok(Command::Parts { case, counts }),
         (Some(Sub::Completions { shell }), _) => Ok(Command::Completions(shell)),
-        (None, None) => Err(Error::usage("no case is given").hint("contact-petsc --help")),
+        (None, None) => Err(Error::usage("no case file and no command")
+            .hint("list commands and options with contact-petsc --help")),
     }
 }
 
 /// An instant \[s\].
 fn instant(text: &str) -> std::result::Result<f64, String> {
     let time = text.trim().parse().ok().filter(|time: &f64| time.is_finite());
-    time.ok_or_else(|| "not a time in seconds, as in 0.05".to_owned())
+    time.ok_or_else(|| "expected a time in seconds, such as 0.05".to_owned())
 }
 
 /// The error for a word in the place of a command or case file that is neither; `None` for what looks like a file.
@@ -349,7 +351,7 @@ pub fn mistyped(word: &Path) -> Option<Error> {
         return None;
     }
     let cure = nearest(text, &commands).map_or_else(
-        || "contact-petsc --help lists the commands; a case file ends in .yml".to_owned(),
+        || "list the commands with contact-petsc --help; the name of a case file ends in .yml".to_owned(),
         |command| format!("did you mean `contact-petsc {command}`?"),
     );
     Some(Error::usage(format!("no such command or case file: '{text}'")).hint(&cure))

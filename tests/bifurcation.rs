@@ -92,7 +92,7 @@ fn an_arch_that_snaps_through_ends_the_run() {
     folder.write("case.yml", ARCH);
     let output = run(0, &["case.yml", "-o", "out", "-q"], &folder);
     assert_eq!(output.code, Some(5), "{}", output.stderr);
-    assert!(output.stderr.contains("prescribe a displacement in its place"), "{}", output.stderr);
+    assert!(output.stderr.contains("prescribe a displacement instead of the load"), "{}", output.stderr);
     assert!(!output.stderr.contains("penalty"), "{}", output.stderr);
     let corrections = descends(&Table::read(&folder.join("out/iterations.csv")));
     println!("{corrections} corrections");

@@ -105,11 +105,11 @@ const CASES: &[Broken] = &[
         "cells: [4, 4] }",
         "cells: [4, 4], map: { x: \"0.4 - x\" } }",
         3,
-        &["case.yml:5:75", "the map of the box leaves an element at", "inside out"],
+        &["case.yml:5:75", "the map of the box", "[0.4, 0] m", "inverted", "hint: "],
         2,
     ),
-    ("cells: [4, 4] }", "cells: [4, 4], map: { z: \"1\" } }", 3, &["case.yml:5:", "2D has no z"], 0),
-    ("cells: [4, 4] }", "cells: [4, 4], map: { x: \"x + t\" } }", 3, &["a mesh does not depend on t"], 0),
+    ("cells: [4, 4] }", "cells: [4, 4], map: { z: \"1\" } }", 3, &["case.yml:5:", "z", "2D"], 0),
+    ("cells: [4, 4] }", "cells: [4, 4], map: { x: \"x + t\" } }", 3, &["case.yml:5:", "depend on t"], 0),
     (
         "cells: [4, 4] }",
         "cells: [4, 4], map: { y: \"sqrt(y - 1)\" } }",
@@ -122,8 +122,11 @@ const CASES: &[Broken] = &[
         "accuracy: { penetration: 1e-300 }",
         3,
         &[
-            "case.yml:1:26: a penetration of 1.0e-300 m is below the spacing of coordinates",
-            "hint: ask for a larger",
+            "case.yml:1:26: ",
+            "1.0e-300 m",
+            "spacing of coordinates",
+            "accuracy.penetration",
+            "{ relative: 1e-3 }",
         ],
         2,
     ),
@@ -144,17 +147,17 @@ const CASES: &[Broken] = &[
     ("    density: 1700\n", "", 3, &["density", "block"], 0),
     ("poisson_ratio: 0.3", "poisson_ratio: 0.5", 3, &["case.yml:6:69", "0.5"], 0),
     ("dimension: 2", "dimension: 4", 3, &["case.yml:2:12", "2 or 3, not 4"], 0),
-    ("max: [0.4, 0.4]", "max: [0.4, -0.4]", 3, &["no extent along y"], 0),
-    ("cells: [4, 4]", "cells: [4, 0]", 3, &["at least one cell"], 0),
+    ("max: [0.4, 0.4]", "max: [0.4, -0.4]", 3, &["case.yml:5:", "along y", "max -0.4"], 0),
+    ("cells: [4, 4]", "cells: [4, 0]", 3, &["case.yml:5:", "at least one cell"], 0),
     ("step: 5.0e-4", "step: 0", 3, &["the step must be > 0, found 0"], 3),
-    ("step: 5.0e-4", "step: 1", 3, &["longer than the whole time"], 0),
+    ("step: 5.0e-4", "step: 1", 3, &["case.yml:19:", "the step 1 is longer", "0.002"], 0),
     ("step: 5.0e-4", "step: 5.0e-300", 3, &["case.yml:19:", "the run would take 4.0e296 steps"], 0),
     ("increments: 2", "increments: 4294967295", 3, &["case.yml:18:", "at most 1000000, found 4294967295"], 0),
     (
         "boundary:",
         "accuracy: { time: 1.0e-300 }\nboundary:",
         3,
-        &["below what rounding leaves", "1e-12 or more"],
+        &["case.yml:16:", "1e-300", "1e-12 or more"],
         0,
     ),
     ("boundary:", "guard: { motion: 0 }\nboundary:", 3, &["the motion guard must be > 0"], 0),
@@ -164,7 +167,7 @@ const CASES: &[Broken] = &[
         "stick_velocity: 1.0e-3",
         "stick_velocity: 1.0e-300",
         5,
-        &["a stiffness is not finite", "check the units of moduli"],
+        &["tangent matrix is not finite", "check the units of moduli"],
         2,
     ),
     ("y: -0.01", "y: { table: [[0, .nan], [1, 0]] }", 3, &["case.yml:17"], 0),
@@ -213,7 +216,7 @@ const CASES: &[Broken] = &[
         "start:",
         "  pull: { on: block.left, displacement: { x: 0.1 } }\nstart:",
         3,
-        &["'clamp' and 'pull' both prescribe u_x of the node at (0, 0.4)", "hint: "],
+        &["'clamp' and 'pull'", "u_x of the node at (0, 0.4)", "remove x"],
         3,
     ),
     (
@@ -225,12 +228,18 @@ const CASES: &[Broken] = &[
     ),
     ("at: [0, 0]", "at: [0, 0, 0]", 3, &["probe", "2 entries in 2D, found 3"], 0),
     // Physics that can not be.
-    ("normal: [0, 1]", "normal: [0, -1]", 3, &["'sole'", "behind 'floor'", "free side", "hint: "], 2),
+    (
+        "normal: [0, 1]",
+        "normal: [0, -1]",
+        3,
+        &["'sole'", "behind 'floor'", "free side", "normal of a plane", "side: outside or inside"],
+        2,
+    ),
     (
         "point: [0, 0]",
         "point: [0, 0.1]",
         3,
-        &["'sole' starts with 5 nodes behind 'floor'", "1.000e-1 m", "hint: "],
+        &["'sole'", "5 nodes behind 'floor'", "1.000e-1 m", "set initial_overclosure"],
         2,
     ),
     ("normal: [0, 1]", "normal: [0, 0]", 3, &["the normal of a plane is zero"], 0),
@@ -238,17 +247,23 @@ const CASES: &[Broken] = &[
         "boundary:",
         "  heel: { contactor: block.bottom, target: floor }\nboundary:",
         3,
-        &["case.yml:16:", "'sole' and 'heel' have the same two sides", "keep one of them"],
+        &["case.yml:16:", "'sole' and 'heel' have the same two sides", "keep only one of them"],
         0,
     ),
-    ("point: [0, 0]", "point: [0, -50]", 3, &["'sole' can not close", "5.000e1 m", "hint: bring"], 3),
+    (
+        "point: [0, 0]",
+        "point: [0, -50]",
+        3,
+        &["'sole' can not close", "5.000e1 m", "hint: ", "lengths are in m"],
+        3,
+    ),
     (TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }", 3, &["stick_velocity", "statics"], 0),
     ("boundary:", "solver: { linear: cg_icc }\nboundary:", 3, &["symmetric", "auto"], 2),
     (
         "point: [0, 0], normal: [0, 1] } }\ncontact:\n  sole:\n",
         "point: [0, 0.2], normal: [0, 1] } }\ncontact:\n  sole:\n    initial_overclosure: adjust\n",
         3,
-        &["'sole'", "would take away 2.000e-1 m", "a quarter of a facet, 1.000e-1 m", "hint: "],
+        &["'sole'", "2.000e-1 m", "quarter of the facet size, 1.000e-1 m", "initial_overclosure to accept"],
         2,
     ),
     (
@@ -298,7 +313,7 @@ const FAR_AWAY: &[Broken] = &[(
     BOX,
     "box: { min: [1.0e12, 0], max: [1000000000000.4, 0.4], cells: [4, 4] }",
     3,
-    &["coordinates of 1.0e12 m are known to 2.2e-4 m only", "hint: move all bodies"],
+    &["coordinates of 1.0e12 m", "2.2e-4 m", "closer to the origin"],
     2,
 )];
 
@@ -320,7 +335,7 @@ const ON_A_FILE: &[Broken] = &[
         "on: block.top, displacement: { x: \"1.0 * t\", y: -0.01 }",
         "on: block.corner, traction: { x: 1 }",
         3,
-        &["'block.corner' has points, a surface is needed", "known: block.bottom"],
+        &["case.yml:17:", "'block.corner' has points", "known: block.bottom"],
         2,
     ),
 ];
@@ -332,7 +347,7 @@ fn check(output: &Output, code: i32, words: &[&str]) -> Result<(), String> {
         return fail(format!("expected exit code {code}"));
     }
     if let Some(word) = words.iter().find(|word| !output.stderr.contains(**word)) {
-        return fail(format!("does not say {word:?}"));
+        return fail(format!("{word:?} is missing"));
     }
     if output.stderr.matches("contact-petsc: error: ").count() != 1 {
         return fail("not one message".into());
@@ -351,7 +366,7 @@ fn folder_with_meshes(name: &str) -> Folder {
     folder.write("square.msh", SQUARE);
     folder.write("unjoined.msh", UNJOINED);
     folder.write("folded.msh", FOLDED);
-    folder.write("garbage.msh", "\u{1}\u{2} this is no mesh\n\u{fffd}");
+    folder.write("garbage.msh", "\u{1}\u{2} not a mesh\n\u{fffd}");
     folder.write("empty.msh", "");
     folder.write("truncated.msh", &SQUARE[..SQUARE.find("3 1 2 2").unwrap() + 5]);
     folder.write("inverted.msh", &SQUARE.replace("1 2 3 4\n$End", "1 4 3 2\n$End"));
@@ -453,8 +468,7 @@ fn a_body_that_nothing_holds_is_refused_on_2_ranks() {
         SMALL_BLOCK.replace("obstacles:", loose).replace(START, "").replace(FRICTION, "friction: none");
     let case = case.replace(TIME, "time: { end: 1, scheme: { static: { increments: 2 } } }");
     let half = case.replace("boundary:", "boundary:\n  half: { on: loose.top, displacement: { y: 0 } }");
-    for (case, words) in [(&case, "nothing holds the body 'loose'"), (&half, "nothing holds 'loose' along x")]
-    {
+    for (case, words) in [(&case, "holds the body 'loose'"), (&half, "holds 'loose' along x")] {
         folder.write("case.yml", case);
         for command in [&["case.yml", "-o", "out"][..], &["check", "case.yml"][..]] {
             check(&run(2, command, &folder), 3, &[words, "hint: "]).unwrap();
@@ -490,24 +504,14 @@ fn petsc_options_are_checked_on_1_and_2_ranks() {
     folder.write("case.txt", SMALL_BLOCK);
     assert!(Command::new("mkfifo").arg(folder.join("pipe")).status().expect("mkfifo").success());
     for (options, code, words, ranks) in [
-        (&["ksp_monitor"][..], 2, &["`ksp_monitor` is no PETSc option", "hint: "][..], 2),
-        (&["-ksp_type", "cg"], 3, &["KSP type 'cg' needs a symmetric matrix", "hint: "], 2),
+        (&["ksp_monitor"][..], 2, &["`ksp_monitor`", "PETSc option", "after `--`"][..], 2),
+        (&["-ksp_type", "cg"], 3, &["'cg'", "symmetric matrix", "-ksp_type gmres"], 2),
         (&["-start_ksp_type", "nonsense"], 2, &["nonsense"], 2),
         (&["-ksp_type", "nonsense"], 2, &["nonsense"], 1),
         (&["-mass_ksp_rtol", "tight"], 2, &["tight", "-mass_ksp_rtol"], 2),
-        (&["-options_file", "pipe"], 4, &["pipe: the file of PETSc's options", "a named pipe", "hint: "], 2),
-        (
-            &["-options_file", "absent"],
-            4,
-            &["absent: the file of PETSc's options", "No such file", "hint: "],
-            0,
-        ),
-        (
-            &["-options_file", "case.txt"],
-            4,
-            &["case.txt: line 1: `title: Small block` is no PETSc option"],
-            1,
-        ),
+        (&["-options_file", "pipe"], 4, &["pipe: ", "a named pipe", "one option per line"], 2),
+        (&["-options_file", "absent"], 4, &["absent: ", "PETSc options file", "No such file", "hint: "], 0),
+        (&["-options_file", "case.txt"], 4, &["case.txt: line 1: `title: Small block`", "PETSc option"], 1),
     ] {
         let line = [&["case.yml", "-o", "out", "--"], options].concat();
         check(&run(ranks, &line, &folder), code, words).unwrap_or_else(|e| panic!("{options:?}: {e}"));

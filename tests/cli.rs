@@ -7,7 +7,7 @@ use std::fs;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::{ENVIRONMENT, Folder, PROGRAM, Running, SMALL_BLOCK, Table, run, shipped};
+use common::{ENVIRONMENT, Folder, PROGRAM, Running, SMALL_BLOCK, Table, assert_says, run, shipped};
 
 fn with(from: &str, to: &str) -> String {
     assert!(SMALL_BLOCK.contains(from), "not in the case: {from}");
@@ -110,7 +110,7 @@ fn petsc_options_reach_petsc_on_1_and_2_ranks() {
         assert_eq!(warnings.count(), 1, "{option}: {}", output.stderr);
     }
     assert_eq!(output.stderr.matches("was not used").count(), 2, "{}", output.stderr);
-    assert!(output.stdout.contains("solver    by PETSc's options"), "{}", output.stdout);
+    assert!(output.stdout.contains("solver    by PETSc options"), "{}", output.stdout);
     let unused = run(2, &["case.yml", "-o", "out", "--", "-pc_type", "asm", "-x_y", "1"], &folder).success();
     assert_eq!(unused.stderr.matches("`-x_y 1` was not used").count(), 1, "{}", unused.stderr);
 }
@@ -166,8 +166,8 @@ fn achieved_penetration_is_reported() {
         folder.write("case.yml", &case);
         let output = run(0, &["case.yml", "-o", "out"], &folder).success();
         assert!(output.stdout.contains("sole: deepest penetration"), "{}", output.stdout);
-        assert!(output.stdout.contains("asked for"), "{}", output.stdout);
-        let warned = output.stderr.contains("warning: contact 'sole' went");
+        assert!(output.stdout.contains(", requested 1.000e-"), "{}", output.stdout);
+        let warned = output.stderr.contains("warning: contact 'sole' penetrated by");
         assert_eq!(warned, !kept, "{asked}: {}{}", output.stdout, output.stderr);
     }
 }
@@ -179,7 +179,7 @@ fn a_contact_that_never_closes_is_remarked() {
     let folder = Folder::new("far");
     folder.write("case.yml", &with("point: [0, 0]", "point: [0, -0.5]"));
     let output = run(2, &["case.yml"], &folder).success();
-    assert!(output.stdout.contains("can it close?"), "{}", output.stdout);
+    assert_says(&output.stdout, &["contact 'sole' starts with a gap of 5.000e-1 m", "can close"]);
     assert_eq!(output.stderr.matches("'sole' never closed").count(), 1, "{}", output.stderr);
 }
 
@@ -191,7 +191,12 @@ fn a_contactor_that_looks_away_is_remarked() {
         let case = with("contactor: block.bottom", &format!("contactor: block.{side}"));
         folder.write("case.yml", &case.replace("on: block.top", "on: block.right"));
         let output = run(2, &["check", "case.yml"], &folder).success();
-        assert_eq!(output.stdout.contains("look away from the target"), away, "{side}: {}", output.stdout);
+        assert_eq!(
+            output.stdout.contains("contact 'sole': all facets of its contactor face away"),
+            away,
+            "{side}: {}",
+            output.stdout
+        );
     }
 }
 
@@ -202,7 +207,7 @@ fn units_that_slipped_are_remarked() {
     for (name, modulus) in [("right.yml", "5 MPa"), ("slipped.yml", "5 mPa")] {
         folder.write(name, &with("young_modulus: 5.0e6", &format!("young_modulus: {modulus}")));
         let text = run(0, &["check", name], &folder).success().stdout;
-        for words in ["pressure waves run through 'block' at", "contact 'sole' is"] {
+        for words in ["pressure waves in 'block'", "contact 'sole' is"] {
             assert_eq!(text.contains(words), name == "slipped.yml", "{words}: {text}");
         }
     }
@@ -241,7 +246,7 @@ fn contact_nodes_that_swing_are_remarked() {
     ] {
         folder.write("case.yml", &shipped("collision/case.yml", changes));
         let text = run(0, &["check", "case.yml"], &folder).success().stdout;
-        assert_eq!(text.contains("nodes with mass oscillate on the penalty"), names.is_some(), "{text}");
+        assert_eq!(text.contains("oscillate on the penalty"), names.is_some(), "{text}");
         assert!(
             names.is_none_or(|names| text.contains(&format!("`mass: redistributed` {names} avoids this"))),
             "{text}"

@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use common::{Folder, Output, Running, run};
+use common::{Folder, Output, Running, assert_says, run};
 
 /// Time limit, generous for a loaded machine. Only a hang reaches it.
 const LIMIT: Duration = Duration::from_secs(300);
@@ -31,10 +31,10 @@ fn disturbed(text: &str, ranks: usize, disturb: impl FnOnce(&Folder)) -> Output 
 
 /// Checks the exit code, and that the program's message appears once.
 #[track_caller]
-fn ended(output: &Output, code: i32, words: &str) {
+fn ended(output: &Output, code: i32, fragments: &[&str]) {
     assert_eq!(output.code, Some(code), "{}", output.stderr);
     assert_eq!(output.stderr.matches("contact-petsc: error:").count(), 1, "{}", output.stderr);
-    assert!(output.stderr.contains(words), "{}", output.stderr);
+    assert_says(&output.stderr, fragments);
 }
 
 /// Rank 1 cannot write its part.
@@ -49,7 +49,7 @@ fn unwritable_piece_of_rank_1_on_2_ranks() {
         let obstacle = folder.join("out/fields/step_000040/volume_0001.vtu/occupied");
         std::fs::create_dir_all(obstacle).expect("a folder in the way");
     });
-    ended(&output, 4, "volume_0001.vtu");
+    ended(&output, 4, &["volume_0001.vtu"]);
 }
 
 /// A prescribed value is not finite at a few nodes, which belong to only one rank of three.
@@ -57,7 +57,7 @@ fn unwritable_piece_of_rank_1_on_2_ranks() {
 fn bad_support_on_one_rank_on_3_ranks() {
     let jump = "x: \"t + if(x > 0.4, sqrt(0.005 - t), 0)\", y";
     let output = disturbed(&rubber_block(&[("x: \"1.0 * t\", y", jump)]), 3, |_| ());
-    ended(&output, 3, "not finite");
+    ended(&output, 3, &["not finite", "sqrt(0.005 - t)"]);
 }
 
 /// Rank 0 cannot read the mesh.
@@ -66,7 +66,7 @@ fn missing_mesh_on_3_ranks() {
     let mesh =
         ("{ box: { min: [0, 0], max: [0.48, 0.5], cells: [8, 8], element: quad4 } }", "{ file: no.msh }");
     let output = disturbed(&rubber_block(&[mesh]), 3, |_| ());
-    ended(&output, 4, "no.msh");
+    ended(&output, 4, &["no.msh"]);
 }
 
 /// A block with prescribed motion of all nodes is pushed into a floor whose force is not finite at
@@ -92,7 +92,7 @@ time: { end: 0.2, step: 0.1, cuts: 12 }
         let folder = Folder::new("beyond");
         folder.write("case.yml", text);
         let output = Running::start(ranks, &["case.yml", "--output", "out", "--quiet"], &folder).wait(LIMIT);
-        ended(&output, 5, "the contact force at node 0, [0, 0] m, on rank");
+        ended(&output, 5, &["contact force", "node 0, [0, 0] m, on rank"]);
         let record = std::fs::read_to_string(folder.join("out/run.json")).expect("a record");
         let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
         let count = |name: &str| record[name].as_u64().unwrap_or(0);
@@ -110,7 +110,7 @@ time: { end: 0.2, step: 0.1, cuts: 12 }
 fn inverted_element_on_3_ranks() {
     let crushed = ("y: -0.05", "y: \"-0.05 - 60 * t\"");
     let output = disturbed(&rubber_block(&[crushed]), 3, |_| ());
-    ended(&output, 6, "turned inside out");
+    ended(&output, 6, &["element ", "inverted", "det F = -", "a shorter step"]);
 }
 
 /// A block without support along the plane it is pressed against, and the pressing load.
@@ -146,16 +146,12 @@ fn a_frictionless_start_needs_loads_that_balance_on_1_3_ranks() {
     for ranks in [1, 3] {
         let aslant = disturbed(&pressed("x: 2.0e3, y: -1.0e4"), ranks, |_| ());
         // At the part of the loads that was tried last, 1/64.
-        ended(&aslant, 5, "nothing resists the motion of 'block' along x, and 3.125e1 N drive it");
+        ended(&aslant, 5, &["nothing resists the motion of 'block' along x", "3.125e1 N"]);
         let folder = Folder::new("pressed");
         folder.write("case.yml", &pressed("y: -1.0e4"));
         let straight = Running::start(ranks, &["case.yml", "--output", "out"], &folder).wait(LIMIT);
         assert_eq!(straight.code, Some(0), "{}", straight.stderr);
-        assert!(
-            straight.stderr.contains("1 free motion was held, and no force was needed"),
-            "{}",
-            straight.stderr
-        );
+        assert_says(&straight.stderr, &["1 free motion was restrained", "no force was needed"]);
     }
 }
 
@@ -224,12 +220,8 @@ fn contacts_that_can_not_close_are_refused_on_1_and_3_ranks() {
                 output.success();
                 continue;
             }
-            ended(&output, 3, "contact 'touch' can not close");
-            assert!(
-                output.stderr.contains("m apart") && output.stderr.contains("hint: "),
-                "{}",
-                output.stderr
-            );
+            ended(&output, 3, &["contact 'touch' can not close"]);
+            assert_says(&output.stderr, &["m apart", "within 1 s", "hint: ", "lengths are in m"]);
         }
     }
 }
@@ -307,12 +299,8 @@ fn a_hinge_is_named_on_1_and_2_ranks() {
         folder.write("hinged.msh", HINGED);
         folder.write("case.yml", &HEAVY.replace("CONTACT", contact).replace("TIME", time));
         let output = run(ranks, &["case.yml", "-q", "-o", "out"], &folder);
-        ended(
-            &output,
-            5,
-            "hint: the piece of 'block' with 4 elements around [1.5, 1.5] m is joined to the rest",
-        );
-        assert!(output.stderr.contains("share sides with the others, or support it"), "{}", output.stderr);
+        let piece = "hint: the piece of 'block' with 4 elements around [1.5, 1.5] m is joined";
+        ended(&output, 5, &[piece, "single nodes", "common sides", "support it"]);
         assert!(
             !output.stderr.contains("penalty") && !output.stderr.contains("buckles"),
             "{}",
@@ -357,11 +345,8 @@ fn a_body_that_lifts_off_is_named_on_1_and_2_ranks() {
         let folder = Folder::new("lifted");
         folder.write("case.yml", &case);
         let output = run(ranks, &["case.yml", "-q", "-o", "out"], &folder);
-        ended(
-            &output,
-            5,
-            "once it opens, nothing resists the motion of 'b' along y, which the loads drive by ",
-        );
+        let motion = "nothing resists the motion of 'b' along y, which the loads drive with ";
+        ended(&output, 5, &[motion, " N; support the body"]);
         assert!(!output.stderr.contains("softer") && !output.stderr.contains("buckles"), "{}", output.stderr);
     }
 }

@@ -190,8 +190,7 @@ fn failures_fall_back_on_1_2_ranks() {
     for ranks in [1, 2] {
         let solved = Solved::by(DYNAMIC, "gmres_asm_ilu", ranks, &["-ksp_max_it", "1"]).well();
         assert!(solved.fallbacks() > 0);
-        let words =
-            "linear solver gmres_asm_ilu failed (out of iterations after 1 iterations); direct took over";
+        let words = "linear solver gmres_asm_ilu failed (iteration limit reached after 1 iterations); direct took over";
         let said = format!("{}{}", solved.output.stdout, solved.output.stderr);
         assert!(said.contains(words), "{said}");
     }

@@ -97,7 +97,7 @@ fn used(output: &Output) -> Vec<String> {
 
 /// The line of `check` on the objects held, without the words before it.
 fn holdings(output: &Output) -> &str {
-    output.stdout.lines().find_map(|line| line.split_once("held before the first solve: ")).unwrap().1
+    output.stdout.lines().find_map(|line| line.split_once("storage before the first solve: ")).unwrap().1
 }
 
 /// Number of matrices, their bytes, number of vectors, their bytes.
@@ -152,7 +152,7 @@ fn what_an_accuracy_keeps_is_listed_on_1_and_2_ranks() {
     const NAMES: [&str; 3] = [
         "displacements and errors of earlier steps",
         "multipliers of contact points",
-        "mass off the nodes of contact surfaces",
+        "massless nodes of contact surfaces",
     ];
     let (statics, dynamics) = (&ladder()[2].case, &ladder()[4].case);
     let massless = dynamics.replace("    density:", "    mass: redistributed\n    density:");
@@ -190,7 +190,7 @@ fn what_an_accuracy_keeps_is_listed_on_1_and_2_ranks() {
             // Two numbers a point; a mark and a factor a node.
             let of_points = bytes(&output, "multipliers");
             assert!((of_points > 0) == multipliers && of_points.is_multiple_of(16), "{of_points}");
-            let of_nodes = bytes(&output, "marks and factors of masses");
+            let of_nodes = bytes(&output, "flags and factors of masses");
             assert_eq!(of_nodes >= 9 * (N + 1) * (N + 1), spares, "{of_nodes}");
         }
     }

@@ -5,7 +5,7 @@ mod common;
 
 use std::fs;
 
-use common::{Folder, Results, SMALL_BLOCK, run, shipped};
+use common::{Folder, Results, SMALL_BLOCK, assert_says, run, shipped};
 
 /// The small block with one text replaced.
 #[track_caller]
@@ -29,7 +29,7 @@ fn check_tells_what_is_not_modelled() {
         run(0, &["check", "case.yml"], &folder).success().stdout
     };
     let told = say(&ring.replace("block.bottom", "block.top").replace("on: block.top", "on: block.left"));
-    assert!(told.contains("surfaces of 'block' face each other at a distance of"), "{told}");
+    assert_says(&told, &["surfaces of 'block' face each other", "distance of ", " m at [", "`contact`"]);
     let ends = "  slit: { contactor: block.left, target: block.right, normal: { penalty: { compliance: 1.0e-9 } }, friction: none }\nboundary:";
     let told = say(&ring
         .replace("block.bottom", "block.top")
@@ -47,7 +47,7 @@ fn check_tells_what_is_not_modelled() {
     let told = say(&text
         .replace("time: { end: 0.002, step: 5.0e-4 }", statics)
         .replace("stick_velocity: 1.0e-3", "stick_stiffness: 1.0e9"));
-    assert!(told.contains("of the pressure alone, stick gives way by its return map"), "{told}");
+    assert_says(&told, &["accuracy.penetration; for the pressure only, stick uses its return map"]);
 }
 
 /// Elements that lock without a locking treatment are reported, by a run and by `check`. `check`
@@ -64,9 +64,9 @@ fn locking_is_told_where_there_is_no_cure_on_1_and_2_ranks() {
         run(ranks, &["check", "case.yml"], &folder).success().stdout
     };
     let told = say(&element("tri3", "0.499"), 2);
-    assert!(
-        told.contains("locking: none of tri3") && told.contains("'block' locks: tri3 elements"),
-        "{told}"
+    assert_says(
+        &told,
+        &["locking: none of tri3", "'block' locks: tri3 elements", "quad4, quad8, quad9 or tri6"],
     );
     for (name, ratio, cure) in
         [("quad4", "0.499", "selective_reduced"), ("quad4", "0.3", "none"), ("tri3", "0.3", "none")]
@@ -94,8 +94,10 @@ fn blurred_coordinates_are_told() {
         .replace("at: [0, 0]", "at: [1.0e8, 0]");
     folder.write("case.yml", &far);
     let output = run(0, &["case.yml", "-o", "out", "-q"], &folder);
-    let words = "coordinates of 1.0e8 m are known to 2.2e-8 m only";
-    assert!(output.stderr.contains(words), "{}", output.stderr);
+    assert_says(
+        &output.stderr,
+        &["coordinates of 1.0e8 m", "2.2e-8 m", "contact 'sole'", "closer to the origin"],
+    );
     assert!(!run(0, &["check", "case.yml"], &folder).success().stdout.contains("too far"));
 }
 
@@ -132,18 +134,20 @@ fn motions_far_away_are_reported_and_refused_on_1_and_2_ranks() {
         run(ranks, &["case.yml", "-o", "out", "-q", "--anew"], &folder)
     };
     let near = say("1.0e6", false, 0).success();
-    assert!(!near.stderr.contains("are known to"), "{}", near.stderr);
+    assert!(!near.stderr.contains("displacements of"), "{}", near.stderr);
     let blurred = say("1.0e12", false, 2).success();
-    assert!(blurred.stderr.matches("strains are known to").count() == 1, "{}", blurred.stderr);
+    assert!(blurred.stderr.matches("strains are known only to").count() == 1, "{}", blurred.stderr);
     let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
-    assert!(record.contains("displacements of 5.0e11 m are known to 1.1e-4 m only"), "{record}");
+    assert_says(&record, &["displacements of 5.0e11 m", "1.1e-4 m", "smaller motions"]);
     let shallow = say("1.0e9", true, 0).success();
-    assert!(shallow.stderr.contains("'joint' is 5.0e-3 m deep at a high pressure"), "{}", shallow.stderr);
+    assert_says(&shallow.stderr, &["contact 'joint' penetrates by 5.0e-3 m", "smaller motions"]);
     for (far, pair, ranks) in [("1.0e14", false, 0), ("1.0e14", false, 2), ("1.0e14", true, 0)] {
         let refused = say(far, pair, ranks);
         assert_eq!(refused.code, Some(3), "{}", refused.stderr);
-        let words = "displacements of 5.0e13 m are known to 1.1e-2 m only, and the shortest edge";
-        assert!(refused.stderr.contains(words), "{}", refused.stderr);
+        assert_says(
+            &refused.stderr,
+            &["displacements of 5.0e13 m", "1.1e-2 m", "shortest element edge", "hint: "],
+        );
     }
 }
 
@@ -156,12 +160,9 @@ fn a_press_deeper_than_the_body_is_told() {
     for ranks in [0, 3] {
         let output = run(ranks, &["case.yml", "-o", "out", "-q"], &folder);
         assert_eq!(output.code, Some(5), "{}", output.stderr);
-        let words = "'clamp' moves 'block.top' by 5.000e-1 m along y, where 'block' is 4.000e-1 m long: press it by less";
-        assert!(
-            output.stderr.contains(words) && !output.stderr.contains("more increments"),
-            "{}",
-            output.stderr
-        );
+        let motion = "'clamp' moves 'block.top' by 5.000e-1 m along y";
+        assert_says(&output.stderr, &[motion, "4.000e-1 m long", "smaller displacement"]);
+        assert!(!output.stderr.contains("more increments"), "{}", output.stderr);
         // Nothing is known of the contact: no step is done.
         let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
         assert!(!record.contains("never closed"), "{record}");
@@ -190,20 +191,21 @@ fn energy_without_a_cause_is_told() {
     let told = |ranks: usize, text: &str| {
         folder.write("case.yml", text);
         let output = run(ranks, &["case.yml", "-o", "out", "-q", "--anew"], &folder).success();
-        assert!(output.stderr.contains("warning: impact seen"), "{}", output.stderr);
+        assert_says(&output.stderr, &["warning: impact at t = ", "scheme: conserving", "energy.csv"]);
         output.stderr
     };
     for ranks in [0, 3] {
         let grows = told(ranks, &impact(0.05, ""));
         assert!(grows.contains("'sole' closed at 1.00e1 m/s"), "{grows}");
-        let words = "J was gained without a cause, 88.4 % of the largest energy of the run: step 3 (t = 1.5000e-1 s, 5.0e-2 s long)";
-        assert!(grows.contains(words) && grows.matches("step ").count() == 1, "{grows}");
+        let size = "J was gained, 88.4 % of the largest energy";
+        assert_says(&grows, &["unexplained energy", size, "step 3 (t = 1.5000e-1 s, 5.0e-2 s long)"]);
+        assert_eq!(grows.matches("step ").count(), 1, "{grows}");
         let record = fs::read_to_string(folder.join("out/run.json")).unwrap();
-        assert!(record.contains("was gained without a cause"), "{record}");
+        assert_says(&record, &["unexplained energy", "J was gained"]);
     }
     let one_step = told(0, &impact(0.2, ""));
     assert!(one_step.contains("'sole' closed at 1.00e1 m/s"), "{one_step}");
-    assert!(one_step.contains("was lost without a cause"), "{one_step}");
+    assert_says(&one_step, &["unexplained energy", "J was lost"]);
     let lower = "  lower:\n    mesh: { box: { min: [0, -0.4], max: [0.4, 0.4], cells: [4, 8] } }\n    \
         material: { saint_venant_kirchhoff: { young_modulus: 5.0e6, poisson_ratio: 0.3 } }\n    density: 1000\n    \
         initial_velocity: [0, 5]\n";
@@ -272,10 +274,10 @@ fn static_energy_without_a_cause_is_reported() {
     let folder = Folder::new("stretched");
     folder.write("case.yml", STRETCHED);
     let words =
-        "J was gained without a cause, 3.6 % of the largest energy of the run: step 12 (t = 4.0000e-1 s";
+        ["J was gained, 3.6 % of the largest energy", ": step 12 (t = 4.0000e-1 s", "area: reference"];
     for ranks in [0, 3] {
         let output = run(ranks, &["case.yml", "-o", "out", "-q", "--anew"], &folder).success();
-        assert!(output.stderr.contains(words), "{}", output.stderr);
+        assert_says(&output.stderr, &words);
     }
     let short = STRETCHED.replace("end: 1, scheme", "end: 0.5, step: 0.0333333, scheme");
     let short = short
@@ -284,12 +286,7 @@ fn static_energy_without_a_cause_is_reported() {
     for (text, restart) in [(short.clone(), "--anew"), (short.replace("end: 0.5", "end: 1"), "--restart")] {
         folder.write("case.yml", &text);
         let output = run(0, &["case.yml", "-o", "out", "-q", restart], &folder).success();
-        assert_eq!(
-            output.stderr.contains("J was gained without a cause, 3."),
-            restart == "--restart",
-            "{}",
-            output.stderr
-        );
+        assert_eq!(output.stderr.contains("J was gained, 3."), restart == "--restart", "{}", output.stderr);
     }
     folder.write("case.yml", &STRETCHED.replace("initial_over", "area: reference, initial_over"));
     let output = run(0, &["case.yml", "-o", "out", "-q", "--anew"], &folder).success();
@@ -337,7 +334,7 @@ fn restarts_to_rounding_are_told() {
             &with("output: {", &format!("{more}\noutput: {{ checkpoint: {{ every: 2 }},")),
         );
         let line = [&["case.yml", "-o", "out", "--anew", "--"], petsc].concat();
-        run(ranks, &line, &folder).success().stdout.contains("to rounding, not to the bit")
+        run(ranks, &line, &folder).success().stdout.contains("only to rounding")
     };
     assert!(told(2, "solver: { linear: direct }", &[]));
     assert!(told(2, "solver: { linear: filtered_amg }", &[]));
@@ -353,5 +350,5 @@ fn restarts_to_rounding_are_told() {
     ];
     assert!(!told(2, "solver: { linear: direct }", &alone));
     folder.write("case.yml", &with("time:", "solver: { linear: direct }\ntime:"));
-    assert!(!run(2, &["case.yml", "-o", "out"], &folder).success().stdout.contains("not to the bit"));
+    assert!(!run(2, &["case.yml", "-o", "out"], &folder).success().stdout.contains("only to rounding"));
 }

@@ -603,7 +603,7 @@ fn a_tube_closes_at_the_pressure_of_the_elastica() {
 fn sides_with_common_facets_are_refused() {
     for (contactor, target, words) in [
         ("blocks.seam", "blocks.rim", "have 9 facets in common"),
-        ("blocks.foot", "blocks.foot", "is one facet"),
+        ("blocks.foot", "blocks.foot", "single facet"),
     ] {
         let folder = Folder::new("itself");
         let mesh = two_in_one([[5, 3], [4, 2]])

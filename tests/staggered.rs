@@ -249,7 +249,7 @@ fn a_cap_that_is_hit_fails_on_1_2_ranks() {
         let said = &failed.output.stderr;
         assert_eq!(failed.output.code, Some(5), "{said}");
         assert_eq!(said.matches("contact-petsc: error:").count(), 1, "{said}");
-        for words in ["out of sweeps after 3 sweeps", "contraction 0.", "1.0e-8", "strategy: monolithic"] {
+        for words in ["after 3 sweeps", "contraction 0.", "1.0e-8", "strategy: monolithic"] {
             assert!(said.contains(words), "no '{words}' in:\n{said}");
         }
         assert!(failed.table("probes.csv").len() >= 2, "nothing was kept");

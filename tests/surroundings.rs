@@ -89,7 +89,7 @@ fn two_runs_do_not_share_a_folder() {
         [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
     let codes: Vec<&str> = said.lines().filter(|line| line.parse::<i32>().is_ok()).collect();
     assert_eq!(codes, ["4", "4", "1"], "{output:?}");
-    assert!(warned.contains("out: a run is writing there, process "), "{warned}");
+    assert!(warned.contains("out: another run is writing to this folder, process "), "{warned}");
     let verdicts: Vec<bool> = warned
         .lines()
         .filter(|line| line.contains("(verdict: "))
@@ -155,7 +155,7 @@ fn the_record_has_what_the_console_leaves_out() {
     assert!(!warnings.iter().any(|text| text.contains("holds")), "{warnings:?}");
     let output = shell("$PROGRAM case.yml -o out", &folder);
     let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("note      no support and no contact holds 'bird' along x, y"), "{said}");
+    assert!(said.contains("note      no support or contact holds 'bird' along x, y"), "{said}");
     // The floor holds it, as in every ordinary case.
     assert!(!said.contains("'block' along"), "{said}");
 }
@@ -267,9 +267,9 @@ fn a_limit_of_address_space_is_refused_on_1_and_2_ranks() {
         let output = shell(&line, &folder);
         let warned = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(70), "{warned}");
-        assert_eq!(warned.matches("there is no room for the libraries").count(), 1, "{warned}");
+        assert_eq!(warned.matches("not enough memory for the libraries").count(), 1, "{warned}");
         assert!(
-            warned.contains("hint: the limit is 300000 kB: raise it by `ulimit -v unlimited`"),
+            warned.contains("hint: the limit is 300000 kB: raise it with `ulimit -v unlimited`"),
             "{warned}"
         );
     }

@@ -22,7 +22,8 @@ pub fn crushed<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> O
             let side = sides[body][i];
             (moved >= PART * side).then(|| {
                 format!(
-                    "'{}' moves '{}' by {moved:.3e} {m} along {axis}, where '{name}' is {side:.3e} {m} long: press it by less",
+                    "'{}' moves '{}' by {moved:.3e} {m} along {axis}, but '{name}' is only {side:.3e} \
+                         {m} long in this direction: prescribe a smaller displacement",
                     support.name, support.set
                 )
             })

@@ -51,7 +51,8 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
         let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
         let better = if D == 2 { "quad4, quad8, quad9 or tri6" } else { "hex8, hex20, hex27 or tet10" };
         format!(
-            "'{name}' locks: {} elements have no cure and are too stiff at a Poisson's ratio of {LOCKS} or more: mesh it with {better}",
+            "'{name}' locks: {} elements do not support selective_reduced and are too stiff at a Poisson's \
+             ratio of {LOCKS} or more: mesh it with {better}",
             kinds.join(" and ")
         )
     });

@@ -13,7 +13,7 @@ const WAVE_SPEEDS: RangeInclusive<f64> = 0.1..=3e4;
 const STIFFNESSES: RangeInclusive<f64> = 1e-4..=1e6;
 
 /// Hint for numbers that are consistent in mm, t and s.
-const TONNES: &str = " A case in mm, t, s says `units: { length: mm, mass: t, time: s }`";
+const TONNES: &str = " For a case in mm, t, s write `units: { length: mm, mass: t, time: s }`";
 
 /// A remark for each implausible number.
 pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> Vec<String> {
@@ -29,15 +29,16 @@ pub fn remarks<const D: usize>(system: &ContactSystem<D>, model: &Model<D>) -> V
             let in_mm = model.units.is_si() && WAVE_SPEEDS.contains(&(1e-3 * speed));
             let cure = if in_mm { TONNES } else { "" };
             format!(
-                "pressure waves run through '{name}' at {speed:.1e} {unit}: are the units of its moduli and its density right?{cure}"
+                "pressure waves in '{name}' have a speed of {speed:.1e} {unit}: check the units of its \
+                 moduli and density.{cure}"
             )
         })
     });
     let far_off = system.relative_stiffnesses().filter(|(_, ratio)| !STIFFNESSES.contains(ratio));
     let contacts = far_off.map(|(name, ratio)| {
         format!(
-            "contact '{name}' is {ratio:.1e} times as stiff as the elements beneath it: are the units of its normal law and of \
-             the moduli right?"
+            "contact '{name}' is {ratio:.1e} times as stiff as the elements beneath it: check the units of \
+             its normal law and of the moduli"
         )
     });
     waves.chain(contacts).collect()

@@ -108,16 +108,18 @@ pub fn farthest_motion<const D: usize>(system: &ContactSystem<D>, stage: &Stage,
 }
 
 /// Hint for coordinates that are too large.
-const NEARER: &str = "move all bodies and obstacles nearer to the origin: coordinates have sixteen digits";
+const NEARER: &str = "move all bodies and obstacles closer to the origin: coordinates are stored with \
+                      sixteen digits";
 
 /// Hint for displacements that are too large.
-const CLOSER: &str = "prescribe smaller motions, or end the run earlier: displacements have sixteen digits";
+const CLOSER: &str = "prescribe smaller motions, or end the run earlier: displacements are stored with \
+                      sixteen digits";
 
 /// Describes the precision of coordinates or displacements, with a hint.
 fn described(precision: &Precision) -> (String, &'static str) {
     let Precision { farthest, moved, spacing, unit, .. } = precision;
     let (what, cure) = if *moved { ("displacements", CLOSER) } else { ("coordinates", NEARER) };
-    (format!("{what} of {farthest:.1e} {unit} are known to {spacing:.1e} {unit} only"), cure)
+    (format!("{what} of {farthest:.1e} {unit} are known only to {spacing:.1e} {unit}"), cure)
 }
 
 /// In every accepted step, compares the rounding of displacements with element sizes and
@@ -169,14 +171,14 @@ pub fn require(precision: &Precision) -> Result<()> {
     let Precision { spacing, edge, depths, unit, .. } = precision;
     let (words, cure) = described(precision);
     if *spacing > COARSE[1] * edge {
-        let message = format!("{words}, and the shortest edge of an element has {edge:.1e} {unit}");
+        let message = format!("{words}, but the shortest element edge is {edge:.1e} {unit}");
         return Err(Error::case(message).hint(cure));
     }
     match depths.iter().find(|(_, depth)| *spacing > SHALLOW[1] * depth) {
         Some((name, depth)) => {
             let message =
-                format!("{words}, and contact '{name}' is {depth:.1e} {unit} deep at a high pressure");
-            Err(Error::case(message).hint(&format!("{cure}, or give a larger compliance")))
+                format!("{words}, but contact '{name}' penetrates by {depth:.1e} {unit} at a high pressure");
+            Err(Error::case(message).hint(&format!("{cure}, or use a larger compliance")))
         }
         None => Ok(()),
     }
@@ -190,11 +192,13 @@ pub fn remark(precision: &Precision) -> Option<String> {
     let shallow = least.filter(|(_, depth)| *spacing > SHALLOW[0] * depth);
     match shallow {
         Some((name, depth)) => Some(format!(
-            "{words}, and contact '{name}' is {depth:.1e} {unit} deep at a high pressure: forces may balance to {:.0e} only; {cure}",
+            "{words}, but contact '{name}' penetrates by {depth:.1e} {unit} at a high pressure: forces may \
+             balance only to {:.0e}; {cure}",
             (spacing / depth).min(1.0)
         )),
         None if *spacing > COARSE[0] * edge => Some(format!(
-            "{words}, and the shortest edge of an element has {edge:.1e} {unit}: strains are known to {:.0e} only; {cure}",
+            "{words}, but the shortest element edge is {edge:.1e} {unit}: strains are known only to {:.0e}; \
+             {cure}",
             spacing / edge
         )),
         None => None,
@@ -211,8 +215,9 @@ pub fn blurred(contacts: &[PenetrationRecord], precision: &Precision) -> Vec<Str
     let blurred = contacts.iter().filter(shallow).filter(|contact| *spacing > BLURRED * contact.deepest);
     let words = |contact: &PenetrationRecord| {
         format!(
-            "warning: contact '{}' went {:.1e} {unit} deep, and {what} are known to {spacing:.1e} {unit} only: its forces are known to \
-             {:.0} %\nhint: {cure}",
+            "warning: contact '{}' penetrated by {:.1e} {unit}, but {what} are known only to {spacing:.1e} \
+             {unit}: its forces are known only to {:.0} %\n\
+             hint: {cure}",
             contact.contact,
             contact.deepest,
             (100.0 * spacing / contact.deepest).clamp(1.0, 100.0)

@@ -87,12 +87,13 @@ pub fn require_reach<const D: usize>(
         if gap > reach {
             let (m, s) = (system.units().of("m"), system.units().of("s"));
             let message = format!(
-                "contact '{}' can not close: its surfaces start {gap:.3e} {m} apart, and within {} {s} the bodies get no \
-                 further than {reach:.3e} {m}",
+                "contact '{}' can not close: its surfaces are initially {gap:.3e} {m} apart, and within \
+                     {} {s} the bodies move by at most {reach:.3e} {m}",
                 contact.name, span.end
             );
-            return Err(Error::case(message)
-                .hint(&format!("bring them together (are all lengths in {m}?), or leave the contact out")));
+            return Err(Error::case(message).hint(&format!(
+                "check that all lengths are in {m}, move the bodies closer, or remove the contact"
+            )));
         }
     }
     Ok(())

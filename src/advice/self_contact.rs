@@ -24,8 +24,9 @@ pub fn remarks<const D: usize>(local: &LocalMesh<D>, model: &Model<D>) -> Vec<St
     let told = bodies.filter_map(|(number, body)| {
         let (distance, place) = narrowest(local, number)?;
         Some(format!(
-            "surfaces of '{}' face each other at a distance of {distance:.3e} {m} at {}: their contact is detected only if a \
-             contact names them, as its two sides or as one that meets itself",
+            "surfaces of '{}' face each other at a distance of {distance:.3e} {m} at {}: contact between \
+             them is detected only if an entry of `contact` names them, as its two sides or for \
+             self-contact",
             body.name,
             spelled(place.as_slice())
         ))

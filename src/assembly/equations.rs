@@ -105,7 +105,7 @@ impl<const D: usize> ContactMonitor for ContactSystem<D> {
         self.session.world().all_reduce_into(&counts[..], &mut total[..], SystemOperation::sum());
         let [closed, pressing, changed, alternating, flipped, stick, slip, asked] = total;
         if asked > 0 {
-            return Err(Error::stopped("asked to stop within a step"));
+            return Err(Error::stopped("stop requested within a step"));
         }
         let usize_of = |n: u64| n as usize;
         self.changes = Changes {
@@ -259,7 +259,7 @@ impl<const D: usize> ContactSystem<D> {
         let centre = mesh.element_centre(inverted.element as usize);
         let number = self.local.input_element[inverted.element as usize];
         Error::guard(format!(
-            "element {number} at {} {} is turned inside out (det F = {:.3e})",
+            "element {number} at {} {} is inverted (det F = {:.3e})",
             spelled(&centre),
             self.units.of("m"),
             inverted.det

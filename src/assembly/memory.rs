@@ -49,7 +49,7 @@ impl<const D: usize> ContactSystem<D> {
     /// If a PETSc call fails, or the tables are not those of [`wanted`](Self::wanted).
     pub fn restore(&mut self, stage: &mut Stage, tables: &[StoredTable]) -> Result<Vec<f64>> {
         let Some((nodes, points)) = tables.split_first() else {
-            return Err(Error::internal("a checkpoint without nodes"));
+            return Err(Error::internal("the checkpoint has no nodes"));
         };
         let mut drive = vec![0.0; self.local.index.owned * D];
         {
@@ -121,13 +121,13 @@ impl<const D: usize> ContactSystem<D> {
 /// order.
 fn recall<const D: usize>(contact: &mut LocalContact<D>, table: &StoredTable) -> Result<()> {
     if table.keys.len() != contact.state.history.len() {
-        return Err(Error::internal("a checkpoint that does not fit the points of a contact"));
+        return Err(Error::internal("the checkpoint does not fit the points of a contact"));
     }
     for (point, row) in table.rows().enumerate() {
         let values: Vec<f64> = row.iter().map(|word| f64::from_bits(*word)).collect();
         let history = values.get(OWN.len()..).and_then(History::from_columns);
         contact.state.history[point] =
-            history.ok_or_else(|| Error::internal("a checkpoint with short rows"))?;
+            history.ok_or_else(|| Error::internal("the checkpoint has truncated rows"))?;
         contact.state.current[point].gap = values[0];
     }
     Ok(())

@@ -98,7 +98,7 @@ impl<const D: usize> Pieces<D> {
         let names: Vec<String> = pieces.iter().map(|&piece| self.name(piece)).collect();
         match names.as_slice() {
             [name] => name.clone(),
-            _ => format!("what hangs together by single nodes ({})", names.join(", ")),
+            _ => format!("the pieces joined at single nodes ({})", names.join(", ")),
         }
     }
 

@@ -225,9 +225,10 @@ impl Redistribution {
 
 fn refusal(name: &str) -> Error {
     Error::case(format!(
-        "bodies.{name}: mass: redistributed can not keep mass and centre of the body without its contact nodes"
+        "bodies.{name}: mass: redistributed can not preserve the mass and the centre of mass of the body \
+         with massless contact nodes"
     ))
-    .hint("mesh it finer: some layers must lie behind the surface; or use mass: consistent")
+    .hint("refine the mesh (several layers of elements must lie behind the surface), or use mass: consistent")
 }
 
 /// The owned nodes of bodies in `wanting` that are on a surface of a contact.

@@ -216,7 +216,7 @@ impl<const D: usize> ContactSystem<D> {
         let mut chosen = 0;
         world.all_reduce_into(&candidate, &mut chosen, SystemOperation::min());
         if chosen == u32::MAX {
-            return Err(Error::case(format!("probe '{}' finds no node", probe.name)));
+            return Err(Error::case(format!("probe '{}' has no node", probe.name)));
         }
         let holder = if candidate == chosen { world.rank() } else { i32::MAX };
         let mut rank = 0;

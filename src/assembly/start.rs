@@ -144,7 +144,7 @@ fn refusal<const D: usize>(
 ) -> Error {
     let m = units.of("m");
     Error::case(format!(
-        "contact '{}' starts with {} {what} behind '{}', the worst by {:.3e} {m} at {} {m}",
+        "contact '{}' starts with {} {what} behind '{}'; the largest overclosure is {:.3e} {m} at {} {m}",
         contact.name,
         found.nodes,
         contact.target_name,
@@ -176,12 +176,16 @@ fn require_small<const D: usize>(
     }
     let m = units.of("m");
     Err(Error::case(format!(
-        "contact '{}': initial_overclosure would take away {:.3e} {m} at {} {m}, more than a quarter of a facet, {facet:.3e} {m}",
+        "contact '{}': initial_overclosure would remove an overclosure of {:.3e} {m} at {} {m}, more than a \
+         quarter of the facet size, {facet:.3e} {m}",
         contact.name,
         -found.smallest_gap,
         spelled(&found.place)
     ))
-    .hint("adjust and conform are for small errors of meshes; move the body, or set initial_overclosure to accept"))
+    .hint(
+        "adjust and conform correct small mesh errors only; move the body, or set initial_overclosure to \
+         accept",
+    ))
 }
 
 /// Mean size of the facets of a contactor \[m\]. Collective.
@@ -214,9 +218,12 @@ fn require_free_side<const D: usize>(
     }
     let (name, target) = (&contact.name, &contact.target_name);
     Err(Error::case(format!(
-        "contact '{name}': the whole body lies behind '{target}', no point of it is on the free side"
+        "contact '{name}': the whole body lies behind '{target}', with no point on the free side"
     ))
-    .hint("a plane's normal points to the free side; a sphere or cylinder has side: outside or inside"))
+    .hint(
+        "the normal of a plane must point to the free side; for a sphere or cylinder set side: outside or \
+         inside",
+    ))
 }
 
 /// Whether the outward normals of all facets point the same way as the obstacle's. Collective.

@@ -25,7 +25,7 @@ impl<const D: usize> Supports<D> {
     pub fn fill(&self, points: &[[f64; D]], time: f64, factor: f64, fields: Fields) -> Result<()> {
         let motion = |boundary: usize, component: usize, point: &[f64; D]| {
             let Some(function) = &self.motions[boundary][component] else {
-                return Err(Error::internal("a support without a function"));
+                return Err(Error::internal("a support has no function"));
             };
             let at = function.motion(in_space(point), time);
             function.require_sound(&at, point, time)?;

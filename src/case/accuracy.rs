@@ -24,7 +24,7 @@ pub struct Accuracy {
     pub slip: Option<Number>,
     /// Sum of the errors of all steps, over the largest displacement; both are root mean squares weighted by mass.
     pub time: Option<Number>,
-    /// Energy that comes or goes without a cause, over the largest energy.
+    /// Unexplained energy that is gained or lost, relative to the largest energy.
     pub energy: Option<Number>,
 }
 
@@ -190,7 +190,7 @@ impl<'de> Visitor<'de> for AnyAccuracy {
         Accuracy::named(name).map_err(E::custom)
     }
     fn visit_f64<E: Error>(self, number: f64) -> Result<Accuracy, E> {
-        let text = format!("a number alone does not tell what is to be accurate: {number:e}");
+        let text = format!("the number {number:e} alone does not specify which tolerance it is");
         Err(E::custom(Complaint::new(text).hint(format!(
             "write `accuracy: {{ time: {number:e} }}`, or a tolerance for one of {}; or one of the levels fast, balanced, tight",
             KEYS.join(", ")
@@ -279,21 +279,25 @@ impl JsonSchema for Accuracy {
             "required": ["relative"], "additionalProperties": false
         });
         schemars::json_schema!({
-            "description": "Requested accuracy. A part that is left out has the value of `balanced`. A part that is `none` \
-                follows the rest of the case.",
+            "description": "Requested accuracy. An omitted part has its value of `balanced`. For a part \
+                            that is `none`, the other settings of the case apply.",
             "anyOf": [
                 { "type": "string", "enum": names },
                 {
                     "type": "object",
                     "properties": {
                         "penetration": {
-                            "description": "Largest penetration, and largest gap under pressure: a length [m], > 0, or \
-                                relative to the contactor's facets. Met by multipliers, whatever the penalty.",
+                            "description": "Largest penetration, and largest gap under pressure: a length \
+                                            [m], > 0, or relative to the contactor's facets. Enforced by \
+                                            multipliers, independently of the penalty.",
                             "anyOf": [number("[m]"), relative]
                         },
-                        "slip": number("Creep of points that stick until the end, over the largest displacement, between 0 and 1."),
-                        "time": number("Sum of the errors of all steps, over the largest displacement, between 0 and 1."),
-                        "energy": number("Energy that comes or goes without a cause, over the largest energy, between 0 and 1.")
+                        "slip": number("Creep of points that stick until the end, relative to the largest \
+                                        displacement, between 0 and 1."),
+                        "time": number("Sum of the errors of all steps, relative to the largest \
+                                        displacement, between 0 and 1."),
+                        "energy": number("Unexplained energy that is gained or lost, relative to the \
+                                          largest energy, between 0 and 1.")
                     },
                     "additionalProperties": false
                 }

@@ -18,20 +18,21 @@ pub struct Body {
     pub mesh: Mesh,
     /// Hyperelastic law and its parameters.
     pub material: Material,
-    /// Reference density [kg/m3], >= 0. Needed in dynamics and under gravity; a body without mass has no inertia and follows
-    /// what moves it at once.
+    /// Reference density [kg/m3], >= 0. Required in dynamics and with gravity. A body without mass
+    /// has no inertia and follows its supports, loads and contacts instantaneously.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<Density>,
     /// finite: Green strain, current contact; linear: small strain.
     #[serde(default)]
     pub kinematics: Kinematics,
-    /// Cure for volumetric locking: of a nearly incompressible solid full integration is too stiff.
+    /// Treatment of volumetric locking: full integration is too stiff for nearly incompressible
+    /// solids.
     #[serde(default)]
     pub locking: Locking,
     /// Mass matrix.
     #[serde(default)]
     pub mass: Mass,
-    /// Velocity at the start \[m/s\], one entry a direction, expressions in x, y, z; zero if absent.
+    /// Initial velocity \[m/s\], one entry per direction, expressions in x, y, z; zero if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_velocity: Option<At<Vec<VaryingVelocity>>>,
 }
@@ -54,32 +55,36 @@ pub struct BoxMesh {
     pub min: At<Vec<Length>>,
     /// Corner of largest coordinates \[m\].
     pub max: At<Vec<Length>>,
-    /// Cells in each direction, each >= 1. A cell is one quadrilateral or hexahedron, or what simplices fill it.
+    /// Number of cells in each direction, each >= 1. A cell is one quadrilateral or hexahedron, or
+    /// several simplices that fill it.
     pub cells: At<Vec<u32>>,
     /// Element; quad4 in 2D and hex8 in 3D if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<At<Element>>,
-    /// Where the points of the box go: curved and graded bodies.
+    /// New positions of the points of the box, for curved and graded bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map: Option<BoxMap>,
-    /// What to do where a map brings nodes onto each other, as the ends of a ring.
+    /// Treatment of nodes that the map moves to the same position, such as the ends of a ring.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub merge: Option<At<Merge>>,
 }
 
-/// What to do with nodes of a body that coincide although no element joins them. If absent, such a mesh is refused.
+/// Treatment of coincident nodes of a body that no element joins. If absent, such a mesh is
+/// refused.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Merge")]
 pub enum Merge {
-    /// Nodes up to this distance \[m\] become one, > 0.
+    /// Nodes up to this distance \[m\] are merged, > 0.
     Tolerance(Length),
-    /// Parts that touch are meant to be apart, as the faces of a crack; also where their nodes do not match.
+    /// Parts that touch are separate on purpose, such as the faces of a crack; their nodes need not
+    /// match.
     Never,
 }
 tagged!(Merge, "way to merge nodes");
 
-/// New coordinates as functions of the coordinates x, y, z in the box; those not given stay.
+/// New coordinates as functions of the coordinates x, y, z in the box; coordinates that are not
+/// given stay unchanged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxMap {
@@ -106,9 +111,9 @@ impl BoxMap {
 pub struct FileMesh {
     /// Path, relative to the case file.
     pub file: At<String>,
-    /// Physical group that makes the body; the whole mesh if absent.
+    /// Physical group of the body; the whole mesh if absent.
     pub region: Option<At<String>>,
-    /// What to do with nodes that coincide.
+    /// Treatment of coincident nodes.
     pub merge: Option<At<Merge>>,
 }
 
@@ -122,12 +127,13 @@ struct MeshKeys {
     /// Gmsh file (MSH 2.2 or 4.1), relative to the case file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     file: Option<At<String>>,
-    /// Physical group of the file that makes the body; the whole mesh if absent.
+    /// Physical group of the file that forms the body; the whole mesh if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     region: Option<At<String>>,
-    /// What to do with nodes of the file that coincide although no element joins them, as Gmsh writes without
-    /// `Coherence`: `{ tolerance: 1e-9 }` joins those within a distance \[m\], `never` says that the parts are meant to be
-    /// apart, as the faces of a crack. If absent, such a mesh is refused.
+    /// Treatment of coincident nodes of the file that no element joins, as Gmsh writes them without
+    /// `Coherence`. `{ tolerance: 1e-9 }` merges nodes within a distance \[m\]. `never` declares
+    /// that the parts are separate on purpose, such as the faces of a crack. If absent, such a mesh
+    /// is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     merge: Option<At<Merge>>,
 }
@@ -142,11 +148,15 @@ impl TryFrom<MeshKeys> for Mesh {
         }
         match (keys.cuboid, keys.file, keys.region) {
             (Some(_), Some(file), _) => wrong("a mesh is a box or a file, not both", file.place),
-            (Some(_), None, Some(region)) => wrong("'region' belongs to a mesh file, not to a box", region.place),
+            (Some(_), None, Some(region)) => {
+                wrong("'region' belongs to a mesh file, not to a box", region.place)
+            }
             (Some(cuboid), None, None) => Ok(Self::Box(Box::new(cuboid))),
             (None, Some(file), region) => Ok(Self::File(FileMesh { file, region, merge })),
-            (None, None, _) => Err(Complaint::new("a mesh needs 'box' or 'file'".into())
-                .hint("as in { file: block.msh, region: rubber } or { box: { min: [0, 0], max: [1, 1], cells: [8, 8] } }")),
+            (None, None, _) => Err(Complaint::new("a mesh needs 'box' or 'file'".into()).hint(
+                "for example { file: block.msh, region: rubber } or { box: { min: [0, 0], max: [1, 1], \
+                 cells: [8, 8] } }",
+            )),
         }
     }
 }
@@ -234,18 +244,20 @@ pub enum Kinematics {
 }
 tagged!(Kinematics, "kinematics");
 
-/// Cure for volumetric locking.
+/// Treatment of volumetric locking.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Locking")]
 pub enum Locking {
-    /// `selective_reduced` on quadrilaterals and hexahedra where Poisson's ratio is 0.45 or more, else `none`. Triangles and
-    /// tetrahedra offer no cure: at such a ratio tri3 and tet4 give a warning.
+    /// `selective_reduced` on quadrilaterals and hexahedra if Poisson's ratio is at least 0.45,
+    /// otherwise `none`. Triangles and tetrahedra do not support it: at such a ratio tri3 and tet4
+    /// cause a warning.
     #[default]
     Auto,
     /// Full integration.
     None,
-    /// lambda terms by one point less in each direction, mu terms at all points; quadrilaterals and hexahedra.
+    /// Integration of the lambda terms with one point less in each direction, of the mu terms at
+    /// all points; for quadrilaterals and hexahedra.
     SelectiveReduced,
 }
 tagged!(Locking, "cure for locking");
@@ -255,17 +267,18 @@ tagged!(Locking, "cure for locking");
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Mass")]
 pub enum Mass {
-    /// Redistributed where `accuracy` asks for a time and a penetration in dynamics, or for a time under the conserving scheme on
-    /// obstacles, and the body can spare the mass of its contact surfaces: on a penalty that is stiff, or becomes so, it would swing;
-    /// else consistent.
+    /// Redistributed if `accuracy` controls time and penetration in dynamics, or time with the
+    /// conserving scheme on obstacles, and if the body has enough layers of elements to make its
+    /// contact surfaces massless. With mass they would oscillate on a stiff penalty. Otherwise
+    /// consistent.
     #[default]
     Auto,
     /// Integral of rho N_a N_b.
     Consistent,
-    /// Diagonal with the same total.
+    /// Diagonal matrix with the same total mass.
     Lumped,
-    /// For impact: nodes of contact surfaces have no mass, so that contact forces have nothing to ring against. Keeps mass,
-    /// centre of mass and, as far as it can be, inertia.
+    /// For impact: nodes of contact surfaces are massless, so that contact forces do not oscillate.
+    /// Preserves mass, centre of mass and, as far as possible, inertia.
     Redistributed,
 }
 tagged!(Mass, "mass matrix");

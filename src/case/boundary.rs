@@ -10,23 +10,23 @@ use crate::reader::function::{Varying, VaryingAcceleration, VaryingLength, Varyi
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
-    /// A body, or facets or points of a body as body.set.
+    /// A body, or its facets or points as body.set.
     pub on: At<String>,
-    /// Prescribed displacement \[m\] of the directions that are named; the others stay free.
+    /// Prescribed displacement \[m\] in the given directions; the others stay free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement: Option<At<Components<0, 1, 0>>>,
-    /// Acceleration of gravity \[m/s2\] on a body, one entry a direction.
+    /// Acceleration of gravity \[m/s2\] on a body, one entry per direction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<At<Vec<VaryingAcceleration>>>,
-    /// Dead load on facets [Pa of reference area]; directions that are not named are zero.
+    /// Dead load on facets [Pa of reference area]; zero in directions that are not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traction: Option<At<Components<1, -1, -2>>>,
-    /// Pressure on facets [Pa of current area], positive towards the body; it follows the surface.
+    /// Pressure on facets [Pa of current area], positive towards the body; a follower load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressure: Option<At<VaryingPressure>>,
 }
 
-/// Values of the directions that are named.
+/// Values in the given directions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Components<const KG: i8, const M: i8, const S: i8> {
@@ -53,7 +53,7 @@ impl<const KG: i8, const M: i8, const S: i8> Components<KG, M, S> {
 pub enum Action<'a> {
     /// Prescribed displacement, direction by direction \[m\].
     Displacement([Option<&'a VaryingLength>; 3]),
-    /// Acceleration \[m/s2\], one entry a direction.
+    /// Acceleration \[m/s2\], one entry per direction.
     Gravity(&'a [VaryingAcceleration]),
     /// Dead load per reference area, direction by direction \[Pa\].
     Traction([Option<&'a VaryingPressure>; 3]),

@@ -66,24 +66,24 @@ impl Check<'_> {
         for (block, name) in all {
             let fits = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || !name.chars().all(fits) {
-                self.found.say(name.place, format!("'{}' can not be a name in `{block}`", name.value));
+                self.found.say(name.place, format!("'{}' is not a valid name in `{block}`", name.value));
                 self.found.cure("names consist of letters, digits, '_' and '-'");
             }
         }
         let places =
             case.bodies.iter().map(|(name, _)| name).chain(case.obstacles.iter().map(|(name, _)| name));
         for name in places.filter(|name| name.value == super::ALL) {
-            self.found.say(name.place, "`all` is the name of the whole surface of all bodies");
-            self.found.cure("give another name");
+            self.found.say(name.place, "the name `all` is reserved for the whole surface of all bodies");
+            self.found.cure("choose another name");
         }
         for (name, _) in case.obstacles.iter().filter(|(name, _)| case.bodies.get(name).is_some()) {
-            self.found.say(name.place, format!("'{}' names a body and an obstacle", name.value));
+            self.found.say(name.place, format!("'{}' names both a body and an obstacle", name.value));
         }
         for (name, _) in case.petsc.iter() {
             let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || name.starts_with('-') || !name.chars().all(fits) {
-                self.found.say(name.place, format!("'{}' can not be a PETSc option", name.value));
-                self.found.cure("write the name without the leading dash, as in ksp_monitor");
+                self.found.say(name.place, format!("'{}' is not a valid PETSc option", name.value));
+                self.found.cure("write the name without the leading dash, for example ksp_monitor");
             }
         }
     }
@@ -93,7 +93,7 @@ impl Check<'_> {
         let (name, set) = on.split_once('.').map_or((on.as_str(), None), |(name, set)| (name, Some(set)));
         let Some(body) = self.case.bodies.get(name) else {
             let complaint = if self.case.obstacles.get(name).is_some() {
-                Complaint::new(format!("'{name}' is an obstacle, a body is needed here"))
+                Complaint::new(format!("expected a body, but '{name}' is an obstacle"))
             } else {
                 Complaint::unknown("body", name, self.case.bodies.names())
             };

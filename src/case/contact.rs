@@ -19,8 +19,9 @@ use crate::reader::tagged::tagged;
 pub struct Contact {
     /// Facets that carry the contact points, as body.set.
     pub contactor: At<String>,
-    /// An obstacle, or facets as body.set: of another body, of the same one, or the contactor itself, which then meets itself. With
-    /// `contactor: all`, the whole surface of all bodies: an obstacle, or `all` for all surfaces and all obstacles.
+    /// An obstacle, or facets as body.set: of another body, of the same one, or the contactor
+    /// itself for self-contact. With `contactor: all`, the whole surface of all bodies: an
+    /// obstacle, or `all` for all surfaces and all obstacles.
     pub target: At<String>,
     /// Normal traction as a function of the gap.
     #[serde(default)]
@@ -35,7 +36,7 @@ pub struct Contact {
     /// Area on which the tractions act.
     #[serde(default)]
     pub area: Area,
-    /// What to do with contact points that penetrate before the start.
+    /// Treatment of contact points that penetrate in the initial configuration.
     #[serde(default)]
     pub initial_overclosure: InitialOverclosure,
 }
@@ -141,21 +142,21 @@ pub enum Area {
 }
 tagged!(Area, "area");
 
-/// What to do with penetration before the start.
+/// Treatment of initial penetration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "InitialOverclosure")]
 pub enum InitialOverclosure {
-    /// End with the place of the worst.
+    /// Refuse the case with the location of the largest overclosure.
     #[default]
     Error,
-    /// Take it away without stress: nodes behind an obstacle are moved onto it, below a body the gap is measured from the
-    /// start.
+    /// Remove it without stress: nodes behind an obstacle are moved onto it; between bodies the gap
+    /// is measured from its initial value.
     Adjust,
-    /// For surfaces that are meant to touch: takes away overclosure as `adjust` does, and closes gaps of up to an eighth of a facet, which
-    /// meshes leave between curved faces.
+    /// For surfaces that are meant to touch: removes overclosure like `adjust`, and closes gaps of
+    /// up to an eighth of a facet, which meshes leave between curved faces.
     Conform,
-    /// Take it as it is: it presses.
+    /// Keep it: it causes pressure from the start.
     Accept,
 }
 tagged!(InitialOverclosure, "initial overclosure");

@@ -59,20 +59,21 @@ const LONGEST: u64 = 1 << 21;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// What the case is, for people.
+    /// Description of the case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
     /// Units of the numbers of the case and of its results; m, kg, s if absent.
     #[serde(default, skip_serializing_if = "Units::is_si")]
     pub units: Units,
-    /// 2: plane strain, one unit of length thick; 3: solid.
+    /// 2: plane strain with a thickness of one unit of length; 3: solid.
     pub dimension: At<u32>,
     /// Deformable bodies by name.
     pub bodies: At<Named<Body>>,
     /// Rigid targets by name.
     #[serde(default)]
     pub obstacles: Named<Obstacle>,
-    /// Pairs of surfaces that may touch, by name. `all` in their place: all surfaces may touch each other and all obstacles, without friction.
+    /// Pairs of surfaces that may touch, by name. `all` instead of names: all surfaces may touch
+    /// each other and all obstacles, without friction.
     #[serde(default, deserialize_with = "contact::contacts")]
     #[schemars(schema_with = "contact::contacts_schema")]
     pub contact: Named<Contact>,
@@ -84,19 +85,20 @@ pub struct Case {
     pub start: Option<At<Start>>,
     /// Time and its discretisation.
     pub time: Time,
-    /// How wrong the answer may be: steps, multipliers of contact and tolerances of Newton's method follow from it.
+    /// Requested accuracy, from which step lengths, contact multipliers and tolerances of Newton's
+    /// method follow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<At<Accuracy>>,
     /// How the equations of a step are solved.
     #[serde(default)]
     pub solver: Solver,
-    /// Physics that a run must keep, or end.
+    /// Physical limits at which a run ends or cuts a step.
     #[serde(default)]
     pub guard: Guard,
-    /// What is written, and how often.
+    /// Output and its frequency.
     #[serde(default)]
     pub output: Output,
-    /// PETSc's own options, without the leading dash; those of the command line win.
+    /// PETSc options, without the leading dash; those of the command line override them.
     #[serde(default)]
     pub petsc: Named<PetscValue>,
     /// The text, for errors that later checks find.
@@ -129,7 +131,7 @@ impl Case {
         read.map_err(|error| Error::file(format!("{name}: the case file can not be read: {error}")))?;
         if bytes.len() as u64 > LONGEST {
             let text = format!("{name}: longer than {LONGEST} bytes, the limit of case files");
-            return Err(Error::case(text).hint("meshes belong in files of their own"));
+            return Err(Error::case(text).hint("store meshes in separate files"));
         }
         String::from_utf8(bytes)
             .map_err(|error| Error::case(format!("{name}: the case is not text (UTF-8): {error}")))

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::reader::at::{At, Named};
 use crate::reader::quantity::{Duration, Length};
 
-/// What is written beside the histories, which are always written every step.
+/// Output in addition to the histories, which are always written every step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
@@ -25,10 +25,10 @@ pub struct Output {
 pub struct Checkpoint {
     /// Number of steps between two checkpoints, >= 1. One is written at the end as well.
     pub every: At<u32>,
-    /// The last so many are kept, >= 1.
+    /// Number of most recent checkpoints that are kept, >= 1.
     pub keep: At<u32>,
-    /// Wall time of this process \[s\] in every system of units, > 0: the run stops before it with a checkpoint and exit code 7.
-    /// `--wall-time` wins.
+    /// Wall time limit of this process \[s\] in every system of units, > 0: the run stops before it
+    /// with a checkpoint and exit code 7. `--wall-time` overrides it.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::reader::quantity::wall_time"
@@ -46,7 +46,7 @@ impl Default for Checkpoint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fields {
-    /// Every so many steps; the start and the end are written as well. 0: none at all.
+    /// Number of steps between two outputs; start and end are always written. 0: no fields.
     pub every: At<u32>,
 }
 
@@ -60,9 +60,9 @@ impl Default for Fields {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
-    /// Reference position \[m\]; the nearest node is taken.
+    /// Reference position \[m\]; the nearest node is used.
     pub at: At<Vec<Length>>,
-    /// Body of the node, where two bodies meet.
+    /// Body of the node, if two bodies meet there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on: Option<At<String>>,
 }

@@ -8,7 +8,7 @@ use serde::de::{Deserializer, Error, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-/// Value of a PETSc option; none for an option that is only named, as `ksp_monitor:`.
+/// Value of a PETSc option; empty for an option without a value, as `ksp_monitor:`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct PetscValue(pub Option<String>);
 

@@ -14,7 +14,7 @@ const DEEPEST: usize = 5;
 const CASE_HEAD: &str = "\
 # Case reference
 
-Every key of a case file, with its type, unit, default and meaning. The page is made from the types
+Every key of a case file, with its type, unit, default and meaning. This page is generated from the types
 that read the file (`contact-petsc schema --markdown`), so it agrees with the program.
 `contact-petsc list` prints the names of all laws, elements, schemes and solvers. An editor that
 knows JSON schemas completes and checks keys if the first line of the case is
@@ -30,7 +30,7 @@ with the path of `meshes/case.schema.json`, or of a file with the output of `con
 const STUDY_HEAD: &str = "\
 # Study reference
 
-Every key of a study file, with its type, unit, default and meaning. The page is made from the types
+Every key of a study file, with its type, unit, default and meaning. This page is generated from the types
 that read the file (`contact-petsc schema --study --markdown`), so it agrees with the program.
 [Studies](how-to/studies.md) explains how to use them.
 ";

@@ -29,19 +29,20 @@ pub enum Strategy {
     /// Together, by Newton with the full non-symmetric tangent.
     #[default]
     Monolithic,
-    /// In turn, both with symmetric matrices, until they agree: in more sweeps the larger the coefficient of friction, each a part
-    /// of the way where whole ones overshoot. Without friction nothing is left to take in turn, and the step is solved as by
-    /// `monolithic`.
+    /// In turn, both with symmetric matrices, in sweeps until they agree. The number of sweeps
+    /// grows with the coefficient of friction, and sweeps that overshoot are relaxed. Without
+    /// friction the step is solved as by `monolithic`.
     Staggered {
-        /// Error of the displacements over the increment of the step, and of friction forces over normal forces, as distance
-        /// and contraction of the stages tell them; between 0 and 1, both excluded. The full system is balanced to
-        /// three tenths of Newton's tolerance as well.
+        /// Error of the displacements relative to the increment of the step, and of friction forces
+        /// relative to normal forces, estimated from distance and contraction of the stages;
+        /// between 0 and 1, both excluded. The full system is balanced to three tenths of Newton's
+        /// tolerance as well.
         #[serde(default = "sweep_tolerance")]
         tolerance: Number,
-        /// Sweeps over both stages before the step is cut, >= 1.
+        /// Largest number of sweeps over both stages before the step is cut, >= 1.
         #[serde(default = "sweeps")]
         max_sweeps: At<u32>,
-        /// What the first stage knows of friction.
+        /// Friction in the first stage.
         #[serde(default)]
         variant: Variant,
     },
@@ -56,16 +57,16 @@ fn sweeps() -> At<u32> {
     150.into()
 }
 
-/// What stage I of the staggered strategy knows of friction.
+/// Friction in stage I of the staggered strategy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Variant")]
 pub enum Variant {
-    /// The bound: friction follows the slip up to it.
+    /// The friction bound is frozen: friction follows the slip up to it.
     #[default]
     FrozenBound,
-    /// The friction traction itself: simpler, and contracts less well. The same answer for one and a half to four times as
-    /// many solves.
+    /// The friction traction is frozen: simpler, but contracts less well. It needs one and a half
+    /// to four times as many solves for the same result.
     FrozenTraction,
 }
 tagged!(Variant, "variant");
@@ -74,15 +75,17 @@ tagged!(Variant, "variant");
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Newton {
-    /// Residual over the largest of the forces, between 0 and 1, both excluded.
+    /// Residual relative to the largest force, between 0 and 1, both excluded.
     pub tolerance: Number,
-    /// Iterations before the step is cut, >= 1.
+    /// Largest number of iterations before the step is cut, >= 1.
     pub max_iterations: At<u32>,
-    /// Whether a step that does not reduce the residual is shortened.
+    /// Whether corrections that do not reduce the residual are shortened.
     pub line_search: bool,
-    /// Whether early iterations solve the linear system only as accurately as they need (Eisenstat and Walker). If absent: true from
-    /// 20 000 unknowns on and in every case with `accuracy`. Exact solves take the same number of iterations on any number of ranks.
-    /// If true and steps follow their error in time, the tangent of an earlier step is reused while one correction with it converges.
+    /// Whether early iterations solve the linear system only as accurately as needed (Eisenstat and
+    /// Walker). If absent: true from 20 000 unknowns on and in every case with `accuracy`. Exact
+    /// solves take the same number of iterations on any number of ranks. If true and the step
+    /// length is controlled by the error in time, the tangent of an earlier step is reused as long
+    /// as one correction with it converges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inexact: Option<bool>,
 }
@@ -98,14 +101,16 @@ impl Default for Newton {
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Linear")]
 pub enum Linear {
-    /// Chosen from size, dimension, inertia and symmetry; a solver that fails is followed by a stronger one.
+    /// Chosen from size, dimension, inertia and symmetry; if it fails, a more robust solver is
+    /// used.
     #[default]
     Auto,
     /// LU factorisation by MUMPS.
     Direct,
     /// GMRES with additive Schwarz of overlap 1 and incomplete LU.
     GmresAsmIlu,
-    /// The same with overlap 2 and one level of fill: fewer iterations, more memory.
+    /// GMRES with additive Schwarz of overlap 2 and incomplete LU with one level of fill: fewer
+    /// iterations, more memory.
     GmresAsmIlu1,
     /// FGMRES with the two stages of the staggered scheme as preconditioner.
     TwoStage {
@@ -116,7 +121,8 @@ pub enum Linear {
         #[serde(default)]
         inner: Inner,
     },
-    /// GMRES with a factorisation of the nodes in contact around a cycle of multigrid for the bodies.
+    /// GMRES preconditioned by a multigrid cycle for the bodies and a factorisation of the nodes in
+    /// contact before and after it.
     FilteredAmg {
         /// Element layers around the facets in contact that are factorised with them.
         #[serde(default = "layers")]
@@ -150,15 +156,15 @@ fn layers() -> u32 {
     LAYERS
 }
 
-/// When the filtered multigrid solves on the nodes in contact.
+/// When the filtered multigrid solves for the nodes in contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Passes")]
 pub enum Passes {
-    /// Before the cycle of multigrid and after it.
+    /// Before and after the multigrid cycle.
     #[default]
     Around,
-    /// Only before it, to measure what the second is worth.
+    /// Only before it, to measure the benefit of the second solve.
     Before,
 }
 tagged!(Passes, "order of passes");
@@ -168,10 +174,11 @@ tagged!(Passes, "order of passes");
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Second")]
 pub enum Second {
-    /// That of stage I again, which makes up for the friction that new normal tractions bring.
+    /// The operator of stage I again, which corrects the friction caused by new normal tractions.
     #[default]
     Coupling,
-    /// That of stage II, without normal contact stiffness, the normal components kept at contact nodes.
+    /// The operator of stage II, without normal contact stiffness, with the normal components at
+    /// contact nodes fixed.
     FrictionStage,
 }
 tagged!(Second, "second stage");
@@ -256,7 +263,8 @@ impl Linear {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Krylov {
-    /// True residual over right-hand side, between 0 and 1, both excluded; with `newton.inexact` the tightest one.
+    /// True residual relative to the right-hand side, between 0 and 1, both excluded; with
+    /// `newton.inexact` the smallest tolerance.
     pub tolerance: Number,
 }
 

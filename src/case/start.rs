@@ -15,10 +15,10 @@ pub enum Start {
     Rest,
     /// Static equilibrium under the supports and loads at t = 0.
     Equilibrium {
-        /// Whether friction acts while the equilibrium is sought.
+        /// Whether friction acts in the equilibrium.
         #[serde(default)]
         friction: bool,
-        /// Increments in which supports and loads are applied, >= 1.
+        /// Number of increments in which supports and loads are applied, >= 1.
         #[serde(default = "four")]
         increments: u32,
     },

@@ -11,15 +11,17 @@ use crate::reader::tagged::tagged;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Time {
-    /// End \[s\], > 0; the start is 0. In statics time only drives the loads.
+    /// End \[s\], > 0; the start is 0. In statics time is only the load parameter.
     pub end: Duration,
-    /// Largest step \[s\], between 0 and end. In statics `increments` of the scheme may say it instead.
+    /// Largest step \[s\], between 0 and end. In statics `increments` of the scheme can be given
+    /// instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<Duration>,
     /// Integration scheme.
     #[serde(default)]
     pub scheme: At<Scheme>,
-    /// How many times a step that fails is halved before the run ends; it grows again as both halves succeed.
+    /// How often a failed step is halved before the run ends; the step grows again after both
+    /// halves succeed.
     #[serde(default = "five")]
     pub cuts: At<u32>,
 }
@@ -40,7 +42,7 @@ fn five() -> At<u32> {
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Scheme")]
 pub enum Scheme {
-    /// Newmark; the paper's alpha = 0.25 and beta = 0.5 are beta and gamma.
+    /// Newmark; alpha = 0.25 and beta = 0.5 of the paper are beta and gamma here.
     Newmark {
         /// Between 0 (excluded) and 0.5.
         #[serde(default = "quarter")]
@@ -51,26 +53,27 @@ pub enum Scheme {
     },
     /// Hilber, Hughes and Taylor.
     Hht {
-        /// At infinite frequency, between 0.5 and 1; 1 is Newmark.
+        /// Spectral radius at infinite frequency, between 0.5 and 1; 1 is Newmark.
         #[serde(default = "default_radius")]
         spectral_radius: Number,
     },
     /// Chung and Hulbert.
     GeneralizedAlpha {
-        /// At infinite frequency, between 0 and 1.
+        /// Spectral radius at infinite frequency, between 0 and 1.
         #[serde(default = "default_radius")]
         spectral_radius: Number,
     },
-    /// Balance in the middle of the step: keeps linear and angular momentum, damps nothing.
+    /// Midpoint rule: conserves linear and angular momentum, no damping.
     Midpoint,
-    /// For impact: the midpoint rule with forces in bodies and contacts that change the energy by the work they do. Keeps
-    /// energy, linear and angular momentum, damps nothing; contact acts on the reference area. Best with `mass: redistributed`.
+    /// For impact: the midpoint rule with forces in bodies and contacts whose work equals the
+    /// change of energy. Conserves energy, linear and angular momentum, no damping; contact acts on
+    /// the reference area. Best with `mass: redistributed`.
     Conserving,
-    /// First order, damps strongly.
+    /// First order, strong damping.
     BackwardEuler,
     /// No inertia.
     Static {
-        /// Number of equal load increments, >= 1, in place of `step`.
+        /// Number of equal load increments, >= 1, instead of `step`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         increments: Option<At<u32>>,
     },

@@ -161,7 +161,7 @@ pub fn examine(path: &Path, file: &mut (impl Read + Seek), length: u64) -> Resul
     let sections = header.sections.iter().fold(0u64, |sum, section| sum.saturating_add(section.bytes()));
     let whole = start.saturating_add(sections).saturating_add(HASH);
     if length != whole {
-        let text = format!("{}: cut short: {length} bytes where it should have {whole}", path.display());
+        let text = format!("{}: truncated: {length} bytes instead of {whole}", path.display());
         return Err(Error::file(text));
     }
     file.seek(SeekFrom::Start(0)).map_err(|error| unreadable(path, &error))?;
@@ -177,7 +177,7 @@ pub fn examine(path: &Path, file: &mut (impl Read + Seek), length: u64) -> Resul
     let mut told = [0; HASH as usize];
     file.read_exact(&mut told).map_err(|error| unreadable(path, &error))?;
     if hash.finalize()[..] != told {
-        return Err(Error::file(format!("{}: damaged: its SHA-256 is another one", path.display())));
+        return Err(Error::file(format!("{}: damaged: its SHA-256 does not match", path.display())));
     }
     Ok(header)
 }
@@ -185,11 +185,11 @@ pub fn examine(path: &Path, file: &mut (impl Read + Seek), length: u64) -> Resul
 /// Reads the header and returns it with the position of the first section.
 fn head(path: &Path, file: &mut impl Read) -> Result<(Header, u64)> {
     let name = path.display();
-    let short = |_| Error::file(format!("{name}: cut short within its header"));
+    let short = |_| Error::file(format!("{name}: truncated within its header"));
     let mut magic = [0; MAGIC.len()];
     file.read_exact(&mut magic).map_err(short)?;
     if magic != *MAGIC {
-        return Err(Error::file(format!("{name}: not a checkpoint of this program, or a damaged one")));
+        return Err(Error::file(format!("{name}: not a checkpoint of this program, or damaged")));
     }
     let (mut format, mut length) = ([0; 4], [0; 8]);
     file.read_exact(&mut format).and_then(|()| file.read_exact(&mut length)).map_err(short)?;
@@ -206,7 +206,7 @@ fn head(path: &Path, file: &mut impl Read) -> Result<(Header, u64)> {
     let mut text = Vec::new();
     let read = file.take(length).read_to_end(&mut text).map_err(short)?;
     if (read as u64) < length {
-        return Err(Error::file(format!("{name}: cut short within its header")));
+        return Err(Error::file(format!("{name}: truncated within its header")));
     }
     let damaged = |error| Error::file(format!("{name}: damaged: its header can not be read ({error})"));
     Ok((serde_json::from_slice(&text).map_err(damaged)?, HEAD + length))
@@ -280,7 +280,7 @@ mod tests {
             assert!(verify(&path).is_err(), "byte {place}");
             std::fs::write(&path, &whole[..place]).unwrap();
             let error = verify(&path).unwrap_err();
-            assert!(error.message.contains("cut short"), "{place} bytes: {error}");
+            assert!(error.message.contains("truncated"), "{place} bytes: {error}");
         }
         std::fs::write(&path, [&whole[..], b"more"].concat()).unwrap();
         assert!(verify(&path).is_err());

@@ -68,9 +68,10 @@ impl Store {
         let all = self.list();
         let newest = all.first().map(|(_, path)| path.clone());
         let Some(path) = asked.map(|path| self.resolve(path)).or(newest) else {
-            let text = format!("{}: there is no checkpoint to go on from", self.folder.display());
+            let text = format!("{}: there is no checkpoint to resume from", self.folder.display());
             return Err(Error::file(text).hint(
-                "start anew without --restart; checkpoints are written with output: { checkpoint: { every: 100 } }",
+                "start again without --restart; to write checkpoints, set output: { checkpoint: { every: \
+                 100 } }",
             ));
         };
         let broken = match verify(&path) {
@@ -90,11 +91,11 @@ impl Store {
                     None => "the",
                 };
                 broken.hint(&format!(
-                    "{which} one of step {step} is whole; continue from it with\n  {}",
+                    "{which} checkpoint of step {step} is intact; resume from it with\n  {}",
                     again(other)
                 ))
             }
-            None => broken.hint("there is no other checkpoint that is whole; start anew without --restart"),
+            None => broken.hint("no other checkpoint is intact; start again without --restart"),
         })
     }
 
@@ -133,11 +134,11 @@ mod tests {
         assert_eq!(steps(), [20, 15]);
         assert!(foreign.exists() && !store.path(25).with_extension("part").exists());
         let error = store.find(None, |path| format!("again {}", path.display())).unwrap_err();
-        assert!(error.message.contains("step-000020.ckpt: cut short"), "{error}");
+        assert!(error.message.contains("step-000020.ckpt: truncated"), "{error}");
         assert!(error.message.contains("no other checkpoint"), "{error}");
         std::fs::remove_dir_all(&results).unwrap();
         assert!(
-            store.find(None, |_| String::new()).unwrap_err().message.contains("no checkpoint to go on from")
+            store.find(None, |_| String::new()).unwrap_err().message.contains("no checkpoint to resume from")
         );
     }
 }

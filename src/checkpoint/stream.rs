@@ -144,7 +144,7 @@ pub fn fill(
 }
 
 fn complete(path: &Path, table: &StoredTable, missing: usize) -> Result<()> {
-    let lacks = || Error::file(format!("{}: lacks {missing} rows of '{}'", path.display(), table.name));
+    let lacks = || Error::file(format!("{}: {missing} rows of '{}' are missing", path.display(), table.name));
     (missing == 0).then_some(()).ok_or_else(lacks)
 }
 
@@ -156,8 +156,8 @@ fn compare(sections: &[FileSection], tables: &[StoredTable]) -> Result<()> {
     }
     let other = told.iter().zip(&wanted).find(|(told, wanted)| told != wanted).map(|(told, _)| told.0);
     let name = other.map_or("tables", String::as_str);
-    Err(Error::file(format!("holds other columns of '{name}' than this program remembers"))
-        .hint("go on with the version of the program that wrote it, or start anew without --restart"))
+    Err(Error::file(format!("the columns of '{name}' differ from those of this program"))
+        .hint("resume with the version of the program that wrote it, or start again without --restart"))
 }
 
 /// Reads a section with the given number of rows. Rank 0 reads pieces with `bring`, `share`
@@ -224,7 +224,7 @@ mod tests {
         };
         assert_eq!(fill(&[9, 2], &columns).unwrap(), [90, 91, 20, 21]);
         assert_eq!(fill(&[], &columns).unwrap(), [0; 0]);
-        assert!(fill(&[2, 3], &columns).unwrap_err().message.contains("lacks 1 rows of 'nodes'"));
-        assert!(fill(&[2], &columns[..1]).unwrap_err().message.contains("holds other columns"));
+        assert!(fill(&[2, 3], &columns).unwrap_err().message.contains("1 rows of 'nodes' are missing"));
+        assert!(fill(&[2], &columns[..1]).unwrap_err().message.contains("the columns of"));
     }
 }

@@ -35,7 +35,7 @@ fn instants_are_finite() {
     for word in ["nan", "0,inf", "-inf", "1e999", "soon", ""] {
         let error = times(&format!("report out --at={word}")).unwrap_err();
         assert!(
-            error.cause == Cause::Usage && error.message.contains("not a time in seconds"),
+            error.cause == Cause::Usage && error.message.contains("a time in seconds, such as 0.05"),
             "{word}: {error}"
         );
     }

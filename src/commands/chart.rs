@@ -27,8 +27,8 @@ fn conditions(texts: &[String]) -> Result<Vec<(String, Vec<String>)>> {
         let (column, values) = text.split_once('=')?;
         Some((column.to_owned(), values.split(',').map(str::to_owned).collect()))
     };
-    let read = texts
-        .iter()
-        .map(|text| condition(text).ok_or_else(|| Error::usage(format!("`{text}` is not COLUMN=VALUE,..."))));
+    let read = texts.iter().map(|text| {
+        condition(text).ok_or_else(|| Error::usage(format!("expected COLUMN=VALUE,..., found `{text}`")))
+    });
     read.collect()
 }

@@ -25,13 +25,13 @@ fn groups() -> Vec<Group> {
     let own = |name, summary: &str| (name, summary.to_owned());
     let auto = own(
         "auto",
-        "chosen by size, dimension, inertia and symmetry; a failing one is followed by a stronger",
+        "chosen by size, dimension, inertia and symmetry; if it fails, a more robust one is used",
     );
     let presets = PRESETS.iter().map(|preset| own(preset.name, preset.about));
     vec![
         ("Elements", "bodies: mesh: box: element", ElementKind::SOLIDS.iter().map(element).collect()),
         ("Materials", "bodies: material", MATERIALS.iter().map(|e| (e.name, e.about())).collect()),
-        ("Locking cures", "bodies: locking", Locking::ALL.iter().map(|e| own(e.1, e.2)).collect()),
+        ("Treatments of locking", "bodies: locking", Locking::ALL.iter().map(|e| own(e.1, e.2)).collect()),
         ("Obstacles", "obstacles", OBSTACLES.iter().map(|e| (e.name, e.about())).collect()),
         ("Normal laws", "contact: normal", NORMAL_LAWS.iter().map(|e| (e.name, e.about())).collect()),
         ("Friction laws", "contact: friction", FRICTION_LAWS.iter().map(|e| (e.name, e.about())).collect()),
@@ -76,7 +76,7 @@ mod tests {
             assert!(entries.len() >= 2, "{heading}");
             for (name, about) in entries {
                 assert!(schema.contains(&format!("\"{name}\"")), "{heading}: no case can name {name}");
-                assert!(!about.is_empty(), "{heading}: {name} without a word");
+                assert!(!about.is_empty(), "{heading}: {name} has no description");
             }
         }
     }

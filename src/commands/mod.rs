@@ -35,16 +35,16 @@ pub fn execute(command: Command) -> Result<()> {
         Command::Print(text) => print(text.trim_end()),
         Command::Plot { results, output } => {
             let plotted = plot::plot(&results, output.as_deref())?;
-            tell(&plotted.notes)?;
+            print_notes(&plotted.notes)?;
             let files: Vec<String> = plotted.files.iter().map(|file| file.display().to_string()).collect();
             print(&files.join("\n"))
         }
         Command::Report { results, at, output } => {
             let written = crate::report::report(&results, &at, output.as_deref())?;
-            tell(&written.notes)?;
+            print_notes(&written.notes)?;
             print(&written.file.display().to_string())
         }
-        Command::Chart(chart) => tell(&plot::draw_table(&chart::figure(&chart)?, &chart.output)?),
+        Command::Chart(chart) => print_notes(&plot::draw_table(&chart::figure(&chart)?, &chart.output)?),
         Command::Parts { case, counts } => print(parts::parts(&case, &counts)?.trim_end()),
         Command::Check { case, petsc } => print(&check::check(&case, &petsc)?),
         Command::List => print(&list::list()),
@@ -71,7 +71,7 @@ fn print(text: &str) -> Result<()> {
 }
 
 /// Prints notes on what was left out on standard error.
-fn tell(notes: &[String]) -> Result<()> {
+fn print_notes(notes: &[String]) -> Result<()> {
     let text: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
     spoken("standard error", std::io::stderr().write_all(text.as_bytes()))
 }

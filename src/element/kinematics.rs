@@ -53,13 +53,15 @@ impl Locking {
         (
             Self::Auto,
             "auto",
-            "selective_reduced at a Poisson's ratio of 0.45 or more where the elements offer it, else none",
+            "selective_reduced at a Poisson's ratio of 0.45 or more if the elements support it, otherwise \
+             none",
         ),
         (Self::None, "none", "full integration"),
         (
             Self::SelectiveReduced,
             "selective_reduced",
-            "shear terms fully integrated, volume terms by one point less in each direction (quads and hexes)",
+            "full integration of shear terms, one point less in each direction for volume terms (quads and \
+             hexes)",
         ),
     ];
 
@@ -91,7 +93,7 @@ impl Locking {
             }
             (Self::SelectiveReduced, _) => {
                 let cure = "use locking: auto or none, or quads and hexes";
-                Err(Error::case(format!("locking: {} does not exist for {kind}", self.name())).hint(cure))
+                Err(Error::case(format!("locking: {kind} does not support {}", self.name())).hint(cure))
             }
         }
     }

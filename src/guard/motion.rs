@@ -27,8 +27,8 @@ pub struct MotionGuard {
 }
 
 impl MotionGuard {
-    fn tell(&self, units: Units) -> String {
-        let verb = if self.rolls { "rolled on" } else { "slid" };
+    fn describe(&self, units: Units) -> String {
+        let verb = if self.rolls { "rolled" } else { "slid" };
         format!(
             "the surfaces of contact '{}' {verb} by {:.3e} {}, {:.1} facets",
             self.contact,
@@ -77,7 +77,7 @@ impl MotionWatch {
             rejected[k] = (rolled.facets > self.limit).then_some(rolled.facets);
         }
         self.rejected = rejected;
-        Some(format!("{}, {:.2} are allowed in a step", motion.tell(units), self.limit))
+        Some(format!("{}; {:.2} are allowed per step", motion.describe(units), self.limit))
     }
 
     /// Records an accepted step: its number and its length \[s\].
@@ -97,10 +97,10 @@ impl MotionWatch {
     pub fn warning(&self, units: Units) -> Option<String> {
         let (step, motion) = self.worst.as_ref()?;
         Some(format!(
-            "warning: {} in step {step}, and by more than {:.2} facets in {} steps, which could be cut no further: their \
-             friction depends on the length of the steps\n\
-             hint: take a shorter step, or allow more cuts",
-            motion.tell(units),
+            "warning: {} in step {step}, and by more than {:.2} facets in {} steps that could not be cut \
+             further: their friction depends on the step length\n\
+             hint: use a shorter step, or a larger `time.cuts`",
+            motion.describe(units),
             self.limit,
             self.beyond
         ))
@@ -157,7 +157,7 @@ mod tests {
         assert!(!watch.foresees(0.5) && watch.foresees(1.0));
         for _ in 0..3 {
             let why = watch.objection(&[slide(0.5, 0.0, 0.5)], Units::default()).expect("an objection");
-            assert!(why.contains("slid by 5.000e-1 m, 5.0 facets, 1.25 are allowed"), "{why}");
+            assert!(why.contains("slid by 5.000e-1 m, 5.0 facets; 1.25 are allowed"), "{why}");
         }
         assert_eq!(watch.warning(Units::default()), None);
         watch.accept(&[slide(0.3, 0.0, 0.3)], 2, 0.5);
@@ -177,7 +177,7 @@ mod tests {
         assert!(
             watch
                 .objection(&[slide(0.0, 0.4, 1.0)], Units::default())
-                .is_some_and(|why| why.contains("rolled on by 4.000e-1 m"))
+                .is_some_and(|why| why.contains("rolled by 4.000e-1 m"))
         );
         assert!(
             watch.objection(&[slide(0.0, 0.2, 1.0)], Units::default()).is_some(),

@@ -86,11 +86,12 @@ impl RunGuard {
         let spared = !system.redistributed()[0].is_empty();
         let cure = match spared {
             true => "use `scheme: conserving`, or",
-            false => "use `scheme: conserving`, with `mass: redistributed` for the bodies that meet, and",
+            false => "use `scheme: conserving`, with `mass: redistributed` for the bodies in contact, and",
         };
         let text = format!(
-            "warning: impact seen at t = {:.4e} {}: contact '{}' closed at {:.2e} {}; this scheme may gain or lose energy by it\n\
-             hint: {cure} watch `numerical` in energy.csv",
+            "warning: impact at t = {:.4e} {}: contact '{}' closed at {:.2e} {}; this scheme may gain or \
+             lose energy in an impact\n\
+             hint: {cure} monitor `numerical` in energy.csv",
             stage.trial.time,
             system.units().of("s"),
             closing.contact,
@@ -151,19 +152,19 @@ impl RunGuard {
         }
         let made = energies.numerical < 0.0;
         let (term, change) = culprit(&self.calm, energies, made);
-        let (verb, moved) =
-            if made { ("was gained without a cause", "grew") } else { ("was lost without a cause", "fell") };
+        let (verb, moved) = if made { ("gained", "grew") } else { ("lost", "fell") };
         let (s, joule) = (units.of("s"), units.of("J"));
         let message = format!(
-            "t = {time:.6e} {s}: {:.4e} {joule} {verb}, {:.2} % of the largest energy so far, {:.2} % are allowed; \
-             the {term} {moved} by {:.4e} {joule} while it did",
+            "t = {time:.6e} {s}: unexplained energy of {:.4e} {joule} was {verb}, {:.2} % of the largest \
+             energy so far ({:.2} % allowed); meanwhile the {term} {moved} by {:.4e} {joule}",
             excess,
             100.0 * unexplained,
             100.0 * limit,
             change.abs()
         );
         Err(Error::guard(message).hint(
-            "results up to this time are kept; take a smaller step, `scheme: conserving`, or a larger guard: { energy: ... }",
+            "results up to this time are kept; use a smaller step, `scheme: conserving`, or a larger guard: \
+             { energy: ... }",
         ))
     }
 }
@@ -175,7 +176,7 @@ fn culprit(before: &Energies, now: &Energies, made: bool) -> (&'static str, f64)
         ("kinetic energy", now.kinetic - before.kinetic),
         ("strain energy", now.strain - before.strain),
         ("contact energy", now.contact - before.contact),
-        ("heat of friction", now.friction_dissipated - before.friction_dissipated),
+        ("frictional heat", now.friction_dissipated - before.friction_dissipated),
         ("work of loads and supports", before.external_work - now.external_work),
     ];
     let sign = if made { 1.0 } else { -1.0 };

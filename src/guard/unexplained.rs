@@ -94,7 +94,7 @@ impl Unexplained {
         if !worthy || self.largest.abs() <= ROUNDINGS * self.rounding {
             return None;
         }
-        let verb = if self.largest < 0.0 { "was gained without a cause" } else { "was lost without a cause" };
+        let verb = if self.largest < 0.0 { "gained" } else { "lost" };
         let (s, joule) = (units.of("s"), units.of("J"));
         let notable = |left: &&Left| left.excess >= NOTABLE * self.excess;
         let name = |left: &Left| {
@@ -104,11 +104,13 @@ impl Unexplained {
         };
         let steps: Vec<String> = self.steps.iter().flatten().filter(notable).map(name).collect();
         let steps = match steps.is_empty() {
-            true => "little by little, less than a tenth of it in any one step".to_owned(),
+            true => "gradually, less than a tenth of it in any single step".to_owned(),
             false => steps.join(", "),
         };
         Some(format!(
-            "warning: until t = {:.4e} {s} an energy of {:.3e} {joule} {verb}, {:.1} % of the largest energy of the run: {steps}\nhint: {}",
+            "warning: until t = {:.4e} {s}, unexplained energy of {:.3e} {joule} was {verb}, {:.1} % of the \
+             largest energy of the run: {steps}\n\
+             hint: {}",
             self.at,
             self.largest.abs(),
             100.0 * self.largest.abs() / scale,
@@ -118,25 +120,30 @@ impl Unexplained {
 }
 
 /// Hint for a scheme that damps fast motion.
-const DAMPS: &str = "this scheme damps what is fast beside the step: take a shorter step, accuracy: { time: ... } or `scheme: conserving`";
+const DAMPS: &str = "this scheme damps motions that are fast compared with the step: use a shorter step, \
+                     accuracy: { time: ... } or `scheme: conserving`";
 
 /// The hint on what to change.
 fn cure(scheme: Scheme, contact: bool) -> &'static str {
     match scheme {
         Scheme::Static if !contact => {
-            "bodies jumped from one equilibrium to another, or the path is too curved: take more load steps"
+            "the bodies jumped from one equilibrium to another, or the equilibrium path is strongly curved: \
+             use more load steps"
         }
         Scheme::Static => {
-            "bodies jumped from one equilibrium to another, or the path is too curved: take more load steps; what remains \
-             comes from contact: refine its surfaces, or use `area: reference`"
+            "the bodies jumped from one equilibrium to another, or the equilibrium path is strongly curved: \
+             use more load steps; the rest comes from contact: refine its surfaces, or use `area: \
+             reference`"
         }
         Scheme::Conserving => {
-            "the steps are too long for what happens in them: take a shorter step, or a smaller solver.newton.tolerance"
+            "the steps are too long to resolve the motion: use a shorter step, or a smaller \
+             solver.newton.tolerance"
         }
         Scheme::BackwardEuler => DAMPS,
         Scheme::Newmark { gamma, alpha_m, alpha_f, .. } if gamma > 0.5 || alpha_m != alpha_f => DAMPS,
         Scheme::Newmark { .. } | Scheme::Midpoint => {
-            "the steps are too long for what happens in them: take a shorter step, accuracy: { time: ... } or `scheme: conserving`"
+            "the steps are too long to resolve the motion: use a shorter step, accuracy: { time: ... } or \
+             `scheme: conserving`"
         }
     }
 }
@@ -163,7 +170,7 @@ mod tests {
             .warning(scheme, true, 100.0, Units::default())
             .expect("a warning");
         assert!(
-            text.contains("t = 5.0000e-1 s an energy of 8.150e1 J was gained without a cause, 81.5 %"),
+            text.contains("t = 5.0000e-1 s, unexplained energy of 8.150e1 J was gained, 81.5 %"),
             "{text}"
         );
         let named =
@@ -206,6 +213,6 @@ mod tests {
         assert_eq!(rounded.warning(Scheme::Conserving, true, 100.0, Units::default()), None);
         let many: Vec<f64> = (1..=100).map(|k| 0.1 * f64::from(k)).collect();
         let text = run(&many).warning(Scheme::Conserving, true, 100.0, Units::default()).expect("a warning");
-        assert!(text.contains("little by little"), "{text}");
+        assert!(text.contains("gradually"), "{text}");
     }
 }

@@ -13,6 +13,6 @@ pub fn check_engineering(young_modulus: Pressure, poisson_ratio: Number, finding
 pub fn check_poisson_ratio(ratio: Number, findings: &mut Findings) {
     if !(ratio.value > -1.0 && ratio.value < 0.5) {
         findings.say(ratio.place, format!("Poisson's ratio must be > -1 and < 0.5, found {}", ratio.value));
-        findings.cure("an almost incompressible solid is written as 0.49 or 0.499");
+        findings.cure("use 0.49 or 0.499 for an almost incompressible solid");
     }
 }

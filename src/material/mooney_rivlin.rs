@@ -70,7 +70,8 @@ impl Parameters for MooneyRivlin {
         let cure = "at small strain poisson_ratio = (3 K - 2 mu) / (6 K + 2 mu) with mu = 2 (c10 + c01)";
         match (self.bulk_modulus, self.poisson_ratio) {
             (Some(_), Some(ratio)) => {
-                findings.say(ratio.place, "bulk_modulus and poisson_ratio say the same: give one of them");
+                findings
+                    .say(ratio.place, "bulk_modulus and poisson_ratio are redundant: give only one of them");
                 findings.cure(cure);
             }
             (None, None) => {

@@ -22,7 +22,8 @@ fn check(nodes: f64, available: Option<u64>) -> Result<()> {
         Some(available) if needed > available as f64 => {
             let [needed, available] = [needed, available as f64].map(|bytes| bytes / 1e9);
             let text = format!(
-                "{nodes:.3e} nodes: their mesh alone takes about {needed:.1} GB, of {available:.1} GB that are free"
+                "{nodes:.3e} nodes: the mesh alone needs about {needed:.1} GB, but only {available:.1} GB \
+                 are free"
             );
             Err(Error::case(text).hint("use fewer cells, or a machine with more memory"))
         }

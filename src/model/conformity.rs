@@ -161,8 +161,8 @@ fn require_equal_orders<const D: usize>(
             let kind = mesh.kinds[other.element as usize];
             let message =
                 format!("and {neighbour} ({kind}) share the corners of a side, but not its other nodes");
-            let cure = "mesh the body with elements of one order; in Gmsh `-order 1` or `-order 2`, and the same \
-                        `Mesh.SecondOrderIncomplete` for all of it";
+            let cure = "mesh the body with elements of a single order; in Gmsh `-order 1` or `-order 2`, \
+                        and the same `Mesh.SecondOrderIncomplete` for all of it";
             return Err(source.at_element(mesh, one.element as usize, &message).hint(cure));
         }
     }
@@ -379,8 +379,8 @@ fn require_joined<const D: usize>(
 }
 
 fn refusal<const D: usize>(mesh: &Mesh<D>, source: &MeshOrigin, first: Touch, count: usize) -> Error {
-    let apart = "faces that are meant to be separate, such as those of a crack, need a contact between sets that hold them, or \
-                 `merge: never`";
+    let apart = "for faces that are separate on purpose, such as those of a crack, define a contact between \
+                 their sets, or use `merge: never`";
     let places = |what: &str| match count {
         1 => String::new(),
         _ => format!(" ({count} such {what})"),
@@ -406,7 +406,8 @@ fn refusal<const D: usize>(mesh: &Mesh<D>, source: &MeshOrigin, first: Touch, co
         Touch::Hanging(node, facet) => {
             let element = source.element(mesh, facet.element);
             let message = format!(
-                "hangs: it lies on a side of {element} but is not one of its nodes{}: the meshes on the two sides do not match",
+                "is a hanging node: it lies on a side of {element} but is not one of its nodes{}; the \
+                 meshes on the two sides do not match",
                 places("places")
             );
             let cure = format!(
@@ -472,14 +473,16 @@ fn find_pieces<const D: usize>(
     if let Some(node) = hinge {
         if most > MOST_HINGED {
             let message = format!(
-                "is one of the nodes that alone connect {most} pieces of the mesh, each free to rotate"
+                "is one of the single nodes that connect {most} pieces of the mesh, each of which is free \
+                 to rotate"
             );
-            return Err(source
-                .at_node(mesh, node, &message)
-                .hint("elements must share sides; a body has at most 64 pieces that hinge on nodes"));
+            return Err(source.at_node(mesh, node, &message).hint(
+                "connect elements by common sides; a body can have at most 64 pieces joined at single nodes",
+            ));
         }
         remarks.push(format!(
-            "pieces of '{name}' are joined at single nodes only, as at {} {m}: they rotate about them without resistance",
+            "pieces of '{name}' are joined at single nodes only, for example at {} {m}: they can rotate \
+             about these nodes without resistance",
             spelled(&mesh.points[node as usize])
         ));
     }

@@ -161,10 +161,11 @@ fn bend<const D: usize>(mesh: &mut Mesh<D>, map: &case::BoxMap, case: &Case) -> 
         Some(bad) => {
             let at = map.functions().into_iter().flatten().next().map(|function| function.place);
             let place = spelled(&mesh.points[bad.node as usize]);
-            let text =
-                format!("the map of the box leaves an element at {place} {m} flat or turned inside out");
+            let text = format!("the map of the box makes the element at {place} {m} flat or inverted");
             let error = case.error(at.unwrap_or_default(), text);
-            Err(error.hint("neighbours must stay neighbours, and left must stay left of right"))
+            Err(error.hint(
+                "the map must keep neighbouring points neighbours, and the left side left of the right side",
+            ))
         }
         None => Ok(()),
     }

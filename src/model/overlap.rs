@@ -56,12 +56,13 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
                 continue;
             };
             let message = format!(
-                "bodies '{}' and '{}' overlap at the start: {} {m}, the middle of an element of '{0}', lies inside '{1}'",
+                "bodies '{}' and '{}' overlap at the start: the centre of an element of '{0}' at {} {m} \
+                 lies inside '{1}'",
                 names[inner],
                 names[outer],
                 spelled(&place)
             );
-            refuse_or_tell(case, [names[inner], names[outer]], message, &mut remarks)?;
+            refuse_or_remark(case, [names[inner], names[outer]], message, &mut remarks)?;
         }
     }
     for (name, obstacle) in case.obstacles.iter() {
@@ -75,12 +76,13 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
             let near = elements[body].iter().copied().filter(|&e| around_element(mesh, e).meets(&at));
             if locate(mesh, near, &centre).is_some() {
                 let message = format!(
-                    "body '{}' and obstacle '{}' overlap at the start: the middle of the obstacle, {} {m}, lies inside the body",
+                    "body '{}' and obstacle '{}' overlap at the start: the centre of the obstacle at {} {m} \
+                     lies inside the body",
                     names[body],
                     name.value,
                     spelled(&centre)
                 );
-                refuse_or_tell(case, [names[body], &name.value], message, &mut remarks)?;
+                refuse_or_remark(case, [names[body], &name.value], message, &mut remarks)?;
             }
         }
     }
@@ -89,7 +91,7 @@ pub(super) fn remarks<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Result<Vec
 
 /// Returns an error at the contact if a contact between the two bodies treats overclosure as an
 /// error; otherwise adds a remark.
-fn refuse_or_tell(case: &Case, pair: [&str; 2], message: String, remarks: &mut Vec<String>) -> Result<()> {
+fn refuse_or_remark(case: &Case, pair: [&str; 2], message: String, remarks: &mut Vec<String>) -> Result<()> {
     let between = case.contact.iter().filter(|(_, contact)| {
         let on = |side: usize| contact.is_on(pair[side]) || contact.target.value == pair[side];
         on(0) && on(1)

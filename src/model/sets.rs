@@ -32,8 +32,12 @@ pub fn shared_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> 
             [&contact.contactor, &contact.target].map(|set| mesh.facet_sets.get(&set.value));
         let (contactor, target) = (contactor?, target?);
         if contact.contactor.value == contact.target.value {
-            let message = format!("'{}' is one facet, which can not meet itself", contact.target.value);
-            let error = || case.error(contact.target.place, message).hint("name a surface of several facets");
+            let message = format!(
+                "'{}' is a single facet, which can not be in contact with itself",
+                contact.target.value
+            );
+            let error =
+                || case.error(contact.target.place, message).hint("name a surface with several facets");
             return (contactor.len() == 1).then(error);
         }
         let known: HashSet<_> = contactor.iter().collect();
@@ -41,7 +45,7 @@ pub fn shared_facets<const D: usize>(case: &Case, mesh: &Mesh<D>) -> Vec<Error> 
         let names = [&contact.contactor.value, &contact.target.value];
         let message = format!("'{}' and '{}' have {count} facets in common", names[0], names[1]);
         let cure =
-            "name sets without common facets; for a contact of a surface with itself give one name for both";
+            "name sets without common facets; for self-contact name the same set as contactor and target";
         (count > 0).then(|| case.error(contact.target.place, message).hint(cure))
     };
     case.contact.values().filter_map(fault).collect()
@@ -58,10 +62,10 @@ fn require<const D: usize>(case: &Case, mesh: &Mesh<D>, on: &At<String>, surface
         Some((_, kind)) if fits(*kind) => return Ok(()),
         Some((_, kind)) => {
             let kind = if *kind == SetKind::Points { "points" } else { "elements" };
-            format!("the set '{}' has {kind}, a surface is needed here", on.value)
+            format!("expected a surface, but the set '{}' has {kind}", on.value)
         }
-        None if surface => format!("the mesh of '{body}' has no surface '{set}', there is no '{}'", on.value),
-        None => format!("the mesh of '{body}' has no set '{set}', there is no '{}'", on.value),
+        None if surface => format!("the mesh of '{body}' has no surface '{set}': there is no '{}'", on.value),
+        None => format!("the mesh of '{body}' has no set '{set}': there is no '{}'", on.value),
     };
     Err(case.unknown(on, message, sets.filter(|(_, kind)| fits(*kind)).map(|(name, _)| *name)))
 }

@@ -56,10 +56,11 @@ impl AccuracyRecord {
             .parts()
             .filter(|(_, achieved, asked)| *achieved > asked * (1.0 + 1e-9))
             .map(|(name, achieved, asked)| {
-                format!("{} {achieved:.1e}, asked {asked:.1e}", units.heading(name))
+                format!("{} {achieved:.1e}, requested {asked:.1e}", units.heading(name))
             })
             .collect();
-        (!missed.is_empty()).then(|| format!("warning: the accuracy was not met: {}", missed.join("; ")))
+        (!missed.is_empty())
+            .then(|| format!("warning: the requested accuracy was not reached: {}", missed.join("; ")))
     }
 
     /// The accuracy as text for the console.
@@ -88,7 +89,7 @@ mod tests {
         );
         assert_eq!(
             record.warning(Units::SI).as_deref(),
-            Some("warning: the accuracy was not met: energy 2.0e-2, asked 1.0e-2")
+            Some("warning: the requested accuracy was not reached: energy 2.0e-2, requested 1.0e-2")
         );
         let json = serde_json::to_value(&record).unwrap();
         assert_eq!((json["asked"]["time"].as_f64(), json["asked"].get("slip")), (Some(1e-3), None));

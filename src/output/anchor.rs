@@ -55,8 +55,8 @@ pub(super) fn require_same(file: &File, path: &Path) -> Result<()> {
     let same = is_same(file, path).map_err(|e| trouble(path, "find", &e))?;
     same.then_some(()).ok_or_else(|| {
         Error::file(format!("{}: moved, deleted or replaced during the run", path.display())).hint(
-            "the results up to the last output are where the folder is now; move it back and continue from a checkpoint by \
-             --restart, or start again",
+            "results up to the last output are in the moved folder; move it back and resume from a \
+             checkpoint with --restart, or start again",
         )
     })
 }

@@ -108,11 +108,11 @@ impl Console {
     /// The console of a rank.
     pub fn new(rank: usize, verbosity: Verbosity, units: Units) -> Self {
         let verbosity = if rank == 0 { verbosity } else { Verbosity::Silent };
-        let console = Self::speaking_to(verbosity, Box::new(std::io::stdout()), Box::new(std::io::stderr()));
+        let console = Self::writing_to(verbosity, Box::new(std::io::stdout()), Box::new(std::io::stderr()));
         Self { unit: units.of("s"), ..console }
     }
 
-    fn speaking_to(verbosity: Verbosity, out: Box<dyn Write>, err: Box<dyn Write>) -> Self {
+    fn writing_to(verbosity: Verbosity, out: Box<dyn Write>, err: Box<dyn Write>) -> Self {
         let (pace, last) = (PaceDisplay::default(), Instant::now());
         Self { verbosity, out, err, bar: None, pace, last, span: [0.0, 0.0], unit: "s".to_owned() }
     }
@@ -163,8 +163,8 @@ impl Console {
     pub fn warn(&mut self, text: &str) {
         match self.verbosity {
             Verbosity::Silent => {}
-            Verbosity::Warnings if !text.starts_with("warning:") => self.speak(&format!("warning: {text}")),
-            _ => self.speak(text),
+            Verbosity::Warnings if !text.starts_with("warning:") => self.print(&format!("warning: {text}")),
+            _ => self.print(text),
         }
     }
 
@@ -212,19 +212,19 @@ impl Console {
 
     fn progress(&mut self, text: &str) {
         if self.verbosity > Verbosity::Warnings {
-            self.speak(text);
+            self.print(text);
         }
     }
 
-    fn speak(&mut self, text: &str) {
+    fn print(&mut self, text: &str) {
         let err = &mut self.err;
-        let mut speak = || {
+        let mut write = || {
             let _ = writeln!(err, "{text}");
             let _ = err.flush();
         };
         match &self.bar {
-            Some(bar) => bar.suspend(speak),
-            None => speak(),
+            Some(bar) => bar.suspend(write),
+            None => write(),
         }
     }
 }
@@ -303,7 +303,7 @@ mod tests {
 
     fn run(verbosity: Verbosity) -> (String, String) {
         let (out, err) = (Heard::default(), Heard::default());
-        let mut console = Console::speaking_to(verbosity, Box::new(out.clone()), Box::new(err.clone()));
+        let mut console = Console::writing_to(verbosity, Box::new(out.clone()), Box::new(err.clone()));
         console.span = [0.0, 0.07];
         console.newton_header(&Attempt { step: 41, time: 0.0205, dt: 5e-4, attempt: 1 });
         console.newton_row(&ROW);

@@ -76,10 +76,10 @@ impl ResultsFolder {
         let folder = Self { path: path.to_path_buf() };
         if is_occupied(path)? && !is_ours(path) {
             return Err(Error::file(format!(
-                "{}: not empty and not a result of {PROGRAM}; nothing was changed",
+                "{}: not empty and not a results folder of {PROGRAM}; nothing was changed",
                 path.display()
             ))
-            .hint("give another folder with --output, or empty this one yourself"));
+            .hint("choose another folder with --output, or empty this folder"));
         }
         fs::create_dir_all(path).map_err(|e| unwritable(path, &e))?;
         let lock = Lock::take(path)?;
@@ -124,7 +124,7 @@ impl ResultsFolder {
     /// # Errors
     /// The folder does not exist, or holds no `run.json` of this program.
     pub fn open(path: &Path) -> Result<Self> {
-        let cure = "give the results folder of a run, as in `contact-petsc plot results/rubber-block`";
+        let cure = "give the results folder of a run, for example `contact-petsc plot results/rubber-block`";
         Self::find(path).map_err(|error| error.hint(cure))
     }
 
@@ -234,7 +234,7 @@ fn is_occupied(path: &Path) -> Result<bool> {
         Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
         Err(e) if e.kind() == ErrorKind::NotADirectory => {
             Err(Error::file(format!("{}: a file, not a folder", path.display()))
-                .hint("give another folder with --output"))
+                .hint("choose another folder with --output"))
         }
         Err(e) => Err(trouble(path, "read", &e)),
     }
@@ -375,7 +375,7 @@ pub(crate) mod tests {
             }
             let error = ResultsFolder::create(&scratch.0).unwrap_err();
             assert_eq!(error.cause, Cause::File);
-            assert!(error.message.contains("not a result of contact-petsc"), "{error}");
+            assert!(error.message.contains("not a results folder of contact-petsc"), "{error}");
             assert_eq!(fs::read_to_string(scratch.0.join("energy.csv")).unwrap(), "theirs");
             assert_eq!(ResultsFolder::open(&scratch.0).unwrap_err().cause, Cause::File);
         }

@@ -10,16 +10,16 @@ pub(crate) fn unwritable(path: &Path, error: &std::io::Error) -> Error {
     let error_text = trouble(path, "write", error);
     match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem | ErrorKind::NotFound => {
-            error_text.hint("give a folder that you may write with --output")
+            error_text.hint("choose a writable folder with --output")
         }
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             error_text.hint("free some space, or write fewer field steps (output: fields: every)")
         }
         ErrorKind::FileTooLarge => {
-            error_text.hint("the size of files is limited here: `ulimit -f unlimited` lifts the limit")
+            error_text.hint("the file size is limited: remove the limit with `ulimit -f unlimited`")
         }
         ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
-            error_text.hint("a part of this path is a file")
+            error_text.hint("a parent folder in this path is a file")
         }
         _ => error_text,
     }

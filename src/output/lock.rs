@@ -126,8 +126,11 @@ impl Lock {
             }
         };
         let heart = Builder::new().name("lock".into()).spawn(beat).map_err(|e| {
-            Error::internal(format!("no thread can be started that keeps {}: {e}", lock.path.display()))
-                .hint("raise the limits on processes (`ulimit -u`) and on address space (`ulimit -v`)")
+            Error::internal(format!(
+                "{}: the thread that keeps this lock can not be started: {e}",
+                lock.path.display()
+            ))
+            .hint("raise the limits on processes (`ulimit -u`) and on address space (`ulimit -v`)")
         })?;
         lock.heart = Some(heart);
         Ok(lock)
@@ -211,8 +214,11 @@ fn in_use(folder: &Path, content: &str) -> Error {
         (Some(id), Some(host)) => format!("process {id} on {host}"),
         _ => "an unknown process".to_owned(),
     };
-    Error::file(format!("{}: a run is writing there, {who}; nothing was changed", folder.display()))
-        .hint("wait for its end, or give another folder with --output")
+    Error::file(format!(
+        "{}: another run is writing to this folder, {who}; nothing was changed",
+        folder.display()
+    ))
+    .hint("wait until it has ended, or choose another folder with --output")
 }
 
 #[cfg(test)]

@@ -33,7 +33,7 @@ pub fn wall_time(text: &str) -> Result<Duration, String> {
     };
     let seconds = text.parse().ok().or_else(clock).or_else(with_unit).filter(|seconds| *seconds > 0.0);
     let length = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    length.ok_or_else(|| "not a length of time > 0, as in 3300, \"55 min\" or 0:55:00".to_owned())
+    length.ok_or_else(|| "expected a duration > 0, such as 3300, \"55 min\" or 0:55:00".to_owned())
 }
 
 /// Wall time per simulated time. The last twenty steps or so have the largest weight.

@@ -44,10 +44,10 @@ pub fn claim(folder: &Path) -> Result<()> {
         sleep(Duration::from_millis(100));
     }
     Err(Error::file(format!(
-        "{}: a run is writing there, process {id}; nothing was changed",
+        "{}: another run is writing to this folder, process {id}; nothing was changed",
         folder.display()
     ))
-    .hint("wait for its end, or give another folder with --output"))
+    .hint("wait until it has ended, or choose another folder with --output"))
 }
 
 /// Number of checks, a tenth of a second apart, before a process counts as alive.

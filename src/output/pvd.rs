@@ -41,8 +41,8 @@ impl PvdSeries {
     pub fn resume(path: &Path, last_time: f64) -> Result<Self> {
         let mut series = Self::new(path);
         if path.exists() {
-            let cure =
-                "remove this file to go on without the fields that it names, or start anew without --restart";
+            let cure = "remove this file to resume without the fields that it lists, or start again without \
+                        --restart";
             series.entries = read(path).map_err(|error| error.hint(cure))?;
             series.entries.retain(|entry| entry.time <= last_time);
             series.write()?;

@@ -249,7 +249,7 @@ impl Record {
             count if count < MOST_WARNINGS => {
                 self.warnings.push(text.trim_start_matches("warning: ").replace("\nhint: ", "; "));
             }
-            MOST_WARNINGS => self.warnings.push("further warnings are left out".into()),
+            MOST_WARNINGS => self.warnings.push("further warnings are omitted".into()),
             _ => {}
         }
     }
@@ -332,7 +332,7 @@ pub fn check_tables(record: &Value, folder: &Path) -> Result<()> {
     let place = folder.join(RECORD);
     match &record["tables"] {
         Value::Null if record["verdict"] == "completed" => {
-            Err(Error::file(format!("{}: does not say what the tables hold", place.display())))
+            Err(Error::file(format!("{}: has no checksums of the tables", place.display())))
         }
         Value::Null => Ok(()),
         marks => {
@@ -458,10 +458,10 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         let other = String::from_utf8(whole.clone()).unwrap().replace("7,0.5", "7,0.4");
         for (content, words) in [
-            (&whole[..20], "lacks rows"),
+            (&whole[..20], "rows are missing"),
             (other.as_bytes(), "SHA-256"),
-            (b"", "lacks rows"),
-            (&[&whole[..], b"9"].concat(), "where it had"),
+            (b"", "rows are missing"),
+            (&[&whole[..], b"9"].concat(), "instead of"),
         ] {
             std::fs::write(&path, content).unwrap();
             let error = check(&told).unwrap_err();
@@ -472,7 +472,7 @@ mod tests {
         told["tables"] = json!({ "a.csv": 7 });
         assert!(check(&told).unwrap_err().message.contains("run.json: damaged"));
         told["tables"] = Value::Null;
-        assert!(check(&told).unwrap_err().message.contains("does not say"));
+        assert!(check(&told).unwrap_err().message.contains("no checksums"));
         told["verdict"] = json!("failed");
         check(&told).unwrap();
     }

@@ -74,7 +74,7 @@ impl fmt::Display for StartUp {
         }
         match (self.meeting, self.ranks) {
             (None, _) => {}
-            (Some((_, pairs, _)), ..2) => writeln!(f, "            {pairs} pairs of elements may touch")?,
+            (Some((_, pairs, _)), ..2) => writeln!(f, "            {pairs} candidate pairs of elements")?,
             (Some((imbalance, pairs, cut)), _) => {
                 writeln!(
                     f,
@@ -95,10 +95,10 @@ impl fmt::Display for StartUp {
 
 impl fmt::Display for ContactStart {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}: {} of {} points closed as meshed", self.name, self.closed, self.points)?;
-        let Some((gap, at)) = &self.nearest else { return write!(f, ", no target near") };
+        write!(f, "{}: {} of {} points initially closed", self.name, self.closed, self.points)?;
+        let Some((gap, at)) = &self.nearest else { return write!(f, ", no target nearby") };
         if self.paired < self.points {
-            write!(f, ", {} with a target near", self.paired)?;
+            write!(f, ", {} with a target nearby", self.paired)?;
         }
         let m = &self.unit;
         match *gap < 0.0 {
@@ -133,17 +133,17 @@ pub(super) fn summary(record: &Record) -> String {
     text.push_str(&format!("  krylov    {} iterations\n", totals.krylov_iterations));
     if totals.inner_krylov_iterations > 0 {
         text.push_str(&format!(
-            "  inner     {} iterations of the preconditioner\n",
+            "  inner     {} iterations within the preconditioner\n",
             totals.inner_krylov_iterations
         ));
     }
-    let told = record.penetrations.iter().map(|contact| contact.told(&m));
+    let told = record.penetrations.iter().map(|contact| contact.describe(&m));
     told.for_each(|contact| text.push_str(&format!("  contact   {contact}\n")));
     let told = record.accuracy.iter().map(|accuracy| accuracy.told(record.units));
     told.for_each(|accuracy| text.push_str(&format!("  accuracy  {accuracy}\n")));
     if totals.linear_fallbacks > 0 {
         let fallbacks = totals.linear_fallbacks;
-        text.push_str(&format!("  fallbacks {fallbacks} of the linear solver to a stronger one\n"));
+        text.push_str(&format!("  fallbacks {fallbacks} to a more robust linear solver\n"));
     }
     text.push_str(&format!("  memory    {largest:.0} MiB on the largest of {} ranks", record.ranks));
     text + &phase_table(record)
@@ -151,13 +151,13 @@ pub(super) fn summary(record: &Record) -> String {
 
 impl PenetrationRecord {
     /// The contact as text for the console; `m` is the unit of length.
-    fn told(&self, m: &str) -> String {
+    fn describe(&self, m: &str) -> String {
         let Self { contact, deepest, asked, .. } = self;
         match (self.has_closed(), asked) {
             (false, _) => format!("{contact}: never closed"),
             (true, None) => format!("{contact}: deepest penetration {deepest:.3e} {m}"),
             (true, Some(asked)) => {
-                format!("{contact}: deepest penetration {deepest:.3e} {m}, asked for {asked:.3e} {m}")
+                format!("{contact}: deepest penetration {deepest:.3e} {m}, requested {asked:.3e} {m}")
             }
         }
     }
@@ -225,14 +225,16 @@ mod tests {
             remarks: vec![],
         };
         let expected = "Rubber block\n  mesh      2400 elements, 2499 nodes, 4998 unknowns\n\
-            \x20 ranks     2, imbalance of elements 1.010, edge cut 48\n\
-            \x20           contact imbalance 1.050, 3 of 80 pairs across ranks\n  solver    monolithic, GMRES with ILU(0)\n\
-            \x20 contact   sole: 40 of 49 points closed as meshed, 45 with a target near, deepest overclosure 1.500e-5 m at \
-            (0.480000, 0.000000), widest gap 2.000e-3 m at (0.000000, 0.000000)\n\
-            \x20 results   results/rubber-block";
+                        \x20 ranks     2, imbalance of elements 1.010, edge cut 48\n\
+                        \x20           contact imbalance 1.050, 3 of 80 pairs across ranks\n  solver    \
+                        monolithic, GMRES with ILU(0)\n\
+                        \x20 contact   sole: 40 of 49 points initially closed, 45 with a target nearby, \
+                        deepest overclosure 1.500e-5 m at (0.480000, 0.000000), widest gap 2.000e-3 m at \
+                        (0.000000, 0.000000)\n\
+                        \x20 results   results/rubber-block";
         assert_eq!(report.to_string(), expected);
         let alone = StartUp { ranks: 1, ..report }.to_string();
-        assert!(alone.contains("  ranks     1\n            80 pairs of elements may touch\n"), "{alone}");
+        assert!(alone.contains("  ranks     1\n            80 candidate pairs of elements\n"), "{alone}");
     }
 
     /// The phases are in aligned columns, followed by the remaining time.
@@ -303,11 +305,11 @@ mod tests {
             ),
             "{text}"
         );
-        assert!(text.contains("sole: deepest penetration 4.000e-5 m, asked for 5.000e-5 m\n"), "{text}");
+        assert!(text.contains("sole: deepest penetration 4.000e-5 m, requested 5.000e-5 m\n"), "{text}");
         assert!(text.contains("heel: never closed\n"), "{text}");
         // Multipliers enforce contact exactly.
-        assert!(text.contains("toe: deepest penetration 0.000e0 m, asked for 1.000e-6 m\n"), "{text}");
-        assert!(text.contains("\n  fallbacks 2 of the linear solver"), "{text}");
+        assert!(text.contains("toe: deepest penetration 0.000e0 m, requested 1.000e-6 m\n"), "{text}");
+        assert!(text.contains("\n  fallbacks 2 to a more robust linear solver"), "{text}");
         assert!(text.contains("128 MiB on the largest of 2 ranks"));
         let table: Vec<&str> = text.lines().skip_while(|line| !line.contains("phase")).collect();
         assert_eq!(table.len(), 4);

@@ -62,11 +62,11 @@ impl Mark {
         let mut file = files::open(path).map_err(|e| trouble(path, "read", &e))?;
         let found = file.metadata().map_err(|e| trouble(path, "read", &e))?.len();
         if found < self.bytes {
-            return Err(refuse(format!("lacks rows: {found} bytes where it had {}", self.bytes)));
+            return Err(refuse(format!("rows are missing: {found} bytes instead of {}", self.bytes)));
         }
         let hash = hash_of(&mut file, self.bytes).map_err(|e| trouble(path, "read", &e))?;
         if hex(hash) != self.sha256 {
-            return Err(refuse("damaged: its SHA-256 is another one".into()));
+            return Err(refuse("damaged: its SHA-256 does not match".into()));
         }
         Ok(())
     }
@@ -79,7 +79,7 @@ impl Mark {
         self.check_start(path)?;
         let found = std::fs::metadata(path).map_err(|e| trouble(path, "read", &e))?.len();
         if found > self.bytes {
-            let text = format!("{}: {found} bytes where it had {}", path.display(), self.bytes);
+            let text = format!("{}: {found} bytes instead of {}", path.display(), self.bytes);
             return Err(Error::file(text));
         }
         Ok(())
@@ -147,9 +147,12 @@ impl Marks {
     fn check_file(&self, path: &Path) -> Result<&Mark> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let Some(mark) = self.0.get(&*name) else {
-            return Err(Error::file(format!("{}: the checkpoint knows no such table", path.display())));
+            return Err(Error::file(format!(
+                "{}: the checkpoint has no record of this table",
+                path.display()
+            )));
         };
-        let cure = "go on from an older checkpoint by --restart=FILE, or start anew without --restart";
+        let cure = "resume from an older checkpoint with --restart=FILE, or start again without --restart";
         mark.check_start(path).map_err(|error| error.hint(cure))?;
         Ok(mark)
     }
@@ -199,8 +202,11 @@ impl Table {
         let mut start = vec![0; head.len()];
         let read = files::open(path).and_then(|mut file| file.read_exact(&mut start));
         if read.is_err() || start != head.as_bytes() {
-            return Err(Error::file(format!("{}: other columns than this case writes", path.display()))
-                .hint("continue with the case that made the result, or start anew"));
+            return Err(Error::file(format!(
+                "{}: its columns differ from those of this case",
+                path.display()
+            ))
+            .hint("resume with the case that wrote the result, or start again"));
         }
         let file = OpenOptions::new().write(true).open(path);
         file.and_then(|file| file.set_len(mark.bytes)).map_err(|e| unwritable(path, &e))?;
@@ -233,12 +239,13 @@ impl Table {
             return Ok(());
         }
         let text = format!(
-            "{}: changed during the run: {found} bytes where {} were written",
+            "{}: changed during the run: {found} bytes instead of {}",
             self.path.display(),
             self.bytes
         );
         Err(Error::file(text).hint(
-            "leave the tables as they are until the run has ended; go on from an older checkpoint by --restart=FILE, or begin again",
+            "do not modify the tables during a run; resume from an older checkpoint with --restart=FILE, or \
+             start again",
         ))
     }
 
@@ -428,7 +435,7 @@ mod tests {
             assert!(damaged.unwrap_err().message.contains("SHA-256"));
         }
         std::fs::write(&path, "step,a\n").unwrap();
-        assert!(marks.check(&scratch.0).unwrap_err().message.contains("lacks rows"));
+        assert!(marks.check(&scratch.0).unwrap_err().message.contains("rows are missing"));
         std::fs::remove_file(&path).unwrap();
         assert!(marks.check(&scratch.0).is_err());
     }
@@ -444,7 +451,7 @@ mod tests {
         OpenOptions::new().write(true).open(&path).unwrap().set_len(0).unwrap();
         table.row(&[Cell::Count(2)]).unwrap();
         let error = table.check().unwrap_err();
-        assert!(error.message.contains("a.csv: changed during the run: 2 bytes where 9"), "{error}");
+        assert!(error.message.contains("a.csv: changed during the run: 2 bytes instead of 9"), "{error}");
         std::fs::rename(&path, scratch.0.join("b.csv")).unwrap();
         assert!(table.check().unwrap_err().message.contains("a.csv: moved"));
         std::fs::copy(scratch.0.join("b.csv"), &path).unwrap();

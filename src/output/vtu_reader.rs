@@ -64,7 +64,7 @@ pub fn parse(bytes: &[u8]) -> Result<ReadPiece> {
     check_encoding(&tags)?;
     let mark = tags.last().map_or(0, |tag| tag.end);
     let start = bytes[mark..].iter().position(|&b| b == b'_').map(|at| mark + at + 1);
-    let raw = &bytes[start.ok_or_else(|| Error::file("cut short before the data"))?..];
+    let raw = &bytes[start.ok_or_else(|| Error::file("truncated before the data"))?..];
     let piece = only(&tags, "Piece")?;
     let (points, cells) = (piece.number("NumberOfPoints")?, piece.number("NumberOfCells")?);
     let mut sections = read_sections(&tags, raw)?;
@@ -103,7 +103,7 @@ fn only<'a>(tags: &'a [Tag], name: &str) -> Result<&'a Tag> {
     let mut found = tags.iter().filter(|tag| tag.name == name);
     match (found.next(), found.next()) {
         (Some(tag), None) => Ok(tag),
-        _ => Err(Error::file(format!("not exactly one <{name}>"))),
+        _ => Err(Error::file(format!("expected exactly one <{name}>"))),
     }
 }
 
@@ -127,7 +127,7 @@ fn read_sections(tags: &[Tag], raw: &[u8]) -> Result<Sections> {
 }
 
 fn read_field(tag: &Tag, raw: &[u8]) -> Result<Field> {
-    let cut = || Error::file("cut short");
+    let cut = || Error::file("truncated");
     let offset: usize = tag.number("offset")?;
     let components =
         if tag.find("NumberOfComponents").is_some() { tag.number("NumberOfComponents")? } else { 1 };
@@ -146,7 +146,7 @@ fn read_field(tag: &Tag, raw: &[u8]) -> Result<Field> {
 fn decode<T, const N: usize>(data: &[u8], number: fn([u8; N]) -> T) -> Result<Vec<T>> {
     let (chunks, rest) = data.as_chunks::<N>();
     if !rest.is_empty() {
-        return Err(Error::file("a number is cut short"));
+        return Err(Error::file("a number is truncated"));
     }
     Ok(chunks.iter().map(|&chunk| number(chunk)).collect())
 }

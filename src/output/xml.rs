@@ -45,9 +45,9 @@ pub fn tags(bytes: &[u8], last: &str) -> Result<Vec<Tag>> {
     let mut tags: Vec<Tag> = Vec::new();
     let mut at = 0;
     while tags.last().is_none_or(|tag| tag.name != last) {
-        let start = find(bytes, at, b'<').ok_or_else(|| Error::file(format!("cut short: no <{last}>")))?;
+        let start = find(bytes, at, b'<').ok_or_else(|| Error::file(format!("truncated: no <{last}>")))?;
         let end = find(bytes, start, b'>')
-            .ok_or_else(|| Error::file(format!("cut short in a tag at byte {start}")))?;
+            .ok_or_else(|| Error::file(format!("truncated in a tag at byte {start}")))?;
         let inner = std::str::from_utf8(&bytes[start + 1..end])
             .map_err(|_| Error::file(format!("the tag at byte {start} is not text")))?;
         at = end + 1;

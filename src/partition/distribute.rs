@@ -36,7 +36,7 @@ fn cut<const D: usize>(
 ) -> Result<Option<Cut<D>>> {
     match (world.rank(), mesh) {
         (0, Some(mesh)) => Cut::new(mesh, plan, world.size() as usize).map(Some),
-        (0, None) => Err(Error::internal("partition: rank 0 brought no mesh")),
+        (0, None) => Err(Error::internal("partition: rank 0 has no mesh")),
         _ => Ok(None),
     }
 }

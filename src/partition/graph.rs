@@ -107,7 +107,7 @@ impl Graph {
 fn check(weights: &Weights, elements: usize) -> Result<()> {
     let fits = |pair: &Pair| pair.weight > 0 && pair.elements.iter().all(|&e| (e as usize) < elements);
     if !weights.pairs.iter().all(fits) {
-        return Err(Error::internal("partition: a tie between elements that do not exist, or of no weight"));
+        return Err(Error::internal("partition: an edge has no weight, or an element that does not exist"));
     }
     let Some(given) = &weights.elements else { return Ok(()) };
     let whole = given.constraints > 0 && given.loads.len() == elements * given.constraints;

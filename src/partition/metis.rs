@@ -40,7 +40,7 @@ pub fn partition(graph: &Graph, parts: usize) -> Result<Vec<u32>> {
     let mut part = vec![0; vertices];
     let constraints = graph.vertex_weights.as_ref().map_or(1, |weights| weights.constraints);
     let task = metis::Graph::new(constraints as i32, parts as i32, &graph.offsets, &graph.neighbours)
-        .map_err(|e| Error::internal(format!("METIS refuses the graph of the mesh: {e}")))?
+        .map_err(|e| Error::internal(format!("METIS rejects the graph of the mesh: {e}")))?
         .set_adjwgt(&graph.edge_weights)
         .set_option(Seed(SEED));
     let task = match &graph.vertex_weights {
@@ -53,7 +53,7 @@ pub fn partition(graph: &Graph, parts: usize) -> Result<Vec<u32>> {
     let done = if parts <= RECURSIVE { task.part_recursive(&mut part) } else { task.part_kway(&mut part) };
     drop(turn);
     done.map_err(|e| {
-        Error::internal(format!("METIS can not cut {vertices} elements into {parts} parts: {e}"))
+        Error::internal(format!("METIS can not partition {vertices} elements into {parts} parts: {e}"))
     })?;
     Ok(part.into_iter().map(|p| p as u32).collect())
 }

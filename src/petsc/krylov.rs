@@ -59,8 +59,7 @@ impl Krylov {
         if given.is_empty() {
             return error;
         }
-        Error::usage(error.message)
-            .hint(&format!("these PETSc options of yours apply here: {}", given.join(" ")))
+        Error::usage(error.message).hint(&format!("your PETSc options for this solver: {}", given.join(" ")))
     }
 
     /// Runs a function that may read options while the program's settings are in the database.

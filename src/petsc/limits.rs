@@ -81,7 +81,7 @@ pub(super) fn require_file_size() -> Result<()> {
         return Ok(());
     }
     let text = format!("files are limited to {} KiB, and MPI needs {} KiB", limit >> 10, SHARED >> 10);
-    Err(Error::file(text).hint("raise the limit by `ulimit -f unlimited`"))
+    Err(Error::file(text).hint("raise the limit with `ulimit -f unlimited`"))
 }
 
 /// The file size limit of the parent process \[bytes\].

@@ -375,7 +375,9 @@ impl Matrix {
     /// The matrix is not scalar, or PETSc fails.
     pub fn kronecker_identity(&self, dimension: usize) -> Result<Kronecker> {
         if self.block_size != 1 {
-            return Err(Error::internal("only a matrix with one value a node can be spread over components"));
+            return Err(Error::internal(
+                "only a matrix with one value per node can be expanded to components",
+            ));
         }
         Kronecker::new(&self.session, self.raw, dimension)
     }

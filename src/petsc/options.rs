@@ -138,8 +138,8 @@ pub fn validate(arguments: &[String]) -> Result<()> {
     let mut takes_value = false;
     for word in arguments {
         if !is_name(word) && !takes_value {
-            let hint = "PETSc's options stand after `--`, each as `-name` or `-name value`";
-            return Err(Error::usage(format!("`{word}` is no PETSc option")).hint(hint));
+            let hint = "write PETSc options after `--`, each in the form `-name` or `-name value`";
+            return Err(Error::usage(format!("`{word}` is not a PETSc option")).hint(hint));
         }
         takes_value = is_name(word);
     }
@@ -168,20 +168,19 @@ fn follow(words: &[&str], within: &mut Vec<String>) -> Result<()> {
             _ => continue,
         };
         let Some(name) = words.get(index + 1).filter(|next| !next.starts_with('-')) else {
-            let cure = format!("write the name of a file after it, as in `{word} options.txt`");
-            return Err(Error::usage(format!("the PETSc option `{word}` names no file")).hint(&cure));
+            let cure = format!("write the name of a file after it, for example `{word} options.txt`");
+            return Err(Error::usage(format!("the PETSc option `{word}` has no file name")).hint(&cure));
         };
         let wrong = |what: String| {
-            let cure = "a file of options is a regular file with one option a line, as `-ksp_rtol 1e-8`";
+            let cure = "an options file is a regular file with one option per line, such as `-ksp_rtol 1e-8`";
             Error::file(format!("{name}: {what}")).hint(cure)
         };
         if within.iter().any(|outer| outer == name) {
-            return Err(wrong("the file of PETSc's options names itself".into()));
+            return Err(wrong("the PETSc options file includes itself".into()));
         }
         let path = name.strip_suffix(":yaml").unwrap_or(name);
         let text = files::read(Path::new(path), LONGEST_FILE);
-        let text =
-            text.map_err(|error| wrong(format!("the file of PETSc's options cannot be read: {error}")))?;
+        let text = text.map_err(|error| wrong(format!("the PETSc options file can not be read: {error}")))?;
         let text = String::from_utf8_lossy(&text);
         let is_yaml = is_yaml
             || path != *name
@@ -196,7 +195,7 @@ fn follow(words: &[&str], within: &mut Vec<String>) -> Result<()> {
             let words: Vec<&str> = line.split_whitespace().collect();
             if !is_line(&words, line.contains(['"', '\''])) {
                 let line = crate::error::shown(line.trim());
-                return Err(wrong(format!("line {}: `{line}` is no PETSc option", number + 1)));
+                return Err(wrong(format!("line {}: `{line}` is not a PETSc option", number + 1)));
             }
             inner.extend(words.into_iter().map(|word| word.trim_matches(['"', '\''])));
         }
@@ -278,11 +277,11 @@ mod tests {
         ])
         .unwrap();
         for (name, words) in [
-            ("word", "line 1: `ksp_rtol 1` is no"),
-            ("two", "line 1: `-a 1 2` is no"),
-            ("both", "line 2: `-a -b` is no"),
-            ("alias", "line 1: `alias -a` is no"),
-            ("loop", "names itself"),
+            ("word", "line 1: `ksp_rtol 1` is not"),
+            ("two", "line 1: `-a 1 2` is not"),
+            ("both", "line 2: `-a -b` is not"),
+            ("alias", "line 1: `alias -a` is not"),
+            ("loop", "includes itself"),
             ("absent", "No such file"),
             ("", "directory"),
             ("pipe", "a named pipe, not a regular file"),
@@ -291,7 +290,7 @@ mod tests {
             assert!(error.exit_code() == 4 && error.message.contains(words), "{name}: {error}");
         }
         let error = require_files(&["-options_file", "-log_view"]).unwrap_err();
-        assert!(error.exit_code() == 2 && error.message.contains("names no file"), "{error}");
+        assert!(error.exit_code() == 2 && error.message.contains("has no file name"), "{error}");
         assert!(require_files(&["-options_file", "/dev/zero"]).unwrap_err().message.contains("a device"));
         std::fs::remove_dir_all(&folder).unwrap();
     }

@@ -58,7 +58,7 @@ impl Session {
         threads::one_unless_chosen();
         threads::require_buffers().map_err(say_late)?;
         limits::require_file_size().map_err(say_late)?;
-        let again = || Error::internal("MPI is started already: a process has one session");
+        let again = || Error::internal("MPI is already initialised: a process can have only one session");
         let universe = mpi::initialize().ok_or_else(again)?;
         std::panic::set_hook(Box::new(report_panic));
         let world = universe.world();
@@ -310,7 +310,7 @@ fn report_panic(info: &PanicHookInfo) {
     let words = payload.downcast_ref::<&str>().copied();
     let words = words.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic");
     let place = info.location().map(|place| format!(" ({}:{})", place.file(), place.line()));
-    let message = format!("contact-petsc: fault of the program: {words}{}\n", place.unwrap_or_default());
+    let message = format!("contact-petsc: internal error: {words}{}\n", place.unwrap_or_default());
     // A single write, so that the messages of two ranks do not mix.
     let _ = std::io::stderr().write_all(message.as_bytes());
     end_all_ranks(FAULT)

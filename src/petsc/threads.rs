@@ -136,12 +136,13 @@ fn require_room(bytes: usize) -> Result<()> {
     let lowest = limits.filter(|(_, limit)| *limit != RLIM_INFINITY).min_by_key(|(_, limit)| *limit);
     let least = bytes >> 20;
     let text = format!(
-        "there is no room for the libraries, which need {least} MiB of address space beside the program"
+        "there is not enough memory for the libraries, which need {least} MiB of address space in addition \
+         to the program"
     );
     let cure = match lowest {
-        None => "free some memory, or take a machine with more of it".to_owned(),
+        None => "free some memory, or use a machine with more memory".to_owned(),
         Some((option, limit)) => {
-            format!("the limit is {} kB: raise it by `ulimit -{option} unlimited`", limit >> 10)
+            format!("the limit is {} kB: raise it with `ulimit -{option} unlimited`", limit >> 10)
         }
     };
     Err(Error::internal(text).hint(&cure))

@@ -43,11 +43,11 @@ impl Csv {
         let Some(header) = lines.next() else { return Ok(None) };
         let wrong = |line: usize, what: String| {
             let text = format!("{}: line {line}: {what}", path.display());
-            Error::file(text).hint("the table is damaged, or not one of this program: make or copy it again")
+            Error::file(text)
+                .hint("the table is damaged or was not written by this program: create or copy it again")
         };
-        let read = |line: usize, text: &str| {
-            fields(text).ok_or_else(|| wrong(line, "a quote without its other half".into()))
-        };
+        let read =
+            |line: usize, text: &str| fields(text).ok_or_else(|| wrong(line, "an unmatched quote".into()));
         let columns = read(1, header)?;
         if let Some(twice) = columns.iter().enumerate().find(|(k, name)| columns[..*k].contains(name)) {
             return Err(wrong(1, format!("the column '{}' occurs twice", shown(twice.1))));
@@ -85,7 +85,7 @@ impl Csv {
             text => text.parse().map_err(|_| {
                 let (text, column) = (shown(text), shown(column));
                 Error::file(format!("{}: line {}: `{text}` in column `{column}`", self.path, self.line(line)))
-                    .hint("a number, or nothing, is needed there")
+                    .hint("expected a number or an empty field")
             }),
         };
         self.rows.iter().enumerate().map(number).collect::<Result<_>>().map(Some)
@@ -155,8 +155,8 @@ mod tests {
         std::fs::write(&path, "\u{feff}step,a\n0,1\n").unwrap();
         assert_eq!(Csv::read(&path).unwrap().unwrap().columns(), ["step", "a"]);
         for (text, words) in [
-            ("step,a\n0,1\n1,\"2\n3,4\n", "line 3: a quote without"),
-            ("step,\"a\n0,1\n", "line 1: a quote without"),
+            ("step,a\n0,1\n1,\"2\n3,4\n", "line 3: an unmatched quote"),
+            ("step,\"a\n0,1\n", "line 1: an unmatched quote"),
             ("a,b,a\n0,1,2\n", "line 1: the column 'a' occurs twice"),
         ] {
             std::fs::write(&path, text).unwrap();

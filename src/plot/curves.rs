@@ -236,9 +236,9 @@ fn iterations(runs: &[Run], display: &Display) -> Result<Option<NamedCurve>> {
     }
     let most = each.iter().flat_map(|curve| &curve.points).map(|point| point[1]).fold(0.0, f64::max);
     let mut panels: Vec<Panel> =
-        each.into_iter().map(|curve| panel(display, "iterations a step", "", vec![curve])).collect();
+        each.into_iter().map(|curve| panel(display, "iterations per step", "", vec![curve])).collect();
     panels.iter_mut().for_each(|panel| panel.at_least = vec![0.0, most]);
-    panels.push(panel(display, "iterations so far", "", sums));
+    panels.push(panel(display, "cumulative iterations", "", sums));
     let title = titled(runs, "Newton iterations");
     let columns = if runs.len() == 1 { 1 } else { 2 };
     Ok(filled(("iterations".into(), Figure { title, legend: legend(runs), panels, columns })))

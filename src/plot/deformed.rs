@@ -49,7 +49,7 @@ pub fn figure(shots: &[(String, Shot)], shown: Shown, display: &Display) -> Resu
     };
     let title = match factor {
         1.0 => title.to_string(),
-        _ => format!("{title}, displacements {factor} times enlarged"),
+        _ => format!("{title}, displacements scaled by {factor}"),
     };
     let scale = Axis::covering(&display.quantity(name, "Pa"), values(), AxisEnds::Ticks, 5.0);
     let width = (WIDTH - bar_width(&scale) - 24.0) / columns as f64;

@@ -73,7 +73,7 @@ pub fn last_shot(folder: &Path, notes: &mut Vec<String>) -> Option<Shot> {
     let entries = match pvd::read(&folder.join("fields.pvd")) {
         Ok(entries) => entries,
         Err(e) => {
-            notes.push(format!("{e}; the deformed mesh is left out"));
+            notes.push(format!("{e}; the deformed mesh is omitted"));
             return None;
         }
     };
@@ -81,7 +81,7 @@ pub fn last_shot(folder: &Path, notes: &mut Vec<String>) -> Option<Shot> {
         let surface = entries.iter().find(|entry| entry.part == 1 && entry.time == bodies.time);
         match read_shot(folder, bodies, surface) {
             Ok(shot) => return Some(shot),
-            Err(e) => notes.push(format!("{e}; the step before is drawn")),
+            Err(e) => notes.push(format!("{e}; the previous step is drawn")),
         }
     }
     None
@@ -93,7 +93,7 @@ pub fn shots(folder: &Path, times: &[f64], notes: &mut Vec<String>) -> Vec<Shot>
     let entries = match pvd::read(&folder.join("fields.pvd")) {
         Ok(entries) => entries,
         Err(e) => {
-            notes.push(format!("{e}; the deformed mesh is left out"));
+            notes.push(format!("{e}; the deformed mesh is omitted"));
             return Vec::new();
         }
     };
@@ -114,7 +114,7 @@ pub fn shots(folder: &Path, times: &[f64], notes: &mut Vec<String>) -> Vec<Shot>
         let surface = entries.iter().find(|entry| entry.part == 1 && entry.time == body.time);
         match read_shot(folder, body, surface) {
             Ok(shot) => shots.push(shot),
-            Err(e) => notes.push(format!("{e}; this step is left out")),
+            Err(e) => notes.push(format!("{e}; this step is omitted")),
         }
     }
     shots

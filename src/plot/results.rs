@@ -51,9 +51,9 @@ impl Run {
             let file = folder.join(name);
             let csv = Csv::read(&file)?;
             match &csv {
-                None => notes.push(format!("{}: not there, its figures are left out", file.display())),
+                None => notes.push(format!("{}: file not found; its figures are omitted", file.display())),
                 Some(csv) if csv.is_cut => {
-                    notes.push(format!("{}: the last row is cut short and left out", file.display()))
+                    notes.push(format!("{}: the last row is truncated and omitted", file.display()))
                 }
                 Some(_) => {}
             }
@@ -154,7 +154,7 @@ mod tests {
         let run = Run::read(&scratch.0, &mut notes).unwrap();
         assert_eq!(run.probe_names(), ["p"]);
         assert_eq!(run.probes.unwrap().numbers("p.u_y [m]").unwrap().unwrap(), [2.0]);
-        assert!(notes[0].contains("not completed") && notes[1].contains("cut short"), "{notes:?}");
+        assert!(notes[0].contains("not completed") && notes[1].contains("truncated"), "{notes:?}");
         assert_eq!(notes.len(), 4);
     }
 }

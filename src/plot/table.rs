@@ -45,7 +45,8 @@ pub struct TableFigure {
 /// written.
 pub fn draw_table(wanted: &TableFigure, file: &Path) -> Result<Vec<String>> {
     let csv = Csv::read(&wanted.table)?;
-    let csv = csv.ok_or_else(|| Error::file(format!("{}: there is no table", wanted.table.display())))?;
+    let csv =
+        csv.ok_or_else(|| Error::file(format!("{}: the table does not exist", wanted.table.display())))?;
     let mut notes = Vec::new();
     let svg = figure(wanted, &csv, &mut notes)?.svg()?;
     if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
@@ -53,8 +54,7 @@ pub fn draw_table(wanted: &TableFigure, file: &Path) -> Result<Vec<String>> {
     }
     write_whole(file, svg.as_bytes())?;
     if csv.is_cut {
-        notes
-            .push(format!("{}: the last row has no end of its line and is left out", wanted.table.display()));
+        notes.push(format!("{}: the last row has no line end and is omitted", wanted.table.display()));
     }
     let folder = wanted.table.parent().unwrap_or(Path::new(""));
     let name = wanted.table.file_name().unwrap_or_default().to_string_lossy();
@@ -95,8 +95,8 @@ fn figure(wanted: &TableFigure, csv: &Csv, notes: &mut Vec<String>) -> Result<Fi
         notes.extend(left_out(wanted, column, "not positive, and the axis is logarithmic", &lines));
     }
     if !points.iter().any(|point| point.at.iter().all(|value| value.is_finite())) {
-        let message = format!("{}: no row is left to draw", wanted.table.display());
-        return Err(Error::file(message).hint("look at the columns and values that were asked for"));
+        let message = format!("{}: no rows remain to draw", wanted.table.display());
+        return Err(Error::file(message).hint("check the requested columns and values"));
     }
     let curves = distinct(points.iter().map(|point| point.curve));
     let panels = distinct(points.iter().map(|point| point.panel));
@@ -104,10 +104,10 @@ fn figure(wanted: &TableFigure, csv: &Csv, notes: &mut Vec<String>) -> Result<Fi
         let column = if curves.len() > MOST { Some(&wanted.by) } else { wanted.panels.as_ref() };
         let column = column.map_or("", String::as_str);
         let text = format!(
-            "{}: the column `{column}` has more than {MOST} different words: too many for a figure",
+            "{}: the column `{column}` has more than {MOST} different values: too many for a figure",
             wanted.table.display()
         );
-        return Err(Error::file(text).hint("part the rows by another column, or choose some by --where"));
+        return Err(Error::file(text).hint("group the rows by another column, or select some with --where"));
     }
     let stroke = |index: usize| Stroke { mark: MARK, ..Stroke::of(index) };
     let panels = panels.into_iter().map(|panel| {
@@ -141,7 +141,7 @@ fn left_out(wanted: &TableFigure, column: &str, why: &str, lines: &[usize]) -> O
     let count = lines.len();
     let (values, are) = if count == 1 { ("value", "is") } else { ("values", "are") };
     Some(format!(
-        "{}: {count} {values} of column `{column}` {are} left out ({why}), the first in line {first}",
+        "{}: {count} {values} of column `{column}` {are} omitted ({why}), the first in line {first}",
         wanted.table.display()
     ))
 }
@@ -151,7 +151,7 @@ fn points<'a>(wanted: &TableFigure, csv: &'a Csv, notes: &mut Vec<String>) -> Re
     let absent = |column: &str| {
         let columns = csv.columns().join(", ");
         Error::file(format!("{}: there is no column `{column}`", wanted.table.display()))
-            .hint(&format!("there are: {columns}"))
+            .hint(&format!("known: {columns}"))
     };
     let numbers = |column: &str| csv.numbers(column)?.ok_or_else(|| absent(column));
     let words = |column: &str| csv.words(column).ok_or_else(|| absent(column));
@@ -235,7 +235,7 @@ mod tests {
     fn says_what_is_missing() {
         let scratch = Scratch::new("chart-missing");
         let path = scratch.0.join("a.csv");
-        assert!(draw_table(&wanted(&path), &path).unwrap_err().message.contains("no table"));
+        assert!(draw_table(&wanted(&path), &path).unwrap_err().message.contains("the table does not exist"));
         std::fs::write(&path, TABLE).unwrap();
         let error =
             |wanted: TableFigure| draw_table(&wanted, &scratch.0.join("a.svg")).unwrap_err().to_string();
@@ -243,21 +243,21 @@ mod tests {
         assert!(text.contains("`sovles`") && text.contains("solves"), "{text}");
         let many: String = (0..300).map(|k| format!("a,{k},w{k},1,0\n")).collect();
         std::fs::write(&path, format!("scene,mu,way,solves,code\n{many}")).unwrap();
-        assert!(error(wanted(&path)).contains("`way` has more than 200 different words"));
+        assert!(error(wanted(&path)).contains("`way` has more than 200 different values"));
         std::fs::write(&path, "scene,mu,way,solves,code\na,-1,direct,3,0\n").unwrap();
-        assert!(error(wanted(&path)).contains("no row"), "a negative number has no logarithm");
+        assert!(error(wanted(&path)).contains("no rows"), "a negative number has no logarithm");
         std::fs::write(&path, format!("{TABLE}a,9,direct,7,0")).unwrap();
         let notes = draw_table(&wanted(&path), &scratch.0.join("a.svg")).unwrap();
         assert!(notes.len() == 1 && notes[0].contains("the last row"), "{notes:?}");
         std::fs::write(&path, format!("{TABLE}a,0.5,cg,nan,0\na,0.6,cg,1e400,0\na,0,cg,1,0\n")).unwrap();
         let notes = draw_table(&wanted(&path), &scratch.0.join("a.svg")).unwrap();
         assert!(
-            notes.len() == 2 && notes[0].contains("2 values of column `solves` are left out"),
+            notes.len() == 2 && notes[0].contains("2 values of column `solves` are omitted"),
             "{notes:?}"
         );
         assert!(notes[0].contains("line 9") && notes[1].contains("1 value of column `mu`"), "{notes:?}");
         let nothing = TableFigure { only: vec![("scene".into(), vec!["d".into()])], ..wanted(&path) };
-        assert!(error(nothing).contains("no row"));
+        assert!(error(nothing).contains("no rows"));
     }
 
     /// A table that lacks rows, according to the record of its run, is drawn with a note, even if
@@ -277,6 +277,6 @@ mod tests {
         assert_eq!(draw(), Vec::<String>::new());
         std::fs::write(&path, TABLE.replace("c,7,direct,1,0\n", "")).unwrap();
         let notes = draw();
-        assert!(notes.len() == 1 && notes[0].contains("lacks rows"), "{notes:?}");
+        assert!(notes.len() == 1 && notes[0].contains("rows are missing"), "{notes:?}");
     }
 }

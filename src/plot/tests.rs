@@ -319,8 +319,8 @@ fn a_killed_run_is_drawn_as_far_as_it_goes() {
     let notes = plotted.notes.join("\n");
     for part in [
         "has not completed",
-        "energy.csv: the last row is cut short",
-        "iterations.csv: not there",
+        "energy.csv: the last row is truncated",
+        "iterations.csv: file not found",
         "volume_0001.vtu",
     ] {
         assert!(notes.contains(part), "{part} in {notes}");

@@ -51,7 +51,7 @@ impl Complaint {
     pub fn unknown<'a>(noun: &str, word: &str, known: impl Iterator<Item = &'a str>) -> Self {
         let known: Vec<&str> = known.collect();
         let mut hint = match known.as_slice() {
-            [] => format!("there is no {noun} here"),
+            [] => format!("no {noun} is defined"),
             names => format!("known: {}", listed(names)),
         };
         if let Some(name) = nearest(word, &known) {

@@ -68,7 +68,7 @@ impl Document {
         for (path, value) in overrides.iter() {
             if path.split(['.', '[']).next() == Some("units") {
                 let complaint = Complaint::new("members of a study have the units of its case".into());
-                let complaint = complaint.at(path.place).hint("write other units into the case itself");
+                let complaint = complaint.at(path.place).hint("change the units in the case file");
                 return Err(self.source.error(&complaint));
             }
             put(&mut self.root, path, value).map_err(|complaint| self.source.error(&complaint))?;

@@ -221,7 +221,7 @@ impl PlacedFunction {
         let Some(words) = motion.trouble() else { return Ok(()) };
         let point = point.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
         let complaint = Complaint::new(format!("{words} at t = {t}, point [{point}]")).at(self.place);
-        let cure = "it must be finite wherever it acts: bound its arguments, as in max(x, 0)";
+        let cure = "it must be finite wherever it acts: bound its arguments, for example with max(x, 0)";
         Err(self.source.error(&complaint.hint(cure)))
     }
 }

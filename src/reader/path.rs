@@ -20,7 +20,7 @@ fn steps(path: &At<String>) -> std::result::Result<Vec<Step>, Complaint> {
         Err(Complaint::new(message)
             .at(path.place)
             .offset(offset)
-            .hint("a path is `key.key[0].key`, as in bodies.block.mesh.box.cells[0]"))
+            .hint("a path has the form `key.key[0].key`, for example bodies.block.mesh.box.cells[0]"))
     };
     let mut steps = Vec::new();
     let mut offset = 0;
@@ -35,7 +35,7 @@ fn steps(path: &At<String>) -> std::result::Result<Vec<Step>, Complaint> {
             let number =
                 entry.strip_prefix('[').and_then(|e| e.strip_suffix(']')).and_then(|e| e.parse().ok());
             let Some(number) = number else {
-                return wrong(inner, format!("'{entry}' is no position in a list"));
+                return wrong(inner, format!("'{entry}' is not a position in a list"));
             };
             steps.push(Step::Entry(number, inner));
             inner += entry.chars().count();
@@ -73,7 +73,7 @@ pub(super) fn put(root: &mut Node, path: &At<String>, value: &Node) -> std::resu
                 let place = at(*offset, 1);
                 so_far.push_str(&format!("[{position}]"));
                 let Tree::List(entries) = &mut node.tree else {
-                    return Err(Complaint::new(format!("'{so_far}': this is no list in the case")).at(place));
+                    return Err(Complaint::new(format!("'{so_far}' is not a list in the case")).at(place));
                 };
                 let count = entries.len();
                 entries.get_mut(*position).ok_or_else(|| {
@@ -123,7 +123,7 @@ impl Entry<'_> {
         let entries = self.entries(node)?;
         let before = entries.len();
         entries.retain(|(name, _)| name.value != self.key);
-        if entries.len() == before { Err(self.unknown("key to take away", entries)) } else { Ok(()) }
+        if entries.len() == before { Err(self.unknown("key to remove", entries)) } else { Ok(()) }
     }
 
     fn entries<'n>(
@@ -152,6 +152,6 @@ fn quotes(path: &At<String>) -> usize {
 }
 
 fn no_mapping(parent: &str, key: &str, label: &str) -> Complaint {
-    Complaint::new(format!("'{parent}' is '{label}' in the case, no mapping with '{key}'"))
-        .hint(format!("set the whole of it, as in `{parent}: {{ {key}: ... }}`"))
+    Complaint::new(format!("'{parent}' is '{label}' in the case, not a mapping with '{key}'"))
+        .hint(format!("set the whole entry, for example `{parent}: {{ {key}: ... }}`"))
 }

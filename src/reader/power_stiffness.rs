@@ -43,7 +43,7 @@ impl PowerStiffness {
         if let Some(found) = self.dimension.filter(|found| *found != expected) {
             let (found, unit) = (findings.units.describe(found), findings.units.symbol(expected));
             findings.say(self.place, format!("the stiffness is {found}; expected one in {unit}"));
-            findings.cure(&format!("write a number in {unit}, or as in \"1 {unit}\""));
+            findings.cure(&format!("write a number in {unit}, or for example \"1 {unit}\""));
         }
     }
 

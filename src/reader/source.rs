@@ -128,8 +128,10 @@ impl Source {
         match error {
             Yaml::Message { msg, .. } => Complaint::from_text(msg).unwrap_or_else(|| say(msg.clone())),
             Yaml::AliasError { error, .. } => self.sentence(error),
-            Yaml::Eof { .. } => say("the case ends too early".into()),
-            Yaml::MultipleDocuments { .. } => say("one case a file: a second document begins here".into()),
+            Yaml::Eof { .. } => say("the case ends unexpectedly".into()),
+            Yaml::MultipleDocuments { .. } => say("a second document begins here, but a case file holds \
+                                                   only one case"
+                .into()),
             Yaml::DuplicateMappingKey { key, .. } => {
                 let key = key.as_deref().unwrap_or("of this mapping");
                 say(format!("the key '{}' occurs twice", shown(key))).hint("keep one of the two")
@@ -141,7 +143,7 @@ impl Source {
             Yaml::Budget { .. }
             | Yaml::AliasReplayLimitExceeded { .. }
             | Yaml::AliasExpansionLimitExceeded { .. } => {
-                say(format!("the case is nested or aliased beyond reason: {}", bare(error)))
+                say(format!("the case is nested or aliased too deeply: {}", bare(error)))
             }
             other => say(bare(other)),
         }

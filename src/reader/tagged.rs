@@ -154,7 +154,7 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
         let value = self.visitor.visit_enum(NameAndParameters { name: name.value, map: &mut map })?;
         if let Some(second) = map.next_key::<At<String>>()? {
             let both =
-                Complaint::new(format!("one {noun} at a time: '{}' stands beside '{first}'", second.value));
+                Complaint::new(format!("expected only one {noun}, found '{first}' and '{}'", second.value));
             return Err(A::Error::custom(both.at(second.place)));
         }
         Ok(value)
@@ -198,7 +198,7 @@ impl<'de, E: Error> Deserializer<'de> for NoParameters<E> {
     type Error = E;
 
     fn deserialize_any<V: Visitor<'de>>(self, _visitor: V) -> Result<V::Value, E> {
-        Err(E::custom(Complaint::new("this law needs a value, as in `name: value`".into())))
+        Err(E::custom(Complaint::new("this law needs a value: `name: value`".into())))
     }
 
     fn deserialize_struct<V: Visitor<'de>>(

@@ -164,7 +164,7 @@ fn factor(text: &str, start: usize) -> Result<Option<(&str, f64, usize)>, Compla
     if rest.is_empty() {
         let dangling = !text[start..].trim().is_empty();
         return if dangling {
-            Err(Complaint::new(format!("'{text}' ends where a unit should follow")))
+            Err(Complaint::new(format!("'{text}' ends where a unit is expected")))
         } else {
             Ok(None)
         };

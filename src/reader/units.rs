@@ -194,9 +194,9 @@ impl Units {
     /// How a value of a dimension may be written.
     pub fn examples(&self, dimension: Dimension) -> String {
         match (self.symbol(dimension), dimension.example()) {
-            (unit, Some(example)) if unit.is_empty() => format!("write a number, as in {example}"),
+            (unit, Some(example)) if unit.is_empty() => format!("write a number, for example {example}"),
             (unit, Some(example)) => {
-                format!("write a number in {unit}, or a string with a unit, as in \"{example}\"")
+                format!("write a number in {unit}, or a string with a unit, for example \"{example}\"")
             }
             (unit, None) => format!("write a number in {unit}"),
         }
@@ -247,9 +247,10 @@ impl Base {
         }
         let [found, wanted] = [exponents, wanted].map(|exponents| Dimension(exponents.map(f64::from)));
         let [found, wanted] = [found, wanted].map(|dimension| dimension.name().unwrap_or("a derived unit"));
-        let cure = ["as in kg, t, g or slinch", "as in m, mm or in", "as in s or ms"][which];
+        let cure =
+            ["for example kg, t, g or slinch", "for example m, mm or in", "for example s or ms"][which];
         Err(Complaint::new(format!(
-            "'{}' is a unit of {found}, the unit of {wanted} is needed here",
+            "'{}' is a unit of {found}, but a unit of {wanted} is expected",
             text.value
         ))
         .hint(cure))
@@ -341,9 +342,10 @@ impl JsonSchema for Units {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         let unit = |what: &str| serde_json::json!({ "type": "string", "description": what });
         schemars::json_schema!({
-            "description": "A consistent system of units. Plain numbers of the case are in these units and in those that \
-                follow from them: with mm, t and s a force is in N, a pressure in MPa, an energy in mJ. A string with a unit, \
-                such as \"5 MPa\", means the same in every system.",
+            "description": "A consistent system of units. Plain numbers of the case are in these units and \
+                            in those that follow from them: with mm, t and s a force is in N, a pressure in \
+                            MPa, an energy in mJ. A string with a unit, such as \"5 MPa\", means the same \
+                            in every system.",
             "type": "object",
             "properties": {
                 "length": unit("Unit of length, as m, mm or in; m if absent. Coordinates of mesh files are in it."),

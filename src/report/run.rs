@@ -56,7 +56,7 @@ fn head(page: &mut Page, record: &Value, title: &str) {
     let verdict = verdict(record);
     let number = |key: &str| record[key].as_f64().unwrap_or(0.0);
     let words = format!(
-        "t = {} {} after {} of wall time on {} ranks, begun {}",
+        "t = {} {} after {} of wall time on {} ranks, started {}",
         figures_of(number("simulated_time"), 6),
         Units::of_record(record).of("s"),
         seconds(number("wall_seconds")),
@@ -79,7 +79,7 @@ fn warnings(page: &mut Page, record: &Value) {
     }
     match (&record["warnings"], warnings.is_empty()) {
         (Value::Array(_), true) => page.paragraph("None."),
-        (Value::Null, _) => page.paragraph("This result was written before warnings were kept."),
+        (Value::Null, _) => page.paragraph("This result has no list of warnings."),
         _ => {}
     }
 }
@@ -93,7 +93,7 @@ fn figures(
     let mut is_empty = true;
     for (name, svg) in drawings.iter().filter(|(name, _)| is_meant(name)) {
         if svg.len() > MOST {
-            notes.push(format!("{name}: {} MB, more than a page should hold", svg.len() >> 20));
+            notes.push(format!("{name}: {} MB, too large for this page", svg.len() >> 20));
             continue;
         }
         page.figure(name, svg);
@@ -111,8 +111,8 @@ fn counts(page: &mut Page, record: &Value) {
         ("newton_iterations", "Newton iterations"),
         ("krylov_iterations", "Krylov iterations"),
         ("inner_krylov_iterations", "Krylov iterations within preconditioners"),
-        ("linear_fallbacks", "Linear solvers that a stronger one followed"),
-        ("unknowns", "Unknowns of a step"),
+        ("linear_fallbacks", "Fallbacks to a more robust linear solver"),
+        ("unknowns", "Unknowns per step"),
     ];
     let mut rows: Vec<Vec<Cell>> = Vec::new();
     for (key, name) in names {
@@ -123,7 +123,7 @@ fn counts(page: &mut Page, record: &Value) {
         let name = format!("Deepest penetration of {}", contact["contact"].as_str().unwrap_or("a contact"));
         let deepest = contact["deepest"].as_f64().unwrap_or(0.0);
         let asked =
-            contact["asked"].as_f64().map_or(String::new(), |asked| format!(", asked for {asked:.2e} {m}"));
+            contact["asked"].as_f64().map_or(String::new(), |asked| format!(", requested {asked:.2e} {m}"));
         rows.push(vec![Cell::text(name), Cell::number(format!("{deepest:.2e} {m}{asked}"))]);
     }
     page.table(&[], &rows);
@@ -157,7 +157,7 @@ fn phases(page: &mut Page, record: &Value) {
         })
         .collect();
     page.table(&["phase", "seconds", "share", "", "calls"], &rows);
-    page.paragraph("The largest over the ranks, of wall time.");
+    page.paragraph("Wall time, largest value of all ranks.");
 }
 
 fn balance(page: &mut Page, record: &Value) {
@@ -191,12 +191,15 @@ fn balance(page: &mut Page, record: &Value) {
     };
     if ranks > 1 {
         let last = columns.iter().map(|(_, list, unit)| Cell::Number(imbalance(list, *unit)));
-        rows.push(std::iter::once(Cell::text("most / mean")).chain(last).collect());
+        rows.push(std::iter::once(Cell::text("max / mean")).chain(last).collect());
     }
     let header: Vec<&str> =
         std::iter::once("rank").chain(columns.iter().map(|(name, _, _)| *name)).chain([""]).collect();
     page.table(&header, &rows);
-    page.paragraph("Work is search, contact, element forces and tangents, where no rank waits for another; CPU holds waiting.");
+    page.paragraph(
+        "Work is search, contact, element forces and tangents, in which no rank waits for another. CPU \
+         includes waiting.",
+    );
 }
 
 fn versions(page: &mut Page, record: &Value) {

@@ -39,13 +39,13 @@ pub fn page(folder: &Path, marker: &Value) -> Result<(String, Vec<String>)> {
             Path::new(&name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
         match files::read_text(&folder.join(&name), files::LONGEST_RECORD) {
             Ok(svg) if is_inside && svg.starts_with("<svg") => page.figure(&name, &svg),
-            _ => notes.push(format!("{name}: not there")),
+            _ => notes.push(format!("{name}: file not found")),
         }
     }
     page.section("members", "Members");
     match Csv::read(&folder.join("study.csv"))? {
         Some(csv) => members(&mut page, &csv, &texts("axes")),
-        None => notes.push("study.csv: not there".into()),
+        None => notes.push("study.csv: file not found".into()),
     }
     page.section("study", "The study");
     page.details("as written (YAML)", &text_of(&marker["text"]));
@@ -85,5 +85,5 @@ fn members(page: &mut Page, csv: &Csv, axes: &[String]) {
     let rows: Vec<Vec<Cell>> =
         (0..named.len()).map(|row| (0..columns.len()).map(|column| cell(row, column)).collect()).collect();
     page.table(&header, &rows);
-    page.paragraph("Errors are relative; values and further costs stand in study.csv.");
+    page.paragraph("Errors are relative; values and further costs are in study.csv.");
 }

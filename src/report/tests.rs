@@ -144,7 +144,7 @@ fn a_study_has_a_page() {
     std::fs::write(scratch.0.join("figures/a.svg"), "<svg width=\"1\"></svg>\n").unwrap();
     std::fs::write(scratch.0.join("study.csv"), "member,verdict,cpu [s]\nm<1>,failed,0.125\n").unwrap();
     let written = report(&scratch.0, &[], None).unwrap();
-    assert_eq!(written.notes, ["../b.svg: not there"]);
+    assert_eq!(written.notes, ["../b.svg: file not found"]);
     let page = std::fs::read_to_string(written.file).unwrap();
     check(&page);
     assert!(page.contains("m&lt;1&gt;") && page.contains("0.125") && page.contains("<svg width=\"1\">"));

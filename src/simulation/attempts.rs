@@ -24,10 +24,12 @@ impl<const D: usize> Journal<D> {
         self.count(report);
         let Some(free) = free.filter(|_| factor == 1.0) else { return };
         let note = match report.newton {
-            0 => "in balance where they lie: no motion was held, and no force was needed".to_owned(),
+            0 => "the bodies are in equilibrium in their initial position: no motion was restrained, and no \
+                  force was needed"
+                .to_owned(),
             _ => report.held.note(),
         };
-        self.tell_held(&report.held, note, free);
+        self.report_held(&report.held, note, free);
     }
 
     /// Records a finished static step. The motions that were projected out are reported the first
@@ -36,17 +38,17 @@ impl<const D: usize> Journal<D> {
         match &self.record.held {
             _ if report.held.motions == 0 => {}
             Some(known) if known.force >= report.held.force => {}
-            Some(_) => self.keep_held(&report.held, report.held.note(), &free()),
-            None => self.tell_held(&report.held, report.held.note(), &free()),
+            Some(_) => self.record_held(&report.held, report.held.note(), &free()),
+            None => self.report_held(&report.held, report.held.note(), &free()),
         }
     }
 
-    fn tell_held(&mut self, held: &HeldMotions, note: String, free: &[String]) {
+    fn report_held(&mut self, held: &HeldMotions, note: String, free: &[String]) {
         self.console.note(&note);
-        self.keep_held(held, note, free);
+        self.record_held(held, note, free);
     }
 
-    fn keep_held(&mut self, held: &HeldMotions, note: String, free: &[String]) {
+    fn record_held(&mut self, held: &HeldMotions, note: String, free: &[String]) {
         let HeldMotions { motions, force, by } = held.clone();
         let resultant = |by: Driven| Resultant { against: by.words, size: by.force, unit: by.unit };
         let step = if self.now.starting { 0 } else { self.step };

@@ -76,7 +76,7 @@ pub fn check<const D: usize>(session: &Rc<Session>, case: &Case) -> Result<Strin
             cures.iter().map(|(kind, cure)| format!("{} of {kind}", cure.name())).collect();
         let _ = writeln!(text, "  locking: {}", cures.join(", "));
         if system.redistributed()[0].contains(&body.name) {
-            let _ = writeln!(text, "  mass: redistributed, the nodes of contact surfaces have none");
+            let _ = writeln!(text, "  mass: redistributed, the nodes of contact surfaces are massless");
         }
     }
     let starts = contact_starts(&system);
@@ -170,7 +170,8 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
         if !case.is_static() {
             let _ = writeln!(
                 text,
-                "  no mass, hence no inertia and no waves: it follows supports, loads and contacts at once"
+                "  no mass, hence no inertia and no waves: it follows supports, loads and contacts \
+                 instantaneously"
             );
         }
         return;
@@ -183,7 +184,10 @@ fn describe_body(text: &mut String, body: &Body, size: &Size, case: &Case) {
     }
     let crossing = smallest_edge / pressure_wave;
     let cfl = case.time.step() / crossing;
-    let _ = writeln!(text, "  crossing time: {crossing:.4e} {s}, the step is {cfl:.3} of these (CFL)");
+    let _ = writeln!(
+        text,
+        "  crossing time: {crossing:.4e} {s}, the step is {cfl:.3} times as long (CFL number)"
+    );
 }
 
 /// Describes the moduli at small strain and the range in which the law keeps its stiffness.
@@ -231,16 +235,16 @@ fn describe_contact<const D: usize>(
         penetration / size.smallest_edge
     );
     if let Some(asked) = contact.penetration {
-        let _ = writeln!(text, "  penetration asked for: {asked:.3e} {m}");
+        let _ = writeln!(text, "  requested penetration: {asked:.3e} {m}");
     }
     let Some(friction) = law.friction else { return };
     if limits_slip(case) {
-        let _ = writeln!(text, "  stick: by the return map, as stiff as accuracy.slip asks for");
+        let _ = writeln!(text, "  stick: by the return map, with the stiffness that accuracy.slip requires");
         return;
     }
     if let Some(velocity) = friction.regularization.slip_velocity() {
         let creep = velocity.value * case.time.end.value;
-        let _ = writeln!(text, "  stick: a stuck point creeps by {creep:.3e} {m} at most until the end");
+        let _ = writeln!(text, "  stick: a sticking point creeps by at most {creep:.3e} {m} until the end");
     }
     if let Some(stiffness) = friction.regularization.stiffness() {
         let slip = high / stiffness.value;

@@ -26,7 +26,7 @@ use crate::solvers::Strategy;
 const WALL_TIME: i32 = 1000;
 
 /// Message of a run that reached its wall-time limit.
-pub const WALL_TIME_IS_OVER: &str = "the wall time is over";
+pub const WALL_TIME_IS_OVER: &str = "the wall time limit is reached";
 
 /// View of the run at the end of an accepted step.
 pub struct RunView<'a, const D: usize> {
@@ -150,8 +150,10 @@ impl CheckpointPolicy {
             return error;
         }
         let why = Self::reason(self.asked());
-        Error::stopped(format!("{why} in the static start; no step is done, and no checkpoint is written"))
-            .hint("start anew")
+        Error::stopped(format!(
+            "{why} during the static start; no step was completed, and no checkpoint was written"
+        ))
+        .hint("start again")
     }
 
     /// Why any rank was requested to stop; 0 if no rank was. Collective.
@@ -198,10 +200,14 @@ impl CheckpointPolicy {
     fn with_older(&self, error: Error) -> Error {
         match self.store.list().first() {
             Some((step, _)) => error.hint(&format!(
-                "make room; the checkpoint of step {step} is whole: go on from it with\n  {} --restart",
+                "free some disk space; the checkpoint of step {step} is intact: resume from it with\n  {} \
+                 --restart",
                 self.command
             )),
-            None => error.hint("see that there is room and that the folder is there, and start anew; there is no older checkpoint"),
+            None => error.hint(
+                "check that the folder exists and that the disk has free space, and start again; there is \
+                 no older checkpoint",
+            ),
         }
     }
 
@@ -213,7 +219,7 @@ impl CheckpointPolicy {
             Some((step, _)) => {
                 let on = &self.command;
                 error.hint(&format!(
-                    "the checkpoint of step {step} is whole: go on from it with\n  {on} --restart"
+                    "the checkpoint of step {step} is intact: resume from it with\n  {on} --restart"
                 ))
             }
             None => error,
@@ -227,7 +233,7 @@ impl CheckpointPolicy {
     fn stopped(&self, asked: i32, time: f64, units: Units, path: &std::path::Path) -> Error {
         let s = units.of("s");
         let why = Self::reason(asked);
-        Error::stopped(format!("{why} at t = {time:.6e} {s}; the state is in {}", path.display()))
-            .hint(&format!("go on with\n  {} --restart", self.command))
+        Error::stopped(format!("{why} at t = {time:.6e} {s}; the state was saved in {}", path.display()))
+            .hint(&format!("resume with\n  {} --restart", self.command))
     }
 }

@@ -83,8 +83,8 @@ pub(super) fn lifted<const D: usize>(
         if !contact_resists(system, &residual) {
             let Driven { words, force, unit } = describe(&rigid, &way, &loads, system.units());
             return Ok(Some(format!(
-                "contact can only push: once it opens, nothing resists {words}, which the loads drive by {force:.3e} {unit}; support \
-                 the body there, or change the loads"
+                "contact can only push: once it opens, nothing resists {words}, which the loads drive with \
+                 {force:.3e} {unit}; support the body there, or change the loads"
             )));
         }
     }
@@ -104,8 +104,8 @@ pub(super) fn hinge<const D: usize>(system: &ContactSystem<D>, stage: &mut Stage
     let name = system.rigid_motions(stage)?.iter().find_map(turning_piece).map(str::to_owned);
     Ok(name.map(|name| {
         format!(
-            "{name} is joined to the rest of its body at single nodes only, and rotates about them without resistance: let its \
-             elements share sides with the others, or support it"
+            "{name} is joined to the rest of its body at single nodes only, and can rotate about them \
+             without resistance: connect its elements to the others by common sides, or support it"
         )
     }))
 }
@@ -131,8 +131,8 @@ fn with_hint_on_supports<const D: usize>(
 ) -> Error {
     if let (false, Some((name, _))) = (system.is_dynamic(), system.holding().hinged_bodies().first()) {
         return error.hint(&format!(
-            "{name} can move without strain, and neither a support nor a contact resists that: support it, or take away the \
-             loads that drive it"
+            "{name} can move without strain, and no support or contact resists this motion: support it, or \
+             remove the loads that drive it"
         ));
     }
     let free = system.holding().free_bodies();
@@ -152,7 +152,7 @@ fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
     let augmented = asks_for_penetration(case);
     match trouble {
         _ if cause == Cause::Guard => {
-            format!("try {shorter}; where elements are crushed, press by less or mesh more coarsely there")
+            format!("try {shorter}; where elements are crushed, reduce the load or use a coarser mesh")
         }
         Trouble::Numbers => TOO_LARGE.to_owned(),
         Trouble::Motion => format!("try {shorter}, or a larger `time.cuts`"),
@@ -163,7 +163,7 @@ fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
         Trouble::Linear => format!("try `linear: direct`, or {shorter}"),
         Trouble::Balance => {
             let softer = if augmented || case.contact.is_empty() { "" } else { ", a softer penalty" };
-            let damped = if swings(case) { " or a scheme that damps, as generalized_alpha" } else { "" };
+            let damped = if swings(case) { " or a dissipative scheme such as generalized_alpha" } else { "" };
             let more = if softer.is_empty() && damped.is_empty() { " or a larger `time.cuts`" } else { "" };
             let limit = if is_loaded(case) { BEYOND_A_LIMIT_LOAD } else { "" };
             format!("try {shorter}{softer}{damped}{more}{limit}")
@@ -173,7 +173,8 @@ fn cure(cause: Cause, trouble: Trouble, case: &Case) -> String {
 
 /// Hint for a load beyond what a body can carry: there is no equilibrium nearby, whatever the step
 /// length.
-const BEYOND_A_LIMIT_LOAD: &str = "; if the body buckles or snaps through under its load, prescribe a displacement in its place, or use a scheme with inertia";
+const BEYOND_A_LIMIT_LOAD: &str = "; if the body buckles or snaps through under its load, prescribe a \
+                                   displacement instead of the load, or use a dynamic scheme";
 
 /// Whether forces are prescribed in statics.
 fn is_loaded(case: &Case) -> bool {

@@ -385,7 +385,7 @@ impl<const D: usize> Journal<D> {
 
 /// Warning about field files that disappeared during a run or before it was resumed.
 fn lost_fields(steps: u64) -> String {
-    format!("{steps} field steps that were written are gone; fields.pvd names those that are left")
+    format!("{steps} field steps that were written are missing; fields.pvd lists the remaining ones")
 }
 
 /// The record of a run that has computed nothing yet.

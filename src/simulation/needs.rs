@@ -99,9 +99,9 @@ pub fn needs<const D: usize>(
         ("K_S (geometric stiffness)", either(t.finite, "finite kinematics", "linear kinematics")),
         ("K_CN (normal contact)", either(t.contact, "contact", "no contact")),
         (
-            "K_CG (change of the contact normal and of where it acts)",
+            "K_CG (change of the contact normal and position)",
             match t.contact {
-                true => either(t.curved, "a curved target or one that deforms", "all targets are planes"),
+                true => either(t.curved, "a curved or deformable target", "all targets are planes"),
                 false => (false, "no contact".to_owned()),
             },
         ),
@@ -117,29 +117,25 @@ pub fn needs<const D: usize>(
             match (t.contact, t.friction) {
                 (false, _) => (false, "no contact".to_owned()),
                 (_, false) if !case.has_unsymmetric_contact() => {
-                    (false, "left out without friction: the matrix stays symmetric".to_owned())
+                    (false, "omitted without friction: the matrix stays symmetric".to_owned())
                 }
                 _ => either(t.area, "area: current", "area: reference"),
             },
         ),
-        ("following loads (non-symmetric)", either(t.follows, "a pressure that follows", "no such load")),
+        ("follower loads (non-symmetric)", either(t.follows, "a follower pressure", "no such load")),
         ("M (mass) in the matrix", inertia()),
         ("mass matrix", inertia()),
         ("accelerations", inertia()),
         (
             "symmetric matrix: half the factors, CG",
-            either(
-                symmetric,
-                "nothing breaks the symmetry",
-                "friction, a following load or a target that is no plane breaks it",
-            ),
+            either(symmetric, "all terms are symmetric", "friction, a follower load or a non-planar target"),
         ),
         (
             "stick memory (tractions of the last step)",
-            friction(t.memory || t.staggered, "elastic stick, or stages that hold it"),
+            friction(t.memory || t.staggered, "elastic stick, or the staggered strategy"),
         ),
         ("multipliers of contact points", multipliers(case, &t, system)),
-        ("mass off the nodes of contact surfaces", massless(&t, system)),
+        ("massless nodes of contact surfaces", massless(&t, system)),
         (
             "displacements and errors of earlier steps",
             match case.accuracy.as_ref().is_some_and(|accuracy| accuracy.time.is_some()) {
@@ -148,12 +144,15 @@ pub fn needs<const D: usize>(
             },
         ),
         ("second stage (3.7)", either(t.staggered, "strategy: staggered", "strategy: monolithic")),
-        ("search and exchange of facets", either(t.deformable, "a target that deforms", "no target deforms")),
+        (
+            "search and exchange of facets",
+            either(t.deformable, "a deformable target", "no deformable target"),
+        ),
         (
             "fields: stress, contact",
             (every > 0, if every > 0 { format!("every {every} steps") } else { "every: 0".to_owned() }),
         ),
-        ("checkpoints", either(case.output.checkpoint.is_some(), "output: checkpoint", "on a signal only")),
+        ("checkpoints", either(case.output.checkpoint.is_some(), "output: checkpoint", "only on a signal")),
         ("matrix", (true, format!("{format}, for {}", names.join(", then ")))),
     ];
     rows.into_iter().map(|(name, (used, why))| Need { name, used, why }).collect()
@@ -165,11 +164,11 @@ fn multipliers<const D: usize>(case: &Case, t: &Traits, system: &ContactSystem<D
     let why = match (t.contact, asked, system.smallest_tolerance().is_some()) {
         (false, ..) => "no contact",
         (_, false, _) => "no accuracy.penetration",
-        (.., false) => "laws and scheme keep their own penetration, which is told",
+        (.., false) => "laws and scheme define the penetration, which is reported",
         _ if t.friction && !t.dynamic => {
-            "accuracy.penetration; of the pressure alone, stick gives way by its return map"
+            "accuracy.penetration; for the pressure only, stick uses its return map"
         }
-        _ if t.dynamic => "accuracy.penetration, where the penalty becomes stiffer",
+        _ if t.dynamic => "accuracy.penetration, with an increased penalty",
         _ => "accuracy.penetration",
     };
     (system.smallest_tolerance().is_some(), why.to_owned())
@@ -206,13 +205,13 @@ pub fn held<const D: usize>(world: &impl CommunicatorCollectives, system: &Conta
     world.all_reduce_into(&own[..], &mut most[..], SystemOperation::max());
     world.all_reduce_into(&own[..], &mut sum[..], SystemOperation::sum());
     let mut text = format!(
-        "held before the first solve: {} matrices of {} bytes, {} vectors of {} bytes",
+        "storage before the first solve: {} matrices of {} bytes, {} vectors of {} bytes",
         most[0], sum[1], most[2], sum[3]
     );
-    for (name, bytes) in [("multipliers", sum[4]), ("marks and factors of masses", sum[5])] {
+    for (name, bytes) in [("multipliers", sum[4]), ("flags and factors of masses", sum[5])] {
         if bytes > 0 {
             let _ = write!(text, ", {name} of {bytes} bytes");
         }
     }
-    text + ", PETSc's own aside\n"
+    text + ", without PETSc's internal storage\n"
 }

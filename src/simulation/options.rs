@@ -100,39 +100,42 @@ pub fn remarks(case: &Case) -> Vec<String> {
         .iter()
         .filter(|(_, body)| !case.is_static() && body.density.is_some_and(|density| density.value == 0.0));
     let massless = massless.map(|(name, _)| {
-        format!("'{}' has no mass: it follows supports, loads and contacts at once", name.value)
+        format!("'{}' has no mass: it follows supports, loads and contacts instantaneously", name.value)
     });
     idle.then(|| remark.to_owned())
         .into_iter()
         .chain(massless)
-        .chain(swinging(case))
-        .chain(loose(case))
-        .chain(kept(case))
-        .chain(doubled(case))
+        .chain(oscillating_nodes(case))
+        .chain(large_tolerances(case))
+        .chain(unenforced_accuracy(case))
+        .chain(multipliers_on_both_sides(case))
         .collect()
 }
 
 /// Remarks on tolerances so large that they affect the results.
-fn loose(case: &Case) -> impl Iterator<Item = String> {
-    let newton = ("newton", case.solver.newton.tolerance.value, "forces out of balance", "the largest one");
+fn large_tolerances(case: &Case) -> impl Iterator<Item = String> {
+    let newton = ("newton", case.solver.newton.tolerance.value, "unbalanced forces", "the largest force");
     let staggered = match &case.solver.strategy.value {
-        case::Strategy::Staggered { tolerance, .. } => {
-            Some(("strategy.staggered", tolerance.value, "the stages apart", "the motion of a step"))
-        }
+        case::Strategy::Staggered { tolerance, .. } => Some((
+            "strategy.staggered",
+            tolerance.value,
+            "a difference of the stages",
+            "the displacement of a step",
+        )),
         case::Strategy::Monolithic => None,
     };
     let given = [Some(newton), staggered].into_iter().flatten();
     given.filter(|(_, tolerance, ..)| *tolerance > LOOSEST_NEWTON).map(|(name, tolerance, what, of)| {
         format!(
-            "solver.{name}: {{ tolerance: {tolerance} }} leaves {what} by up to {:.2} % of {of}, which limits the accuracy of the results: \
-             write {LOOSEST_NEWTON:e} or less",
+            "solver.{name}: {{ tolerance: {tolerance} }} allows {what} of up to {:.2} % of {of}, which \
+             limits the accuracy of the results: use {LOOSEST_NEWTON:e} or less",
             100.0 * tolerance
         )
     })
 }
 
 /// Remark on multipliers where a surface meets itself: both of its sides have them.
-fn doubled(case: &Case) -> Option<String> {
+fn multipliers_on_both_sides(case: &Case) -> Option<String> {
     let enforced = case.accuracy.as_ref().is_some_and(|accuracy| accuracy.penetration.is_some());
     let itself = |contact: &&case::Contact| contact.contactor.value == contact.target.value;
     let found = case
@@ -141,8 +144,9 @@ fn doubled(case: &Case) -> Option<String> {
         .find(|(_, contact)| enforced && itself(contact) && !super::pace::keeps_laws(case));
     found.map(|(name, _)| {
         format!(
-            "contact '{}': where a surface meets itself, both sides have multipliers for accuracy.penetration, and a small penetration may \
-             not be reached; name the two surfaces if they are known, or ask for a relative penetration of 1e-3 or more",
+            "contact '{}': in self-contact both sides have multipliers for accuracy.penetration, and a \
+             small penetration may not be reached; name the two surfaces if they are known, or request a \
+             relative penetration of 1e-3 or more",
             name.value
         )
     })
@@ -150,7 +154,7 @@ fn doubled(case: &Case) -> Option<String> {
 
 /// Remarks on parts of `accuracy` without effect: under the conserving scheme the laws of contact
 /// stay as they are.
-fn kept(case: &Case) -> Option<String> {
+fn unenforced_accuracy(case: &Case) -> Option<String> {
     let accuracy = case.accuracy.as_ref().filter(|_| super::pace::keeps_laws(case))?;
     let stiff = case.contact.values().any(|contact| contact.normal.is_penalty());
     let penetration = (accuracy.penetration.is_some() && stiff).then_some("penetration");
@@ -158,8 +162,8 @@ fn kept(case: &Case) -> Option<String> {
     let parts: Vec<&str> = penetration.into_iter().chain(slip).collect();
     (!parts.is_empty()).then(|| {
         format!(
-            "`scheme: conserving` keeps the laws of contact: what accuracy.{} asks is reported but not enforced; a smaller compliance or a \
-             larger stick stiffness reduces the error",
+            "`scheme: conserving` does not modify the contact laws: accuracy.{} is reported but not \
+             enforced; a smaller compliance or a larger stick stiffness reduces the error",
             parts.join(" and accuracy.")
         )
     })
@@ -167,7 +171,7 @@ fn kept(case: &Case) -> Option<String> {
 
 /// Remark on stiff penalties: under the conserving scheme nothing damps oscillations that no
 /// reasonable step resolves.
-fn swinging(case: &Case) -> Option<String> {
+fn oscillating_nodes(case: &Case) -> Option<String> {
     let conserves = case.time.scheme.value == case::Scheme::Conserving;
     case.accuracy.as_ref().and_then(|accuracy| accuracy.time.as_ref()).filter(|_| conserves)?;
     let stiff = |contact: &&case::Contact| contact.normal.is_penalty();
@@ -180,8 +184,9 @@ fn swinging(case: &Case) -> Option<String> {
     let swings: Vec<String> = swings.map(|(name, _)| format!("'{}'", name.value)).collect();
     (!swings.is_empty()).then(|| {
         format!(
-            "nodes with mass oscillate on the penalty while they touch: the error in time may be twice the reported one; \
-             `mass: redistributed` in {} avoids this, in fewer iterations if the steps converge",
+            "nodes with mass oscillate on the penalty while in contact: the error in time may be twice the \
+             reported one; `mass: redistributed` in {} avoids this, in fewer iterations if the steps \
+             converge",
             swings.join(", ")
         )
     })
@@ -327,11 +332,11 @@ mod tests {
             let text = format!("{text}solver: {solver}\n");
             super::remarks(&Case::parse(&text, "case.yml").expect("a case")).join("; ")
         };
-        assert!(told("{ newton: { tolerance: 0.9 } }").contains("by up to 90.00 % of the largest one"));
+        assert!(told("{ newton: { tolerance: 0.9 } }").contains("of up to 90.00 % of the largest force"));
         assert_eq!(told("{ newton: { tolerance: 1e-3 } }"), "");
         assert!(
             told("{ strategy: { staggered: { tolerance: 0.5 } } }")
-                .contains("the stages apart by up to 50.00 %")
+                .contains("a difference of the stages of up to 50.00 %")
         );
     }
 

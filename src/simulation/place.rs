@@ -130,10 +130,11 @@ fn require_seen(path: &Path, token: &str, rank: i32, delay: Duration) -> Result<
         if Instant::now() >= deadline {
             let host = process::host();
             let text = format!(
-                "{}: rank {rank} on {host} does not find the results folder of rank 0 there",
+                "{}: rank {rank} on {host} can not find the results folder of rank 0",
                 path.display()
             );
-            let cure = "give by --output a folder that all hosts share, or write no fields: `output: { fields: { every: 0 } }`";
+            let cure = "choose with --output a folder that all hosts share, or write no fields: `output: { \
+                        fields: { every: 0 } }`";
             return Err(Error::file(text).hint(cure));
         }
         sleep(Duration::from_millis(50));

@@ -33,12 +33,13 @@ pub(super) fn warning(contact: &PenetrationRecord, is_general: bool, units: Unit
     if facets > SUNK && between > 2.0 * contact.deepest {
         let m = units.of("m");
         let cure = if is_general {
-            "mesh the bodies finer there"
+            "refine the meshes of the bodies there"
         } else {
-            "mesh the contactor finer there, or exchange contactor and target"
+            "refine the mesh of the contactor there, or exchange contactor and target"
         };
         return Some(format!(
-            "warning: contact '{name}': the target lay up to {between:.3e} {m} inside the contactor between two vertices, {facets:.2} facets\n\
+            "warning: contact '{name}': the target penetrated the contactor by up to {between:.3e} {m} \
+             ({facets:.2} facets) between two vertices\n\
              hint: {cure}"
         ));
     }
@@ -49,8 +50,8 @@ pub(super) fn warning(contact: &PenetrationRecord, is_general: bool, units: Unit
     let deepest = contact.deepest;
     let m = units.of("m");
     Some(format!(
-        "warning: contact '{name}' went {deepest:.3e} {m} deep, {asked:.3e} {m} was requested\n\
-         hint: request {:.1e} {m}, or give normal: {{ penalty: {{ compliance: ... }} }}",
+        "warning: contact '{name}' penetrated by {deepest:.3e} {m}, but {asked:.3e} {m} was requested\n\
+         hint: request {:.1e} {m}, or set normal: {{ penalty: {{ compliance: ... }} }}",
         asked * asked / deepest
     ))
 }
@@ -84,11 +85,11 @@ fn is_near<const D: usize>(found: &Overclosure<D>) -> bool {
 /// Notes before the run: bodies that in dynamics are free to fly, and bodies with massless contact
 /// nodes.
 pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
-    let mut notes = loose(system);
+    let mut notes = unsupported_bodies(system);
     let [spared, _] = system.redistributed();
     if !spared.is_empty() {
         notes.push(format!(
-            "mass: redistributed: the nodes of contact surfaces have none in {}",
+            "mass: redistributed: the nodes of contact surfaces are massless in {}",
             spared.join(", ")
         ));
     }
@@ -96,18 +97,21 @@ pub(super) fn notes<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
 }
 
 /// Note on runs whose restarts on several ranks are not bitwise reproducible.
-pub(super) const RESTARTS_TO_ROUNDING: &str = "MUMPS rounds differently each time on several ranks: a run that goes on from a checkpoint agrees with one that was not \
-     interrupted to rounding, not to the bit; for that take linear: gmres_asm_ilu, or PETSc's -pc_type redundant -redundant_pc_type lu \
-     -redundant_pc_factor_mat_solver_type mumps";
+pub(super) const RESTARTS_TO_ROUNDING: &str = "on several ranks MUMPS rounds differently in each run: a run \
+                                               resumed from a checkpoint agrees with an uninterrupted run \
+                                               only to rounding; for bitwise agreement use linear: \
+                                               gmres_asm_ilu, or PETSc's -pc_type redundant \
+                                               -redundant_pc_type lu -redundant_pc_factor_mat_solver_type \
+                                               mumps";
 
 /// A sentence that names the bodies that neither supports nor contacts can hold, if there are any.
 /// Statics rejects such bodies.
-fn loose<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
+fn unsupported_bodies<const D: usize>(system: &ContactSystem<D>) -> Vec<String> {
     let lost = system.holding().lost_bodies();
     if lost.is_empty() {
         Vec::new()
     } else {
-        vec![format!("no support and no contact holds {}", lost.join("; "))]
+        vec![format!("no support or contact holds {}", lost.join("; "))]
     }
 }
 
@@ -118,16 +122,16 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
         remarks.extend(system.holding().hinged_bodies().into_iter().map(|(name, motions)| {
             let s = if motions == 1 { "" } else { "s" };
             format!(
-                "{name} can move without strain ({motions} motion{s}), and neither a support nor a contact resists that: its loads \
-                 must not drive it"
+                "{name} can move without strain ({motions} motion{s}), and no support or contact resists \
+                 this: its loads must not drive it"
             )
         }));
     }
     let [_, short] = system.redistributed();
     if !short.is_empty() {
         remarks.push(format!(
-            "too few layers of elements to take the mass off the contact surfaces of {}: they swing on a penalty that is \
-             stiff, or becomes so for accuracy.penetration",
+            "too few layers of elements to make the contact surfaces of {} massless: they oscillate on a \
+             penalty that is stiff, or is increased for accuracy.penetration",
             short.join(", ")
         ));
     }
@@ -136,14 +140,16 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
     let far = system.overclosures().iter().filter(|found| is_near(found) && found.smallest_gap > extent);
     remarks.extend(far.map(|found| {
         format!(
-            "contact '{}' starts {:.3e} {m} open, more than the size of all bodies, {extent:.3e} {m}: can it close?",
+            "contact '{}' starts with a gap of {:.3e} {m}, more than the size of all bodies, {extent:.3e} \
+             {m}: check that it can close",
             found.contact, found.smallest_gap
         )
     }));
     let away = system.overclosures().iter().filter(|found| found.looks_away);
     remarks.extend(away.map(|found| {
         format!(
-            "contact '{}': all facets of its contactor look away from the target or stand upright on it: is it the right side?",
+            "contact '{}': all facets of its contactor face away from the target or are perpendicular to \
+             it: check that it is the right side",
             found.contact
         )
     }));
@@ -152,7 +158,8 @@ pub(super) fn remarks<const D: usize>(system: &ContactSystem<D>, watched: &[Watc
         let Watched { name, place, distance, line, .. } = point;
         let line = if *line > 0 { format!(" (line {line})") } else { String::new() };
         format!(
-            "probe '{name}'{line} takes the nearest node, {} {m}, {distance:.3e} {m} from where it was asked for",
+            "probe '{name}'{line} uses the nearest node at {} {m}, {distance:.3e} {m} from the requested \
+             position",
             crate::mesh::spelled(place)
         )
     }));

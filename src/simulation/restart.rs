@@ -86,31 +86,35 @@ impl CheckpointHeader {
 
     /// Checks whether the case can be resumed from this checkpoint.
     fn check<const D: usize>(&self, case: &Case, inputs: &[InputRecord]) -> Result<()> {
-        let cure = "give the case of that run back, or start anew without --restart; title, end, solver, PETSc's options \
-                    and output but for probes may change";
+        let cure = "restore the case of that run, or start again without --restart; only title, end, \
+                    solver, PETSc options and output except probes may change";
         let units = Units::of_record(&self.case);
         if units != case.units {
             let message =
-                format!("the checkpoint is in {}, and the case in {}", units.bases(), case.units.bases());
+                format!("the checkpoint is in {}, but the case is in {}", units.bases(), case.units.bases());
             return Err(Error::case(message).hint(cure));
         }
         if let Some(what) = difference(&self.case, &fixed(case)?, "") {
-            return Err(Error::case(format!("another case than the checkpoint's: {what}")).hint(cure));
+            return Err(
+                Error::case(format!("the case differs from that of the checkpoint: {what}")).hint(cure)
+            );
         }
         if self.meshes != meshes(inputs) {
-            return Err(Error::case("another mesh than the checkpoint's: its file has changed").hint(cure));
+            return Err(
+                Error::case("the mesh differs from that of the checkpoint: its file has changed").hint(cure)
+            );
         }
         if self.dimension != D {
-            return Err(Error::internal("checkpoint: another dimension"));
+            return Err(Error::internal("checkpoint: wrong dimension"));
         }
         if case.time.end.value < self.time {
             let end = case.time.end.value;
             let time = self.time;
             let s = case.units.of("s");
             return Err(Error::case(format!(
-                "the case ends at {end:.6e} {s}, the checkpoint is of {time:.6e} {s}"
+                "the case ends at {end:.6e} {s}, but the checkpoint is at {time:.6e} {s}"
             ))
-            .hint("set a later end, or go on from an older checkpoint by --restart=FILE"));
+            .hint("set a later end, or resume from an older checkpoint with --restart=FILE"));
         }
         Ok(())
     }
@@ -186,7 +190,7 @@ impl Saved {
         pace.forget(system);
         let control = self.control(case, model);
         let ledger = EnergyLedger::resume(self.state.balances, drive, system.pattern_vector().like()?);
-        journal.go_on(&control, &format!("goes on from {}", self.path.display()))?;
+        journal.go_on(&control, &format!("resumed from {}", self.path.display()))?;
         Ok(RunMonitors { control, ledger, guard: self.state.guard.clone(), pace })
     }
 
@@ -200,8 +204,9 @@ impl Saved {
     }
 }
 
-const NOTHING_TO_GO_ON_FROM: &str = "there is nothing to go on from: start without --restart, name the folder of the run \
-     with --output, or branch off into a new folder by --restart=CHECKPOINT --output NEW";
+const NOTHING_TO_GO_ON_FROM: &str = "there is no run to resume: start without --restart, name the folder of \
+                                     the run with --output, or branch into a new folder with \
+                                     --restart=CHECKPOINT --output NEW";
 
 /// Protects an interrupted run of the same case from being overwritten when `--restart` was
 /// forgotten. Rank 0 only.
@@ -220,10 +225,11 @@ fn spare(case: &Case, place: &RunRequest, ranks: usize) -> Result<()> {
     };
     let folder = place.folder.display();
     let text = format!(
-        "{folder}: a run of this case stopped there and can go on from step {step}; nothing was changed"
+        "{folder}: an interrupted run of this case can be resumed from step {step}; nothing was changed"
     );
     let on = place.command(ranks);
-    let cure = format!("{on} --restart goes on, --anew in its place begins again and replaces what is there");
+    let cure =
+        format!("resume with {on} --restart, or use --anew instead to start again and replace the results");
     Err(Error::file(text).hint(&cure))
 }
 
@@ -243,7 +249,7 @@ fn look<const D: usize>(case: &Case, place: &RunRequest, ranks: usize) -> Result
     let name = found.path.display().to_string();
     let mut state: CheckpointHeader = serde_json::from_value(found.header.state).map_err(|error| {
         Error::file(format!("{name}: written by another version of this program ({error})"))
-            .hint("go on with that version, or start anew without --restart")
+            .hint("resume with that version, or start again without --restart")
     })?;
     state
         .check::<D>(case, &inputs(case, place).collect::<Result<Vec<_>>>()?)

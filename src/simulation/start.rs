@@ -80,8 +80,8 @@ pub fn require_supports<const D: usize>(system: &ContactSystem<D>) -> Result<()>
     if lost.is_empty() {
         return Ok(());
     }
-    Err(Error::case(format!("statics, and nothing holds {}", lost.join("; ")))
-        .hint("give it a displacement boundary in each direction, or a dynamic scheme"))
+    Err(Error::case(format!("in statics, no support or contact holds {}", lost.join("; ")))
+        .hint("add a displacement boundary in each direction, or use a dynamic scheme"))
 }
 
 /// Checks that each contact can close within the time of the case. Collective.
@@ -216,7 +216,7 @@ fn approach<const D: usize>(
             let sound = system.matrix().norm_frobenius()?.is_finite();
             let trouble = if sound { Trouble::Linear } else { Trouble::Numbers };
             let report = SolveReport { trouble, ..SolveReport::default() };
-            Outcome::Failed(report, "the prescribed displacement can not be followed".into())
+            Outcome::Failed(report, "the linear solver failed to follow the prescribed displacement".into())
         }
     };
     journal.fallbacks(&strategy.take_fallbacks());
@@ -323,13 +323,13 @@ fn no_equilibrium<const D: usize>(
         (Some(crushed), _) => crushed,
         (None, _) if beyond && error.cause != Cause::Guard => TOO_LARGE.to_owned(),
         (None, Trouble::Multipliers) => {
-            "ask for a larger accuracy.penetration, or use more increments".to_owned()
+            "request a larger accuracy.penetration, or use more increments".to_owned()
         }
         (None, _) => cause.unwrap_or_else(|| "use more increments, or start: { rest: {} }".to_owned()),
     };
     if !free.is_empty() {
         cure += &format!(
-            "; as no support holds {}, without friction its loads must also balance along every free direction",
+            "; no support holds {}: without friction its loads must also balance along every free direction",
             free.join(", ")
         );
     }
@@ -359,7 +359,7 @@ fn begin<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, step:
     let state = system.residual(stage, &mut residual)?;
     if !state.norm.is_finite() {
         let fault = system.fault();
-        return Err(fault.unwrap_or_else(|| Error::not_converged("the forces at the start are not numbers")));
+        return Err(fault.unwrap_or_else(|| Error::not_converged("the forces at the start are not finite")));
     }
     system.set_continuation(steps);
     system.remember_start(stage)?;
@@ -385,7 +385,9 @@ fn accelerate<const D: usize>(system: &mut ContactSystem<D>, stage: &mut Stage, 
     let mut linear = LinearSolver::new(system.pattern_vector(), SOLVER_PREFIXES[2], &choice, &problem)?;
     let tolerance = case.solver.krylov.tolerance.value.min(1e-10);
     if linear.solve(system.matrix(), &rhs, &mut change, tolerance)?.is_none() {
-        return Err(Error::not_converged("the initial acceleration: the mass matrix can not be solved with"));
+        return Err(Error::not_converged(
+            "initial acceleration: the linear solver failed for the mass matrix",
+        ));
     }
     stage.start.a.axpy(1.0, &change)?;
     stage.start.a.update_ghosts()?;

@@ -7,9 +7,9 @@ use crate::case::Case;
 pub(super) fn unit_note(case: &Case) -> Option<String> {
     let units = case.units;
     let plane = match case.dimension.value {
-        2 => format!("; plane strain is 1 {} thick", units.of("m")),
+        2 => format!("; plane strain, thickness 1 {}", units.of("m")),
         _ => String::new(),
     };
     let derived = ["N", "Pa", "J"].map(|unit| units.of(unit)).join(", ");
-    (!units.is_si()).then(|| format!("units: {}, hence {derived}{plane}", units.bases()))
+    (!units.is_si()).then(|| format!("units: {}; derived: {derived}{plane}", units.bases()))
 }

@@ -67,8 +67,8 @@ impl Strategy for Augmented {
                 return Ok(Outcome::Failed(
                     report,
                     format!(
-                        "contact points are {depth:.2e} {m} from touching, {:.2e} {m} is asked, after {update} updates of the \
-                         multipliers",
+                        "the gap or penetration of contact points is {depth:.2e} {m} after {update} updates \
+                         of the multipliers, but {:.2e} {m} was requested",
                         depth / left.ratio
                     ),
                 ));

@@ -20,7 +20,7 @@ pub struct Driven {
 impl Driven {
     /// Describes the motion as the reason of a failure.
     pub fn tell(&self) -> String {
-        format!("nothing resists {}, and {:.3e} {} drive it", self.words, self.force, self.unit)
+        format!("nothing resists {}, which is driven by {:.3e} {}", self.words, self.force, self.unit)
     }
 }
 
@@ -44,22 +44,26 @@ impl HeldMotions {
         let part = format!("{force:.1e} of the largest force");
         match by {
             _ if *motions == 0 => {
-                "no motion was held: contact resists all that supports leave, and no force was needed"
+                "no motion was restrained: contact resists all motions that supports leave free, and no \
+                 force was needed"
                     .to_owned()
             }
             None => {
-                format!("{motions} free motion{s} {were} held, and no force was needed: {part} lay along it")
+                format!(
+                    "{motions} free motion{s} {were} restrained, and no force was needed: {part} acted \
+                     along it"
+                )
             }
             Some(Driven { words, force, unit, .. }) => format!(
-                "{motions} motion{s} that contact hardly resists {were} held by {part}, which friction has to carry from \
-                 here on: {force:.3e} {unit} against {words}"
+                "{motions} motion{s} that contact hardly resists {were} restrained by {part}, which \
+                 friction must carry from now on: {force:.3e} {unit} against {words}"
             ),
         }
     }
 
     /// Describes the held motions as the reason of a failure.
     pub fn tell(&self) -> String {
-        format!("a free motion would need {:.1e} of the largest force to be held", self.force)
+        format!("a free motion would need {:.1e} of the largest force to be restrained", self.force)
     }
 }
 
@@ -94,7 +98,7 @@ pub fn describe(rigid: &[RigidMotion], way: &DVector<f64>, loads: &DVector<f64>,
     let most = (0..parts).map(moves).max_by(|a, b| a.3.iter().sum::<f64>().total_cmp(&b.3.iter().sum()));
     let (name, shift, spin, sizes) = most.unwrap_or(("", [0.0; 3], [0.0; 3], [0.0; 2]));
     let shifts = sizes[0] >= sizes[1];
-    let (vector, what) = if shifts { (shift, "motion of") } else { (spin, "turn of") };
+    let (vector, what) = if shifts { (shift, "motion of") } else { (spin, "rotation of") };
     let size = square(&vector).sqrt();
     let direction = direction(&vector.map(|x| x / size));
     let unit = if shifts { units.of("N") } else { units.moment() };
@@ -131,7 +135,10 @@ mod tests {
     fn a_force_that_holds_is_told() {
         let held = |motions, force, by| HeldMotions { motions, force, by }.note();
         assert!(held(0, 0.0, None).ends_with("no force was needed"));
-        assert!(held(1, 2e-13, None).starts_with("1 free motion was held, and no force was needed: 2.0e-13"));
+        assert!(
+            held(1, 2e-13, None)
+                .starts_with("1 free motion was restrained, and no force was needed: 2.0e-13")
+        );
         let by =
             Driven { words: "the motion of 'block' along x".to_owned(), force: 3.0, unit: "N".to_owned() };
         let told = held(2, 1e-6, Some(by));

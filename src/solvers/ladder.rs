@@ -115,11 +115,12 @@ pub fn ladder(choice: &LinearChoice, problem: &Problem) -> Result<Vec<&'static P
     let known = names.iter().filter_map(|name| Preset::named(name));
     let presets: Vec<&Preset> = known.filter(|preset| problem.stores(preset)).collect();
     let Some(first) = presets.first() else {
-        return Err(Error::internal("no linear solver is known by that name"));
+        return Err(Error::internal("unknown linear solver"));
     };
     if first.symmetric && !problem.symmetric {
         return Err(Error::case(format!(
-            "linear solver '{}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric",
+            "linear solver '{}' needs a symmetric matrix, but friction or a follower load makes this one \
+             non-symmetric",
             first.name
         ))
         .hint("use gmres_asm_ilu, gmres_amg, direct or auto, or strategy: staggered"));

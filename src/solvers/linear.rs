@@ -135,8 +135,8 @@ impl LinearSolver {
         let given = |name: &str| self.session.is_given(&format!("{}{name}", self.prefix));
         let presets = self.ladder.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", then ");
         match (given("pc_type"), given("ksp_type")) {
-            (true, _) => "by PETSc's options".to_owned(),
-            (false, true) => format!("{presets}, with the method by PETSc's options"),
+            (true, _) => "by PETSc options".to_owned(),
+            (false, true) => format!("{presets}, with the method by PETSc options"),
             (false, false) => presets,
         }
     }

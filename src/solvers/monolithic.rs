@@ -257,7 +257,7 @@ impl Monolithic {
             });
             lost = descent.is_lost(searched).then(|| {
                 format!(
-                    "no length of correction {} brings the balance closer: residual {:.1e} before, {:.1e} at best",
+                    "the line search failed in correction {}: residual {:.1e} before, {:.1e} at best",
                     row.iteration + 1,
                     relative(before),
                     relative(now)
@@ -333,7 +333,7 @@ impl Monolithic {
         }
         system.jacobian(stage, terms_at(&now, self.settings.terms), None)?;
         if !system.matrix().norm_frobenius()?.is_finite() {
-            return Ok(Err((Trouble::Numbers, "a stiffness is not finite")));
+            return Ok(Err((Trouble::Numbers, "the tangent matrix is not finite")));
         }
         self.kept.made(stage.shifts, system.matrix().pattern(), points);
         match system.predicts() {
@@ -510,5 +510,5 @@ pub(super) fn relative(now: Residual) -> f64 {
 
 /// Explains why a trial state was rejected.
 fn rejected(system: &mut dyn Equations) -> String {
-    system.fault().map_or_else(|| "the residual is not a number".to_owned(), |fault| fault.message)
+    system.fault().map_or_else(|| "the residual is not finite".to_owned(), |fault| fault.message)
 }

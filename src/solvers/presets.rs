@@ -86,7 +86,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: OVERLAPPING,
-        about: "GMRES with ILU(0) on overlapping subdomains: best where inertia helps, contact included",
+        about: "GMRES with ILU(0) on overlapping subdomains: best with inertia, also with contact",
         symmetric: false,
         iterative: true,
         formats: BOTH,
@@ -131,7 +131,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "cg_icc",
-        about: "conjugate gradients with incomplete Cholesky: symmetric problems where inertia helps",
+        about: "conjugate gradients with incomplete Cholesky: symmetric problems with inertia",
         symmetric: true,
         iterative: true,
         formats: AIJ,
@@ -158,7 +158,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: TWO_STAGE,
-        about: "FGMRES with normal contact and friction in turn, each by a method for symmetric matrices",
+        about: "FGMRES with normal contact and friction in turn, each with a symmetric solver",
         symmetric: false,
         iterative: true,
         formats: AIJ,
@@ -168,7 +168,8 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: FILTERED_AMG,
-        about: "GMRES with a factorisation of the nodes in contact around multigrid for the bodies: large problems",
+        about: "GMRES with multigrid for the bodies and a factorisation of the nodes in contact: large \
+                problems",
         symmetric: false,
         iterative: true,
         formats: BOTH,
@@ -178,7 +179,8 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: CG_FILTERED_AMG,
-        about: "conjugate gradients with the same: large, symmetric, with contact",
+        about: "conjugate gradients with the preconditioner of `filtered_amg`: large, symmetric, with \
+                contact",
         symmetric: true,
         iterative: true,
         formats: BOTH,
@@ -188,7 +190,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "gmres_amg",
-        about: "GMRES with multigrid and ILU in turn: large and static, contact not stiff",
+        about: "GMRES with multigrid and ILU in turn: large and static, without stiff contact",
         symmetric: false,
         iterative: true,
         formats: AIJ,

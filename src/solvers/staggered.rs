@@ -196,15 +196,16 @@ impl Staggered {
     }
 
     /// Explains why the sweeps end without agreement, if they do.
-    fn hopeless(&self, number: u32, sweep: &Sweep, progress: &Progress) -> Option<String> {
+    fn no_agreement(&self, number: u32, sweep: &Sweep, progress: &Progress) -> Option<String> {
         if number < self.settings.max_sweeps && !progress.stagnates() {
             return None;
         }
-        let why = if progress.stagnates() { "stagnates" } else { "is out of sweeps" };
+        let why = if progress.stagnates() { "stagnated" } else { "reached its sweep limit" };
         let contraction = progress.contraction().map_or(String::new(), |c| format!(", contraction {c:.2}"));
         Some(format!(
-            "the staggered scheme {why} after {number} sweeps: the stages differ by {:.1e} of the increment, friction \
-             changes by {:.1e} of the normal force, not both <= {:.1e}, or the residual is {:.1e}, not <= {:.1e}{contraction}",
+            "the staggered scheme {why} after {number} sweeps: the stages differ by {:.1e} of the increment \
+             and friction changes by {:.1e} of the normal force (tolerance {:.1e}), residual {:.1e} \
+             (tolerance {:.1e}){contraction}",
             sweep.relative_distance, sweep.friction, self.settings.tolerance, sweep.residual, self.balance
         ))
     }
@@ -243,7 +244,7 @@ impl Staggered {
             {
                 break;
             }
-            if let Some(reason) = self.hopeless(number, &sweep, &progress) {
+            if let Some(reason) = self.no_agreement(number, &sweep, &progress) {
                 report.trouble = Trouble::Sweeps;
                 return Ok(Outcome::Failed(report, reason));
             }

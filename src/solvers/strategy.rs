@@ -17,12 +17,15 @@ pub struct Entry {
 
 /// All strategies, for `contact-petsc list`.
 pub const STRATEGIES: &[Entry] = &[
-    Entry { name: "monolithic", about: "Newton with the full non-symmetric tangent, whatever the friction" },
+    Entry {
+        name: "monolithic",
+        about: "Newton with the full non-symmetric tangent, for any coefficient of friction",
+    },
     Entry {
         name: "staggered",
-        about: "normal contact and friction in turn by symmetric matrices; a sweep contracts in proportion to the \
-                coefficient of friction, by 0.4 to 0.66 mu for rubber, 0.05 mu for concrete, and is relaxed where that is \
-                too much",
+        about: "normal contact and friction in turn, with symmetric matrices; the contraction factor of a \
+                sweep is proportional to the coefficient of friction, and sweeps are relaxed if it is too \
+                large",
     },
 ];
 

@@ -33,9 +33,10 @@ pub(super) fn refuse_symmetric_method(krylov: &Krylov) -> Result<()> {
         return Ok(());
     }
     let message = format!(
-        "KSP type '{method}' needs a symmetric matrix, and friction or a following load makes this one non-symmetric"
+        "KSP type '{method}' needs a symmetric matrix, but friction or a follower load makes this one \
+         non-symmetric"
     );
-    Err(Error::case(message).hint("use -ksp_type gmres or fgmres, or leave the choice to the program"))
+    Err(Error::case(message).hint("use -ksp_type gmres or fgmres, or remove the option"))
 }
 
 #[cfg(test)]

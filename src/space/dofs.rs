@@ -152,9 +152,10 @@ fn conflict(names: [&str; 2], component: u8, place: &str) -> Error {
     let axis = ["x", "y", "z"][usize::from(component)];
     let [first, second] = names;
     Error::case(format!(
-        "boundaries '{first}' and '{second}' both prescribe u_{axis} of the node at {place}, and differently"
+        "boundaries '{first}' and '{second}' both prescribe u_{axis} of the node at {place}, with different \
+         values"
     ))
-    .hint(&format!("take {axis} out of one of them, or give one of them a set without this node"))
+    .hint(&format!("remove {axis} from one of them, or use a set without this node for one of them"))
 }
 
 fn place<const D: usize>(point: &[f64; D]) -> String {

@@ -35,11 +35,12 @@ impl StudyFindings<'_> {
         let all: Vec<(&StudyRow, f64)> = self.judged(quantity).collect();
         let Some((row, error)) = self.cheapest(&all, &all, target) else {
             return match self.judged(quantity).min_by(|a, b| a.1.total_cmp(&b.1)) {
-                None => format!(
-                    "for {asked} in {name} there is nothing to say: no member has an error to judge by"
-                ),
+                None => {
+                    format!("for {asked} in {name} there is no advice: no member has an error to compare")
+                }
                 Some((row, error)) if error <= target => format!(
-                    "for {asked} in {name} no member suffices but by luck: {} has {} after {}, and more when refined",
+                    "for {asked} in {name} no member suffices except by accident: {} has {} after {}, and \
+                     more when refined",
                     self.described(row),
                     percent(error),
                     seconds(row.cost.cpu)
@@ -64,7 +65,9 @@ impl StudyFindings<'_> {
         let lucky =
             all.iter().filter(|(other, error)| *error <= target && other.cost.cpu < row.cost.cpu).count();
         if lucky > 0 {
-            text.push_str(&format!("; {lucky} cheaper only by luck: refined, they are worse than that"));
+            text.push_str(&format!(
+                "; {lucky} cheaper only by accident: their error exceeds it when refined"
+            ));
         }
         for other in self.others(row) {
             text.push_str(&self.compared(quantity, target, other));
@@ -95,7 +98,7 @@ impl StudyFindings<'_> {
         match self.cheapest(&own, &all, target) {
             Some((row, _)) => format!("; the cheapest with {who} needs {}", seconds(row.cost.cpu)),
             None if own.iter().any(|(_, error)| *error <= target) => {
-                format!("; with {who} some do by luck only")
+                format!("; with {who} some suffice only by accident")
             }
             None => match own.iter().map(|(_, error)| *error).min_by(f64::total_cmp) {
                 Some(best) => format!("; with {who} none suffices, {} at best", percent(best)),
@@ -221,7 +224,7 @@ mod tests {
             )
         );
         let nothing = StudyFindings { rows: &rows[3..4], ..findings };
-        assert!(nothing.advice(&[0.1])[0].contains("nothing to say"));
+        assert!(nothing.advice(&[0.1])[0].contains("no advice"));
     }
 
     /// A member whose accuracy is accidental, because the same member with a finer mesh is not
@@ -242,7 +245,7 @@ mod tests {
         let advice = findings.advice(&[0.01]);
         assert!(advice[0].contains("use scheme = a, h = 3: 0.4 s"), "{advice:?}");
         assert!(
-            advice[0].contains("1 cheaper only by luck") && advice[0].contains("b none suffices"),
+            advice[0].contains("1 cheaper only by accident") && advice[0].contains("b none suffices"),
             "{advice:?}"
         );
     }
@@ -264,7 +267,10 @@ mod tests {
         let names = ["change".to_owned()];
         let findings = StudyFindings { axes: &names, quantities: &["force".into()], rows: &rows };
         let advice = findings.advice(&[0.01, 1e-4]);
-        assert!(advice[0].contains("use change = as-shipped") && !advice[0].contains("luck"), "{advice:?}");
+        assert!(
+            advice[0].contains("use change = as-shipped") && !advice[0].contains("accident"),
+            "{advice:?}"
+        );
         assert_eq!(advice[1], "for 0.01 % in force no member suffices: 0.1 % at best");
     }
 

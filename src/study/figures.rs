@@ -123,7 +123,7 @@ impl StudyFindings<'_> {
     fn convergence(&self, quantity: usize) -> Figure {
         let error = format!("relative error of {}", self.quantities[quantity]);
         let sizes: [(&str, Size); 2] =
-            [("unknowns of a step", |row| row.cost.unknowns), ("steps", |row| row.cost.steps)];
+            [("unknowns per step", |row| row.cost.unknowns), ("steps", |row| row.cost.steps)];
         let mut panels = Vec::new();
         for (name, size) in sizes {
             let mut counts: Vec<u64> = self.drawn(quantity).map(|(_, row, _)| size(row)).collect();
@@ -168,7 +168,7 @@ impl StudyFindings<'_> {
                 let digits = of(row, error);
                 [digits.size, digits.accuracy]
             }),
-            panel(logarithmic("CPU time [s]"), logarithmic("unknowns of all steps a second"), &|row, _| {
+            panel(logarithmic("CPU time [s]"), logarithmic("unknowns of all steps per second"), &|row, _| {
                 [row.cost.cpu, row.cost.size() / row.cost.cpu]
             }),
             panel(logarithmic("CPU time [s]"), plain("digits of efficacy"), &|row, error| {

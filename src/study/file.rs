@@ -17,12 +17,13 @@ use crate::reader::tagged::tagged;
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// What the study is, for people.
+    /// Description of the study.
     #[serde(default)]
     pub title: Option<String>,
-    /// The case file, relative to this one.
+    /// The case file, relative to the study file.
     pub case: At<String>,
-    /// Values for all members by their paths in the case, as `time.end` or `bodies.block.mesh.box.cells[0]`; `null` takes a key away.
+    /// Values for all members by their paths in the case, such as `time.end` or
+    /// `bodies.block.mesh.box.cells[0]`; `null` removes a key.
     #[serde(default)]
     pub set: Named<Node>,
     /// Axes; the members are all combinations of their values.
@@ -31,12 +32,12 @@ pub struct Study {
     /// Further members by name, each with its own values.
     #[serde(default)]
     pub members: Named<Named<Node>>,
-    /// What quantities without a reference of their own are compared with.
+    /// Reference of the quantities that have none of their own.
     #[serde(default)]
     pub reference: Option<At<Reference>>,
-    /// What is looked at, by name.
+    /// Quantities of interest, by name.
     pub quantities: At<Named<StudyQuantity>>,
-    /// Relative errors that the advice speaks of, > 0; 10, 1 and 0.1 % if absent.
+    /// Relative errors for which advice is given, > 0; 10, 1 and 0.1 % if absent.
     #[serde(default = "targets")]
     pub accuracy: At<Vec<Number>>,
     /// The text, for errors that are found later.
@@ -52,7 +53,7 @@ fn targets() -> At<Vec<Number>> {
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
-    /// Path of the key that `values` are for.
+    /// Path of the key that receives the `values`.
     #[serde(default)]
     pub key: Option<At<String>>,
     /// A list of values, or a mapping from labels to values.
@@ -73,14 +74,14 @@ fn list_or_mapping(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
     ] })
 }
 
-/// What the members are compared with.
+/// Reference of the members.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Reference")]
 pub enum Reference {
     /// The completed member with the most unknowns times steps.
     Finest,
-    /// A run of its own, with values by their paths on top of `set`.
+    /// A separate run, with values by their paths in addition to `set`.
     Member(Named<Node>),
 }
 
@@ -92,28 +93,29 @@ pub struct StudyQuantity {
     pub table: At<String>,
     /// Column, with its unit as in the header.
     pub column: At<String>,
-    /// Rows by the words in their columns, as `{ boundary: clamp }`.
+    /// Selection of rows by values of their columns, such as `{ boundary: clamp }`.
     #[serde(default, rename = "where")]
     pub only: Named<At<String>>,
-    /// What is made of the column.
+    /// How the column is reduced to a quantity.
     pub measure: At<Measure>,
-    /// First and last instant that count, in the unit of time of the case; all if absent.
+    /// First and last instant that are used, in the unit of time of the case; all if absent.
     #[serde(default)]
     pub between: Option<At<[Duration; 2]>>,
-    /// Size that errors are relative to, > 0, in the unit of the column; the size of the reference if absent.
+    /// Size to which errors are relative, > 0, in the unit of the column; the size of the reference
+    /// if absent.
     #[serde(default)]
     pub scale: Option<Number>,
-    /// What this quantity is compared with, in place of the study's reference.
+    /// Reference of this quantity, instead of that of the study.
     #[serde(default)]
     pub reference: Option<At<KnownReference>>,
 }
 
-/// What is made of a column over time.
+/// How a column over time is reduced to a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Measure")]
 pub enum Measure {
-    /// Its value at an instant, in the unit of time of the case, linear between two rows.
+    /// Its value at an instant, in the unit of time of the case, interpolated between two rows.
     At(Duration),
     /// Its last value.
     Last,
@@ -125,14 +127,15 @@ pub enum Measure {
     L2,
 }
 
-/// What is known of a quantity.
+/// Reference of a quantity.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case")]
 #[schemars(rename = "Known")]
 pub enum KnownReference {
     /// A value, in the unit of the column.
     Value(Number),
-    /// A table with a column `time [s]`, or the case's unit of time in place of s, and the quantity's column, relative to this file.
+    /// A table with a column `time [s]`, or the case's unit of time instead of s, and the column of
+    /// the quantity, relative to the study file.
     Csv(At<String>),
 }
 
@@ -189,7 +192,7 @@ impl Study {
     fn check(&self, complaints: &mut Vec<Complaint>) {
         self.sweep.iter().for_each(|(name, axis)| check_axis(name, axis, complaints));
         if self.quantities.value.is_empty() {
-            let nothing = Complaint::new("a study looks at one quantity at least".into());
+            let nothing = Complaint::new("a study needs at least one quantity".into());
             complaints.push(nothing.at(self.quantities.place));
         }
         for (name, quantity) in self.quantities.value.iter() {
@@ -201,19 +204,19 @@ impl Study {
         }
         let bad = self.accuracy.value.iter().find(|target| !(target.value > 0.0 && target.value < 1.0));
         complaints.extend(bad.map(|target| {
-            let message = format!("an accuracy is between 0 and 1, {} is not", target.value);
+            let message = format!("an accuracy must be between 0 and 1, found {}", target.value);
             Complaint::new(message).at(target.place).hint("0.01 means 1 %")
         }));
         for name in
             self.sweep.iter().map(|(name, _)| name).chain(self.quantities.value.iter().map(|(name, _)| name))
         {
             if COLUMNS.contains(&name.value.as_str()) {
-                let message = format!("study.csv has a column of its own called '{}'", name.value);
+                let message = format!("'{}' is already the name of a column of study.csv", name.value);
                 complaints.push(Complaint::new(message).at(name.place).hint("choose another name"));
             }
         }
         for reserved in self.members.iter().map(|(name, _)| name).filter(|name| name.value == "reference") {
-            let message = "the name 'reference' is that of the reference's own run".into();
+            let message = "the name 'reference' is reserved for the reference run".into();
             complaints.push(Complaint::new(message).at(reserved.place));
         }
     }
@@ -231,18 +234,18 @@ impl Study {
                 .push(Complaint::new("the first instant is not before the last".into()).at(between.place));
         }
         if let Some(scale) = quantity.scale.filter(|scale| scale.value <= 0.0) {
-            complaints.push(Complaint::new("a size is positive".into()).at(scale.place));
+            complaints.push(Complaint::new("a size must be positive".into()).at(scale.place));
         }
         let own = quantity.reference.as_ref();
         if own.is_none() && self.reference.is_none() {
-            let message = format!("'{}' has nothing to be compared with", name.value);
-            let cure = "give the study a `reference`, or this quantity its own: `reference: { value: ... }`";
+            let message = format!("'{}' has no reference", name.value);
+            let cure = "add a `reference` to the study, or to this quantity: `reference: { value: ... }`";
             complaints.push(Complaint::new(message).at(name.place).hint(cure));
         }
         if let (Measure::L2, Some(At { value: KnownReference::Value(_), place })) =
             (quantity.measure.value, own)
         {
-            let message = "a curve is compared with a curve, not with a value".into();
+            let message = "a curve must be compared with a curve, not with a value".into();
             complaints.push(Complaint::new(message).at(*place).hint("reference: { csv: FILE }"));
         }
     }
@@ -262,9 +265,9 @@ fn check_axis(name: &At<String>, axis: &Axis, complaints: &mut Vec<Complaint>) {
             }
         },
         (None, None, Some(choices)) => choices.len(),
-        _ => return complaints.push(say("an axis has a key and its values, or choices", form)),
+        _ => return complaints.push(say("an axis needs a key and its values, or choices", form)),
     };
     if count == 0 {
-        complaints.push(say("this axis has no value", form));
+        complaints.push(say("this axis has no values", form));
     }
 }

@@ -77,7 +77,7 @@ pub fn prepare(folder: &Path) -> Result<StudyFolder> {
     if is_occupied && !is_ours {
         let text =
             format!("{}: not empty and not a study of {PROGRAM}; nothing was changed", folder.display());
-        return Err(Error::file(text).hint("give another folder with --output, or empty this one yourself"));
+        return Err(Error::file(text).hint("choose another folder with --output, or empty this folder"));
     }
     std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
     let place = StudyFolder { lock: Lock::take(folder)?, folder: Anchor::of(folder)? };

@@ -79,7 +79,7 @@ fn combinations(study: &Study) -> Result<Vec<Vec<Choice>>> {
         let choices = choices(axis);
         if all.len().max(1) * choices.len() > MOST {
             let message = format!("the grid has more than {MOST} members");
-            return Err(study.error(name.place, message, "vary less at a time"));
+            return Err(study.error(name.place, message, "vary fewer keys at a time"));
         }
         let with = |before: &[Choice]| -> Vec<Vec<Choice>> {
             let again =

@@ -180,13 +180,13 @@ fn curve(quantity: &StudyQuantity, folder: &Path, study: &Study, units: Units) -
         quantity.only.iter().map(|(column, word)| (column.value.as_str(), word.value.as_str())).collect();
     let path = folder.join(&quantity.table.value);
     TimeSeries::read(&path, &quantity.column.value, &only, units).map_err(|error| match error.cause {
-        Cause::Case => told(study, quantity, &error),
+        Cause::Case => at_quantity(study, quantity, &error),
         _ => error,
     })
 }
 
 /// Adds the position in the study to an error about a column.
-fn told(study: &Study, quantity: &StudyQuantity, error: &Error) -> Error {
+fn at_quantity(study: &Study, quantity: &StudyQuantity, error: &Error) -> Error {
     let (message, hint) = error.message.split_once("\nhint: ").unwrap_or((&error.message, ""));
     study.error(quantity.column.place, message, hint)
 }
@@ -226,15 +226,14 @@ impl References {
                     |error: String| study.error(file.place, error, "paths are relative to the study file");
                 if Csv::read(&path).is_ok_and(|csv| csv.is_some_and(|csv| csv.is_cut)) {
                     return Err(absent(format!(
-                        "{}: its last line has no end: is it cut short?",
+                        "{}: its last line has no line end: the file may be truncated",
                         path.display()
                     )));
                 }
                 let read = TimeSeries::read(&path, &quantity.column.value, &[], units)
                     .map_err(|e| absent(e.message))?;
                 let curve = read.filter(|curve| !curve.is_empty());
-                let curve =
-                    curve.ok_or_else(|| absent(format!("{}: no curve to compare with", path.display())))?;
+                let curve = curve.ok_or_else(|| absent(format!("{}: no reference curve", path.display())))?;
                 Ok(Some(Standard::Curve(curve)))
             }
         };

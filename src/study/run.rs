@@ -132,8 +132,8 @@ fn require_leave(session: &Session, signals: &Signals, member: &Member) -> Resul
     if any == 0 {
         return Ok(());
     }
-    let text = format!("{}: member {} is not done", Signals::name(any), member.name);
-    Err(Error::stopped(text).hint("the same command goes on from here"))
+    let text = format!("{}: member {} is not finished", Signals::name(any), member.name);
+    Err(Error::stopped(text).hint("resume with the same command"))
 }
 
 /// Runs a member, whose outcome is stored in its results. Collective.
@@ -194,8 +194,7 @@ fn check_results(member: &Member, record: &Value, folder: &Path) -> Result<()> {
     let s = member.case.units.of("s");
     let reached = record["simulated_time"].as_f64().unwrap_or(0.0);
     if record["verdict"] == "completed" && reached < end * (1.0 - 1e-9) {
-        let text =
-            format!("{}: its end is at {reached} {s}, that of the case at {end} {s}", folder.display());
+        let text = format!("{}: ends at {reached} {s}, but the case ends at {end} {s}", folder.display());
         return Err(Error::file(text));
     }
     Ok(())
@@ -251,7 +250,10 @@ impl<'a> Ledger<'a> {
         self.place.check()?;
         let folder = member_folder(&self.options.folder, member);
         if ResultsFolder::reclaim(&folder)? {
-            self.say(&format!("  {}: its {RECORD} is damaged or gone: the member runs again", member.name));
+            self.say(&format!(
+                "  {}: its {RECORD} is damaged or missing: the member runs again",
+                member.name
+            ));
             return Ok(false);
         }
         let record = record(&folder);
@@ -327,14 +329,14 @@ impl<'a> Ledger<'a> {
         if !self.rows.iter().any(|row| row.state == MemberState::Completed) {
             let text = "no member completed".to_owned();
             self.papers().write(MemberState::Failed)?;
-            return Err(Error::not_converged(text).hint("the reasons stand in study.csv"));
+            return Err(Error::not_converged(text).hint("the reasons are in study.csv"));
         }
         let papers = self.papers();
         papers.write(MemberState::Completed)?;
         let failed = self.rows.iter().filter(|row| row.state == MemberState::Failed).count();
         if failed > 0 {
             self.say(&format!(
-                "{failed} of {} members failed: the reasons stand in study.csv",
+                "{failed} of {} members failed: the reasons are in study.csv",
                 self.rows.len()
             ));
         }

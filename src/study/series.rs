@@ -47,7 +47,7 @@ impl TimeSeries {
             let near = crate::reader::complaint::nearest(column, &known);
             let near = near.map_or(String::new(), |near| format!("; did you mean '{near}'?"));
             Error::case(format!("{}: there is no column '{column}'", path.display()))
-                .hint(&format!("there are: {}{near}", known.join(", ")))
+                .hint(&format!("known: {}{near}", known.join(", ")))
         };
         let numbers = |column: &str| csv.numbers(column)?.ok_or_else(|| absent(column));
         let times = numbers(&units.heading("time [s]"))?;

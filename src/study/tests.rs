@@ -62,25 +62,15 @@ fn broken_studies_are_told_where_and_why() {
         ("reactions.csv", "reaction.csv", "study.yml:14:18", "did you mean 'reactions.csv'"),
         ("{ at: 0.004 }", "mean", "", "unknown measure 'mean'"),
         ("{ at: 0.004 }", "{ at: [1] }", "study.yml:14:99", "expected"),
-        (
-            "reference: { member: { time.step: 0.5 ms } }\n",
-            "",
-            "study.yml:13:3",
-            "nothing to be compared with",
-        ),
+        ("reference: { member: { time.step: 0.5 ms } }\n", "", "study.yml:13:3", "has no reference"),
         ("{ member: { time.step: 0.5 ms } }", "best", "study.yml:12:12", "unknown reference 'best'"),
         ("time.end: 0.004", "time.end: -1", "study.yml:2:18", "end"),
         ("values: [quad4, quad9]", "values: 3", "study.yml:4", "expected a list"),
         ("values: [quad4, quad9]", "values: []", "study.yml:4:3", "no value"),
-        (
-            "key: bodies.block.mesh.box.element, ",
-            "",
-            "study.yml:4:3",
-            "an axis has a key and its values, or choices",
-        ),
-        ("  odd:", "  reference:", "study.yml:11:3", "the reference's own run"),
-        ("  h: { key", "  steps: { key", "study.yml:5:3", "a column of its own"),
-        ("  push:", "  wall [s]:", "study.yml:14:3", "a column of its own"),
+        ("key: bodies.block.mesh.box.element, ", "", "study.yml:4:3", "a key and its values, or choices"),
+        ("  odd:", "  reference:", "study.yml:11:3", "reserved for the reference run"),
+        ("  h: { key", "  steps: { key", "study.yml:5:3", "name of a column of study.csv"),
+        ("  push:", "  wall [s]:", "study.yml:14:3", "name of a column of study.csv"),
     ] {
         assert!(STUDY.contains(from), "{from}");
         let text = planned(&STUDY.replacen(from, to, 1)).map(|_| "read".into()).unwrap_or_else(|e| e.message);

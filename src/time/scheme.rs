@@ -52,23 +52,24 @@ pub struct SchemeEntry {
 pub const SCHEMES: &[SchemeEntry] = &[
     SchemeEntry {
         name: "newmark",
-        about: "Newmark by beta and gamma; 1/4 and 1/2 is the paper's average acceleration",
+        about: "Newmark with beta and gamma; 1/4 and 1/2 is the paper's average acceleration",
     },
     SchemeEntry {
         name: "hht",
-        about: "Hilber, Hughes, Taylor by the spectral radius at infinity (1/2 to 1)",
+        about: "Hilber, Hughes, Taylor with the spectral radius at infinity (1/2 to 1)",
     },
     SchemeEntry {
         name: "generalized_alpha",
-        about: "Chung, Hulbert by the spectral radius at infinity (0 to 1): second order, damps ringing",
+        about: "Chung, Hulbert with the spectral radius at infinity (0 to 1): second order, damps ringing",
     },
     SchemeEntry {
         name: "midpoint",
-        about: "midpoint rule: second order, keeps linear and angular momentum, damps nothing",
+        about: "midpoint rule: second order, conserves linear and angular momentum, no damping",
     },
     SchemeEntry {
         name: "conserving",
-        about: "midpoint rule with energy-conserving forces, for impact: keeps energy, linear and angular momentum",
+        about: "midpoint rule with energy-conserving forces, for impact: conserves energy, linear and \
+                angular momentum",
     },
     SchemeEntry { name: "backward_euler", about: "first order, strong damping, the most robust" },
     SchemeEntry { name: "static", about: "no inertia; time is the load parameter" },

@@ -66,6 +66,13 @@ impl Output {
     }
 }
 
+/// Checks that a message contains all of these fragments: its location, its values and the remedy.
+#[track_caller]
+pub fn assert_says(message: &str, fragments: &[&str]) {
+    let missing: Vec<&&str> = fragments.iter().filter(|fragment| !message.contains(**fragment)).collect();
+    assert!(missing.is_empty(), "{missing:?} missing in:\n{message}");
+}
+
 /// Runs the program on `ranks` ranks (0: without `mpirun`) in `folder`.
 pub fn run(ranks: usize, args: &[&str], folder: &Path) -> Output {
     run_within(LIMIT, ranks, args, folder)

@@ -301,6 +301,6 @@ fn zero_density(rows: &mut Vec<Row>) {
         vec![case([1700.0, 1e-8], alpha), case([1700.0, 0.0], alpha)],
         1e-6,
     );
-    let reason = "nothing holds the body 'block', and it has no mass";
+    let reason = "holds the body 'block', and it has no mass";
     rows.push(Row::refused("density [kg/m3]", "0, nothing holds it", free, &[3], reason).quick());
 }

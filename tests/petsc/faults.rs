@@ -109,7 +109,7 @@ pub fn options() {
         krylov.set_tolerances(1e-12, 1e-30, 40).unwrap();
         let outcome = krylov.solve(&b, &mut x).unwrap();
         assert_eq!(outcome.iterations, 3, "the user asked for three");
-        assert!(!outcome.converged() && outcome.reason.to_string() == "out of iterations");
+        assert!(!outcome.converged() && outcome.reason.to_string() == "iteration limit reached");
         let found = krylov.types().unwrap();
         assert_eq!((found.0.as_str(), found.1.as_str()), types);
     }

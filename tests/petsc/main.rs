@@ -31,7 +31,7 @@ const RUNS: &[Run] = &[
     ("solvers", 1, 0, "solvers done"),
     ("solvers", 2, 0, "solvers done"),
     ("solvers", 3, 0, "solvers done"),
-    ("panic_on_one_rank", 2, 70, "fault of the program: rank 1 gives up"),
+    ("panic_on_one_rank", 2, 70, "internal error: rank 1 gives up"),
     ("abort_on_one_rank", 3, 7, ""),
     ("error_on_one_rank", 3, 4, "error: rank 1 alone fails"),
     ("error_on_all_ranks", 3, 4, "error: all ranks fail"),

@@ -32,7 +32,7 @@ fn a_wheel_rolls_by_a_facet_a_step() {
         let results = Results::of(&wheel(step, more), 1);
         let record = results.record();
         assert!(
-            !record["warnings"].to_string().contains("could be cut no further"),
+            !record["warnings"].to_string().contains("could not be cut further"),
             "{}",
             record["warnings"]
         );
@@ -46,7 +46,7 @@ fn a_wheel_rolls_by_a_facet_a_step() {
     let folder = Folder::new("wheel");
     folder.write("case.yml", &wheel(0.1, ", cuts: 1"));
     let output = run(2, &["case.yml", "-o", "out", "-q"], &folder).success();
-    let words = "the surfaces of contact 'tread' rolled on by";
+    let words = "the surfaces of contact 'tread' rolled by";
     assert!(
         output.stderr.contains(words) && output.stderr.contains("2.0 facets in step"),
         "{}",

@@ -148,7 +148,7 @@ fn driven(session: &Rc<Session>) {
     assert!((slides.force / 1000.0 - 1.0).abs() < 1e-9, "{slides:?}");
     let wheel = "boundary: { crank: { on: block.top, traction: { x: 1000 } }, back: { on: block.bottom, traction: { x: -1000 } } }";
     let (held, free, turns) = told(&case(2, &SQUARE.replace("0.5]", "1]"), "[0, -1]", "[0, 1]", wheel));
-    assert_eq!((held, free, &*turns.words), (2, 3, "the turn of 'block' about -z"));
+    assert_eq!((held, free, &*turns.words), (2, 3, "the rotation of 'block' about -z"));
     assert!((turns.force / 1000.0 - 1.0).abs() < 1e-9, "{turns:?}");
 }
 

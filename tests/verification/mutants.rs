@@ -579,7 +579,7 @@ fn is_refused_well(error: &Error, what: &str) {
         }
         Cause::Case | Cause::NotConverged => {
             let names =
-                ["nothing holds", "no surface", "no set", "nothing resists", "both prescribe", "no facet"];
+                ["contact holds", "no surface", "no set", "nothing resists", "both prescribe", "no facet"];
             assert!(names.iter().any(|name| message.contains(name)), "{what}: {message}");
         }
         cause => panic!("{what}: {cause:?}: {message}"),

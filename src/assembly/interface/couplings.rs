@@ -162,7 +162,7 @@ mod tests {
                         Some(CouplingSlots::Remote(block)) => {
                             assert_eq!(remote.slot(numbering.global(row), column), Some(block));
                         }
-                        None => panic!("a block without a place"),
+                        None => panic!("a block has no slot"),
                     }
                 }
             }

@@ -202,7 +202,7 @@ impl<const D: usize> Interface<D> {
         evaluate: impl FnOnce(&ContactFields, &mut Opening<'_, '_>),
         meanwhile: impl FnOnce(&mut BlockValues, Option<LiftTarget>),
     ) {
-        debug_assert!(self.has_brought(fields), "a tangent is wanted where the forces were not");
+        debug_assert!(self.has_brought(fields), "the tangent is evaluated before the forces");
         if let Some(lift) = &lift {
             self.change.resize(self.u.len(), 0.0);
             let _running = self.exchange.begin();

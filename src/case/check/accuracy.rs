@@ -19,7 +19,11 @@ impl Check<'_> {
             let given = at.line > 0;
             let power = self.case.contact.values().any(|c| !c.normal.is_penalty());
             if given && power {
-                self.found.say(at, "a contact has a power law, whose penetration is that of its roughness: no multiplier can remove it");
+                self.found.say(
+                    at,
+                    "a contact has a power law, whose penetration represents the roughness and can not be \
+                     reduced by multipliers",
+                );
                 self.found.cure("write `penetration: none`, or `normal: penalty`");
             }
         }
@@ -31,9 +35,9 @@ impl Check<'_> {
         if let Some(time) = timed {
             self.found.say(
                 time.place,
-                "statics has no error in time: its steps follow the effort of Newton's method",
+                "statics has no error in time: its step length follows the number of Newton iterations",
             );
-            self.found.cure("leave out `time`, or write `time: none` for equal steps");
+            self.found.cure("remove `time`, or write `time: none` for equal steps");
         }
     }
 
@@ -48,9 +52,9 @@ impl Check<'_> {
         if value.value > 0.0 && value.value < FINEST {
             self.found.say(
                 value.place,
-                format!("{what} of {:e} is below what rounding leaves of a result", value.value),
+                format!("{what} of {:e} is below the rounding errors of a result", value.value),
             );
-            self.found.cure(&format!("ask for {FINEST:e} or more"));
+            self.found.cure(&format!("request {FINEST:e} or more"));
         }
     }
 }

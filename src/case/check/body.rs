@@ -35,13 +35,14 @@ impl Check<'_> {
             self.found.require(
                 moves,
                 velocity.place,
-                "an initial velocity has no meaning with the static scheme",
+                "an initial velocity is not allowed with the static scheme",
             );
         }
         let massless = body.density.is_some_and(|density| density.value == 0.0);
         if (self.case.is_static() || massless) && !self.is_held(name) {
             let why = if massless { "it has no mass" } else { "the static scheme has no inertia" };
-            self.found.say(name.place, format!("nothing holds the body '{}', and {why}", name.value));
+            self.found
+                .say(name.place, format!("no support or contact holds the body '{}', and {why}", name.value));
             self.found.cure(match massless {
                 true => "add a displacement boundary or a contact, or give it a density",
                 false => "add a displacement boundary or a contact, or use a dynamic scheme",
@@ -55,7 +56,8 @@ impl Check<'_> {
         if !self.case.is_static() || self.case.boundary.iter().any(weighs) {
             self.found.say(name.place, format!("the body '{}' needs a density", name.value));
             let unit = self.case.units.of("kg/m3");
-            self.found.cure(&format!("add `density:` in {unit}; only statics without gravity does without"));
+            self.found
+                .cure(&format!("add `density:` in {unit}; it is optional only in statics without gravity"));
         }
     }
 
@@ -84,9 +86,13 @@ impl Check<'_> {
         );
         for (axis, component) in cuboid.map.iter().flat_map(|map| map.functions().into_iter().enumerate()) {
             let Some(function) = component else { continue };
-            let message = "a mesh does not depend on t".to_owned();
+            let message = "a mesh can not depend on t".to_owned();
             self.found.require(function.is_constant_in_time(), function.place, message);
-            self.found.require(axis < self.dimension.unwrap_or(3), function.place, "2D has no z".to_owned());
+            self.found.require(
+                axis < self.dimension.unwrap_or(3),
+                function.place,
+                "z does not exist in 2D".to_owned(),
+            );
         }
         let Some(element) = &cuboid.element else { return };
         let (name, its) = (element.value.name(), element.value.dimension());
@@ -95,8 +101,11 @@ impl Check<'_> {
                 .say(element.place, format!("{name} is an element of {its}D, the case has {dimension}D"));
         }
         if locking == Locking::SelectiveReduced && !element.value.offers_locking_cure() {
-            self.found.say(element.place, format!("{name} offers no cure for locking"));
-            self.found.cure("selective_reduced is for quadrilaterals and hexahedra; leave `locking` out, or change the element");
+            self.found.say(element.place, format!("{name} does not support selective_reduced"));
+            self.found.cure(
+                "selective_reduced is for quadrilaterals and hexahedra; remove `locking`, or change the \
+                 element",
+            );
         }
     }
 }

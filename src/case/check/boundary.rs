@@ -11,9 +11,9 @@ impl Check<'_> {
         let known = self.body_of(on);
         let actions: Vec<Action> = boundary.actions().collect();
         if actions.len() != 1 {
-            let does = if actions.is_empty() { "does nothing" } else { "does more than one thing" };
+            let does = if actions.is_empty() { "has no action" } else { "has more than one action" };
             self.found.say(name.place, format!("the boundary '{}' {does}", name.value));
-            self.found.cure("give it one of displacement, gravity, traction, pressure");
+            self.found.cure("give it exactly one of displacement, gravity, traction, pressure");
         }
         let whole = !on.contains('.');
         for action in &actions {
@@ -25,7 +25,7 @@ impl Check<'_> {
                     self.found.require(
                         whole || !known,
                         on.place,
-                        "gravity acts on a whole body, not on a set of it",
+                        "gravity acts on a whole body, not on one of its sets",
                     );
                 }
                 Action::Traction(components) => {
@@ -33,7 +33,7 @@ impl Check<'_> {
                     self.found.require(
                         !whole || !known,
                         on.place,
-                        "a traction acts on a surface, as body.set",
+                        "a traction acts on a surface, such as body.set",
                     );
                 }
                 Action::Pressure(pressure) => {
@@ -41,7 +41,7 @@ impl Check<'_> {
                     self.found.require(
                         !whole || !known,
                         on.place,
-                        "a pressure acts on a surface, as body.set",
+                        "a pressure acts on a surface, such as body.set",
                     );
                 }
             }
@@ -54,11 +54,11 @@ impl Check<'_> {
         components: &[Option<&Varying<KG, M, S>>; 3],
     ) {
         if components.iter().all(Option::is_none) {
-            self.found.say(name.place, format!("the boundary '{}' names no direction", name.value));
-            self.found.cure("as in { x: 0, y: \"1.0 * t\" }");
+            self.found.say(name.place, format!("the boundary '{}' has no components", name.value));
+            self.found.cure("write for example { x: 0, y: \"1.0 * t\" }");
         }
         if let (Some(2), Some(z)) = (self.dimension, components[2]) {
-            self.found.say(z.place, "a case in 2D has no z");
+            self.found.say(z.place, "a 2D case has no z");
         }
         components.iter().flatten().for_each(|component| self.finite(component));
     }
@@ -74,8 +74,9 @@ impl Check<'_> {
                 if seen.iter().any(|(other, motion)| *other == entry && *motion != function) {
                     let axis = ["x", "y", "z"][direction];
                     let on = entry.0;
-                    let message =
-                        format!("the displacement {axis} of '{on}' is prescribed twice, and differently");
+                    let message = format!(
+                        "the displacement {axis} of '{on}' is prescribed twice with different values"
+                    );
                     self.found.say(component.place, message);
                 }
                 seen.push((entry, function));

@@ -19,7 +19,10 @@ impl Check<'_> {
         if self.case.obstacles.get(&contact.contactor).is_some() {
             self.found.say(
                 contact.contactor.place,
-                format!("'{}' is an obstacle; the contactor is a body's surface", contact.contactor.value),
+                format!(
+                    "'{}' is an obstacle; the contactor must be a surface of a body",
+                    contact.contactor.value
+                ),
             );
             self.found.cure("exchange contactor and target");
         } else if !contact.is_general() {
@@ -42,9 +45,10 @@ impl Check<'_> {
         let Some(quadrature) = &contact.quadrature else { return };
         self.found.say(
             quadrature.place,
-            "`quadrature` is not a key of a contact: contact acts at the vertices of the contactor, each with the mean gap around it",
+            "`quadrature` is not a key of a contact: contact points are the vertices of the contactor, with \
+             the mean gap around each",
         );
-        self.found.cure("leave it out");
+        self.found.cure("remove it");
     }
 
     /// The tractions of two contacts of the same sides would add up.
@@ -57,7 +61,7 @@ impl Check<'_> {
             if let Some((first, _)) = before.iter().find(same) {
                 let message = format!("contacts '{first}' and '{}' have the same two sides", name.value);
                 self.found.say(contact.contactor.place, message);
-                self.found.cure("their tractions would add up: keep one of them");
+                self.found.cure("their tractions would be added: keep only one of them");
             }
             before.push((&name.value, contact));
         }
@@ -76,9 +80,12 @@ impl Check<'_> {
             let Some((general, _)) = case.contact.iter().find(|(_, general)| covers(general, contact)) else {
                 continue;
             };
-            let message = format!("contact '{}' acts where '{}' acts as well", name.value, general.value);
+            let message = format!(
+                "contact '{}' acts on surfaces that contact '{}' also covers",
+                name.value, general.value
+            );
             self.found.say(contact.contactor.place, message);
-            self.found.cure("their tractions would add up: keep one of them");
+            self.found.cure("their tractions would be added: keep only one of them");
         }
     }
 
@@ -86,12 +93,11 @@ impl Check<'_> {
         let target = &contact.target;
         let of_bodies = target.contains('.') || self.case.bodies.get(target).is_some();
         if (target.value == ALL && !contact.is_general()) || (contact.is_general() && of_bodies) {
-            let message = "`all` is the whole surface of all bodies, of which any other surface is a part";
+            let message = "`all` is the whole surface of all bodies and contains every other surface";
             self.found
                 .say(if contact.is_general() { target.place } else { contact.contactor.place }, message);
-            self.found.cure(
-                "write `all` for both sides, or for the contactor alone where the target is an obstacle",
-            );
+            self.found
+                .cure("write `all` for both sides, or only for the contactor if the target is an obstacle");
         } else if of_bodies {
             self.surface("a target", target);
         } else if target.value != ALL {
@@ -107,7 +113,7 @@ impl Check<'_> {
         let sought = self.case.start.as_ref().map(|start| &start.value);
         let in_start = matches!(sought, Some(Start::Equilibrium { friction: true, .. }));
         if self.case.is_static() || in_start {
-            let message = "statics knows no slip velocity, so a stick velocity would be no friction";
+            let message = "statics has no slip velocity, so a stick velocity would give no friction";
             self.found.say(velocity.place, message);
             self.found.cure("use `stick_stiffness`");
         }
@@ -116,8 +122,8 @@ impl Check<'_> {
     /// `body.set`; for a box the sets are known.
     fn surface(&mut self, what: &str, on: &At<String>) {
         if self.body_of(on) && !on.contains('.') {
-            self.found.say(on.place, format!("{what} is a surface, '{}' is a whole body", on.value));
-            self.found.cure(&format!("name a set of it, as in {}.bottom", on.value));
+            self.found.say(on.place, format!("{what} must be a surface, but '{}' is a whole body", on.value));
+            self.found.cure(&format!("name one of its sets, for example {}.bottom", on.value));
         }
     }
 }

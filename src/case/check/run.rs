@@ -17,7 +17,7 @@ impl Check<'_> {
         self.found.positive("the end", time.end);
         if let Some(step) = time.step {
             self.found.positive("the step", step);
-            let message = format!("the step {} is longer than the whole time {}", step.value, time.end.value);
+            let message = format!("the step {} is longer than the end time {}", step.value, time.end.value);
             self.found.require(step.value <= time.end.value || time.end.value <= 0.0, step.place, message);
             let steps = time.end.value / step.value;
             let endless = step.value > 0.0 && steps > MOST_STEPS;
@@ -38,7 +38,7 @@ impl Check<'_> {
                 self.found.require(
                     beta.value != 0.0,
                     beta.place,
-                    "beta = 0 is an explicit scheme, which this program has not",
+                    "beta = 0 is an explicit scheme, which is not available",
                 );
                 self.within("gamma", gamma, [0.5, 1.0]);
             }
@@ -52,7 +52,7 @@ impl Check<'_> {
             Scheme::Static { increments } => self.increments(increments.as_ref()),
         }
         if time.step.is_none() && !self.case.is_static() {
-            self.found.say(time.end.place, "the key 'step' is missing beside 'end'");
+            self.found.say(time.end.place, "the key 'step' is missing in addition to 'end'");
         }
     }
 
@@ -63,9 +63,11 @@ impl Check<'_> {
                 self.found.say(increments.place, "statics takes 'step' or 'increments', not both")
             }
             (None, None) => {
-                self.found
-                    .say(time.scheme.place, "the static scheme needs 'increments', or a 'step' beside 'end'");
-                self.found.cure("as in scheme: { static: { increments: 4 } }");
+                self.found.say(
+                    time.scheme.place,
+                    "the static scheme needs 'increments', or 'step' in addition to 'end'",
+                );
+                self.found.cure("write for example scheme: { static: { increments: 4 } }");
             }
             (None, Some(increments)) => {
                 self.at_least_one("'increments'", increments);
@@ -88,9 +90,11 @@ impl Check<'_> {
     pub(super) fn start(&mut self) {
         let Some(start) = &self.case.start else { return };
         if self.case.is_static() {
-            self.found
-                .say(start.place, "a static case has no start: it begins undeformed and seeks equilibrium");
-            self.found.cure("leave out `start`");
+            self.found.say(
+                start.place,
+                "a static case has no `start`: it begins undeformed and computes an equilibrium",
+            );
+            self.found.cure("remove `start`");
         }
         if let Start::Equilibrium { increments, .. } = start.value {
             self.found.require(increments > 0, start.place, "the equilibrium needs at least one increment");
@@ -116,18 +120,20 @@ impl Check<'_> {
             if in_turn {
                 self.found.say(
                     linear.place,
-                    "two_stage is for the monolithic strategy: the stages of staggered are symmetric",
+                    "two_stage requires the monolithic strategy, because the stages of the staggered \
+                     strategy are symmetric",
                 );
                 self.found.cure("write `linear: auto`, cg_icc or cholesky");
             } else if !friction {
-                self.found.say(linear.place, "two_stage splits friction off, and no contact has friction");
+                self.found
+                    .say(linear.place, "two_stage solves friction separately, but no contact has friction");
                 self.found.cure("write `linear: auto`");
             }
         }
         if linear.needs_symmetry() && friction && !in_turn {
             self.found.say(
                 linear.place,
-                "this linear solver needs a symmetric matrix, and friction makes it non-symmetric",
+                "this linear solver needs a symmetric matrix, but friction makes it non-symmetric",
             );
             self.found.cure("write `linear: auto`, or a GMRES preset, or direct, or `strategy: staggered`");
         }
@@ -140,13 +146,14 @@ impl Check<'_> {
         {
             self.found.say(
                 solver.strategy.place,
-                "the conserving scheme balances a step as a whole, friction included",
+                "the conserving scheme solves normal contact and friction together in each step",
             );
-            self.found.cure("leave out `strategy`, it is monolithic");
+            self.found.cure("remove `strategy`; the default is monolithic");
         } else if solver.linear.needs_symmetry() && self.case.has_unsymmetric_steps() {
             self.found.say(
                 solver.linear.place,
-                "this linear solver needs a symmetric matrix, and that of the conserving scheme is not",
+                "this linear solver needs a symmetric matrix, but that of the conserving scheme is \
+                 non-symmetric",
             );
             self.found.cure("write `linear: auto`, a GMRES preset, or direct");
         }
@@ -163,8 +170,8 @@ impl Check<'_> {
                 format!("the energy guard must be > 0, found {}", energy.value),
             );
             if self.case.is_static() {
-                self.found.say(energy.place, "the energy guard applies to dynamics, and this case is static");
-                self.found.cure("leave out `energy`");
+                self.found.say(energy.place, "the energy guard applies to dynamics, but this case is static");
+                self.found.cure("remove `energy`");
             }
         }
     }
@@ -190,7 +197,11 @@ impl Check<'_> {
             self.size("the position of a probe", &probe.at);
             let Some(on) = &probe.on else { continue };
             if self.body_of(on) {
-                self.found.require(!on.contains('.'), on.place, "a probe lies on a body, not on a set of it");
+                self.found.require(
+                    !on.contains('.'),
+                    on.place,
+                    "a probe is placed on a body, not on one of its sets",
+                );
             }
         }
     }

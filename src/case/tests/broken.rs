@@ -41,7 +41,7 @@ const BROKEN: &[Broken] = &[
         FRICTION,
         "friction: { none: {}, coulomb: {} }",
         "18:27",
-        &["one friction law at a time", "'coulomb' stands beside 'none'"],
+        &["only one friction law", "'none' and 'coulomb'"],
     ),
     (FRICTION, "friction: { none: { coefficient: 1 } }", "18:25", &["coefficient"]),
     (
@@ -54,7 +54,7 @@ const BROKEN: &[Broken] = &[
         "stick_velocity: \"1 mm/s\"",
         "stick_velocity: 1, stick_stiffness: 1",
         "18:83",
-        &["one regularization at a time"],
+        &["only one regularization", "'stick_velocity' and 'stick_stiffness'"],
     ),
     ("beta: 0.25", "spectral_radius: 0.8", "25:58", &["unknown key 'spectral_radius'", "belongs to hht"]),
     ("newmark: { beta", "newmrk: { beta", "25:47", &["unknown scheme 'newmrk'", "'newmark'"]),
@@ -92,7 +92,7 @@ const BROKEN: &[Broken] = &[
         "monolithic, linear: auto",
         "staggered, linear: two_stage",
         "26:40",
-        &["stages of staggered are symmetric"],
+        &["two_stage", "staggered", "symmetric"],
     ),
     (
         "linear: auto",
@@ -123,7 +123,7 @@ const BROKEN: &[Broken] = &[
         MESH,
         "mesh: { file: b.msh, box: { min: [0, 0], max: [1, 1], cells: [4, 4] } }",
         "5:19",
-        &["a box or a file, not both"],
+        &["box or a file"],
     ),
     // Types and units.
     ("dimension: 2", "dimension: two", "2:12", &["expected a whole number"]),
@@ -162,7 +162,7 @@ const BROKEN: &[Broken] = &[
         RUBBER,
         "mooney_rivlin: { c10: 4e5, c01: 1e5, bulk_modulus: 1e9, poisson_ratio: 0.4 }",
         "6:88",
-        &["give one of them"],
+        &["bulk_modulus", "poisson_ratio", "only one"],
     ),
     (RUBBER, "mooney_rivlin: { c10: 4e5 }", "6:32", &["'c01' is missing"]),
     (
@@ -182,7 +182,7 @@ const BROKEN: &[Broken] = &[
     ("\"5 MPa\"", "0", "6:47", &["Young's modulus must be > 0"]),
     ("step: 5.0e-4", "step: 0", "25:29", &["the step must be > 0, found 0"]),
     ("step: 5.0e-4, ", "", "25:14", &["'step' is missing"]),
-    ("end: \"70 ms\"", "end: 1e-4", "25:26", &["longer than the whole time 0.0001"]),
+    ("end: \"70 ms\"", "end: 1e-4", "25:26", &["0.0005", "longer", "0.0001"]),
     ("end: \"70 ms\"", "end: -1", "25:14", &["the end must be > 0"]),
     ("beta: 0.25", "beta: 0", "25:64", &["explicit"]),
     ("gamma: 0.5", "gamma: 0.4", "25:77", &["gamma must be between 0.5 and 1, found 0.4"]),
@@ -229,14 +229,14 @@ const BROKEN: &[Broken] = &[
     ("scheme: {", "growth: 0.5, scheme: {", "25:37", &["unknown key 'growth'"]),
     // Dimensions and names.
     ("element: quad4", "element: hex8", "5:70", &["hex8 is an element of 3D, the case has 2D"]),
-    ("element: quad4", "element: tri3", "5:70", &["tri3 offers no cure for locking"]),
+    ("element: quad4", "element: tri3", "5:70", &["tri3", "selective_reduced", "quadrilaterals"]),
     ("min: [0, 0]", "min: [0, 0, 0]", "5:25", &["2 entries in 2D, found 3"]),
     ("normal: [0, 1]", "normal: [0, 0]", "12:44", &["normal of a plane is zero"]),
     (
         "plane: { point: [0, 0], normal: [0, 1] }",
         "cylinder: { point: [0, 0], axis: [0, 1], radius: 1 }",
         "12:31",
-        &["3D", "`sphere` is a disc"],
+        &["3D", "use a `sphere`"],
     ),
     (
         "plane: { point: [0, 0], normal: [0, 1] }",
@@ -253,13 +253,8 @@ const BROKEN: &[Broken] = &[
     ("target: floor", "target: flor", "16:13", &["unknown target 'flor'", "did you mean 'floor'?"]),
     ("target: floor", "target: block", "16:13", &["a surface", "whole body", "block.bottom"]),
     ("target: floor", "target: all", "15:16", &["`all` is the whole surface of all bodies", "both sides"]),
-    ("  floor:", "  all:", "12:3", &["`all` is the name of the whole surface", "another name"]),
-    (
-        "area: current",
-        "quadrature: nodal",
-        "20:17",
-        &["`quadrature` is not a key of a contact", "leave it out"],
-    ),
+    ("  floor:", "  all:", "12:3", &["`all`", "reserved", "another name"]),
+    ("area: current", "quadrature: nodal", "20:17", &["`quadrature` is not a key of a contact", "remove it"]),
     ("contactor: block.bottom", "contactor: blok.bottom", "15:16", &["unknown body 'blok'", "'block'"]),
     (
         "contactor: block.bottom",
@@ -275,17 +270,32 @@ const BROKEN: &[Broken] = &[
     ),
     ("contactor: block.bottom", "contactor: floor", "15:16", &["'floor' is an obstacle", "exchange"]),
     ("on: block.top", "on: block.tip", "23:16", &["'tip'", "'top'"]),
-    ("on: block.top", "on: floor", "23:16", &["'floor' is an obstacle, a body is needed"]),
+    ("on: block.top", "on: floor", "23:16", &["expected a body", "'floor' is an obstacle"]),
     ("on: block }", "on: floor }", "30:31", &["is an obstacle"]),
     ("at: [0, 0]", "at: [0]", "30:19", &["2 entries in 2D, found 1"]),
-    ("floor: {", "block: {", "12:3", &["'block' names a body and an obstacle"]),
-    ("  floor:", "  \"the.floor\":", "12:3", &["can not be a name in `obstacles`"]),
+    ("floor: {", "block: {", "12:3", &["'block' names both a body and an obstacle"]),
+    ("  floor:", "  \"the.floor\":", "12:3", &["'the.floor'", "`obstacles`", "letters, digits"]),
     ("ksp_monitor", "-ksp_monitor", "31:10", &["PETSc option", "leading dash"]),
     // Boundaries and functions.
-    (", displacement: { x: \"1.0 * t\", y: -0.05 }", "", "23:3", &["'clamp' does nothing"]),
-    ("displacement: {", "pressure: 1, displacement: {", "23:3", &["more than one thing"]),
-    ("displacement: { x: \"1.0 * t\", y: -0.05 }", "displacement: {}", "23:3", &["names no direction"]),
-    ("y: -0.05", "z: -0.05", "23:60", &["2D has no z"]),
+    (
+        ", displacement: { x: \"1.0 * t\", y: -0.05 }",
+        "",
+        "23:3",
+        &["'clamp' has no action", "displacement, gravity, traction, pressure"],
+    ),
+    (
+        "displacement: {",
+        "pressure: 1, displacement: {",
+        "23:3",
+        &["'clamp' has more than one action", "exactly one"],
+    ),
+    (
+        "displacement: { x: \"1.0 * t\", y: -0.05 }",
+        "displacement: {}",
+        "23:3",
+        &["'clamp' has no components", "{ x: 0, y:"],
+    ),
+    ("y: -0.05", "z: -0.05", "23:60", &["2D case", "no z"]),
     (
         "displacement: { x: \"1.0 * t\", y: -0.05 }",
         "gravity: [0, -9.81]",
@@ -308,7 +318,7 @@ const BROKEN: &[Broken] = &[
         "  clamp:",
         "  other: { on: block.top, displacement: { x: 0 } }\n  clamp:",
         "24:46",
-        &["displacement x of 'block.top' is prescribed twice, and differently"],
+        &["displacement x of 'block.top'", "twice"],
     ),
     ("\"1.0 * t\"", "\"1.0 * q\"", "23:53", &["unknown name 'q'", "known: x y z t"]),
     ("\"1.0 * t\"", "\"1.0 * (t\"", "23:55", &["expected ')'"]),
@@ -339,7 +349,7 @@ const BROKEN: &[Broken] = &[
         "25:36",
         &["unknown scheme 'conservng'", "'conserving'"],
     ),
-    (TIME, "time: { end: 1, step: 0.1, scheme: static }", "24:8", &["a static case has no start"]),
+    (TIME, "time: { end: 1, step: 0.1, scheme: static }", "24:8", &["static case", "remove `start`"]),
     (TIME, "time: { end: 1, scheme: { static: {} } }", "25:25", &["needs 'increments'"]),
     (
         TIME,
@@ -353,7 +363,7 @@ const BROKEN: &[Broken] = &[
         "18:80",
         &["no slip velocity", "use `stick_stiffness`"],
     ),
-    (TIME, "time: { end: 1, step: 1, scheme: static }", "10:23", &["no meaning with the static scheme"]),
+    (TIME, "time: { end: 1, step: 1, scheme: static }", "10:23", &["initial velocity", "static scheme"]),
     ("friction: false", "friction: true", "18:80", &["no slip velocity"]),
     ("linear: auto", "linear: cg_icc", "26:41", &["friction makes it non-symmetric", "staggered"]),
     // YAML itself.
@@ -361,7 +371,7 @@ const BROKEN: &[Broken] = &[
     ("density:", "\tdensity:", "7:6", &["begins with a tab"]),
     ("title: A", "title: 'A", "2:1", &["quoted"]),
     ("dimension: 2", "dimension: *two", "2:12", &["anchor"]),
-    ("petsc:", "---\npetsc:", "32:1", &["one case a file"]),
+    ("petsc:", "---\npetsc:", "32:1", &["a second document begins here", "one case"]),
 ];
 
 /// Each broken case is refused with position, key words, and the line that is wrong.

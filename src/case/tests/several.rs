@@ -58,7 +58,8 @@ fn all_faults_are_shown() {
         (18, 11),
     ];
     assert_eq!(places(&message), expected, "{message}");
-    for words in ["did you mean 'density'", "'young_modulus' is missing", "hint: give it one of displacement"]
+    for words in
+        ["did you mean 'density'", "'young_modulus' is missing", "hint: give it exactly one of displacement"]
     {
         assert!(message.contains(words), "{words}: {message}");
     }

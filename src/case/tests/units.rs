@@ -179,7 +179,7 @@ fn wrong_units_are_told_in_the_system() {
     assert!(text.contains("'5 mm' is a length [mm]; expected a pressure [MPa]"), "{text}");
     assert!(text.contains("write a number in MPa"), "{text}");
     for (units, place, words) in [
-        ("{ length: kg }", "1:18", "'kg' is a unit of a mass, the unit of a length is needed here"),
+        ("{ length: kg }", "1:18", "'kg' is a unit of a mass, but a unit of a length"),
         ("{ time: sec }", "1:16", "unknown unit 'sec'"),
         ("{ length: furlong, mass: t, time: ms }", "1:18", "unknown unit 'furlong'"),
         ("{ force: N }", "1:10", "unknown key 'force'"),

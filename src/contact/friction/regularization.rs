@@ -13,10 +13,11 @@ use crate::reader::tagged::tagged;
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(rename = "Regularization")]
 pub enum Regularization {
-    /// Slip speed below which friction is proportional to it \[m/s\], > 0: a stuck point creeps at most that fast. t_T = -b v_T /
-    /// max(|v_T|, stick_velocity), (2.8).
+    /// Slip speed below which friction is proportional to the slip speed \[m/s\], > 0; a sticking point
+    /// creeps at most at this speed. t_T = -b v_T / max(|v_T|, stick_velocity), (2.8).
     StickVelocity(Velocity),
-    /// The same with a smooth bend, (2.29) \[m/s\], > 0: friction reaches its bound only at speeds well above this.
+    /// Slip speed of the smooth law (2.29) \[m/s\], > 0: friction reaches its bound only at speeds well
+    /// above it.
     SmoothStickVelocity(Velocity),
     /// Tangential stiffness of stick \[Pa/m\], > 0: return map, no creep.
     StickStiffness(Stiffness),

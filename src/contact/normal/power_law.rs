@@ -49,7 +49,7 @@ impl NormalContact for NormalPowerLaw {
         let exponent = self.exponent.value;
         if exponent > 0.0 && exponent < 1.0 {
             findings.say(self.exponent.place, format!("the normal exponent must be >= 1, found {exponent}"));
-            findings.cure("below 1 the contact is infinitely stiff at first touch; use 1 to 3");
+            findings.cure("with an exponent below 1 contact is infinitely stiff at first touch; use 1 to 3");
         }
     }
 }

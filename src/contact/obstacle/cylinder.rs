@@ -12,13 +12,13 @@ use crate::reader::findings::Findings;
 use crate::reader::quantity::{Length, Number};
 use crate::tensor::{Tensor, Vector, cross, tangential_projector};
 
-/// Endless cylinder, in 3D only; side: outside or inside.
+/// Infinite cylinder, in 3D only; side: outside or inside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CylinderObstacle {
     /// A point of the axis \[m\].
     pub point: At<Vec<Length>>,
-    /// Direction of the axis, of any length but zero.
+    /// Direction of the axis, of any non-zero length.
     pub axis: At<Vec<Number>>,
     /// Radius \[m\], > 0.
     pub radius: Length,
@@ -30,8 +30,8 @@ pub struct CylinderObstacle {
 impl CylinderObstacle {
     pub(super) fn check(&self, dimension: usize, findings: &mut Findings) {
         if dimension != 3 {
-            findings.say(self.point.place, "a cylinder is an obstacle of 3D");
-            findings.cure("in 2D a `sphere` is a disc");
+            findings.say(self.point.place, "a cylinder is a 3D obstacle");
+            findings.cure("use a `sphere`, which is a disc in 2D");
             return;
         }
         check_place("the point of a cylinder", &self.point, dimension, findings);

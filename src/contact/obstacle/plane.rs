@@ -17,7 +17,7 @@ use crate::tensor::{Tensor, Vector};
 pub struct PlaneObstacle {
     /// A point of the plane \[m\].
     pub point: At<Vec<Length>>,
-    /// Normal out of the obstacle, of any length but zero.
+    /// Normal out of the obstacle, of any non-zero length.
     pub normal: At<Vec<Number>>,
 }
 

@@ -13,7 +13,7 @@ pub enum Side {
     /// The obstacle is solid.
     #[default]
     Outside,
-    /// The obstacle is a hole, as a bearing's shell.
+    /// The obstacle is a hole, such as the shell of a bearing.
     Inside,
 }
 tagged!(Side, "side");

@@ -187,11 +187,13 @@ fn crossings<const D: usize>(a: &Moving<D>, b: &Moving<D>, depth: f64, spacing: 
 fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> String {
     match expected.filter(|expected| *expected > 0.0 && motion > RUNAWAY * expected) {
         Some(expected) => format!(
-            "the balance that was found is far off: the surfaces of contact '{contact}' would move by {motion:.3e} {m} within one step, \
-             in which speeds and accelerations at its start take them by {expected:.1e} {m} at most"
+            "the computed equilibrium is implausible: the surfaces of contact '{contact}' would move by \
+             {motion:.3e} {m} within one step, but velocities and accelerations at its start predict at \
+             most {expected:.1e} {m}"
         ),
         None => format!(
-            "contact '{contact}': a surface would go through the target within one step, in which the surfaces move by {motion:.3e} {m}"
+            "contact '{contact}': missed contact: a surface would pass through the target within one step; \
+             the surfaces move by {motion:.3e} {m}"
         ),
     }
 }
@@ -199,8 +201,9 @@ fn tell_through(contact: &str, motion: f64, expected: Option<f64>, m: &str) -> S
 fn tell_between<const D: usize>(contact: &LocalContact<D>, facets: u64, m: &str) -> String {
     let radius = contact.obstacle().and_then(Shape::core).map_or(0.0, |core| core.radius);
     format!(
-        "contact '{}': the obstacle, of radius {radius:.3e} {m}, lies between the points of {facets} facets of about {:.3e} {m}, none of which \
-         touches it: mesh the contactor finer than the radius",
+        "contact '{}': the obstacle (radius {radius:.3e} {m}) lies between the contact points of {facets} \
+         facets (size about {:.3e} {m}), and none of the points touches it: use contactor facets smaller \
+         than the radius",
         contact.name, contact.facet_size
     )
 }
@@ -296,14 +299,17 @@ mod tests {
     fn a_balance_that_is_far_off_is_no_passage() {
         let through = tell_through("hit", 1.5, Some(1.4), "m");
         assert!(
-            through.contains("would go through the target") && through.contains("1.500e0 m"),
+            through.contains("would pass through the target") && through.contains("1.500e0 m"),
             "{through}"
         );
         let off = tell_through("hit", 1.03, Some(1e-3), "m");
-        assert!(off.contains("far off") && off.contains("1.030e0 m") && off.contains("1.0e-3 m"), "{off}");
-        assert!(!off.contains("go through"), "{off}");
+        assert!(
+            off.contains("implausible") && off.contains("1.030e0 m") && off.contains("1.0e-3 m"),
+            "{off}"
+        );
+        assert!(!off.contains("pass through"), "{off}");
         for unknown in [None, Some(0.0)] {
-            assert!(tell_through("hit", 1.03, unknown, "m").contains("go through"));
+            assert!(tell_through("hit", 1.03, unknown, "m").contains("pass through"));
         }
     }
 }

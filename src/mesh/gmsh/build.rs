@@ -58,7 +58,7 @@ fn check_dimension<const D: usize>(input: &GmshInput, raw: &Raw) -> Result<()> {
     match highest {
         Some(element) if element.dimension() == D => Ok(()),
         Some(element) if element.dimension() > D => {
-            let message = format!("has {} dimensions, the case has {D}", element.dimension());
+            let message = format!("has dimension {}, but the case has dimension {D}", element.dimension());
             Err(raw
                 .error(input, element, message)
                 .hint("set `dimension: 3` in the case, or give a plane mesh"))
@@ -66,7 +66,7 @@ fn check_dimension<const D: usize>(input: &GmshInput, raw: &Raw) -> Result<()> {
         _ => {
             let message = format!("the mesh has no elements of dimension {D}");
             let cure = format!(
-                "mesh the geometry with `gmsh -{D}`, and put what is to be saved into physical groups"
+                "mesh the geometry with `gmsh -{D}`, and assign all entities to be saved to physical groups"
             );
             Err(Error::file(message).hint(&cure))
         }
@@ -98,7 +98,7 @@ fn solids<const D: usize>(input: &GmshInput, raw: &Raw) -> Result<Solids<D>> {
                 let repeats =
                     mesh.kinds[first] == kind && ordered.eq(mesh.element_nodes(first).iter().copied());
                 if !repeats || raw.groups_of(before) == raw.groups_of(element) {
-                    let message = format!("has the corners of element {}", before.id);
+                    let message = format!("has the same corners as element {}", before.id);
                     return Err(raw
                         .error(input, element, message)
                         .hint("remove one of the two and mesh again"));
@@ -130,8 +130,10 @@ fn check_dangling(input: &GmshInput, raw: &Raw) -> Result<()> {
     let Some(node) = used.iter().position(|used| !used) else { return Ok(()) };
     let message =
         format!("node {} at {} belongs to no element", raw.node_ids[node], coordinates(&raw.points[node]));
-    Err(input.error_at(raw.node_places[node], message)
-        .hint("put its elements into a physical group or remove it from the geometry; a chosen `region` drops such nodes"))
+    Err(input.error_at(raw.node_places[node], message).hint(
+        "assign its elements to a physical group, or remove it from the geometry; with `region` such nodes \
+         are ignored",
+    ))
 }
 
 /// Keeps the elements of one region and their parts of the sets.
@@ -181,15 +183,15 @@ fn check_shape<const D: usize>(input: &GmshInput, raw: &Raw, solids: &Solids<D>)
         let centre = coordinates(&mesh.element_centre(bad.element));
         let (reason, cure) = if bad.reversed {
             let cure = if D == 2 {
-                "its nodes run clockwise; in Gmsh turn the surface round: `ReverseMesh Surface {1};`"
+                "its nodes are in clockwise order; in Gmsh reverse the surface: `ReverseMesh Surface {1};`"
             } else {
-                "its nodes are listed in the opposite order; turn the volume round in the program that meshed it"
+                "its nodes are in reversed order; reverse the volume in the mesh generator"
             };
             (format!("at {centre} is inverted at every corner"), cure)
         } else {
             let kind = if bad.sine < -validate::FLAT { "inverted" } else { "flat" };
             let reason = format!("at {centre} is {kind} at its node {id} at {place} (sine {:.1e})", bad.sine);
-            (reason, "mesh again, finer or more evenly there")
+            (reason, "mesh again, with smaller or more regular elements there")
         };
         return Err(raw.error(input, &raw.elements[solids.origin[bad.element]], reason).hint(cure));
     }
@@ -212,7 +214,7 @@ fn check_sides<const D: usize>(
         {
             let ids: Vec<String> = elements.map(|element| element.id.to_string()).collect();
             let message = format!("shares one side with two or more others: {}", ids.join(", "));
-            let cure = "bodies that overlap or meet at one face belong into regions of their own";
+            let cure = "assign bodies that overlap or share a face to different regions";
             return Err(raw.error(input, last, message).hint(cure));
         }
     }

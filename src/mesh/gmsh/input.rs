@@ -57,7 +57,7 @@ impl<'a> GmshInput<'a> {
     }
 
     fn ends(&self, what: &str) -> Error {
-        let message = format!("the file ends where {what} should follow: it is truncated");
+        let message = format!("the file ends where {what} is expected: it is truncated");
         self.error_at(self.bytes.len(), message).hint("save or copy the mesh again")
     }
 
@@ -154,7 +154,7 @@ impl<'a> GmshInput<'a> {
         // The last word of a file needs no space after it.
         if count.saturating_mul(each) > left.saturating_add(1) {
             let message = format!(
-                "{count} {what} are announced, but only {left} bytes follow: the file is truncated or damaged"
+                "{count} {what} are declared, but only {left} bytes follow: the file is truncated or damaged"
             );
             return Err(self.error(message).hint("save or copy the mesh again"));
         }
@@ -207,7 +207,7 @@ impl<'a> GmshInput<'a> {
             return Err(self.ends(&end));
         }
         if !rest.starts_with(end.as_bytes()) {
-            let message = format!("expected {end}: the section holds more than it announces, or is damaged");
+            let message = format!("expected {end}: the section holds more than it declares, or is damaged");
             return Err(self.error(message));
         }
         self.at += end.len();

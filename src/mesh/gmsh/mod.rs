@@ -67,7 +67,7 @@ pub fn read_with_source<const D: usize>(path: &Path, region: Option<&str>) -> Re
     format(&mut GmshInput::new(&bytes)).map_err(|e| e.within(&name))?;
     let rest = file.metadata().map_or(0, |data| data.len().saturating_sub(HEAD));
     bytes.try_reserve_exact(usize::try_from(rest).unwrap_or(usize::MAX)).map_err(|_| {
-        Error::file(format!("the mesh has {rest} bytes, more than the memory holds")).within(&name)
+        Error::file(format!("the mesh has {rest} bytes, more than the available memory")).within(&name)
     })?;
     file.read_to_end(&mut bytes).map_err(unreadable)?;
     let (mesh, encoding, labels) = labelled(&bytes, region).map_err(|e| e.within(&name))?;
@@ -91,7 +91,7 @@ fn labelled<const D: usize>(bytes: &[u8], region: Option<&str>) -> Result<(Mesh<
 }
 
 fn format(input: &mut GmshInput) -> Result<Version> {
-    const CURE: &str = "`gmsh old.msh -save -format msh41 -o new.msh` writes a format that is known";
+    const CURE: &str = "convert it with `gmsh old.msh -save -format msh41 -o new.msh`";
     let head = input
         .word("$MeshFormat")
         .map_err(|_| input.error("this is not a Gmsh mesh: it is empty or binary"))?;
@@ -104,7 +104,8 @@ fn format(input: &mut GmshInput) -> Result<Version> {
         "2.2" => Version::Two,
         "4.1" => Version::Four,
         other => {
-            let message = format!("version '{}' of the MSH format; known are 2.2 and 4.1", shortened(other));
+            let message =
+                format!("expected version 2.2 or 4.1 of the MSH format, found '{}'", shortened(other));
             return Err(input.error(message).hint(CURE));
         }
     };
@@ -119,12 +120,12 @@ fn format(input: &mut GmshInput) -> Result<Version> {
     };
     let size = input.line("the size of a number")?;
     if size != "8" {
-        let message = format!("numbers of {} bytes; known is 8", shortened(size));
+        let message = format!("expected numbers of 8 bytes, found {}", shortened(size));
         return Err(input.error(message).hint(CURE));
     }
     if binary {
         input.encoding = Encoding::LittleEndian;
-        input.encoding = match input.int("the number 1, which tells the byte order")? {
+        input.encoding = match input.int("the number 1, which marks the byte order")? {
             1 => Encoding::LittleEndian,
             other if other.swap_bytes() == 1 => Encoding::BigEndian,
             other => return Err(input.error(format!("expected the number 1 in four bytes, found {other}"))),
@@ -147,7 +148,7 @@ fn sections(input: &mut GmshInput, version: Version) -> Result<Raw> {
             ("Elements", Version::Two) => msh2::elements(input, &mut raw)?,
             ("Elements", Version::Four) => msh4::elements(input, &mut raw, &entities)?,
             ("PartitionedEntities", _) => {
-                let message = "the mesh is partitioned; this program partitions by itself";
+                let message = "the mesh is partitioned, but this program partitions meshes automatically";
                 return Err(input.error(message).hint("mesh the geometry again without `-part`"));
             }
             _ => {

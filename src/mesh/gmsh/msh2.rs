@@ -46,7 +46,7 @@ fn block(input: &mut GmshInput, raw: &mut Raw, most: u64) -> Result<u64> {
     let code = input.int("an element type")?;
     let count = input.label("the number of elements in a block")?;
     if count == 0 || count > most {
-        return Err(input.error(format!("a block of {count} elements where {most} are left")));
+        return Err(input.error(format!("a block of {count} elements, but only {most} remain")));
     }
     let tags = input.label("the number of tags")?;
     for _ in 0..count {

@@ -126,5 +126,5 @@ fn total(input: &GmshInput, found: usize, announced: u64, what: &str) -> Result<
     if found as u64 == announced {
         return Ok(());
     }
-    Err(input.error(format!("{announced} {what} are announced, the blocks hold {found}")))
+    Err(input.error(format!("{announced} {what} are declared, but the blocks hold {found}")))
 }

@@ -115,7 +115,7 @@ impl Raw {
             let message = format!("node {id} is defined twice");
             return Err(input
                 .error(message)
-                .hint("give each node its own number; in Gmsh: `Save` renumbers"));
+                .hint("give each node a unique number; in Gmsh `Save` renumbers the nodes"));
         }
         if self.node_ids.first().is_some_and(|first| first.wrapping_add(self.node_ids.len() as u64) != id) {
             self.strays.insert(id, self.node_ids.len() as u32);

@@ -34,7 +34,7 @@ pub(super) fn keep<const D: usize>(
     let namesake = raw.names.iter().find(|(_, name)| name.as_str() == region).map(|((d, _), _)| *d);
     let message = match namesake {
         Some(d) if d == D => format!("region '{region}' has no elements"),
-        Some(d) => format!("'{region}' is a physical group of dimension {d}, a region has dimension {D}"),
+        Some(d) => format!("'{region}' is a physical group of dimension {d}, but a region has dimension {D}"),
         None => format!("the mesh has no region '{region}'"),
     };
     Err(Error::file(message).hint(&hint))
@@ -60,7 +60,8 @@ pub(super) fn facets<const D: usize>(
             sides.into_iter().filter(|f| kept.is_none_or(|k| k[f.element as usize])).collect();
         if ours.len() > 1 {
             let message = format!("of set '{set}' lies inside the mesh, between two elements");
-            let cure = "a facet set lies on the surface of its body; choose a `region`, or remove the group";
+            let cure = "a facet set must lie on the surface of its body; choose a `region`, or remove the \
+                        group";
             return Err(raw.error(input, element, message).hint(cure));
         }
         for &tag in groups {
@@ -74,7 +75,7 @@ pub(super) fn facets<const D: usize>(
     Ok(sets)
 }
 
-const MATCH: &str = "mesh all dimensions together, and save them in one file of one order";
+const MATCH: &str = "mesh all dimensions together, and save them in one file with elements of one order";
 
 /// The element sides that match a facet of the file, or the reason why no side matches.
 fn matching_sides<const D: usize>(
@@ -85,7 +86,7 @@ fn matching_sides<const D: usize>(
 ) -> std::result::Result<Vec<Facet>, String> {
     let corners = element.kind.map_or(1, |kind| kind.corners());
     let sides: Vec<Facet> = index.find(nodes[..corners].iter().copied()).collect();
-    let Some(&first) = sides.first() else { return Err("is no element's side".to_owned()) };
+    let Some(&first) = sides.first() else { return Err("is not a side of any element".to_owned()) };
     let mut expected = Vec::new();
     mesh.facet_nodes(first, &mut expected);
     expected.sort_unstable();
@@ -146,5 +147,5 @@ pub(super) fn check_names<const D: usize>(mesh: &Mesh<D>) -> Result<()> {
     let sets = mesh.sets();
     let Some(twice) = sets.windows(2).find(|pair| pair[0].0 == pair[1].0) else { return Ok(()) };
     let message = format!("physical groups of different dimensions are both called '{}'", twice[0].0);
-    Err(Error::file(message).hint("give each physical group a name of its own"))
+    Err(Error::file(message).hint("give each physical group a unique name"))
 }

@@ -44,7 +44,7 @@ pub(super) fn merge_nodes<const D: usize>(
         own.dedup();
         if own.len() < count {
             let message = format!("has two nodes within merge.tolerance, {tolerance:.1e} {m}");
-            let cure = "give a tolerance well below the shortest side of an element";
+            let cure = "use a tolerance well below the shortest side of an element";
             return Err(source.at_element(mesh, element, &message).hint(cure));
         }
     }
@@ -144,7 +144,7 @@ pub(super) fn require_two_sides<const D: usize>(
         format!("shares one side with two or more others once nodes are merged: {}", others.join(", "));
     Err(source
         .at_element(mesh, crowd[0].element as usize, &message)
-        .hint("elements overlap there: remove one of them, or give a smaller merge.tolerance"))
+        .hint("elements overlap there: remove one of them, or use a smaller merge.tolerance"))
 }
 
 /// Removes sides from their sets that are in the interior of the body after the merge.

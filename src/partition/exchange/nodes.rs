@@ -52,7 +52,7 @@ impl NodeExchange {
     pub fn new(world: &impl CommunicatorCollectives, index: &IndexMap, wanted: &[i32]) -> Result<Self> {
         let table = Owners::gather(world, index);
         let found: Option<Vec<_>> = wanted.iter().map(|&global| table.find(global)).collect();
-        let found = found.ok_or_else(|| Error::internal("exchange: a node that does not exist is wanted"));
+        let found = found.ok_or_else(|| Error::internal("exchange: a requested node does not exist"));
         let found = agree(world, found)?;
         let mut places: Vec<u32> = (0..wanted.len() as u32).collect();
         places.sort_by_key(|&place| found[place as usize]);

@@ -42,12 +42,12 @@ pub fn limit_penetration<const D: usize>(
     let Precision { farthest, spacing, unit, .. } = precision;
     if let Some(tolerance) = system.tolerance(asked).filter(|tolerance| tolerance < spacing) {
         let message = format!(
-            "a penetration of {tolerance:.1e} {unit} is below the spacing of coordinates: those of {farthest:.1e} {unit} are known to \
-             {spacing:.1e} {unit} only"
+            "a penetration of {tolerance:.1e} {unit} is below the spacing of coordinates: coordinates of \
+             {farthest:.1e} {unit} are known only to {spacing:.1e} {unit}"
         );
         let place = case.accuracy.as_ref().and_then(|accuracy| accuracy.penetration);
         let place = place.map_or_else(Default::default, |penetration| penetration.value().1);
-        let cure = "ask for a larger accuracy.penetration, as { relative: 1e-3 } of a facet";
+        let cure = "request a larger accuracy.penetration, for example { relative: 1e-3 } of a facet";
         return Err(case.error(place, message).hint(cure));
     }
     system.limit_penetration(asked);

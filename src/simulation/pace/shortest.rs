@@ -45,9 +45,11 @@ impl Shortest {
     /// The warning to print now. It is returned once.
     pub fn remark(&self, plight: &MinimumStepWatch, units: Units) -> Option<String> {
         (self.steps == Self::TOLD).then(|| {
-            let [why, cure] = plight.told(units);
+            let [why, cure] = plight.cause_and_hint(units);
             format!(
-                "warning: {} steps were as short as they may be, and the accuracy may be missed all the same{why}\nhint: {cure}",
+                "warning: {} steps had the minimum length, and the requested accuracy may still not be \
+                 reached{why}\n\
+                 hint: {cure}",
                 self.steps
             )
         })
@@ -60,13 +62,15 @@ impl Shortest {
     /// The error that ends a run with too many steps of the minimum length, in the step of `stage`.
     pub fn hopeless(&self, plight: &MinimumStepWatch, stage: &Stage, units: Units) -> Option<Error> {
         self.is_hopeless().then(|| {
-            let [why, cure] = plight.told(units);
+            let [why, cure] = plight.cause_and_hint(units);
             let s = units.of("s");
             let place = format!("t = {:.6e} {s}, step of {:.3e} {s}", stage.start.time, stage.dt);
             let Self { missed, .. } = self;
-            let what = format!("{missed} steps were as short as they may be, and erred by more than was asked all the same{why}");
+            let what = format!(
+                "{missed} steps had the minimum length, and their error still exceeded the tolerance{why}"
+            );
             Error::not_converged(what).within(&place).hint(&format!(
-                "results up to this time are kept; {cure}; steps are no shorter than 1/1024 of `time.step`"
+                "results up to this time are kept; {cure}; the minimum step length is 1/1024 of `time.step`"
             ))
         })
     }
@@ -74,33 +78,36 @@ impl Shortest {
 
 impl MinimumStepWatch {
     /// The cause and the hint.
-    fn told(&self, units: Units) -> [String; 2] {
+    fn cause_and_hint(&self, units: Units) -> [String; 2] {
         let m = units.of("m");
         let Self { size, stiffer, rattles, rubs } = *self;
         let on = format!(
-            "on a penalty {stiffer} times stiffer than that of the case, made so for accuracy.penetration"
+            "on a penalty that accuracy.penetration made {stiffer} times stiffer than that of the case"
         );
         match (rattles, stiffer > 1.0, rubs) {
             (true, ..) => [
-                format!(": contact rattles {on}"),
-                "take the mass off the nodes of contact surfaces, `mass: redistributed` of their bodies, use `scheme: \
-                 conserving`, which keeps its energy with any step, or ask for less"
+                format!(": contact chatters {on}"),
+                "make the nodes of contact surfaces massless with `mass: redistributed` of their bodies, \
+                 use `scheme: conserving`, which conserves energy with any step, or relax the tolerance"
                     .to_owned(),
             ],
-            (false, true, _) => [format!(" {on}"), "ask for less, or for a larger penetration".to_owned()],
+            (false, true, _) => {
+                [format!(" {on}"), "relax the tolerance, or request a larger penetration".to_owned()]
+            }
             (false, false, true) => [
                 format!(
-                    ", over {size:.1e} {m}, the largest displacement so far: what slides under a constant coefficient of friction \
-                     may flutter on its nodes, ever more the better its steps resolve it"
+                    ", relative to {size:.1e} {m}, the largest displacement so far: bodies that slide with \
+                     a constant coefficient of friction may flutter on their nodes, increasingly so the \
+                     better the steps resolve it"
                 ),
-                "give such a scene a step that damps the flutter, `time: none` in `accuracy` and `generalized_alpha: { \
-                 spectral_radius: 0.5 }`, or ask for less"
+                "damp the flutter by equal steps and a dissipative scheme, `time: none` in `accuracy` and \
+                 `generalized_alpha: { spectral_radius: 0.5 }`, or relax the tolerance"
                     .to_owned(),
             ],
             (false, false, false) => [
-                format!(", over {size:.1e} {m}, the largest displacement so far"),
-                "ask for less, or write `time: none` for equal steps; for an impact `scheme: conserving` keeps its energy \
-                 with any step"
+                format!(", relative to {size:.1e} {m}, the largest displacement so far"),
+                "relax the tolerance, or write `time: none` for equal steps; for an impact `scheme: \
+                 conserving` conserves energy with any step"
                     .to_owned(),
             ],
         }
@@ -124,9 +131,9 @@ mod tests {
         assert_eq!(told.len(), 1);
         assert!(told[0].contains("100 steps") && told[0].contains("flutter"), "{}", told[0]);
         let rattling = MinimumStepWatch { stiffer: 16.0, rattles: true, ..plight };
-        assert!(rattling.told(Units::SI)[1].contains("mass: redistributed"));
+        assert!(rattling.cause_and_hint(Units::SI)[1].contains("mass: redistributed"));
         let smooth = MinimumStepWatch { rubs: false, ..plight };
-        assert!(smooth.told(Units::SI)[1].contains("conserving"));
+        assert!(smooth.cause_and_hint(Units::SI)[1].contains("conserving"));
     }
 
     /// Short steps with acceptable errors may continue indefinitely. Short steps with too large

@@ -7,7 +7,7 @@ use super::{CoefficientOfFriction, CoefficientValue};
 use crate::reader::findings::Findings;
 use crate::reader::place::Place;
 
-/// The same everywhere, >= 0: a bare number in the case file.
+/// Constant coefficient, >= 0; in the case file the number alone is enough.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct Constant(pub f64);

@@ -19,7 +19,8 @@ pub struct GroschSchallamach {
     pub reference: Number,
     /// Normal traction at which the coefficient is the reference \[Pa\], > 0.
     pub modulus: Pressure,
-    /// Between -1 and 1, -1 excluded. -1/9 unless given; the paper prints +1/9, against its own constants and measurement.
+    /// Between -1 and 1, -1 excluded; -1/9 if absent. The paper prints +1/9, which contradicts its own
+    /// constants and measurement.
     #[serde(default = "default_exponent")]
     pub exponent: Number,
 }
@@ -67,7 +68,8 @@ impl CoefficientOfFriction for GroschSchallamach {
         let message = format!("the exponent must be > -1 and <= 1, found {exponent}");
         findings.require(fits, self.exponent.place, message);
         if !fits {
-            findings.cure("rubber has -0.1111111111; the paper prints +0.1111111111");
+            findings
+                .cure("use -0.1111111111 for rubber; the sign of +0.1111111111 in the paper is a misprint");
         }
     }
 }

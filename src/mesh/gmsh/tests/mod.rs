@@ -153,7 +153,7 @@ fn region_of_another_dimension_is_refused() {
 #[test]
 fn mesh_of_another_dimension_is_refused() {
     let error = parse::<2>(&bytes("hex20", "22a"), None).unwrap_err().message;
-    assert!(error.contains("(hex20) has 3 dimensions, the case has 2"), "{error}");
+    assert!(error.contains("(hex20) has dimension 3, but the case has dimension 2"), "{error}");
     let error = parse::<3>(&bytes("tri6", "22a"), None).unwrap_err().message;
     assert!(error.contains("no elements of dimension 3"), "{error}");
 }

@@ -45,9 +45,9 @@ fn broken_meshes_are_refused_with_place_and_reason() {
     assert_eq!(mesh.set_nodes("rubber").unwrap().len(), 6);
     let cases = [
         ("$MeshFormat\n2.2", "solid\n2.2", "line 1: this is not a Gmsh mesh"),
-        ("2.2 0 8", "4 0 8", "line 2: version '4' of the MSH format; known are 2.2 and 4.1"),
+        ("2.2 0 8", "4 0 8", "line 2: expected version 2.2 or 4.1 of the MSH format, found '4'"),
         ("2.2 0 8", "2.2 2 8", "line 2: expected 0 for text or 1 for binary"),
-        ("2.2 0 8", "2.2 0 4", "line 2: numbers of 4 bytes"),
+        ("2.2 0 8", "2.2 0 4", "line 2: expected numbers of 8 bytes, found 4"),
         ("1 2 \"under", "x 2 \"under", "line 7: expected a dimension, a number and a name"),
         ("3 2 0 0\n", "3 2 0\n", "line 14: the node has too few numbers"),
         ("3 2 0 0\n", "3 2 0 0 0\n", "line 14: the node has too many numbers"),
@@ -60,9 +60,9 @@ fn broken_meshes_are_refused_with_place_and_reason() {
         ("6\n1 0 0 0", "7\n1 0 0 0", "line 18: expected a node number, found '$EndNodes'"),
         ("6\n1 0 0 0", "5\n1 0 0 0", "line 17: expected $EndNodes: the section holds more"),
         ("6\n1 0 0 0", "7\n70 9 9 0\n1 0 0 0", "line 12: node 70 at (9, 9, 0) belongs to no element"),
-        ("6\n1 0 0 0", "99999999999\n1 0 0 0", "line 11: 99999999999 nodes are announced, but only"),
-        ("4\n1 15", "18446744073709551615\n1 15", "line 20: 18446744073709551615 elements are announced"),
-        ("3 3 2 3 1 1", "3 3 999999999 3 1 1", "line 23: 999999999 tags are announced"),
+        ("6\n1 0 0 0", "99999999999\n1 0 0 0", "line 11: 99999999999 nodes are declared, but only"),
+        ("4\n1 15", "18446744073709551615\n1 15", "line 20: 18446744073709551615 elements are declared"),
+        ("3 3 2 3 1 1", "3 3 999999999 3 1 1", "line 23: 999999999 tags are declared"),
         ("4 3 2 3 1 2 3 6 5", "4 6 2 3 1 2 3 6 5", "line 24: element 4: unknown type 6 (a prism)"),
         ("4 3 2 3 1 2 3 6 5", "4 26 2 3 1 2 3 6 5", "unknown type 26 (a line of third or higher order)"),
         (
@@ -81,7 +81,11 @@ fn broken_meshes_are_refused_with_place_and_reason() {
             "4 3 2 3 1 2 3 5 6",
             "line 24: element 4 (quad4) at (1.5, 0.5) is inverted at its node",
         ),
-        ("4 3 2 3 1 2 3 6 5", "4 3 2 3 1 1 2 5 4", "line 24: element 4 (quad4) has the corners of element 3"),
+        (
+            "4 3 2 3 1 2 3 6 5",
+            "4 3 2 3 1 1 2 5 4",
+            "line 24: element 4 (quad4) has the same corners as element 3",
+        ),
         (
             "6 2 1 0\n",
             "6 1.5 0.5 0\n",
@@ -90,13 +94,13 @@ fn broken_meshes_are_refused_with_place_and_reason() {
         (
             "2 1 2 2 1 1 2",
             "2 1 2 2 1 1 5",
-            "line 22: element 2 (line2) of set 'under side' is no element's side",
+            "line 22: element 2 (line2) of set 'under side' is not a side of any element",
         ),
         ("2 1 2 2 1 1 2", "2 1 2 2 1 2 5", "of set 'under side' lies inside the mesh"),
         ("2 1 2 2 1 1 2", "2 8 2 2 1 1 2 3", "has other nodes than the line2 side of the quad4"),
         ("\"tip\"", "\"rubber\"", "different dimensions are both called 'rubber'"),
         ("1 15 2 1 6 6", "1 15 2 1 6 6 6", "line 21: the element has too many numbers"),
-        ("$Nodes", "$Knots", "the file ends where $EndKnots should follow"),
+        ("$Nodes", "$Knots", "the file ends where $EndKnots is expected"),
         ("$EndElements\n", "$EndElements\nmore", "line 26: expected the start of a section, found 'more'"),
         ("$EndNodes", "$EndNodes\n$PartitionedEntities", "line 19: the mesh is partitioned"),
     ];
