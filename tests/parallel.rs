@@ -328,7 +328,8 @@ fn obstacles_may_be_large_and_far_on_1_2_and_3_ranks() {
              contact:\n  sole: {{ contactor: b.bottom, target: floor, normal: {{ penalty: {{ compliance: 1.0e-11 }} }}, \
              initial_overclosure: accept }}\n\
              boundary:\n  side: {{ on: b.left, displacement: {{ x: 0 }} }}\n  press: {{ on: b.top, displacement: {{ y: -0.01 }} }}\n\
-             time: {{ end: 1, cuts: 0, scheme: {{ static: {{ increments: 2 }} }} }}\n"
+             time: {{ end: 1, cuts: 0, scheme: {{ static: {{ increments: 2 }} }} }}\n\
+             solver: {{ newton: {{ tolerance: 1e-9 }} }}\n"
         )
     };
     let flat = Results::of(&text("{ plane: { point: [0, 0], normal: [0, 1] } }"), 1);

@@ -75,8 +75,12 @@ tagged!(Variant, "variant");
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Newton {
-    /// Residual relative to the largest force, between 0 and 1, both excluded.
-    pub tolerance: Number,
+    /// Residual relative to the largest force, between 0 and 1, both excluded. Forces and
+    /// displacements of a step have errors of about this size, relative to the largest ones. If
+    /// absent: a tenth of the `accuracy` that is requested (`time`, in statics `slip`), else 1e-9
+    /// for `scheme: conserving`, whose energy is as exact as the balance, else 1e-7.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Number>,
     /// Largest number of iterations before the step is cut, >= 1.
     pub max_iterations: At<u32>,
     /// Whether corrections that do not reduce the residual are shortened.
@@ -92,7 +96,7 @@ pub struct Newton {
 
 impl Default for Newton {
     fn default() -> Self {
-        Self { tolerance: Number::new(1e-9), max_iterations: 25.into(), line_search: true, inexact: None }
+        Self { tolerance: None, max_iterations: 25.into(), line_search: true, inexact: None }
     }
 }
 

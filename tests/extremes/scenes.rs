@@ -98,7 +98,8 @@ impl Bar {
              contact:\n  sole: {{ contactor: bar.bottom, target: floor, normal: {{ penalty: {{ compliance: {compliance:e} }} }}, friction: none }}\n\
              boundary:\n  left: {{ on: bar.left, displacement: {{ x: 0 }} }}\n  right: {{ on: bar.right, displacement: {{ x: 0 }} }}\n  \
              top: {{ on: bar.top, displacement: {{ y: \"-{press:e} * t\" }} }}\n\
-             time: {{ end: 1, scheme: {{ static: {{ increments: {increments} }} }} }}\n",
+             time: {{ end: 1, scheme: {{ static: {{ increments: {increments} }} }} }}\n\
+             solver: {{ newton: {{ tolerance: 1e-10 }} }}\n",
             x + size,
             y + size,
             solid.text(),

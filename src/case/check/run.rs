@@ -104,7 +104,8 @@ impl Check<'_> {
 
     pub(super) fn solver(&mut self) {
         let (newton, krylov) = (&self.case.solver.newton, &self.case.solver.krylov);
-        for (what, tolerance) in [("Newton", newton.tolerance), ("Krylov", krylov.tolerance)] {
+        let given = newton.tolerance.map(|tolerance| ("Newton", tolerance));
+        for (what, tolerance) in given.into_iter().chain([("Krylov", krylov.tolerance)]) {
             let fits = tolerance.value > 0.0 && tolerance.value < 1.0;
             let message = format!("the {what} tolerance must be > 0 and < 1, found {}", tolerance.value);
             self.found.require(fits, tolerance.place, message);

@@ -330,7 +330,7 @@ fn defaults_are_completed() {
     assert_eq!(json["start"], "rest");
     assert_eq!(json["time"]["scheme"]["generalized_alpha"]["spectral_radius"], 0.8);
     assert_eq!(json["time"]["cuts"], 5);
-    assert_eq!(json["solver"]["newton"]["tolerance"], 1e-9);
+    assert_eq!(json["solver"]["newton"]["max_iterations"], 25);
     assert_eq!(json["solver"]["linear"], "auto");
     let stat = with("stick_velocity: \"1 mm/s\"", "stick_stiffness: 1e9")
         .replace("start: { equilibrium: { friction: false, increments: 4 } }\n", "")
