@@ -1,5 +1,7 @@
 //! Implementation of the system's interface to solvers and integrators.
 
+use std::rc::Rc;
+
 use mpi::collective::SystemOperation;
 use mpi::traits::CommunicatorCollectives;
 
@@ -11,7 +13,8 @@ use super::tangent::symmetric;
 use crate::case::Units;
 use crate::contact::state::{Branches, Changes};
 use crate::dynamics::{
-    ContactCounts, Dynamics, ForceChange, Freeze, Lift, OverStep, Residual, RigidMotion, Shortfall, Stage,
+    ContactCounts, Dynamics, ForceChange, Freeze, Lift, MatrixSource, OverStep, Residual, RigidMotion,
+    Shortfall, Stage,
 };
 use crate::element::Inverted;
 use crate::error::{Error, Result, agree};
@@ -53,7 +56,9 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
     }
 
     fn jacobian(&mut self, stage: &Stage, terms: Terms, lift: Option<Lift>) -> Result<()> {
-        self.assemble(stage, terms, Target::Own, lift)
+        self.assemble(stage, terms, Target::Own, lift)?;
+        self.matrix_source = Some(self.source_at(stage, terms));
+        Ok(())
     }
 
     fn jacobian_into(&mut self, stage: &Stage, terms: Terms, matrix: &mut Matrix) -> Result<()> {
@@ -66,6 +71,18 @@ impl<const D: usize> Dynamics for ContactSystem<D> {
 
     fn matrix(&self) -> &Matrix {
         &self.matrix
+    }
+
+    fn matrix_source(&self) -> Option<Rc<MatrixSource>> {
+        self.matrix_source.clone()
+    }
+
+    fn source_at(&self, stage: &Stage, terms: Terms) -> Rc<MatrixSource> {
+        Rc::new(self.source_of(stage, terms))
+    }
+
+    fn assemble_again(&mut self, source: &Rc<MatrixSource>) -> Result<Stage> {
+        self.assemble_source(source)
     }
 
     fn is_symmetric(&self, stage: &Stage, terms: Terms) -> bool {

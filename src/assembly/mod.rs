@@ -51,6 +51,7 @@ pub use apart::Span;
 pub use closing::Closing;
 pub use energy::{Balances, Energies, EnergyLedger, Momentum, SavedLedger};
 pub use fields::{ContactFields, StressFields, SurfaceCells};
+pub use memory::{NamedFields, StoredSources, StoredState, SystemState};
 pub use precision::{Motions, Precision};
 pub use report::{ContactSummary, NodalContact, PointReport, Watched};
 pub use slide::Slide;

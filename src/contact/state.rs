@@ -262,6 +262,59 @@ impl<const D: usize> ContactState<D> {
         self.begin();
     }
 
+    /// Names of the numbers of a point that its evaluation reads, in the order of
+    /// [`evaluated_from`](Self::evaluated_from).
+    pub fn evaluation_names() -> Vec<String> {
+        let own = ["offset", "flipped", "fresh", "held_pressure", "held_bound"].map(str::to_owned);
+        let held = ["x", "y", "z"].iter().take(D).map(|axis| format!("held_friction_{axis}"));
+        History::<D>::names().into_iter().chain(own).chain(held).collect()
+    }
+
+    /// What the evaluation of all points reads, point by point.
+    pub fn evaluated_from(&self) -> Vec<f64> {
+        let mut all = Vec::new();
+        for (p, (history, track)) in self.history.iter().zip(&self.track).enumerate() {
+            let held = self.held.get(p).copied().unwrap_or_default();
+            let offset = self.multipliers.offsets.get(p).copied().unwrap_or(0.0);
+            let fresh = track.statuses[1].is_none();
+            history.columns(&mut all);
+            all.extend([offset, f64::from(u8::from(track.flipped)), f64::from(u8::from(fresh))]);
+            all.extend([held.normal_traction, held.bound]);
+            all.extend(held.friction_traction.iter());
+        }
+        all
+    }
+
+    /// Restores what [`evaluated_from`](Self::evaluated_from) returned. Returns `false` if the
+    /// number of points differs.
+    pub fn evaluate_from(&mut self, points: &[f64]) -> bool {
+        let width = Self::evaluation_names().len();
+        if points.len() != width * self.history.len() {
+            return false;
+        }
+        self.held.resize(self.history.len(), FrozenTractions::default());
+        for (p, point) in points.chunks_exact(width).enumerate() {
+            let (history, own) = point.split_at(History::<D>::names().len());
+            let Some(history) = History::from_columns(history) else { return false };
+            self.history[p] = history;
+            if let Some(offset) = self.multipliers.offsets.get_mut(p) {
+                *offset = own[0];
+            }
+            let open = Status::Open;
+            let statuses = [Some(open), (own[2] == 0.0).then_some(open)];
+            self.track[p] = Track { statuses, flipped: own[1] != 0.0, ..Track::default() };
+            self.held[p] = FrozenTractions::held(own[3], own[4], Vector::from_column_slice(&own[5..]));
+        }
+        true
+    }
+
+    /// Restores the history of a point. The point begins the next step where it ended the last one.
+    pub fn resume(&mut self, p: usize, history: History<D>) {
+        self.current[p].gap = history.gap;
+        self.history[p] = history;
+        self.track[p] = Track::default();
+    }
+
     /// Evaluation options of point `p`.
     pub fn manner(&self, p: usize, hold: Hold, branches: Branches) -> Manner<D> {
         let held = self.held.get(p).copied().unwrap_or_default();

@@ -5,8 +5,14 @@
 //! respect to `u`. A solver works on a [`Stage`] and obtains its residual and its matrix from
 //! [`Dynamics`]. Neither depends on elements, contact or the mesh.
 
+mod source;
 mod split;
 
+use std::rc::Rc;
+
+use serde::{Deserialize, Serialize};
+
+pub use source::{ChangedLaw, ContactSource, MatrixSource, SearchSource, Sources, StageSettings};
 pub use split::{ForceChange, Freeze, KnownFriction, Split};
 
 use crate::case::Units;
@@ -55,7 +61,7 @@ impl State {
 }
 
 /// Derivatives of the rates with respect to the unknown `u` at the end of the step.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Shifts {
     /// `dv/du` \[1/s\].
     pub velocity: f64,
@@ -68,7 +74,7 @@ pub struct Shifts {
 ///
 /// The balance is scaled so that the forces at the end have weight 1. The tangent then needs no
 /// factor.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Balance {
     /// Weights of the inertia at the start and the end of the step.
     pub mass: [f64; 2],
@@ -82,7 +88,7 @@ impl Balance {
 }
 
 /// How the friction law enters a stage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FrictionMode {
     /// As defined in the case.
     AsGiven,
@@ -102,7 +108,7 @@ pub struct Shortfall {
 
 /// Whether forces are evaluated over the whole step, so that their work equals the change of
 /// energy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum OverStep {
     /// Forces are evaluated at the trial state.
     #[default]
@@ -231,7 +237,7 @@ pub struct Residual {
 }
 
 /// Numbers of contact points of an iterate. Each point is counted once.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ContactCounts {
     /// Closed points.
     pub closed: u64,
@@ -345,6 +351,19 @@ pub trait Dynamics {
 
     /// The assembled matrix \[N/m\].
     fn matrix(&self) -> &Matrix;
+
+    /// Source of [`Dynamics::matrix`]. It is `None` before the first assembly with its pattern.
+    fn matrix_source(&self) -> Option<Rc<MatrixSource>>;
+
+    /// Source of a matrix of these `terms` at the trial state.
+    fn source_at(&self, stage: &Stage, terms: Terms) -> Rc<MatrixSource>;
+
+    /// Assembles [`Dynamics::matrix`] again from its source, and returns the stage at which it was
+    /// assembled. The contact points have the state that they had there. Collective.
+    ///
+    /// # Errors
+    /// If a PETSc call fails.
+    fn assemble_again(&mut self, source: &Rc<MatrixSource>) -> Result<Stage>;
 
     /// Whether the matrix of `terms` is symmetric for this case.
     fn is_symmetric(&self, stage: &Stage, terms: Terms) -> bool;

@@ -41,7 +41,7 @@ fn known(precision: &Precision) -> (String, &'static str) {
 
 /// In every accepted step, compares the rounding of displacements with element sizes and
 /// penetrations.
-pub(super) struct MotionPrecision {
+pub struct MotionPrecision {
     start: Precision,
     /// Spacing at the last warning \[m\].
     warned: f64,
@@ -52,6 +52,16 @@ impl MotionPrecision {
     pub(super) fn new(start: Precision) -> Self {
         let warned = if precision(&start).is_some() { start.spacing } else { 0.0 };
         Self { start, warned }
+    }
+
+    /// Spacing at the last warning \[m\].
+    pub(super) fn warned(&self) -> f64 {
+        self.warned
+    }
+
+    /// Resumes after a warning at this spacing \[m\].
+    pub(super) fn resume(&mut self, warned: f64) {
+        self.warned = warned;
     }
 
     /// A warning for a step in which bodies have moved as far as `farthest` \[m\]. It is repeated

@@ -37,7 +37,7 @@ fn what_does_not_fit_is_refused() {
         (&whole[..whole.len() / 2], "cut short"),
         (&whole[..10], "cut short"),
         (&flipped, "its SHA-256 is another one"),
-        (&later, "format 99; this program reads format 3"),
+        (&later, "format 99; this program reads format 4"),
         (b"something else that is long enough to be looked at", "not a checkpoint"),
     ] {
         fs::write(newest, bytes).expect("a damaged checkpoint");

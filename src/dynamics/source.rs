@@ -1,0 +1,162 @@
+//! State from which a matrix is assembled again.
+//!
+//! Matrices and preconditioners outlive the step that made them. A checkpoint does not contain
+//! them. It contains their sources, from which a restarted run makes them again, bit by bit.
+
+use std::rc::Rc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Balance, FrictionMode, OverStep, Shifts, Split, Stage};
+use crate::terms::Terms;
+
+/// The settings of a [`Stage`] that an assembly reads.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StageSettings {
+    /// Time of the trial state \[s\].
+    pub time: f64,
+    /// Length of the step \[s\].
+    pub dt: f64,
+    shifts: Shifts,
+    balance: Balance,
+    inertia: bool,
+    over_step: OverStep,
+    friction: FrictionMode,
+    split: Split,
+    holding: f64,
+    load_factor: f64,
+}
+
+impl StageSettings {
+    /// The settings of this stage.
+    pub fn of(stage: &Stage) -> Self {
+        Self {
+            time: stage.trial.time,
+            dt: stage.dt,
+            shifts: stage.shifts,
+            balance: stage.balance,
+            inertia: stage.inertia,
+            over_step: stage.over_step,
+            friction: stage.friction,
+            split: stage.split,
+            holding: stage.holding,
+            load_factor: stage.load_factor,
+        }
+    }
+
+    /// Gives the stage these settings.
+    pub fn apply_to(&self, stage: &mut Stage) {
+        stage.trial.time = self.time;
+        stage.dt = self.dt;
+        stage.shifts = self.shifts;
+        stage.balance = self.balance;
+        stage.inertia = self.inertia;
+        stage.over_step = self.over_step;
+        stage.friction = self.friction;
+        stage.split = self.split;
+        stage.holding = self.holding;
+        stage.load_factor = self.load_factor;
+    }
+}
+
+/// State at which contacts searched for facets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SearchSource {
+    /// Whether it is the search of the undeformed bodies, which precedes every run. Its
+    /// displacements are not stored.
+    pub undeformed: bool,
+    /// Whether forces acted over the step.
+    pub over_step: OverStep,
+    /// Displacements of the owned unknowns \[m\].
+    pub u: Vec<f64>,
+    /// Displacements at the start of the step \[m\]. They are not stored unless forces acted over
+    /// the step.
+    pub u_start: Vec<f64>,
+    /// Depth of the deepest point of each contact on this rank \[m\].
+    pub below: Vec<f64>,
+    /// Whether couplings were found far ahead, because the pattern of the matrix was rebuilt.
+    pub ahead: bool,
+}
+
+/// Parameters of the laws of a contact that change during a run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ChangedLaw {
+    /// Factor by which the contact is stiffer than its normal law.
+    pub stiffening: f64,
+    /// Number of the friction regularisation in their list, and its parameter.
+    pub regularization: Option<(usize, f64)>,
+}
+
+/// State of a contact that an assembly reads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactSource {
+    /// The laws.
+    pub law: ChangedLaw,
+    /// State of the points, point by point.
+    pub points: Vec<f64>,
+}
+
+/// Everything that the assembly of a matrix reads, except for the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatrixSource {
+    /// Terms of the matrix.
+    pub terms: Terms,
+    /// Settings of the stage.
+    pub settings: StageSettings,
+    /// Displacements of the owned unknowns \[m\].
+    pub u: Vec<f64>,
+    /// Velocities of the owned unknowns \[m/s\].
+    pub v: Vec<f64>,
+    /// Displacements of the owned unknowns at the start of the step \[m\].
+    pub u_start: Vec<f64>,
+    /// The contacts.
+    pub contacts: Vec<ContactSource>,
+    /// The search that found the facets of the contacts. It is `None` without contact.
+    pub search: Option<Rc<SearchSource>>,
+}
+
+/// The sources that the parts of a run's state name by their numbers, each once.
+#[derive(Debug, Clone, Default)]
+pub struct Sources {
+    /// Sources of matrices.
+    pub matrices: Vec<Rc<MatrixSource>>,
+    /// Sources of searches. Those of the matrices are among them.
+    pub searches: Vec<Rc<SearchSource>>,
+    /// Marked nodes among the owned ones.
+    pub marks: Vec<Vec<bool>>,
+}
+
+impl Sources {
+    /// Number of this source of a matrix.
+    pub fn matrix(&mut self, source: &Rc<MatrixSource>) -> usize {
+        if let Some(search) = &source.search {
+            self.search(search);
+        }
+        number(&mut self.matrices, source)
+    }
+
+    /// Number of this source of a search.
+    pub fn search(&mut self, source: &Rc<SearchSource>) -> usize {
+        number(&mut self.searches, source)
+    }
+
+    /// Number of these marks.
+    pub fn mark(&mut self, marks: &[bool]) -> usize {
+        self.marks.push(marks.to_vec());
+        self.marks.len() - 1
+    }
+}
+
+impl SearchSource {
+    /// Whether the other source gives the same search.
+    pub fn is(self: &Rc<Self>, other: &Rc<Self>) -> bool {
+        Rc::ptr_eq(self, other) || self.undeformed && other.undeformed
+    }
+}
+
+fn number<T>(all: &mut Vec<Rc<T>>, one: &Rc<T>) -> usize {
+    all.iter().position(|known| Rc::ptr_eq(known, one)).unwrap_or_else(|| {
+        all.push(Rc::clone(one));
+        all.len() - 1
+    })
+}

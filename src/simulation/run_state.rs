@@ -1,0 +1,278 @@
+//! The state of a run: what a checkpoint stores, and what a restart restores.
+//!
+//! A step computes the same bits from a restored state as from the one that was stored. Data fall
+//! into three groups:
+//!
+//! - Stored: fields, histories, counters, and all numbers on which decisions depend.
+//! - Made again from stored [`Sources`]: matrices, preconditioners, the pattern of the matrix, and
+//!   the facets near each contact. The same operations on the same numbers give the same bits.
+//! - Without effect on later steps: iterates, buffers, and caches of values that are compared with
+//!   their arguments before use.
+//!
+//! A new part of the state implements [`StatePart`] and gets a line in [`RunState::parts`] and in
+//! [`RunState::restore`].
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+
+use super::guard::RunGuard;
+use super::magnitudes::MotionPrecision;
+use super::pace::StepPacing;
+use crate::assembly::{
+    ContactSystem, EnergyLedger, NamedFields, StoredSources, StoredState, SystemState,
+};
+use crate::case::Case;
+use crate::checkpoint::StoredTable;
+use crate::dynamics::{Sources, Stage};
+use crate::error::{Error, Result};
+use crate::petsc::{Session, Vector};
+use crate::solvers::Strategy;
+use crate::time::StepControl;
+
+/// Bodies, solver and monitors of a run.
+pub struct RunState<const D: usize> {
+    /// The bodies with their contacts.
+    pub system: ContactSystem<D>,
+    /// The present step. Between steps only its start matters.
+    pub stage: Stage,
+    /// The method that solves a step.
+    pub strategy: Box<dyn Strategy>,
+    /// The step control.
+    pub control: StepControl,
+    /// The energies.
+    pub ledger: EnergyLedger,
+    /// The monitor of unexplained energy and impact.
+    pub guard: RunGuard,
+    /// The control of the step length by estimated errors.
+    pub pace: StepPacing,
+    /// The monitor of the rounding of displacements.
+    pub precision: MotionPrecision,
+    /// Settings of the solver, without which its state has no meaning.
+    pub settings: Value,
+}
+
+/// A part of the state. Numbers are stored apart from fields because fields are too large to be
+/// copied in every step. Fields must not change before a step is accepted.
+pub trait StatePart {
+    /// The numbers.
+    ///
+    /// # Errors
+    /// An internal error of the program.
+    fn numbers(&self) -> Result<Value>;
+
+    /// The fields of the nodes.
+    fn fields(&self) -> NamedFields {
+        Vec::new()
+    }
+
+    /// Restores numbers and fields. Collective.
+    ///
+    /// # Errors
+    /// The numbers are those of another part, a field is missing, or PETSc reports an error.
+    fn restore_from(&mut self, numbers: &Value, fields: &StoredState) -> Result<()>;
+}
+
+/// The state at the end of an accepted step, except for fields.
+#[derive(Clone)]
+pub struct Snapshot {
+    parts: Map<String, Value>,
+    sources: Sources,
+    /// Instant \[s\].
+    pub time: f64,
+}
+
+/// A snapshot in a checkpoint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredSnapshot {
+    parts: Map<String, Value>,
+    sources: Value,
+}
+
+const SYSTEM: &str = "system";
+const SOLVER: &str = "solver";
+
+impl<const D: usize> RunState<D> {
+    /// All parts except for bodies and solver, each with its name.
+    fn parts(&self) -> [(&'static str, &dyn StatePart); 6] {
+        [
+            ("stage", &self.stage),
+            ("control", &self.control),
+            ("ledger", &self.ledger),
+            ("guard", &self.guard),
+            ("accuracy", &self.pace),
+            ("precision", &self.precision),
+        ]
+    }
+
+    /// The state at the start of the next step.
+    ///
+    /// # Errors
+    /// An internal error of the program.
+    pub fn snapshot(&self) -> Result<Snapshot> {
+        let mut sources = Sources::default();
+        let mut parts = Map::new();
+        for (name, part) in self.parts() {
+            parts.insert(name.to_owned(), part.numbers()?);
+        }
+        parts.insert(SYSTEM.to_owned(), numbers_of(&self.system.state(&mut sources))?);
+        let solver = self.strategy.state(&self.system, &mut sources)?;
+        parts.insert(SOLVER.to_owned(), json!({ "settings": self.settings, "state": solver }));
+        Ok(Snapshot { parts, sources, time: self.stage.start.time })
+    }
+
+    /// The snapshot for the header of a checkpoint. Collective.
+    ///
+    /// # Errors
+    /// An internal error of the program.
+    pub fn stored(&self, snapshot: &Snapshot) -> Result<StoredSnapshot> {
+        let sources = self.system.stored_sources(&snapshot.sources);
+        Ok(StoredSnapshot { parts: snapshot.parts.clone(), sources: numbers_of(&sources)? })
+    }
+
+    /// The fields of the snapshot, which is that of the last accepted step.
+    pub fn tables(&self, snapshot: &Snapshot) -> Vec<StoredTable> {
+        let fields = self.parts().into_iter().flat_map(|(_, part)| part.fields()).collect();
+        self.system.tables(fields, &snapshot.sources)
+    }
+
+    /// Restores the state from a checkpoint. The step control is restored unless `ends_elsewhere`,
+    /// because the end of the case has changed. Collective.
+    ///
+    /// # Errors
+    /// A part is missing, or PETSc reports an error.
+    pub fn restore(
+        &mut self,
+        stored: &StoredSnapshot,
+        fields: &StoredState,
+        ends_elsewhere: bool,
+    ) -> Result<()> {
+        let part = |name: &str| {
+            stored.parts.get(name).ok_or_else(|| Error::file(format!("a checkpoint without '{name}'")))
+        };
+        self.stage.restore_from(part("stage")?, fields)?;
+        if !ends_elsewhere {
+            self.control.restore_from(part("control")?, fields)?;
+        }
+        self.ledger.restore_from(part("ledger")?, fields)?;
+        self.guard.restore_from(part("guard")?, fields)?;
+        self.pace.restore_from(part("accuracy")?, fields)?;
+        self.precision.restore_from(part("precision")?, fields)?;
+        let system: SystemState = from_numbers(part(SYSTEM)?)?;
+        let sources: StoredSources = from_numbers(&stored.sources)?;
+        let sources = self.system.sources(&sources, fields)?;
+        self.system.resume_pattern(&system, &sources)?;
+        let solver = part(SOLVER)?;
+        // Another solver begins with nothing.
+        if solver["settings"] == self.settings {
+            self.strategy.resume(&solver["state"], &sources, &mut self.system)?;
+        }
+        self.system.resume(&system, &sources, fields)?;
+        self.stage.trial.copy_from(&self.stage.start)
+    }
+}
+
+/// What the state of a solver depends on: the strategy, the case, and PETSc's options.
+///
+/// # Errors
+/// An internal error of the program.
+pub fn solver_settings(case: &Case, strategy: &dyn Strategy, session: &Session) -> Result<Value> {
+    let json = case.to_json()?;
+    Ok(json!({
+        "strategy": strategy.describe(),
+        "solver": json["solver"],
+        "petsc": json["petsc"],
+        "options": session.given(""),
+    }))
+}
+
+/// Numbers of a part that is stored as a whole.
+pub fn numbers_of(part: &impl Serialize) -> Result<Value> {
+    serde_json::to_value(part).map_err(|error| Error::internal(format!("checkpoint: {error}")))
+}
+
+/// Reads the numbers of a part.
+///
+/// # Errors
+/// They are those of another part.
+pub fn from_numbers<T: DeserializeOwned>(numbers: &Value) -> Result<T> {
+    T::deserialize(numbers).map_err(|error| Error::file(format!("a checkpoint with another state ({error})")))
+}
+
+impl StatePart for StepControl {
+    fn numbers(&self) -> Result<Value> {
+        numbers_of(self)
+    }
+
+    fn restore_from(&mut self, numbers: &Value, _: &StoredState) -> Result<()> {
+        *self = from_numbers(numbers)?;
+        Ok(())
+    }
+}
+
+impl StatePart for RunGuard {
+    fn numbers(&self) -> Result<Value> {
+        numbers_of(self)
+    }
+
+    fn restore_from(&mut self, numbers: &Value, _: &StoredState) -> Result<()> {
+        *self = from_numbers(numbers)?;
+        Ok(())
+    }
+}
+
+impl StatePart for MotionPrecision {
+    fn numbers(&self) -> Result<Value> {
+        numbers_of(&self.warned())
+    }
+
+    fn restore_from(&mut self, numbers: &Value, _: &StoredState) -> Result<()> {
+        self.resume(from_numbers(numbers)?);
+        Ok(())
+    }
+}
+
+impl StatePart for EnergyLedger {
+    fn numbers(&self) -> Result<Value> {
+        numbers_of(&self.balances())
+    }
+
+    fn fields(&self) -> NamedFields {
+        Self::fields(self)
+    }
+
+    fn restore_from(&mut self, numbers: &Value, fields: &StoredState) -> Result<()> {
+        self.resume(from_numbers(numbers)?, |name| fields.field(name))
+    }
+}
+
+impl StatePart for Stage {
+    fn numbers(&self) -> Result<Value> {
+        numbers_of(&(self.start.time, self.holding))
+    }
+
+    fn fields(&self) -> NamedFields {
+        let mut fields = vec![
+            named("u", &self.start.u),
+            named("v", &self.start.v),
+            named("force", &self.start_forces),
+        ];
+        if self.inertia {
+            fields.push(named("a", &self.start.a));
+        }
+        fields
+    }
+
+    fn restore_from(&mut self, numbers: &Value, fields: &StoredState) -> Result<()> {
+        (self.start.time, self.holding) = from_numbers(numbers)?;
+        fields.fill("u", &mut self.start.u)?;
+        fields.fill("v", &mut self.start.v)?;
+        fields.fill("force", &mut self.start_forces)?;
+        if self.inertia { fields.fill("a", &mut self.start.a) } else { Ok(()) }
+    }
+}
+
+/// A field for a checkpoint.
+pub fn named(name: &str, field: &Vector) -> (String, Vec<f64>) {
+    (name.to_owned(), field.owned().to_vec())
+}
