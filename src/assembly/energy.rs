@@ -137,11 +137,7 @@ impl EnergyLedger {
     ///
     /// # Errors
     /// A field is missing.
-    pub fn resume(
-        &mut self,
-        balances: Balances,
-        field: impl Fn(&str) -> Result<Vec<f64>>,
-    ) -> Result<()> {
+    pub fn resume(&mut self, balances: Balances, field: impl Fn(&str) -> Result<Vec<f64>>) -> Result<()> {
         let Balances { at_start, now, work_error, last } = balances;
         self.at_start = at_start;
         self.now = now;

@@ -173,9 +173,10 @@ impl<const D: usize> ContactSystem<D> {
             terms: source.terms.bits(),
             settings: source.settings,
             laws: source.contacts.iter().map(|contact| contact.law).collect(),
-            search: source.search.as_ref().and_then(|search| {
-                sources.searches.iter().position(|known| Rc::ptr_eq(known, search))
-            }),
+            search: source
+                .search
+                .as_ref()
+                .and_then(|search| sources.searches.iter().position(|known| known.is(search))),
         };
         let world = self.session.world();
         let search = |source: &Rc<SearchSource>| {
@@ -201,10 +202,7 @@ impl<const D: usize> ContactSystem<D> {
     ///
     /// # Errors
     /// The checkpoint has other sections than the nodes and the contacts.
-    pub fn wanted<'a>(
-        &self,
-        sections: impl Iterator<Item = (&'a str, &'a [String])>,
-    ) -> Result<StoredState> {
+    pub fn wanted<'a>(&self, sections: impl Iterator<Item = (&'a str, &'a [String])>) -> Result<StoredState> {
         let mut keys = vec![("nodes".to_owned(), self.node_keys())];
         keys.extend(self.contacts.iter().map(|contact| (table_of(contact), self.point_keys(contact))));
         let sections: Vec<_> = sections.collect();

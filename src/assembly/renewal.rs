@@ -114,12 +114,7 @@ impl<const D: usize> ContactSystem<D> {
     }
 
     /// Gathers the target facets of all contacts at these fields. Collective.
-    fn gather(
-        &mut self,
-        fields: &ContactFields,
-        over_step: OverStep,
-        below: &[f64],
-    ) -> Result<Interface<D>> {
+    fn gather(&mut self, fields: &ContactFields, over_step: OverStep, below: &[f64]) -> Result<Interface<D>> {
         let session = self.session.clone();
         let world = session.world();
         let points = self.local.mesh.points.as_flattened();

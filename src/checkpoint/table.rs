@@ -77,3 +77,25 @@ impl StoredTable {
         fits.then_some(()).ok_or_else(fault)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blocks of columns come back under their names, and a block that is not there is an error.
+    #[test]
+    fn blocks_come_back() {
+        let names = |names: &[&str]| -> Vec<String> { names.iter().map(|name| (*name).to_owned()).collect() };
+        let blocks = [
+            (names(&["u_x", "u_y"]), vec![1.0, 2.0, 3.0, f64::INFINITY]),
+            (names(&["mark"]), vec![5.0, 6.0]),
+        ];
+        let table = StoredTable::of_blocks("nodes", vec![7, 3], 4, &blocks);
+        assert_eq!(table.columns, names(&["u_x", "u_y", "mark"]));
+        assert!(table.check().is_ok());
+        for (names, values) in &blocks {
+            assert_eq!(table.block(names).unwrap(), *values);
+        }
+        assert!(table.block(&names(&["v_x"])).unwrap_err().message.contains("columns 'v_x' of 'nodes'"));
+    }
+}

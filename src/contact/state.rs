@@ -310,7 +310,8 @@ impl<const D: usize> ContactState<D> {
 
     /// Restores the history of a point. The point begins the next step where it ended the last one.
     pub fn resume(&mut self, p: usize, history: History<D>) {
-        self.current[p].gap = history.gap;
+        let History { gap, bound, friction_traction, normal, .. } = history;
+        self.current[p] = PointState { gap, bound, friction_traction, normal, ..PointState::default() };
         self.history[p] = history;
         self.track[p] = Track::default();
     }
@@ -417,6 +418,35 @@ mod tests {
         assert_ne!(state, saved);
         state.clone_from(&saved);
         assert_eq!(state, saved);
+    }
+
+    /// A point is evaluated in the same way after its state was stored and restored.
+    #[test]
+    fn what_an_evaluation_reads_comes_back() {
+        let mut state = ContactState::<2>::new(2);
+        state.augment(crate::contact::multipliers::Augmentation::Carried);
+        state.current = vec![slipping(1.0), PointState { bound: 2.0, normal_traction: 3.0, ..slipping(0.5) }];
+        state.accept(1e-3);
+        state.freeze(Keep::LastStep);
+        state.freeze(Keep::Pressure);
+        state.current[0] = slipping(1.0);
+        state.iterate();
+        state.current[0] = slipping(-1.0);
+        state.iterate();
+        state.multipliers.offsets[1] = 0.25;
+        let mut other = ContactState::<2>::new(2);
+        other.augment(crate::contact::multipliers::Augmentation::Carried);
+        let stored = state.evaluated_from();
+        assert_eq!(stored.len(), 2 * ContactState::<2>::evaluation_names().len());
+        assert!(!other.evaluate_from(&stored[1..]) && other.evaluate_from(&stored));
+        assert_eq!(other.history, state.history);
+        for hold in [Hold::Nothing, Hold::Bound, Hold::BoundAndPressure, Hold::FrictionTraction] {
+            for branches in [Branches::Actual, Branches::Predicted] {
+                let manner = |state: &ContactState<2>, p| format!("{:?}", state.manner(p, hold, branches));
+                assert!((0..2).all(|p| manner(&other, p) == manner(&state, p)), "{hold:?} {branches:?}");
+            }
+        }
+        assert_eq!(other.manner(0, Hold::Nothing, Branches::Predicted).branch, Branch::Stick);
     }
 
     /// Held tractions are those of the last freeze, and each stage holds its own.

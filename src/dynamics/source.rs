@@ -132,12 +132,12 @@ impl Sources {
         if let Some(search) = &source.search {
             self.search(search);
         }
-        number(&mut self.matrices, source)
+        number(&mut self.matrices, source, Rc::ptr_eq)
     }
 
     /// Number of this source of a search.
     pub fn search(&mut self, source: &Rc<SearchSource>) -> usize {
-        number(&mut self.searches, source)
+        number(&mut self.searches, source, SearchSource::is)
     }
 
     /// Number of these marks.
@@ -154,9 +154,28 @@ impl SearchSource {
     }
 }
 
-fn number<T>(all: &mut Vec<Rc<T>>, one: &Rc<T>) -> usize {
-    all.iter().position(|known| Rc::ptr_eq(known, one)).unwrap_or_else(|| {
+/// Position of an element among the known ones. It is appended if it is new.
+fn number<T>(all: &mut Vec<Rc<T>>, one: &Rc<T>, same: impl Fn(&Rc<T>, &Rc<T>) -> bool) -> usize {
+    all.iter().position(|known| same(known, one)).unwrap_or_else(|| {
         all.push(Rc::clone(one));
         all.len() - 1
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each source is listed once. All searches of the undeformed bodies are the same one.
+    #[test]
+    fn sources_are_listed_once() {
+        let search = |undeformed| {
+            let (u, u_start, below) = (Vec::new(), Vec::new(), Vec::new());
+            Rc::new(SearchSource { undeformed, over_step: OverStep::No, u, u_start, below, ahead: false })
+        };
+        let (first, moved) = (search(true), search(false));
+        let mut sources = Sources::default();
+        let numbers = [&first, &moved, &search(true), &moved, &search(false)].map(|one| sources.search(one));
+        assert_eq!(numbers, [0, 1, 0, 1, 2]);
+    }
 }

@@ -179,11 +179,13 @@ impl CheckpointPolicy {
         let past = journal.past()?;
         let _running = output.begin();
         let path = self.store.path(journal.step());
-        let snapshot = self.last_state.as_ref().ok_or_else(|| Error::internal("a checkpoint without a state"))?;
+        let snapshot =
+            self.last_state.as_ref().ok_or_else(|| Error::internal("a checkpoint without a state"))?;
         let stored = run.stored(snapshot);
         let tables = run.tables(snapshot);
-        let state = stored
-            .and_then(|stored| CheckpointHeader::new::<D>(case, journal.inputs(), snapshot.time, stored, past));
+        let state = stored.and_then(|stored| {
+            CheckpointHeader::new::<D>(case, journal.inputs(), snapshot.time, stored, past)
+        });
         let state = agree(world, state.and_then(|state| state.to_json()))?;
         checkpoint::write(world, &path, state, &tables).map_err(|error| self.with_older(error))?;
         if self.session.rank() == 0 {

@@ -248,6 +248,7 @@ fn look<const D: usize>(case: &Case, place: &RunRequest, ranks: usize) -> Result
     })?;
     state
         .check::<D>(case, &inputs(case, place).collect::<Result<Vec<_>>>()?)
+        .and_then(|()| state.run.check())
         .map_err(|error| error.within(&name))?;
     match branches {
         true => state.past.branch(),

@@ -9,8 +9,7 @@
 //! - Without effect on later steps: iterates, buffers, and caches of values that are compared with
 //!   their arguments before use.
 //!
-//! A new part of the state implements [`StatePart`] and gets a line in [`RunState::parts`] and in
-//! [`RunState::restore`].
+//! A new part of the state implements [`StatePart`] and is listed with the others below [`PARTS`].
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -19,9 +18,7 @@ use serde_json::{Map, Value, json};
 use super::guard::RunGuard;
 use super::magnitudes::MotionPrecision;
 use super::pace::StepPacing;
-use crate::assembly::{
-    ContactSystem, EnergyLedger, NamedFields, StoredSources, StoredState, SystemState,
-};
+use crate::assembly::{ContactSystem, EnergyLedger, NamedFields, StoredSources, StoredState, SystemState};
 use crate::case::Case;
 use crate::checkpoint::StoredTable;
 use crate::dynamics::{Sources, Stage};
@@ -48,7 +45,7 @@ pub struct RunState<const D: usize> {
     pub pace: StepPacing,
     /// The monitor of the rounding of displacements.
     pub precision: MotionPrecision,
-    /// Settings of the solver, without which its state has no meaning.
+    /// Settings of the solver, see [`solver_settings`].
     pub settings: Value,
 }
 
@@ -87,22 +84,41 @@ pub struct Snapshot {
 pub struct StoredSnapshot {
     parts: Map<String, Value>,
     sources: Value,
+    /// Settings of the solver, without which its state has no meaning.
+    settings: Value,
 }
 
+/// Names of the parts, in the order of [`RunState::parts`].
+const PARTS: [&str; 6] = ["stage", CONTROL, "ledger", "guard", "accuracy", "precision"];
+const CONTROL: &str = "control";
 const SYSTEM: &str = "system";
 const SOLVER: &str = "solver";
 
+impl StoredSnapshot {
+    /// Checks that no part is missing.
+    ///
+    /// # Errors
+    /// The first part that is missing.
+    pub fn check(&self) -> Result<()> {
+        PARTS.iter().chain(&[SYSTEM, SOLVER]).try_for_each(|name| self.part(name).map(drop))
+    }
+
+    fn part(&self, name: &str) -> Result<&Value> {
+        self.parts.get(name).ok_or_else(|| Error::file(format!("a checkpoint without the part '{name}'")))
+    }
+}
+
 impl<const D: usize> RunState<D> {
-    /// All parts except for bodies and solver, each with its name.
-    fn parts(&self) -> [(&'static str, &dyn StatePart); 6] {
-        [
-            ("stage", &self.stage),
-            ("control", &self.control),
-            ("ledger", &self.ledger),
-            ("guard", &self.guard),
-            ("accuracy", &self.pace),
-            ("precision", &self.precision),
-        ]
+    /// All parts except for bodies and solver.
+    fn parts(&self) -> [&dyn StatePart; PARTS.len()] {
+        let Self { stage, control, ledger, guard, pace, precision, .. } = self;
+        [stage, control, ledger, guard, pace, precision]
+    }
+
+    /// The same parts, to be restored.
+    fn parts_mut(&mut self) -> [&mut dyn StatePart; PARTS.len()] {
+        let Self { stage, control, ledger, guard, pace, precision, .. } = self;
+        [stage, control, ledger, guard, pace, precision]
     }
 
     /// The state at the start of the next step.
@@ -112,12 +128,11 @@ impl<const D: usize> RunState<D> {
     pub fn snapshot(&self) -> Result<Snapshot> {
         let mut sources = Sources::default();
         let mut parts = Map::new();
-        for (name, part) in self.parts() {
-            parts.insert(name.to_owned(), part.numbers()?);
+        for (name, part) in PARTS.iter().zip(self.parts()) {
+            parts.insert((*name).to_owned(), part.numbers()?);
         }
         parts.insert(SYSTEM.to_owned(), numbers_of(&self.system.state(&mut sources))?);
-        let solver = self.strategy.state(&self.system, &mut sources)?;
-        parts.insert(SOLVER.to_owned(), json!({ "settings": self.settings, "state": solver }));
+        parts.insert(SOLVER.to_owned(), self.strategy.state(&self.system, &mut sources)?);
         Ok(Snapshot { parts, sources, time: self.stage.start.time })
     }
 
@@ -127,12 +142,13 @@ impl<const D: usize> RunState<D> {
     /// An internal error of the program.
     pub fn stored(&self, snapshot: &Snapshot) -> Result<StoredSnapshot> {
         let sources = self.system.stored_sources(&snapshot.sources);
-        Ok(StoredSnapshot { parts: snapshot.parts.clone(), sources: numbers_of(&sources)? })
+        let (parts, settings) = (snapshot.parts.clone(), self.settings.clone());
+        Ok(StoredSnapshot { parts, sources: numbers_of(&sources)?, settings })
     }
 
     /// The fields of the snapshot, which is that of the last accepted step.
     pub fn tables(&self, snapshot: &Snapshot) -> Vec<StoredTable> {
-        let fields = self.parts().into_iter().flat_map(|(_, part)| part.fields()).collect();
+        let fields = self.parts().into_iter().flat_map(StatePart::fields).collect();
         self.system.tables(fields, &snapshot.sources)
     }
 
@@ -147,25 +163,18 @@ impl<const D: usize> RunState<D> {
         fields: &StoredState,
         ends_elsewhere: bool,
     ) -> Result<()> {
-        let part = |name: &str| {
-            stored.parts.get(name).ok_or_else(|| Error::file(format!("a checkpoint without '{name}'")))
-        };
-        self.stage.restore_from(part("stage")?, fields)?;
-        if !ends_elsewhere {
-            self.control.restore_from(part("control")?, fields)?;
+        for (name, part) in PARTS.iter().zip(self.parts_mut()) {
+            if *name != CONTROL || !ends_elsewhere {
+                part.restore_from(stored.part(name)?, fields)?;
+            }
         }
-        self.ledger.restore_from(part("ledger")?, fields)?;
-        self.guard.restore_from(part("guard")?, fields)?;
-        self.pace.restore_from(part("accuracy")?, fields)?;
-        self.precision.restore_from(part("precision")?, fields)?;
-        let system: SystemState = from_numbers(part(SYSTEM)?)?;
+        let system: SystemState = from_numbers(stored.part(SYSTEM)?)?;
         let sources: StoredSources = from_numbers(&stored.sources)?;
         let sources = self.system.sources(&sources, fields)?;
         self.system.resume_pattern(&system, &sources)?;
-        let solver = part(SOLVER)?;
         // Another solver begins with nothing.
-        if solver["settings"] == self.settings {
-            self.strategy.resume(&solver["state"], &sources, &mut self.system)?;
+        if stored.settings == self.settings {
+            self.strategy.resume(stored.part(SOLVER)?, &sources, &mut self.system)?;
         }
         self.system.resume(&system, &sources, fields)?;
         self.stage.trial.copy_from(&self.stage.start)
@@ -252,11 +261,8 @@ impl StatePart for Stage {
     }
 
     fn fields(&self) -> NamedFields {
-        let mut fields = vec![
-            named("u", &self.start.u),
-            named("v", &self.start.v),
-            named("force", &self.start_forces),
-        ];
+        let mut fields =
+            vec![named("u", &self.start.u), named("v", &self.start.v), named("force", &self.start_forces)];
         if self.inertia {
             fields.push(named("a", &self.start.a));
         }

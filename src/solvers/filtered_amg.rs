@@ -221,7 +221,8 @@ impl Bulk {
     }
 
     fn state(&self, sources: &mut Sources) -> BulkState {
-        let mut number = |source: &Option<Rc<MatrixSource>>| source.as_ref().map(|source| sources.matrix(source));
+        let mut number =
+            |source: &Option<Rc<MatrixSource>>| source.as_ref().map(|source| sources.matrix(source));
         BulkState {
             slipping: self.slipping,
             turned: self.turned,
@@ -336,12 +337,7 @@ impl CustomPreconditioner for FilteredAmg {
         self.bulk.assemble(system, stage, &self.residual, reuse)
     }
 
-    fn prepare(
-        &mut self,
-        matrix: &Matrix,
-        source: Option<&Rc<MatrixSource>>,
-        reuse: Reuse,
-    ) -> Result<()> {
+    fn prepare(&mut self, matrix: &Matrix, source: Option<&Rc<MatrixSource>>, reuse: Reuse) -> Result<()> {
         self.operator = Some(matrix.share()?);
         self.zone.prepare(matrix, source, reuse)?;
         self.bulk.prepare()

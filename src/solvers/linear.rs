@@ -101,6 +101,8 @@ impl LinearSolver {
     /// available. That many cheap iterations cost as much as the expensive ones of filtered
     /// multigrid.
     const WORTHWHILE: usize = 200;
+    /// Tolerance of a solve whose result is not used.
+    const ANY: f64 = 0.5;
     /// Number of solves on a higher rung before the first rung is tried again. The number doubles
     /// each time.
     const PATIENCE: u32 = 25;
@@ -252,7 +254,11 @@ impl LinearSolver {
         let krylov = self.krylov()?;
         krylov.set_operators(system.matrix(), system.matrix())?;
         krylov.reuse_preconditioner(Reuse::Renew)?;
-        krylov.set_up()
+        krylov.set_up()?;
+        // PETSc sets up parts of some preconditioners when they are applied first.
+        krylov.set_tolerances(Self::ANY, 0.0, 1)?;
+        let rhs = system.matrix().irregular(0)?;
+        krylov.solve(&rhs, &mut rhs.like()?).map(drop)
     }
 
     /// Updates the preconditioner's own matrices, if there are any. If the system's matrix is
@@ -368,6 +374,15 @@ impl LinearSolver {
         self.preset().is_overlapping() && !self.session.given(&self.prefix).iter().any(chosen)
     }
 
+    /// Whether PETSc may build a multigrid. A second set-up of the same object differs from a first
+    /// one by rounding, so each set-up needs a new object. This costs less than a hundredth of a
+    /// set-up.
+    fn coarsens(&self) -> bool {
+        let preset = self.preset();
+        let chosen = self.session.is_given(&format!("{}pc_type", self.prefix));
+        preset.iterative && !preset.is_own() && (preset.multigrid || chosen)
+    }
+
     /// Updates the factors on subdomains. Those of an earlier matrix may be kept. Collective.
     fn factorise(&self, matrix: &Matrix, reuse: Reuse) -> Result<()> {
         let mut slot = self.subdomain.borrow_mut();
@@ -438,6 +453,9 @@ impl LinearSolver {
         }
         if self.overlaps() {
             setup.time(|| self.factorise(matrix, reuse))?;
+        }
+        if renew && self.coarsens() {
+            self.solvers[self.rung] = None;
         }
         if renew {
             let makes_its_own = self.factorises() || self.preset().is_own();

@@ -38,12 +38,7 @@ pub trait CustomPreconditioner {
     ///
     /// # Errors
     /// If a PETSc call fails.
-    fn prepare(
-        &mut self,
-        matrix: &Matrix,
-        source: Option<&Rc<MatrixSource>>,
-        reuse: Reuse,
-    ) -> Result<()>;
+    fn prepare(&mut self, matrix: &Matrix, source: Option<&Rc<MatrixSource>>, reuse: Reuse) -> Result<()>;
 
     /// Computes an approximation `z` of `matrix^-1 r`. Collective.
     ///

@@ -145,12 +145,7 @@ impl CustomPreconditioner for TwoStage {
         friction.matrix.hold_directions(&self.normals, Self::HOLD)
     }
 
-    fn prepare(
-        &mut self,
-        matrix: &Matrix,
-        _: Option<&Rc<MatrixSource>>,
-        reuse: Reuse,
-    ) -> Result<()> {
+    fn prepare(&mut self, matrix: &Matrix, _: Option<&Rc<MatrixSource>>, reuse: Reuse) -> Result<()> {
         self.operator = Some(matrix.share()?);
         if reuse == Reuse::Renew {
             self.renewed.clone_from(&self.assembled);
@@ -179,7 +174,8 @@ impl CustomPreconditioner for TwoStage {
     }
 
     fn state(&self, sources: &mut Sources) -> Value {
-        let mut number = |source: &Option<Rc<MatrixSource>>| source.as_ref().map(|source| sources.matrix(source));
+        let mut number =
+            |source: &Option<Rc<MatrixSource>>| source.as_ref().map(|source| sources.matrix(source));
         json!(TwoStageState { assembled: number(&self.assembled), renewed: number(&self.renewed) })
     }
 
@@ -192,7 +188,8 @@ impl CustomPreconditioner for TwoStage {
             self.assemble(system, &stage, reuse)?;
             self.prepare(system.matrix(), None, reuse)?;
         }
-        let source = |number: Option<usize>| number.map(|number| source_of(sources, number).cloned()).transpose();
+        let source =
+            |number: Option<usize>| number.map(|number| source_of(sources, number).cloned()).transpose();
         self.assembled = source(assembled)?;
         self.renewed = source(renewed)?;
         Ok(())
