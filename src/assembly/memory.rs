@@ -210,10 +210,11 @@ impl<const D: usize> ContactSystem<D> {
         if !known.eq(sections.iter().map(|(name, _)| *name)) {
             return Err(Error::file("a checkpoint with other tables than the case has"));
         }
-        let table = |((name, keys), (_, columns)): ((String, Vec<u64>), &(&str, &[String]))| {
-            StoredTable::keyed(&name, columns.to_vec(), keys, NODES)
-        };
-        Ok(StoredState { tables: keys.into_iter().zip(&sections).map(table).collect(), dimension: D })
+        let mut tables = Vec::with_capacity(keys.len());
+        for ((name, keys), (_, columns)) in keys.into_iter().zip(&sections) {
+            tables.push(StoredTable::keyed(&name, columns.to_vec(), keys, NODES));
+        }
+        Ok(StoredState { tables, dimension: D })
     }
 
     /// The sources in these tables.

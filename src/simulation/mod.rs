@@ -27,6 +27,7 @@ mod resume;
 mod run_state;
 mod signals;
 mod start;
+mod state_part;
 mod tables;
 mod unexplained;
 mod unit_note;

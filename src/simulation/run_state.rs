@@ -11,19 +11,19 @@
 //!
 //! A new part of the state implements [`StatePart`] and is listed with the others below [`PARTS`].
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::guard::RunGuard;
 use super::magnitudes::MotionPrecision;
 use super::pace::StepPacing;
+use super::state_part::{StatePart, from_numbers, named, numbers_of};
 use crate::assembly::{ContactSystem, EnergyLedger, NamedFields, StoredSources, StoredState, SystemState};
 use crate::case::Case;
 use crate::checkpoint::StoredTable;
 use crate::dynamics::{Sources, Stage};
 use crate::error::{Error, Result};
-use crate::petsc::{Session, Vector};
+use crate::petsc::Session;
 use crate::solvers::Strategy;
 use crate::time::StepControl;
 
@@ -47,27 +47,6 @@ pub struct RunState<const D: usize> {
     pub precision: MotionPrecision,
     /// Settings of the solver, see [`solver_settings`].
     pub settings: Value,
-}
-
-/// A part of the state. Numbers are stored apart from fields because fields are too large to be
-/// copied in every step. Fields must not change before a step is accepted.
-pub trait StatePart {
-    /// The numbers.
-    ///
-    /// # Errors
-    /// An internal error of the program.
-    fn numbers(&self) -> Result<Value>;
-
-    /// The fields of the nodes.
-    fn fields(&self) -> NamedFields {
-        Vec::new()
-    }
-
-    /// Restores numbers and fields. Collective.
-    ///
-    /// # Errors
-    /// The numbers are those of another part, a field is missing, or PETSc reports an error.
-    fn restore_from(&mut self, numbers: &Value, fields: &StoredState) -> Result<()>;
 }
 
 /// The state at the end of an accepted step, except for fields.
@@ -195,19 +174,6 @@ pub fn solver_settings(case: &Case, strategy: &dyn Strategy, session: &Session) 
     }))
 }
 
-/// Numbers of a part that is stored as a whole.
-pub fn numbers_of(part: &impl Serialize) -> Result<Value> {
-    serde_json::to_value(part).map_err(|error| Error::internal(format!("checkpoint: {error}")))
-}
-
-/// Reads the numbers of a part.
-///
-/// # Errors
-/// They are those of another part.
-pub fn from_numbers<T: DeserializeOwned>(numbers: &Value) -> Result<T> {
-    T::deserialize(numbers).map_err(|error| Error::file(format!("a checkpoint with another state ({error})")))
-}
-
 impl StatePart for StepControl {
     fn numbers(&self) -> Result<Value> {
         numbers_of(self)
@@ -276,9 +242,4 @@ impl StatePart for Stage {
         fields.fill("force", &mut self.start_forces)?;
         if self.inertia { fields.fill("a", &mut self.start.a) } else { Ok(()) }
     }
-}
-
-/// A field for a checkpoint.
-pub fn named(name: &str, field: &Vector) -> (String, Vec<f64>) {
-    (name.to_owned(), field.owned().to_vec())
 }

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use super::journal::Journal;
 use super::options;
-use super::run_state::StatePart;
+use super::state_part::StatePart;
 use crate::assembly::{Asked, ContactSystem, Energies, NamedFields, Precision, StoredState};
 use crate::case::{Case, PenetrationTolerance};
 use crate::dynamics::Stage;

@@ -7,7 +7,7 @@ use crate::assembly::{NamedFields, StoredState};
 use crate::dynamics::{Stage, State};
 use crate::error::Result;
 use crate::petsc::Vector;
-use crate::simulation::run_state::named;
+use crate::simulation::state_part::named;
 use crate::time::Scheme;
 use crate::time::estimate::{FIELDS, extrapolation, weights};
 use crate::time::saturation::{SECTIONS, Section};

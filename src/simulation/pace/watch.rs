@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::output::accuracy::{AccuracyRecord, Errors};
 use crate::reader::quantity::Number;
 use crate::simulation::options;
-use crate::simulation::run_state::{StatePart, from_numbers, numbers_of};
+use crate::simulation::state_part::{StatePart, from_numbers, numbers_of};
 use crate::solvers::SolveReport;
 use crate::time::saturation::{Passed, Section};
 use crate::time::{Budget, Judgement, Scheme, StepControl};
